@@ -1,0 +1,83 @@
+//! The one error shape: where, what was expected, what was found, and a hint.
+//!
+//! Every message about bad input in the whole program has these four parts, so a person always learns
+//! which file and key to open. Libraries wrap [`Error`] in their own enum; the program turns a
+//! [`BadInput`] into exit code 2 and anything else into exit code 1.
+
+use std::path::{Path, PathBuf};
+
+/// Input that cannot be used: `place: expected …, got … (hint: …)`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BadInput {
+    /// File and key, row or element, e.g. `scene.toml: material.poisson_ratio`.
+    pub place: String,
+    /// What would have been accepted, e.g. `0 <= nu < 0.5`.
+    pub expected: String,
+    /// What stood there, e.g. `0.5`.
+    pub found: String,
+    /// What to try, without a full stop; empty where nothing helps.
+    pub hint: String,
+}
+
+impl BadInput {
+    /// An error without a hint; add one with [`BadInput::hint`].
+    pub fn new(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self { place: place.into(), expected: expected.into(), found: found.into(), hint: String::new() }
+    }
+
+    /// The same error with advice.
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = hint.into();
+        self
+    }
+
+    /// The same error with its place prefixed, usually by the file: `file: place`.
+    pub fn within(mut self, outer: impl std::fmt::Display) -> Self {
+        self.place =
+            if self.place.is_empty() { outer.to_string() } else { format!("{outer}: {}", self.place) };
+        self
+    }
+}
+
+impl std::fmt::Display for BadInput {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: expected {}, got {}", self.place, self.expected, self.found)?;
+        if !self.hint.is_empty() {
+            write!(f, " (hint: {})", self.hint)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for BadInput {}
+
+/// What can go wrong in `base`.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The input is wrong: the person who gave it can mend it.
+    #[error(transparent)]
+    BadInput(#[from] BadInput),
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Its refusal.
+        source: std::io::Error,
+    },
+}
+
+impl Error {
+    /// Wraps a refusal of the file system, naming the file. A file that does not exist is bad input.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        if source.kind() == std::io::ErrorKind::NotFound {
+            return BadInput::new(path.display().to_string(), "a file", "nothing there")
+                .hint("check the path; it is taken relative to the current folder")
+                .into();
+        }
+        Self::Io { path: path.to_owned(), source }
+    }
+}
+
+/// Result of a function in `base`.
+pub type Result<T> = std::result::Result<T, Error>;

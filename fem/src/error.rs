@@ -1,0 +1,35 @@
+//! What can go wrong between a mesh file and a stiffness factor.
+
+use hysteron_base::BadInput;
+
+/// Errors of `fem`.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The mesh, the material or the supports are wrong: the person who gave them can mend them.
+    #[error(transparent)]
+    BadInput(#[from] BadInput),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] hysteron_base::Error),
+    /// The stiffness matrix has no Cholesky factor: some motion costs no energy, or releases it.
+    #[error("the stiffness is not positive definite at unknown {unknown} of {n_unknowns} (hint: {hint})")]
+    NotPositiveDefinite {
+        /// Index of the pivot that failed, in elimination order.
+        unknown: usize,
+        /// Number of unknowns.
+        n_unknowns: usize,
+        /// What to try.
+        hint: &'static str,
+    },
+    /// A computed value is not a number.
+    #[error("{quantity} of node {node} is not finite")]
+    NotFinite {
+        /// What was computed, e.g. `position`.
+        quantity: &'static str,
+        /// Node, numbered as in the mesh file, from 0.
+        node: usize,
+    },
+}
+
+/// Result of a function in `fem`.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,56 @@
+//! The rest mesh, as a file or the built-in mesher gives it.
+//!
+//! Nodes keep their order from the file, counted from 0; everything a person reads names them so.
+//! Lengths are metres: the reader converts.
+
+use std::collections::BTreeMap;
+
+/// Tetrahedra of one kind. A mesh never mixes them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Cells {
+    /// Four nodes, linear displacement.
+    Tet4(Vec<[u32; 4]>),
+    /// Ten nodes, quadratic displacement: corners 0-3, then the middles of edges
+    /// 01, 12, 02, 03, 13, 23 (the order of VTK).
+    Tet10(Vec<[u32; 10]>),
+}
+
+impl Cells {
+    /// Number of tetrahedra.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Tet4(cells) => cells.len(),
+            Self::Tet10(cells) => cells.len(),
+        }
+    }
+
+    /// True when there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All nodes of tetrahedron `e` (4 or 10).
+    pub fn nodes(&self, e: usize) -> &[u32] {
+        match self {
+            Self::Tet4(cells) => &cells[e],
+            Self::Tet10(cells) => &cells[e],
+        }
+    }
+
+    /// The four corners of tetrahedron `e`.
+    pub fn corners(&self, e: usize) -> [u32; 4] {
+        let n = self.nodes(e);
+        [n[0], n[1], n[2], n[3]]
+    }
+}
+
+/// A rest mesh with named node sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Rest positions, one per node \[m\].
+    pub nodes: Vec<[f64; 3]>,
+    /// Tetrahedra.
+    pub cells: Cells,
+    /// Nodes of every named physical group (of any dimension), ascending.
+    pub groups: BTreeMap<String, Vec<u32>>,
+}

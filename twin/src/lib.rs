@@ -1,0 +1,1 @@
+//! Quasi-static twin of a tendon-driven robot.
