@@ -1,5 +1,19 @@
 //! Units, random streams, scene files, recordings and the one error shape.
+//!
+//! Everything that other crates must agree on, and nothing that computes. What enters here from a file is
+//! checked once and leaves as SI, so no other crate converts a unit or checks a bound of a scene.
 
 mod error;
+pub mod file;
+mod recording;
+mod rng;
+mod scene;
+pub mod units;
 
 pub use error::{BadInput, Error, Result};
+pub use recording::{Channel, Metadata, Recording};
+pub use rng::rng;
+pub use scene::{
+    AuxiliaryLayout, Bounds, Drive, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
+};
+pub use units::LengthUnit;

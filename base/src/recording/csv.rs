@@ -1,0 +1,203 @@
+//! Recordings as CSV, for people; the only module that knows the `csv` crate.
+//!
+//! Lengths are written in millimetres, with as many digits as give the same double back. The ending of a column
+//! is its unit, and any known one is read. Lines `# key: value` before the header carry the metadata; both they
+//! and the column `gap` may be missing.
+
+use super::{Channel, Check, Metadata, Recording, metadata, names, not_finite, not_later};
+use crate::BadInput;
+use crate::units::Unit;
+use std::io::Write;
+
+/// What a column holds.
+enum Column {
+    Time(&'static Unit),
+    Gap,
+    /// Index of the channel; no unit for plain numbers.
+    Channel(usize, Option<&'static Unit>),
+}
+
+pub(super) fn read(text: &str) -> Check<Recording> {
+    let text = text.trim_start_matches('\u{feff}'); // spreadsheets put it there
+    let mut body = text;
+    let mut pairs = Vec::new();
+    let mut lines_before = 0;
+    while body.starts_with('#') {
+        let (line, rest) = body.split_once('\n').unwrap_or((body, ""));
+        lines_before += 1;
+        if let Some((key, value)) = line[1..].split_once(':')
+            && metadata::is_key(key.trim())
+        {
+            let key = key.trim().to_owned();
+            let value = unquoted(value.trim()).ok_or_else(|| {
+                BadInput::new(format!("line {lines_before}: {key}"), "text, or a JSON string", value.trim())
+            })?;
+            pairs.push((key, value));
+        }
+        body = rest;
+    }
+    let meta = Metadata::from_pairs(pairs)?;
+
+    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_reader(body.as_bytes());
+    let header = reader.headers().map_err(|e| bad_csv(&e, body, lines_before))?.clone();
+    let (columns, mut channels) =
+        columns(&header).map_err(|bad| bad.within(format!("line {}", lines_before + 1)))?;
+
+    let mut time: Vec<f64> = Vec::new();
+    let mut gap = Vec::new();
+    let mut row = ::csv::StringRecord::new();
+    while reader.read_record(&mut row).map_err(|e| bad_csv(&e, body, lines_before))? {
+        let line = lines_before + line_of(row.position(), body);
+        for ((cell, column), name) in row.iter().zip(&columns).zip(&header) {
+            let place = || format!("line {line}: {name}");
+            match column {
+                Column::Gap => gap.push(match cell {
+                    "0" | "false" => false,
+                    "1" | "true" => true,
+                    _ => return Err(BadInput::new(place(), "0 or 1", format!("\"{cell}\""))),
+                }),
+                Column::Channel(i, unit) => channels[*i].values.push(number(cell, *unit, place)?),
+                Column::Time(unit) => {
+                    let t = number(cell, Some(unit), place)?;
+                    if let Some(&before) = time.last().filter(|before| t <= **before) {
+                        return Err(not_later(&place(), before, t));
+                    }
+                    time.push(t);
+                }
+            }
+        }
+    }
+    if time.is_empty() {
+        return Err(BadInput::new(
+            format!("line {}", lines_before + 2),
+            "at least one row of numbers",
+            "none",
+        ));
+    }
+    Recording::new(time, channels, gap, meta)
+}
+
+/// What each column holds, and a channel without values for each that is one.
+fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
+    let mut columns = Vec::new();
+    let mut channels: Vec<Channel> = Vec::new();
+    let mut seen: Vec<String> = Vec::new();
+    for name in header {
+        let (si, column) = match Unit::of_name(name) {
+            _ if name == "gap" => (name.to_owned(), Column::Gap),
+            _ if names::is_unitless(name) => (name.to_owned(), Column::Channel(channels.len(), None)),
+            Some(("time", unit)) if unit.si_suffix == "s" => ("time_s".to_owned(), Column::Time(unit)),
+            Some((stem, unit)) => {
+                (format!("{stem}_{}", unit.si_suffix), Column::Channel(channels.len(), Some(unit)))
+            }
+            None if header.len() == 1 && name.contains([';', '\t']) => {
+                return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
+                    .hint("save it as CSV with commas, and points in numbers"));
+            }
+            None => return Err(names::unknown(name)),
+        };
+        if seen.contains(&si) {
+            return Err(names::duplicate(name, &si));
+        }
+        if matches!(column, Column::Channel(..)) {
+            names::check(&si)?;
+            channels.push(Channel::new(si.clone(), Vec::new()));
+        }
+        seen.push(si);
+        columns.push(column);
+    }
+    if !columns.iter().any(|column| matches!(column, Column::Time(_))) {
+        let found = header.iter().collect::<Vec<_>>().join(", ");
+        return Err(BadInput::new(
+            "header",
+            "a column time_s",
+            if found.is_empty() { "none" } else { &found },
+        ));
+    }
+    Ok((columns, channels))
+}
+
+/// The number in a cell, in SI.
+fn number(cell: &str, unit: Option<&Unit>, place: impl Fn() -> String) -> Check<f64> {
+    let value = match unit {
+        Some(unit) => unit.parse_si(cell),
+        None => cell.parse().ok(),
+    };
+    match value {
+        Some(value) if value.is_finite() => Ok(value),
+        Some(_) => Err(not_finite(&place(), cell)),
+        None if cell.is_empty() => Err(not_finite(&place(), "an empty cell")),
+        None => Err(BadInput::new(place(), "a number", format!("\"{cell}\""))),
+    }
+}
+
+/// Line of a row, from 1; the position may lie before blank lines.
+fn line_of(position: Option<&::csv::Position>, body: &str) -> u64 {
+    let Some(position) = position else { return 1 };
+    let rest = body.as_bytes().iter().skip(position.byte() as usize);
+    let blank = rest.take_while(|b| matches!(b, b'\r' | b'\n')).filter(|b| **b == b'\n').count();
+    position.line() + blank as u64
+}
+
+fn bad_csv(error: &::csv::Error, body: &str, lines_before: u64) -> BadInput {
+    let line = lines_before + line_of(error.position(), body);
+    let place = format!("line {line}");
+    match error.kind() {
+        ::csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            BadInput::new(place, format!("{expected_len} cells, as the header has"), len.to_string())
+        }
+        _ => BadInput::new(place, "CSV", error.to_string()),
+    }
+}
+
+pub(super) fn write(recording: &Recording, out: &mut dyn Write) -> std::io::Result<()> {
+    for (key, value) in recording.meta.to_pairs() {
+        writeln!(out, "{}", format!("# {key}: {}", quoted(&value)).trim_end())?;
+    }
+    // What a channel is written in: millimetres for metres, else what it is.
+    let units: Vec<Option<&Unit>> = recording.channels.iter().map(|c| written_unit(&c.name)).collect();
+    let mut line = String::from("time_s");
+    for (channel, unit) in recording.channels.iter().zip(&units) {
+        let name = match (Unit::of_name(&channel.name), unit) {
+            (Some((stem, _)), Some(unit)) => format!("{stem}_{}", unit.suffix),
+            _ => channel.name.clone(),
+        };
+        line.push(',');
+        line.push_str(&name);
+    }
+    writeln!(out, "{line},gap")?;
+    for i in 0..recording.time.len() {
+        line.clear();
+        line.push_str(&recording.time[i].to_string());
+        for (channel, unit) in recording.channels.iter().zip(&units) {
+            line.push(',');
+            match unit {
+                Some(unit) => line.push_str(&unit.format_si(channel.values[i])),
+                None => line.push_str(&channel.values[i].to_string()),
+            }
+        }
+        writeln!(out, "{line},{}", u8::from(recording.gap[i]))?;
+    }
+    Ok(())
+}
+
+fn written_unit(name: &str) -> Option<&'static Unit> {
+    if names::is_unitless(name) {
+        return None;
+    }
+    let (_, unit) = Unit::of_name(name)?;
+    Unit::from_suffix(if unit.suffix == "m" { "mm" } else { unit.suffix })
+}
+
+/// A value of metadata on one line: as it is, or as a JSON string where that would not come back.
+fn quoted(value: &str) -> String {
+    if value.trim() != value || value.starts_with('"') || value.chars().any(char::is_control) {
+        serde_json::Value::from(value).to_string()
+    } else {
+        value.to_owned()
+    }
+}
+
+fn unquoted(value: &str) -> Option<String> {
+    if value.starts_with('"') { serde_json::from_str(value).ok() } else { Some(value.to_owned()) }
+}

@@ -1,0 +1,81 @@
+//! What channels may be called.
+//!
+//! A name ends in its SI unit, so no number is without one. The few quantities that have none are listed here.
+
+use super::{Channel, Check};
+use crate::BadInput;
+use crate::units::Unit;
+
+/// Quantities without unit.
+const UNITLESS: [&str; 4] = ["tip_qw", "tip_qx", "tip_qy", "tip_qz"];
+/// Quantities without unit that are numbered: `tick_goal_1`.
+const UNITLESS_NUMBERED: [&str; 3] = ["tick_goal", "tick_present", "load"];
+/// Families of which every member must be there, because they are used as one vector.
+const WITHOUT_HOLES: [&str; 2] = ["stroke", "aux"];
+
+pub(super) fn is_unitless(name: &str) -> bool {
+    UNITLESS.contains(&name) || UNITLESS_NUMBERED.iter().any(|stem| number_of(name, stem, "").is_some())
+}
+
+/// Accepts the names that a channel may have in memory.
+pub(super) fn check(name: &str) -> Check<()> {
+    if name == "time_s" {
+        return Err(duplicate("time_s", "time_s").hint("times are no channel"));
+    }
+    let spelled = name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_');
+    match Unit::of_name(name) {
+        _ if spelled && is_unitless(name) => Ok(()),
+        Some((_, unit)) if spelled && unit.is_si() => Ok(()),
+        Some((stem, unit)) if spelled => Err(BadInput::new(name, "a name ending in an SI unit", name)
+            .hint(format!("convert it to {stem}_{}", unit.si_suffix))),
+        _ => Err(unknown(name)),
+    }
+}
+
+/// The error for a name without a known unit.
+pub(super) fn unknown(name: &str) -> BadInput {
+    let parts: Vec<&str> = name.split('_').take(2).collect();
+    let hint = match (parts[0], parts.get(1)) {
+        ("time", _) => "time_s".to_owned(),
+        ("stroke" | "aux" | "tip", Some(which)) => format!("{}_{which}_mm", parts[0]),
+        ("tension", Some(which)) => format!("tension_{which}_n"),
+        _ => "lower-case letters, digits and _, and at the end the unit, e.g. _mm or _n".to_owned(),
+    };
+    let shown = if name.is_empty() { "an empty name" } else { name };
+    BadInput::new(shown, "a name ending in its unit", format!("`{name}`")).hint(hint)
+}
+
+/// The error for two columns of the same quantity.
+pub(super) fn duplicate(column: &str, name: &str) -> BadInput {
+    BadInput::new(column, "each quantity once", format!("{name} twice"))
+}
+
+/// k of `stem_k_unit` or, with an empty unit, of `stem_k`.
+fn number_of(name: &str, stem: &str, unit: &str) -> Option<u32> {
+    let rest = name.strip_prefix(stem)?.strip_prefix('_')?;
+    let digits = if unit.is_empty() { rest } else { rest.strip_suffix(unit)?.strip_suffix('_')? };
+    // `parse` alone would take a sign.
+    if digits.bytes().all(|b| b.is_ascii_digit()) { digits.parse().ok() } else { None }
+}
+
+/// The channels `stem_k_unit` with their k, in order.
+pub(super) fn numbered<'a>(channels: &'a [Channel], stem: &str, unit: &str) -> Vec<(u32, &'a Channel)> {
+    let mut found: Vec<(u32, &Channel)> =
+        channels.iter().filter_map(|c| Some((number_of(&c.name, stem, unit)?, c))).collect();
+    found.sort_by_key(|(k, _)| *k);
+    found
+}
+
+/// Strokes and aux channels are numbered 1, 2, … without holes.
+pub(super) fn check_numbering(channels: &[Channel]) -> Check<()> {
+    for stem in WITHOUT_HOLES {
+        for (i, (k, channel)) in numbered(channels, stem, "m").into_iter().enumerate() {
+            if k as usize != i + 1 {
+                let expected = format!("{stem} number {} next", i + 1);
+                return Err(BadInput::new(&channel.name, expected, format!("number {k}"))
+                    .hint("number them from 1 without holes"));
+            }
+        }
+    }
+    Ok(())
+}

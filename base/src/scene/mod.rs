@@ -1,0 +1,228 @@
+//! Scenes: the robot, its material, tendons and loads, as one valid value in SI.
+//!
+//! What a person typed (`typed.rs`) and what is valid (here) are two types with one conversion between
+//! (`convert.rs`), so that nothing downstream checks a bound or converts a unit again. Physics has no defaults.
+//! A scene may also be put together in code: the fields are public, and their comments state what holds.
+
+mod convert;
+mod message;
+mod typed;
+
+use crate::units::LengthUnit;
+use crate::{BadInput, Result, file};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Everything that defines a simulation, valid and in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Name of the robot.
+    pub name: String,
+    /// Seed of every random stream, see [`crate::rng`].
+    pub seed: u64,
+    /// SHA-256 of the bytes of the scene file, 64 hexadecimal digits.
+    pub hash: String,
+    /// File of the mesh, already relative to the current folder rather than to the scene.
+    pub mesh_path: PathBuf,
+    /// Unit of the mesh file.
+    pub mesh_unit: LengthUnit,
+    /// Nodes that cannot move.
+    pub clamp: Region,
+    /// Material of the whole body.
+    pub material: Material,
+    /// Acceleration of gravity [m/s²].
+    pub gravity: [f64; 3],
+    /// Constant forces.
+    pub point_forces: Vec<PointForce>,
+    /// What is reported as the tip.
+    pub tip: Tip,
+    /// Primary tendons, with different names.
+    pub tendons: Vec<Tendon>,
+    /// Layout of the virtual tendons of CoReAct.
+    pub auxiliary: Option<AuxiliaryLayout>,
+    /// Numerical tolerances.
+    pub solver: Solver,
+}
+
+/// Part of a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Region {
+    /// A physical group of the mesh, by name.
+    Group(String),
+    /// All nodes in an axis-aligned box, its faces included; `min <= max` on each axis.
+    Box {
+        /// Lower corner [m].
+        min: [f64; 3],
+        /// Upper corner [m].
+        max: [f64; 3],
+    },
+}
+
+/// Where the tip is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Tip {
+    /// Mean of the nodes of a physical group.
+    Group(String),
+    /// A point of the body at rest [m].
+    Point([f64; 3]),
+}
+
+/// Strain measure and stress law of the elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Law {
+    /// Linear elasticity of the rest shape.
+    SmallStrain,
+    /// Linear elasticity in a frame turned with each element, by polar decomposition.
+    Corotational,
+    /// The same with the frame taken from the edges of the element.
+    CorotationalEdges,
+    /// Compressible neo-Hookean.
+    NeoHookean,
+}
+
+/// An isotropic elastic material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Which law.
+    pub law: Law,
+    /// Young's modulus E > 0 [Pa].
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, -1 < nu < 0.5 [-].
+    pub poisson_ratio: f64,
+    /// Density >= 0 [kg/m³].
+    pub density: f64,
+}
+
+/// A constant force at a point of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointForce {
+    /// Point of the body at rest [m], carried by the element there.
+    pub at: [f64; 3],
+    /// Force in the world [N].
+    pub force: [f64; 3],
+}
+
+/// What is prescribed on a tendon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    /// The pulled length is prescribed, the tension follows.
+    Stroke,
+    /// The tension is prescribed, the pulled length follows.
+    Tension,
+    /// Neither: the solver chooses within the bounds.
+    Free,
+}
+
+/// A closed interval, `min <= max`, both finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Smallest allowed value.
+    pub min: f64,
+    /// Largest allowed value.
+    pub max: f64,
+}
+
+impl Bounds {
+    /// The value moved to the nearest allowed one.
+    pub fn clamp(&self, value: f64) -> f64 {
+        value.clamp(self.min, self.max)
+    }
+
+    /// True if the value is allowed.
+    pub fn contains(&self, value: f64) -> bool {
+        (self.min..=self.max).contains(&value)
+    }
+}
+
+/// A tendon through points of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tendon {
+    /// Name, not empty.
+    pub name: String,
+    /// At least two points of the body at rest [m], from the pulled end at the base to the tip; neighbours differ.
+    pub points: Vec<[f64; 3]>,
+    /// What is prescribed.
+    pub drive: Drive,
+    /// Tension [N]; a minimum of zero means that it pulls only and goes slack.
+    pub tension: Bounds,
+    /// Pulled length [m].
+    pub stroke: Bounds,
+    /// How far outside the body a point may lie [m], >= 0; it is then carried by the nearest element.
+    pub attach_within: f64,
+}
+
+/// Virtual tendons around the axis z, segment by segment; `twin` expands them (paper 003, section V-A b).
+#[derive(Debug, Clone, PartialEq)]
+pub struct AuxiliaryLayout {
+    /// Number of segments, >= 1.
+    pub segments: usize,
+    /// Length of each [m], > 0.
+    pub segment_length: f64,
+    /// Where the first begins along z [m].
+    pub start: f64,
+    /// Distance of the cables from the axis [m], > 0.
+    pub radius: f64,
+    /// Cables of each segment, >= 1, evenly spaced around the axis.
+    pub cables_per_segment: usize,
+    /// Angle of the first cable of the first segment about z [rad].
+    pub first_plane: f64,
+    /// Turn from each segment to the next [rad].
+    pub plane_step: f64,
+    /// What is prescribed.
+    pub drive: Drive,
+    /// Tension [N]; negative pushes.
+    pub tension: Bounds,
+    /// Pulled length [m].
+    pub stroke: Bounds,
+    /// How far outside the body a point may lie [m], >= 0.
+    pub attach_within: f64,
+}
+
+/// Numerical tolerances: the only part of a scene with defaults.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solver {
+    /// Largest remaining force over the applied one, in (0, 1) [-].
+    pub relative_residual: f64,
+    /// Largest error of a prescribed stroke [m], > 0.
+    pub stroke_tolerance: f64,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self { relative_residual: 1e-6, stroke_tolerance: 1e-9 }
+    }
+}
+
+impl Scene {
+    /// Reads and validates a scene file; the mesh path in it is taken relative to its folder.
+    ///
+    /// # Errors
+    /// `BadInput` naming the key, what it may be and what it was; `Io` if the file cannot be read.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Ok(Self::from_bytes(file::read_bytes(path)?, &path.display().to_string(), folder)?)
+    }
+
+    /// The scene in the text of a scene file; `place` stands for the file in messages, `folder` is where the
+    /// mesh path starts.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn from_toml(text: &str, place: &str, folder: &Path) -> Result<Self> {
+        Ok(Self::from_bytes(text.as_bytes().to_vec(), place, folder)?)
+    }
+
+    fn from_bytes(bytes: Vec<u8>, place: &str, folder: &Path) -> std::result::Result<Self, BadInput> {
+        let hash = file::sha256_hex(&bytes);
+        let text = file::text_of(bytes, place)?;
+        let typed: typed::SceneFile =
+            toml::from_str(&text).map_err(|e| message::bad_toml(&e, &text).within(place))?;
+        convert::scene(typed, hash, folder).map_err(|bad| bad.within(place))
+    }
+}
+
+#[cfg(test)]
+mod tests;

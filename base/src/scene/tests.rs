@@ -1,0 +1,302 @@
+//! One rejecting test per bound, and the whole example read.
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+use super::*;
+use crate::Error;
+
+const EXAMPLE: &str = r#"format = "hysteron-scene"
+version = 1
+name = "tpu80"
+seed = 1
+
+[mesh]
+file = "tpu80.msh"
+unit = "mm"
+
+[clamp]
+group = "base"
+
+[material]
+law = "corotational"
+youngs_modulus_mpa = 20.0
+poisson_ratio = 0.45
+density_kg_m3 = 1150.0
+
+[gravity]
+acceleration_m_s2 = [0.0, 0.0, -9.81]
+
+[[point_force]]
+at_mm = [0, 0, 80]
+force_n = [0.1, 0, 0]
+
+[tip]
+group = "tip"
+
+[[tendon]]
+name = "p0"
+points_mm = [[4.5, 0, 0], [4.5, 0, 8]]
+drive = "stroke"
+tension_min_n = 0.0
+tension_max_n = 100.0
+stroke_min_mm = -10.0
+stroke_max_mm = 10.0
+attach_within_mm = 0.01
+
+[[tendon]]
+name = "p1"
+points_mm = [
+  [0, 4.5, 0],
+  [0, 4.5, 8],
+]
+drive = "tension"
+tension_min_n = 0.5
+tension_max_n = 50.0
+stroke_min_mm = -5.0
+stroke_max_mm = 5.0
+attach_within_mm = 0.02
+
+[auxiliary]
+segments = 18
+segment_length_mm = 4.0
+start_mm = 4.0
+radius_mm = 6.0
+cables_per_segment = 2
+first_plane_deg = 0.0
+plane_step_deg = 90.0
+drive = "free"
+tension_min_n = -20.0
+tension_max_n = 20.0
+stroke_min_mm = 0.0
+stroke_max_mm = 2.5
+attach_within_mm = 0.2
+
+[solver]
+relative_residual = 1e-7
+stroke_tolerance_mm = 1e-5
+"#;
+
+fn read(text: &str) -> Result<Scene> {
+    Scene::from_toml(text, "scene.toml", Path::new("robots/tpu80"))
+}
+
+/// The error that the example gives after this change.
+fn bad(old: &str, new: &str) -> BadInput {
+    assert_eq!(EXAMPLE.matches(old).count(), 1, "{old}");
+    match read(&EXAMPLE.replace(old, new)) {
+        Err(Error::BadInput(bad)) => bad,
+        other => panic!("{old} -> {new}: {other:?}"),
+    }
+}
+
+/// The change is rejected at this place, showing this value.
+fn rejects(old: &str, new: &str, place: &str, found: &str) {
+    let bad = bad(old, new);
+    assert_eq!((bad.place.as_str(), bad.found.as_str()), (&*format!("scene.toml: {place}"), found), "{bad}");
+}
+
+#[test]
+fn example_is_read_into_si() {
+    let scene = read(EXAMPLE).unwrap();
+    assert_eq!(scene.name, "tpu80");
+    assert_eq!(scene.seed, 1);
+    assert_eq!(scene.hash, file::sha256_hex(EXAMPLE.as_bytes()));
+    assert_eq!(scene.mesh_path, Path::new("robots/tpu80/tpu80.msh"));
+    assert_eq!(scene.mesh_unit, LengthUnit::Millimetre);
+    assert_eq!(scene.clamp, Region::Group("base".into()));
+    assert_eq!(
+        scene.material,
+        Material { law: Law::Corotational, youngs_modulus: 20e6, poisson_ratio: 0.45, density: 1150.0 }
+    );
+    assert_eq!(scene.gravity, [0.0, 0.0, -9.81]);
+    assert_eq!(scene.point_forces, [PointForce { at: [0.0, 0.0, 0.08], force: [0.1, 0.0, 0.0] }]);
+    assert_eq!(scene.tip, Tip::Group("tip".into()));
+    assert_eq!(scene.tendons.len(), 2);
+    assert_eq!(
+        scene.tendons[0],
+        Tendon {
+            name: "p0".into(),
+            points: vec![[0.0045, 0.0, 0.0], [0.0045, 0.0, 0.008]],
+            drive: Drive::Stroke,
+            tension: Bounds { min: 0.0, max: 100.0 },
+            stroke: Bounds { min: -0.01, max: 0.01 },
+            attach_within: 0.01 / 1000.0,
+        }
+    );
+    assert_eq!(
+        scene.auxiliary.unwrap(),
+        AuxiliaryLayout {
+            segments: 18,
+            segment_length: 0.004,
+            start: 0.004,
+            radius: 0.006,
+            cables_per_segment: 2,
+            first_plane: 0.0,
+            plane_step: std::f64::consts::FRAC_PI_2,
+            drive: Drive::Free,
+            tension: Bounds { min: -20.0, max: 20.0 },
+            stroke: Bounds { min: 0.0, max: 0.0025 },
+            attach_within: 0.0002,
+        }
+    );
+    assert_eq!(scene.solver, Solver { relative_residual: 1e-7, stroke_tolerance: 1e-8 });
+}
+
+#[test]
+fn optional_parts_may_be_left_out() {
+    let start = EXAMPLE.find("[[tendon]]").unwrap();
+    let text = EXAMPLE[..start].replace("[[point_force]]\nat_mm = [0, 0, 80]\nforce_n = [0.1, 0, 0]\n", "");
+    let scene = read(&text).unwrap();
+    assert!(scene.tendons.is_empty() && scene.point_forces.is_empty() && scene.auxiliary.is_none());
+    assert_eq!(scene.solver, Solver::default());
+}
+
+#[test]
+fn clamp_may_be_a_box_and_tip_a_point() {
+    let text = EXAMPLE
+        .replace("group = \"base\"", "box_min_mm = [-7, -7, -0.5]\nbox_max_mm = [7, 7, 0.5]")
+        .replace("group = \"tip\"", "point_mm = [0, 0, 80]");
+    let scene = read(&text).unwrap();
+    assert_eq!(scene.clamp, Region::Box { min: [-0.007, -0.007, -0.0005], max: [0.007, 0.007, 0.0005] });
+    assert_eq!(scene.tip, Tip::Point([0.0, 0.0, 0.08]));
+}
+
+#[test]
+fn youngs_modulus_comes_in_four_units() {
+    for (key, pascal) in [("pa", 20.0), ("kpa", 20e3), ("mpa", 20e6), ("gpa", 20e9)] {
+        let scene = read(&EXAMPLE.replace("youngs_modulus_mpa", &format!("youngs_modulus_{key}"))).unwrap();
+        assert_eq!(scene.material.youngs_modulus, pascal);
+    }
+}
+
+#[test]
+fn scene_rejects_poisson_half() {
+    let bad = bad("poisson_ratio = 0.45", "poisson_ratio = 0.5");
+    assert_eq!(
+        bad.to_string(),
+        "scene.toml: material.poisson_ratio: expected -1 < nu < 0.5, got 0.5 \
+         (hint: use 0.49 and a quadratic mesh)"
+    );
+}
+
+#[test]
+fn scene_rejects_numbers_out_of_bounds() {
+    rejects("poisson_ratio = 0.45", "poisson_ratio = -1", "material.poisson_ratio", "-1.0");
+    rejects("poisson_ratio = 0.45", "poisson_ratio = nan", "material.poisson_ratio", "NaN");
+    for (typed, found) in
+        [("0", "0.0"), ("-20.0", "-20.0"), ("inf", "inf"), ("nan", "NaN"), ("1e308", "1e308")]
+    {
+        let new = format!("youngs_modulus_mpa = {typed}");
+        rejects("youngs_modulus_mpa = 20.0", &new, "material.youngs_modulus_mpa", found);
+    }
+    rejects("density_kg_m3 = 1150.0", "density_kg_m3 = -1", "material.density_kg_m3", "-1.0");
+    rejects("density_kg_m3 = 1150.0", "density_kg_m3 = inf", "material.density_kg_m3", "inf");
+    rejects("-9.81]", "nan]", "gravity.acceleration_m_s2[2]", "NaN");
+    rejects("at_mm = [0, 0, 80]", "at_mm = [0, inf, 80]", "point_force[1].at_mm[1]", "inf");
+    rejects("force_n = [0.1, 0, 0]", "force_n = [nan, 0, 0]", "point_force[1].force_n[0]", "NaN");
+    rejects("segments = 18", "segments = 0", "auxiliary.segments", "0");
+    rejects("segments = 18", "segments = 1001", "auxiliary.segments", "1001");
+    rejects("cables_per_segment = 2", "cables_per_segment = -2", "auxiliary.cables_per_segment", "-2");
+    rejects("cables_per_segment = 2", "cables_per_segment = 101", "auxiliary.cables_per_segment", "101");
+    rejects("segment_length_mm = 4.0", "segment_length_mm = 0", "auxiliary.segment_length_mm", "0.0");
+    rejects("start_mm = 4.0", "start_mm = inf", "auxiliary.start_mm", "inf");
+    rejects("radius_mm = 6.0", "radius_mm = -6.0", "auxiliary.radius_mm", "-6.0");
+    rejects("first_plane_deg = 0.0", "first_plane_deg = nan", "auxiliary.first_plane_deg", "NaN");
+    rejects("plane_step_deg = 90.0", "plane_step_deg = -inf", "auxiliary.plane_step_deg", "-inf");
+    rejects("attach_within_mm = 0.2\n", "attach_within_mm = -0.2\n", "auxiliary.attach_within_mm", "-0.2");
+    rejects("attach_within_mm = 0.02", "attach_within_mm = -1", "tendon.p1.attach_within_mm", "-1.0");
+    rejects("relative_residual = 1e-7", "relative_residual = 0", "solver.relative_residual", "0.0");
+    rejects("relative_residual = 1e-7", "relative_residual = 1", "solver.relative_residual", "1.0");
+    rejects("stroke_tolerance_mm = 1e-5", "stroke_tolerance_mm = 0", "solver.stroke_tolerance_mm", "0.0");
+}
+
+#[test]
+fn scene_rejects_crossed_bounds() {
+    rejects("tension_min_n = 0.5", "tension_min_n = 51", "tendon.p1.tension_min_n", "51.0");
+    rejects("tension_max_n = 50.0", "tension_max_n = inf", "tendon.p1.tension_max_n", "inf");
+    rejects("stroke_min_mm = -5.0", "stroke_min_mm = 5.5", "tendon.p1.stroke_min_mm", "5.5");
+    rejects("stroke_min_mm = -5.0", "stroke_min_mm = -inf", "tendon.p1.stroke_min_mm", "-inf");
+    rejects("tension_min_n = -20.0", "tension_min_n = 21", "auxiliary.tension_min_n", "21.0");
+    rejects("stroke_max_mm = 2.5", "stroke_max_mm = -1", "auxiliary.stroke_min_mm", "0.0");
+    let boxed = "box_min_mm = [-7, 8, 0]\nbox_max_mm = [7, 7, 0.5]";
+    rejects("group = \"base\"", boxed, "clamp.box_min_mm[1]", "8.0");
+    let bad = bad("stroke_min_mm = -5.0", "stroke_min_mm = 5.5");
+    assert_eq!(bad.expected, "at most stroke_max_mm = 5.0");
+}
+
+#[test]
+fn scene_rejects_wrong_choices() {
+    let both = "group = \"base\"\nbox_min_mm = [0, 0, 0]";
+    rejects("group = \"base\"", both, "clamp", "both");
+    rejects("group = \"base\"", "", "clamp", "neither");
+    rejects("group = \"base\"", "box_min_mm = [0, 0, 0]", "clamp", "box_min_mm alone");
+    rejects("group = \"base\"", "box_max_mm = [0, 0, 0]", "clamp", "box_max_mm alone");
+    rejects("group = \"tip\"", "", "tip", "neither");
+    rejects("group = \"tip\"", "group = \"tip\"\npoint_mm = [0, 0, 80]", "tip", "both");
+    rejects("youngs_modulus_mpa = 20.0", "", "material.youngs_modulus", "none");
+    rejects(
+        "youngs_modulus_mpa = 20.0",
+        "youngs_modulus_mpa = 20.0\nyoungs_modulus_pa = 2e7",
+        "material.youngs_modulus",
+        "youngs_modulus_pa and youngs_modulus_mpa",
+    );
+}
+
+#[test]
+fn scene_rejects_wrong_names_and_points() {
+    rejects("format = \"hysteron-scene\"", "format = \"scene\"", "format", "\"scene\"");
+    rejects("version = 1", "version = 2", "version", "2");
+    rejects("name = \"tpu80\"", "name = \" \"", "name", "\" \"");
+    rejects("file = \"tpu80.msh\"", "file = \"\"", "mesh.file", "\"\"");
+    rejects("group = \"base\"", "group = \"\"", "clamp.group", "\"\"");
+    rejects("group = \"tip\"", "group = \"\"", "tip.group", "\"\"");
+    rejects("name = \"p1\"", "name = \"\"", "tendon[2].name", "\"\"");
+    rejects("name = \"p1\"", "name = \"p0\"", "tendon[2].name", "\"p0\" again");
+    rejects("[[4.5, 0, 0], [4.5, 0, 8]]", "[[4.5, 0, 0]]", "tendon.p0.points_mm", "1 of them");
+    rejects("[[4.5, 0, 0], [4.5, 0, 8]]", "[[4, 0, 0], [4, nan, 8]]", "tendon.p0.points_mm[1][1]", "NaN");
+    rejects("[4.5, 0, 8]]", "[4.5, 0, 0]]", "tendon.p0.points_mm[1]", "[4.5, 0.0, 0.0] again");
+}
+
+#[test]
+fn unknown_key_is_named_with_its_line_and_the_nearest_known() {
+    let bad = bad("poisson_ratio = 0.45", "possion_ratio = 0.45");
+    assert_eq!(bad.place, "scene.toml: line 16: material.possion_ratio");
+    assert_eq!(bad.found, "`possion_ratio`");
+    assert_eq!(bad.hint, "did you mean poisson_ratio?");
+    rejects("seed = 1", "seed = 1\ncolour = 2", "line 5: colour", "`colour`");
+    rejects("radius_mm = 6.0", "radius = 6.0", "line 56: auxiliary.radius", "`radius`");
+    rejects("name = \"p1\"", "name = \"p1\"\nlength_mm = 3", "line 39: tendon[2].length_mm", "`length_mm`");
+}
+
+#[test]
+fn missing_key_is_named() {
+    rejects("poisson_ratio = 0.45\n", "", "material.poisson_ratio", "nothing");
+    rejects("seed = 1\n", "", "seed", "nothing");
+    rejects("drive = \"tension\"\n", "", "tendon[2].drive", "nothing");
+    rejects("[gravity]\nacceleration_m_s2 = [0.0, 0.0, -9.81]\n", "", "gravity", "nothing");
+    rejects("stroke_max_mm = 2.5\n", "", "auxiliary.stroke_max_mm", "nothing");
+}
+
+#[test]
+fn wrong_types_and_syntax_name_their_line() {
+    rejects("seed = 1", "seed = -1", "line 4: seed", "integer -1");
+    rejects("unit = \"mm\"", "unit = \"inch\"", "line 8: mesh.unit", "\"inch\"");
+    rejects("law = \"corotational\"", "law = \"rubber\"", "line 14: material.law", "\"rubber\"");
+    rejects("drive = \"tension\"", "drive = \"push\"", "line 45: tendon[2].drive", "\"push\"");
+    rejects(
+        "poisson_ratio = 0.45",
+        "poisson_ratio = \"x\"",
+        "line 16: material.poisson_ratio",
+        "string \"x\"",
+    );
+    let bad = bad("poisson_ratio = 0.45", "poisson_ratio = = 1");
+    assert_eq!((bad.place.as_str(), bad.expected.as_str()), ("scene.toml: line 16", "valid TOML"));
+}
+
+#[test]
+fn scene_file_errors_name_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    assert!(matches!(Scene::read(&path), Err(Error::BadInput(bad)) if bad.found == "nothing there"));
+    file::write_bytes(&path, EXAMPLE).unwrap();
+    assert_eq!(Scene::read(&path).unwrap().mesh_path, folder.path().join("tpu80.msh"));
+}

@@ -1,0 +1,112 @@
+//! A scene exactly as typed: one field per key, units still in the names.
+//!
+//! Only `convert.rs` reads these. A key that may be left out, or that comes in several units, is an `Option`.
+
+use super::{Drive, Law};
+use crate::units::LengthUnit;
+use serde::Deserialize;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SceneFile {
+    pub format: String,
+    pub version: i64,
+    pub name: String,
+    pub seed: u64,
+    pub mesh: Mesh,
+    pub clamp: Clamp,
+    pub material: Material,
+    pub gravity: Gravity,
+    #[serde(default)]
+    pub point_force: Vec<PointForce>,
+    pub tip: Tip,
+    #[serde(default)]
+    pub tendon: Vec<Tendon>,
+    pub auxiliary: Option<Auxiliary>,
+    pub solver: Option<Solver>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Mesh {
+    pub file: String,
+    pub unit: LengthUnit,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Clamp {
+    pub group: Option<String>,
+    pub box_min_mm: Option<[f64; 3]>,
+    pub box_max_mm: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Material {
+    pub law: Law,
+    pub youngs_modulus_pa: Option<f64>,
+    pub youngs_modulus_kpa: Option<f64>,
+    pub youngs_modulus_mpa: Option<f64>,
+    pub youngs_modulus_gpa: Option<f64>,
+    pub poisson_ratio: f64,
+    pub density_kg_m3: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Gravity {
+    pub acceleration_m_s2: [f64; 3],
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PointForce {
+    pub at_mm: [f64; 3],
+    pub force_n: [f64; 3],
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tip {
+    pub group: Option<String>,
+    pub point_mm: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tendon {
+    pub name: String,
+    pub points_mm: Vec<[f64; 3]>,
+    pub drive: Drive,
+    pub tension_min_n: f64,
+    pub tension_max_n: f64,
+    pub stroke_min_mm: f64,
+    pub stroke_max_mm: f64,
+    pub attach_within_mm: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Auxiliary {
+    pub segments: i64,
+    pub segment_length_mm: f64,
+    pub start_mm: f64,
+    pub radius_mm: f64,
+    pub cables_per_segment: i64,
+    pub first_plane_deg: f64,
+    pub plane_step_deg: f64,
+    pub drive: Drive,
+    pub tension_min_n: f64,
+    pub tension_max_n: f64,
+    pub stroke_min_mm: f64,
+    pub stroke_max_mm: f64,
+    pub attach_within_mm: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Solver {
+    pub relative_residual: Option<f64>,
+    pub stroke_tolerance_mm: Option<f64>,
+}
