@@ -83,6 +83,10 @@ fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
     let mut channels: Vec<Channel> = Vec::new();
     let mut seen: Vec<String> = Vec::new();
     for name in header {
+        if header.len() == 1 && name.contains([';', '\t']) {
+            return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
+                .hint("save it as CSV with commas, and points in numbers"));
+        }
         let (si, column) = match Unit::of_name(name) {
             _ if name == "gap" => (name.to_owned(), Column::Gap),
             _ if names::is_unitless(name) => (name.to_owned(), Column::Channel(channels.len(), None)),
@@ -90,17 +94,13 @@ fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
             Some((stem, unit)) => {
                 (format!("{stem}_{}", unit.si_suffix), Column::Channel(channels.len(), Some(unit)))
             }
-            None if header.len() == 1 && name.contains([';', '\t']) => {
-                return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
-                    .hint("save it as CSV with commas, and points in numbers"));
-            }
             None => return Err(names::unknown(name)),
         };
         if seen.contains(&si) {
             return Err(names::duplicate(name, &si));
         }
         if matches!(column, Column::Channel(..)) {
-            names::check(&si)?;
+            names::check(&si).map_err(|_| names::unknown(name))?;
             channels.push(Channel::new(si.clone(), Vec::new()));
         }
         seen.push(si);

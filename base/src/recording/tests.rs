@@ -168,7 +168,7 @@ fn csv_errors_name_the_header() {
     csv_rejects("time_s,time_ms\n0,1\n", "line 1: time_ms", "time_s twice");
     csv_rejects("time_s,gap,gap\n0,1,1\n", "line 1: gap", "gap twice");
     csv_rejects("time_s;tip_x_mm\n0;1\n", "line 1: header", "`time_s;tip_x_mm`");
-    csv_rejects("time_s,Tip_mm\n0,1\n", "line 1: Tip_m", "`Tip_m`");
+    csv_rejects("time_s,Tip_mm\n0,1\n", "line 1: Tip_mm", "`Tip_mm`");
 }
 
 #[test]

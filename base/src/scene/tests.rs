@@ -264,7 +264,7 @@ fn unknown_key_is_named_with_its_line_and_the_nearest_known() {
     assert_eq!(bad.hint, "did you mean poisson_ratio?");
     rejects("seed = 1", "seed = 1\ncolour = 2", "line 5: colour", "`colour`");
     rejects("radius_mm = 6.0", "radius = 6.0", "line 56: auxiliary.radius", "`radius`");
-    rejects("name = \"p1\"", "name = \"p1\"\nlength_mm = 3", "line 39: tendon[2].length_mm", "`length_mm`");
+    rejects("name = \"p1\"", "name = \"p1\"\nlength_mm = 3", "line 41: tendon[2].length_mm", "`length_mm`");
 }
 
 #[test]
