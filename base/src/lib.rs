@@ -3,6 +3,9 @@
 //! Everything that other crates must agree on, and nothing that computes. What enters here from a file is
 //! checked once and leaves as SI, so no other crate converts a unit or checks a bound of a scene.
 
+// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 mod error;
 pub mod file;
 mod recording;

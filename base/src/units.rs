@@ -1,7 +1,7 @@
 //! The only place that converts units; everything in memory is SI.
 //!
 //! A name that a person types or reads ends in its unit: `length_mm`, `tip_x_mm`, `youngs_modulus_mpa`. The
-//! table [`UNITS`] knows these endings. Numbers that come as text are converted by moving the decimal exponent
+//! table here knows these endings. Numbers that come as text are converted by moving the decimal exponent
 //! of the text, so `4.5` in millimetres is the double nearest to 0.0045 and a value survives a CSV bit for bit.
 
 /// How a number in a unit becomes SI.

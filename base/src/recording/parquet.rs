@@ -61,7 +61,9 @@ fn encode(recording: &Recording) -> Result<Vec<u8>, ParquetError> {
 }
 
 pub(super) fn read(source: File) -> Check<Recording> {
+    let length = source.metadata().map(|metadata| metadata.len());
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
+    check_extents(&reader, length.unwrap_or(u64::MAX))?;
     let file = reader.metadata().file_metadata();
     let pairs: Vec<(String, String)> = file
         .key_value_metadata()
@@ -103,6 +105,20 @@ pub(super) fn read(source: File) -> Check<Recording> {
         return Err(BadInput::new("columns", "a column time_s", found.join(", ")));
     };
     Recording::new(time, channels, gap, meta)
+}
+
+/// Refuses columns that would lie outside the file, which `parquet` itself asserts.
+fn check_extents(reader: &SerializedFileReader<File>, length: u64) -> Check<()> {
+    let columns = reader.metadata().row_groups().iter().flat_map(|group| group.columns());
+    for column in columns {
+        let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
+        let (start, size) = (u64::try_from(start), u64::try_from(column.compressed_size()));
+        if !matches!((start, size), (Ok(start), Ok(size)) if start.saturating_add(size) <= length) {
+            let place = column.column_path().string();
+            return Err(damaged(&ParquetError::General("a column outside the file".into())).within(place));
+        }
+    }
+    Ok(())
 }
 
 /// All values of column `i`, from every row group.

@@ -225,11 +225,34 @@ fn parquet_of_another_make_is_refused() {
 fn every_truncation_of_a_parquet_file_is_bad_input() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.parquet");
-    let bytes = parquet::to_bytes(&example()).unwrap();
-    for n in 0..bytes.len() {
-        std::fs::write(&path, &bytes[..n]).unwrap();
+    example().write(&path).unwrap();
+    let length = std::fs::metadata(&path).unwrap().len();
+    let file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    for n in (0..length).rev() {
+        file.set_len(n).unwrap();
         let bad = bad(Recording::read(&path));
         assert!(bad.place.starts_with(&path.display().to_string()), "{bad}");
+    }
+}
+
+#[test]
+fn no_damaged_byte_of_a_parquet_file_makes_the_reader_panic() {
+    use std::io::{Seek, SeekFrom, Write};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.parquet");
+    let whole = parquet::to_bytes(&example()).unwrap();
+    file::write_bytes(&path, &whole).unwrap();
+    let mut file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    for (i, byte) in whole.iter().enumerate() {
+        for replaced in [byte ^ 0x01, byte ^ 0x80, byte ^ 0xff, *byte] {
+            file.seek(SeekFrom::Start(i as u64)).unwrap();
+            file.write_all(&[replaced]).unwrap();
+            // What is damaged may be a number or a letter of the metadata, and then it is read.
+            if let Err(error) = Recording::read(&path) {
+                assert!(matches!(error, Error::BadInput(_)), "byte {i}: {error}");
+                assert!(replaced != *byte);
+            }
+        }
     }
 }
 
