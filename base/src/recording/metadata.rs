@@ -5,7 +5,7 @@
 
 use super::{Check, FORMAT, VERSION};
 use crate::BadInput;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Provenance of a recording. Empty where a file did not say.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -62,9 +62,9 @@ impl Metadata {
     /// The inverse of [`Metadata::to_pairs`]; pairs may be missing, their keys are [`is_key`].
     pub(super) fn from_pairs(pairs: impl IntoIterator<Item = (String, String)>) -> Check<Self> {
         let mut meta = Self::default();
-        let mut seen: Vec<String> = Vec::new();
+        let mut seen = BTreeSet::new();
         for (key, value) in pairs {
-            if seen.contains(&key) {
+            if !seen.insert(key.clone()) {
                 return Err(BadInput::new(format!("metadata {key}"), "each key once", "a second one"));
             }
             match key.as_str() {
@@ -86,10 +86,9 @@ impl Metadata {
                 "source" => meta.source = value,
                 "command" => meta.command = value,
                 _ => {
-                    meta.extra.insert(key.clone(), value);
+                    meta.extra.insert(key, value);
                 }
             }
-            seen.push(key);
         }
         Ok(meta)
     }

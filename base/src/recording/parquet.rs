@@ -1,7 +1,7 @@
 //! Recordings as Parquet, for programs; the only module that knows the `parquet` crate.
 //!
 //! One required `DOUBLE` column per series and a `BOOLEAN` column `gap`, one row group, Snappy, metadata as
-//! key-value pairs: what pandas, polars and duckdb read as they find it. Nothing in the file depends on the
+//! key-value pairs: what pyarrow, and pandas through it, read as they find it. Nothing in the file depends on the
 //! machine or the time.
 
 use super::{Channel, Check, FORMAT, Metadata, Recording, metadata};
