@@ -1,7 +1,18 @@
 //! Tetrahedral finite elements: mesh in, stiffness factor out.
 
+mod elements;
 mod error;
+mod factor;
 mod mesh;
+mod model;
+mod ordering;
+mod simd;
+mod stiffness;
 
+pub use elements::{Law, Material, Tangent};
 pub use error::{Error, Result};
+pub use factor::{FactorKind, StiffnessFactor};
 pub use mesh::{Cells, Mesh};
+pub use model::FemModel;
+pub use simd::{Isa, axpy, combine_into, dot};
+pub use stiffness::{Stiffness, StiffnessPattern};

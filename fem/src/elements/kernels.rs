@@ -1,0 +1,319 @@
+//! The loops over all elements: energy, nodal forces, stiffness blocks.
+
+use pulp::{Simd, WithSimd};
+
+use super::batch::{Elements, PairMap, PointData};
+use super::law::{
+    Corotational, CorotationalEdges, Lame, Law, Material, NeoHookean, Point, PointLaw, SmallStrain, Tangent,
+};
+use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, sub};
+use crate::simd::{Isa, LANES, Lanes, Packs};
+
+/// A point or force with a fourth number of padding, so that one register holds it.
+pub(crate) type Padded = [f64; 4];
+/// Padded rows of a 3×3 block.
+pub(crate) type Block = [Padded; 3];
+
+/// Calls a kernel with the law's type.
+macro_rules! with_law {
+    ($law:expr, $kernel:expr) => {
+        match $law {
+            Law::SmallStrain => $kernel(SmallStrain),
+            Law::Corotational => $kernel(Corotational),
+            Law::CorotationalEdges => $kernel(CorotationalEdges),
+            Law::NeoHookean => $kernel(NeoHookean),
+        }
+    };
+}
+
+/// Elastic energy \[J\] at positions `x` (model order) \[m\].
+pub(crate) fn energy<const N: usize, const Q: usize>(
+    isa: Isa,
+    elements: &Elements<N, Q>,
+    material: &Material,
+    x: &[Padded],
+) -> f64 {
+    with_law!(material.law, |law| isa.run(Energy { elements, material, law, x }))
+}
+
+/// Adds the internal nodal forces ∂ψ/∂x \[N\] at positions `x` to `out` (model order).
+pub(crate) fn force_into<const N: usize, const Q: usize>(
+    isa: Isa,
+    elements: &Elements<N, Q>,
+    material: &Material,
+    x: &[Padded],
+    out: &mut [Padded],
+) {
+    with_law!(material.law, |law| isa.run(Force { elements, material, law, x, out }))
+}
+
+/// Adds the 3×3 stiffness blocks \[N/m\] at positions `x` to `blocks`, each where `map` says.
+pub(crate) fn stiffness_into<const N: usize, const Q: usize>(
+    isa: Isa,
+    elements: &Elements<N, Q>,
+    material: &Material,
+    kind: Tangent,
+    x: &[Padded],
+    map: &PairMap,
+    blocks: &mut [Block],
+) {
+    with_law!(material.law, |law| isa.run(Stiffness { elements, material, law, kind, x, map, blocks }))
+}
+
+/// Positions of the nodes of a batch relative to node 0 (entry 0 stays unused).
+#[inline(always)]
+fn edges<S: Simd, const N: usize>(
+    packs: Packs<S>,
+    nodes: &[[u32; LANES]; N],
+    x: &[Padded],
+) -> [Vec3<S>; N] {
+    let first = packs.range().start;
+    let origin = packs.gather(|l| x[nodes[0][first + l] as usize]);
+    let mut edges = [origin; N];
+    for a in 1..N {
+        edges[a] = sub(packs.gather(|l| x[nodes[a][first + l] as usize]), origin);
+    }
+    edges
+}
+
+/// Rest gradients of nodes 1.. (entry 0 stays unused).
+#[inline(always)]
+fn gradients<S: Simd, const N: usize>(packs: Packs<S>, point: &PointData<N>) -> [Vec3<S>; N] {
+    let mut gradients = [[packs.splat(0.0); 3]; N];
+    for a in 1..N {
+        for c in 0..3 {
+            gradients[a][c] = packs.load(&point.gradients[a][c]);
+        }
+    }
+    gradients
+}
+
+/// F = Σ (x_a - x_0) ⊗ ∇N_a.
+#[inline(always)]
+fn deformation_gradient<S: Simd, const N: usize>(edges: &[Vec3<S>; N], g: &[Vec3<S>; N]) -> Mat3<S> {
+    let mut f = [scale(edges[1][0], g[1]), scale(edges[1][1], g[1]), scale(edges[1][2], g[1])];
+    for a in 2..N {
+        for i in 0..3 {
+            for j in 0..3 {
+                f[i][j] = edges[a][i].mul_add(g[a][j], f[i][j]);
+            }
+        }
+    }
+    f
+}
+
+#[inline(always)]
+fn lame<S: Simd>(packs: Packs<S>, material: &Material) -> Lame<S> {
+    let (lambda, mu) = material.lame();
+    Lame { lambda: packs.splat(lambda), mu: packs.splat(mu) }
+}
+
+struct Energy<'a, L, const N: usize, const Q: usize> {
+    elements: &'a Elements<N, Q>,
+    material: &'a Material,
+    law: L,
+    x: &'a [Padded],
+}
+
+impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Energy<'_, L, N, Q> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let mut total = 0.0;
+        for (nodes, points) in self.elements.nodes.iter().zip(&self.elements.points) {
+            for pass in 0..Packs::<S>::PASSES {
+                let packs = Packs::new(simd, pass);
+                let edges = edges(packs, nodes, self.x);
+                for point in points {
+                    let g = gradients(packs, point);
+                    let f = deformation_gradient(&edges, &g);
+                    let at = Point {
+                        f: &f,
+                        edges: &[edges[1], edges[2], edges[3]],
+                        gradients: &[g[1], g[2], g[3]],
+                    };
+                    let density = self.law.energy(lame(packs, self.material), &at);
+                    let energies = (packs.load(&point.weight) * density).to_array();
+                    total += energies[..S::F64_LANES].iter().sum::<f64>();
+                }
+            }
+        }
+        total
+    }
+}
+
+struct Force<'a, L, const N: usize, const Q: usize> {
+    elements: &'a Elements<N, Q>,
+    material: &'a Material,
+    law: L,
+    x: &'a [Padded],
+    out: &'a mut [Padded],
+}
+
+impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (nodes, points) in self.elements.nodes.iter().zip(&self.elements.points) {
+            for pass in 0..Packs::<S>::PASSES {
+                let packs = Packs::new(simd, pass);
+                let lame = lame(packs, self.material);
+                let edges = edges(packs, nodes, self.x);
+                let mut forces = [[packs.splat(0.0); 3]; N];
+                for point in points {
+                    let g = gradients(packs, point);
+                    let f = deformation_gradient(&edges, &g);
+                    let at = Point {
+                        f: &f,
+                        edges: &[edges[1], edges[2], edges[3]],
+                        gradients: &[g[1], g[2], g[3]],
+                    };
+                    let weight = packs.load(&point.weight);
+                    let p = self.law.stress(lame, &at).map(|row| scale(weight, row));
+                    for a in 1..N {
+                        for i in 0..3 {
+                            forces[a][i] = forces[a][i] + dot(p[i], g[a]);
+                        }
+                    }
+                }
+                for a in 1..N {
+                    forces[0] = sub(forces[0], forces[a]);
+                }
+                scatter(packs, nodes, &forces, self.out);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn scatter<S: Simd, const N: usize>(
+    packs: Packs<S>,
+    nodes: &[[u32; LANES]; N],
+    forces: &[Vec3<S>; N],
+    out: &mut [Padded],
+) {
+    let first = packs.range().start;
+    for a in 0..N {
+        packs.scatter(forces[a], |l, force| add(&mut out[nodes[a][first + l] as usize], force));
+    }
+}
+
+#[inline(always)]
+fn add(target: &mut Padded, value: Padded) {
+    for c in 0..4 {
+        target[c] += value[c];
+    }
+}
+
+struct Stiffness<'a, L, const N: usize, const Q: usize> {
+    elements: &'a Elements<N, Q>,
+    material: &'a Material,
+    law: L,
+    kind: Tangent,
+    x: &'a [Padded],
+    map: &'a PairMap,
+    blocks: &'a mut [Block],
+}
+
+impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, N, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let n_pairs = N * (N + 1) / 2;
+        for (batch, (nodes, points)) in self.elements.nodes.iter().zip(&self.elements.points).enumerate() {
+            let slots = &self.map.slots[batch * n_pairs..(batch + 1) * n_pairs];
+            for pass in 0..Packs::<S>::PASSES {
+                let packs = Packs::new(simd, pass);
+                let lame = lame(packs, self.material);
+                let edges = edges(packs, nodes, self.x);
+                for point in points {
+                    let mut g = gradients(packs, point);
+                    let f = deformation_gradient(&edges, &g);
+                    let at = Point {
+                        f: &f,
+                        edges: &[edges[1], edges[2], edges[3]],
+                        gradients: &[g[1], g[2], g[3]],
+                    };
+                    let tangent = self.law.tangent(lame, &at, self.kind);
+                    for a in 1..N {
+                        g[0] = sub(g[0], g[a]);
+                    }
+                    let p = g.map(|gradient| apply(&tangent.map, gradient));
+                    let weight = packs.load(&point.weight);
+                    let mut pair = 0;
+                    for a in 0..N {
+                        for b in 0..=a {
+                            let along = tangent.alpha * dot(g[a], g[b]);
+                            let mut k = outer_terms(tangent.lambda, tangent.kappa, p[a], p[b], along);
+                            if let Some((c, m)) = &tangent.couple {
+                                add_couple(&mut k, *c, m, p[a], p[b]);
+                            }
+                            let k = k.map(|row| scale(weight, row));
+                            add_block(packs, &k, &slots[pair], self.blocks);
+                            pair += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// `along` 1 + λ p_a p_bᵀ + κ p_b p_aᵀ.
+#[inline(always)]
+fn outer_terms<S: Simd>(
+    lambda: Lanes<S>,
+    kappa: Lanes<S>,
+    pa: Vec3<S>,
+    pb: Vec3<S>,
+    along: Lanes<S>,
+) -> Mat3<S> {
+    let (first, second) = (scale(lambda, pa), scale(kappa, pb));
+    let mut k = [[along; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            let outer = first[i].mul_add(pb[j], second[i] * pa[j]);
+            k[i][j] = if i == j { k[i][j] + outer } else { outer };
+        }
+    }
+    k
+}
+
+/// Adds c \[p_a\]× M \[p_b\]×: its column j is c p_a × (M (p_b × e_j)).
+#[inline(always)]
+fn add_couple<S: Simd>(k: &mut Mat3<S>, c: Lanes<S>, m: &Mat3<S>, pa: Vec3<S>, pb: Vec3<S>) {
+    let zero = c.same(0.0);
+    let columns = [[zero, pb[2], -pb[1]], [-pb[2], zero, pb[0]], [pb[1], -pb[0], zero]];
+    let pa = scale(c, pa);
+    for j in 0..3 {
+        let column = cross(pa, apply(m, columns[j]));
+        for i in 0..3 {
+            k[i][j] = k[i][j] + column[i];
+        }
+    }
+}
+
+#[inline(always)]
+fn add_block<S: Simd>(packs: Packs<S>, k: &Mat3<S>, slots: &[u32; LANES], blocks: &mut [Block]) {
+    let first = packs.range().start;
+    let transposed = slots.iter().any(|&slot| slot != PairMap::SKIP && slot & PairMap::TRANSPOSED != 0);
+    for i in 0..3 {
+        packs.scatter(k[i], |l, row| {
+            let slot = slots[first + l];
+            if slot == PairMap::SKIP {
+                return;
+            }
+            let block = &mut blocks[(slot & !PairMap::TRANSPOSED) as usize];
+            if transposed && slot & PairMap::TRANSPOSED != 0 {
+                for j in 0..3 {
+                    block[j][i] += row[j];
+                }
+            } else {
+                add(&mut block[i], row);
+            }
+        });
+    }
+}

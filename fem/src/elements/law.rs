@@ -1,0 +1,335 @@
+//! Material laws: what a deformation gradient F costs, and the stress and stiffness that follow.
+//!
+//! Every law gives the first Piola-Kirchhoff stress P = ∂ψ/∂F and its derivative in one four-term form,
+//! so that one kernel assembles all of them. With p_a = Q ∇N_a the block of nodes a, b is
+//!
+//! K_ab = w ( α (∇N_a·∇N_b) 1 + λ p_a p_bᵀ + κ p_b p_aᵀ + c \[p_a\]× M \[p_b\]× ).
+//!
+//! The derivation is in `docs/fem.md`.
+
+use hysteron_base::BadInput;
+use pulp::Simd;
+
+use super::tensor::{
+    Mat3, Vec3, cofactor, dot, multiply, multiply_transposed, polar_rotation, spherical, trace, transpose,
+};
+use crate::simd::Lanes;
+
+/// How stress follows from the deformation gradient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Law {
+    /// Linear elasticity at small strain and small rotation.
+    SmallStrain,
+    /// Linear elasticity in a frame that turns with the element: the polar rotation of F.
+    Corotational,
+    /// As SOFA's `polar` method: the frame is the polar rotation of the edge matrix, R = polar(D)
+    /// polar(D0)ᵀ. It depends on the order of the nodes and has no energy; kept for comparison.
+    CorotationalEdges,
+    /// Compressible Neo-Hookean: ψ = μ/2 (tr FᵀF - 3) - μ ln J + λ/2 ln² J.
+    NeoHookean,
+}
+
+/// Which derivative of the stress to assemble.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tangent {
+    /// The derivative of the nodal forces: Newton converges quadratically, but the matrix may be
+    /// indefinite in compression.
+    Exact,
+    /// The rest stiffness turned with each element, R Ke Rᵀ: always positive definite. Equal to `Exact`
+    /// for laws without a rotating frame.
+    Warped,
+}
+
+/// A homogeneous isotropic material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Stress from deformation.
+    pub law: Law,
+    /// Young's modulus \[Pa\].
+    pub youngs_modulus: f64,
+    /// Poisson's ratio \[-\].
+    pub poisson_ratio: f64,
+    /// Density \[kg/m³\].
+    pub density: f64,
+}
+
+impl Material {
+    /// Lamé's parameters (λ, μ) \[Pa\].
+    pub fn lame(&self) -> (f64, f64) {
+        let (e, nu) = (self.youngs_modulus, self.poisson_ratio);
+        (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
+    }
+
+    /// Checks the ranges: E > 0, -1 < ν < 0.5, density >= 0, all finite.
+    pub fn check(&self) -> Result<(), BadInput> {
+        if !(self.youngs_modulus.is_finite() && self.youngs_modulus > 0.0) {
+            return Err(BadInput::new(
+                "material.youngs_modulus",
+                "a positive modulus",
+                format!("{} Pa", self.youngs_modulus),
+            ));
+        }
+        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
+            return Err(BadInput::new(
+                "material.poisson_ratio",
+                "-1 < nu < 0.5",
+                self.poisson_ratio.to_string(),
+            )
+            .hint("use 0.49 and quadratic elements for rubber"));
+        }
+        if !(self.density.is_finite() && self.density >= 0.0) {
+            return Err(BadInput::new(
+                "material.density",
+                "a density of zero or more",
+                format!("{} kg/m3", self.density),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Lamé's parameters in every lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Lame<S: Simd> {
+    pub lambda: Lanes<S>,
+    pub mu: Lanes<S>,
+}
+
+/// What a law may look at in one quadrature point.
+pub(crate) struct Point<'a, S: Simd> {
+    /// Deformation gradient.
+    pub f: &'a Mat3<S>,
+    /// Deformed edges x_1 - x_0, x_2 - x_0, x_3 - x_0 (rows).
+    pub edges: &'a Mat3<S>,
+    /// Rest gradients of the shape functions of nodes 1, 2, 3 (rows).
+    pub gradients: &'a Mat3<S>,
+}
+
+/// The four-term stiffness of one quadrature point; see the module's documentation.
+pub(crate) struct PointTangent<S: Simd> {
+    pub alpha: Lanes<S>,
+    pub lambda: Lanes<S>,
+    pub kappa: Lanes<S>,
+    /// Q: rest gradient to p.
+    pub map: Mat3<S>,
+    /// (c, M), M symmetric.
+    pub couple: Option<(Lanes<S>, Mat3<S>)>,
+}
+
+/// A law as the kernels see it.
+pub(crate) trait PointLaw: Copy {
+    /// Energy density ψ \[J/m³\].
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S>;
+    /// First Piola-Kirchhoff stress P \[Pa\].
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S>;
+    /// Derivative of P.
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S>;
+}
+
+/// μ |A|² + λ/2 tr²(A) for the symmetric part of a strain A.
+#[inline(always)]
+fn linear_energy<S: Simd>(lame: Lame<S>, strain: &Mat3<S>) -> Lanes<S> {
+    let half = lame.mu.same(0.5);
+    let mut norm = lame.mu.same(0.0);
+    for i in 0..3 {
+        for j in 0..3 {
+            let e = half * (strain[i][j] + strain[j][i]);
+            norm = e.mul_add(e, norm);
+        }
+    }
+    let tr = trace(strain);
+    lame.mu * norm + half * lame.lambda * tr * tr
+}
+
+/// The rest stiffness, turned by `map`.
+#[inline(always)]
+fn warped<S: Simd>(lame: Lame<S>, map: Mat3<S>) -> PointTangent<S> {
+    PointTangent { alpha: lame.mu, lambda: lame.lambda, kappa: lame.mu, map, couple: None }
+}
+
+#[inline(always)]
+fn minus_identity<S: Simd>(a: &Mat3<S>) -> Mat3<S> {
+    let one = a[0][0].same(1.0);
+    let mut b = *a;
+    for i in 0..3 {
+        b[i][i] = b[i][i] - one;
+    }
+    b
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct SmallStrain;
+
+impl PointLaw for SmallStrain {
+    #[inline(always)]
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+        linear_energy(lame, &minus_identity(at.f))
+    }
+
+    #[inline(always)]
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+        let strain = minus_identity(at.f);
+        let mut stress = spherical(lame.lambda * trace(&strain));
+        for i in 0..3 {
+            for j in 0..3 {
+                stress[i][j] = stress[i][j] + lame.mu * (strain[i][j] + strain[j][i]);
+            }
+        }
+        stress
+    }
+
+    #[inline(always)]
+    fn tangent<S: Simd>(self, lame: Lame<S>, _at: &Point<'_, S>, _kind: Tangent) -> PointTangent<S> {
+        warped(lame, spherical(lame.mu.same(1.0)))
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Corotational;
+
+impl PointLaw for Corotational {
+    #[inline(always)]
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+        let r = polar_rotation(at.f);
+        linear_energy(lame, &minus_identity(&multiply(&transpose(&r), at.f)))
+    }
+
+    /// P = 2μ (F - R) + λ (tr S - 3) R, with F = R S.
+    #[inline(always)]
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+        let f = at.f;
+        let r = polar_rotation(f);
+        let two_mu = lame.mu + lame.mu;
+        let volume_strain =
+            dot(r[0], f[0]) + dot(r[1], f[1]) + dot(r[2], f[2]) - lame.mu.same(3.0);
+        let along_r = lame.lambda.mul_add(volume_strain, -two_mu);
+        let mut stress = *f;
+        for i in 0..3 {
+            for j in 0..3 {
+                stress[i][j] = two_mu.mul_add(f[i][j], along_r * r[i][j]);
+            }
+        }
+        stress
+    }
+
+    /// The rotation turns by ω = M axial(RᵀdF - dFᵀR) with M = (tr(V) 1 - V)⁻¹ and V = F Rᵀ, which
+    /// adds the couple term with c = 2μ - λ (tr S - 3).
+    #[inline(always)]
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S> {
+        let r = polar_rotation(at.f);
+        if kind == Tangent::Warped {
+            return warped(lame, r);
+        }
+        let v = multiply_transposed(at.f, &r);
+        let tr = trace(&v);
+        let mut resistance = spherical(tr);
+        for i in 0..3 {
+            for j in 0..3 {
+                resistance[i][j] = resistance[i][j] - v[i][j];
+            }
+        }
+        let cof = cofactor(&resistance);
+        let per_det = dot(resistance[0], cof[0]).recip();
+        let two_mu = lame.mu + lame.mu;
+        PointTangent {
+            alpha: two_mu,
+            lambda: lame.lambda,
+            kappa: lame.mu.same(0.0),
+            map: r,
+            couple: Some((
+                two_mu - lame.lambda * (tr - tr.same(3.0)),
+                cof.map(|row| row.map(|entry| entry * per_det)),
+            )),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct CorotationalEdges;
+
+impl CorotationalEdges {
+    /// R = polar(D) polar(D0)ᵀ, D the edges as columns. polar(D0) = polar(D0⁻ᵀ), whose columns are the
+    /// rest gradients.
+    #[inline(always)]
+    fn rotation<S: Simd>(at: &Point<'_, S>) -> Mat3<S> {
+        let now = polar_rotation(&transpose(at.edges));
+        let rest = polar_rotation(&transpose(at.gradients));
+        multiply_transposed(&now, &rest)
+    }
+}
+
+impl PointLaw for CorotationalEdges {
+    /// The energy of the strain sym(RᵀF) - 1; its derivative is not exactly the stress.
+    #[inline(always)]
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+        let r = Self::rotation(at);
+        linear_energy(lame, &minus_identity(&multiply(&transpose(&r), at.f)))
+    }
+
+    #[inline(always)]
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+        let r = Self::rotation(at);
+        let local = multiply(&transpose(&r), at.f);
+        let edges_unused = at.edges;
+        let at = Point { f: &local, edges: edges_unused, gradients: at.gradients };
+        multiply(&r, &SmallStrain.stress(lame, &at))
+    }
+
+    /// Always the turned rest stiffness: the exact derivative is not symmetric.
+    #[inline(always)]
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, _kind: Tangent) -> PointTangent<S> {
+        warped(lame, Self::rotation(at))
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct NeoHookean;
+
+impl NeoHookean {
+    /// (J, F⁻ᵀ).
+    #[inline(always)]
+    fn inverse_transpose<S: Simd>(f: &Mat3<S>) -> (Lanes<S>, Mat3<S>) {
+        let cof = cofactor(f);
+        let j = dot(f[0], cof[0]);
+        let per_j = j.recip();
+        (j, cof.map(|row: Vec3<S>| row.map(|entry| entry * per_j)))
+    }
+}
+
+impl PointLaw for NeoHookean {
+    #[inline(always)]
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+        let f = at.f;
+        let norm = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
+        let ln_j = dot(f[0], cofactor(f)[0]).map(f64::ln);
+        let half = norm.same(0.5);
+        half * lame.mu * (norm - norm.same(3.0)) - lame.mu * ln_j + half * lame.lambda * ln_j * ln_j
+    }
+
+    /// P = μ F + (λ ln J - μ) F⁻ᵀ.
+    #[inline(always)]
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+        let (j, inverse) = Self::inverse_transpose(at.f);
+        let pressure = lame.lambda * j.map(f64::ln) - lame.mu;
+        let mut stress = *at.f;
+        for i in 0..3 {
+            for k in 0..3 {
+                stress[i][k] = lame.mu.mul_add(stress[i][k], pressure * inverse[i][k]);
+            }
+        }
+        stress
+    }
+
+    /// dP = μ dF + (μ - λ ln J) F⁻ᵀ dFᵀ F⁻ᵀ + λ tr(F⁻¹ dF) F⁻ᵀ.
+    #[inline(always)]
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, _kind: Tangent) -> PointTangent<S> {
+        let (j, inverse) = Self::inverse_transpose(at.f);
+        PointTangent {
+            alpha: lame.mu,
+            lambda: lame.lambda,
+            kappa: lame.mu - lame.lambda * j.map(f64::ln),
+            map: inverse,
+            couple: None,
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! faer's sparse Cholesky as a stiffness factor. The only module that names faer.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::prelude::*;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use faer::{Conj, Mat, Par, Side};
+
+use super::HINT;
+use crate::stiffness::{Stiffness, StiffnessPattern};
+use crate::{Error, Result};
+
+pub(super) struct SupernodalFactor {
+    n: usize,
+    /// Upper triangle by columns: the lower triangle by rows.
+    pattern: SymbolicSparseColMat<usize>,
+    /// Index into the flattened blocks of each entry of `pattern`.
+    sources: Vec<u32>,
+    values: Vec<f64>,
+    symbolic: std::sync::Arc<SymbolicCholesky<usize>>,
+    factor: Vec<f64>,
+    scratch: MemBuffer,
+}
+
+impl std::fmt::Debug for SupernodalFactor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SupernodalFactor").field("n", &self.n).finish_non_exhaustive()
+    }
+}
+
+impl Clone for SupernodalFactor {
+    fn clone(&self) -> Self {
+        Self {
+            n: self.n,
+            pattern: self.pattern.clone(),
+            sources: self.sources.clone(),
+            values: self.values.clone(),
+            symbolic: self.symbolic.clone(),
+            factor: self.factor.clone(),
+            scratch: scratch(&self.symbolic, 1),
+        }
+    }
+}
+
+/// Room for a factorisation, or for a solve with that many right-hand sides.
+fn scratch(symbolic: &SymbolicCholesky<usize>, n_sides: usize) -> MemBuffer {
+    let factorize = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+    MemBuffer::new(factorize.or(symbolic.solve_in_place_scratch::<f64>(n_sides, Par::Seq)))
+}
+
+impl SupernodalFactor {
+    pub fn new(pattern: &StiffnessPattern) -> Self {
+        let n = 3 * pattern.n_free();
+        let mut starts = vec![0; n + 1];
+        let mut rows = Vec::new();
+        let mut sources = Vec::new();
+        for (row, column, index) in pattern.scalar_entries() {
+            rows.push(column);
+            sources.push(index as u32);
+            starts[row + 1] = rows.len();
+        }
+        let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+        let symbolic = factorize_symbolic_cholesky(
+            pattern.rb(),
+            Side::Upper,
+            SymmetricOrdering::Amd,
+            CholeskySymbolicParams::default(),
+        )
+        .unwrap_or_else(|error| panic!("no memory for a factor of {n} unknowns: {error:?}"));
+        let factor = vec![0.0; symbolic.len_val()];
+        let scratch = scratch(&symbolic, 1);
+        let values = vec![0.0; sources.len()];
+        Self { n, pattern, sources, values, symbolic: symbolic.into(), factor, scratch }
+    }
+
+    pub fn n_stored(&self) -> usize {
+        self.factor.len()
+    }
+
+    pub fn factorize(&mut self, stiffness: &Stiffness) -> Result<()> {
+        let blocks = stiffness.blocks.as_flattened().as_flattened();
+        for (value, source) in self.values.iter_mut().zip(&self.sources) {
+            *value = blocks[*source as usize];
+        }
+        let result = self.symbolic.factorize_numeric_llt(
+            &mut self.factor,
+            SparseColMatRef::new(self.pattern.rb(), &self.values),
+            Side::Upper,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
+        match result {
+            Ok(_) => Ok(()),
+            Err(faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index }) => {
+                Err(Error::NotPositiveDefinite { unknown: index, n_unknowns: self.n, hint: HINT })
+            }
+        }
+    }
+
+    pub fn solve(&mut self, x: &mut [f64]) {
+        let n = self.n;
+        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+            Conj::No,
+            faer::MatMut::from_column_major_slice_mut(x, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+    }
+
+    pub fn solve_many(&mut self, columns: &mut [Vec<f64>]) {
+        let mut sides = Mat::from_fn(self.n, columns.len(), |i, j| columns[j][i]);
+        let request = self.symbolic.solve_in_place_scratch::<f64>(columns.len(), Par::Seq);
+        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+            Conj::No,
+            sides.as_mut(),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(request)),
+        );
+        for (j, column) in columns.iter_mut().enumerate() {
+            for (i, value) in column.iter_mut().enumerate() {
+                *value = sides[(i, j)];
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The body: rest mesh, material and supports, in the order the solver wants. Never changes.
+
+use hysteron_base::BadInput;
+
+use crate::elements::{self, Elements, Law, Material, Tangent};
+use crate::mesh::{Cells, Mesh};
+use crate::simd::Isa;
+use crate::stiffness::{Stiffness, StiffnessPattern};
+use crate::{Error, Result, ordering};
+
+/// A clamped elastic body.
+///
+/// Nodes are kept in *model order*: the free ones as a factorisation eliminates them, then the clamped
+/// ones. Positions and forces are arrays of `n_nodes` points in this order, each padded with a zero so
+/// that one register holds it; unknown `3 i + c` is coordinate `c` of free node `i`.
+#[derive(Debug, Clone)]
+pub struct FemModel {
+    /// Material of all elements.
+    pub material: Material,
+    /// Rest positions \[m\], model order.
+    pub rest: Vec<[f64; 4]>,
+    /// Number of free nodes; they come first.
+    pub n_free: usize,
+    /// Elements by their nodes in model order, local node order as in the file.
+    pub cells: Cells,
+    /// Number in the mesh file of each model node.
+    pub file_node: Vec<u32>,
+    /// Model node of each node of the mesh file.
+    pub model_node: Vec<u32>,
+    /// Volume that each node stands for \[m³\].
+    pub nodal_volumes: Vec<f64>,
+    /// Instruction set of the kernels.
+    pub isa: Isa,
+    elements: ElementSet,
+}
+
+#[derive(Debug, Clone)]
+enum ElementSet {
+    Linear(Elements<4, 1>),
+    Quadratic(Elements<10, 4>),
+}
+
+impl FemModel {
+    /// Builds the model of `mesh`, clamped at the file nodes `clamped`.
+    ///
+    /// # Errors
+    /// Material out of range; no node clamped, or all; [`Law::CorotationalEdges`] on quadratic elements.
+    pub fn new(mesh: &Mesh, material: Material, clamped: &[u32]) -> Result<Self> {
+        material.check()?;
+        let mut is_clamped = vec![false; mesh.nodes.len()];
+        for &node in clamped {
+            is_clamped[node as usize] = true;
+        }
+        let n_free = is_clamped.iter().filter(|clamped| !**clamped).count();
+        if n_free == mesh.nodes.len() {
+            return Err(BadInput::new("clamp", "at least three nodes held still", "none")
+                .hint("a body that nothing holds has no equilibrium")
+                .into());
+        }
+        if n_free == 0 {
+            return Err(BadInput::new("clamp", "some free nodes", "all nodes clamped").into());
+        }
+        let file_node = ordering::model_order(&mesh.nodes, &mesh.cells, &is_clamped);
+        let mut model_node = vec![0; file_node.len()];
+        for (model, &file) in file_node.iter().enumerate() {
+            model_node[file as usize] = model as u32;
+        }
+        let rest: Vec<[f64; 4]> = file_node
+            .iter()
+            .map(|&file| {
+                let [x, y, z] = mesh.nodes[file as usize];
+                [x, y, z, 0.0]
+            })
+            .collect();
+        let sorted = material.law != Law::CorotationalEdges;
+        let (cells, elements) = match &mesh.cells {
+            Cells::Tet4(cells) => {
+                let cells = renumbered(cells, &model_node);
+                let elements = Elements::new(&in_element_order(&cells, sorted), &rest);
+                (Cells::Tet4(cells), ElementSet::Linear(elements))
+            }
+            Cells::Tet10(_) if !sorted => {
+                let found = "ten-node tetrahedra";
+                return Err(BadInput::new("material.law", "linear tetrahedra for corotational_edges", found)
+                    .hint("use corotational")
+                    .into());
+            }
+            Cells::Tet10(cells) => {
+                let cells = renumbered(cells, &model_node);
+                let elements = Elements::new(&cells, &rest);
+                (Cells::Tet10(cells), ElementSet::Quadratic(elements))
+            }
+        };
+        let nodal_volumes = match &elements {
+            ElementSet::Linear(elements) => elements.nodal_volumes(rest.len()),
+            ElementSet::Quadratic(elements) => elements.nodal_volumes(rest.len()),
+        };
+        let isa = Isa::detect();
+        Ok(Self { material, rest, n_free, cells, file_node, model_node, nodal_volumes, isa, elements })
+    }
+
+    /// The same model with its kernels on another instruction set.
+    pub fn with_isa(mut self, isa: Isa) -> Self {
+        self.isa = isa;
+        self
+    }
+
+    /// Number of nodes, clamped ones included.
+    pub fn n_nodes(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// Number of unknowns.
+    pub fn n_unknowns(&self) -> usize {
+        3 * self.n_free
+    }
+
+    /// Elastic energy \[J\] at positions `x` \[m\] (model order).
+    pub fn energy(&self, x: &[[f64; 4]]) -> f64 {
+        match &self.elements {
+            ElementSet::Linear(elements) => elements::energy(self.isa, elements, &self.material, x),
+            ElementSet::Quadratic(elements) => elements::energy(self.isa, elements, &self.material, x),
+        }
+    }
+
+    /// Internal nodal forces, the gradient of the energy \[N\], written to `out` (model order).
+    pub fn internal_force_into(&self, x: &[[f64; 4]], out: &mut [[f64; 4]]) {
+        out.fill([0.0; 4]);
+        match &self.elements {
+            ElementSet::Linear(elements) => elements::force_into(self.isa, elements, &self.material, x, out),
+            ElementSet::Quadratic(elements) => {
+                elements::force_into(self.isa, elements, &self.material, x, out);
+            }
+        }
+    }
+
+    /// Weight of the nodes under the acceleration `gravity` \[m/s²\]: forces \[N\], model order.
+    pub fn weight(&self, gravity: [f64; 3]) -> Vec<[f64; 4]> {
+        let density = self.material.density;
+        let [x, y, z] = gravity;
+        self.nodal_volumes.iter().map(|volume| [x, y, z, 0.0].map(|g| density * volume * g)).collect()
+    }
+
+    /// Sparsity of the stiffness, with room for blocks between all nodes of each of the `cliques`
+    /// (model nodes; clamped ones are left out).
+    pub fn stiffness_pattern(&self, cliques: &[Vec<u32>]) -> StiffnessPattern {
+        match &self.elements {
+            ElementSet::Linear(elements) => StiffnessPattern::new(self.n_free, elements, cliques),
+            ElementSet::Quadratic(elements) => StiffnessPattern::new(self.n_free, elements, cliques),
+        }
+    }
+
+    /// Assembles the derivative of the internal forces at positions `x` into `stiffness`.
+    pub fn stiffness_into(&self, x: &[[f64; 4]], kind: Tangent, stiffness: &mut Stiffness) {
+        stiffness.blocks.fill([[0.0; 4]; 3]);
+        let map = &stiffness.pattern.pairs;
+        let blocks = &mut stiffness.blocks;
+        match &self.elements {
+            ElementSet::Linear(elements) => {
+                elements::stiffness_into(self.isa, elements, &self.material, kind, x, map, blocks);
+            }
+            ElementSet::Quadratic(elements) => {
+                elements::stiffness_into(self.isa, elements, &self.material, kind, x, map, blocks);
+            }
+        }
+    }
+
+    /// Fails, naming the node as in the mesh file, when an entry of `values` (model order) is not finite.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn check_finite(&self, quantity: &'static str, values: &[[f64; 4]]) -> Result<()> {
+        match values.iter().position(|point| point.iter().any(|c| !c.is_finite())) {
+            Some(model) => Err(Error::NotFinite { quantity, node: self.file_node[model] as usize }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn renumbered<const N: usize>(cells: &[[u32; N]], model_node: &[u32]) -> Vec<[u32; N]> {
+    cells.iter().map(|cell| cell.map(|file| model_node[file as usize])).collect()
+}
+
+/// Elements in the order in which the body is numbered, so that neighbours in memory are neighbours in
+/// space; and, where `sorted`, local nodes ascending, so that no block needs transposing.
+fn in_element_order(cells: &[[u32; 4]], sorted: bool) -> Vec<[u32; 4]> {
+    let mut cells = cells.to_vec();
+    if sorted {
+        for cell in &mut cells {
+            cell.sort_unstable();
+        }
+    }
+    cells.sort_by_key(|cell| cell.iter().copied().min());
+    cells
+}

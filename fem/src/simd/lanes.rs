@@ -1,0 +1,173 @@
+//! Eight elements at a time: a number of which every lane belongs to another element.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use pulp::{Simd, bytemuck};
+
+/// Elements per batch: the widest registers hold eight `f64`; narrower ones take several passes.
+pub(crate) const LANES: usize = 8;
+
+/// One number for each element of a batch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Pack(pub [f64; LANES]);
+
+/// A register of `f64`, with operators. `S` fixes how many lanes it has.
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes<S: Simd> {
+    simd: S,
+    value: S::f64s,
+}
+
+/// Reads and writes the part of a [`Pack`] that one pass handles.
+#[derive(Clone, Copy)]
+pub(crate) struct Packs<S: Simd> {
+    simd: S,
+    pass: usize,
+}
+
+impl<S: Simd> Packs<S> {
+    /// Passes needed to cover a batch.
+    pub const PASSES: usize = LANES / S::F64_LANES;
+
+    #[inline(always)]
+    pub fn new(simd: S, pass: usize) -> Self {
+        Self { simd, pass }
+    }
+
+    /// The lanes of this pass within a batch.
+    #[inline(always)]
+    pub fn range(self) -> std::ops::Range<usize> {
+        self.pass * S::F64_LANES..(self.pass + 1) * S::F64_LANES
+    }
+
+    #[inline(always)]
+    pub fn load(self, pack: &Pack) -> Lanes<S> {
+        Lanes { simd: self.simd, value: S::as_simd_f64s(&pack.0).0[self.pass] }
+    }
+
+    #[inline(always)]
+    pub fn splat(self, value: f64) -> Lanes<S> {
+        Lanes { simd: self.simd, value: self.simd.splat_f64s(value) }
+    }
+
+    /// Lane `l` of register `c` is `read(l)[c]`: turns the padded points of several elements into
+    /// coordinates.
+    #[inline(always)]
+    pub fn gather(self, read: impl Fn(usize) -> [f64; 4]) -> [Lanes<S>; 3] {
+        let mut rows = Pack4([[0.0; 4]; LANES]);
+        for slot in 0..S::F64_LANES {
+            rows.0[slot] = read(slot_lane::<S>(slot));
+        }
+        let r = S::as_simd_f64s(rows.0.as_flattened()).0;
+        let [x, y, z, _] = self.simd.deinterleave_shfl_f64s([r[0], r[1], r[2], r[3]]);
+        [x, y, z].map(|value| Lanes { simd: self.simd, value })
+    }
+
+    /// Hands `[x, y, z, 0]` of every lane to `write`: the inverse of [`Self::gather`].
+    #[inline(always)]
+    pub fn scatter(self, point: [Lanes<S>; 3], mut write: impl FnMut(usize, [f64; 4])) {
+        let [x, y, z] = point.map(|lanes| lanes.value);
+        let r = self.simd.interleave_shfl_f64s([x, y, z, self.simd.splat_f64s(0.0)]);
+        let mut rows = Pack4([[0.0; 4]; LANES]);
+        S::as_mut_simd_f64s(rows.0.as_flattened_mut()).0[..4].copy_from_slice(&r);
+        for slot in 0..S::F64_LANES {
+            write(slot_lane::<S>(slot), rows.0[slot]);
+        }
+    }
+}
+
+/// A padded point for each element of a batch.
+#[repr(C, align(64))]
+struct Pack4([[f64; 4]; LANES]);
+
+/// Which lane a padded point in memory ends up in when four registers are deinterleaved. Eight-lane
+/// registers swap the middle of each half; the tests check every instruction set.
+#[inline(always)]
+fn slot_lane<S: Simd>(slot: usize) -> usize {
+    if S::F64_LANES == 8 { [0, 2, 1, 3, 4, 6, 5, 7][slot] } else { slot }
+}
+
+impl<S: Simd> Lanes<S> {
+    /// Largest lane.
+    #[inline(always)]
+    pub fn max(self) -> f64 {
+        self.simd.reduce_max_f64s(self.value)
+    }
+
+    /// `self * b + c`.
+    #[inline(always)]
+    pub fn mul_add(self, b: Self, c: Self) -> Self {
+        Self { simd: self.simd, value: self.simd.mul_add_e_f64s(self.value, b.value, c.value) }
+    }
+
+    /// 1 / self.
+    #[inline(always)]
+    pub fn recip(self) -> Self {
+        let one = self.simd.splat_f64s(1.0);
+        Self { simd: self.simd, value: self.simd.div_f64s(one, self.value) }
+    }
+
+    /// The same value in every lane of a register like this one.
+    #[inline(always)]
+    pub fn same(self, value: f64) -> Self {
+        Self { simd: self.simd, value: self.simd.splat_f64s(value) }
+    }
+
+    /// Applies a scalar function to every lane; for the few that have no instruction.
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        let mut lanes = Pack([0.0; LANES]);
+        self.store(&mut lanes);
+        for lane in &mut lanes.0[..S::F64_LANES] {
+            *lane = f(*lane);
+        }
+        Self { simd: self.simd, value: S::as_simd_f64s(&lanes.0).0[0] }
+    }
+
+    /// Writes the lanes to the front of `pack`.
+    #[inline(always)]
+    pub fn store(self, pack: &mut Pack) {
+        S::as_mut_simd_f64s(&mut pack.0).0[0] = self.value;
+    }
+
+    /// The lanes as an array, the first `S::F64_LANES` of which count.
+    #[inline(always)]
+    pub fn to_array(self) -> [f64; LANES] {
+        let mut pack: Pack = Pack(bytemuck::Zeroable::zeroed());
+        self.store(&mut pack);
+        pack.0
+    }
+}
+
+impl<S: Simd> Add for Lanes<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { simd: self.simd, value: self.simd.add_f64s(self.value, other.value) }
+    }
+}
+
+impl<S: Simd> Sub for Lanes<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { simd: self.simd, value: self.simd.sub_f64s(self.value, other.value) }
+    }
+}
+
+impl<S: Simd> Mul for Lanes<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self { simd: self.simd, value: self.simd.mul_f64s(self.value, other.value) }
+    }
+}
+
+impl<S: Simd> Neg for Lanes<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { simd: self.simd, value: self.simd.neg_f64s(self.value) }
+    }
+}
