@@ -6,7 +6,7 @@ use super::batch::{Elements, PairMap, PointData};
 use super::law::{
     Corotational, CorotationalEdges, Lame, Law, Material, NeoHookean, Point, PointLaw, SmallStrain, Tangent,
 };
-use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, sub};
+use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, scale_rows, sub};
 use crate::simd::{Isa, LANES, Lanes, Packs};
 
 /// A point or force with a fourth number of padding, so that one register holds it.
@@ -67,11 +67,10 @@ fn edges<S: Simd, const N: usize>(
     nodes: &[[u32; LANES]; N],
     x: &[Padded],
 ) -> [Vec3<S>; N] {
-    let first = packs.range().start;
-    let origin = packs.gather(|l| x[nodes[0][first + l] as usize]);
+    let origin = packs.gather(x, &nodes[0]);
     let mut edges = [origin; N];
     for a in 1..N {
-        edges[a] = sub(packs.gather(|l| x[nodes[a][first + l] as usize]), origin);
+        edges[a] = sub(packs.gather(x, &nodes[a]), origin);
     }
     edges
 }
@@ -171,7 +170,7 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q
                         gradients: &[g[1], g[2], g[3]],
                     };
                     let weight = packs.load(&point.weight);
-                    let p = self.law.stress(lame, &at).map(|row| scale(weight, row));
+                    let p = scale_rows(weight, &self.law.stress(lame, &at));
                     for a in 1..N {
                         for i in 0..3 {
                             forces[a][i] = forces[a][i] + dot(p[i], g[a]);
@@ -194,14 +193,16 @@ fn scatter<S: Simd, const N: usize>(
     forces: &[Vec3<S>; N],
     out: &mut [Padded],
 ) {
-    let first = packs.range().start;
     for a in 0..N {
-        packs.scatter(forces[a], |l, force| add(&mut out[nodes[a][first + l] as usize], force));
+        let rows = packs.rows(&forces[a]);
+        for slot in 0..S::F64_LANES {
+            add(&mut out[nodes[a][packs.element(slot)] as usize], &rows.0[slot]);
+        }
     }
 }
 
 #[inline(always)]
-fn add(target: &mut Padded, value: Padded) {
+fn add(target: &mut Padded, value: &Padded) {
     for c in 0..4 {
         target[c] += value[c];
     }
@@ -241,7 +242,10 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, 
                     for a in 1..N {
                         g[0] = sub(g[0], g[a]);
                     }
-                    let p = g.map(|gradient| apply(&tangent.map, gradient));
+                    let mut p = g;
+                    for a in 0..N {
+                        p[a] = apply(&tangent.map, g[a]);
+                    }
                     let weight = packs.load(&point.weight);
                     let mut pair = 0;
                     for a in 0..N {
@@ -251,8 +255,7 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, 
                             if let Some((c, m)) = &tangent.couple {
                                 add_couple(&mut k, *c, m, p[a], p[b]);
                             }
-                            let k = k.map(|row| scale(weight, row));
-                            add_block(packs, &k, &slots[pair], self.blocks);
+                            add_block(packs, &scale_rows(weight, &k), &slots[pair], self.blocks);
                             pair += 1;
                         }
                     }
@@ -298,22 +301,21 @@ fn add_couple<S: Simd>(k: &mut Mat3<S>, c: Lanes<S>, m: &Mat3<S>, pa: Vec3<S>, p
 
 #[inline(always)]
 fn add_block<S: Simd>(packs: Packs<S>, k: &Mat3<S>, slots: &[u32; LANES], blocks: &mut [Block]) {
-    let first = packs.range().start;
-    let transposed = slots.iter().any(|&slot| slot != PairMap::SKIP && slot & PairMap::TRANSPOSED != 0);
-    for i in 0..3 {
-        packs.scatter(k[i], |l, row| {
-            let slot = slots[first + l];
-            if slot == PairMap::SKIP {
-                return;
-            }
-            let block = &mut blocks[(slot & !PairMap::TRANSPOSED) as usize];
-            if transposed && slot & PairMap::TRANSPOSED != 0 {
-                for j in 0..3 {
-                    block[j][i] += row[j];
-                }
+    let rows = [packs.rows(&k[0]), packs.rows(&k[1]), packs.rows(&k[2])];
+    for lane in 0..S::F64_LANES {
+        let slot = slots[packs.element(lane)];
+        if slot == PairMap::SKIP {
+            continue;
+        }
+        let block = &mut blocks[(slot & !PairMap::TRANSPOSED) as usize];
+        for i in 0..3 {
+            if slot & PairMap::TRANSPOSED == 0 {
+                add(&mut block[i], &rows[i].0[lane]);
             } else {
-                add(&mut block[i], row);
+                for j in 0..3 {
+                    block[j][i] += rows[i].0[lane][j];
+                }
             }
-        });
+        }
     }
 }

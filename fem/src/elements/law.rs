@@ -11,7 +11,8 @@ use hysteron_base::BadInput;
 use pulp::Simd;
 
 use super::tensor::{
-    Mat3, Vec3, cofactor, dot, multiply, multiply_transposed, polar_rotation, spherical, trace, transpose,
+    Mat3, cofactor, dot, multiply, multiply_transposed, polar_rotation, scale_rows, spherical, trace,
+    transpose,
 };
 use crate::simd::Lanes;
 
@@ -238,7 +239,7 @@ impl PointLaw for Corotational {
             map: r,
             couple: Some((
                 two_mu - lame.lambda * (tr - tr.same(3.0)),
-                cof.map(|row| row.map(|entry| entry * per_det)),
+                scale_rows(per_det, &cof),
             )),
         }
     }
@@ -292,7 +293,7 @@ impl NeoHookean {
         let cof = cofactor(f);
         let j = dot(f[0], cof[0]);
         let per_j = j.recip();
-        (j, cof.map(|row: Vec3<S>| row.map(|entry| entry * per_j)))
+        (j, scale_rows(per_j, &cof))
     }
 }
 
@@ -301,7 +302,7 @@ impl PointLaw for NeoHookean {
     fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
         let f = at.f;
         let norm = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
-        let ln_j = dot(f[0], cofactor(f)[0]).map(f64::ln);
+        let ln_j = dot(f[0], cofactor(f)[0]).ln();
         let half = norm.same(0.5);
         half * lame.mu * (norm - norm.same(3.0)) - lame.mu * ln_j + half * lame.lambda * ln_j * ln_j
     }
@@ -310,7 +311,7 @@ impl PointLaw for NeoHookean {
     #[inline(always)]
     fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
         let (j, inverse) = Self::inverse_transpose(at.f);
-        let pressure = lame.lambda * j.map(f64::ln) - lame.mu;
+        let pressure = lame.lambda * j.ln() - lame.mu;
         let mut stress = *at.f;
         for i in 0..3 {
             for k in 0..3 {
@@ -327,7 +328,7 @@ impl PointLaw for NeoHookean {
         PointTangent {
             alpha: lame.mu,
             lambda: lame.lambda,
-            kappa: lame.mu - lame.lambda * j.map(f64::ln),
+            kappa: lame.mu - lame.lambda * j.ln(),
             map: inverse,
             couple: None,
         }

@@ -1,4 +1,7 @@
 //! 3-vectors and 3×3 tensors of lanes: only what the element laws need.
+//!
+//! Loops instead of `array::map` throughout the kernels: a closure passed through the standard library
+//! is compiled without the instruction set that the dispatch chose, and every operation becomes a call.
 
 use pulp::Simd;
 
@@ -30,6 +33,12 @@ pub(crate) fn scale<S: Simd>(s: Lanes<S>, a: Vec3<S>) -> Vec3<S> {
 #[inline(always)]
 pub(crate) fn sub<S: Simd>(a: Vec3<S>, b: Vec3<S>) -> Vec3<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// s A.
+#[inline(always)]
+pub(crate) fn scale_rows<S: Simd>(s: Lanes<S>, a: &Mat3<S>) -> Mat3<S> {
+    [scale(s, a[0]), scale(s, a[1]), scale(s, a[2])]
 }
 
 /// A x.

@@ -51,35 +51,41 @@ impl<S: Simd> Packs<S> {
         Lanes { simd: self.simd, value: self.simd.splat_f64s(value) }
     }
 
-    /// Lane `l` of register `c` is `read(l)[c]`: turns the padded points of several elements into
-    /// coordinates.
+    /// Coordinates of one padded point for each element of this pass.
     #[inline(always)]
-    pub fn gather(self, read: impl Fn(usize) -> [f64; 4]) -> [Lanes<S>; 3] {
-        let mut rows = Pack4([[0.0; 4]; LANES]);
+    pub fn gather(self, points: &[[f64; 4]], which: &[u32; LANES]) -> [Lanes<S>; 3] {
+        let mut rows = Rows([[0.0; 4]; LANES]);
+        let which = &which[self.range()];
         for slot in 0..S::F64_LANES {
-            rows.0[slot] = read(slot_lane::<S>(slot));
+            rows.0[slot] = points[which[slot_lane::<S>(slot)] as usize];
         }
         let r = S::as_simd_f64s(rows.0.as_flattened()).0;
         let [x, y, z, _] = self.simd.deinterleave_shfl_f64s([r[0], r[1], r[2], r[3]]);
-        [x, y, z].map(|value| Lanes { simd: self.simd, value })
+        let simd = self.simd;
+        [Lanes { simd, value: x }, Lanes { simd, value: y }, Lanes { simd, value: z }]
     }
 
-    /// Hands `[x, y, z, 0]` of every lane to `write`: the inverse of [`Self::gather`].
+    /// `[x, y, z, 0]` of every lane, the inverse of [`Self::gather`]: row `slot` belongs to the element
+    /// `self.element(slot)` of the batch.
     #[inline(always)]
-    pub fn scatter(self, point: [Lanes<S>; 3], mut write: impl FnMut(usize, [f64; 4])) {
-        let [x, y, z] = point.map(|lanes| lanes.value);
+    pub fn rows(self, point: &[Lanes<S>; 3]) -> Rows {
+        let [x, y, z] = [point[0].value, point[1].value, point[2].value];
         let r = self.simd.interleave_shfl_f64s([x, y, z, self.simd.splat_f64s(0.0)]);
-        let mut rows = Pack4([[0.0; 4]; LANES]);
+        let mut rows = Rows([[0.0; 4]; LANES]);
         S::as_mut_simd_f64s(rows.0.as_flattened_mut()).0[..4].copy_from_slice(&r);
-        for slot in 0..S::F64_LANES {
-            write(slot_lane::<S>(slot), rows.0[slot]);
-        }
+        rows
+    }
+
+    /// The element of the batch that row `slot` of [`Self::rows`] belongs to.
+    #[inline(always)]
+    pub fn element(self, slot: usize) -> usize {
+        self.pass * S::F64_LANES + slot_lane::<S>(slot)
     }
 }
 
-/// A padded point for each element of a batch.
+/// A padded point for each element of a pass.
 #[repr(C, align(64))]
-struct Pack4([[f64; 4]; LANES]);
+pub(crate) struct Rows(pub [[f64; 4]; LANES]);
 
 /// Which lane a padded point in memory ends up in when four registers are deinterleaved. Eight-lane
 /// registers swap the middle of each half; the tests check every instruction set.
@@ -114,13 +120,13 @@ impl<S: Simd> Lanes<S> {
         Self { simd: self.simd, value: self.simd.splat_f64s(value) }
     }
 
-    /// Applies a scalar function to every lane; for the few that have no instruction.
+    /// Natural logarithm, lane by lane: there is no instruction for it.
     #[inline(always)]
-    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+    pub fn ln(self) -> Self {
         let mut lanes = Pack([0.0; LANES]);
         self.store(&mut lanes);
         for lane in &mut lanes.0[..S::F64_LANES] {
-            *lane = f(*lane);
+            *lane = lane.ln();
         }
         Self { simd: self.simd, value: S::as_simd_f64s(&lanes.0).0[0] }
     }
