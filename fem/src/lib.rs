@@ -1,6 +1,7 @@
 //! Tetrahedral finite elements: mesh in, stiffness factor out.
 
 mod elements;
+mod embed;
 mod error;
 mod factor;
 mod mesh;
@@ -9,7 +10,8 @@ mod ordering;
 mod simd;
 mod stiffness;
 
-pub use elements::{Law, Material, Tangent};
+pub use elements::Tangent;
+pub use embed::Embedding;
 pub use error::{Error, Result};
 pub use factor::{FactorKind, StiffnessFactor};
 pub use mesh::{Cells, Mesh};

@@ -1,8 +1,8 @@
 //! The body: rest mesh, material and supports, in the order the solver wants. Never changes.
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, Law, Material};
 
-use crate::elements::{self, Elements, Law, Material, Tangent};
+use crate::elements::{self, Elements, Tangent};
 use crate::mesh::{Cells, Mesh};
 use crate::simd::Isa;
 use crate::stiffness::{Stiffness, StiffnessPattern};
@@ -44,9 +44,8 @@ impl FemModel {
     /// Builds the model of `mesh`, clamped at the file nodes `clamped`.
     ///
     /// # Errors
-    /// Material out of range; no node clamped, or all; [`Law::CorotationalEdges`] on quadratic elements.
+    /// No node clamped, or all; [`Law::CorotationalEdges`] on quadratic elements.
     pub fn new(mesh: &Mesh, material: Material, clamped: &[u32]) -> Result<Self> {
-        material.check()?;
         let mut is_clamped = vec![false; mesh.nodes.len()];
         for &node in clamped {
             is_clamped[node as usize] = true;
@@ -163,6 +162,12 @@ impl FemModel {
                 elements::stiffness_into(self.isa, elements, &self.material, kind, x, map, blocks);
             }
         }
+    }
+
+    /// Values given in model order, as points in the order of the mesh file.
+    pub fn in_file_order(&self, values: &[[f64; 4]]) -> Vec<[f64; 3]> {
+        let point = |&model: &u32| values[model as usize];
+        self.model_node.iter().map(point).map(|[x, y, z, _]| [x, y, z]).collect()
     }
 
     /// Fails, naming the node as in the mesh file, when an entry of `values` (model order) is not finite.

@@ -1,10 +1,11 @@
 //! The loops over all elements: energy, nodal forces, stiffness blocks.
 
+use hysteron_base::{Law, Material};
 use pulp::{Simd, WithSimd};
 
 use super::batch::{Elements, PairMap, PointData};
 use super::law::{
-    Corotational, CorotationalEdges, Lame, Law, Material, NeoHookean, Point, PointLaw, SmallStrain, Tangent,
+    Corotational, CorotationalEdges, Lame, NeoHookean, Point, PointLaw, SmallStrain, Tangent, lame_parameters,
 };
 use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, scale_rows, sub};
 use crate::simd::{Isa, LANES, Lanes, Packs};
@@ -103,7 +104,7 @@ fn deformation_gradient<S: Simd, const N: usize>(edges: &[Vec3<S>; N], g: &[Vec3
 
 #[inline(always)]
 fn lame<S: Simd>(packs: Packs<S>, material: &Material) -> Lame<S> {
-    let (lambda, mu) = material.lame();
+    let (lambda, mu) = lame_parameters(material);
     Lame { lambda: packs.splat(lambda), mu: packs.splat(mu) }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! The derivation is in `docs/fem.md`.
 
-use hysteron_base::BadInput;
+use hysteron_base::Material;
 use pulp::Simd;
 
 use super::tensor::{
@@ -15,20 +15,6 @@ use super::tensor::{
     transpose,
 };
 use crate::simd::Lanes;
-
-/// How stress follows from the deformation gradient.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
-    /// Linear elasticity at small strain and small rotation.
-    SmallStrain,
-    /// Linear elasticity in a frame that turns with the element: the polar rotation of F.
-    Corotational,
-    /// As SOFA's `polar` method: the frame is the polar rotation of the edge matrix, R = polar(D)
-    /// polar(D0)ᵀ. It depends on the order of the nodes and has no energy; kept for comparison.
-    CorotationalEdges,
-    /// Compressible Neo-Hookean: ψ = μ/2 (tr FᵀF - 3) - μ ln J + λ/2 ln² J.
-    NeoHookean,
-}
 
 /// Which derivative of the stress to assemble.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,52 +27,10 @@ pub enum Tangent {
     Warped,
 }
 
-/// A homogeneous isotropic material.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material {
-    /// Stress from deformation.
-    pub law: Law,
-    /// Young's modulus \[Pa\].
-    pub youngs_modulus: f64,
-    /// Poisson's ratio \[-\].
-    pub poisson_ratio: f64,
-    /// Density \[kg/m³\].
-    pub density: f64,
-}
-
-impl Material {
-    /// Lamé's parameters (λ, μ) \[Pa\].
-    pub fn lame(&self) -> (f64, f64) {
-        let (e, nu) = (self.youngs_modulus, self.poisson_ratio);
-        (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
-    }
-
-    /// Checks the ranges: E > 0, -1 < ν < 0.5, density >= 0, all finite.
-    pub fn check(&self) -> Result<(), BadInput> {
-        if !(self.youngs_modulus.is_finite() && self.youngs_modulus > 0.0) {
-            return Err(BadInput::new(
-                "material.youngs_modulus",
-                "a positive modulus",
-                format!("{} Pa", self.youngs_modulus),
-            ));
-        }
-        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
-            return Err(BadInput::new(
-                "material.poisson_ratio",
-                "-1 < nu < 0.5",
-                self.poisson_ratio.to_string(),
-            )
-            .hint("use 0.49 and quadratic elements for rubber"));
-        }
-        if !(self.density.is_finite() && self.density >= 0.0) {
-            return Err(BadInput::new(
-                "material.density",
-                "a density of zero or more",
-                format!("{} kg/m3", self.density),
-            ));
-        }
-        Ok(())
-    }
+/// Lamé's parameters (λ, μ) \[Pa\].
+pub(crate) fn lame_parameters(material: &Material) -> (f64, f64) {
+    let (e, nu) = (material.youngs_modulus, material.poisson_ratio);
+    (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
 }
 
 /// Lamé's parameters in every lane.

@@ -12,5 +12,5 @@ mod tensor;
 
 pub(crate) use batch::{Elements, PairMap};
 pub(crate) use kernels::{Block, Padded, energy, force_into, stiffness_into};
-pub use law::{Law, Material, Tangent};
+pub use law::Tangent;
 pub(crate) use shape::shape_values;
