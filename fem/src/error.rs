@@ -31,5 +31,15 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// The bad input behind this error, if that is what it is.
+    pub fn bad_input(&self) -> Option<&BadInput> {
+        match self {
+            Self::BadInput(bad) | Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
+            _ => None,
+        }
+    }
+}
+
 /// Result of a function in `fem`.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,159 @@
+//! The equations of a step: how far a configuration is from balance, and what a command asks for.
+
+use crate::cable::CableShape;
+use crate::model::{Target, Twin};
+
+/// What a step must reach: for every cable a stroke, and the bounds its tension keeps to. A prescribed
+/// tension is a pair of equal bounds.
+#[derive(Debug, Clone)]
+pub(crate) struct Control {
+    pub strokes: Vec<f64>,
+    pub lowest: Vec<f64>,
+    pub highest: Vec<f64>,
+    /// Part of the constant loads that is applied.
+    pub load: f64,
+}
+
+impl Control {
+    pub fn new(twin: &Twin, targets: &[Target]) -> Self {
+        let n = targets.len();
+        let mut control =
+            Self { strokes: vec![0.0; n], lowest: vec![0.0; n], highest: vec![0.0; n], load: 1.0 };
+        control.set(twin, targets);
+        control
+    }
+
+    /// Replaces the targets.
+    pub fn set(&mut self, twin: &Twin, targets: &[Target]) {
+        for (j, target) in targets.iter().enumerate() {
+            let bounds = twin.tendons[j].tension;
+            let (stroke, lowest, highest) = match *target {
+                Target::Stroke(stroke) => (stroke, bounds.min, bounds.max),
+                Target::Tension(tension) => (0.0, tension, tension),
+                Target::Free => {
+                    let least = bounds.clamp(0.0);
+                    (0.0, least, least)
+                }
+            };
+            (self.strokes[j], self.lowest[j], self.highest[j]) = (stroke, lowest, highest);
+        }
+    }
+
+    /// True where the tension, not the stroke, is prescribed.
+    pub fn is_tension(&self, j: usize) -> bool {
+        self.lowest[j] == self.highest[j]
+    }
+}
+
+/// Forces and strokes at some configuration; scratch.
+#[derive(Debug, Clone)]
+pub(crate) struct Balance {
+    /// Internal forces [N], model order.
+    internal: Vec<[f64; 4]>,
+    /// Forces of cables and loads [N], model order.
+    applied: Vec<[f64; 4]>,
+    pub shape: CableShape,
+    /// Internal minus applied forces on the free unknowns [N].
+    pub residual: Vec<f64>,
+    /// Norm of `residual` over that of the applied forces [-].
+    pub relative: f64,
+    /// Missing stroke of each cable, u - s [m]; zero where the tension is prescribed.
+    pub missing: Vec<f64>,
+    /// Largest violated stroke condition [m].
+    pub violation: f64,
+    /// Force below which a residual counts as absolute [N].
+    smallest_force: f64,
+}
+
+/// A residual is small when the forces of a mean strain of this size are.
+const NEGLIGIBLE_STRAIN: f64 = 1e-7;
+
+impl Balance {
+    pub fn new(twin: &Twin) -> Self {
+        let body = &twin.body;
+        let volume: f64 = body.nodal_volumes.iter().sum();
+        Self {
+            internal: vec![[0.0; 4]; body.n_nodes()],
+            applied: vec![[0.0; 4]; body.n_nodes()],
+            shape: twin.cables.shape(),
+            residual: vec![0.0; body.n_unknowns()],
+            relative: f64::INFINITY,
+            missing: vec![0.0; twin.cables.len()],
+            violation: f64::INFINITY,
+            smallest_force: NEGLIGIBLE_STRAIN * body.material.youngs_modulus * volume.powf(2.0 / 3.0),
+        }
+    }
+
+    /// Evaluates everything at nodes `x` and tensions `t`.
+    pub fn evaluate(&mut self, twin: &Twin, control: &Control, x: &[[f64; 4]], t: &[f64]) {
+        twin.body.internal_force_into(x, &mut self.internal);
+        twin.cables.measure(x, &mut self.shape);
+        for (applied, load) in self.applied.iter_mut().zip(&twin.loads) {
+            *applied = load.map(|force| control.load * force);
+        }
+        twin.cables.add_forces(&self.shape, t, 1.0, &mut self.applied);
+        let (mut out_of_balance, mut applied) = (0.0, 0.0);
+        let free = self.internal.iter().zip(&self.applied);
+        for (residual, (inner, outer)) in self.residual.as_chunks_mut::<3>().0.iter_mut().zip(free) {
+            for c in 0..3 {
+                residual[c] = inner[c] - outer[c];
+                out_of_balance += residual[c] * residual[c];
+                applied += outer[c] * outer[c];
+            }
+        }
+        self.relative = out_of_balance.sqrt() / applied.sqrt().max(self.smallest_force);
+        self.compare_strokes(control, t);
+    }
+
+    /// Measures the cables only, at nodes `x`.
+    pub fn evaluate_strokes(&mut self, twin: &Twin, control: &Control, x: &[[f64; 4]], t: &[f64]) {
+        twin.cables.measure(x, &mut self.shape);
+        self.compare_strokes(control, t);
+    }
+
+    fn compare_strokes(&mut self, control: &Control, t: &[f64]) {
+        self.violation = 0.0;
+        for j in 0..t.len() {
+            if control.is_tension(j) {
+                self.missing[j] = 0.0;
+                // A prescribed tension is a condition on T itself, met once the bounds are.
+                if t[j] != control.lowest[j] {
+                    self.violation = f64::INFINITY;
+                }
+                continue;
+            }
+            let missing = control.strokes[j] - self.shape.strokes[j];
+            self.missing[j] = missing;
+            let violated = if t[j] <= control.lowest[j] {
+                missing.max(0.0)
+            } else if t[j] >= control.highest[j] {
+                (-missing).max(0.0)
+            } else {
+                missing.abs()
+            };
+            // NaN must not pass as zero.
+            if !(violated <= self.violation) {
+                self.violation = violated;
+            }
+        }
+    }
+
+    /// True when forces and strokes meet the accuracy asked for.
+    pub fn is_met(&self, twin: &Twin) -> bool {
+        self.relative <= twin.accuracy.relative_residual && self.violation <= twin.accuracy.stroke
+    }
+
+    /// True when all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.relative.is_finite() && !self.violation.is_nan()
+    }
+}
+
+/// x += factor × displacement of the free unknowns.
+pub(crate) fn move_nodes(x: &mut [[f64; 4]], factor: f64, displacement: &[f64]) {
+    for (node, moved) in x.iter_mut().zip(displacement.as_chunks::<3>().0) {
+        for c in 0..3 {
+            node[c] += factor * moved[c];
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! What can go wrong in the twin.
+
+use hysteron_base::BadInput;
+
+/// Errors of `twin`.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The scene or the command is wrong.
+    #[error(transparent)]
+    BadInput(#[from] BadInput),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] hysteron_base::Error),
+    /// The body has no equilibrium factor, or a number is not finite.
+    #[error(transparent)]
+    Fem(#[from] hysteron_fem::Error),
+    /// The command cannot be balanced; the state is the last one that could.
+    #[error(
+        "no equilibrium found beyond {:.1} % of the step (relative residual {relative_residual:.1e}; hint: {hint})",
+        100.0 * reached
+    )]
+    NoEquilibrium {
+        /// Part of the step that was balanced, 0 to 1.
+        reached: f64,
+        /// Where the last attempt stopped.
+        relative_residual: f64,
+        /// What to try.
+        hint: String,
+    },
+}
+
+/// Result of a function in `twin`.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// The bad input behind this error, if that is what it is.
+    pub fn bad_input(&self) -> Option<&BadInput> {
+        match self {
+            Self::BadInput(bad) => Some(bad),
+            Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
+            Self::Fem(error) => error.bad_input(),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The twin of one robot: body, cables, loads and tip. Never changes.
+
+use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tip};
+use hysteron_fem::{Embedding, FemModel, Mesh};
+
+use crate::cable::Cables;
+use crate::layout::auxiliary_tendons;
+use crate::{Result, TwinState};
+
+/// How one tendon is driven during a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// Hold this stroke [m] while the tension stays within its bounds; slack (or slipping) otherwise.
+    Stroke(f64),
+    /// Hold this tension [N].
+    Tension(f64),
+    /// Let the inverse problem choose; in the forward problem, the least tension allowed.
+    Free,
+}
+
+/// A tendon as the twin keeps it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TendonSpec {
+    /// Name from the scene.
+    pub name: String,
+    /// How it is driven unless a command says otherwise.
+    pub drive: Drive,
+    /// Tension bounds [N].
+    pub tension: Bounds,
+    /// Stroke bounds of the inverse problem [m].
+    pub stroke: Bounds,
+}
+
+/// Accuracy of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Largest force residual, relative to the forces applied by cables and loads [-].
+    pub relative_residual: f64,
+    /// Largest stroke error [m].
+    pub stroke: f64,
+}
+
+/// The finite-element twin of one robot.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    /// The body.
+    pub body: FemModel,
+    /// Tendons: `n_primary` real ones first, then the auxiliary ones.
+    pub tendons: Vec<TendonSpec>,
+    /// Their geometry, in the same order.
+    pub cables: Cables,
+    /// Number of real tendons.
+    pub n_primary: usize,
+    /// Constant loads on the nodes [N], model order.
+    pub loads: Vec<[f64; 4]>,
+    /// The tip, as weighted nodes.
+    pub tip: Embedding,
+    /// Accuracy of every step.
+    pub accuracy: Accuracy,
+}
+
+impl Twin {
+    /// Reads the scene's mesh and builds its twin.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the mesh, the clamp, a tendon point or the tip.
+    pub fn from_scene(scene: &Scene) -> Result<Self> {
+        let mesh = hysteron_fem::gmsh::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+        hysteron_fem::check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
+        Self::new(scene, &mesh)
+    }
+
+    /// Builds the twin of `scene` on a mesh already read.
+    ///
+    /// # Errors
+    /// As [`Self::from_scene`].
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self> {
+        let clamped = region_nodes(mesh, &scene.clamp, "clamp")?;
+        let body = FemModel::new(mesh, scene.material.clone(), &clamped)?;
+        let mut tendons = scene.tendons.clone();
+        tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
+        let mut cables = Vec::new();
+        for tendon in &tendons {
+            let mut points = Vec::new();
+            for (k, point) in tendon.points.iter().enumerate() {
+                let place = format!("tendon.{}.points_mm[{k}]", tendon.name);
+                points.push(carried(&body, *point, tendon.attach_within, &place)?);
+            }
+            cables.push(points);
+        }
+        let cables = Cables::new(&body, &cables);
+        let tip = match &scene.tip {
+            Tip::Group(group) => mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?),
+            Tip::Point(point) => carried(&body, *point, ON_SURFACE, "tip.point_mm")?,
+        };
+        let mut loads = body.weight(scene.gravity);
+        for (k, load) in scene.point_forces.iter().enumerate() {
+            let place = format!("point_force[{}].at_mm", k + 1);
+            let at = carried(&body, load.at, ON_SURFACE, &place)?;
+            for (node, weight) in at.nodes.iter().zip(&at.weights) {
+                for c in 0..3 {
+                    loads[*node as usize][c] += weight * load.force[c];
+                }
+            }
+        }
+        let accuracy = Accuracy {
+            relative_residual: scene.solver.relative_residual,
+            stroke: scene.solver.stroke_tolerance,
+        };
+        let n_primary = scene.tendons.len();
+        let specs = tendons.into_iter().map(|tendon| TendonSpec {
+            name: tendon.name,
+            drive: tendon.drive,
+            tension: tendon.tension,
+            stroke: tendon.stroke,
+        });
+        Ok(Self { body, tendons: specs.collect(), cables, n_primary, loads, tip, accuracy })
+    }
+
+    /// The unloaded body: every node at rest, no tension, no load applied yet.
+    pub fn rest(&self) -> TwinState {
+        TwinState { positions: self.body.rest.clone(), tensions: vec![0.0; self.cables.len()], load: 0.0 }
+    }
+
+    /// Position of the tip [m].
+    pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
+        self.tip.at(&state.positions)
+    }
+
+    /// Stroke of every tendon [m].
+    pub fn strokes_of(&self, state: &TwinState) -> Vec<f64> {
+        let mut shape = self.cables.shape();
+        self.cables.measure(&state.positions, &mut shape);
+        shape.strokes
+    }
+}
+
+/// How far outside the body a load or tip may lie [m]: round-off of typed coordinates on a surface.
+const ON_SURFACE: f64 = 1e-6;
+
+fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result<Embedding> {
+    let embedding = Embedding::new(body, point);
+    if embedding.distance > within {
+        let mm = point.map(|c| 1e3 * c);
+        return Err(BadInput::new(
+            place,
+            format!("a point of the body, or at most {} mm outside it", 1e3 * within),
+            format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * embedding.distance),
+        )
+        .hint("check the mesh's unit and origin; in a channel, raise attach_within_mm to its radius")
+        .into());
+    }
+    Ok(embedding)
+}
+
+/// File nodes of a region.
+fn region_nodes(mesh: &Mesh, region: &Region, place: &str) -> Result<Vec<u32>> {
+    match region {
+        Region::Group(name) => mesh.groups.get(name).cloned().ok_or_else(|| {
+            let known: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
+            let found = format!("no group {name:?}; the mesh has {}", known.join(", "));
+            let hint = "name a physical group when meshing, or use box_min_mm and box_max_mm";
+            BadInput::new(format!("{place}.group"), "a physical group of the mesh", found).hint(hint).into()
+        }),
+        Region::Box { min, max } => {
+            let inside = |node: &[f64; 3]| (0..3).all(|c| node[c] >= min[c] && node[c] <= max[c]);
+            let nodes = mesh.nodes.iter().zip(0..).filter(|(node, _)| inside(node)).map(|(_, i)| i);
+            let nodes: Vec<u32> = nodes.collect();
+            if nodes.is_empty() {
+                let hint = "compare with the extent of the mesh";
+                return Err(BadInput::new(place, "a box with nodes in it", "none").hint(hint).into());
+            }
+            Ok(nodes)
+        }
+    }
+}
+
+fn mean_of(body: &FemModel, file_nodes: &[u32]) -> Embedding {
+    Embedding {
+        nodes: file_nodes.iter().map(|&file| body.model_node[file as usize]).collect(),
+        weights: vec![1.0 / file_nodes.len() as f64; file_nodes.len()],
+        distance: 0.0,
+    }
+}

@@ -1,0 +1,247 @@
+//! Bound-constrained QP by a primal-dual active set that verifies its own optimality.
+//!
+//! # Reference
+//! Hintermüller, Ito, Kunisch (2002), The primal-dual active set strategy as a semismooth Newton method.
+
+use super::clarabel::{RowQp, solve_rows};
+use super::{QpSolver, QpStatus};
+
+/// Where a variable stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Between,
+    Lower,
+    Upper,
+}
+
+/// min ½ xᵀW x - bᵀx subject to lo <= x <= hi, for a W that stays and a b that changes.
+///
+/// Keeps the factor of W over the variables between their bounds, and the last active set as the next
+/// guess, so that a solve costs one small triangular solve while the active set does not change.
+#[derive(Debug, Clone)]
+pub struct BoxQp {
+    n: usize,
+    /// Dimensionless W: unit diagonal. Row-major n × n.
+    w: Vec<f64>,
+    /// 1 / sqrt(W_jj): variable = scale × dimensionless variable.
+    scale: Vec<f64>,
+    places: Vec<Place>,
+    /// Variables between their bounds, ascending, for which `factor` holds.
+    free: Vec<usize>,
+    /// Cholesky factor of W over `free`, row-major, stride n.
+    factor: Vec<f64>,
+    factor_is_current: bool,
+    x: Vec<f64>,
+    right: Vec<f64>,
+    /// Bounds of the present solve, dimensionless.
+    bounds: Vec<[f64; 2]>,
+}
+
+/// Relative to a unit diagonal: regularises tendons that pull the same way, so that their tension is
+/// shared instead of undetermined (the R of eq. 4).
+const REGULARISATION: f64 = 1e-10;
+/// Violation that counts, relative to the largest dimensionless stroke error.
+const TOLERANCE: f64 = 1e-9;
+const MAX_CHANGES: usize = 30;
+
+impl BoxQp {
+    /// A problem with `n` variables; set W before solving.
+    pub fn new(n: usize) -> Self {
+        Self {
+            n,
+            w: vec![0.0; n * n],
+            scale: vec![1.0; n],
+            places: vec![Place::Between; n],
+            free: Vec::with_capacity(n),
+            factor: vec![0.0; n * n],
+            factor_is_current: false,
+            x: vec![0.0; n],
+            right: vec![0.0; n],
+            bounds: vec![[0.0; 2]; n],
+        }
+    }
+
+    /// Replaces W (row-major n × n, symmetric positive semidefinite with a positive diagonal) [m/N].
+    pub fn set_matrix(&mut self, w: &[f64]) {
+        let n = self.n;
+        for j in 0..n {
+            self.scale[j] = 1.0 / w[j * n + j].sqrt();
+        }
+        for i in 0..n {
+            for j in 0..n {
+                self.w[i * n + j] = w[i * n + j] * self.scale[i] * self.scale[j];
+            }
+            self.w[i * n + i] += REGULARISATION;
+        }
+        self.factor_is_current = false;
+    }
+
+    /// True for each variable that stood at a bound after the last solve.
+    pub fn at_bound(&self, j: usize) -> bool {
+        self.places[j] != Place::Between
+    }
+
+    /// Solves for the stroke errors `b` [m] and bounds `lo <= x <= hi` [N]; writes the increments `x` [N].
+    pub fn solve(&mut self, b: &[f64], lo: &[f64], hi: &[f64], x: &mut [f64]) -> (QpStatus, QpSolver) {
+        let n = self.n;
+        let mut size = 0.0f64;
+        for j in 0..n {
+            self.bounds[j] = [lo[j] / self.scale[j], hi[j] / self.scale[j]];
+            size = size.max((b[j] * self.scale[j]).abs());
+        }
+        let tolerance = TOLERANCE * size.max(f64::MIN_POSITIVE);
+        for j in 0..n {
+            let [lo, hi] = self.bounds[j];
+            // A bound that moved to infinity cannot hold a variable any more.
+            if lo == hi || (self.places[j] == Place::Lower && lo.is_finite()) {
+                self.place(j, Place::Lower);
+            } else if !(self.places[j] == Place::Upper && hi.is_finite()) {
+                self.place(j, Place::Between);
+            }
+        }
+        for _ in 0..MAX_CHANGES {
+            if !self.solve_with_active_set(b) {
+                break;
+            }
+            if !self.change_active_set(b, tolerance) {
+                for j in 0..n {
+                    x[j] = self.x[j] * self.scale[j];
+                }
+                return (QpStatus::Solved, QpSolver::ActiveSet);
+            }
+        }
+        self.solve_with_clarabel(b, lo, hi, x)
+    }
+
+    fn place(&mut self, j: usize, place: Place) {
+        if self.places[j] != place {
+            self.places[j] = place;
+            self.factor_is_current = false;
+        }
+    }
+
+    /// Puts bound variables on their bounds and solves for the others; false without a factor.
+    fn solve_with_active_set(&mut self, b: &[f64]) -> bool {
+        if !self.factor_is_current && !self.factorize() {
+            return false;
+        }
+        let n = self.n;
+        for j in 0..n {
+            self.x[j] = match self.places[j] {
+                Place::Between => 0.0,
+                Place::Lower => self.bounds[j][0],
+                Place::Upper => self.bounds[j][1],
+            };
+        }
+        let m = self.free.len();
+        for k in 0..m {
+            let row = self.free[k] * n;
+            let held: f64 = (0..n).map(|j| self.w[row + j] * self.x[j]).sum();
+            self.right[k] = b[self.free[k]] * self.scale[self.free[k]] - held;
+        }
+        for k in 0..m {
+            let known: f64 = (0..k).map(|l| self.factor[k * n + l] * self.right[l]).sum();
+            self.right[k] = (self.right[k] - known) / self.factor[k * n + k];
+        }
+        for k in (0..m).rev() {
+            let known: f64 = (k + 1..m).map(|l| self.factor[l * n + k] * self.right[l]).sum();
+            self.right[k] = (self.right[k] - known) / self.factor[k * n + k];
+        }
+        for k in 0..m {
+            self.x[self.free[k]] = self.right[k];
+        }
+        true
+    }
+
+    fn factorize(&mut self) -> bool {
+        let n = self.n;
+        self.free.clear();
+        self.free.extend((0..n).filter(|&j| self.places[j] == Place::Between));
+        for (k, &i) in self.free.iter().enumerate() {
+            for (l, &j) in self.free[..=k].iter().enumerate() {
+                let (above, row) = self.factor.split_at_mut(k * n);
+                let known: f64 = if l < k {
+                    (0..l).map(|p| row[p] * above[l * n + p]).sum()
+                } else {
+                    (0..k).map(|p| row[p] * row[p]).sum()
+                };
+                let rest = self.w[i * n + j] - known;
+                row[l] = if l < k {
+                    rest / above[l * n + l]
+                } else if rest > 0.0 {
+                    rest.sqrt()
+                } else {
+                    return false;
+                };
+            }
+        }
+        self.factor_is_current = true;
+        true
+    }
+
+    /// Moves every variable that violates its condition; false when all conditions hold: x within its
+    /// bounds, and the gradient W x - b zero between them, not negative at the lower and not positive at
+    /// the upper one.
+    fn change_active_set(&mut self, b: &[f64], tolerance: f64) -> bool {
+        let n = self.n;
+        let mut changed = false;
+        for j in 0..n {
+            let [lo, hi] = self.bounds[j];
+            if lo == hi {
+                continue;
+            }
+            let next = if self.places[j] == Place::Between {
+                if self.x[j] < lo - tolerance {
+                    Place::Lower
+                } else if self.x[j] > hi + tolerance {
+                    Place::Upper
+                } else {
+                    Place::Between
+                }
+            } else {
+                let along: f64 = (0..n).map(|k| self.w[j * n + k] * self.x[k]).sum();
+                let gradient = along - b[j] * self.scale[j];
+                match self.places[j] {
+                    Place::Lower if gradient < -tolerance => Place::Between,
+                    Place::Upper if gradient > tolerance => Place::Between,
+                    place => place,
+                }
+            };
+            changed |= next != self.places[j];
+            self.place(j, next);
+        }
+        changed
+    }
+
+    fn solve_with_clarabel(
+        &mut self,
+        b: &[f64],
+        lo: &[f64],
+        hi: &[f64],
+        x: &mut [f64],
+    ) -> (QpStatus, QpSolver) {
+        let n = self.n;
+        let qp = RowQp {
+            hessian: self.w.clone(),
+            linear: (0..n).map(|j| -b[j] * self.scale[j]).collect(),
+            bounds: self.bounds.clone(),
+            rows: Vec::new(),
+            row_bounds: Vec::new(),
+        };
+        let (solution, status) = solve_rows(&qp);
+        for j in 0..n {
+            x[j] = (solution[j] * self.scale[j]).clamp(lo[j], hi[j]);
+            let [lo, hi] = self.bounds[j];
+            let close = TOLERANCE.sqrt() * (1.0 + solution[j].abs());
+            let place = if solution[j] - lo < close {
+                Place::Lower
+            } else if hi - solution[j] < close {
+                Place::Upper
+            } else {
+                Place::Between
+            };
+            self.place(j, place);
+        }
+        (status, QpSolver::Clarabel)
+    }
+}

@@ -1,0 +1,34 @@
+//! The constraint QP of every step (paper 003, eq. 4), made dimensionless before any solver sees it.
+//!
+//! The forward problem has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
+//! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to
+//! clarabel, which is also its oracle in the tests. The inverse problem has rows as well and is
+//! clarabel's alone.
+
+mod active_set;
+mod clarabel;
+
+pub use active_set::BoxQp;
+pub use clarabel::{RowQp, solve_rows};
+
+/// What became of a QP. Only `Solved` may enter a dataset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum QpStatus {
+    /// The optimality conditions hold.
+    Solved,
+    /// Clarabel stopped at its reduced accuracy.
+    AlmostSolved,
+    /// No point satisfies the constraints.
+    Infeasible,
+    /// No answer.
+    Failed,
+}
+
+/// Which solver answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum QpSolver {
+    /// The active set, with a verified certificate.
+    ActiveSet,
+    /// Clarabel.
+    Clarabel,
+}
