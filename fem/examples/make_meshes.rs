@@ -11,13 +11,13 @@ const MM: f64 = 1e-3;
 fn main() -> Result<()> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "meshes".to_owned()));
 
-    let coarse = rounded(tpu80(16, 8, 6, 18).mesh()?);
+    let coarse = rounded(tpu80(16, 8, 4, 17).mesh()?);
     save(&folder.join("tpu80/tpu80.msh"), &coarse, Encoding::Ascii)?;
     save(&folder.join("tpu80/tpu80-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)?;
-    save(&folder.join("tpu80/tpu80-fine.msh"), &rounded(tpu80(32, 16, 8, 36).mesh()?), Encoding::Ascii)?;
+    save(&folder.join("tpu80/tpu80-fine.msh"), &rounded(tpu80(24, 12, 6, 36).mesh()?), Encoding::Ascii)?;
 
     save(&folder.join("tentacle/tentacle.msh"), &rounded(tentacle(16, 90).mesh()?), Encoding::Ascii)?;
-    let coarse = rounded(tentacle(8, 64).mesh()?);
+    let coarse = rounded(tentacle(12, 60).mesh()?);
     save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)
 }
 

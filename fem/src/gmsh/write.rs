@@ -27,8 +27,8 @@ pub enum Encoding {
 
 /// Writes a mesh as Gmsh MSH 4.1 in the given length unit \[m\], with its groups.
 ///
-/// [`read_mesh`](crate::read_mesh) with the same unit gives the same nodes, tetrahedra and groups; only
-/// tetrahedra that several groups divide may change their order. The file appears whole or not at all.
+/// [`read_mesh`](crate::read_mesh) with the same unit gives the same tetrahedra and groups, and the same
+/// nodes but for the last binary digit. The file appears whole or not at all.
 ///
 /// # Errors
 /// `BadInput` for a unit that is no positive number, a coordinate that is not finite, an index out of
