@@ -5,6 +5,10 @@
 
 use std::collections::BTreeMap;
 
+pub(crate) mod faces;
+pub(crate) mod file;
+mod quadratic;
+
 /// Tetrahedra of one kind. A mesh never mixes them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cells {

@@ -65,7 +65,7 @@ impl Twin {
     /// # Errors
     /// Everything that is wrong with the mesh, the clamp, a tendon point or the tip.
     pub fn from_scene(scene: &Scene) -> Result<Self> {
-        let mesh = hysteron_fem::gmsh::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+        let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
         hysteron_fem::check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
         Self::new(scene, &mesh)
     }

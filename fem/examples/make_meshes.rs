@@ -1,0 +1,75 @@
+//! Writes the meshes of the folder `meshes/` anew, byte for byte:
+//! `cargo run --release -p hysteron-fem --example make_meshes -- meshes`
+
+use std::f64::consts::FRAC_PI_2;
+use std::path::{Path, PathBuf};
+
+use hysteron_fem::{Channel, Encoding, Layers, Mesh, Order, Result, Tube, check_mesh, write_mesh};
+
+const MM: f64 = 1e-3;
+
+fn main() -> Result<()> {
+    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "meshes".to_owned()));
+
+    let coarse = rounded(tpu80(16, 8, 4, 17).mesh()?);
+    save(&folder.join("tpu80/tpu80.msh"), &coarse, Encoding::Ascii)?;
+    save(&folder.join("tpu80/tpu80-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)?;
+    save(&folder.join("tpu80/tpu80-fine.msh"), &rounded(tpu80(24, 12, 6, 36).mesh()?), Encoding::Ascii)?;
+
+    save(&folder.join("tentacle/tentacle.msh"), &rounded(tentacle(16, 90).mesh()?), Encoding::Ascii)?;
+    let coarse = rounded(tentacle(12, 60).mesh()?);
+    save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)
+}
+
+/// Tube of 80 mm with a bore and four tendon channels.
+fn tpu80(outer_divisions: u32, bore_divisions: u32, channel_divisions: u32, layers: u32) -> Tube {
+    let channel =
+        |k: u32| Channel { angle: f64::from(k) * FRAC_PI_2, center_radius: 4.5 * MM, radius: 0.75 * MM };
+    Tube {
+        profile: vec![[0.0, 6.0 * MM], [80.0 * MM, 6.0 * MM]],
+        bore_radius: 3.0 * MM,
+        channels: (0..4).map(channel).collect(),
+        outer_divisions,
+        bore_divisions,
+        channel_divisions,
+        layers: Layers::Count(layers),
+        order: Order::Linear,
+    }
+}
+
+/// Solid tapered body of two links.
+fn tentacle(outer_divisions: u32, layers: u32) -> Tube {
+    Tube {
+        profile: vec![[0.0, 15.41 * MM], [305.0 * MM, 6.42 * MM], [360.0 * MM, 4.80 * MM]],
+        bore_radius: 0.0,
+        channels: Vec::new(),
+        outer_divisions,
+        bore_divisions: 0,
+        channel_divisions: 0,
+        layers: Layers::Count(layers),
+        order: Order::Linear,
+    }
+}
+
+/// Moves the nodes to whole nanometres: shorter files, and no trace of the machine's sine and cosine.
+fn rounded(mut mesh: Mesh) -> Mesh {
+    mesh.nodes.iter_mut().flatten().for_each(|v| *v = (*v * 1e9).round() / 1e9);
+    mesh
+}
+
+#[expect(clippy::print_stdout, reason = "a program for the terminal")]
+fn save(path: &Path, mesh: &Mesh, encoding: Encoding) -> Result<()> {
+    let quality = check_mesh(mesh, &path.display().to_string())?;
+    write_mesh(path, mesh, MM, encoding)?;
+    println!(
+        "{}: {} nodes, {} tetrahedra, radius ratio min {:.3} median {:.3}, smallest angle min {:.1} deg, {:.1} mm3",
+        path.display(),
+        quality.n_nodes,
+        quality.n_cells,
+        quality.radius_ratio.min,
+        quality.radius_ratio.median,
+        quality.smallest_angle.min.to_degrees(),
+        quality.volume.sum * 1e9,
+    );
+    Ok(())
+}

@@ -1,0 +1,3 @@
+//! Integration tests of `hysteron-fem`.
+
+mod mesh;
