@@ -91,7 +91,10 @@ impl Balance {
         for (applied, load) in self.applied.iter_mut().zip(&twin.loads) {
             *applied = load.map(|force| control.load * force);
         }
-        twin.cables.add_forces(&self.shape, t, 1.0, &mut self.applied);
+        for couple in &twin.couples {
+            couple.add_forces(x, control.load, &mut self.applied);
+        }
+        twin.cables.add_forces(&self.shape, t, &mut self.applied);
         let (mut out_of_balance, mut applied) = (0.0, 0.0);
         let free = self.internal.iter().zip(&self.applied);
         for (residual, (inner, outer)) in self.residual.as_chunks_mut::<3>().0.iter_mut().zip(free) {

@@ -100,15 +100,15 @@ impl Cables {
         }
     }
 
-    /// Adds `factor` Jᵀ T to nodal forces (model order).
-    pub(crate) fn add_forces(&self, shape: &CableShape, tensions: &[f64], factor: f64, out: &mut [[f64; 4]]) {
+    /// Adds Jᵀ T to nodal forces (model order).
+    pub(crate) fn add_forces(&self, shape: &CableShape, tensions: &[f64], out: &mut [[f64; 4]]) {
         for (j, tension) in tensions.iter().enumerate() {
             if *tension == 0.0 {
                 continue;
             }
             for p in self.range(j) {
                 for &(node, weight) in &self.points[p].0 {
-                    let scale = factor * tension * weight;
+                    let scale = tension * weight;
                     for c in 0..3 {
                         out[node as usize][c] += scale * shape.gradients[p][c];
                     }
@@ -177,7 +177,8 @@ impl Cables {
                     std::array::from_fn(|b| tension / length * (f64::from(u8::from(a == b)) - t[a] * t[b]))
                 });
                 let ends = [(&self.points[p], 1.0), (&self.points[p + 1], -1.0)];
-                let carriers = ends.iter().flat_map(|(point, sign)| point.0.iter().map(move |(n, w)| (*n, sign * w)));
+                let carriers =
+                    ends.iter().flat_map(|(point, sign)| point.0.iter().map(move |(n, w)| (*n, sign * w)));
                 let carriers: Vec<(u32, f64)> = carriers.collect();
                 for &(row, row_weight) in &carriers {
                     for &(column, column_weight) in carriers.iter().filter(|(column, _)| *column <= row) {

@@ -1,1 +1,22 @@
 //! Quasi-static twin of a tendon-driven robot.
+
+mod anderson;
+mod balance;
+mod cable;
+mod error;
+mod layout;
+mod model;
+mod newton;
+mod predictor;
+mod projection;
+pub mod qp;
+mod quasi_newton;
+mod state;
+mod step;
+
+pub use cable::Cables;
+pub use error::{Error, Result};
+pub use layout::auxiliary_tendons;
+pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};
+pub use state::TwinState;
+pub use step::{StepReport, Stepper};

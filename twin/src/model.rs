@@ -2,6 +2,7 @@
 
 use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tip};
 use hysteron_fem::{Embedding, FemModel, Mesh};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::cable::Cables;
 use crate::layout::auxiliary_tendons;
@@ -40,6 +41,41 @@ pub struct Accuracy {
     pub stroke: f64,
 }
 
+/// A moment fixed in space, spread over nodes as forces: f_i = w_i (S⁻¹ M) × r_i about the nodes' weighted
+/// centre, with S = Σ w_i (|r_i|² 1 - r_i r_iᵀ). The forces add up to zero and their moment to M however
+/// the nodes have moved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Couple {
+    /// Nodes (model order) and weights, for example their volumes; not all in one line.
+    pub nodes: Vec<(u32, f64)>,
+    /// The moment [N m].
+    pub moment: [f64; 3],
+}
+
+impl Couple {
+    /// Adds `factor` times the forces at positions `x` to `out`.
+    pub(crate) fn add_forces(&self, x: &[[f64; 4]], factor: f64, out: &mut [[f64; 4]]) {
+        let at = |node: u32| {
+            let [a, b, c, _] = x[node as usize];
+            Vector3::new(a, b, c)
+        };
+        let total: f64 = self.nodes.iter().map(|(_, weight)| weight).sum();
+        let center = self.nodes.iter().map(|&(node, weight)| weight * at(node)).sum::<Vector3<f64>>() / total;
+        let mut second = Matrix3::zeros();
+        for &(node, weight) in &self.nodes {
+            let arm = at(node) - center;
+            second += weight * (Matrix3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose());
+        }
+        let turn = second.try_inverse().unwrap_or_else(Matrix3::zeros) * Vector3::from(self.moment);
+        for &(node, weight) in &self.nodes {
+            let force = turn.cross(&(at(node) - center));
+            for c in 0..3 {
+                out[node as usize][c] += factor * weight * force[c];
+            }
+        }
+    }
+}
+
 /// The finite-element twin of one robot.
 #[derive(Debug, Clone)]
 pub struct Twin {
@@ -53,6 +89,8 @@ pub struct Twin {
     pub n_primary: usize,
     /// Constant loads on the nodes [N], model order.
     pub loads: Vec<[f64; 4]>,
+    /// Moments on the body, beside the loads; a scene has none.
+    pub couples: Vec<Couple>,
     /// The tip, as weighted nodes.
     pub tip: Embedding,
     /// Accuracy of every step.
@@ -114,7 +152,16 @@ impl Twin {
             tension: tendon.tension,
             stroke: tendon.stroke,
         });
-        Ok(Self { body, tendons: specs.collect(), cables, n_primary, loads, tip, accuracy })
+        Ok(Self {
+            body,
+            tendons: specs.collect(),
+            cables,
+            n_primary,
+            loads,
+            couples: Vec::new(),
+            tip,
+            accuracy,
+        })
     }
 
     /// The unloaded body: every node at rest, no tension, no load applied yet.
@@ -145,7 +192,13 @@ fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result
         return Err(BadInput::new(
             place,
             format!("a point of the body, or at most {} mm outside it", 1e3 * within),
-            format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * embedding.distance),
+            format!(
+                "({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside",
+                mm[0],
+                mm[1],
+                mm[2],
+                1e3 * embedding.distance
+            ),
         )
         .hint("check the mesh's unit and origin; in a channel, raise attach_within_mm to its radius")
         .into());

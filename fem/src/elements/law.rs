@@ -145,8 +145,7 @@ impl PointLaw for Corotational {
         let f = at.f;
         let r = polar_rotation(f);
         let two_mu = lame.mu + lame.mu;
-        let volume_strain =
-            dot(r[0], f[0]) + dot(r[1], f[1]) + dot(r[2], f[2]) - lame.mu.same(3.0);
+        let volume_strain = dot(r[0], f[0]) + dot(r[1], f[1]) + dot(r[2], f[2]) - lame.mu.same(3.0);
         let along_r = lame.lambda.mul_add(volume_strain, -two_mu);
         let mut stress = *f;
         for i in 0..3 {
@@ -181,10 +180,7 @@ impl PointLaw for Corotational {
             lambda: lame.lambda,
             kappa: lame.mu.same(0.0),
             map: r,
-            couple: Some((
-                two_mu - lame.lambda * (tr - tr.same(3.0)),
-                scale_rows(per_det, &cof),
-            )),
+            couple: Some((two_mu - lame.lambda * (tr - tr.same(3.0)), scale_rows(per_det, &cof))),
         }
     }
 }

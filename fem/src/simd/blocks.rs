@@ -280,7 +280,9 @@ impl WithSimd for Factorize<'_> {
                 let (left, here) = row.split_at_mut(j - first[i]);
                 let above = &done[start[j] + from - first[j]..start[j + 1]];
                 let mut sum = negated(&here[0]);
-                multiply_add(simd, &mut sum, &left[from - first[i]..], &above[..j - from], |k, c| TRANSPOSED(k, c));
+                multiply_add(simd, &mut sum, &left[from - first[i]..], &above[..j - from], |k, c| {
+                    TRANSPOSED(k, c)
+                });
                 let mut solved = Block::ZERO;
                 let inverse = &above[j - from..=j - from];
                 multiply_add(simd, &mut solved, &[negated(&sum)], inverse, |k, c| TRANSPOSED(k, c));
@@ -373,12 +375,10 @@ impl Solve<'_> {
         }
         for j in (0..n_block_rows).rev() {
             let (before, after) = x.split_at_mut((j + 1) * BLOCK);
-            let terms = (j + 1..=envelope.last[j])
-                .filter(|&i| envelope.first[i] <= j)
-                .map(|i| {
-                    let from = (i - j - 1) * BLOCK;
-                    (envelope.block(i, j), &after[from..from + BLOCK])
-                });
+            let terms = (j + 1..=envelope.last[j]).filter(|&i| envelope.first[i] <= j).map(|i| {
+                let from = (i - j - 1) * BLOCK;
+                (envelope.block(i, j), &after[from..from + BLOCK])
+            });
             let mut sum = [0.0; BLOCK];
             multiply_transposed::<S, V, C>(simd, &mut sum, terms);
             let here = &mut before[j * BLOCK..];
@@ -426,9 +426,13 @@ impl WithSimd for SolvePanel<'_> {
             let (before, here) = panel.split_at_mut(i);
             let mut sum = negated(&here[0]);
             let row = envelope.row(i);
-            multiply_add(simd, &mut sum, &before[envelope.first[i]..], &row[..row.len() - 1], |k, c| TRANSPOSED(k, c));
+            multiply_add(simd, &mut sum, &before[envelope.first[i]..], &row[..row.len() - 1], |k, c| {
+                TRANSPOSED(k, c)
+            });
             here[0] = Block::ZERO;
-            multiply_add(simd, &mut here[0], &[negated(&sum)], &row[row.len() - 1..], |k, c| TRANSPOSED(k, c));
+            multiply_add(simd, &mut here[0], &[negated(&sum)], &row[row.len() - 1..], |k, c| {
+                TRANSPOSED(k, c)
+            });
         }
         for j in (0..panel.len()).rev() {
             let (before, after) = panel.split_at_mut(j + 1);

@@ -30,8 +30,10 @@ pub fn solve_rows(qp: &RowQp) -> (Vec<f64>, QpStatus) {
     let size = qp.linear.iter().fold(0.0f64, |max, g| max.max(g.abs())).max(f64::MIN_POSITIVE);
     let unit = |j: usize| (0..n).map(|k| f64::from(u8::from(k == j))).collect::<Vec<f64>>();
     let variables = (0..n).map(unit).zip(&qp.bounds);
-    let all: Vec<(Vec<f64>, [f64; 2])> =
-        variables.map(|(row, b)| (row, *b)).chain(qp.rows.iter().cloned().zip(qp.row_bounds.iter().copied())).collect();
+    let all: Vec<(Vec<f64>, [f64; 2])> = variables
+        .map(|(row, b)| (row, *b))
+        .chain(qp.rows.iter().cloned().zip(qp.row_bounds.iter().copied()))
+        .collect();
     let mut rows = Vec::new();
     let mut right = Vec::new();
     for (row, [lo, hi]) in all.iter().filter(|(_, [lo, hi])| lo == hi) {

@@ -1,0 +1,289 @@
+//! The common case of a step: a stale single-precision factor, a good guess, one or two corrections.
+//!
+//! Each iteration solves once with the factor of an earlier configuration, z = K⁻¹ r, finds the tension
+//! increments from the bound-constrained QP in W, and moves by Y dT - z; Anderson acceleration makes up
+//! for the factor's age. The residual itself is always exact, so what converges is an equilibrium. The
+//! factor is that of the rest stiffness turned with each element: without the geometric terms of body
+//! and cables, which nearly cancel under internal loads, it is positive definite and keeps a narrow
+//! envelope. It is renewed when a step costs more iterations than the average since the last renewal,
+//! the renewal included.
+
+use std::sync::Arc;
+
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, combine_into};
+
+use crate::anderson::Anderson;
+use crate::balance::{Balance, Control, move_nodes};
+use crate::model::Twin;
+use crate::predictor::Predictor;
+use crate::projection::Projection;
+use crate::qp::{BoxQp, QpSolver, QpStatus};
+use crate::step::{StepReport, TwinState};
+
+/// Iterations after which a factor is renewed within a step, and after which the step is given up.
+const RENEW_AFTER: usize = 8;
+const GIVE_UP_AFTER: usize = 40;
+/// Growth of the residual over the best one so far that counts as divergence.
+const DIVERGED: f64 = 1e3;
+
+/// Factor, projection and history of the fast iteration; scratch.
+#[derive(Debug, Clone)]
+pub(crate) struct QuasiNewton {
+    stiffness: Stiffness,
+    factor: StiffnessFactor,
+    projection: Projection,
+    /// The projection's columns in single precision: they are streamed in every iteration.
+    columns: Vec<Vec<f32>>,
+    qp: BoxQp,
+    anderson: Anderson,
+    predictor: Predictor,
+    /// No factor yet, or one that did not serve.
+    is_stale: bool,
+    /// Iterations and steps since the factor was renewed.
+    spent: usize,
+    steps: usize,
+    /// Free displacement, then tension increments times their mean compliance.
+    step: Vec<f64>,
+    /// K⁻¹ r.
+    drift: Vec<f64>,
+    right: Vec<f64>,
+    lowest: Vec<f64>,
+    highest: Vec<f64>,
+    increments: Vec<f64>,
+    command: Vec<f64>,
+    /// Which cables stood at a bound when history began.
+    at_bound: Vec<bool>,
+}
+
+impl QuasiNewton {
+    pub fn new(twin: &Twin) -> Self {
+        let pattern = Arc::new(twin.body.stiffness_pattern(&[]));
+        let kind = FactorKind::fastest(&pattern);
+        let (n, m, isa) = (twin.body.n_unknowns(), twin.cables.len(), twin.body.isa);
+        Self {
+            factor: StiffnessFactor::new(&pattern, kind, isa),
+            stiffness: Stiffness::zeros(pattern),
+            projection: Projection::new(n, m),
+            columns: vec![vec![0.0; n]; m],
+            qp: BoxQp::new(m),
+            anderson: Anderson::new(isa, n + m),
+            predictor: Predictor::new(isa, n + m, m),
+            is_stale: true,
+            spent: 0,
+            steps: 0,
+            step: vec![0.0; n + m],
+            drift: vec![0.0; n],
+            right: vec![0.0; m],
+            lowest: vec![0.0; m],
+            highest: vec![0.0; m],
+            increments: vec![0.0; m],
+            command: vec![0.0; m],
+            at_bound: vec![false; m],
+        }
+    }
+
+    /// The state has jumped: history and factor no longer fit.
+    pub fn forget(&mut self) {
+        self.predictor.clear();
+        self.anderson.clear();
+        self.is_stale = true;
+    }
+
+    /// Tries to reach `control` from the equilibrium `state`; true when it did. Otherwise `state` is
+    /// left anywhere.
+    pub fn run(
+        &mut self,
+        twin: &Twin,
+        control: &Control,
+        state: &mut TwinState,
+        balance: &mut Balance,
+        report: &mut StepReport,
+    ) -> bool {
+        if self.is_stale {
+            balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
+            if !self.renew(twin, state, balance, report) {
+                return false;
+            }
+        }
+        self.predict(twin, control, state, balance);
+        self.anderson.begin();
+        let mut best = f64::INFINITY;
+        let mut renewed_at = 0;
+        for iteration in 0..GIVE_UP_AFTER {
+            balance.evaluate(twin, control, &state.positions, &state.tensions);
+            if !balance.is_finite() || balance.relative > DIVERGED * best {
+                return false;
+            }
+            if balance.is_met(twin) {
+                self.finish(control, state, iteration);
+                return true;
+            }
+            best = best.min(balance.relative);
+            if iteration - renewed_at == RENEW_AFTER {
+                if !self.renew(twin, state, balance, report) {
+                    return false;
+                }
+                renewed_at = iteration;
+            }
+            if !self.iterate(twin, control, state, balance, report) {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Factor, Y and W at the present configuration (`balance` holds its cable shape).
+    fn renew(&mut self, twin: &Twin, state: &TwinState, balance: &Balance, report: &mut StepReport) -> bool {
+        report.renewals += 1;
+        self.is_stale = true;
+        twin.body.stiffness_into(&state.positions, Tangent::Warped, &mut self.stiffness);
+        if self.factor.factorize(&self.stiffness).is_err() {
+            return false;
+        }
+        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
+        for (single, double) in self.columns.iter_mut().zip(&self.projection.columns) {
+            for (single, double) in single.iter_mut().zip(double) {
+                *single = *double as f32;
+            }
+        }
+        self.qp.set_matrix(&self.projection.delassus);
+        self.anderson.clear();
+        self.is_stale = false;
+        self.spent = 0;
+        self.steps = 0;
+        true
+    }
+
+    /// Moves `state` to where the history expects the equilibrium, then onto the commanded strokes.
+    fn predict(&mut self, twin: &Twin, control: &Control, state: &mut TwinState, balance: &mut Balance) {
+        let (n, m) = (self.drift.len(), state.tensions.len());
+        self.write_command(control);
+        self.step.fill(0.0);
+        let at_bound = &self.at_bound;
+        let counts = |j: usize| control.is_tension(j) || !at_bound[j];
+        self.predictor.predict(&self.command, counts, &mut self.step);
+        move_nodes(&mut state.positions, 1.0, &self.step[..n]);
+        for j in 0..m {
+            let tension = state.tensions[j] + self.step[n + j];
+            state.tensions[j] = tension.clamp(control.lowest[j], control.highest[j]);
+        }
+        balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
+        self.drift.fill(0.0);
+        if self.solve_tensions(twin, control, state, balance).is_some() {
+            self.step[..n].fill(0.0);
+            combine_into(twin.body.isa, &self.increments, &self.columns, &mut self.step[..n]);
+            move_nodes(&mut state.positions, 1.0, &self.step[..n]);
+            self.add_increments(control, state);
+        }
+    }
+
+    /// One correction.
+    fn iterate(
+        &mut self,
+        twin: &Twin,
+        control: &Control,
+        state: &mut TwinState,
+        balance: &Balance,
+        report: &mut StepReport,
+    ) -> bool {
+        let (n, m) = (self.drift.len(), state.tensions.len());
+        report.iterations += 1;
+        self.drift.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.drift);
+        match self.solve_tensions(twin, control, state, balance) {
+            Some(QpSolver::ActiveSet) => {}
+            Some(QpSolver::Clarabel) => report.clarabel_solves += 1,
+            None => return false,
+        }
+        for (step, drift) in self.step.iter_mut().zip(&self.drift) {
+            *step = -drift;
+        }
+        combine_into(twin.body.isa, &self.increments, &self.columns, &mut self.step[..n]);
+        for j in 0..m {
+            self.step[n + j] = self.increments[j] * self.compliance(j);
+            let at_bound = self.qp.at_bound(j);
+            if self.at_bound[j] != at_bound {
+                // The map has a kink here: pairs and states of the other side do not apply.
+                self.at_bound[j] = at_bound;
+                self.anderson.clear();
+                self.predictor.clear();
+            }
+        }
+        self.anderson.accelerate(&mut self.step);
+        move_nodes(&mut state.positions, 1.0, &self.step[..n]);
+        for j in 0..m {
+            self.increments[j] = self.step[n + j] / self.compliance(j);
+        }
+        self.add_increments(control, state);
+        self.anderson.moved(&self.step);
+        true
+    }
+
+    /// The QP of eq. 4 for the tension increments, with the drift already known.
+    fn solve_tensions(
+        &mut self,
+        twin: &Twin,
+        control: &Control,
+        state: &TwinState,
+        balance: &Balance,
+    ) -> Option<QpSolver> {
+        for j in 0..state.tensions.len() {
+            self.right[j] = if control.is_tension(j) {
+                0.0
+            } else {
+                balance.missing[j] + twin.cables.row_times(&balance.shape, j, &self.drift)
+            };
+            self.lowest[j] = control.lowest[j] - state.tensions[j];
+            self.highest[j] = control.highest[j] - state.tensions[j];
+        }
+        let (status, solver) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
+        (status == QpStatus::Solved).then_some(solver)
+    }
+
+    fn add_increments(&self, control: &Control, state: &mut TwinState) {
+        for j in 0..state.tensions.len() {
+            let bounds = (control.lowest[j], control.highest[j]);
+            // Exactly on the bound where the QP says so: slackness is then free of round-off.
+            state.tensions[j] = if self.increments[j] == self.lowest[j] {
+                bounds.0
+            } else {
+                (state.tensions[j] + self.increments[j]).clamp(bounds.0, bounds.1)
+            };
+        }
+    }
+
+    /// W_jj [m/N].
+    fn compliance(&self, j: usize) -> f64 {
+        self.projection.delassus[j * (self.right.len() + 1)]
+    }
+
+    fn write_command(&mut self, control: &Control) {
+        for j in 0..self.command.len() {
+            self.command[j] = if control.is_tension(j) {
+                control.lowest[j] * self.compliance(j)
+            } else {
+                control.strokes[j]
+            };
+        }
+    }
+
+    /// Remembers the equilibrium and decides whether the factor is worth keeping.
+    fn finish(&mut self, control: &Control, state: &TwinState, iterations: usize) {
+        let n_free = self.drift.len() / 3;
+        self.write_command(control);
+        let command = &self.command;
+        self.predictor.push(|to_command, to_point| {
+            to_command.copy_from_slice(command);
+            let (positions, tensions) = to_point.split_at_mut(3 * n_free);
+            for (point, node) in positions.as_chunks_mut::<3>().0.iter_mut().zip(&state.positions) {
+                point.copy_from_slice(&node[..3]);
+            }
+            tensions.copy_from_slice(&state.tensions);
+        });
+        self.spent += iterations;
+        self.steps += 1;
+        // Costs of a renewal in iterations, from the benchmarks of both.
+        let renewal = 7 + self.right.len() / 7;
+        self.is_stale = iterations * self.steps > renewal + self.spent;
+    }
+}

@@ -1,0 +1,167 @@
+//! One quasi-static step: from one equilibrium to the next, x_t = F(x_{t-1}, u_t) (paper 003, eq. 1).
+
+use hysteron_base::BadInput;
+
+use crate::balance::{Balance, Control};
+use crate::model::{Target, Twin};
+use crate::newton::{Newton, Outcome};
+use crate::quasi_newton::QuasiNewton;
+pub use crate::state::TwinState;
+use crate::{Error, Result};
+
+/// Smallest part of a step that is tried before giving up.
+const SMALLEST_PART: f64 = 1.0 / 4096.0;
+
+/// What a step cost and how well it converged.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepReport {
+    /// Corrections with the stale factor.
+    pub iterations: usize,
+    /// Times the stale factor was renewed.
+    pub renewals: usize,
+    /// Newton iterations with the exact tangent; zero in the common case.
+    pub newton_iterations: usize,
+    /// Parts the step was divided into; zero in the common case.
+    pub sub_steps: usize,
+    /// QPs that the active set did not certify.
+    pub clarabel_solves: usize,
+    /// Norm of the force residual over that of the applied forces [-].
+    pub relative_residual: f64,
+    /// Largest stroke error [m].
+    pub stroke_error: f64,
+}
+
+/// Steps a twin; owns all scratch, so that steps allocate nothing in the common case.
+#[derive(Debug, Clone)]
+pub struct Stepper {
+    control: Control,
+    pub(crate) balance: Balance,
+    quasi_newton: QuasiNewton,
+    /// Made when first needed.
+    newton: Option<Box<Newton>>,
+    /// The last equilibrium, to return to.
+    saved: TwinState,
+    /// The equilibrium that the fast iteration's history ends with.
+    last: TwinState,
+}
+
+impl Stepper {
+    /// Scratch for steps of `twin`.
+    pub fn new(twin: &Twin) -> Self {
+        Self {
+            control: Control::new(twin, &vec![Target::Free; twin.cables.len()]),
+            balance: Balance::new(twin),
+            quasi_newton: QuasiNewton::new(twin),
+            newton: None,
+            saved: twin.rest(),
+            last: twin.rest(),
+        }
+    }
+
+    /// Moves `state` to the equilibrium under `targets` (one per tendon).
+    ///
+    /// # Errors
+    /// A wrong number of targets, one that is not finite, or a stroke longer than its tendon;
+    /// [`Error::NoEquilibrium`]. `state` is then the last equilibrium on the way.
+    pub fn step(&mut self, twin: &Twin, targets: &[Target], state: &mut TwinState) -> Result<StepReport> {
+        check_targets(twin, targets)?;
+        self.control.set(twin, targets);
+        let mut report = StepReport::default();
+        if *state != self.last {
+            self.quasi_newton.forget();
+        }
+        self.saved.clone_from(state);
+        let is_fast = state.load == 1.0
+            && self.quasi_newton.run(twin, &self.control, state, &mut self.balance, &mut report);
+        if !is_fast {
+            state.clone_from(&self.saved);
+            self.quasi_newton.forget();
+            self.step_by_parts(twin, state, &mut report)?;
+        }
+        self.last.clone_from(state);
+        report.relative_residual = self.balance.relative;
+        report.stroke_error = self.balance.violation;
+        Ok(report)
+    }
+
+    /// Newton's method on parts of the step, halved where it gets stuck.
+    fn step_by_parts(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) -> Result<()> {
+        let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
+        let from = Control {
+            strokes: twin.strokes_of(state),
+            lowest: state.tensions.clone(),
+            highest: state.tensions.clone(),
+            load: state.load,
+        };
+        let (mut reached, mut part) = (0.0, 1.0f64);
+        let mut control = self.control.clone();
+        while reached < 1.0 {
+            let next = (reached + part).min(1.0);
+            let mix = |a: f64, b: f64| a + next * (b - a);
+            for j in 0..state.tensions.len() {
+                control.strokes[j] = mix(from.strokes[j], self.control.strokes[j]);
+                if self.control.is_tension(j) && next < 1.0 {
+                    control.lowest[j] = mix(from.lowest[j], self.control.lowest[j]);
+                    control.highest[j] = control.lowest[j];
+                } else {
+                    control.lowest[j] = self.control.lowest[j];
+                    control.highest[j] = self.control.highest[j];
+                }
+            }
+            control.load = mix(from.load, self.control.load);
+            self.saved.clone_from(state);
+            report.sub_steps += 1;
+            match newton.run(twin, &control, state, &mut self.balance, report) {
+                Outcome::Converged => {
+                    state.load = control.load;
+                    reached = next;
+                    part = (2.0 * part).min(1.0 - reached);
+                }
+                Outcome::Stuck(relative_residual) => {
+                    state.clone_from(&self.saved);
+                    part *= 0.5;
+                    if part < SMALLEST_PART {
+                        self.last.clone_from(state);
+                        let hint =
+                            "reduce the stroke, raise the tension bounds, or use a finer or quadratic mesh";
+                        return Err(Error::NoEquilibrium { reached, relative_residual, hint: hint.into() });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
+    if targets.len() != twin.tendons.len() {
+        let expected = format!("{} targets, one per tendon", twin.tendons.len());
+        return Err(BadInput::new("targets", expected, targets.len().to_string()).into());
+    }
+    for (j, target) in targets.iter().enumerate() {
+        let tendon = &twin.tendons[j].name;
+        let length = twin.cables.rest_lengths[j];
+        match *target {
+            Target::Stroke(stroke) if !(stroke < length) => {
+                let expected = format!("less than the tendon's length, {:.3} mm", 1e3 * length);
+                return Err(BadInput::new(
+                    format!("stroke of tendon {tendon}"),
+                    expected,
+                    format!("{:.3} mm", 1e3 * stroke),
+                )
+                .hint("strokes are in metres in memory; check the column's unit suffix")
+                .into());
+            }
+            Target::Tension(tension) if !tension.is_finite() => {
+                return Err(BadInput::new(
+                    format!("tension of tendon {tendon}"),
+                    "a finite number",
+                    tension.to_string(),
+                )
+                .into());
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
