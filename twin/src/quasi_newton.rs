@@ -82,6 +82,12 @@ impl QuasiNewton {
         }
     }
 
+    /// Y and W of the factor in use, or of a new one at `state`.
+    pub fn projection(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> Option<&Projection> {
+        let usable = !self.is_stale || self.renew(twin, state, balance, &mut StepReport::default());
+        usable.then_some(&self.projection)
+    }
+
     /// The state has jumped: history and factor no longer fit.
     pub fn forget(&mut self) {
         self.predictor.clear();
