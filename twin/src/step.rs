@@ -73,11 +73,17 @@ impl Stepper {
             self.quasi_newton.forget();
         }
         self.saved.clone_from(state);
-        let is_fast = state.load == 1.0
-            && self.quasi_newton.run(twin, &self.control, state, &mut self.balance, &mut report);
-        if !is_fast {
+        // With history and the factor at hand, then without history and with a new factor.
+        let mut is_done = false;
+        for _ in 0..if state.load == 1.0 { 2 } else { 0 } {
+            is_done = self.quasi_newton.run(twin, &self.control, state, &mut self.balance, &mut report);
+            if is_done {
+                break;
+            }
             state.clone_from(&self.saved);
             self.quasi_newton.forget();
+        }
+        if !is_done {
             self.step_by_parts(twin, state, &mut report)?;
         }
         self.last.clone_from(state);
