@@ -20,3 +20,8 @@ pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};
 pub use state::TwinState;
 pub use step::{StepReport, Stepper};
+
+// Robots for unit tests; the integration tests use the same file.
+#[cfg(test)]
+#[path = "../tests/twin/scenes.rs"]
+mod scenes;
