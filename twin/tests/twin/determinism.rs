@@ -1,6 +1,6 @@
 //! Same scene and commands, same bytes: again, in any company, on any number of threads.
 
-use hysteron_twin::TwinState;
+use hysteron_twin::{Rollout, Twin, TwinState, rollout as rollout_of, rollouts};
 use rand::RngExt;
 
 use super::{Robot, rng, scenes, strokes};
@@ -52,23 +52,36 @@ fn stepper_from_another_run_gives_the_same_bytes() {
 
 #[test]
 fn number_of_threads_does_not_show() {
-    let scene = scenes::robot();
-    let mut results = Vec::new();
-    for n_threads in [1, 2, 4] {
-        let mut all: Vec<Vec<TwinState>> = vec![Vec::new(); RUNS];
-        std::thread::scope(|scope| {
-            for (first, chunk) in all.chunks_mut(RUNS / n_threads).enumerate() {
-                let scene = &scene;
-                scope.spawn(move || {
-                    let mut robot = Robot::new(scene);
-                    for (k, result) in chunk.iter_mut().enumerate() {
-                        *result = run_through(&mut robot, first * RUNS / n_threads + k);
-                    }
-                });
-            }
-        });
-        results.push(all);
+    let (scene, mesh) = scenes::robot();
+    let twin = Twin::new(&scene, &mesh).unwrap();
+    let sequences: Vec<Vec<_>> =
+        (0..RUNS).map(|run| commands(run).iter().map(|command| strokes(command)).collect()).collect();
+    let on_threads = |n: usize| -> Vec<Rollout> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        let results = pool.install(|| rollouts(&twin, &twin.rest(), &sequences));
+        results.into_iter().map(|result| result.expect("an equilibrium")).collect()
+    };
+    let one = on_threads(1);
+    for n in [2, 4] {
+        assert_eq!(on_threads(n), one, "{n} threads");
     }
-    assert_eq!(results[0], results[1]);
-    assert_eq!(results[0], results[2]);
+    for (run, rollout) in one.iter().enumerate() {
+        let states = run_through(&mut Robot::new(&(scene.clone(), mesh.clone())), run);
+        let tensions: Vec<Vec<f64>> = states.iter().map(|state| state.tensions.clone()).collect();
+        assert_eq!(rollout.tensions, tensions, "run {run} alone");
+        assert_eq!(*rollout, rollout_of(&twin, &twin.rest(), &sequences[run]).unwrap(), "run {run}");
+        assert_eq!((rollout.tips.len(), rollout.reports.len()), (25, 25));
+    }
+}
+
+#[test]
+fn rollout_ends_at_the_first_sample_that_fails() {
+    let (scene, mesh) = scenes::robot();
+    let twin = Twin::new(&scene, &mesh).unwrap();
+    let good = vec![strokes(&[1e-3, 0.0, -2e-3, 0.0])];
+    let bad = vec![strokes(&[1e-3, 0.0, -2e-3, 0.0]), strokes(&[f64::NAN; 4])];
+    let results = rollouts(&twin, &twin.rest(), &[good, bad, Vec::new()]);
+    assert!(results[0].is_ok());
+    assert!(results[1].as_ref().is_err_and(|error| error.bad_input().is_some()));
+    assert!(results[2].as_ref().is_ok_and(|rollout| rollout.tips.is_empty()));
 }

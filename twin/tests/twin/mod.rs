@@ -1,9 +1,11 @@
 mod bad_input;
 mod campaign;
+mod delassus;
 mod determinism;
 mod elastica;
 mod equilibrium;
 mod layout;
+mod reach;
 mod qp;
 mod scale;
 pub mod scenes;
