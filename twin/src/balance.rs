@@ -131,13 +131,9 @@ impl Balance {
             }
             let missing = control.strokes[j] - self.shape.strokes[j];
             self.missing[j] = missing;
-            let violated = if t[j] <= control.lowest[j] {
-                missing.max(0.0)
-            } else if t[j] >= control.highest[j] {
-                (-missing).max(0.0)
-            } else {
-                missing.abs()
-            };
+            let slack = t[j] <= control.lowest[j] && missing <= 0.0;
+            let slips = t[j] >= control.highest[j] && missing >= 0.0;
+            let violated = if slack || slips { 0.0 } else { missing.abs() };
             // NaN must not pass as zero.
             if !(violated <= self.violation) {
                 self.violation = violated;
