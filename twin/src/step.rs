@@ -200,12 +200,14 @@ fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
                 .hint("strokes are in metres in memory; check the column's unit suffix")
                 .into());
             }
-            Target::Tension(tension) if !tension.is_finite() => {
+            Target::Tension(tension) if !twin.tendons[j].tension.contains(tension) => {
+                let bounds = twin.tendons[j].tension;
                 return Err(BadInput::new(
                     format!("tension of tendon {tendon}"),
-                    "a finite number",
-                    tension.to_string(),
+                    format!("{} to {} N", bounds.min, bounds.max),
+                    format!("{tension} N"),
                 )
+                .hint("the tendon's bounds are part of the scene")
                 .into());
             }
             _ => {}
