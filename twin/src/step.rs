@@ -181,7 +181,7 @@ fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
     Ok(())
 }
 
-fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
+pub(crate) fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
     if targets.len() != twin.tendons.len() {
         let expected = format!("{} targets, one per tendon", twin.tendons.len());
         return Err(BadInput::new("targets", expected, targets.len().to_string()).into());
