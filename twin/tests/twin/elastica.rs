@@ -116,18 +116,16 @@ fn cantilever_under_dead_load_is_elastica() {
 #[test]
 fn deflection_converges_with_refinement() {
     let (y, z) = elastica(3.0);
-    let errors: Vec<f64> = [5, 10, 20, 40]
-        .into_iter()
-        .map(|layers| {
-            let found = deflection(Order::Quadratic, layers, 3.0);
-            (found.0 - y).hypot(found.1 - (1.0 - z)) / y.hypot(1.0 - z)
-        })
-        .collect();
-    println!("elastica P L²/EI = 3, 5 to 40 layers: relative errors {errors:?}");
-    for pair in errors.windows(2) {
-        assert!(pair[1] < pair[0], "{errors:?}");
+    let tips = [5, 10, 20, 40].map(|layers| deflection(Order::Quadratic, layers, 3.0));
+    let apart = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
+    let changes = [apart(tips[0], tips[1]), apart(tips[1], tips[2]), apart(tips[2], tips[3])];
+    let errors = tips.map(|tip| apart(tip, (y, 1.0 - z)) / y.hypot(1.0 - z));
+    println!("elastica P L²/EI = 3, 5 to 40 layers: changes {changes:?}, relative errors {errors:?}");
+    for pair in changes.windows(2) {
+        assert!(pair[1] < 0.25 * pair[0], "{changes:?}");
     }
-    assert!(errors[3] < 0.2 * errors[0], "{errors:?}");
+    // What remains is shear, as above.
+    assert!(errors[0] > 10.0 * errors[3] && errors[3] < 2e-3, "{errors:?}");
 }
 
 #[test]

@@ -65,7 +65,7 @@ pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
         points: (0..=segments).map(point).collect(),
         drive: Drive::Stroke,
         tension: Bounds { min: 0.0, max: 100.0 },
-        stroke: Bounds { min: 0.0, max: 0.01 },
+        stroke: Bounds { min: -0.01, max: 0.01 },
         attach_within: 1e-4,
     }
 }

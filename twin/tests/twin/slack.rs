@@ -36,14 +36,14 @@ fn tensions_and_slack_are_complementary() {
     let mut n_slack = [0; 5];
     for _ in 0..150 {
         for stroke in &mut command {
-            *stroke = f64::clamp(*stroke + rng.random_range(-6e-4..6e-4), -2e-3, 2e-3);
+            *stroke = f64::clamp(*stroke + rng.random_range(-6e-4..6e-4), -6e-4, 2e-3);
         }
         robot.go(&strokes(&command));
         check_complementarity(&robot, &command);
         n_slack[robot.state.tensions.iter().filter(|t| **t == 0.0).count()] += 1;
     }
     println!("steps with 0 to 4 tendons exactly slack: {n_slack:?}");
-    assert!(n_slack[1..4].iter().all(|n| *n > 5), "the drive must meet all cases: {n_slack:?}");
+    assert!(n_slack[0..4].iter().all(|n| *n > 5), "the drive must meet all cases: {n_slack:?}");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn closed_loop_returns_to_its_start() {
         farthest = farthest.max(distance(start, robot.tip()));
     }
     assert!(n_changes >= 4, "every tendon goes slack and taut: {n_changes}");
-    assert!(farthest > 0.01, "{farthest}");
+    assert!(farthest > 5e-3, "{farthest}");
     let error = distance(start, robot.tip());
     println!("tip after a closed loop: {error:.1e} m off");
     assert!(error < tolerance(SAME_TIP), "{error}");
