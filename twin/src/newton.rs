@@ -179,6 +179,8 @@ impl Newton {
                 // A full step lands exactly on its bound.
                 self.trial.tensions[j] = if part == 1.0 && self.increments[j] == self.lowest[j] {
                     bounds.0
+                } else if part == 1.0 && self.increments[j] == self.highest[j] {
+                    bounds.1
                 } else {
                     (state.tensions[j] + part * self.increments[j]).clamp(bounds.0, bounds.1)
                 };
@@ -207,7 +209,7 @@ impl Newton {
         let n = self.right.len();
         let forces: f64 = balance.residual.iter().zip(solved).map(|(r, z)| r * z).sum();
         let strokes: f64 = (0..n)
-            .filter(|&j| self.increments[j] != self.lowest[j])
+            .filter(|&j| self.increments[j] != self.lowest[j] && self.increments[j] != self.highest[j])
             .map(|j| balance.missing[j].powi(2) / self.projection.delassus[j * (n + 1)])
             .sum();
         (forces + strokes).sqrt()

@@ -63,13 +63,15 @@ impl Stepper {
     /// Moves `state` to the equilibrium under `targets` (one per tendon).
     ///
     /// # Errors
-    /// A wrong number of targets, one that is not finite, or a stroke longer than its tendon;
-    /// [`Error::NoEquilibrium`]. `state` is then the last equilibrium on the way.
+    /// A wrong number of targets, one that is not finite, a stroke longer than its tendon, or a tension
+    /// out of its bounds; a state of another twin or with a number that is not finite;
+    /// [`Error::NoEquilibrium`]: `state` is then the last equilibrium on the way.
     pub fn step(&mut self, twin: &Twin, targets: &[Target], state: &mut TwinState) -> Result<StepReport> {
         check_targets(twin, targets)?;
         self.control.set(twin, targets);
         let mut report = StepReport::default();
         if *state != self.last {
+            check_state(twin, state)?;
             self.quasi_newton.forget();
         }
         self.saved.clone_from(state);
@@ -161,7 +163,25 @@ impl Stepper {
     }
 }
 
-fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
+fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
+    let (n_nodes, n_tendons) = (state.positions.len(), state.tensions.len());
+    if (n_nodes, n_tendons) != (twin.body.n_nodes(), twin.tendons.len()) {
+        let expected = format!("{} nodes and {} tendons", twin.body.n_nodes(), twin.tendons.len());
+        let found = format!("{n_nodes} and {n_tendons}");
+        return Err(BadInput::new("state", expected, found).hint("the state is of another robot").into());
+    }
+    twin.body.check_finite("position", &state.positions)?;
+    if let Some(j) = state.tensions.iter().position(|tension| !tension.is_finite()) {
+        let place = format!("state: tension of tendon {}", twin.tendons[j].name);
+        return Err(BadInput::new(place, "a finite number", state.tensions[j].to_string()).into());
+    }
+    if !(0.0..=1.0).contains(&state.load) {
+        return Err(BadInput::new("state: load", "0 to 1", state.load.to_string()).into());
+    }
+    Ok(())
+}
+
+pub(crate) fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
     if targets.len() != twin.tendons.len() {
         let expected = format!("{} targets, one per tendon", twin.tendons.len());
         return Err(BadInput::new("targets", expected, targets.len().to_string()).into());
@@ -180,12 +200,14 @@ fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
                 .hint("strokes are in metres in memory; check the column's unit suffix")
                 .into());
             }
-            Target::Tension(tension) if !tension.is_finite() => {
+            Target::Tension(tension) if !twin.tendons[j].tension.contains(tension) => {
+                let bounds = twin.tendons[j].tension;
                 return Err(BadInput::new(
                     format!("tension of tendon {tendon}"),
-                    "a finite number",
-                    tension.to_string(),
+                    format!("{} to {} N", bounds.min, bounds.max),
+                    format!("{tension} N"),
                 )
+                .hint("the tendon's bounds are part of the scene")
                 .into());
             }
             _ => {}
