@@ -1,3 +1,4 @@
 //! Integration tests of `hysteron-fem`.
 
 mod mesh;
+mod physics;

@@ -19,8 +19,6 @@ pub(crate) struct Elements<const N: usize, const Q: usize> {
     pub nodes: Vec<[[u32; LANES]; N]>,
     /// Per batch.
     pub points: Vec<[PointData<N>; Q]>,
-    /// Number of elements.
-    pub n_elements: usize,
 }
 
 /// Where every node pair (a >= b) of every element adds its 3×3 block, or [`PairMap::SKIP`].
@@ -61,7 +59,7 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
                 }
             }
         }
-        Self { nodes, points, n_elements: cells.len() }
+        Self { nodes, points }
     }
 
     /// Rest volume of every node, ∫ N_a dV \[m³\]: times density it is the nodal mass.

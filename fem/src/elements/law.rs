@@ -22,8 +22,9 @@ pub enum Tangent {
     /// The derivative of the nodal forces: Newton converges quadratically, but the matrix may be
     /// indefinite in compression.
     Exact,
-    /// The rest stiffness turned with each element, R Ke Rᵀ: always positive definite. Equal to `Exact`
-    /// for laws without a rotating frame.
+    /// The rest stiffness turned at each quadrature point, R Ke Rᵀ: always positive definite. Equal to
+    /// `Exact` for laws without a rotating frame, and used in its place for edge frames, whose exact
+    /// derivative is not symmetric.
     Warped,
 }
 
@@ -215,9 +216,7 @@ impl PointLaw for CorotationalEdges {
     fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
         let r = Self::rotation(at);
         let local = multiply(&transpose(&r), at.f);
-        let edges_unused = at.edges;
-        let at = Point { f: &local, edges: edges_unused, gradients: at.gradients };
-        multiply(&r, &SmallStrain.stress(lame, &at))
+        multiply(&r, &SmallStrain.stress(lame, &Point { f: &local, ..*at }))
     }
 
     /// Always the turned rest stiffness: the exact derivative is not symmetric.

@@ -54,13 +54,6 @@ impl Panel {
     pub fn at_mut(&mut self, unknown: usize, side: usize) -> &mut f32 {
         &mut self.0[unknown / BLOCK].0[unknown % BLOCK * BLOCK + side]
     }
-
-    /// Writes the solution of one side, in single precision.
-    pub fn side_into(&self, side: usize, out: &mut [f32]) {
-        for (unknown, value) in out.iter_mut().enumerate() {
-            *value = self.0[unknown / BLOCK].0[unknown % BLOCK * BLOCK + side];
-        }
-    }
 }
 
 impl Envelope {
