@@ -68,11 +68,8 @@ fn corners(model: &FemModel, e: usize) -> [Vector3<f64>; 4] {
 
 /// Barycentric coordinates; negative ones outside.
 fn barycentric(corners: &[Vector3<f64>; 4], point: &Vector3<f64>) -> [f64; 4] {
-    let edges = Matrix3::from_columns(&[
-        corners[1] - corners[0],
-        corners[2] - corners[0],
-        corners[3] - corners[0],
-    ]);
+    let edges =
+        Matrix3::from_columns(&[corners[1] - corners[0], corners[2] - corners[0], corners[3] - corners[0]]);
     let l = edges.try_inverse().unwrap_or_else(Matrix3::zeros) * (point - corners[0]);
     [1.0 - l.sum(), l[0], l[1], l[2]]
 }

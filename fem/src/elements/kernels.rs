@@ -63,11 +63,7 @@ pub(crate) fn stiffness_into<const N: usize, const Q: usize>(
 
 /// Positions of the nodes of a batch relative to node 0 (entry 0 stays unused).
 #[inline(always)]
-fn edges<S: Simd, const N: usize>(
-    packs: Packs<S>,
-    nodes: &[[u32; LANES]; N],
-    x: &[Padded],
-) -> [Vec3<S>; N] {
+fn edges<S: Simd, const N: usize>(packs: Packs<S>, nodes: &[[u32; LANES]; N], x: &[Padded]) -> [Vec3<S>; N] {
     let origin = packs.gather(x, &nodes[0]);
     let mut edges = [origin; N];
     for a in 1..N {

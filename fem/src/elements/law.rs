@@ -146,8 +146,7 @@ impl PointLaw for Corotational {
         let f = at.f;
         let r = polar_rotation(f);
         let two_mu = lame.mu + lame.mu;
-        let volume_strain =
-            dot(r[0], f[0]) + dot(r[1], f[1]) + dot(r[2], f[2]) - lame.mu.same(3.0);
+        let volume_strain = dot(r[0], f[0]) + dot(r[1], f[1]) + dot(r[2], f[2]) - lame.mu.same(3.0);
         let along_r = lame.lambda.mul_add(volume_strain, -two_mu);
         let mut stress = *f;
         for i in 0..3 {
@@ -182,10 +181,7 @@ impl PointLaw for Corotational {
             lambda: lame.lambda,
             kappa: lame.mu.same(0.0),
             map: r,
-            couple: Some((
-                two_mu - lame.lambda * (tr - tr.same(3.0)),
-                scale_rows(per_det, &cof),
-            )),
+            couple: Some((two_mu - lame.lambda * (tr - tr.same(3.0)), scale_rows(per_det, &cof))),
         }
     }
 }
@@ -275,5 +271,112 @@ impl PointLaw for NeoHookean {
             map: inverse,
             couple: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::{Law, rng};
+    use nalgebra::{Matrix3, Vector3};
+    use pulp::WithSimd;
+    use rand::RngExt;
+
+    use super::*;
+    use crate::simd::{Isa, Packs};
+
+    /// ψ, P and the block K_ab per volume at F, the same in every lane.
+    struct At<L> {
+        law: L,
+        f: Matrix3<f64>,
+        a: Vector3<f64>,
+        b: Vector3<f64>,
+        kind: Tangent,
+    }
+
+    impl<L: PointLaw> WithSimd for At<L> {
+        type Output = (f64, Matrix3<f64>, Matrix3<f64>);
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let packs = Packs::new(simd, 0);
+            let rows = |m: &Matrix3<f64>| -> Mat3<S> {
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| packs.splat(m[(i, j)])))
+            };
+            let number = |lanes: Lanes<S>| lanes.to_array()[0];
+            let matrix = |m: &Mat3<S>| Matrix3::from_fn(|i, j| number(m[i][j]));
+            let lame = Lame { lambda: packs.splat(LAMBDA), mu: packs.splat(MU) };
+            let f = rows(&self.f);
+            let at = Point { f: &f, edges: &f, gradients: &f };
+            let t = self.law.tangent(lame, &at, self.kind);
+            let q = matrix(&t.map);
+            let (pa, pb) = (q * self.a, q * self.b);
+            let mut k = number(t.alpha) * self.a.dot(&self.b) * Matrix3::identity()
+                + number(t.lambda) * pa * pb.transpose()
+                + number(t.kappa) * pb * pa.transpose();
+            if let Some((c, m)) = &t.couple {
+                k += number(*c) * pa.cross_matrix() * matrix(m) * pb.cross_matrix();
+            }
+            (number(self.law.energy(lame, &at)), matrix(&self.law.stress(lame, &at)), k)
+        }
+    }
+
+    const LAMBDA: f64 = 3.0;
+    const MU: f64 = 0.7;
+
+    fn at(law: Law, f: Matrix3<f64>, a: Vector3<f64>, b: Vector3<f64>) -> (f64, Matrix3<f64>, Matrix3<f64>) {
+        let (isa, kind) = (Isa::detect(), Tangent::Exact);
+        match law {
+            Law::SmallStrain => isa.run(At { law: SmallStrain, f, a, b, kind }),
+            Law::Corotational => isa.run(At { law: Corotational, f, a, b, kind }),
+            Law::NeoHookean => isa.run(At { law: NeoHookean, f, a, b, kind }),
+            Law::CorotationalEdges => isa.run(At { law: CorotationalEdges, f, a, b, kind }),
+        }
+    }
+
+    #[test]
+    fn stress_and_block_are_derivatives_of_the_energy() {
+        // Central differences with this step: truncation 1e-12, round-off 1e-10, numbers of size ten.
+        const STEP: f64 = 1e-6;
+        const TOL: f64 = 1e-8;
+        let mut stream = rng(37, "test/law");
+        let mut vector = || Vector3::from_fn(|_, _| stream.random_range(-1.0..1.0));
+        let (a, b, delta) = (vector(), vector(), vector());
+        let turn = nalgebra::Rotation3::new(Vector3::new(0.4, 1.5, -0.6)).into_inner();
+        let f: Matrix3<f64> =
+            turn * (Matrix3::identity() + 0.4 * Matrix3::from_columns(&[vector(), vector(), vector()]));
+        assert!(f.determinant() > 0.0);
+        for law in [Law::SmallStrain, Law::Corotational, Law::NeoHookean] {
+            let (_, stress, block) = at(law, f, a, b);
+            let change = STEP * delta * b.transpose();
+            let (energy_ahead, ahead, _) = at(law, f + change, a, b);
+            let (energy_behind, behind, _) = at(law, f - change, a, b);
+            let slope = stress.dot(&(delta * b.transpose()));
+            let difference = (energy_ahead - energy_behind) / (2.0 * STEP);
+            assert!(slope.abs() > 1e-2 && difference != slope);
+            assert!((difference - slope).abs() < TOL, "{law:?}: {difference} {slope}");
+            let (slope, difference) = (block * delta, (ahead - behind) / (2.0 * STEP) * a);
+            assert!(slope.norm() > 1e-2 && difference != slope);
+            assert!((difference - slope).norm() < TOL, "{law:?}: {difference} {slope}");
+        }
+    }
+
+    #[test]
+    fn all_laws_share_the_small_strain_stiffness_at_rest() {
+        const ROUND_OFF: f64 = 1e-14;
+        let (a, b) = (Vector3::new(0.3, -0.5, 1.0), Vector3::new(0.8, 0.2, -0.4));
+        let one = Matrix3::identity();
+        let expected = MU * a.dot(&b) * one + LAMBDA * a * b.transpose() + MU * b * a.transpose();
+        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
+            let (energy, stress, block) = at(law, one, a, b);
+            assert!(energy.abs() + stress.norm() < ROUND_OFF, "{law:?}: {energy} {stress}");
+            assert!((block - expected).norm() < ROUND_OFF, "{law:?}: {block}");
+        }
+    }
+
+    #[test]
+    fn lame_parameters_are_those_of_the_textbook() {
+        let material =
+            |nu| Material { law: Law::SmallStrain, youngs_modulus: 2.0, poisson_ratio: nu, density: 0.0 };
+        assert_eq!(lame_parameters(&material(0.25)), (0.8, 0.8));
+        assert_eq!(lame_parameters(&material(0.0)), (0.0, 1.0));
     }
 }

@@ -6,6 +6,8 @@
 
 mod blocks;
 mod lanes;
+#[cfg(test)]
+mod tests;
 mod vectors;
 
 pub(crate) use blocks::{BLOCK, Envelope, Panel};
@@ -25,6 +27,15 @@ impl Isa {
     /// One number at a time, on any processor.
     pub fn portable() -> Self {
         Self(pulp::Arch::Scalar)
+    }
+
+    /// Every set this processor has, so that a test on AVX-512 covers AVX2 too.
+    #[cfg(test)]
+    pub(crate) fn all() -> Vec<Self> {
+        let mut all = vec![Self::portable(), Self::detect()];
+        #[cfg(target_arch = "x86_64")]
+        all.extend(pulp::x86::V3::try_new().map(|v3| Self(pulp::Arch::V3(v3))));
+        all
     }
 
     /// Runs `op` compiled for this instruction set.

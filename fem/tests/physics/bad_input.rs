@@ -31,10 +31,7 @@ fn body_held_everywhere_is_refused() {
 
 #[test]
 fn clamped_node_that_the_mesh_lacks_is_refused() {
-    assert_eq!(
-        refusal(Law::Corotational, Order::Linear, &[0, 8]),
-        "clamp: expected nodes below 8, got 8"
-    );
+    assert_eq!(refusal(Law::Corotational, Order::Linear, &[0, 8]), "clamp: expected nodes below 8, got 8");
 }
 
 #[test]

@@ -25,7 +25,8 @@ fn shape(n: usize, l: [f64; 4]) -> Vec<f64> {
         return l.to_vec();
     }
     let corners = l.map(|l| l * (2.0 * l - 1.0));
-    let middles = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]].map(|[i, j]: [usize; 2]| 4.0 * l[i] * l[j]);
+    let middles =
+        [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]].map(|[i, j]: [usize; 2]| 4.0 * l[i] * l[j]);
     [&corners[..], &middles[..]].concat()
 }
 

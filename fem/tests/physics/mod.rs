@@ -158,8 +158,8 @@ pub fn solve_equilibrium(model: &FemModel, load: &[f64], x: &mut [[f64; 4]], ste
             return max_norm(&residual);
         }
         let k = stiffness(model, x, Tangent::Exact);
-        let factor = factor
-            .get_or_insert_with(|| StiffnessFactor::new(&k.pattern, FactorKind::Supernodal, model.isa));
+        let factor =
+            factor.get_or_insert_with(|| StiffnessFactor::new(&k.pattern, FactorKind::Supernodal, model.isa));
         factor.factorize(&k).unwrap();
         let mut u = residual;
         factor.solve(&mut u);

@@ -43,8 +43,10 @@ fn model(law: Law, nu: f64, order: Order) -> FemModel {
 fn deformation(law: Law) -> Matrix3<f64> {
     match law {
         Law::CorotationalEdges => 1.15 * rotation(1.1),
-        _ => rotation(if law == Law::SmallStrain { 0.0 } else { 1.1 })
-            * (Matrix3::identity() + 0.2 * random_matrix("test/patch")),
+        _ => {
+            rotation(if law == Law::SmallStrain { 0.0 } else { 1.1 })
+                * (Matrix3::identity() + 0.2 * random_matrix("test/patch"))
+        }
     }
 }
 
