@@ -62,7 +62,7 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
         Self { nodes, points }
     }
 
-    /// Rest volume of every node, ∫ N_a dV \[m³\]: times density it is the nodal mass.
+    /// Rest volume of every node, ∫ N_a dV \[m³\]: times density and gravity it is the nodal weight.
     pub fn nodal_volumes(&self, n_nodes: usize) -> Vec<f64> {
         let mut volumes = vec![0.0; n_nodes];
         for (nodes, points) in self.nodes.iter().zip(&self.points) {

@@ -8,13 +8,12 @@
 //! The derivation is in `docs/fem.md`.
 
 use hysteron_base::Material;
-use pulp::Simd;
 
 use super::tensor::{
     Mat3, cofactor, dot, multiply, multiply_transposed, polar_rotation, scale_rows, spherical, trace,
     transpose,
 };
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
 
 /// Which derivative of the stress to assemble.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -157,7 +156,7 @@ impl PointLaw for Corotational {
         stress
     }
 
-    /// The rotation turns by ω = M axial(RᵀdF - dFᵀR) with M = (tr(V) 1 - V)⁻¹ and V = F Rᵀ, which
+    /// The rotation turns by ω = M axial(dF Rᵀ - R dFᵀ) with M = (tr(V) 1 - V)⁻¹ and V = F Rᵀ, which
     /// adds the couple term with c = 2μ - λ (tr S - 3).
     #[inline(always)]
     fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S> {
@@ -278,11 +277,10 @@ impl PointLaw for NeoHookean {
 mod tests {
     use hysteron_base::{Law, rng};
     use nalgebra::{Matrix3, Vector3};
-    use pulp::WithSimd;
     use rand::RngExt;
 
     use super::*;
-    use crate::simd::{Isa, Packs};
+    use crate::simd::{Isa, Packs, WithSimd};
 
     /// ψ, P and the block K_ab per volume at F, the same in every lane.
     struct At<L> {

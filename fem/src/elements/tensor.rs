@@ -3,9 +3,7 @@
 //! Loops instead of `array::map` throughout the kernels: a closure passed through the standard library
 //! is compiled without the instruction set that the dispatch chose, and every operation becomes a call.
 
-use pulp::Simd;
-
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
 
 pub(crate) type Vec3<S> = [Lanes<S>; 3];
 /// Rows of a 3×3 tensor.
@@ -122,11 +120,10 @@ pub(crate) fn polar_rotation<S: Simd>(f: &Mat3<S>) -> Mat3<S> {
 mod tests {
     use hysteron_base::rng;
     use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
-    use pulp::WithSimd;
     use rand::RngExt;
 
     use super::*;
-    use crate::simd::{Isa, LANES, Pack, Packs};
+    use crate::simd::{Isa, LANES, Pack, Packs, WithSimd};
 
     /// Polar rotations of eight matrices, another in every lane.
     struct Polar<'a>(&'a [Matrix3<f64>]);

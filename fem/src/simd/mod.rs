@@ -1,4 +1,5 @@
-//! Explicit SIMD, through `pulp`: the only module of the workspace that names it.
+//! Explicit SIMD, through `pulp`: the only module of the workspace that names it; the kernels
+//! of the elements see its traits through here.
 //!
 //! Every kernel is written once, generic over the instruction set, and dispatched at run time
 //! ([`Isa::detect`]). [`Isa::portable`] runs the same code one number at a time: it is what processors
@@ -12,6 +13,7 @@ mod vectors;
 
 pub(crate) use blocks::{BLOCK, Envelope, Panel};
 pub(crate) use lanes::{LANES, Lanes, Pack, Packs};
+pub(crate) use pulp::{Simd, WithSimd};
 pub use vectors::{axpy, combine_into, dot};
 
 /// The instruction set kernels run on.
