@@ -161,3 +161,18 @@ fn edge_frames_agree_with_polar_frames_to_first_order_in_strain() {
     // At a strain of 1e-3 the frames turn by about as much.
     assert!(small < 3e-3 * at_small && small > 0.0, "{}", small / at_small);
 }
+
+#[test]
+fn edge_frame_tangent_is_gradient_of_force_where_nothing_is_strained() {
+    // Without stress a turn of the frame changes nothing, so the warped tangent is exact.
+    let model = model(Law::CorotationalEdges, Order::Linear);
+    let (x, d) = (positions(&model, |x| rotation(2.0) * x), direction(&model));
+    let force_at = |step: f64| free(&model, &force(&model, &moved(&x, step, &d)));
+    let slope = multiply(&stiffness(&model, &x, Tangent::Exact), &free(&model, &d));
+    let scale = max_norm(&slope);
+    assert!(scale > 0.0);
+    for (i, (ahead, behind)) in force_at(STEP).iter().zip(force_at(-STEP)).enumerate() {
+        let difference = (ahead - behind) / (2.0 * STEP);
+        assert_close(&format!("unknown {i}"), difference, slope[i], ACC, scale);
+    }
+}
