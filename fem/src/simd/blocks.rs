@@ -521,7 +521,7 @@ mod tests {
         for n in SIZES {
             let (first, a) = matrix(n);
             for bad in [0, n / 2, n - 1] {
-                // Minus an odd multiple of the unit vector: all leading minors before it stay positive.
+                // The leading minors before it stay positive, that with it does not.
                 let mut a = a.clone();
                 a[(bad, bad)] = -1.0;
                 for isa in Isa::all() {
