@@ -128,16 +128,7 @@ impl Newton {
             std::mem::swap(&mut self.stiffness, &mut self.exact);
             self.assemble(twin, state, balance, Tangent::Warped);
             for share in DEFINITE_SHARES {
-                let (definite, exact) = (&self.stiffness.blocks, &self.exact.blocks);
-                for ((mixed, definite), exact) in self.mixed.blocks.iter_mut().zip(definite).zip(exact) {
-                    for (mixed, (definite, exact)) in mixed
-                        .as_flattened_mut()
-                        .iter_mut()
-                        .zip(definite.as_flattened().iter().zip(exact.as_flattened()))
-                    {
-                        *mixed = exact + share * (definite - exact);
-                    }
-                }
+                self.mixed.set_mixture(&self.exact, &self.stiffness, share);
                 result = self.factor.factorize(&self.mixed);
                 if result.is_ok() {
                     break;
