@@ -1,15 +1,15 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
 //! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
-//! trial is accepted by the natural monotonicity test: the correction that the present factor would
-//! make at the trial point must be smaller than the present one.
+//! trial is accepted by the natural monotonicity test: the correction that the present factor and QP
+//! would make at the trial point must be smaller than the present one.
 //!
 //! # Reference
 //! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
 
 use std::sync::Arc;
 
-use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
 
 use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
@@ -169,34 +169,32 @@ impl Newton {
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.merit(balance, &self.drift.clone());
+        let present = self.size(twin, balance, &self.drift, &self.increments);
         let best_seen = balance.relative;
+        let increments = self.increments.clone();
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
             for j in 0..state.tensions.len() {
                 let bounds = (control.lowest[j], control.highest[j]);
                 // A full step lands exactly on its bound.
-                self.trial.tensions[j] = if part == 1.0 && self.increments[j] == self.lowest[j] {
+                self.trial.tensions[j] = if part == 1.0 && increments[j] == bounds.0 - state.tensions[j] {
                     bounds.0
-                } else if part == 1.0 && self.increments[j] == self.highest[j] {
+                } else if part == 1.0 && increments[j] == bounds.1 - state.tensions[j] {
                     bounds.1
                 } else {
-                    (state.tensions[j] + part * self.increments[j]).clamp(bounds.0, bounds.1)
+                    (state.tensions[j] + part * increments[j]).clamp(bounds.0, bounds.1)
                 };
             }
             balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
-            if balance.is_finite() {
-                self.correction.copy_from_slice(&balance.residual);
-                self.factor.solve(&mut self.correction);
-                let correction = std::mem::take(&mut self.correction);
-                let trial = self.merit(balance, &correction);
-                self.correction = correction;
-                // The relative residual decides once the merit is lost in round-off.
-                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen {
-                    std::mem::swap(state, &mut self.trial);
-                    return true;
-                }
+            let is_smaller = balance.is_finite() && {
+                let trial = self.size_of_correction(twin, control, balance);
+                // The relative residual decides once the corrections are lost in round-off.
+                trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen
+            };
+            if is_smaller || balance.is_met(twin) {
+                std::mem::swap(state, &mut self.trial);
+                return true;
             }
             part *= 0.5;
         }
@@ -204,14 +202,35 @@ impl Newton {
         false
     }
 
-    /// Energy of the corrections still to be made: rᵀ K⁻¹ r plus that of the missing strokes [J].
-    fn merit(&self, balance: &Balance, solved: &[f64]) -> f64 {
-        let n = self.right.len();
-        let forces: f64 = balance.residual.iter().zip(solved).map(|(r, z)| r * z).sum();
-        let strokes: f64 = (0..n)
-            .filter(|&j| self.increments[j] != self.lowest[j] && self.increments[j] != self.highest[j])
-            .map(|j| balance.missing[j].powi(2) / self.projection.delassus[j * (n + 1)])
-            .sum();
-        (forces + strokes).sqrt()
+    /// Size of the correction that the present factor would make at the trial point, the QP included;
+    /// infinite without one.
+    fn size_of_correction(&mut self, twin: &Twin, control: &Control, balance: &Balance) -> f64 {
+        self.correction.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.correction);
+        for j in 0..self.right.len() {
+            let column = &self.projection.columns[j];
+            self.right[j] = balance.missing[j] + dot(twin.body.isa, &balance.residual, column);
+            self.lowest[j] = control.lowest[j] - self.trial.tensions[j];
+            self.highest[j] = control.highest[j] - self.trial.tensions[j];
+        }
+        let (status, _) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
+        if status != QpStatus::Solved {
+            return f64::INFINITY;
+        }
+        self.size(twin, balance, &self.correction, &self.increments)
+    }
+
+    /// Energy norm of the correction d = Y dT - z with z = K⁻¹ r: dᵀ K d = rᵀ z - 2 dTᵀ Yᵀ r + dTᵀ W dT
+    /// [J], its root.
+    fn size(&self, twin: &Twin, balance: &Balance, solved: &[f64], increments: &[f64]) -> f64 {
+        let (isa, n) = (twin.body.isa, increments.len());
+        let mut energy = dot(isa, &balance.residual, solved);
+        for (i, (increment, column)) in increments.iter().zip(&self.projection.columns).enumerate() {
+            let row = &self.projection.delassus[i * n..(i + 1) * n];
+            let along: f64 = row.iter().zip(increments).map(|(w, dt)| w * dt).sum();
+            energy += increment * (along - 2.0 * dot(isa, &balance.residual, column));
+        }
+        // Round-off may leave a little less than nothing.
+        energy.max(0.0).sqrt()
     }
 }
