@@ -1,7 +1,9 @@
 //! Bound-constrained QP by a primal-dual active set that verifies its own optimality.
 //!
 //! # Reference
-//! Hintermüller, Ito, Kunisch (2002), The primal-dual active set strategy as a semismooth Newton method.
+//! Hintermüller, Ito, Kunisch (2002), The primal-dual active set strategy as a semismooth Newton method;
+//! Júdice, Pires (1994), A block principal pivoting algorithm for large-scale strictly monotone linear
+//! complementarity problems.
 
 use super::clarabel::{RowQp, solve_rows};
 use super::{QpSolver, QpStatus};
@@ -42,7 +44,10 @@ pub struct BoxQp {
 const REGULARISATION: f64 = 1e-10;
 /// Violation that counts, relative to the largest dimensionless stroke error.
 const TOLERANCE: f64 = 1e-9;
-const MAX_CHANGES: usize = 30;
+/// Changes of the active set, and those among them that move all offending variables at once. That takes
+/// two or three changes as a rule, but can go round in circles; moving the last one alone cannot.
+const MAX_CHANGES: usize = 200;
+const MAX_CHANGES_OF_ALL: usize = 12;
 
 impl BoxQp {
     /// A problem with `n` variables; set W before solving.
@@ -99,11 +104,16 @@ impl BoxQp {
                 self.place(j, Place::Between);
             }
         }
-        for _ in 0..MAX_CHANGES {
+        for change in 0..MAX_CHANGES {
             if !self.solve_with_active_set(b) {
                 break;
             }
-            if !self.change_active_set(b, tolerance) {
+            let changed = if change < MAX_CHANGES_OF_ALL {
+                self.change_all(b, tolerance)
+            } else {
+                self.change_last(b, tolerance)
+            };
+            if !changed {
                 for j in 0..n {
                     // To the last bit on its bound, which callers compare with.
                     x[j] = match self.places[j] {
@@ -184,38 +194,55 @@ impl BoxQp {
         true
     }
 
-    /// Moves every variable that violates its condition; false when all conditions hold: x within its
-    /// bounds, and the gradient W x - b zero between them, not negative at the lower and not positive at
-    /// the upper one.
-    fn change_active_set(&mut self, b: &[f64], tolerance: f64) -> bool {
-        let n = self.n;
+    /// Moves every variable that violates its condition; false when all conditions hold.
+    fn change_all(&mut self, b: &[f64], tolerance: f64) -> bool {
         let mut changed = false;
-        for j in 0..n {
-            let [lo, hi] = self.bounds[j];
-            if lo == hi {
-                continue;
-            }
-            let next = if self.places[j] == Place::Between {
-                if self.x[j] < lo - tolerance {
-                    Place::Lower
-                } else if self.x[j] > hi + tolerance {
-                    Place::Upper
-                } else {
-                    Place::Between
-                }
-            } else {
-                let along: f64 = (0..n).map(|k| self.w[j * n + k] * self.x[k]).sum();
-                let gradient = along - b[j] * self.scale[j];
-                match self.places[j] {
-                    Place::Lower if gradient < -tolerance => Place::Between,
-                    Place::Upper if gradient > tolerance => Place::Between,
-                    place => place,
-                }
-            };
+        for j in 0..self.n {
+            let next = self.better_place(j, b, tolerance);
             changed |= next != self.places[j];
             self.place(j, next);
         }
         changed
+    }
+
+    /// Moves the last variable that violates its condition; false when all conditions hold.
+    fn change_last(&mut self, b: &[f64], tolerance: f64) -> bool {
+        for j in (0..self.n).rev() {
+            let next = self.better_place(j, b, tolerance);
+            if next != self.places[j] {
+                self.place(j, next);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Where variable `j` should stand: where it does if its condition holds, that is x within its
+    /// bounds, and the gradient W x - b zero between them, not negative at the lower and not positive at
+    /// the upper one.
+    fn better_place(&self, j: usize, b: &[f64], tolerance: f64) -> Place {
+        let n = self.n;
+        let [lo, hi] = self.bounds[j];
+        let place = self.places[j];
+        if lo == hi {
+            return place;
+        }
+        if place == Place::Between {
+            return if self.x[j] < lo - tolerance {
+                Place::Lower
+            } else if self.x[j] > hi + tolerance {
+                Place::Upper
+            } else {
+                Place::Between
+            };
+        }
+        let along: f64 = (0..n).map(|k| self.w[j * n + k] * self.x[k]).sum();
+        let gradient = along - b[j] * self.scale[j];
+        match place {
+            Place::Lower if gradient < -tolerance => Place::Between,
+            Place::Upper if gradient > tolerance => Place::Between,
+            place => place,
+        }
     }
 
     fn solve_with_clarabel(

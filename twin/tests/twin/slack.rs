@@ -43,7 +43,7 @@ fn tensions_and_slack_are_complementary() {
         n_slack[robot.state.tensions.iter().filter(|t| **t == 0.0).count()] += 1;
     }
     println!("steps with 0 to 4 tendons exactly slack: {n_slack:?}");
-    assert!(n_slack[0..4].iter().all(|n| *n >= 3), "the drive must meet all cases: {n_slack:?}");
+    assert!(n_slack[0] > 0 && n_slack[1..4].iter().all(|n| *n >= 5), "the drive must meet all cases: {n_slack:?}");
 }
 
 #[test]
