@@ -277,3 +277,41 @@ impl BoxQp {
         (status, QpSolver::Clarabel)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    #[test]
+    fn clarabel_stands_in_for_the_active_set() {
+        let mut rng = hysteron_base::rng(1, "stand-in");
+        for _ in 0..200 {
+            let a: [[f64; 3]; 3] =
+                std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+            let product = |i: usize, j: usize| (0..3).map(|k| a[i][k] * a[j][k]).sum::<f64>();
+            let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+            let w: Vec<f64> =
+                (0..9).map(|k| 1e-4 * (product(k / 3, k % 3) + 0.1 * unit(k / 3, k % 3))).collect();
+            let b: [f64; 3] = std::array::from_fn(|_| rng.random_range(-2e-3..2e-3));
+            let (lo, hi) = ([0.0, -5.0, 2.0], [f64::INFINITY, 5.0, 2.0]);
+            let mut qp = BoxQp::new(3);
+            qp.set_matrix(&w);
+            let (mut x, mut y) = ([0.0; 3], [0.0; 3]);
+            assert_eq!(qp.solve(&b, &lo, &hi, &mut x), (QpStatus::Solved, QpSolver::ActiveSet));
+            assert_eq!(qp.solve_with_clarabel(&b, &lo, &hi, &mut y), (QpStatus::Solved, QpSolver::Clarabel));
+            for j in 0..3 {
+                // Clarabel stops at a gap of 1e-11 of the cost: its root in x, of up to 50 N.
+                assert!((x[j] - y[j]).abs() < 1e-4, "{x:?} and {y:?}");
+                assert!((lo[j]..=hi[j]).contains(&y[j]));
+            }
+            // The active set that it leaves behind is the right one: nothing has to change.
+            let mut z = [0.0; 3];
+            assert_eq!(qp.solve(&b, &lo, &hi, &mut z).1, QpSolver::ActiveSet);
+            for j in 0..3 {
+                assert!((x[j] - z[j]).abs() < 1e-9, "{x:?} and {z:?}");
+            }
+        }
+    }
+}
