@@ -1,10 +1,12 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
-//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
-//! trial is accepted by the natural monotonicity test: the correction that the present factor and QP would
-//! make at the trial point must be smaller than the present one. Where the body is about to snap or
-//! wrinkle the tangent is indefinite and corrections first grow; then the always definite tangent gives a
-//! direction along which the potential energy falls, and a trial that lowers it enough is accepted too.
+//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. Full
+//! steps are tried first, as long as the exact tangent stays positive definite: a slender body that turns
+//! is stretched by every Newton step, which the next one undoes, but no test on the way allows. Then, from
+//! the start, a trial is accepted by the natural monotonicity test: the correction that the present factor and QP
+//! would make at the trial point must be smaller than the present one. Where the body is about to snap or
+//! wrinkle the tangent is indefinite and corrections first grow; then a definite tangent gives a direction
+//! along which the potential energy falls, and a trial that lowers it enough is accepted too.
 //!
 //! # Reference
 //! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
@@ -20,6 +22,10 @@ use crate::qp::{BoxQp, QpSolver, QpStatus};
 use crate::step::{StepReport, TwinState};
 
 const MAX_ITERATIONS: usize = 100;
+/// Full steps that are tried first.
+const MAX_FULL_STEPS: usize = 30;
+/// Residual over the applied forces from which full steps are given up.
+const DIVERGED: f64 = 1e8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
@@ -49,6 +55,15 @@ pub(crate) struct Newton {
     highest: Vec<f64>,
     increments: Vec<f64>,
     extent: f64,
+}
+
+/// How far along each Newton step the iteration goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Search {
+    /// All the way, with exact tangents only.
+    Full,
+    /// As far as monotonicity or energy allow.
+    Damped,
 }
 
 /// What the inner iteration ended with.
@@ -93,21 +108,24 @@ impl Newton {
         control: &Control,
         state: &mut TwinState,
         balance: &mut Balance,
+        search: Search,
         report: &mut StepReport,
     ) -> Outcome {
+        let most = if search == Search::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
-        for _ in 0..MAX_ITERATIONS {
+        for _ in 0..most {
             if balance.is_met(twin) {
                 return Outcome::Converged;
             }
             report.newton_iterations += 1;
             if !balance.is_finite()
-                || self.linearise(twin, state, balance).is_err()
+                || balance.relative > DIVERGED
+                || self.linearise(twin, state, balance, search).is_err()
                 || !self.solve_tensions(twin, control, state, balance, report)
-                || !self.search(twin, control, state, balance)
+                || !self.advance(twin, control, state, balance, search)
             {
                 break;
             }
@@ -116,15 +134,21 @@ impl Newton {
     }
 
     /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
-    /// projects it. Where the exact one is indefinite it is mixed with the always definite one, no more
-    /// than needed.
+    /// projects it. Where the exact one is indefinite, a damped search gets it mixed with the always
+    /// definite one, no more than needed.
     ///
     /// # Errors
-    /// Not even the definite one has a factor.
-    fn linearise(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> hysteron_fem::Result<()> {
+    /// No factor.
+    pub fn linearise(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        balance: &Balance,
+        search: Search,
+    ) -> hysteron_fem::Result<()> {
         self.assemble(twin, state, balance, Tangent::Exact);
         let mut result = self.factor.factorize(&self.stiffness);
-        if result.is_err() {
+        if result.is_err() && search == Search::Damped {
             std::mem::swap(&mut self.stiffness, &mut self.exact);
             self.assemble(twin, state, balance, Tangent::Warped);
             for share in DEFINITE_SHARES {
@@ -136,23 +160,9 @@ impl Newton {
             }
         }
         result?;
-        self.project(twin, balance);
-        Ok(())
-    }
-
-    /// Factorises and projects the exact tangent, and no other.
-    ///
-    /// # Errors
-    /// It has no factor.
-    pub fn linearise_exactly(
-        &mut self,
-        twin: &Twin,
-        state: &TwinState,
-        balance: &Balance,
-    ) -> hysteron_fem::Result<()> {
-        self.assemble(twin, state, balance, Tangent::Exact);
-        self.factor.factorize(&self.stiffness)?;
-        self.project(twin, balance);
+        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
+        self.drift.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.drift);
         Ok(())
     }
 
@@ -160,12 +170,6 @@ impl Newton {
         let pattern = self.stiffness.pattern.clone();
         twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
         twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
-    }
-
-    fn project(&mut self, twin: &Twin, balance: &Balance) {
-        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
-        self.drift.copy_from_slice(&balance.residual);
-        self.factor.solve(&mut self.drift);
     }
 
     /// Tension increments from the QP, and the displacement they make with the drift.
@@ -188,13 +192,14 @@ impl Newton {
         status == QpStatus::Solved
     }
 
-    /// Moves along the Newton step as far as the monotonicity test allows.
-    fn search(
+    /// Moves along the Newton step as far as `search` allows.
+    fn advance(
         &mut self,
         twin: &Twin,
         control: &Control,
         state: &mut TwinState,
         balance: &mut Balance,
+        search: Search,
     ) -> bool {
         for (displacement, drift) in self.displacement.iter_mut().zip(&self.drift) {
             *displacement = -drift;
@@ -206,10 +211,10 @@ impl Newton {
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
         let present = self.size(twin, balance, &self.drift, &self.increments);
         let best_seen = balance.relative;
-        let increments = self.increments.clone();
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
+        let increments = self.increments.clone();
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
@@ -225,18 +230,20 @@ impl Newton {
                 };
             }
             balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
-            let falls = |balance: &Balance, trial: &TwinState| {
-                let trial = balance.potential(twin, control, &trial.positions, strongest);
-                trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
-            };
-            let is_better = balance.is_finite() && {
+            if search == Search::Full {
+                std::mem::swap(state, &mut self.trial);
+                return true;
+            }
+            let is_closer = balance.is_finite() && {
                 let trial = self.size_of_correction(twin, control, balance);
                 // The relative residual decides once the corrections are lost in round-off.
-                trial <= (1.0 - 0.25 * part) * present
-                    || balance.relative < 0.5 * best_seen
-                    || falls(balance, &self.trial)
+                trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen
             };
-            if is_better || balance.is_met(twin) {
+            let falls = || {
+                let trial = balance.potential(twin, control, &self.trial.positions, strongest);
+                trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
+            };
+            if is_closer || balance.is_met(twin) || falls() {
                 std::mem::swap(state, &mut self.trial);
                 return true;
             }
