@@ -103,6 +103,9 @@ impl RobotPicture {
         let faces: Vec<Vec<(f64, f64)>> = self.visible(&self.rest, view).map(|face| face.outline).collect();
         let edge = sheet.line(GHOST_EDGE, 2.0);
         chart.draw_series(faces.iter().map(|face| PathElement::new(closed(face), edge)))?;
+        // Thin edges of the same colour close the seams between neighbours.
+        let seam = sheet.line(GHOST, 0.6);
+        chart.draw_series(faces.iter().map(|face| PathElement::new(closed(face), seam)))?;
         chart.draw_series(faces.into_iter().map(|face| Polygon::new(face, GHOST.filled())))?;
         Ok(())
     }

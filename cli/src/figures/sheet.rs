@@ -23,8 +23,8 @@ const AXIS: RGBColor = RGBColor(120, 126, 134);
 const TITLE: f64 = 16.0;
 const TEXT: f64 = 12.5;
 /// Room for tick labels and the axis' name, left and below [px].
-pub const LEFT: f64 = 62.0;
-pub const BELOW: f64 = 44.0;
+pub const LEFT: f64 = 54.0;
+pub const BELOW: f64 = 38.0;
 
 /// A chart with plain axes.
 pub type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -146,10 +146,11 @@ where
         const TOP: f64 = 24.0;
         let height = self.size().1 - TOP - 8.0;
         self.text(name, 0.0, 8.0)?;
-        for k in 0..STEPS {
+        // From the top, each down to the foot, so that no gap shows between them.
+        for k in (0..STEPS).rev() {
             let y = |k: usize| self.px(TOP + height * (1.0 - k as f64 / STEPS as f64));
             let color = ramp((k as f64 + 0.5) / STEPS as f64);
-            self.area.draw(&Rectangle::new([(0, y(k + 1)), (self.px(WIDTH), y(k))], color.filled()))?;
+            self.area.draw(&Rectangle::new([(0, y(k + 1)), (self.px(WIDTH), y(0))], color.filled()))?;
         }
         for part in [0.0, 0.5, 1.0] {
             let y = TOP + height * (1.0 - part);

@@ -1,4 +1,4 @@
-//! The path of the tip from three sides, all to the same scale.
+//! The path of the tip from three sides, the two axes of each to one scale.
 
 use anyhow::{Context, Result};
 use plotters::prelude::*;
@@ -64,8 +64,8 @@ impl Figure for TipPath {
     }
 
     fn caption(&self) -> String {
-        "Path of the tip from above and from two sides, to one scale and coloured by time. Circle: first sample; \
-         triangle: last."
+        "Path of the tip from above and from two sides, coloured by time; the two axes of a view have one scale. \
+         Circle: first sample; triangle: last."
             .into()
     }
 
@@ -83,22 +83,19 @@ impl Figure for TipPath {
         let (width, height) = sheet.size();
         let main = (width - SIDE - 95.0, height - TOP - 10.0);
         let small = (SIDE, main.1 / 2.0);
-        // The scale at which everything fits everywhere.
         let length = |axis: usize| {
             let range = padded(self.tip[axis].iter().copied());
             range.end - range.start
         };
-        let fits = |(width, height): (f64, f64), [a, b]: [usize; 2]| {
-            (length(a) / (width - LEFT)).max(length(b) / (height - BELOW))
-        };
-        let views = [(main, [0, 1]), (small, [0, 2]), (small, [1, 2])];
-        let needed = views.iter().map(|(size, axes)| fits(*size, *axes)).fold(0.0, f64::max);
         // A tip at rest would be magnified without end.
-        let mm_per_px = needed.max(1e-3);
-        self.view(&sheet.part(4.0, TOP, main.0, main.1), [0, 1], mm_per_px)?;
+        let fits = |(width, height): (f64, f64), [a, b]: [usize; 2]| {
+            (length(a) / (width - LEFT)).max(length(b) / (height - BELOW)).max(1e-3)
+        };
+        let from_side = fits(small, [0, 2]).max(fits(small, [1, 2]));
+        self.view(&sheet.part(4.0, TOP, main.0, main.1), [0, 1], fits(main, [0, 1]))?;
         let left = main.0 + 8.0;
-        self.view(&sheet.part(left, TOP, small.0, small.1), [0, 2], mm_per_px)?;
-        self.view(&sheet.part(left, TOP + small.1, small.0, small.1), [1, 2], mm_per_px)?;
+        self.view(&sheet.part(left, TOP, small.0, small.1), [0, 2], from_side)?;
+        self.view(&sheet.part(left, TOP + small.1, small.0, small.1), [1, 2], from_side)?;
         let bar = sheet.part(width - 72.0, TOP + 4.0, 70.0, 220.0);
         bar.color_bar("time [s]", self.time[0], self.time[1])
     }
