@@ -39,41 +39,45 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     say(format_args!("{}: {}", scene.name, scene.mesh_path.display()));
     print_quality(&mesh, &quality);
     let mass = scene.material.density * quality.volume.sum;
-    let tip = twin.tip_of(&twin.rest()).map(|c| 1e3 * c);
+    let tip = twin.tip_of(&twin.rest()).map(|c| (1e6 * c).round() / 1e3 + 0.0);
     say("");
     say(format_args!("mass {:.2} g, tip at ({:.3}, {:.3}, {:.3}) mm", 1e3 * mass, tip[0], tip[1], tip[2]));
     say("");
-    print_tendons(&scene, &twin);
+    print_tendons(&twin);
     say("");
     print_equations(&twin)
 }
 
-fn print_tendons(scene: &Scene, twin: &Twin) {
-    say("tendon       driven by   points   length [mm]   outside the body [mm]   tension [N]");
-    for (j, tendon) in twin.tendons.iter().enumerate() {
-        let points = twin.cables.polyline(j, &twin.body.rest);
-        let outside = points
-            .iter()
-            .map(|point| Embedding::new(&twin.body, *point).distance)
-            .fold(0.0, f64::max);
-        let drive = match tendon.drive {
-            Drive::Stroke => "stroke",
-            Drive::Tension => "tension",
-            Drive::Free => "nothing",
-        };
-        say(format_args!(
-            "{:<13}{drive:<12}{:>6}{:>14.3}{:>24.3}   {} to {}",
-            tendon.name,
-            points.len(),
-            1e3 * twin.cables.rest_lengths[j],
-            1e3 * outside,
-            tendon.tension.min,
-            tendon.tension.max,
-        ));
+fn print_tendons(twin: &Twin) {
+    say("tendon             driven by   points   length [mm]   outside the body [mm]   tension [N]");
+    for j in 0..twin.n_primary {
+        print_row(twin, &twin.tendons[j].name, j, j + 1);
     }
-    if scene.auxiliary.is_some() {
-        say(format_args!("{} of them are virtual", twin.tendons.len() - twin.n_primary));
+    if twin.tendons.len() > twin.n_primary {
+        let (first, last) = (&twin.tendons[twin.n_primary], &twin.tendons[twin.tendons.len() - 1]);
+        let name = format!("{} to {}", first.name, last.name.trim_start_matches("aux_"));
+        print_row(twin, &name, twin.n_primary, twin.tendons.len());
     }
+}
+
+/// A row for the tendons from `first` up to, not including, `end`, which differ only in where they run.
+fn print_row(twin: &Twin, name: &str, first: usize, end: usize) {
+    let tendon = &twin.tendons[first];
+    let points: Vec<[f64; 3]> = (first..end).flat_map(|j| twin.cables.polyline(j, &twin.body.rest)).collect();
+    let distance = |point: &[f64; 3]| Embedding::new(&twin.body, *point).distance;
+    let drive = match tendon.drive {
+        Drive::Stroke => "stroke",
+        Drive::Tension => "tension",
+        Drive::Free => "nothing",
+    };
+    say(format_args!(
+        "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {} to {}",
+        points.len() / (end - first),
+        1e3 * twin.cables.rest_lengths[first],
+        1e3 * points.iter().map(distance).fold(0.0, f64::max),
+        tendon.tension.min,
+        tendon.tension.max,
+    ));
 }
 
 fn print_equations(twin: &Twin) -> anyhow::Result<()> {

@@ -88,7 +88,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(vtu) = &arguments.vtu {
         check_ending(vtu, "--vtu", "vtu")?;
     }
-    let mesh = tube(arguments)?.mesh()?;
+    let mut mesh = tube(arguments)?.mesh()?;
+    // Whole nanometres: shorter files, and the same on machines whose sines differ in the last digit.
+    mesh.nodes.iter_mut().flatten().for_each(|x| *x = (*x * 1e9).round() / 1e9);
     let quality = check_mesh(&mesh, "the mesh of these measures")?;
     let encoding = if arguments.binary { Encoding::Binary } else { Encoding::Ascii };
     for path in [Some(&arguments.out), arguments.vtu.as_ref()].into_iter().flatten() {

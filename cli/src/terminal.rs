@@ -1,15 +1,15 @@
 //! Everything a person reads in the terminal: results on stdout; log, progress and errors on stderr.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
 
 /// Prints a result.
-#[expect(clippy::print_stdout, reason = "the one place that writes results")]
 pub fn say(line: impl std::fmt::Display) {
-    println!("{line}");
+    // Whoever closed the pipe, as `head` does, has read enough.
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Prints why the program failed.

@@ -99,18 +99,16 @@ fn html(metrics: &Metrics, figures: &[Drawn]) -> String {
     if !run.tendons.is_empty() {
         page.push_str(
             "<table>\n<tr><th>Tendon</th><th>Stroke [mm]</th><th>Largest tension [N]</th>\
-             <th>At the lower bound</th><th>At the upper bound</th></tr>\n",
+             <th>At the lower tension bound</th></tr>\n",
         );
         for tendon in &run.tendons {
             page.push_str(&format!(
-                "<tr><th>{}</th><td>{} to {}</td><td>{:.2}</td><td>{:.1} % of the time</td>\
-                 <td>{} samples</td></tr>\n",
+                "<tr><th>{}</th><td>{} to {}</td><td>{:.2}</td><td>{:.1} % of the time</td></tr>\n",
                 escaped(&tendon.name),
                 mm(tendon.stroke_min_m),
                 mm(tendon.stroke_max_m),
                 tendon.tension_max_n,
                 100.0 * tendon.share_at_lower_bound,
-                tendon.samples_at_upper_bound,
             ));
         }
         page.push_str("</table>\n");

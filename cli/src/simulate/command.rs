@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Drive, Recording};
-use hysteron_twin::{Target, TendonSpec, Twin};
+use hysteron_twin::{Target, TendonSpec, Twin, TwinState};
 
 /// What one tendon follows.
 #[derive(Debug, Clone)]
@@ -76,6 +76,21 @@ impl<'a> Command<'a> {
             Course::Strokes(values) => Some(values),
             _ => None,
         }
+    }
+
+    /// The error of a stroke that is not held because the tendon has reached its largest tension.
+    pub fn overloaded(&self, twin: &Twin, state: &TwinState) -> Option<anyhow::Error> {
+        (0..twin.n_primary).find_map(|j| {
+            let TendonSpec { name, tension, .. } = &twin.tendons[j];
+            let is_held = self.strokes_of(j).is_none() || state.tensions[j] < tension.max;
+            (!is_held).then(|| {
+                anyhow::anyhow!(
+                    "tendon {name} needs more than its largest tension, {} N \
+                     (hint: reduce the stroke, or raise tension_max_n)",
+                    tension.max
+                )
+            })
+        })
     }
 
     /// What the primary tendons are told in sample `row`, for a message.

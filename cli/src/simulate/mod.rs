@@ -28,7 +28,7 @@ driven by stroke, stroke_1_mm, stroke_2_mm, ... in the scene's order (positive p
 follow tension_1_n, ... instead. Virtual tendons follow aux_01_mm, ... if there, and rest otherwise.
 
 Writes a recording: time, commanded and measured strokes, tensions, tip position, and where it all comes from.
-A run that fails or is stopped with Ctrl-C writes OUT.partial.EXT and OUT.state instead; run it again with
+A stroke that needs more than the tendon's largest tension, or has no equilibrium, ends the run. One that fails or is stopped with Ctrl-C writes OUT.partial.EXT and OUT.state instead; run it again with
 --resume to go on from there.
 
 Examples, from the root of the repository:
@@ -81,7 +81,7 @@ pub struct Arguments {
 enum End {
     Done,
     Interrupted,
-    Failed(hysteron_twin::Error),
+    Failed(anyhow::Error),
 }
 
 /// Everything a figure or report may show.
@@ -202,6 +202,7 @@ fn follow(
     let bar = terminal::progress(command.time.len(), trace.len());
     let start = Instant::now();
     let mut end = End::Done;
+    let mut before = state.clone();
     for row in trace.len()..command.time.len() {
         if interrupt::is_asked() {
             end = End::Interrupted;
@@ -211,10 +212,16 @@ fn follow(
         match stepper.step(twin, &targets, state) {
             Ok(report) => summary.add(&report),
             Err(error) => {
-                end = End::Failed(error);
+                end = End::Failed(error.into());
                 break;
             }
         }
+        if let Some(overloaded) = command.overloaded(twin, state) {
+            state.clone_from(&before);
+            end = End::Failed(overloaded);
+            break;
+        }
+        before.clone_from(state);
         let tip = twin.tip_of(state);
         trace.push(twin, state, tip);
         if distance(tip) > largest {
@@ -252,7 +259,7 @@ fn stopped(
         )
     };
     match end {
-        End::Failed(error) => anyhow::Error::new(error).context(format!(
+        End::Failed(error) => error.context(format!(
             "row {} (t = {} s), tendons {}; {kept}",
             n_done + 1,
             command.time[n_done],

@@ -1,6 +1,6 @@
 //! The numbers of a run: cost, accuracy, and what the robot did.
 
-use hysteron_base::{Drive, Recording};
+use hysteron_base::Recording;
 use hysteron_twin::{StepReport, Twin};
 use serde::Serialize;
 
@@ -50,8 +50,6 @@ pub struct TendonSummary {
     pub tension_max_n: f64,
     /// Share of the samples in which it was at its lower tension bound: slack, if that is zero [-].
     pub share_at_lower_bound: f64,
-    /// Samples in which it was at its upper bound, so that its stroke was not held.
-    pub samples_at_upper_bound: usize,
 }
 
 impl Summary {
@@ -78,15 +76,13 @@ impl Summary {
         let tensions = recording.numbered("tension", "n");
         for ((tendon, strokes), tensions) in twin.tendons.iter().zip(recording.strokes()).zip(tensions) {
             let [stroke_min_m, stroke_max_m] = range(strokes);
-            let is_driven = tendon.drive == Drive::Stroke;
-            let count = |bound: f64| tensions.iter().filter(|tension| **tension == bound).count();
+            let n_at_bound = tensions.iter().filter(|tension| **tension == tendon.tension.min).count();
             self.tendons.push(TendonSummary {
                 name: tendon.name.clone(),
                 stroke_min_m,
                 stroke_max_m,
                 tension_max_n: range(tensions)[1],
-                share_at_lower_bound: count(tendon.tension.min) as f64 / time.len() as f64,
-                samples_at_upper_bound: if is_driven { count(tendon.tension.max) } else { 0 },
+                share_at_lower_bound: n_at_bound as f64 / time.len() as f64,
             });
         }
     }
@@ -123,13 +119,6 @@ impl Summary {
             format!("{} {:.2} to {:.2}", ["x", "y", "z"][c], 1e3 * self.tip_min_m[c], 1e3 * self.tip_max_m[c])
         };
         tracing::info!("tip range {}, {}, {} mm", axis(0), axis(1), axis(2));
-        for tendon in self.tendons.iter().filter(|tendon| tendon.samples_at_upper_bound > 0) {
-            tracing::warn!(
-                "tendon {} reached its largest tension in {} samples: its stroke was not held there",
-                tendon.name,
-                tendon.samples_at_upper_bound,
-            );
-        }
     }
 }
 
