@@ -61,12 +61,14 @@ pub(crate) struct Balance {
     pub missing: Vec<f64>,
     /// Largest violated stroke condition [m].
     pub violation: f64,
-    /// Force below which a residual counts as absolute [N].
-    smallest_force: f64,
+    /// Force that a strain of one would take [N].
+    stiffness_force: f64,
 }
 
 /// A residual is small when the forces of a mean strain of this size are.
 const NEGLIGIBLE_STRAIN: f64 = 1e-7;
+/// Mean strain whose forces are round-off: residuals at rest are 2e-16, at strong bending ten times more.
+const ROUND_OFF: f64 = 4e-15;
 
 impl Balance {
     pub fn new(twin: &Twin) -> Self {
@@ -80,7 +82,7 @@ impl Balance {
             relative: f64::INFINITY,
             missing: vec![0.0; twin.cables.len()],
             violation: f64::INFINITY,
-            smallest_force: NEGLIGIBLE_STRAIN * body.material.youngs_modulus * volume.powf(2.0 / 3.0),
+            stiffness_force: body.material.youngs_modulus * volume.powf(2.0 / 3.0),
         }
     }
 
@@ -104,7 +106,9 @@ impl Balance {
                 applied += outer[c] * outer[c];
             }
         }
-        self.relative = out_of_balance.sqrt() / applied.sqrt().max(self.smallest_force);
+        // Never relative to so little that the accuracy asked for would be below round-off.
+        let strain = NEGLIGIBLE_STRAIN.max(ROUND_OFF / twin.accuracy.relative_residual);
+        self.relative = out_of_balance.sqrt() / applied.sqrt().max(strain * self.stiffness_force);
         self.compare_strokes(control, t);
     }
 
@@ -127,13 +131,9 @@ impl Balance {
             }
             let missing = control.strokes[j] - self.shape.strokes[j];
             self.missing[j] = missing;
-            let violated = if t[j] <= control.lowest[j] {
-                missing.max(0.0)
-            } else if t[j] >= control.highest[j] {
-                (-missing).max(0.0)
-            } else {
-                missing.abs()
-            };
+            let slack = t[j] <= control.lowest[j] && missing <= 0.0;
+            let slips = t[j] >= control.highest[j] && missing >= 0.0;
+            let violated = if slack || slips { 0.0 } else { missing.abs() };
             // NaN must not pass as zero.
             if !(violated <= self.violation) {
                 self.violation = violated;

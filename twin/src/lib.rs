@@ -4,6 +4,7 @@ mod anderson;
 mod balance;
 mod cable;
 mod error;
+mod inverse;
 mod layout;
 mod model;
 mod newton;
@@ -11,12 +12,20 @@ mod predictor;
 mod projection;
 pub mod qp;
 mod quasi_newton;
+mod rollout;
 mod state;
 mod step;
 
 pub use cable::Cables;
 pub use error::{Error, Result};
+pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};
+pub use rollout::{Rollout, rollout, rollouts};
 pub use state::TwinState;
 pub use step::{StepReport, Stepper};
+
+// Robots for unit tests; the integration tests use the same file.
+#[cfg(test)]
+#[path = "../tests/twin/scenes.rs"]
+mod scenes;
