@@ -4,7 +4,8 @@ use std::process::Command;
 
 fn main() {
     let git = |arguments: &[&str]| {
-        let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success());
+        let output =
+            Command::new("git").args(arguments).output().ok().filter(|output| output.status.success());
         output.and_then(|output| String::from_utf8(output.stdout).ok()).map(|text| text.trim().to_owned())
     };
     // A branch moves without HEAD changing; its log changes with every commit.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use anyhow::Context;
 use hysteron_base::{BadInput, LengthUnit};
 use hysteron_fem::{
-    Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, write_mesh, write_vtu,
+    Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, write_mesh,
+    write_vtu,
 };
 
 use crate::terminal::say;
@@ -30,31 +31,43 @@ Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
 #[command(after_help = HELP)]
 pub struct Arguments {
     /// Length of the body
-    #[arg(long, value_name = "MM", required_unless_present = "profile", conflicts_with = "profile")]
+    #[arg(
+        long,
+        allow_negative_numbers = true,
+        value_name = "MM",
+        required_unless_present = "profile",
+        conflicts_with = "profile"
+    )]
     length_mm: Option<f64>,
     /// Outer diameter at the base
-    #[arg(long, value_name = "MM", required_unless_present = "profile", conflicts_with = "profile")]
+    #[arg(
+        long,
+        allow_negative_numbers = true,
+        value_name = "MM",
+        required_unless_present = "profile",
+        conflicts_with = "profile"
+    )]
     outer_diameter_mm: Option<f64>,
     /// Outer diameter at the tip [default: as at the base]
-    #[arg(long, value_name = "MM", conflicts_with = "profile")]
+    #[arg(long, allow_negative_numbers = true, value_name = "MM", conflicts_with = "profile")]
     tip_diameter_mm: Option<f64>,
     /// Several links: height and outer diameter of every corner in mm, from the base up, as Z:D,Z:D,...
     #[arg(long, value_name = "Z:D,...", value_delimiter = ',', value_parser = corner)]
     profile: Vec<[f64; 2]>,
     /// Diameter of the central bore at the base; 0 for a solid body
-    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    #[arg(long, allow_negative_numbers = true, value_name = "MM", default_value_t = 0.0)]
     bore_diameter_mm: f64,
     /// Number of tendon channels, evenly spaced, the first on the x axis
     #[arg(long, value_name = "N", default_value_t = 0)]
     channels: u32,
     /// Diameter of every channel at the base
-    #[arg(long, value_name = "MM")]
+    #[arg(long, allow_negative_numbers = true, value_name = "MM")]
     channel_diameter_mm: Option<f64>,
     /// Distance of the channels from the axis at the base
-    #[arg(long, value_name = "MM")]
+    #[arg(long, allow_negative_numbers = true, value_name = "MM")]
     channel_radius_mm: Option<f64>,
     /// Length of an edge, roughly: sets layers and sides that are not given
-    #[arg(long, value_name = "MM", required_unless_present = "layers")]
+    #[arg(long, allow_negative_numbers = true, value_name = "MM", required_unless_present = "layers")]
     edge_mm: Option<f64>,
     /// Number of layers along the body
     #[arg(long, value_name = "N")]
@@ -154,11 +167,8 @@ fn channels(arguments: &Arguments) -> Result<Vec<Channel>, BadInput> {
         (0, None, None) => Ok(Vec::new()),
         (1.., Some(diameter), Some(distance)) => {
             let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(n);
-            let channel = |k| Channel {
-                angle: angle(k),
-                center_radius: 1e-3 * distance,
-                radius: 0.5e-3 * diameter,
-            };
+            let channel =
+                |k| Channel { angle: angle(k), center_radius: 1e-3 * distance, radius: 0.5e-3 * diameter };
             Ok((0..n).map(channel).collect())
         }
         (0, ..) => Err(BadInput::new("--channels", "their number, with a diameter or radius given", "0")),
@@ -185,8 +195,14 @@ fn check_ending(path: &std::path::Path, option: &str, ending: &str) -> Result<()
 
 /// Prints how good the elements are.
 pub fn print_quality(mesh: &Mesh, quality: &MeshQuality) {
-    let groups: Vec<String> = mesh.groups.iter().map(|(name, nodes)| format!("{name} ({})", nodes.len())).collect();
-    say(format_args!("{} nodes, {} tetrahedra, {:.1} mm3", quality.n_nodes, quality.n_cells, 1e9 * quality.volume.sum));
+    let groups: Vec<String> =
+        mesh.groups.iter().map(|(name, nodes)| format!("{name} ({})", nodes.len())).collect();
+    say(format_args!(
+        "{} nodes, {} tetrahedra, {:.1} mm3",
+        quality.n_nodes,
+        quality.n_cells,
+        1e9 * quality.volume.sum
+    ));
     say(format_args!("groups (nodes): {}", groups.join(", ")));
     say("");
     say("                        worst (tetrahedron)        1 %        5 %     median       mean       best");

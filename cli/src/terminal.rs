@@ -74,8 +74,7 @@ fn shown(arguments: impl Iterator<Item = String>) -> String {
                 && text[1..].bytes().all(|byte| matches!(byte, b'v' | b'q')) => {}
             text => {
                 line.push(' ');
-                let is_plain =
-                    |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
+                let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
                 if !text.is_empty() && text.chars().all(is_plain) {
                     line.push_str(text);
                 } else {
@@ -93,7 +92,8 @@ mod tests {
 
     #[test]
     fn command_line_keeps_what_shapes_the_result() {
-        let typed = ["-v", "simulate", "my scene.toml", "--threads", "2", "--out", "a.csv", "-qq", "--threads=3"];
+        let typed =
+            ["-v", "simulate", "my scene.toml", "--threads", "2", "--out", "a.csv", "-qq", "--threads=3"];
         let line = shown(typed.into_iter().map(str::to_owned));
         assert_eq!(line, "hysteron simulate 'my scene.toml' --out a.csv");
     }

@@ -91,8 +91,7 @@ fn png_of(figure: &impl Figure) -> anyhow::Result<Vec<u8>> {
     let folder = tempfile::tempdir().context("making a temporary folder")?;
     let path = folder.path().join("figure.png");
     {
-        let root =
-            BitMapBackend::new(&path, (width * PNG_SCALE, height * PNG_SCALE)).into_drawing_area();
+        let root = BitMapBackend::new(&path, (width * PNG_SCALE, height * PNG_SCALE)).into_drawing_area();
         figure.draw(&Sheet::new(root.clone(), f64::from(PNG_SCALE))?)?;
         root.present()?;
     }
@@ -110,7 +109,12 @@ fn strokes(run: &Run) -> TimeChart {
     let panel = |((commanded, measured), tendon): ((&[f64], &[f64]), &hysteron_twin::TendonSpec)| {
         // The measured one below: where the tendon is taut the two coincide.
         let curves = vec![
-            Curve { name: "along the body".into(), color: COLORS[1], width: 1.0, values: millimetres(measured) },
+            Curve {
+                name: "along the body".into(),
+                color: COLORS[1],
+                width: 1.0,
+                values: millimetres(measured),
+            },
             Curve { name: "commanded".into(), color: COLORS[0], width: 1.4, values: millimetres(commanded) },
         ];
         TimePanel { label: format!("{} [mm]", tendon.name), curves }

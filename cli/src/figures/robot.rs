@@ -180,7 +180,8 @@ impl RobotPicture {
             let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
             let facing = view.near * normal[view.depth] / size;
             // Lit from the viewer's left and above.
-            let light = 0.75 * facing - 0.35 * normal[view.axes[0]] / size + 0.3 * normal[view.axes[1]] / size;
+            let light =
+                0.75 * facing - 0.35 * normal[view.axes[0]] / size + 0.3 * normal[view.axes[1]] / size;
             (facing > 0.0).then(|| VisibleFace {
                 outline: [a, b, c].map(|p| (p[view.axes[0]], p[view.axes[1]])).to_vec(),
                 nearness: view.near * (a[view.depth] + b[view.depth] + c[view.depth]),
@@ -246,9 +247,7 @@ impl Figure for RobotPicture {
         };
         let mm_per_px = VIEWS
             .iter()
-            .map(|view| {
-                (length(view.axes[0]) / (size.0 - LEFT)).max(length(view.axes[1]) / (size.1 - BELOW))
-            })
+            .map(|view| (length(view.axes[0]) / (size.0 - LEFT)).max(length(view.axes[1]) / (size.1 - BELOW)))
             .fold(0.0, f64::max);
         for (k, view) in VIEWS.iter().enumerate() {
             let left = 4.0 + k as f64 * size.0;

@@ -139,18 +139,17 @@ fn check_count(stem: &str, found: usize, tendons: &[TendonSpec]) -> Result<(), B
     let hint = match (tendons.len(), stem) {
         (0, _) => format!("take the {stem} columns out, or add the tendons to the scene"),
         (n, "aux") => format!("name the columns aux_01_mm to aux_{n:02}_mm, in the order of the layout"),
-        (n, _) => format!("name the columns {stem}_1_mm to {stem}_{n}_mm, in the order of the scene's tendons"),
+        (n, _) => {
+            format!("name the columns {stem}_1_mm to {stem}_{n}_mm, in the order of the scene's tendons")
+        }
     };
     Err(BadInput::new(format!("{stem} columns"), expected, found.to_string()).hint(hint))
 }
 
-fn tensions<'a>(
-    recording: &'a Recording,
-    tendon: &TendonSpec,
-    number: usize,
-) -> Result<&'a [f64], BadInput> {
+fn tensions<'a>(recording: &'a Recording, tendon: &TendonSpec, number: usize) -> Result<&'a [f64], BadInput> {
     let name = format!("tension_{number}_n");
-    let hint = format!("the scene drives tendon {} by tension; set drive = \"stroke\" for strokes", tendon.name);
+    let hint =
+        format!("the scene drives tendon {} by tension; set drive = \"stroke\" for strokes", tendon.name);
     let values = recording.require(&name).map_err(|bad| bad.hint(hint))?;
     if let Some(row) = values.iter().position(|value| !tendon.tension.contains(*value)) {
         let bounds = tendon.tension;

@@ -211,14 +211,14 @@ fn follow(
         command.targets_into(row, &mut targets);
         match stepper.step(twin, &targets, state) {
             Ok(report) => summary.add(&report),
-            Err(error) => {
-                end = End::Failed(error.into());
-                break;
-            }
+            Err(error) => end = End::Failed(error.into()),
         }
-        if let Some(overloaded) = command.overloaded(twin, state) {
-            state.clone_from(&before);
+        if let (End::Done, Some(overloaded)) = (&end, command.overloaded(twin, state)) {
             end = End::Failed(overloaded);
+        }
+        if matches!(end, End::Failed(_)) {
+            // Back to the last sample, so that state and recording agree.
+            state.clone_from(&before);
             break;
         }
         before.clone_from(state);
@@ -259,12 +259,12 @@ fn stopped(
         )
     };
     match end {
-        End::Failed(error) => error.context(format!(
-            "row {} (t = {} s), tendons {}; {kept}",
+        End::Failed(error) => anyhow::anyhow!(
+            "row {} (t = {} s), tendons {}: {error:#}; {kept}",
             n_done + 1,
             command.time[n_done],
             command.describe(twin, n_done),
-        )),
+        ),
         _ => anyhow::anyhow!("interrupted; {kept}; add --resume to go on"),
     }
 }
@@ -294,11 +294,7 @@ fn provenance(scene: &Scene, arguments: &Arguments) -> anyhow::Result<Metadata> 
         scene_hash: scene.hash.clone(),
         seed: Some(scene.seed),
         commit: env!("HYSTERON_COMMIT").to_owned(),
-        source: format!(
-            "simulation of {} with strokes from {}",
-            scene.name,
-            arguments.strokes.display()
-        ),
+        source: format!("simulation of {} with strokes from {}", scene.name, arguments.strokes.display()),
         command: terminal::command_line(),
         extra: [(STROKES_KEY.to_owned(), strokes)].into(),
     })

@@ -12,7 +12,10 @@ fn text(name: &str) -> String {
 fn members() -> BTreeSet<String> {
     let manifest = text("Cargo.toml");
     let list = manifest.split_once("members = [").unwrap().1.split_once(']').unwrap().0;
-    list.split(',').map(|name| name.trim().trim_matches('"').to_owned()).filter(|name| !name.is_empty()).collect()
+    list.split(',')
+        .map(|name| name.trim().trim_matches('"').to_owned())
+        .filter(|name| !name.is_empty())
+        .collect()
 }
 
 #[test]

@@ -9,7 +9,8 @@ fn the_main_job_runs_in_full() {
     let out = folder.path().join("tip.parquet");
     let strokes = root().join("meshes/tpu80/strokes-circle.csv");
     let [out_text, strokes_text] = [&out, &strokes].map(|path| path.to_str().unwrap());
-    run(root(), &["simulate", "meshes/tpu80/scene.toml", "--strokes", strokes_text, "--out", out_text]).succeeded();
+    run(root(), &["simulate", "meshes/tpu80/scene.toml", "--strokes", strokes_text, "--out", out_text])
+        .succeeded();
     let (strokes, tip) = (Recording::read(&strokes).unwrap(), Recording::read(&out).unwrap());
     assert_eq!(tip.time(), strokes.time());
     assert_eq!(tip.strokes(), strokes.strokes());

@@ -61,7 +61,8 @@ fn state_that_does_not_fit_is_refused() {
     let mut loose = robot.state.clone();
     loose.tensions[0] = f64::NAN;
     for mut state in [shorter, fewer, broken, loose] {
-        let error = robot.stepper.step(&robot.twin, &strokes(&[0.0; 4]), &mut state).expect_err("a bad state");
+        let error =
+            robot.stepper.step(&robot.twin, &strokes(&[0.0; 4]), &mut state).expect_err("a bad state");
         assert!(!matches!(error, Error::NoEquilibrium { .. }), "{error}");
     }
     robot.go(&strokes(&[1e-3, 1e-3, -2e-3, 0.0]));

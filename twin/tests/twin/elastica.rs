@@ -94,7 +94,9 @@ fn deflection(order: Order, layers: u32, p: f64) -> (f64, f64) {
 #[test]
 fn reference_is_that_of_bisshopp_and_drucker() {
     // K. E. Bisshopp, D. C. Drucker (1945), Large deflection of cantilever beams; five digits.
-    for (p, sideways, shortened) in [(1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (5.0, 0.71379, 0.38763)] {
+    for (p, sideways, shortened) in
+        [(1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (5.0, 0.71379, 0.38763)]
+    {
         let (y, z) = elastica(p);
         assert_close("sideways", y, sideways, 6e-6);
         assert_close("along", 1.0 - z, shortened, 6e-6);

@@ -121,7 +121,10 @@ fn every_law_and_order_bends() {
         // A tendon at radius r pulled by s turns the end by s / r = 1/3, an arc of which the tip is at
         // (1 - cos)/(1/3) = 0.165 of the length; linear elements this
         // coarse are twice as stiff in bending, and the body shortens instead.
-        assert!(tip[0] > 0.06 * scenes::LENGTH && tip[0] < 0.19 * scenes::LENGTH, "{law:?} {order:?}: {tip:?}");
+        assert!(
+            tip[0] > 0.06 * scenes::LENGTH && tip[0] < 0.19 * scenes::LENGTH,
+            "{law:?} {order:?}: {tip:?}"
+        );
         assert!(tip[1].abs() < 0.01 * scenes::LENGTH, "{tip:?}");
     }
     // Corotational and neo-Hookean agree while strains are small.

@@ -66,7 +66,9 @@ impl Problem {
 
     /// Size of the dimensionless strokes, for tolerances.
     fn size(&self, x: &[f64]) -> f64 {
-        (0..self.n).map(|j| (self.b[j] / self.root(j)).abs().max((x[j] * self.root(j)).abs())).fold(0.0, f64::max)
+        (0..self.n)
+            .map(|j| (self.b[j] / self.root(j)).abs().max((x[j] * self.root(j)).abs()))
+            .fold(0.0, f64::max)
     }
 
     /// Largest violation of the optimality conditions, dimensionless and relative.
@@ -188,7 +190,9 @@ fn active_set_is_the_best_of_all_active_sets() {
             n_compared += 1;
         }
     }
-    println!("{PROBLEMS} regular problems: {n_clarabel} by clarabel, {n_compared} compared, violation {worst:.1e}");
+    println!(
+        "{PROBLEMS} regular problems: {n_clarabel} by clarabel, {n_compared} compared, violation {worst:.1e}"
+    );
     assert!(n_compared > PROBLEMS * 9 / 10, "{n_compared}");
     assert!(n_clarabel < PROBLEMS / 100, "{n_clarabel}");
 }

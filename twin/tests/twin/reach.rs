@@ -50,7 +50,8 @@ fn bounds_are_kept_and_far_goals_approached() {
     let mut robot = Robot::new(&(scene, mesh));
     let start = robot.twin.tip_of(&robot.state);
     let goal = goal([0.03, 0.0, 0.02]);
-    let report = robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).expect("an answer");
+    let report =
+        robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).expect("an answer");
     assert!(!report.is_reached && report.tip_error > 1e-3, "{report:?}");
     assert!(report.tip_error < distance(start, goal.position) - 1e-3, "{report:?}");
     for (tension, stroke) in robot.state.tensions.iter().zip(&report.strokes) {
@@ -58,7 +59,8 @@ fn bounds_are_kept_and_far_goals_approached() {
         assert!(*stroke <= 2e-3 + 1e-9 && *stroke >= -0.01 - 1e-9, "{report:?}");
     }
     // One of the bounds is what stops it.
-    let at_bound = robot.state.tensions.iter().any(|t| *t > 2.9) || report.strokes.iter().any(|s| *s > 1.9e-3);
+    let at_bound =
+        robot.state.tensions.iter().any(|t| *t > 2.9) || report.strokes.iter().any(|s| *s > 1.9e-3);
     assert!(at_bound, "{report:?}");
 }
 
@@ -94,6 +96,9 @@ fn bad_goal_or_targets_are_refused() {
     for n in [1, 5] {
         let targets = vec![Target::Free; n];
         let result = robot.stepper.reach(&robot.twin, &goal([0.0; 3]), &targets, &mut robot.state);
-        assert!(result.is_err_and(|error| error.bad_input().is_some_and(|bad| bad.place == "targets")), "{n}");
+        assert!(
+            result.is_err_and(|error| error.bad_input().is_some_and(|bad| bad.place == "targets")),
+            "{n}"
+        );
     }
 }

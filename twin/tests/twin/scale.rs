@@ -6,7 +6,8 @@ use super::{Robot, assert_close, scenes, strokes};
 
 /// The robot `length` times as large, of a material that gives `force` times the forces.
 fn robot(length: f64, force: f64) -> Robot {
-    let mesh = scenes::tube(length * scenes::LENGTH, length * scenes::OUTER, length * 0.0025, 12, Order::Linear);
+    let mesh =
+        scenes::tube(length * scenes::LENGTH, length * scenes::OUTER, length * 0.0025, 12, Order::Linear);
     let (mut scene, _) = scenes::robot();
     scene.material.youngs_modulus *= force / length.powi(2);
     for tendon in &mut scene.tendons {

@@ -10,15 +10,13 @@ fn work_and_energy(steps: usize, stroke: f64) -> (f64, f64) {
     let (mut scene, mesh) = scenes::robot();
     scene.solver.relative_residual = 1e-10;
     scene.solver.stroke_tolerance = 1e-12;
-    scene.point_forces.push(PointForce {
-        at: [0.0, scenes::TENDON_RADIUS, scenes::LENGTH],
-        force: [0.0, -0.3, 0.2],
-    });
+    scene
+        .point_forces
+        .push(PointForce { at: [0.0, scenes::TENDON_RADIUS, scenes::LENGTH], force: [0.0, -0.3, 0.2] });
     let mut robot = Robot::new(&(scene, mesh));
     // Tendon 1 pulls; 2 keeps its tension; 3 lets go with the bending; 4 holds its length.
-    let targets = |s: f64| {
-        [Target::Stroke(s), Target::Tension(0.8), Target::Tension(0.0), Target::Stroke(3e-5)]
-    };
+    let targets =
+        |s: f64| [Target::Stroke(s), Target::Tension(0.8), Target::Tension(0.0), Target::Stroke(3e-5)];
     robot.go(&targets(1e-4));
     let energy = robot.twin.body.energy(&robot.state.positions);
     let (mut before, mut tensions) = (robot.strokes(), robot.state.tensions.clone());
