@@ -1,5 +1,7 @@
 //! The equations of a step: how far a configuration is from balance, and what a command asks for.
 
+use hysteron_base::Law;
+
 use crate::cable::CableShape;
 use crate::model::{Target, Twin};
 
@@ -37,6 +39,13 @@ impl Control {
             };
             (self.strokes[j], self.lowest[j], self.highest[j]) = (stroke, lowest, highest);
         }
+    }
+
+    /// Energy of cable `j` with a missing stroke: the largest T × `missing` over its tensions [J].
+    pub fn clutch(&self, j: usize, missing: f64, strongest: f64) -> f64 {
+        let highest = self.highest[j].min(strongest.max(self.lowest[j]));
+        let lowest = self.lowest[j].max(-strongest.max(-self.highest[j]));
+        (lowest * missing).max(highest * missing)
     }
 
     /// True where the tension, not the stroke, is prescribed.
@@ -139,6 +148,23 @@ impl Balance {
                 self.violation = violated;
             }
         }
+    }
+
+    /// Potential energy of body, loads and cables at nodes `x`, for which strokes were evaluated [J], each
+    /// cable as a clutch that slips at its bounds: sup T (u - s) over the tensions it can have, at most
+    /// `strongest`. Its minimisers are the stable equilibria. `None` where forces have no potential.
+    pub fn potential(&self, twin: &Twin, control: &Control, x: &[[f64; 4]], strongest: f64) -> Option<f64> {
+        if twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty() {
+            return None;
+        }
+        let mut energy = twin.body.energy(x);
+        for (node, load) in x.iter().zip(&twin.loads) {
+            for c in 0..3 {
+                energy -= control.load * load[c] * node[c];
+            }
+        }
+        let missing = control.strokes.iter().zip(&self.shape.strokes).map(|(asked, stroke)| asked - stroke);
+        Some(energy + missing.enumerate().map(|(j, e)| control.clutch(j, e, strongest)).sum::<f64>())
     }
 
     /// True when forces and strokes meet the accuracy asked for.

@@ -2,7 +2,9 @@
 //!
 //! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
 //! trial is accepted by the natural monotonicity test: the correction that the present factor would
-//! make at the trial point must be smaller than the present one.
+//! make at the trial point must be smaller than the present one. Where the body is about to snap or
+//! wrinkle the tangent is indefinite and corrections first grow; then the always definite tangent gives a
+//! direction along which the potential energy falls, and a trial that lowers it enough is accepted too.
 //!
 //! # Reference
 //! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
@@ -17,16 +19,23 @@ use crate::projection::Projection;
 use crate::qp::{BoxQp, QpSolver, QpStatus};
 use crate::step::{StepReport, TwinState};
 
-const MAX_ITERATIONS: usize = 30;
+const MAX_ITERATIONS: usize = 100;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
 const LONGEST_MOVE: f64 = 0.25;
+/// Shares of the always definite tangent that are mixed in, least first, until there is a factor.
+const DEFINITE_SHARES: [f64; 4] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0];
+/// Part of the predicted fall of energy that a trial must show (Armijo).
+const ENOUGH: f64 = 1e-3;
 
 /// Exact tangent, its factor and projection; scratch.
 #[derive(Debug, Clone)]
 pub(crate) struct Newton {
     stiffness: Stiffness,
+    /// The exact tangent, and its mixture with the definite one, where it has no factor itself.
+    exact: Stiffness,
+    mixed: Stiffness,
     factor: StiffnessFactor,
     pub projection: Projection,
     qp: BoxQp,
@@ -60,6 +69,8 @@ impl Newton {
         };
         Self {
             factor: StiffnessFactor::new(&pattern, FactorKind::Supernodal, twin.body.isa),
+            exact: Stiffness::zeros(pattern.clone()),
+            mixed: Stiffness::zeros(pattern.clone()),
             stiffness: Stiffness::zeros(pattern),
             projection: Projection::new(n, m),
             qp: BoxQp::new(m),
@@ -94,7 +105,7 @@ impl Newton {
             }
             report.newton_iterations += 1;
             if !balance.is_finite()
-                || self.linearise(twin, state, balance, &[Tangent::Exact, Tangent::Warped]).is_err()
+                || self.linearise(twin, state, balance).is_err()
                 || !self.solve_tensions(twin, control, state, balance, report)
                 || !self.search(twin, control, state, balance)
             {
@@ -104,33 +115,66 @@ impl Newton {
         if balance.is_met(twin) { Outcome::Converged } else { Outcome::Stuck(balance.relative) }
     }
 
-    /// Factorises a tangent at `state`, for which `balance` was evaluated, with the cables' part, and
-    /// projects it: the first of `kinds` that has a factor.
+    /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
+    /// projects it. Where the exact one is indefinite it is mixed with the always definite one, no more
+    /// than needed.
     ///
     /// # Errors
-    /// None of them has.
-    pub fn linearise(
+    /// Not even the definite one has a factor.
+    fn linearise(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> hysteron_fem::Result<()> {
+        self.assemble(twin, state, balance, Tangent::Exact);
+        let mut result = self.factor.factorize(&self.stiffness);
+        if result.is_err() {
+            std::mem::swap(&mut self.stiffness, &mut self.exact);
+            self.assemble(twin, state, balance, Tangent::Warped);
+            for share in DEFINITE_SHARES {
+                let (definite, exact) = (&self.stiffness.blocks, &self.exact.blocks);
+                for ((mixed, definite), exact) in self.mixed.blocks.iter_mut().zip(definite).zip(exact) {
+                    for (mixed, (definite, exact)) in mixed
+                        .as_flattened_mut()
+                        .iter_mut()
+                        .zip(definite.as_flattened().iter().zip(exact.as_flattened()))
+                    {
+                        *mixed = exact + share * (definite - exact);
+                    }
+                }
+                result = self.factor.factorize(&self.mixed);
+                if result.is_ok() {
+                    break;
+                }
+            }
+        }
+        result?;
+        self.project(twin, balance);
+        Ok(())
+    }
+
+    /// Factorises and projects the exact tangent, and no other.
+    ///
+    /// # Errors
+    /// It has no factor.
+    pub fn linearise_exactly(
         &mut self,
         twin: &Twin,
         state: &TwinState,
         balance: &Balance,
-        kinds: &[Tangent],
     ) -> hysteron_fem::Result<()> {
+        self.assemble(twin, state, balance, Tangent::Exact);
+        self.factor.factorize(&self.stiffness)?;
+        self.project(twin, balance);
+        Ok(())
+    }
+
+    fn assemble(&mut self, twin: &Twin, state: &TwinState, balance: &Balance, kind: Tangent) {
         let pattern = self.stiffness.pattern.clone();
-        let mut result = Ok(());
-        for kind in kinds {
-            twin.body.stiffness_into(&state.positions, *kind, &mut self.stiffness);
-            twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
-            result = self.factor.factorize(&self.stiffness);
-            if result.is_ok() {
-                break;
-            }
-        }
-        result?;
+        twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
+        twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
+    }
+
+    fn project(&mut self, twin: &Twin, balance: &Balance) {
         self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
         self.drift.copy_from_slice(&balance.residual);
         self.factor.solve(&mut self.drift);
-        Ok(())
     }
 
     /// Tension increments from the QP, and the displacement they make with the drift.
@@ -169,8 +213,11 @@ impl Newton {
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.merit(balance, &self.drift.clone());
+        let present = self.merit(balance, &self.drift);
         let best_seen = balance.relative;
+        let strongest = self.strongest_tension(state);
+        let energy = balance.potential(twin, control, &state.positions, strongest);
+        let fall = self.predicted_fall(twin, control, state, balance, strongest);
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
@@ -193,7 +240,11 @@ impl Newton {
                 let trial = self.merit(balance, &correction);
                 self.correction = correction;
                 // The relative residual decides once the merit is lost in round-off.
-                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen {
+                let falls = || {
+                    let trial = balance.potential(twin, control, &self.trial.positions, strongest);
+                    trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
+                };
+                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen || falls() {
                     std::mem::swap(state, &mut self.trial);
                     return true;
                 }
@@ -202,6 +253,35 @@ impl Newton {
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
         false
+    }
+
+    /// Tension above which cables count as no stronger in the potential: an exact penalty must exceed the
+    /// multipliers, and more would only shorten the steps.
+    fn strongest_tension(&self, state: &TwinState) -> f64 {
+        let tensions = state.tensions.iter().zip(&self.increments);
+        2.0 * tensions.map(|(t, change)| t.abs().max((t + change).abs())).fold(0.0, f64::max)
+    }
+
+    /// How much the linearised potential falls over the full Newton step [J]; positive.
+    fn predicted_fall(
+        &self,
+        twin: &Twin,
+        control: &Control,
+        state: &TwinState,
+        balance: &Balance,
+        strongest: f64,
+    ) -> f64 {
+        // The residual contains the cables' forces, which the clutch terms account for.
+        let work: f64 = balance.residual.iter().zip(&self.displacement).map(|(r, d)| r * d).sum();
+        let cables: f64 = (0..state.tensions.len())
+            .map(|j| {
+                let change = twin.cables.row_times(&balance.shape, j, &self.displacement);
+                let missing = control.strokes[j] - balance.shape.strokes[j];
+                let clutch = |missing: f64| control.clutch(j, missing, strongest);
+                clutch(missing) - clutch(missing - change) - state.tensions[j] * change
+            })
+            .sum();
+        (cables - work).max(0.0)
     }
 
     /// Energy of the corrections still to be made: rᵀ K⁻¹ r plus that of the missing strokes [J].

@@ -1,7 +1,6 @@
 //! One quasi-static step: from one equilibrium to the next, x_t = F(x_{t-1}, u_t) (paper 003, eq. 1).
 
 use hysteron_base::BadInput;
-use hysteron_fem::Tangent;
 
 use crate::balance::{Balance, Control};
 use crate::model::{Target, Twin};
@@ -104,7 +103,7 @@ impl Stepper {
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
         self.control.load = 1.0;
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        newton.linearise(twin, state, &self.balance, &[Tangent::Exact])?;
+        newton.linearise_exactly(twin, state, &self.balance)?;
         Ok(newton.projection.delassus.clone())
     }
 
