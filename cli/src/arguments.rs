@@ -2,13 +2,15 @@
 
 use clap::{ArgAction, Parser, Subcommand};
 
-const EXAMPLES: &str = "\
-Examples, from the root of the repository:
+const HELP: &str = "\
+Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
   hysteron check meshes/tpu80/scene.toml
-  hysteron simulate meshes/tpu80/scene.toml --strokes meshes/tpu80/strokes-circle.csv \\
+  hysteron simulate meshes/tpu80/scene.toml \\
+      --strokes meshes/tpu80/strokes-circle.csv \\
       --out out/tpu80/tip.parquet --figures out/tpu80
-  hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 --channels 4 \\
-      --channel-diameter-mm 1.5 --channel-radius-mm 4.5 --layers 17 --out out/tube.msh
+  hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 \\
+      --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
+      --layers 17 --out out/tube.msh
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
 
@@ -17,18 +19,18 @@ Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written und
 /// A robot is a folder with a mesh (.msh) and a scene (scene.toml): material, clamp, tendons, tip. `hysteron help
 /// VERB` says what each verb needs and writes. Results go to stdout, everything else to stderr.
 #[derive(Debug, Parser)]
-#[command(name = "hysteron", version, after_help = EXAMPLES)]
+#[command(name = "hysteron", version, after_help = HELP)]
 pub struct Program {
     #[command(subcommand)]
     pub verb: Verb,
     /// Log more; twice for everything
-    #[arg(short, long, global = true, action = ArgAction::Count)]
+    #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
     verbose: u8,
     /// Log only warnings; twice for errors alone
-    #[arg(short, long, global = true, action = ArgAction::Count)]
+    #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
     quiet: u8,
     /// Threads to use [default: all cores]; results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, help_heading = "Options of all verbs", value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
 }
 

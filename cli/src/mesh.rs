@@ -12,15 +12,17 @@ use hysteron_fem::{
 use crate::terminal::say;
 
 const HELP: &str = "\
-The axis is z, the base lies at z = 0. The mesh has the groups base, tip and body, for the scene to name.
-Circles become polygons: an edge length sets their sides, or give the sides yourself.
+The axis is z, the base lies at z = 0. The mesh has the groups base, tip and body, for the scene to name. Circles \
+become polygons: an edge length sets their sides, or give the sides yourself.
 
 Prints the quality of the elements. A mesh that could not be computed with is refused, and nothing is written.
 
 Examples, from the root of the repository:
-  hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 --channels 4 \\
-      --channel-diameter-mm 1.5 --channel-radius-mm 4.5 --layers 17 --out out/tube.msh
-  hysteron mesh --profile 0:30.8,305:12.8,360:9.6 --edge-mm 6 --quadratic --out out/tentacle.msh
+  hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 \\
+      --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
+      --layers 17 --out out/tube.msh
+  hysteron mesh --profile 0:30.8,305:12.8,360:9.6 --edge-mm 6 --quadratic \\
+      --out out/tentacle.msh
 
 Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
 

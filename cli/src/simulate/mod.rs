@@ -23,18 +23,20 @@ pub use summary::Summary;
 pub use trace::Trace;
 
 const HELP: &str = "\
-Needs a scene and a recording (.parquet or .csv) with a column time_s and, for every tendon of the scene that is
-driven by stroke, stroke_1_mm, stroke_2_mm, ... in the scene's order (positive pulls); tendons driven by tension
-follow tension_1_n, ... instead. Virtual tendons follow aux_01_mm, ... if there, and rest otherwise.
+Needs a scene and a recording (.parquet or .csv) with a column time_s and, for every tendon that the scene drives by \
+stroke, stroke_1_mm, stroke_2_mm, ... in the scene's order (positive pulls). Tendons driven by tension follow \
+tension_1_n, ... instead. Virtual tendons follow aux_01_mm, ... if there, and rest otherwise.
 
-Writes a recording: time, commanded and measured strokes, tensions, tip position, and where it all comes from.
-A stroke that needs more than the tendon's largest tension, or has no equilibrium, ends the run. One that fails or is stopped with Ctrl-C writes OUT.partial.EXT and OUT.state instead; run it again with
---resume to go on from there.
+Writes a recording: time, commanded and measured strokes, tensions, tip position, and where it all comes from. A \
+stroke that needs more than the tendon's largest tension, or has no equilibrium, ends the run. A run that fails or is \
+stopped with Ctrl-C writes OUT.partial.EXT and OUT.state instead; run it again with --resume to go on from there.
 
 Examples, from the root of the repository:
-  hysteron simulate meshes/tpu80/scene.toml --strokes meshes/tpu80/strokes-circle.csv \\
+  hysteron simulate meshes/tpu80/scene.toml \\
+      --strokes meshes/tpu80/strokes-circle.csv \\
       --out out/tpu80/tip.parquet --figures out/tpu80 --vtu out/tpu80/vtu
-  hysteron simulate meshes/tpu80/scene.toml --strokes meshes/tpu80/strokes-circle.csv \\
+  hysteron simulate meshes/tpu80/scene.toml \\
+      --strokes meshes/tpu80/strokes-circle.csv \\
       --out out/tpu80/tip.csv --save-state out/tpu80/end.state
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";

@@ -1,7 +1,7 @@
 //! What stands in the repository works as typed.
 
 use hysteron_base::Recording;
-use hysteron_tests::{root, run};
+use hysteron_tests::{names_in, root, run};
 
 #[test]
 fn the_main_job_runs_in_full() {
@@ -36,4 +36,32 @@ fn help_teaches_every_verb() {
             assert!(help.contains(part), "{part} in the help of {verb}");
         }
     }
+}
+
+/// The commands in a help text: lines that begin with the program, with what a backslash continues.
+fn examples(help: &str) -> Vec<Vec<String>> {
+    let joined = help.replace("\\\n", " ");
+    let commands = joined.lines().filter_map(|line| line.strip_prefix("  hysteron "));
+    commands.map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn examples_of_the_help_run_as_typed() {
+    // A place like the root of the repository, in which `out/` may appear.
+    let folder = tempfile::tempdir().unwrap();
+    for robot in ["tpu80", "tentacle"] {
+        let meshes = folder.path().join("meshes").join(robot);
+        std::fs::create_dir_all(&meshes).unwrap();
+        for name in names_in(&root().join("meshes").join(robot)) {
+            std::fs::copy(root().join("meshes").join(robot).join(&name), meshes.join(&name)).unwrap();
+        }
+    }
+    let mut n_run = 0;
+    for verb in ["simulate", "mesh", "check"] {
+        for example in examples(&run(root(), &[verb, "--help"]).succeeded().stdout) {
+            run(folder.path(), &example.iter().map(String::as_str).collect::<Vec<_>>()).succeeded();
+            n_run += 1;
+        }
+    }
+    assert_eq!(n_run, 5);
 }
