@@ -144,7 +144,7 @@ impl Balance {
             let slips = t[j] >= control.highest[j] && missing >= 0.0;
             let violated = if slack || slips { 0.0 } else { missing.abs() };
             // NaN must not pass as zero.
-            if !(violated <= self.violation) {
+            if violated > self.violation || violated.is_nan() {
                 self.violation = violated;
             }
         }

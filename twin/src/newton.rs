@@ -1,17 +1,19 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
-//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
-//! trial is accepted by the natural monotonicity test: the correction that the present factor would
-//! make at the trial point must be smaller than the present one. Where the body is about to snap or
-//! wrinkle the tangent is indefinite and corrections first grow; then the always definite tangent gives a
-//! direction along which the potential energy falls, and a trial that lowers it enough is accepted too.
+//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. Full
+//! steps are tried first, as long as the exact tangent stays positive definite: a slender body that turns
+//! is stretched by every Newton step, which the next one undoes, but no test on the way allows. Then, from
+//! the start, a trial is accepted by the natural monotonicity test: the correction that the present factor and QP
+//! would make at the trial point must be smaller than the present one. Where the body is about to snap or
+//! wrinkle the tangent is indefinite and corrections first grow; then a definite tangent gives a direction
+//! along which the potential energy falls, and a trial that lowers it enough is accepted too.
 //!
 //! # Reference
 //! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
 
 use std::sync::Arc;
 
-use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
 
 use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
@@ -20,6 +22,10 @@ use crate::qp::{BoxQp, QpSolver, QpStatus};
 use crate::step::{StepReport, TwinState};
 
 const MAX_ITERATIONS: usize = 100;
+/// Full steps that are tried first.
+const MAX_FULL_STEPS: usize = 30;
+/// Residual over the applied forces from which full steps are given up.
+const DIVERGED: f64 = 1e8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
@@ -49,6 +55,15 @@ pub(crate) struct Newton {
     highest: Vec<f64>,
     increments: Vec<f64>,
     extent: f64,
+}
+
+/// How far along each Newton step the iteration goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Search {
+    /// All the way, with exact tangents only.
+    Full,
+    /// As far as monotonicity or energy allow.
+    Damped,
 }
 
 /// What the inner iteration ended with.
@@ -93,21 +108,24 @@ impl Newton {
         control: &Control,
         state: &mut TwinState,
         balance: &mut Balance,
+        search: Search,
         report: &mut StepReport,
     ) -> Outcome {
+        let most = if search == Search::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
-        for _ in 0..MAX_ITERATIONS {
+        for _ in 0..most {
             if balance.is_met(twin) {
                 return Outcome::Converged;
             }
             report.newton_iterations += 1;
             if !balance.is_finite()
-                || self.linearise(twin, state, balance).is_err()
+                || balance.relative > DIVERGED
+                || self.linearise(twin, state, balance, search).is_err()
                 || !self.solve_tensions(twin, control, state, balance, report)
-                || !self.search(twin, control, state, balance)
+                || !self.advance(twin, control, state, balance, search)
             {
                 break;
             }
@@ -116,28 +134,25 @@ impl Newton {
     }
 
     /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
-    /// projects it. Where the exact one is indefinite it is mixed with the always definite one, no more
-    /// than needed.
+    /// projects it. Where the exact one is indefinite, a damped search gets it mixed with the always
+    /// definite one, no more than needed.
     ///
     /// # Errors
-    /// Not even the definite one has a factor.
-    fn linearise(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> hysteron_fem::Result<()> {
+    /// No factor.
+    pub fn linearise(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        balance: &Balance,
+        search: Search,
+    ) -> hysteron_fem::Result<()> {
         self.assemble(twin, state, balance, Tangent::Exact);
         let mut result = self.factor.factorize(&self.stiffness);
-        if result.is_err() {
+        if result.is_err() && search == Search::Damped {
             std::mem::swap(&mut self.stiffness, &mut self.exact);
             self.assemble(twin, state, balance, Tangent::Warped);
             for share in DEFINITE_SHARES {
-                let (definite, exact) = (&self.stiffness.blocks, &self.exact.blocks);
-                for ((mixed, definite), exact) in self.mixed.blocks.iter_mut().zip(definite).zip(exact) {
-                    for (mixed, (definite, exact)) in mixed
-                        .as_flattened_mut()
-                        .iter_mut()
-                        .zip(definite.as_flattened().iter().zip(exact.as_flattened()))
-                    {
-                        *mixed = exact + share * (definite - exact);
-                    }
-                }
+                self.mixed.set_mixture(&self.exact, &self.stiffness, share);
                 result = self.factor.factorize(&self.mixed);
                 if result.is_ok() {
                     break;
@@ -145,23 +160,9 @@ impl Newton {
             }
         }
         result?;
-        self.project(twin, balance);
-        Ok(())
-    }
-
-    /// Factorises and projects the exact tangent, and no other.
-    ///
-    /// # Errors
-    /// It has no factor.
-    pub fn linearise_exactly(
-        &mut self,
-        twin: &Twin,
-        state: &TwinState,
-        balance: &Balance,
-    ) -> hysteron_fem::Result<()> {
-        self.assemble(twin, state, balance, Tangent::Exact);
-        self.factor.factorize(&self.stiffness)?;
-        self.project(twin, balance);
+        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
+        self.drift.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.drift);
         Ok(())
     }
 
@@ -169,12 +170,6 @@ impl Newton {
         let pattern = self.stiffness.pattern.clone();
         twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
         twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
-    }
-
-    fn project(&mut self, twin: &Twin, balance: &Balance) {
-        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
-        self.drift.copy_from_slice(&balance.residual);
-        self.factor.solve(&mut self.drift);
     }
 
     /// Tension increments from the QP, and the displacement they make with the drift.
@@ -197,13 +192,14 @@ impl Newton {
         status == QpStatus::Solved
     }
 
-    /// Moves along the Newton step as far as the monotonicity test allows.
-    fn search(
+    /// Moves along the Newton step as far as `search` allows.
+    fn advance(
         &mut self,
         twin: &Twin,
         control: &Control,
         state: &mut TwinState,
         balance: &mut Balance,
+        search: Search,
     ) -> bool {
         for (displacement, drift) in self.displacement.iter_mut().zip(&self.drift) {
             *displacement = -drift;
@@ -213,41 +209,43 @@ impl Newton {
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.merit(balance, &self.drift);
+        let present = self.size(twin, balance, &self.drift, &self.increments);
         let best_seen = balance.relative;
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
+        let increments = self.increments.clone();
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
             for j in 0..state.tensions.len() {
                 let bounds = (control.lowest[j], control.highest[j]);
                 // A full step lands exactly on its bound.
-                self.trial.tensions[j] = if part == 1.0 && self.increments[j] == self.lowest[j] {
+                self.trial.tensions[j] = if part == 1.0 && increments[j] == bounds.0 - state.tensions[j] {
                     bounds.0
-                } else if part == 1.0 && self.increments[j] == self.highest[j] {
+                } else if part == 1.0 && increments[j] == bounds.1 - state.tensions[j] {
                     bounds.1
                 } else {
-                    (state.tensions[j] + part * self.increments[j]).clamp(bounds.0, bounds.1)
+                    (state.tensions[j] + part * increments[j]).clamp(bounds.0, bounds.1)
                 };
             }
             balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
-            if balance.is_finite() {
-                self.correction.copy_from_slice(&balance.residual);
-                self.factor.solve(&mut self.correction);
-                let correction = std::mem::take(&mut self.correction);
-                let trial = self.merit(balance, &correction);
-                self.correction = correction;
-                // The relative residual decides once the merit is lost in round-off.
-                let falls = || {
-                    let trial = balance.potential(twin, control, &self.trial.positions, strongest);
-                    trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
-                };
-                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen || falls() {
-                    std::mem::swap(state, &mut self.trial);
-                    return true;
-                }
+            if search == Search::Full {
+                std::mem::swap(state, &mut self.trial);
+                return true;
+            }
+            let is_closer = balance.is_finite() && {
+                let trial = self.size_of_correction(twin, control, balance);
+                // The relative residual decides once the corrections are lost in round-off.
+                trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen
+            };
+            let falls = || {
+                let trial = balance.potential(twin, control, &self.trial.positions, strongest);
+                trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
+            };
+            if is_closer || balance.is_met(twin) || falls() {
+                std::mem::swap(state, &mut self.trial);
+                return true;
             }
             part *= 0.5;
         }
@@ -284,14 +282,35 @@ impl Newton {
         (cables - work).max(0.0)
     }
 
-    /// Energy of the corrections still to be made: rᵀ K⁻¹ r plus that of the missing strokes [J].
-    fn merit(&self, balance: &Balance, solved: &[f64]) -> f64 {
-        let n = self.right.len();
-        let forces: f64 = balance.residual.iter().zip(solved).map(|(r, z)| r * z).sum();
-        let strokes: f64 = (0..n)
-            .filter(|&j| self.increments[j] != self.lowest[j] && self.increments[j] != self.highest[j])
-            .map(|j| balance.missing[j].powi(2) / self.projection.delassus[j * (n + 1)])
-            .sum();
-        (forces + strokes).sqrt()
+    /// Size of the correction that the present factor would make at the trial point, the QP included;
+    /// infinite without one.
+    fn size_of_correction(&mut self, twin: &Twin, control: &Control, balance: &Balance) -> f64 {
+        self.correction.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.correction);
+        for j in 0..self.right.len() {
+            let column = &self.projection.columns[j];
+            self.right[j] = balance.missing[j] + dot(twin.body.isa, &balance.residual, column);
+            self.lowest[j] = control.lowest[j] - self.trial.tensions[j];
+            self.highest[j] = control.highest[j] - self.trial.tensions[j];
+        }
+        let (status, _) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
+        if status != QpStatus::Solved {
+            return f64::INFINITY;
+        }
+        self.size(twin, balance, &self.correction, &self.increments)
+    }
+
+    /// Energy norm of the correction d = Y dT - z with z = K⁻¹ r: dᵀ K d = rᵀ z - 2 dTᵀ Yᵀ r + dTᵀ W dT
+    /// [J], its root.
+    fn size(&self, twin: &Twin, balance: &Balance, solved: &[f64], increments: &[f64]) -> f64 {
+        let (isa, n) = (twin.body.isa, increments.len());
+        let mut energy = dot(isa, &balance.residual, solved);
+        for (i, (increment, column)) in increments.iter().zip(&self.projection.columns).enumerate() {
+            let row = &self.projection.delassus[i * n..(i + 1) * n];
+            let along: f64 = row.iter().zip(increments).map(|(w, dt)| w * dt).sum();
+            energy += increment * (along - 2.0 * dot(isa, &balance.residual, column));
+        }
+        // Round-off may leave a little less than nothing.
+        energy.max(0.0).sqrt()
     }
 }

@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 
 use crate::balance::{Balance, Control};
 use crate::model::{Target, Twin};
-use crate::newton::{Newton, Outcome};
+use crate::newton::{Newton, Outcome, Search};
 use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
 pub use crate::state::TwinState;
@@ -12,6 +12,9 @@ use crate::{Error, Result};
 
 /// Smallest part of a step that is tried before giving up.
 const SMALLEST_PART: f64 = 1.0 / 4096.0;
+
+/// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
+const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 
 /// What a step cost and how well it converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -103,7 +106,7 @@ impl Stepper {
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
         self.control.load = 1.0;
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        newton.linearise_exactly(twin, state, &self.balance)?;
+        newton.linearise(twin, state, &self.balance, Search::Full)?;
         Ok(newton.projection.delassus.clone())
     }
 
@@ -140,7 +143,12 @@ impl Stepper {
             control.load = mix(from.load, self.control.load);
             self.saved.clone_from(state);
             report.sub_steps += 1;
-            match newton.run(twin, &control, state, &mut self.balance, report) {
+            let mut outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
+            if outcome != Outcome::Converged && part <= LARGEST_DAMPED_PART {
+                state.clone_from(&self.saved);
+                outcome = newton.run(twin, &control, state, &mut self.balance, Search::Damped, report);
+            }
+            match outcome {
                 Outcome::Converged => {
                     state.load = control.load;
                     reached = next;

@@ -122,7 +122,7 @@ fn every_law_and_order_bends() {
         // (1 - cos)/(1/3) = 0.165 of the length; linear elements this
         // coarse are twice as stiff in bending, and the body shortens instead.
         assert!(
-            tip[0] > 0.06 * scenes::LENGTH && tip[0] < 0.19 * scenes::LENGTH,
+            tip[0] > 0.05 * scenes::LENGTH && tip[0] < 0.19 * scenes::LENGTH,
             "{law:?} {order:?}: {tip:?}"
         );
         assert!(tip[1].abs() < 0.01 * scenes::LENGTH, "{tip:?}");
