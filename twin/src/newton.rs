@@ -1,19 +1,24 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
 //! The tangent includes the geometric stiffness of body and cables, factorised in double precision. Full
-//! steps are tried first, as long as the exact tangent stays positive definite: a slender body that turns
-//! is stretched by every Newton step, which the next one undoes, but no test on the way allows. Then, from
-//! the start, a trial is accepted by the natural monotonicity test: the correction that the present factor and QP
-//! would make at the trial point must be smaller than the present one. Where the body is about to snap or
-//! wrinkle the tangent is indefinite and corrections first grow; then a definite tangent gives a direction
-//! along which the potential energy falls, and a trial that lowers it enough is accepted too.
+//! steps are tried first: a slender body that turns is stretched by every Newton step, which the next one
+//! undoes, but no test on the way allows. Beyond a limit point, where a tendon's tension falls while its
+//! stroke grows, the tangent itself is indefinite, but not on the displacements that keep the taut
+//! tendons' strokes: there the step uses a signed factor, and an equilibrium counts when tangent and
+//! Delassus operator have equally many negative eigenvalues. Then, from the start and on a smaller part of
+//! the step, a trial is accepted by the natural monotonicity test: the correction that the present factor
+//! and QP would make at the trial point must be smaller than the present one. Where the body is about to
+//! snap or wrinkle, corrections first grow; a definite tangent then gives a direction along which the
+//! potential energy falls, and a trial that lowers it enough is accepted too.
 //!
 //! # Reference
-//! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
+//! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1. Haynsworth (1968), Determination of the
+//! inertia of a partitioned Hermitian matrix, Linear Algebra Appl. 1 (the count of eigenvalues).
 
 use std::sync::Arc;
 
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
+use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
@@ -43,6 +48,8 @@ pub(crate) struct Newton {
     exact: Stiffness,
     mixed: Stiffness,
     factor: StiffnessFactor,
+    /// Negative eigenvalues of the factorised tangent.
+    n_negative: usize,
     pub projection: Projection,
     qp: BoxQp,
     trial: TwinState,
@@ -84,6 +91,7 @@ impl Newton {
         };
         Self {
             factor: StiffnessFactor::new(&pattern, FactorKind::Supernodal, twin.body.isa),
+            n_negative: 0,
             exact: Stiffness::zeros(pattern.clone()),
             mixed: Stiffness::zeros(pattern.clone()),
             stiffness: Stiffness::zeros(pattern),
@@ -148,7 +156,10 @@ impl Newton {
     ) -> hysteron_fem::Result<()> {
         self.assemble(twin, state, balance, Tangent::Exact);
         let mut result = self.factor.factorize(&self.stiffness);
-        if result.is_err() && search == Search::Damped {
+        self.n_negative = 0;
+        if result.is_err() && search == Search::Full {
+            result = self.factor.factorize_signed(&self.stiffness).map(|negative| self.n_negative = negative);
+        } else if result.is_err() {
             std::mem::swap(&mut self.stiffness, &mut self.exact);
             self.assemble(twin, state, balance, Tangent::Warped);
             for share in DEFINITE_SHARES {
@@ -186,10 +197,48 @@ impl Newton {
             self.lowest[j] = control.lowest[j] - state.tensions[j];
             self.highest[j] = control.highest[j] - state.tensions[j];
         }
+        if self.n_negative > 0 {
+            return self.solve_taut();
+        }
         self.qp.set_matrix(&self.projection.delassus);
         let (status, solver) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
         report.clarabel_solves += usize::from(solver == QpSolver::Clarabel);
         status == QpStatus::Solved
+    }
+
+    /// Tension increments with an indefinite W, for the tendons that stay within their bounds: starts
+    /// with all, and leaves each that would go beyond a bound on it. False where W is not that of a stable
+    /// equilibrium under the strokes of those tendons.
+    fn solve_taut(&mut self) -> bool {
+        let n = self.right.len();
+        let mut taut: Vec<usize> = (0..n).filter(|&j| self.lowest[j] < self.highest[j]).collect();
+        for j in 0..n {
+            self.increments[j] = self.lowest[j];
+        }
+        while !taut.is_empty() {
+            let w = |i: usize, j: usize| self.projection.delassus[i * n + j];
+            let matrix = DMatrix::from_fn(taut.len(), taut.len(), |k, l| w(taut[k], taut[l]));
+            let right = DVector::from_fn(taut.len(), |k, _| {
+                let i = taut[k];
+                let held = (0..n).filter(|j| !taut.contains(j)).map(|j| w(i, j) * self.increments[j]);
+                self.right[i] - held.sum::<f64>()
+            });
+            let Some(solution) = matrix.clone().lu().solve(&right) else { return false };
+            for (k, &j) in taut.iter().enumerate() {
+                self.increments[j] = solution[k].clamp(self.lowest[j], self.highest[j]);
+            }
+            let beyond = |k: usize| (solution[k] - self.increments[taut[k]]).abs();
+            let worst = (0..taut.len()).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
+            match worst.filter(|&k| beyond(k) > 0.0) {
+                Some(k) => taut.remove(k),
+                None => {
+                    let negative =
+                        matrix.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
+                    return negative == self.n_negative;
+                }
+            };
+        }
+        false
     }
 
     /// Moves along the Newton step as far as `search` allows.

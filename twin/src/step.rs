@@ -100,7 +100,7 @@ impl Stepper {
     /// double precision [m/N]: row-major, one row and column per tendon.
     ///
     /// # Errors
-    /// The tangent at `state` has no factor.
+    /// The tangent at `state` is singular.
     pub fn delassus(&mut self, twin: &Twin, state: &TwinState) -> Result<Vec<f64>> {
         self.control.load = state.load;
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);

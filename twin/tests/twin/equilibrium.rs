@@ -177,8 +177,8 @@ fn gravity_sags_before_the_first_pull() {
     // A cantilever under its own weight q: q L⁴ / (8 E I), stiffened by linear elements.
     let (e, rho) = (5e6, 1200.0);
     let (r, b) = (scenes::OUTER, 0.0025f64);
-    let (area, inertia) =
-        (std::f64::consts::PI * (r * r - b * b), std::f64::consts::FRAC_PI_4 * (r.powi(4) - b.powi(4)));
+    let pi = std::f64::consts::PI;
+    let (area, inertia) = (pi * (r * r - b * b), 0.25 * pi * (r.powi(4) - b.powi(4)));
     let sag = rho * area * 9.81 * scenes::LENGTH.powi(4) / (8.0 * e * inertia);
     let found = -robot.tip()[0];
     assert!(found > 0.4 * sag && found < 1.3 * sag, "{found} of {sag}");
