@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use hysteron_base::{Drive, Scene};
-use hysteron_fem::{Embedding, FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
 use hysteron_twin::Twin;
 
 use crate::mesh::print_quality;
@@ -63,8 +63,8 @@ fn print_tendons(twin: &Twin) {
 /// A row for the tendons from `first` up to, not including, `end`, which differ only in where they run.
 fn print_row(twin: &Twin, name: &str, first: usize, end: usize) {
     let tendon = &twin.tendons[first];
-    let points: Vec<[f64; 3]> = (first..end).flat_map(|j| twin.cables.polyline(j, &twin.body.rest)).collect();
-    let distance = |point: &[f64; 3]| Embedding::new(&twin.body, *point).distance;
+    let n_points = twin.cables.polyline(first, &twin.body.rest).len();
+    let outside = twin.tendons[first..end].iter().map(|tendon| tendon.outside).fold(0.0, f64::max);
     let drive = match tendon.drive {
         Drive::Stroke => "stroke",
         Drive::Tension => "tension",
@@ -72,9 +72,9 @@ fn print_row(twin: &Twin, name: &str, first: usize, end: usize) {
     };
     say(format_args!(
         "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {} to {}",
-        points.len() / (end - first),
+        n_points,
         1e3 * twin.cables.rest_lengths[first],
-        1e3 * points.iter().map(distance).fold(0.0, f64::max),
+        1e3 * outside,
         tendon.tension.min,
         tendon.tension.max,
     ));

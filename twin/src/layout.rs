@@ -22,6 +22,7 @@ pub fn auxiliary_tendons(layout: &AuxiliaryLayout) -> Vec<Tendon> {
                 tension: layout.tension,
                 stroke: layout.stroke,
                 attach_within: layout.attach_within,
+                ring: 0.0,
             });
         }
     }

@@ -1,6 +1,6 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
-use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tip};
+use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tendon, Tip};
 use hysteron_fem::{Embedding, FemModel, Mesh};
 use nalgebra::{Matrix3, Vector3};
 
@@ -30,6 +30,8 @@ pub struct TendonSpec {
     pub tension: Bounds,
     /// Stroke bounds of the inverse problem [m].
     pub stroke: Bounds,
+    /// Farthest that a carrying point lies outside the body at rest [m].
+    pub outside: f64,
 }
 
 /// Accuracy of a step.
@@ -122,10 +124,13 @@ impl Twin {
             let mut points = Vec::new();
             for (k, point) in tendon.points.iter().enumerate() {
                 let place = format!("tendon.{}.points_mm[{k}]", tendon.name);
-                points.push(carried(&body, *point, tendon.attach_within, &place)?);
+                points.push(carried_by_ring(&body, tendon, k, *point, &place)?);
             }
             cables.push(points);
         }
+        let farthest =
+            |points: &Vec<Embedding>| points.iter().map(|point| point.distance).fold(0.0, f64::max);
+        let outside: Vec<f64> = cables.iter().map(farthest).collect();
         let cables = Cables::new(&body, &cables);
         let tip = match &scene.tip {
             Tip::Group(group) => mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?),
@@ -146,11 +151,12 @@ impl Twin {
             stroke: scene.solver.stroke_tolerance,
         };
         let n_primary = scene.tendons.len();
-        let specs = tendons.into_iter().map(|tendon| TendonSpec {
+        let specs = tendons.into_iter().zip(outside).map(|(tendon, outside)| TendonSpec {
             name: tendon.name,
             drive: tendon.drive,
             tension: tendon.tension,
             stroke: tendon.stroke,
+            outside,
         });
         Ok(Self {
             body,
@@ -204,6 +210,50 @@ fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result
         .into());
     }
     Ok(embedding)
+}
+
+/// Points on the circle that carries a cable point; a mesh with finer elements gains nothing by more.
+const RING_POINTS: usize = 16;
+
+/// Point `k` of a tendon: carried by its element, or by the circle of radius `tendon.ring` around it,
+/// across the tendon, whose mean it is. A force on one element sinks in the deeper the finer the mesh; on
+/// a circle of given size it does not.
+fn carried_by_ring(
+    body: &FemModel,
+    tendon: &Tendon,
+    k: usize,
+    point: [f64; 3],
+    place: &str,
+) -> Result<Embedding> {
+    if tendon.ring == 0.0 {
+        return carried(body, point, tendon.attach_within, place);
+    }
+    let at = |k: usize| Vector3::from(tendon.points[k]);
+    let along = (at((k + 1).min(tendon.points.len() - 1)) - at(k.saturating_sub(1))).normalize();
+    let (across, other) = {
+        let least = Vector3::ith(along.iamin(), 1.0);
+        let across = along.cross(&least).normalize();
+        (across, along.cross(&across))
+    };
+    let mut ring = Embedding { nodes: Vec::new(), weights: Vec::new(), distance: 0.0 };
+    for i in 0..RING_POINTS {
+        let angle = std::f64::consts::TAU * i as f64 / RING_POINTS as f64;
+        let offset = tendon.ring * (angle.cos() * across + angle.sin() * other);
+        let on_ring = Vector3::from(point) + offset;
+        let carrier = carried(body, on_ring.into(), tendon.attach_within, place)?;
+        for (node, weight) in carrier.nodes.into_iter().zip(carrier.weights) {
+            let share = weight / RING_POINTS as f64;
+            match ring.nodes.iter().position(|&known| known == node) {
+                Some(known) => ring.weights[known] += share,
+                None => {
+                    ring.nodes.push(node);
+                    ring.weights.push(share);
+                }
+            }
+        }
+        ring.distance = ring.distance.max(carrier.distance);
+    }
+    Ok(ring)
 }
 
 /// File nodes of a region.

@@ -143,7 +143,8 @@ fn tendon(typed: typed::Tendon, number: usize) -> Check<Tendon> {
         bounds(&key("stroke_min_mm"), typed.stroke_min_mm, &key("stroke_max_mm"), typed.stroke_max_mm)?,
     );
     let attach_within = not_negative(&key("attach_within_mm"), typed.attach_within_mm)?;
-    Ok(Tendon { name, points, drive: typed.drive, tension, stroke, attach_within })
+    let ring = not_negative(&key("ring_mm"), typed.ring_mm.unwrap_or(0.0))?;
+    Ok(Tendon { name, points, drive: typed.drive, tension, stroke, attach_within, ring })
 }
 
 fn auxiliary(typed: &typed::Auxiliary) -> Check<AuxiliaryLayout> {

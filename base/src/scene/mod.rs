@@ -151,6 +151,9 @@ pub struct Tendon {
     pub stroke: Bounds,
     /// How far outside the body a point may lie [m], >= 0; it is then carried by the nearest element.
     pub attach_within: f64,
+    /// Radius of the circle around the tendon whose points carry each of its points [m], as a channel's
+    /// wall does; zero for the point alone.
+    pub ring: f64,
 }
 
 /// Virtual tendons around the axis z, segment by segment; `twin` expands them (paper 003, section V-A b).

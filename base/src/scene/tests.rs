@@ -120,6 +120,7 @@ fn example_is_read_into_si() {
             tension: Bounds { min: 0.0, max: 100.0 },
             stroke: Bounds { min: -0.01, max: 0.01 },
             attach_within: 0.01 / 1000.0,
+            ring: 0.0,
         }
     );
     assert_eq!(
@@ -204,6 +205,7 @@ fn scene_rejects_numbers_out_of_bounds() {
     rejects("plane_step_deg = 90.0", "plane_step_deg = -inf", "auxiliary.plane_step_deg", "-inf");
     rejects("attach_within_mm = 0.2\n", "attach_within_mm = -0.2\n", "auxiliary.attach_within_mm", "-0.2");
     rejects("attach_within_mm = 0.02", "attach_within_mm = -1", "tendon.p1.attach_within_mm", "-1.0");
+    rejects("attach_within_mm = 0.02", "attach_within_mm = 0\nring_mm = -1", "tendon.p1.ring_mm", "-1.0");
     rejects("relative_residual = 1e-7", "relative_residual = 0", "solver.relative_residual", "0.0");
     rejects("relative_residual = 1e-7", "relative_residual = 1", "solver.relative_residual", "1.0");
     rejects("stroke_tolerance_mm = 1e-5", "stroke_tolerance_mm = 0", "solver.stroke_tolerance_mm", "0.0");

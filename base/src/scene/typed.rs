@@ -84,6 +84,7 @@ pub(super) struct Tendon {
     pub stroke_min_mm: f64,
     pub stroke_max_mm: f64,
     pub attach_within_mm: f64,
+    pub ring_mm: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -67,5 +67,6 @@ pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
         tension: Bounds { min: 0.0, max: 100.0 },
         stroke: Bounds { min: -0.01, max: 0.01 },
         attach_within: 1e-4,
+        ring: 0.0,
     }
 }
