@@ -171,7 +171,6 @@ fn points_outside_the_body_are_refused_by_name() {
             tension: Bounds { min: -10.0, max: 10.0 },
             stroke: Bounds { min: 0.0, max: 5e-3 },
             attach_within: 1e-4,
-            ring: 0.0,
         });
     });
     assert!(bad.place.starts_with("tendon.aux_01.points_mm[1]"), "{bad}");

@@ -7,6 +7,7 @@ mod equilibrium;
 mod layout;
 mod qp;
 mod reach;
+mod ring;
 mod scale;
 pub mod scenes;
 mod slack;
