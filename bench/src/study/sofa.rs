@@ -60,7 +60,7 @@ impl Curve {
     }
 }
 
-/// Equilibria at `strokes` [m], of which the first is rest, with targets from `command`.
+/// Equilibria at `strokes` [m], of which the first is rest and not solved for, with targets from `command`.
 ///
 /// # Errors
 /// A step fails.
@@ -70,11 +70,12 @@ pub fn solve(
     command: impl Fn(f64) -> Vec<Target>,
 ) -> hysteron_twin::Result<Vec<TwinState>> {
     let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
-    let step = |&stroke| {
+    let mut states = vec![state.clone()];
+    for &stroke in &strokes[1..] {
         stepper.step(twin, &command(stroke), &mut state)?;
-        Ok(state.clone())
-    };
-    strokes.iter().map(step).collect()
+        states.push(state.clone());
+    }
+    Ok(states)
 }
 
 /// One-sided drive with `law` beside `curve`, rows 1 to `last`: relative differences of tip and tension.
