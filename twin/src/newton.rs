@@ -27,12 +27,12 @@ const LONGEST_MOVE: f64 = 0.25;
 #[derive(Debug, Clone)]
 pub(crate) struct Newton {
     stiffness: Stiffness,
-    pub factor: StiffnessFactor,
+    factor: StiffnessFactor,
     pub projection: Projection,
     qp: BoxQp,
     trial: TwinState,
     /// K⁻¹ r.
-    pub drift: Vec<f64>,
+    drift: Vec<f64>,
     displacement: Vec<f64>,
     correction: Vec<f64>,
     right: Vec<f64>,
@@ -94,7 +94,7 @@ impl Newton {
             }
             report.newton_iterations += 1;
             if !balance.is_finite()
-                || !self.linearise(twin, state, balance)
+                || self.linearise(twin, state, balance, &[Tangent::Exact, Tangent::Warped]).is_err()
                 || !self.solve_tensions(twin, control, state, balance, report)
                 || !self.search(twin, control, state, balance)
             {
@@ -104,21 +104,33 @@ impl Newton {
         if balance.is_met(twin) { Outcome::Converged } else { Outcome::Stuck(balance.relative) }
     }
 
-    /// Factorises the tangent at `state`, for which `balance` was evaluated, and projects it: exact with
-    /// the cables' part, or the always definite one where that has no factor.
-    pub fn linearise(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> bool {
+    /// Factorises a tangent at `state`, for which `balance` was evaluated, with the cables' part, and
+    /// projects it: the first of `kinds` that has a factor.
+    ///
+    /// # Errors
+    /// None of them has.
+    pub fn linearise(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        balance: &Balance,
+        kinds: &[Tangent],
+    ) -> hysteron_fem::Result<()> {
         let pattern = self.stiffness.pattern.clone();
-        let factorised = [Tangent::Exact, Tangent::Warped].into_iter().any(|kind| {
-            twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
+        let mut result = Ok(());
+        for kind in kinds {
+            twin.body.stiffness_into(&state.positions, *kind, &mut self.stiffness);
             twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
-            self.factor.factorize(&self.stiffness).is_ok()
-        });
-        if factorised {
-            self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
-            self.drift.copy_from_slice(&balance.residual);
-            self.factor.solve(&mut self.drift);
+            result = self.factor.factorize(&self.stiffness);
+            if result.is_ok() {
+                break;
+            }
         }
-        factorised
+        result?;
+        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
+        self.drift.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.drift);
+        Ok(())
     }
 
     /// Tension increments from the QP, and the displacement they make with the drift.

@@ -5,8 +5,8 @@
 //! for the factor's age. The residual itself is always exact, so what converges is an equilibrium. The
 //! factor is that of the rest stiffness turned with each element: without the geometric terms of body
 //! and cables, which nearly cancel under internal loads, it is positive definite and keeps a narrow
-//! envelope. It is renewed when a step costs more iterations than the average since the last renewal,
-//! the renewal included.
+//! envelope. It is renewed when the latest steps cost more iterations than the average step since the last
+//! renewal, the renewal included.
 
 use std::sync::Arc;
 
@@ -42,6 +42,8 @@ pub(crate) struct QuasiNewton {
     /// Iterations and steps since the factor was renewed.
     spent: usize,
     steps: usize,
+    /// Iterations of the last steps, the latest weighing one half.
+    recent: f64,
     /// Free displacement, then tension increments times their mean compliance.
     step: Vec<f64>,
     /// K⁻¹ r.
@@ -71,6 +73,7 @@ impl QuasiNewton {
             is_stale: true,
             spent: 0,
             steps: 0,
+            recent: 0.0,
             step: vec![0.0; n + m],
             drift: vec![0.0; n],
             right: vec![0.0; m],
@@ -80,6 +83,12 @@ impl QuasiNewton {
             command: vec![0.0; m],
             at_bound: vec![false; m],
         }
+    }
+
+    /// Y and W of the factor in use, or of a new one at `state`.
+    pub fn projection(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> Option<&Projection> {
+        let usable = !self.is_stale || self.renew(twin, state, balance, &mut StepReport::default());
+        usable.then_some(&self.projection)
     }
 
     /// The state has jumped: history and factor no longer fit.
@@ -151,6 +160,7 @@ impl QuasiNewton {
         self.is_stale = false;
         self.spent = 0;
         self.steps = 0;
+        self.recent = 0.0;
         true
     }
 
@@ -284,6 +294,7 @@ impl QuasiNewton {
         self.steps += 1;
         // Costs of a renewal in iterations, from the benchmarks of both.
         let renewal = 7 + self.right.len() / 7;
-        self.is_stale = iterations * self.steps > renewal + self.spent;
+        self.recent = 0.5 * (self.recent + iterations as f64);
+        self.is_stale = self.recent * self.steps as f64 > (renewal + self.spent) as f64;
     }
 }

@@ -1,10 +1,12 @@
 //! One quasi-static step: from one equilibrium to the next, x_t = F(x_{t-1}, u_t) (paper 003, eq. 1).
 
 use hysteron_base::BadInput;
+use hysteron_fem::Tangent;
 
 use crate::balance::{Balance, Control};
 use crate::model::{Target, Twin};
 use crate::newton::{Newton, Outcome};
+use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
 pub use crate::state::TwinState;
 use crate::{Error, Result};
@@ -35,7 +37,7 @@ pub struct StepReport {
 #[derive(Debug, Clone)]
 pub struct Stepper {
     control: Control,
-    pub(crate) balance: Balance,
+    balance: Balance,
     quasi_newton: QuasiNewton,
     /// Made when first needed.
     newton: Option<Box<Newton>>,
@@ -71,17 +73,43 @@ impl Stepper {
             self.quasi_newton.forget();
         }
         self.saved.clone_from(state);
-        let is_fast = state.load == 1.0
-            && self.quasi_newton.run(twin, &self.control, state, &mut self.balance, &mut report);
-        if !is_fast {
+        // With history and the factor at hand, then without history and with a new factor.
+        let mut is_done = false;
+        for _ in 0..if state.load == 1.0 { 2 } else { 0 } {
+            is_done = self.quasi_newton.run(twin, &self.control, state, &mut self.balance, &mut report);
+            if is_done {
+                break;
+            }
             state.clone_from(&self.saved);
             self.quasi_newton.forget();
+        }
+        if !is_done {
             self.step_by_parts(twin, state, &mut report)?;
         }
         self.last.clone_from(state);
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
         Ok(report)
+    }
+
+    /// Compliance of the tendons at `state`, the Delassus operator W = J K⁻¹ Jᵀ of the exact tangent in
+    /// double precision [m/N]: row-major, one row and column per tendon.
+    ///
+    /// # Errors
+    /// The tangent at `state` has no factor.
+    pub fn delassus(&mut self, twin: &Twin, state: &TwinState) -> Result<Vec<f64>> {
+        self.control.load = state.load;
+        self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
+        self.control.load = 1.0;
+        let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
+        newton.linearise(twin, state, &self.balance, &[Tangent::Exact])?;
+        Ok(newton.projection.delassus.clone())
+    }
+
+    /// The projection with the stale factor, renewed at `state` where there is none: approximate.
+    pub(crate) fn projection(&mut self, twin: &Twin, state: &TwinState) -> Option<&Projection> {
+        self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
+        self.quasi_newton.projection(twin, state, &self.balance)
     }
 
     /// Newton's method on parts of the step, halved where it gets stuck.
@@ -142,7 +170,7 @@ fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
         let tendon = &twin.tendons[j].name;
         let length = twin.cables.rest_lengths[j];
         match *target {
-            Target::Stroke(stroke) if !(stroke < length) => {
+            Target::Stroke(stroke) if !(stroke.is_finite() && stroke < length) => {
                 let expected = format!("less than the tendon's length, {:.3} mm", 1e3 * length);
                 return Err(BadInput::new(
                     format!("stroke of tendon {tendon}"),

@@ -23,38 +23,64 @@ pub struct RowQp {
     pub row_bounds: Vec<[f64; 2]>,
 }
 
+/// Bounds farther away than this, in units of the linear term, are tried without first: they would
+/// spoil the solver's scaling and hardly ever bind.
+const FAR: f64 = 1e3;
+/// Accuracy of the first attempt, and of the second, clarabel's default.
+const TIGHT: f64 = 1e-11;
+const DEFAULT: f64 = 1e-8;
+
 /// Solves with clarabel; the point returned means nothing unless the status is `Solved`.
 pub fn solve_rows(qp: &RowQp) -> (Vec<f64>, QpStatus) {
-    let n = qp.linear.len();
-    // Clarabel tests costs below one absolutely: bring the linear term to order one.
     let size = qp.linear.iter().fold(0.0f64, |max, g| max.max(g.abs())).max(f64::MIN_POSITIVE);
-    let unit = |j: usize| (0..n).map(|k| f64::from(u8::from(k == j))).collect::<Vec<f64>>();
-    let variables = (0..n).map(unit).zip(&qp.bounds);
-    let all: Vec<(Vec<f64>, [f64; 2])> = variables
-        .map(|(row, b)| (row, *b))
-        .chain(qp.rows.iter().cloned().zip(qp.row_bounds.iter().copied()))
-        .collect();
-    let mut rows = Vec::new();
-    let mut right = Vec::new();
-    for (row, [lo, hi]) in all.iter().filter(|(_, [lo, hi])| lo == hi) {
-        debug_assert!(lo == hi);
-        rows.push(row.clone());
-        right.push(lo / size);
+    let near = |bound: f64| if bound.abs() > FAR * size { bound.signum() * f64::INFINITY } else { bound };
+    let relaxed = RowQp {
+        bounds: qp.bounds.iter().map(|bounds| bounds.map(near)).collect(),
+        row_bounds: qp.row_bounds.iter().map(|bounds| bounds.map(near)).collect(),
+        ..qp.clone()
+    };
+    let (x, status) = solve_scaled(&relaxed, size, TIGHT);
+    if status == QpStatus::Solved && is_within(qp, &x) {
+        return (x, status);
     }
-    let n_equalities = rows.len();
-    for (row, [lo, hi]) in all.iter().filter(|(_, [lo, hi])| lo != hi) {
-        if hi.is_finite() {
-            rows.push(row.clone());
-            right.push(hi / size);
-        }
+    solve_scaled(qp, size, DEFAULT)
+}
+
+/// True when `x` meets all bounds that the relaxed problem may have left out.
+fn is_within(qp: &RowQp, x: &[f64]) -> bool {
+    let within = |value: f64, [lo, hi]: [f64; 2]| {
+        let slack = DEFAULT * (1.0 + value.abs());
+        value >= lo - slack && value <= hi + slack
+    };
+    let rows = qp.rows.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum());
+    x.iter().zip(&qp.bounds).all(|(x, bounds)| within(*x, *bounds))
+        && rows.zip(&qp.row_bounds).all(|(value, bounds)| within(value, *bounds))
+}
+
+/// Solves for x / size: clarabel tests costs below one absolutely, so the linear term must be of order
+/// one.
+fn solve_scaled(qp: &RowQp, size: f64, tolerance: f64) -> (Vec<f64>, QpStatus) {
+    let n = qp.linear.len();
+    let unit = |j: usize| (0..n).map(|k| f64::from(u8::from(k == j))).collect::<Vec<f64>>();
+    let of_variables = (0..n).map(unit).zip(qp.bounds.iter().copied());
+    let of_rows = qp.rows.iter().cloned().zip(qp.row_bounds.iter().copied());
+    let (equal, between): (Vec<_>, Vec<_>) = of_variables.chain(of_rows).partition(|(_, [lo, hi])| lo == hi);
+    let n_equalities = equal.len();
+    let (mut rows, mut right): (Vec<Vec<f64>>, Vec<f64>) =
+        equal.into_iter().map(|(row, [value, _])| (row, value / size)).unzip();
+    for (row, [lo, hi]) in between {
         if lo.is_finite() {
             rows.push(row.iter().map(|a| -a).collect());
             right.push(-lo / size);
         }
+        if hi.is_finite() {
+            rows.push(row);
+            right.push(hi / size);
+        }
     }
     let cones = [ZeroConeT(n_equalities), NonnegativeConeT(rows.len() - n_equalities)];
     let linear: Vec<f64> = qp.linear.iter().map(|g| g / size).collect();
-    match run(&upper_triangle(&qp.hessian, n), &linear, &columns(&rows, n), &right, &cones) {
+    match run(&upper_triangle(&qp.hessian, n), &linear, &columns(&rows, n), &right, &cones, tolerance) {
         Some((x, status)) => (x.iter().map(|value| value * size).collect(), status),
         None => (vec![0.0; n], QpStatus::Failed),
     }
@@ -66,12 +92,13 @@ fn run(
     rows: &CscMatrix<f64>,
     right: &[f64],
     cones: &[SupportedConeT<f64>],
+    tolerance: f64,
 ) -> Option<(Vec<f64>, QpStatus)> {
     let settings = DefaultSettings {
         verbose: false,
-        tol_gap_abs: 1e-11,
-        tol_gap_rel: 1e-11,
-        tol_feas: 1e-11,
+        tol_gap_abs: tolerance,
+        tol_gap_rel: tolerance,
+        tol_feas: tolerance,
         ..DefaultSettings::default()
     };
     let mut solver = DefaultSolver::new(hessian, linear, rows, right, cones, settings).ok()?;

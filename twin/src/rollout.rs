@@ -1,0 +1,44 @@
+//! Whole command sequences, one or many at a time.
+
+use rayon::prelude::*;
+
+use crate::model::{Target, Twin};
+use crate::step::{StepReport, Stepper};
+use crate::{Result, TwinState};
+
+/// The answer to a command sequence: one entry per sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Rollout {
+    /// Tip [m].
+    pub tips: Vec<[f64; 3]>,
+    /// Tension of every tendon [N].
+    pub tensions: Vec<Vec<f64>>,
+    /// Cost and accuracy of every step.
+    pub reports: Vec<StepReport>,
+}
+
+/// Runs one sequence of commands (per sample, a target per tendon) from `start`.
+///
+/// # Errors
+/// Those of [`Stepper::step`] at the first sample that fails.
+pub fn rollout(twin: &Twin, start: &TwinState, commands: &[Vec<Target>]) -> Result<Rollout> {
+    run(twin, Stepper::new(twin), start, commands)
+}
+
+/// Runs many sequences in parallel, on rayon's threads. Every rollout starts from fresh scratch, so its
+/// result is the same to the last bit on any number of threads.
+pub fn rollouts(twin: &Twin, start: &TwinState, sequences: &[Vec<Vec<Target>>]) -> Vec<Result<Rollout>> {
+    let fresh = Stepper::new(twin);
+    sequences.par_iter().map(|commands| run(twin, fresh.clone(), start, commands)).collect()
+}
+
+fn run(twin: &Twin, mut stepper: Stepper, start: &TwinState, commands: &[Vec<Target>]) -> Result<Rollout> {
+    let mut state = start.clone();
+    let mut rollout = Rollout::default();
+    for targets in commands {
+        rollout.reports.push(stepper.step(twin, targets, &mut state)?);
+        rollout.tips.push(twin.tip_of(&state));
+        rollout.tensions.push(state.tensions.clone());
+    }
+    Ok(rollout)
+}
