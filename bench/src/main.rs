@@ -1,7 +1,8 @@
 //! `cargo run --release -p hysteron-bench`: the performance targets, or a study by name.
-#![allow(clippy::print_stdout)] // usage and tables are what this program is for
+#![allow(clippy::print_stdout, clippy::print_stderr)] // usage and tables are what this program is for
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use hysteron_bench::study::{convergence, sofa, sorosim, tentacle};
@@ -15,7 +16,17 @@ A study compares with another program or a robot and writes FOLDER/NAME/metrics.
 FOLDER is bench/ for the targets and out/ for the studies unless given.
 HYSTERON_DATA names the folder of recordings for sorosim and tentacle (default ../shared/data).";
 
-fn main() -> Result<()> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<()> {
     let mut words = Vec::new();
     let (mut quick, mut out) = (false, None);
     let mut arguments = std::env::args().skip(1);

@@ -1,7 +1,9 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
-//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
-//! trial is accepted by the natural monotonicity test: the correction that the present factor would
+//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. Full
+//! steps are tried first, as long as the exact tangent stays positive definite: a slender body that turns is
+//! stretched by every Newton step, which the next one undoes, but no test on the way allows. Then, from the
+//! start, a trial is accepted by the natural monotonicity test: the correction that the present factor would
 //! make at the trial point must be smaller than the present one.
 //!
 //! # Reference
@@ -18,6 +20,10 @@ use crate::qp::{BoxQp, QpSolver, QpStatus};
 use crate::step::{StepReport, TwinState};
 
 const MAX_ITERATIONS: usize = 30;
+/// Full steps that are tried first.
+const MAX_FULL_STEPS: usize = 30;
+/// Residual over the applied forces from which full steps are given up.
+const DIVERGED: f64 = 1e8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
@@ -40,6 +46,15 @@ pub(crate) struct Newton {
     highest: Vec<f64>,
     increments: Vec<f64>,
     extent: f64,
+}
+
+/// How far along each Newton step the iteration goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Search {
+    /// All the way, with exact tangents only.
+    Full,
+    /// As far as the monotonicity test allows.
+    Damped,
 }
 
 /// What the inner iteration ended with.
@@ -82,21 +97,27 @@ impl Newton {
         control: &Control,
         state: &mut TwinState,
         balance: &mut Balance,
+        search: Search,
         report: &mut StepReport,
     ) -> Outcome {
+        let (most, kinds): (_, &[Tangent]) = match search {
+            Search::Full => (MAX_FULL_STEPS, &[Tangent::Exact]),
+            Search::Damped => (MAX_ITERATIONS, &[Tangent::Exact, Tangent::Warped]),
+        };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
-        for _ in 0..MAX_ITERATIONS {
+        for _ in 0..most {
             if balance.is_met(twin) {
                 return Outcome::Converged;
             }
             report.newton_iterations += 1;
             if !balance.is_finite()
-                || self.linearise(twin, state, balance, &[Tangent::Exact, Tangent::Warped]).is_err()
+                || balance.relative > DIVERGED
+                || self.linearise(twin, state, balance, kinds).is_err()
                 || !self.solve_tensions(twin, control, state, balance, report)
-                || !self.search(twin, control, state, balance)
+                || !self.move_along(twin, control, state, balance, search)
             {
                 break;
             }
@@ -153,13 +174,14 @@ impl Newton {
         status == QpStatus::Solved
     }
 
-    /// Moves along the Newton step as far as the monotonicity test allows.
-    fn search(
+    /// Moves along the Newton step as far as `search` allows.
+    fn move_along(
         &mut self,
         twin: &Twin,
         control: &Control,
         state: &mut TwinState,
         balance: &mut Balance,
+        search: Search,
     ) -> bool {
         for (displacement, drift) in self.displacement.iter_mut().zip(&self.drift) {
             *displacement = -drift;
@@ -184,6 +206,10 @@ impl Newton {
                 };
             }
             balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
+            if search == Search::Full {
+                std::mem::swap(state, &mut self.trial);
+                return true;
+            }
             if balance.is_finite() {
                 self.correction.copy_from_slice(&balance.residual);
                 self.factor.solve(&mut self.correction);

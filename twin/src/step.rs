@@ -5,7 +5,7 @@ use hysteron_fem::Tangent;
 
 use crate::balance::{Balance, Control};
 use crate::model::{Target, Twin};
-use crate::newton::{Newton, Outcome};
+use crate::newton::{Newton, Outcome, Search};
 use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
 pub use crate::state::TwinState;
@@ -13,6 +13,9 @@ use crate::{Error, Result};
 
 /// Smallest part of a step that is tried before giving up.
 const SMALLEST_PART: f64 = 1.0 / 4096.0;
+
+/// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
+const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 
 /// What a step cost and how well it converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -139,7 +142,12 @@ impl Stepper {
             control.load = mix(from.load, self.control.load);
             self.saved.clone_from(state);
             report.sub_steps += 1;
-            match newton.run(twin, &control, state, &mut self.balance, report) {
+            let mut outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
+            if outcome != Outcome::Converged && part <= LARGEST_DAMPED_PART {
+                state.clone_from(&self.saved);
+                outcome = newton.run(twin, &control, state, &mut self.balance, Search::Damped, report);
+            }
+            match outcome {
                 Outcome::Converged => {
                     state.load = control.load;
                     reached = next;
