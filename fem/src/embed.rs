@@ -2,7 +2,8 @@
 //!
 //! A point inside the body moves with the shape functions of its element. A point a little outside (in a
 //! channel, or beyond a facet of a polygonal outline) is carried by the nearest element, whose
-//! barycentric coordinates are then extrapolated: still exact for every affine motion.
+//! barycentric coordinates are then extrapolated: still exact for every affine motion. The coordinates
+//! are those of the corners, so on a curved element the point is off by what the curvature adds.
 
 use nalgebra::{Matrix3, Vector3};
 

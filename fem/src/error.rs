@@ -10,7 +10,7 @@ pub enum Error {
     BadInput(#[from] BadInput),
     /// A file could not be read or written.
     #[error(transparent)]
-    File(#[from] hysteron_base::Error),
+    File(hysteron_base::Error),
     /// The stiffness matrix has no Cholesky factor: some motion costs no energy, or releases it.
     #[error("the stiffness is not positive definite at unknown {unknown} of {n_unknowns} (hint: {hint})")]
     NotPositiveDefinite {
@@ -35,8 +35,18 @@ impl Error {
     /// The bad input behind this error, if that is what it is.
     pub fn bad_input(&self) -> Option<&BadInput> {
         match self {
-            Self::BadInput(bad) | Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
+            Self::BadInput(bad) => Some(bad),
             _ => None,
+        }
+    }
+}
+
+/// A missing file is bad input, as everywhere.
+impl From<hysteron_base::Error> for Error {
+    fn from(error: hysteron_base::Error) -> Self {
+        match error {
+            hysteron_base::Error::BadInput(bad) => Self::BadInput(bad),
+            refused => Self::File(refused),
         }
     }
 }

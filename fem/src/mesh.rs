@@ -6,7 +6,6 @@
 use std::collections::BTreeMap;
 
 pub(crate) mod faces;
-pub(crate) mod file;
 mod quadratic;
 
 /// Tetrahedra of one kind. A mesh never mixes them.

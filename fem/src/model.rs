@@ -27,7 +27,8 @@ pub struct FemModel {
     pub file_node: Vec<u32>,
     /// Model node of each node of the mesh file.
     pub model_node: Vec<u32>,
-    /// Volume that each node stands for \[m³\].
+    /// Volume that each node stands for in a load, ∫ N_a dV \[m³\]: negative at the corners of quadratic
+    /// elements.
     pub nodal_volumes: Vec<f64>,
     /// Instruction set of the kernels.
     pub isa: Isa,
@@ -44,11 +45,15 @@ impl FemModel {
     /// Builds the model of `mesh`, clamped at the file nodes `clamped`.
     ///
     /// # Errors
-    /// No node clamped, or all; [`Law::CorotationalEdges`] on quadratic elements.
+    /// No node clamped, or all, or one that the mesh lacks; [`Law::CorotationalEdges`] on quadratic elements.
     pub fn new(mesh: &Mesh, material: Material, clamped: &[u32]) -> Result<Self> {
         let mut is_clamped = vec![false; mesh.nodes.len()];
         for &node in clamped {
-            is_clamped[node as usize] = true;
+            let Some(flag) = is_clamped.get_mut(node as usize) else {
+                let expected = format!("nodes below {}", mesh.nodes.len());
+                return Err(BadInput::new("clamp", expected, node.to_string()).into());
+            };
+            *flag = true;
         }
         let n_free = is_clamped.iter().filter(|clamped| !**clamped).count();
         if n_free == mesh.nodes.len() {

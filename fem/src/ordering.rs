@@ -81,3 +81,75 @@ fn longest_axis_order(nodes: &[[f64; 3]], free: &[u32]) -> Vec<u32> {
     order.sort_by(|&a, &b| along[a as usize].total_cmp(&along[b as usize]).then(a.cmp(&b)));
     order
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::{Layers, Mesh, Order, Tube};
+
+    fn rod() -> Mesh {
+        let tube = Tube {
+            profile: vec![[0.0, 0.01], [0.2, 0.01]],
+            bore_radius: 0.0,
+            channels: Vec::new(),
+            outer_divisions: 8,
+            bore_divisions: 0,
+            channel_divisions: 0,
+            layers: Layers::Count(30),
+            order: Order::Linear,
+        };
+        tube.mesh().expect("a mesh")
+    }
+
+    /// The rod wound up like a spring: no axis sorts it.
+    fn spring() -> Mesh {
+        let mut mesh = rod();
+        for x in &mut mesh.nodes {
+            let (sin, cos) = (30.0 * x[2]).sin_cos();
+            *x = [(0.05 + x[0]) * cos, (0.05 + x[0]) * sin, x[1] + 0.1 * x[2]];
+        }
+        mesh
+    }
+
+    /// Costs of the chosen order, of the one along the axis, and of reverse Cuthill-McKee.
+    fn costs(mesh: &Mesh, clamped: &[bool]) -> [f64; 3] {
+        let order = model_order(&mesh.nodes, &mesh.cells, clamped);
+        let free: Vec<u32> = (0..mesh.nodes.len() as u32).filter(|&i| !clamped[i as usize]).collect();
+        let number = |node: u32| free.iter().position(|&i| i == node).map(|k| k as u32);
+        let cliques = (0..mesh.cells.len())
+            .map(|e| mesh.cells.nodes(e).iter().filter_map(|&node| number(node)).collect());
+        let graph = adjacency(free.len(), cliques);
+        let chosen: Vec<u32> = order[..free.len()].iter().map(|&node| number(node).expect("free")).collect();
+        let mckee = sprs::linalg::reverse_cuthill_mckee(graph.view()).perm.vec();
+        [chosen, longest_axis_order(&mesh.nodes, &free), mckee].map(|order| envelope_cost(&graph, &order))
+    }
+
+    #[test]
+    fn cheaper_order_is_taken() {
+        let clamped = |mesh: &Mesh| -> Vec<bool> {
+            (0..mesh.nodes.len() as u32).map(|i| mesh.groups["base"].contains(&i)).collect()
+        };
+        let mesh = spring();
+        let [chosen, axis, mckee] = costs(&mesh, &clamped(&mesh));
+        assert!(mckee < 0.5 * axis, "{axis} {mckee}");
+        assert_eq!(chosen, mckee);
+        let mesh = rod();
+        let [chosen, axis, mckee] = costs(&mesh, &clamped(&mesh));
+        assert!(axis < mckee, "{axis} {mckee}");
+        assert_eq!(chosen, axis);
+    }
+
+    #[test]
+    fn every_node_is_ordered_once_and_clamped_ones_come_last() {
+        let mesh = rod();
+        let clamped: Vec<bool> = (0..mesh.nodes.len()).map(|i| i % 7 == 3).collect();
+        let order = model_order(&mesh.nodes, &mesh.cells, &clamped);
+        let all: BTreeSet<u32> = order.iter().copied().collect();
+        assert_eq!((all.len(), order.len()), (mesh.nodes.len(), mesh.nodes.len()));
+        let n_free = clamped.iter().filter(|c| !**c).count();
+        assert!(order[..n_free].iter().all(|&i| !clamped[i as usize]));
+        assert!(order[n_free..].is_sorted());
+    }
+}

@@ -111,6 +111,16 @@ impl Stiffness {
         Self { pattern, blocks }
     }
 
+    /// Becomes (1 - share) `a` + share `b`; all three have the same pattern.
+    pub fn set_mixture(&mut self, a: &Self, b: &Self, share: f64) {
+        let parts = a.blocks.as_flattened().iter().zip(b.blocks.as_flattened());
+        for (mixed, (a, b)) in self.blocks.as_flattened_mut().iter_mut().zip(parts) {
+            for c in 0..4 {
+                mixed[c] = a[c] + share * (b[c] - a[c]);
+            }
+        }
+    }
+
     /// y = K x for vectors of the free unknowns.
     pub fn multiply_into(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);

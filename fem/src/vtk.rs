@@ -7,13 +7,12 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, file};
 use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells as VtkCells, DataArray, DataSet, IOBuffer,
     PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk,
 };
 
-use crate::mesh::file::write_atomically;
 use crate::{Cells, Error, Result};
 
 /// A named array on points or cells.
@@ -183,7 +182,8 @@ fn write(path: &Path, data: DataSet) -> Result<()> {
         data,
         file_path: None,
     };
-    write_atomically(path, |file| vtk.write_xml(file).map_err(|e| std::io::Error::other(e.to_string())))
+    let content = |out: &mut dyn Write| vtk.write_xml(out).map_err(|e| std::io::Error::other(e.to_string()));
+    Ok(file::write_with(path, content)?)
 }
 
 /// A time series: lists files by time in a `.pvd` that ParaView opens as one animation.
@@ -201,7 +201,7 @@ impl Pvd {
     /// Starts a series and writes it, still empty.
     ///
     /// # Errors
-    /// `BadInput` for a folder that does not exist; `File` where the file system refuses.
+    /// `File` where the file system refuses.
     pub fn new(path: &Path) -> Result<Self> {
         let mut series = Self { path: path.to_owned(), entries: Vec::new(), n_written: 0 };
         series.finish()?;
@@ -233,9 +233,9 @@ impl Pvd {
     /// Writes what has been added so far.
     ///
     /// # Errors
-    /// `BadInput` for a folder that does not exist; `File` where the file system refuses.
+    /// `File` where the file system refuses.
     pub fn finish(&mut self) -> Result<()> {
-        write_atomically(&self.path, |out| {
+        file::write_with(&self.path, |out| {
             writeln!(out, "<?xml version=\"1.0\"?>")?;
             writeln!(out, "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">")?;
             writeln!(out, "  <Collection>")?;

@@ -1,3 +1,5 @@
 //! Integration tests of `hysteron-fem`.
 
 mod mesh;
+mod physics;
+mod readme;

@@ -1,5 +1,7 @@
 //! The equations of a step: how far a configuration is from balance, and what a command asks for.
 
+use hysteron_base::Law;
+
 use crate::cable::CableShape;
 use crate::model::{Target, Twin};
 
@@ -39,6 +41,13 @@ impl Control {
         }
     }
 
+    /// Energy of cable `j` with a missing stroke: the largest T × `missing` over its tensions [J].
+    pub fn clutch(&self, j: usize, missing: f64, strongest: f64) -> f64 {
+        let highest = self.highest[j].min(strongest.max(self.lowest[j]));
+        let lowest = self.lowest[j].max(-strongest.max(-self.highest[j]));
+        (lowest * missing).max(highest * missing)
+    }
+
     /// True where the tension, not the stroke, is prescribed.
     pub fn is_tension(&self, j: usize) -> bool {
         self.lowest[j] == self.highest[j]
@@ -61,12 +70,14 @@ pub(crate) struct Balance {
     pub missing: Vec<f64>,
     /// Largest violated stroke condition [m].
     pub violation: f64,
-    /// Force below which a residual counts as absolute [N].
-    smallest_force: f64,
+    /// Force that a strain of one would take [N].
+    stiffness_force: f64,
 }
 
 /// A residual is small when the forces of a mean strain of this size are.
 const NEGLIGIBLE_STRAIN: f64 = 1e-7;
+/// Mean strain whose forces are round-off: residuals at rest are 2e-16, at strong bending ten times more.
+const ROUND_OFF: f64 = 4e-15;
 
 impl Balance {
     pub fn new(twin: &Twin) -> Self {
@@ -80,7 +91,7 @@ impl Balance {
             relative: f64::INFINITY,
             missing: vec![0.0; twin.cables.len()],
             violation: f64::INFINITY,
-            smallest_force: NEGLIGIBLE_STRAIN * body.material.youngs_modulus * volume.powf(2.0 / 3.0),
+            stiffness_force: body.material.youngs_modulus * volume.powf(2.0 / 3.0),
         }
     }
 
@@ -104,7 +115,9 @@ impl Balance {
                 applied += outer[c] * outer[c];
             }
         }
-        self.relative = out_of_balance.sqrt() / applied.sqrt().max(self.smallest_force);
+        // Never relative to so little that the accuracy asked for would be below round-off.
+        let strain = NEGLIGIBLE_STRAIN.max(ROUND_OFF / twin.accuracy.relative_residual);
+        self.relative = out_of_balance.sqrt() / applied.sqrt().max(strain * self.stiffness_force);
         self.compare_strokes(control, t);
     }
 
@@ -127,18 +140,31 @@ impl Balance {
             }
             let missing = control.strokes[j] - self.shape.strokes[j];
             self.missing[j] = missing;
-            let violated = if t[j] <= control.lowest[j] {
-                missing.max(0.0)
-            } else if t[j] >= control.highest[j] {
-                (-missing).max(0.0)
-            } else {
-                missing.abs()
-            };
+            let slack = t[j] <= control.lowest[j] && missing <= 0.0;
+            let slips = t[j] >= control.highest[j] && missing >= 0.0;
+            let violated = if slack || slips { 0.0 } else { missing.abs() };
             // NaN must not pass as zero.
             if !(violated <= self.violation) {
                 self.violation = violated;
             }
         }
+    }
+
+    /// Potential energy of body, loads and cables at nodes `x`, for which strokes were evaluated [J], each
+    /// cable as a clutch that slips at its bounds: sup T (u - s) over the tensions it can have, at most
+    /// `strongest`. Its minimisers are the stable equilibria. `None` where forces have no potential.
+    pub fn potential(&self, twin: &Twin, control: &Control, x: &[[f64; 4]], strongest: f64) -> Option<f64> {
+        if twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty() {
+            return None;
+        }
+        let mut energy = twin.body.energy(x);
+        for (node, load) in x.iter().zip(&twin.loads) {
+            for c in 0..3 {
+                energy -= control.load * load[c] * node[c];
+            }
+        }
+        let missing = control.strokes.iter().zip(&self.shape.strokes).map(|(asked, stroke)| asked - stroke);
+        Some(energy + missing.enumerate().map(|(j, e)| control.clutch(j, e, strongest)).sum::<f64>())
     }
 
     /// True when forces and strokes meet the accuracy asked for.

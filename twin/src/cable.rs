@@ -213,3 +213,179 @@ fn direction(a: &[f64; 3], b: &[f64; 3]) -> ([f64; 3], f64) {
     let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
     (d.map(|c| c / length), length)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use rand::RngExt;
+
+    use super::*;
+    use crate::{Twin, scenes};
+
+    /// Step of central differences [m]: their error, step² times the third derivative 1/ℓ², is 1e-8 for
+    /// segments ℓ of 4 mm at 0.3 µm; round-off of lengths of 40 mm adds 1e-17 / step = 1e-10.
+    const STEP: f64 = 3e-7;
+    const GRADIENT_ERROR: f64 = 1e-6;
+
+    /// A twin, its nodes moved at random by up to 0.3 mm, and a direction of free nodes with entries
+    /// within ±1.
+    fn moved_twin() -> (Twin, Vec<[f64; 4]>, Vec<f64>) {
+        let (scene, mesh) = scenes::robot();
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let mut rng = hysteron_base::rng(1, "cable");
+        let mut x = twin.body.rest.clone();
+        for node in &mut x[..twin.body.n_free] {
+            for c in 0..3 {
+                node[c] += rng.random_range(-3e-4..3e-4);
+            }
+        }
+        let direction = (0..twin.body.n_unknowns()).map(|_| rng.random_range(-1.0..1.0)).collect();
+        (twin, x, direction)
+    }
+
+    fn displaced(x: &[[f64; 4]], factor: f64, direction: &[f64]) -> Vec<[f64; 4]> {
+        let mut x = x.to_vec();
+        crate::balance::move_nodes(&mut x, factor, direction);
+        x
+    }
+
+    fn measured(twin: &Twin, x: &[[f64; 4]]) -> CableShape {
+        let mut shape = twin.cables.shape();
+        twin.cables.measure(x, &mut shape);
+        shape
+    }
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    #[test]
+    fn row_is_derivative_of_stroke() {
+        let (twin, x, direction) = moved_twin();
+        let shape = measured(&twin, &x);
+        let ahead = measured(&twin, &displaced(&x, STEP, &direction));
+        let behind = measured(&twin, &displaced(&x, -STEP, &direction));
+        for j in 0..twin.cables.len() {
+            let analytic = twin.cables.row_times(&shape, j, &direction);
+            let difference = (ahead.strokes[j] - behind.strokes[j]) / (2.0 * STEP);
+            let error = (analytic - difference).abs();
+            assert!(error < GRADIENT_ERROR * analytic.abs().max(1.0), "{analytic} and {difference}");
+            assert!(error > 0.0 && analytic.abs() > 1e-3, "a difference that tests nothing");
+        }
+    }
+
+    #[test]
+    fn dense_row_is_sparse_row() {
+        let (twin, x, direction) = moved_twin();
+        let shape = measured(&twin, &x);
+        let mut row = vec![f64::NAN; direction.len()];
+        for j in 0..twin.cables.len() {
+            twin.cables.row_into(&shape, j, &mut row);
+            let error = dot(&row, &direction) - twin.cables.row_times(&shape, j, &direction);
+            // Round-off of sums of some hundred terms of order one.
+            assert!(error.abs() < 1e-13, "{error}");
+        }
+    }
+
+    #[test]
+    fn tension_does_work_on_nodes_as_stroke_grows() {
+        let (twin, x, direction) = moved_twin();
+        let shape = measured(&twin, &x);
+        let tensions = [3.0, 0.0, 1.5, 7.0];
+        let mut forces = vec![[0.0; 4]; x.len()];
+        twin.cables.add_forces(&shape, &tensions, &mut forces);
+        let work_on_nodes: f64 = forces
+            .iter()
+            .zip(direction.as_chunks::<3>().0)
+            .map(|(force, moved)| dot(&force[..3], moved))
+            .sum();
+        let work_of_cables: f64 =
+            (0..4).map(|j| tensions[j] * twin.cables.row_times(&shape, j, &direction)).sum();
+        assert!((work_on_nodes - work_of_cables).abs() < 1e-12 * work_on_nodes.abs().max(1.0));
+        assert!(work_on_nodes.abs() > 0.1);
+    }
+
+    #[test]
+    fn geometric_stiffness_is_derivative_of_forces() {
+        let (twin, x, direction) = moved_twin();
+        let tensions = [3.0, 0.5, 1.5, 7.0];
+        let pattern = Arc::new(twin.body.stiffness_pattern(&twin.cables.couplings()));
+        let mut stiffness = Stiffness::zeros(pattern.clone());
+        twin.cables.add_stiffness(&measured(&twin, &x), &tensions, &pattern, &mut stiffness);
+        let mut analytic = vec![0.0; direction.len()];
+        stiffness.multiply_into(&direction, &mut analytic);
+        let forces = |factor: f64| {
+            let x = displaced(&x, factor, &direction);
+            let mut forces = vec![[0.0; 4]; x.len()];
+            twin.cables.add_forces(&measured(&twin, &x), &tensions, &mut forces);
+            forces
+        };
+        let (ahead, behind) = (forces(STEP), forces(-STEP));
+        // Cable forces oppose the stiffness: the residual is internal minus applied.
+        let difference: Vec<f64> = (0..direction.len())
+            .map(|i| (behind[i / 3][i % 3] - ahead[i / 3][i % 3]) / (2.0 * STEP))
+            .collect();
+        let size = analytic.iter().fold(0.0f64, |max, k| max.max(k.abs()));
+        let error = analytic.iter().zip(&difference).fold(0.0f64, |max, (a, d)| max.max((a - d).abs()));
+        assert!(error < GRADIENT_ERROR * size, "{error} of {size} N/m");
+        assert!(error > 0.0 && size > 100.0, "a difference that tests nothing");
+    }
+
+    #[test]
+    fn rest_length_is_sum_of_segments() {
+        // A quarter circle of 64 chords of 2 r sin(π/256) each, embedded in the tube's wall.
+        let (scene, mesh) = scenes::robot();
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let radius = 0.005;
+        let point = |k: usize| {
+            let angle = std::f64::consts::FRAC_PI_2 * k as f64 / 64.0;
+            [radius * angle.cos(), radius * angle.sin(), 0.02]
+        };
+        let carried: Vec<Embedding> = (0..=64).map(|k| Embedding::new(&twin.body, point(k))).collect();
+        let cables = Cables::new(&twin.body, &[carried]);
+        let expected = 64.0 * 2.0 * radius * (std::f64::consts::PI / 256.0).sin();
+        assert!((cables.rest_lengths[0] - expected).abs() < 1e-15);
+        let polyline = cables.polyline(0, &twin.body.rest);
+        for (k, found) in polyline.iter().enumerate() {
+            for c in 0..3 {
+                assert!((found[c] - point(k)[c]).abs() < 1e-16);
+            }
+        }
+    }
+
+    #[test]
+    fn rigid_motion_keeps_length() {
+        let (scene, mesh) = scenes::robot();
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let turn = nalgebra::Rotation3::from_euler_angles(0.7, -1.9, 2.5);
+        let x: Vec<[f64; 4]> = twin
+            .body
+            .rest
+            .iter()
+            .map(|[x, y, z, _]| {
+                let p = turn * nalgebra::Vector3::new(*x, *y, *z) + nalgebra::Vector3::new(0.3, -0.1, 0.2);
+                [p.x, p.y, p.z, 0.0]
+            })
+            .collect();
+        for stroke in measured(&twin, &x).strokes {
+            // Round-off of positions of 0.3 m.
+            assert!(stroke.abs() < 1e-15, "{stroke}");
+        }
+    }
+
+    #[test]
+    fn clamped_carriers_do_not_move() {
+        // The first point of every tendon sits on the clamp: only the others may appear in the row.
+        let (twin, x, _) = moved_twin();
+        let shape = measured(&twin, &x);
+        let mut forces = vec![[0.0; 4]; x.len()];
+        twin.cables.add_forces(&shape, &[1.0, 0.0, 0.0, 0.0], &mut forces);
+        let mut row = vec![0.0; twin.body.n_unknowns()];
+        twin.cables.row_into(&shape, 0, &mut row);
+        let on_clamp: f64 = forces[twin.body.n_free..].iter().map(|force| force[2]).sum();
+        let on_free: f64 = row.iter().skip(2).step_by(3).sum();
+        assert!(on_clamp > 0.5, "the pulled end draws the clamp towards the tip: {on_clamp}");
+        assert!((on_free + on_clamp).abs() < 1e-14, "{on_free}");
+    }
+}

@@ -11,7 +11,7 @@ use hysteron_base::BadInput;
 use crate::model::{Target, Twin};
 use crate::projection::Projection;
 use crate::qp::{QpStatus, RowQp, solve_rows};
-use crate::step::{StepReport, Stepper};
+use crate::step::{StepReport, Stepper, check_targets};
 use crate::{Error, Result, TwinState};
 
 /// What the tip should reach, and how exactly.
@@ -68,6 +68,10 @@ impl Stepper {
                 .hint("drive = \"free\" lets the inverse problem choose a tendon's stroke")
                 .into());
         }
+        if let Some(found) = goal.position.iter().find(|c| !c.is_finite()) {
+            return Err(BadInput::new("goal", "finite coordinates", found.to_string()).into());
+        }
+        check_targets(twin, targets)?;
         let mut commands = self.held_strokes(twin, targets, state);
         let mut step = self.step(twin, &commands, state)?;
         let Some(projection) = self.projection(twin, state) else {

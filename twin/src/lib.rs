@@ -24,3 +24,8 @@ pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};
 pub use rollout::{Rollout, rollout, rollouts};
 pub use state::TwinState;
 pub use step::{StepReport, Stepper};
+
+// Robots for unit tests; the integration tests use the same file.
+#[cfg(test)]
+#[path = "../tests/twin/scenes.rs"]
+mod scenes;

@@ -209,12 +209,16 @@ fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result
 /// File nodes of a region.
 fn region_nodes(mesh: &Mesh, region: &Region, place: &str) -> Result<Vec<u32>> {
     match region {
-        Region::Group(name) => mesh.groups.get(name).cloned().ok_or_else(|| {
-            let known: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
-            let found = format!("no group {name:?}; the mesh has {}", known.join(", "));
-            let hint = "name a physical group when meshing, or use box_min_mm and box_max_mm";
-            BadInput::new(format!("{place}.group"), "a physical group of the mesh", found).hint(hint).into()
-        }),
+        Region::Group(name) => {
+            mesh.groups.get(name).filter(|nodes| !nodes.is_empty()).cloned().ok_or_else(|| {
+                let known: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
+                let found = format!("no nodes in {name:?}; the mesh has {}", known.join(", "));
+                let hint = "name a physical group when meshing, or use box_min_mm and box_max_mm";
+                BadInput::new(format!("{place}.group"), "a physical group of the mesh", found)
+                    .hint(hint)
+                    .into()
+            })
+        }
         Region::Box { min, max } => {
             let inside = |node: &[f64; 3]| (0..3).all(|c| node[c] >= min[c] && node[c] <= max[c]);
             let nodes = mesh.nodes.iter().zip(0..).filter(|(node, _)| inside(node)).map(|(_, i)| i);

@@ -1,10 +1,12 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
-//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. Full
-//! steps are tried first, as long as the exact tangent stays positive definite: a slender body that turns is
-//! stretched by every Newton step, which the next one undoes, but no test on the way allows. Then, from the
-//! start, a trial is accepted by the natural monotonicity test: the correction that the present factor would
-//! make at the trial point must be smaller than the present one.
+//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
+//! trial is accepted by the natural monotonicity test: the correction that the present factor would
+//! make at the trial point must be smaller than the present one. Where the body is about to snap or
+//! wrinkle the tangent is indefinite and corrections first grow; then the always definite tangent gives a
+//! direction along which the potential energy falls, and a trial that lowers it enough is accepted too.
+//! A slender body that turns is stretched by every Newton step, which the next one undoes: no test on the way
+//! allows it. Under forces only, full steps are therefore tried first, with positive definite tangents only.
 //!
 //! # Reference
 //! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
@@ -12,6 +14,7 @@
 use std::sync::Arc;
 
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
+use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
@@ -19,20 +22,28 @@ use crate::projection::Projection;
 use crate::qp::{BoxQp, QpSolver, QpStatus};
 use crate::step::{StepReport, TwinState};
 
-const MAX_ITERATIONS: usize = 30;
-/// Full steps that are tried first.
+const MAX_ITERATIONS: usize = 100;
+/// Full steps that are tried, and the residual over the applied forces from which they are given up.
 const MAX_FULL_STEPS: usize = 30;
-/// Residual over the applied forces from which full steps are given up.
 const DIVERGED: f64 = 1e8;
+/// Directions in which the turning of couples is taken into account.
+const COUPLE_DIRECTIONS: usize = 8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
 const LONGEST_MOVE: f64 = 0.25;
+/// Shares of the always definite tangent that are mixed in, least first, until there is a factor.
+const DEFINITE_SHARES: [f64; 4] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0];
+/// Part of the predicted fall of energy that a trial must show (Armijo).
+const ENOUGH: f64 = 1e-3;
 
 /// Exact tangent, its factor and projection; scratch.
 #[derive(Debug, Clone)]
 pub(crate) struct Newton {
     stiffness: Stiffness,
+    /// The exact tangent, and its mixture with the definite one, where it has no factor itself.
+    exact: Stiffness,
+    mixed: Stiffness,
     factor: StiffnessFactor,
     pub projection: Projection,
     qp: BoxQp,
@@ -53,7 +64,7 @@ pub(crate) struct Newton {
 pub(crate) enum Search {
     /// All the way, with exact tangents only.
     Full,
-    /// As far as the monotonicity test allows.
+    /// As far as the tests of descent allow.
     Damped,
 }
 
@@ -75,6 +86,8 @@ impl Newton {
         };
         Self {
             factor: StiffnessFactor::new(&pattern, FactorKind::Supernodal, twin.body.isa),
+            exact: Stiffness::zeros(pattern.clone()),
+            mixed: Stiffness::zeros(pattern.clone()),
             stiffness: Stiffness::zeros(pattern),
             projection: Projection::new(n, m),
             qp: BoxQp::new(m),
@@ -100,10 +113,7 @@ impl Newton {
         search: Search,
         report: &mut StepReport,
     ) -> Outcome {
-        let (most, kinds): (_, &[Tangent]) = match search {
-            Search::Full => (MAX_FULL_STEPS, &[Tangent::Exact]),
-            Search::Damped => (MAX_ITERATIONS, &[Tangent::Exact, Tangent::Warped]),
-        };
+        let most = if search == Search::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
@@ -113,10 +123,18 @@ impl Newton {
                 return Outcome::Converged;
             }
             report.newton_iterations += 1;
-            if !balance.is_finite()
-                || balance.relative > DIVERGED
-                || self.linearise(twin, state, balance, kinds).is_err()
-                || !self.solve_tensions(twin, control, state, balance, report)
+            let linearised = match search {
+                Search::Full if balance.relative > DIVERGED => break,
+                Search::Full => self.linearise_exactly(twin, state, balance),
+                Search::Damped => self.linearise(twin, state, balance),
+            };
+            if !balance.is_finite() || linearised.is_err() {
+                break;
+            }
+            if !twin.couples.is_empty() {
+                self.follow_couples(twin, control.load, state);
+            }
+            if !self.solve_tensions(twin, control, state, balance, report)
                 || !self.move_along(twin, control, state, balance, search)
             {
                 break;
@@ -125,33 +143,114 @@ impl Newton {
         if balance.is_met(twin) { Outcome::Converged } else { Outcome::Stuck(balance.relative) }
     }
 
-    /// Factorises a tangent at `state`, for which `balance` was evaluated, with the cables' part, and
-    /// projects it: the first of `kinds` that has a factor.
+    /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
+    /// projects it. Where the exact one is indefinite it is mixed with the always definite one, no more
+    /// than needed.
     ///
     /// # Errors
-    /// None of them has.
-    pub fn linearise(
+    /// Not even the definite one has a factor.
+    fn linearise(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> hysteron_fem::Result<()> {
+        self.assemble(twin, state, balance, Tangent::Exact);
+        let mut result = self.factor.factorize(&self.stiffness);
+        if result.is_err() {
+            std::mem::swap(&mut self.stiffness, &mut self.exact);
+            self.assemble(twin, state, balance, Tangent::Warped);
+            for share in DEFINITE_SHARES {
+                self.mixed.set_mixture(&self.exact, &self.stiffness, share);
+                result = self.factor.factorize(&self.mixed);
+                if result.is_ok() {
+                    break;
+                }
+            }
+        }
+        result?;
+        self.project(twin, balance);
+        Ok(())
+    }
+
+    /// Factorises and projects the exact tangent, and no other.
+    ///
+    /// # Errors
+    /// It has no factor.
+    pub fn linearise_exactly(
         &mut self,
         twin: &Twin,
         state: &TwinState,
         balance: &Balance,
-        kinds: &[Tangent],
     ) -> hysteron_fem::Result<()> {
+        self.assemble(twin, state, balance, Tangent::Exact);
+        self.factor.factorize(&self.stiffness)?;
+        self.project(twin, balance);
+        Ok(())
+    }
+
+    fn assemble(&mut self, twin: &Twin, state: &TwinState, balance: &Balance, kind: Tangent) {
         let pattern = self.stiffness.pattern.clone();
-        let mut result = Ok(());
-        for kind in kinds {
-            twin.body.stiffness_into(&state.positions, *kind, &mut self.stiffness);
-            twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
-            result = self.factor.factorize(&self.stiffness);
-            if result.is_ok() {
-                break;
-            }
-        }
-        result?;
+        twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
+        twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
+    }
+
+    fn project(&mut self, twin: &Twin, balance: &Balance) {
         self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
         self.drift.copy_from_slice(&balance.residual);
         self.factor.solve(&mut self.drift);
-        Ok(())
+    }
+
+    /// Makes the drift solve (K - C) z = r, where C is the derivative of the couples' forces, which no
+    /// symmetric factor holds: minimal residuals over K⁻¹ r, K⁻¹ C K⁻¹ r, … Only the turns of the loaded
+    /// sections count in C, so a few directions are enough.
+    fn follow_couples(&mut self, twin: &Twin, load: f64, state: &TwinState) {
+        let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let size = norm(&self.drift);
+        if !(size > 0.0 && size.is_finite()) {
+            return;
+        }
+        // Arnoldi's iteration on 1 - K⁻¹ C.
+        let mut basis: Vec<Vec<f64>> = vec![self.drift.iter().map(|z| z / size).collect()];
+        let mut images = Vec::new();
+        for k in 0..COUPLE_DIRECTIONS {
+            let mut image = self.couple_change(twin, load, state, &basis[k]);
+            self.factor.solve(&mut image);
+            for (image, v) in image.iter_mut().zip(&basis[k]) {
+                *image = v - *image;
+            }
+            images.push(DVector::from_column_slice(&image));
+            for v in &basis {
+                let along: f64 = image.iter().zip(v).map(|(a, b)| a * b).sum();
+                image.iter_mut().zip(v).for_each(|(a, b)| *a -= along * b);
+            }
+            let rest = norm(&image);
+            // Nothing new: the space is complete.
+            if rest < 1e-8 || !rest.is_finite() {
+                break;
+            }
+            image.iter_mut().for_each(|c| *c /= rest);
+            basis.push(image);
+        }
+        let images = DMatrix::from_columns(&images);
+        let right = images.transpose() * DVector::from_column_slice(&self.drift);
+        if let Some(factor) = (images.transpose() * &images).cholesky() {
+            let weights = factor.solve(&right);
+            self.drift.fill(0.0);
+            for (weight, v) in weights.iter().zip(&basis) {
+                hysteron_fem::axpy(twin.body.isa, *weight, v, &mut self.drift);
+            }
+        }
+    }
+
+    /// Change of the couples' forces when the nodes move along `direction`, per unit of it.
+    fn couple_change(&self, twin: &Twin, load: f64, state: &TwinState, direction: &[f64]) -> Vec<f64> {
+        let longest = direction.iter().fold(0.0f64, |max, d| max.max(d.abs()));
+        let step = 1e-6 * self.extent / longest;
+        let mut forces = vec![[0.0; 4]; state.positions.len()];
+        for sign in [1.0, -1.0] {
+            let mut moved = state.positions.clone();
+            move_nodes(&mut moved, sign * step, direction);
+            for couple in &twin.couples {
+                couple.add_forces(&moved, sign * load / (2.0 * step), &mut forces);
+            }
+        }
+        forces.iter().take(direction.len() / 3).flat_map(|force| force[..3].to_vec()).collect()
     }
 
     /// Tension increments from the QP, and the displacement they make with the drift.
@@ -191,8 +290,11 @@ impl Newton {
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.merit(balance, &self.drift.clone());
+        let present = self.merit(balance, &self.drift);
         let best_seen = balance.relative;
+        let strongest = self.strongest_tension(state);
+        let energy = balance.potential(twin, control, &state.positions, strongest);
+        let fall = self.predicted_fall(twin, control, state, balance, strongest);
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
@@ -201,6 +303,8 @@ impl Newton {
                 // A full step lands exactly on its bound.
                 self.trial.tensions[j] = if part == 1.0 && self.increments[j] == self.lowest[j] {
                     bounds.0
+                } else if part == 1.0 && self.increments[j] == self.highest[j] {
+                    bounds.1
                 } else {
                     (state.tensions[j] + part * self.increments[j]).clamp(bounds.0, bounds.1)
                 };
@@ -217,7 +321,11 @@ impl Newton {
                 let trial = self.merit(balance, &correction);
                 self.correction = correction;
                 // The relative residual decides once the merit is lost in round-off.
-                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen {
+                let falls = || {
+                    let trial = balance.potential(twin, control, &self.trial.positions, strongest);
+                    trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
+                };
+                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen || falls() {
                     std::mem::swap(state, &mut self.trial);
                     return true;
                 }
@@ -228,12 +336,41 @@ impl Newton {
         false
     }
 
+    /// Tension above which cables count as no stronger in the potential: an exact penalty must exceed the
+    /// multipliers, and more would only shorten the steps.
+    fn strongest_tension(&self, state: &TwinState) -> f64 {
+        let tensions = state.tensions.iter().zip(&self.increments);
+        2.0 * tensions.map(|(t, change)| t.abs().max((t + change).abs())).fold(0.0, f64::max)
+    }
+
+    /// How much the linearised potential falls over the full Newton step [J]; positive.
+    fn predicted_fall(
+        &self,
+        twin: &Twin,
+        control: &Control,
+        state: &TwinState,
+        balance: &Balance,
+        strongest: f64,
+    ) -> f64 {
+        // The residual contains the cables' forces, which the clutch terms account for.
+        let work: f64 = balance.residual.iter().zip(&self.displacement).map(|(r, d)| r * d).sum();
+        let cables: f64 = (0..state.tensions.len())
+            .map(|j| {
+                let change = twin.cables.row_times(&balance.shape, j, &self.displacement);
+                let missing = control.strokes[j] - balance.shape.strokes[j];
+                let clutch = |missing: f64| control.clutch(j, missing, strongest);
+                clutch(missing) - clutch(missing - change) - state.tensions[j] * change
+            })
+            .sum();
+        (cables - work).max(0.0)
+    }
+
     /// Energy of the corrections still to be made: rᵀ K⁻¹ r plus that of the missing strokes [J].
     fn merit(&self, balance: &Balance, solved: &[f64]) -> f64 {
         let n = self.right.len();
         let forces: f64 = balance.residual.iter().zip(solved).map(|(r, z)| r * z).sum();
         let strokes: f64 = (0..n)
-            .filter(|&j| self.increments[j] != self.lowest[j])
+            .filter(|&j| self.increments[j] != self.lowest[j] && self.increments[j] != self.highest[j])
             .map(|j| balance.missing[j].powi(2) / self.projection.delassus[j * (n + 1)])
             .sum();
         (forces + strokes).sqrt()

@@ -39,6 +39,8 @@ pub(crate) struct QuasiNewton {
     predictor: Predictor,
     /// No factor yet, or one that did not serve.
     is_stale: bool,
+    /// What a renewal costs, in iterations.
+    renewal_cost: f64,
     /// Iterations and steps since the factor was renewed.
     spent: usize,
     steps: usize,
@@ -62,8 +64,10 @@ impl QuasiNewton {
         let pattern = Arc::new(twin.body.stiffness_pattern(&[]));
         let kind = FactorKind::fastest(&pattern);
         let (n, m, isa) = (twin.body.n_unknowns(), twin.cables.len(), twin.body.isa);
+        let factor = StiffnessFactor::new(&pattern, kind, isa);
         Self {
-            factor: StiffnessFactor::new(&pattern, kind, isa),
+            renewal_cost: renewal_cost(n, m, twin.body.cells.len(), factor.n_stored()),
+            factor,
             stiffness: Stiffness::zeros(pattern),
             projection: Projection::new(n, m),
             columns: vec![vec![0.0; n]; m],
@@ -292,9 +296,25 @@ impl QuasiNewton {
         });
         self.spent += iterations;
         self.steps += 1;
-        // Costs of a renewal in iterations, from the benchmarks of both.
-        let renewal = 7 + self.right.len() / 7;
         self.recent = 0.5 * (self.recent + iterations as f64);
-        self.is_stale = self.recent * self.steps as f64 > (renewal + self.spent) as f64;
+        self.is_stale = self.recent * self.steps as f64 > self.renewal_cost + self.spent as f64;
     }
+}
+
+/// Cost of a renewal over that of an iteration, for `n` unknowns, `m` cables and a factor of `stored`
+/// numbers.
+///
+/// Estimated from counts rather than measured, so that every run makes the same decisions; the rates are
+/// those of the benchmarks `force`, `assembly`, `factor` and `solve` on one core.
+fn renewal_cost(n: usize, m: usize, n_elements: usize, stored: usize) -> f64 {
+    const FORCE: f64 = 12e-9; // s per element
+    const ASSEMBLY: f64 = 65e-9; // s per element
+    const VECTORS: f64 = 6e-9; // s per unknown: norms, acceleration, cables
+    const FACTOR: f64 = 60e9; // multiply-adds per s
+    const PANEL: f64 = 50e9; // multiply-adds per s, many right-hand sides
+    // Multiply-adds per s, one right-hand side: limited by the cache, then by memory.
+    let solve = if stored < 4_000_000 { 25e9 } else { 8e9 };
+    let (n, m, n_elements, stored) = (n as f64, m as f64, n_elements as f64, stored as f64);
+    let renewal = ASSEMBLY * n_elements + stored * stored / (2.0 * n * FACTOR) + 2.0 * m * stored / PANEL;
+    renewal / (FORCE * n_elements + VECTORS * n + 2.0 * stored / solve)
 }

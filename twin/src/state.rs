@@ -62,7 +62,8 @@ impl TwinState {
     /// Reads a state of the same scene.
     ///
     /// # Errors
-    /// Another format, version, scene or size; a truncated file; a number that is not finite.
+    /// Another format, version, scene or size; a truncated file; a load outside 0 to 1; a number that is not
+    /// finite.
     pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
         let bytes = file::read_bytes(path)?;
         let bad = |what: &str, expected: String, found: String| {
@@ -79,6 +80,9 @@ impl TwinState {
             return Err(bad("scene_hash", scene_hash.into(), header.scene_hash)
                 .hint("a state belongs to the scene file it was made with")
                 .into());
+        }
+        if !(0.0..=1.0).contains(&header.load) {
+            return Err(bad("load", "0 to 1".into(), header.load.to_string()).into());
         }
         let (n_nodes, n_tendons) = (twin.body.n_nodes(), twin.cables.len());
         let body = bytes.get(end + 1..).unwrap_or_default();

@@ -1,7 +1,6 @@
 //! One quasi-static step: from one equilibrium to the next, x_t = F(x_{t-1}, u_t) (paper 003, eq. 1).
 
 use hysteron_base::BadInput;
-use hysteron_fem::Tangent;
 
 use crate::balance::{Balance, Control};
 use crate::model::{Target, Twin};
@@ -14,7 +13,8 @@ use crate::{Error, Result};
 /// Smallest part of a step that is tried before giving up.
 const SMALLEST_PART: f64 = 1.0 / 4096.0;
 
-/// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
+/// Largest part of the loads that is tried with damping: on a larger one, full steps on a smaller one are
+/// cheaper.
 const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 
 /// What a step cost and how well it converged.
@@ -66,13 +66,15 @@ impl Stepper {
     /// Moves `state` to the equilibrium under `targets` (one per tendon).
     ///
     /// # Errors
-    /// A wrong number of targets, one that is not finite, or a stroke longer than its tendon;
-    /// [`Error::NoEquilibrium`]. `state` is then the last equilibrium on the way.
+    /// A wrong number of targets, one that is not finite, a stroke longer than its tendon, or a tension
+    /// out of its bounds; a state of another twin or with a number that is not finite;
+    /// [`Error::NoEquilibrium`]: `state` is then the last equilibrium on the way.
     pub fn step(&mut self, twin: &Twin, targets: &[Target], state: &mut TwinState) -> Result<StepReport> {
         check_targets(twin, targets)?;
         self.control.set(twin, targets);
         let mut report = StepReport::default();
         if *state != self.last {
+            check_state(twin, state)?;
             self.quasi_newton.forget();
         }
         self.saved.clone_from(state);
@@ -105,7 +107,7 @@ impl Stepper {
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
         self.control.load = 1.0;
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        newton.linearise(twin, state, &self.balance, &[Tangent::Exact])?;
+        newton.linearise_exactly(twin, state, &self.balance)?;
         Ok(newton.projection.delassus.clone())
     }
 
@@ -126,6 +128,7 @@ impl Stepper {
         };
         let (mut reached, mut part) = (0.0, 1.0f64);
         let mut control = self.control.clone();
+        let by_forces = from.load < 1.0 && (0..state.tensions.len()).all(|j| control.is_tension(j));
         while reached < 1.0 {
             let next = (reached + part).min(1.0);
             let mix = |a: f64, b: f64| a + next * (b - a);
@@ -142,8 +145,11 @@ impl Stepper {
             control.load = mix(from.load, self.control.load);
             self.saved.clone_from(state);
             report.sub_steps += 1;
-            let mut outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
-            if outcome != Outcome::Converged && part <= LARGEST_DAMPED_PART {
+            let mut outcome = Outcome::Stuck(f64::INFINITY);
+            if by_forces {
+                outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
+            }
+            if outcome != Outcome::Converged && (!by_forces || part <= LARGEST_DAMPED_PART) {
                 state.clone_from(&self.saved);
                 outcome = newton.run(twin, &control, state, &mut self.balance, Search::Damped, report);
             }
@@ -169,7 +175,25 @@ impl Stepper {
     }
 }
 
-fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
+fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
+    let (n_nodes, n_tendons) = (state.positions.len(), state.tensions.len());
+    if (n_nodes, n_tendons) != (twin.body.n_nodes(), twin.tendons.len()) {
+        let expected = format!("{} nodes and {} tendons", twin.body.n_nodes(), twin.tendons.len());
+        let found = format!("{n_nodes} and {n_tendons}");
+        return Err(BadInput::new("state", expected, found).hint("the state is of another robot").into());
+    }
+    twin.body.check_finite("position", &state.positions)?;
+    if let Some(j) = state.tensions.iter().position(|tension| !tension.is_finite()) {
+        let place = format!("state: tension of tendon {}", twin.tendons[j].name);
+        return Err(BadInput::new(place, "a finite number", state.tensions[j].to_string()).into());
+    }
+    if !(0.0..=1.0).contains(&state.load) {
+        return Err(BadInput::new("state: load", "0 to 1", state.load.to_string()).into());
+    }
+    Ok(())
+}
+
+pub(crate) fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
     if targets.len() != twin.tendons.len() {
         let expected = format!("{} targets, one per tendon", twin.tendons.len());
         return Err(BadInput::new("targets", expected, targets.len().to_string()).into());
@@ -188,12 +212,14 @@ fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
                 .hint("strokes are in metres in memory; check the column's unit suffix")
                 .into());
             }
-            Target::Tension(tension) if !tension.is_finite() => {
+            Target::Tension(tension) if !twin.tendons[j].tension.contains(tension) => {
+                let bounds = twin.tendons[j].tension;
                 return Err(BadInput::new(
                     format!("tension of tendon {tendon}"),
-                    "a finite number",
-                    tension.to_string(),
+                    format!("{} to {} N", bounds.min, bounds.max),
+                    format!("{tension} N"),
                 )
+                .hint("the tendon's bounds are part of the scene")
                 .into());
             }
             _ => {}

@@ -19,8 +19,6 @@ pub(crate) struct Elements<const N: usize, const Q: usize> {
     pub nodes: Vec<[[u32; LANES]; N]>,
     /// Per batch.
     pub points: Vec<[PointData<N>; Q]>,
-    /// Number of elements.
-    pub n_elements: usize,
 }
 
 /// Where every node pair (a >= b) of every element adds its 3×3 block, or [`PairMap::SKIP`].
@@ -61,10 +59,10 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
                 }
             }
         }
-        Self { nodes, points, n_elements: cells.len() }
+        Self { nodes, points }
     }
 
-    /// Rest volume of every node, ∫ N_a dV \[m³\]: times density it is the nodal mass.
+    /// Rest volume of every node, ∫ N_a dV \[m³\]: times density and gravity it is the nodal weight.
     pub fn nodal_volumes(&self, n_nodes: usize) -> Vec<f64> {
         let mut volumes = vec![0.0; n_nodes];
         for (nodes, points) in self.nodes.iter().zip(&self.points) {

@@ -1,14 +1,13 @@
 //! The loops over all elements: energy, nodal forces, stiffness blocks.
 
 use hysteron_base::{Law, Material};
-use pulp::{Simd, WithSimd};
 
 use super::batch::{Elements, PairMap, PointData};
 use super::law::{
     Corotational, CorotationalEdges, Lame, NeoHookean, Point, PointLaw, SmallStrain, Tangent, lame_parameters,
 };
 use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, scale_rows, sub};
-use crate::simd::{Isa, LANES, Lanes, Packs};
+use crate::simd::{Isa, LANES, Lanes, Packs, Simd, WithSimd};
 
 /// A point or force with a fourth number of padding, so that one register holds it.
 pub(crate) type Padded = [f64; 4];

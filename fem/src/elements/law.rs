@@ -8,13 +8,12 @@
 //! The derivation is in `docs/fem.md`.
 
 use hysteron_base::Material;
-use pulp::Simd;
 
 use super::tensor::{
     Mat3, cofactor, dot, multiply, multiply_transposed, polar_rotation, scale_rows, spherical, trace,
     transpose,
 };
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
 
 /// Which derivative of the stress to assemble.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,8 +21,9 @@ pub enum Tangent {
     /// The derivative of the nodal forces: Newton converges quadratically, but the matrix may be
     /// indefinite in compression.
     Exact,
-    /// The rest stiffness turned with each element, R Ke Rᵀ: always positive definite. Equal to `Exact`
-    /// for laws without a rotating frame.
+    /// The rest stiffness turned at each quadrature point, R Ke Rᵀ: always positive definite. Equal to
+    /// `Exact` for laws without a rotating frame, and used in its place for edge frames, whose exact
+    /// derivative is not symmetric.
     Warped,
 }
 
@@ -156,7 +156,7 @@ impl PointLaw for Corotational {
         stress
     }
 
-    /// The rotation turns by ω = M axial(RᵀdF - dFᵀR) with M = (tr(V) 1 - V)⁻¹ and V = F Rᵀ, which
+    /// The rotation turns by ω = M axial(dF Rᵀ - R dFᵀ) with M = (tr(V) 1 - V)⁻¹ and V = F Rᵀ, which
     /// adds the couple term with c = 2μ - λ (tr S - 3).
     #[inline(always)]
     fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S> {
@@ -211,9 +211,7 @@ impl PointLaw for CorotationalEdges {
     fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
         let r = Self::rotation(at);
         let local = multiply(&transpose(&r), at.f);
-        let edges_unused = at.edges;
-        let at = Point { f: &local, edges: edges_unused, gradients: at.gradients };
-        multiply(&r, &SmallStrain.stress(lame, &at))
+        multiply(&r, &SmallStrain.stress(lame, &Point { f: &local, ..*at }))
     }
 
     /// Always the turned rest stiffness: the exact derivative is not symmetric.
@@ -272,5 +270,111 @@ impl PointLaw for NeoHookean {
             map: inverse,
             couple: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::{Law, rng};
+    use nalgebra::{Matrix3, Vector3};
+    use rand::RngExt;
+
+    use super::*;
+    use crate::simd::{Isa, Packs, WithSimd};
+
+    /// ψ, P and the block K_ab per volume at F, the same in every lane.
+    struct At<L> {
+        law: L,
+        f: Matrix3<f64>,
+        a: Vector3<f64>,
+        b: Vector3<f64>,
+        kind: Tangent,
+    }
+
+    impl<L: PointLaw> WithSimd for At<L> {
+        type Output = (f64, Matrix3<f64>, Matrix3<f64>);
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let packs = Packs::new(simd, 0);
+            let rows = |m: &Matrix3<f64>| -> Mat3<S> {
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| packs.splat(m[(i, j)])))
+            };
+            let number = |lanes: Lanes<S>| lanes.to_array()[0];
+            let matrix = |m: &Mat3<S>| Matrix3::from_fn(|i, j| number(m[i][j]));
+            let lame = Lame { lambda: packs.splat(LAMBDA), mu: packs.splat(MU) };
+            let f = rows(&self.f);
+            let at = Point { f: &f, edges: &f, gradients: &f };
+            let t = self.law.tangent(lame, &at, self.kind);
+            let q = matrix(&t.map);
+            let (pa, pb) = (q * self.a, q * self.b);
+            let mut k = number(t.alpha) * self.a.dot(&self.b) * Matrix3::identity()
+                + number(t.lambda) * pa * pb.transpose()
+                + number(t.kappa) * pb * pa.transpose();
+            if let Some((c, m)) = &t.couple {
+                k += number(*c) * pa.cross_matrix() * matrix(m) * pb.cross_matrix();
+            }
+            (number(self.law.energy(lame, &at)), matrix(&self.law.stress(lame, &at)), k)
+        }
+    }
+
+    const LAMBDA: f64 = 3.0;
+    const MU: f64 = 0.7;
+
+    fn at(law: Law, f: Matrix3<f64>, a: Vector3<f64>, b: Vector3<f64>) -> (f64, Matrix3<f64>, Matrix3<f64>) {
+        let (isa, kind) = (Isa::detect(), Tangent::Exact);
+        match law {
+            Law::SmallStrain => isa.run(At { law: SmallStrain, f, a, b, kind }),
+            Law::Corotational => isa.run(At { law: Corotational, f, a, b, kind }),
+            Law::NeoHookean => isa.run(At { law: NeoHookean, f, a, b, kind }),
+            Law::CorotationalEdges => isa.run(At { law: CorotationalEdges, f, a, b, kind }),
+        }
+    }
+
+    #[test]
+    fn stress_and_block_are_derivatives_of_the_energy() {
+        // Central differences with this step: truncation 1e-12, round-off 1e-10, numbers of size ten.
+        const STEP: f64 = 1e-6;
+        const TOL: f64 = 1e-8;
+        let mut stream = rng(37, "test/law");
+        let mut vector = || Vector3::from_fn(|_, _| stream.random_range(-1.0..1.0));
+        let (a, b, delta) = (vector(), vector(), vector());
+        let turn = nalgebra::Rotation3::new(Vector3::new(0.4, 1.5, -0.6)).into_inner();
+        let f: Matrix3<f64> =
+            turn * (Matrix3::identity() + 0.4 * Matrix3::from_columns(&[vector(), vector(), vector()]));
+        assert!(f.determinant() > 0.0);
+        for law in [Law::SmallStrain, Law::Corotational, Law::NeoHookean] {
+            let (_, stress, block) = at(law, f, a, b);
+            let change = STEP * delta * b.transpose();
+            let (energy_ahead, ahead, _) = at(law, f + change, a, b);
+            let (energy_behind, behind, _) = at(law, f - change, a, b);
+            let slope = stress.dot(&(delta * b.transpose()));
+            let difference = (energy_ahead - energy_behind) / (2.0 * STEP);
+            assert!(slope.abs() > 1e-2 && difference != slope);
+            assert!((difference - slope).abs() < TOL, "{law:?}: {difference} {slope}");
+            let (slope, difference) = (block * delta, (ahead - behind) / (2.0 * STEP) * a);
+            assert!(slope.norm() > 1e-2 && difference != slope);
+            assert!((difference - slope).norm() < TOL, "{law:?}: {difference} {slope}");
+        }
+    }
+
+    #[test]
+    fn all_laws_share_the_small_strain_stiffness_at_rest() {
+        const ROUND_OFF: f64 = 1e-14;
+        let (a, b) = (Vector3::new(0.3, -0.5, 1.0), Vector3::new(0.8, 0.2, -0.4));
+        let one = Matrix3::identity();
+        let expected = MU * a.dot(&b) * one + LAMBDA * a * b.transpose() + MU * b * a.transpose();
+        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
+            let (energy, stress, block) = at(law, one, a, b);
+            assert!(energy.abs() + stress.norm() < ROUND_OFF, "{law:?}: {energy} {stress}");
+            assert!((block - expected).norm() < ROUND_OFF, "{law:?}: {block}");
+        }
+    }
+
+    #[test]
+    fn lame_parameters_are_those_of_the_textbook() {
+        let material =
+            |nu| Material { law: Law::SmallStrain, youngs_modulus: 2.0, poisson_ratio: nu, density: 0.0 };
+        assert_eq!(lame_parameters(&material(0.25)), (0.8, 0.8));
+        assert_eq!(lame_parameters(&material(0.0)), (0.0, 1.0));
     }
 }

@@ -11,6 +11,6 @@ mod shape;
 mod tensor;
 
 pub(crate) use batch::{Elements, PairMap};
-pub(crate) use kernels::{Block, Padded, energy, force_into, stiffness_into};
+pub(crate) use kernels::{energy, force_into, stiffness_into};
 pub use law::Tangent;
 pub(crate) use shape::shape_values;

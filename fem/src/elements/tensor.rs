@@ -3,9 +3,7 @@
 //! Loops instead of `array::map` throughout the kernels: a closure passed through the standard library
 //! is compiled without the instruction set that the dispatch chose, and every operation becomes a call.
 
-use pulp::Simd;
-
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
 
 pub(crate) type Vec3<S> = [Lanes<S>; 3];
 /// Rows of a 3×3 tensor.
@@ -110,10 +108,87 @@ pub(crate) fn polar_rotation<S: Simd>(f: &Mat3<S>) -> Mat3<S> {
                 x[i][j] = next;
             }
         }
-        // Written so that NaN ends the loop too.
-        if !(change.max() > CHANGE_SQUARED) {
+        let change = change.max();
+        if change <= CHANGE_SQUARED || change.is_nan() {
             break;
         }
     }
     x
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::rng;
+    use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+    use rand::RngExt;
+
+    use super::*;
+    use crate::simd::{Isa, LANES, Pack, Packs, WithSimd};
+
+    /// Polar rotations of eight matrices, another in every lane.
+    struct Polar<'a>(&'a [Matrix3<f64>]);
+
+    impl WithSimd for Polar<'_> {
+        type Output = Vec<Matrix3<f64>>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let mut rotations = Vec::new();
+            for pass in 0..Packs::<S>::PASSES {
+                let packs = Packs::new(simd, pass);
+                let entry = |i: usize, j: usize| {
+                    packs.load(&Pack(std::array::from_fn::<f64, LANES, _>(|lane| self.0[lane][(i, j)])))
+                };
+                let f: Mat3<S> = [0, 1, 2].map(|i| [entry(i, 0), entry(i, 1), entry(i, 2)]);
+                let r = polar_rotation(&f).map(|row| row.map(|lanes| lanes.to_array()));
+                rotations.extend((0..S::F64_LANES).map(|lane| Matrix3::from_fn(|i, j| r[i][j][lane])));
+            }
+            rotations
+        }
+    }
+
+    fn svd_rotation(f: &Matrix3<f64>) -> Matrix3<f64> {
+        let svd = f.svd(true, true);
+        svd.u.expect("asked for") * svd.v_t.expect("asked for")
+    }
+
+    #[test]
+    fn polar_rotation_is_that_of_the_svd() {
+        // Both are exact up to round-off for strains up to one half.
+        const TOL: f64 = 1e-14;
+        let mut stream = rng(31, "test/polar");
+        for _ in 0..200 {
+            let f: Vec<Matrix3<f64>> = (0..LANES)
+                .map(|_| {
+                    let mut turn = |angle: f64| {
+                        let axis = Vector3::from_fn(|_, _| stream.random_range(-1.0..1.0));
+                        Rotation3::from_axis_angle(&Unit::new_normalize(axis), angle).into_inner()
+                    };
+                    let (r, v) = (turn(3.0), turn(1.0));
+                    let r = r * turn(2.5);
+                    let stretch = Vector3::from_fn(|_, _| stream.random_range(0.5..1.5));
+                    r * v * Matrix3::from_diagonal(&stretch) * v.transpose()
+                })
+                .collect();
+            for isa in Isa::all() {
+                for (r, f) in isa.run(Polar(&f)).iter().zip(&f) {
+                    assert!((r.transpose() * r - Matrix3::identity()).norm() < TOL, "{isa:?} {f}");
+                    assert!((r - svd_rotation(f)).norm() < TOL, "{isa:?} {f}");
+                    assert!(r.determinant() > 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn polar_rotation_ignores_scale() {
+        // Edges of a millimetre, or gradients of a thousand per metre: edge frames need both.
+        const TOL: f64 = 1e-14;
+        let shear = Matrix3::new(1.0, 0.4, 0.1, -0.2, 0.9, 0.3, 0.0, 0.2, 1.1);
+        for scale in [1e-4, 1e-3, 1e3, 1e4] {
+            for isa in Isa::all() {
+                let r = isa.run(Polar(&[scale * shear; LANES]))[0];
+                assert!((r - svd_rotation(&shear)).norm() < TOL, "{isa:?} {scale}");
+            }
+        }
+    }
 }

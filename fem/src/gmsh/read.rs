@@ -9,7 +9,6 @@ use hysteron_base::BadInput;
 
 use super::sections::{Sections, parse};
 use super::{TET4, TET10, groups, swap_last_two};
-use crate::mesh::file::io_error;
 use crate::{Cells, Mesh, Result};
 
 /// Reads a Gmsh MSH 4.1 file, text or binary, and converts it to metres.
@@ -27,7 +26,7 @@ use crate::{Cells, Mesh, Result};
 /// a coordinate that is not finite. The shape of the tetrahedra is [`check_mesh`](crate::check_mesh)'s to
 /// judge.
 pub fn read_mesh(path: &Path, metres_per_unit: f64) -> Result<Mesh> {
-    let bytes = std::fs::read(path).map_err(|e| io_error(path, e))?;
+    let bytes = hysteron_base::file::read_bytes(path)?;
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         return Err(bad_unit(metres_per_unit).within(path.display()).into());
     }

@@ -5,15 +5,13 @@
 //! The nodes keep their order and are tagged from 1.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, file};
 
 use super::read::bad_unit;
 use super::{TET4, TET10, swap_last_two};
 use crate::mesh::faces::{boundary_faces, middle_of};
-use crate::mesh::file::write_atomically;
 use crate::{Cells, Mesh, Result};
 
 /// How the numbers are written.
@@ -32,13 +30,12 @@ pub enum Encoding {
 ///
 /// # Errors
 /// `BadInput` for a unit that is no positive number, a coordinate that is not finite, an index out of
-/// range, a group name that does not fit on a line in quotes, a mesh without tetrahedra, or a folder that
-/// does not exist; `File` where the file system refuses.
+/// range, a group name that does not fit on a line in quotes, or a mesh without tetrahedra; `File` where the file system refuses.
 pub fn write_mesh(path: &Path, mesh: &Mesh, metres_per_unit: f64, encoding: Encoding) -> Result<()> {
     let prepared = prepare(mesh, metres_per_unit).map_err(|e| e.within(path.display()))?;
     let mut bytes = Vec::new();
     emit(&mut Out { bytes: &mut bytes, encoding }, &prepared);
-    write_atomically(path, |file| file.write_all(&bytes))
+    Ok(file::write_bytes(path, &bytes)?)
 }
 
 /// Elements of one kind on one entity.

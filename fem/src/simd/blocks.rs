@@ -54,13 +54,6 @@ impl Panel {
     pub fn at_mut(&mut self, unknown: usize, side: usize) -> &mut f32 {
         &mut self.0[unknown / BLOCK].0[unknown % BLOCK * BLOCK + side]
     }
-
-    /// Writes the solution of one side, in single precision.
-    pub fn side_into(&self, side: usize, out: &mut [f32]) {
-        for (unknown, value) in out.iter_mut().enumerate() {
-            *value = self.0[unknown / BLOCK].0[unknown % BLOCK * BLOCK + side];
-        }
-    }
 }
 
 impl Envelope {
@@ -204,7 +197,10 @@ fn tile<S: Simd, const V: usize, const C: usize>(
 }
 
 /// Where a block keeps B(c, k): B enters transposed.
-const TRANSPOSED: fn(usize, usize) -> usize = |k, c| k * BLOCK + c;
+#[inline(always)]
+fn transposed(k: usize, c: usize) -> usize {
+    k * BLOCK + c
+}
 
 #[inline(always)]
 fn negated(block: &Block) -> Block {
@@ -226,7 +222,7 @@ fn invert_factor(block: &mut Block) -> Result<(), usize> {
     let mut per_diagonal = [0.0f32; BLOCK];
     for k in 0..BLOCK {
         let pivot = columns[k][k];
-        if !(pivot > 0.0) {
+        if pivot <= 0.0 || !pivot.is_finite() {
             return Err(k);
         }
         per_diagonal[k] = 1.0 / pivot.sqrt();
@@ -280,17 +276,15 @@ impl WithSimd for Factorize<'_> {
                 let (left, here) = row.split_at_mut(j - first[i]);
                 let above = &done[start[j] + from - first[j]..start[j + 1]];
                 let mut sum = negated(&here[0]);
-                multiply_add(simd, &mut sum, &left[from - first[i]..], &above[..j - from], |k, c| {
-                    TRANSPOSED(k, c)
-                });
+                multiply_add(simd, &mut sum, &left[from - first[i]..], &above[..j - from], transposed);
                 let mut solved = Block::ZERO;
                 let inverse = &above[j - from..=j - from];
-                multiply_add(simd, &mut solved, &[negated(&sum)], inverse, |k, c| TRANSPOSED(k, c));
+                multiply_add(simd, &mut solved, &[negated(&sum)], inverse, transposed);
                 here[0] = solved;
             }
             let (left, diagonal) = row.split_at_mut(i - first[i]);
             let mut sum = negated(&diagonal[0]);
-            multiply_add(simd, &mut sum, left, left, |k, c| TRANSPOSED(k, c));
+            multiply_add(simd, &mut sum, left, left, transposed);
             diagonal[0] = negated(&sum);
             invert_factor(&mut diagonal[0]).map_err(|k| i * BLOCK + k)?;
         }
@@ -426,13 +420,9 @@ impl WithSimd for SolvePanel<'_> {
             let (before, here) = panel.split_at_mut(i);
             let mut sum = negated(&here[0]);
             let row = envelope.row(i);
-            multiply_add(simd, &mut sum, &before[envelope.first[i]..], &row[..row.len() - 1], |k, c| {
-                TRANSPOSED(k, c)
-            });
+            multiply_add(simd, &mut sum, &before[envelope.first[i]..], &row[..row.len() - 1], transposed);
             here[0] = Block::ZERO;
-            multiply_add(simd, &mut here[0], &[negated(&sum)], &row[row.len() - 1..], |k, c| {
-                TRANSPOSED(k, c)
-            });
+            multiply_add(simd, &mut here[0], &[negated(&sum)], &row[row.len() - 1..], transposed);
         }
         for j in (0..panel.len()).rev() {
             let (before, after) = panel.split_at_mut(j + 1);
@@ -447,5 +437,118 @@ impl WithSimd for SolvePanel<'_> {
             let diagonal = std::slice::from_ref(envelope.block(j, j));
             multiply_add(simd, &mut before[j], &[negated(&sum)], diagonal, straight);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::rng;
+    use nalgebra::{DMatrix, DVector};
+    use rand::RngExt;
+
+    use super::*;
+
+    /// L Lᵀ with L well-conditioned and its rows beginning at random columns: narrow and wide rows follow
+    /// each other.
+    fn matrix(n: usize) -> (Vec<usize>, DMatrix<f64>) {
+        let mut stream = rng(23, &format!("test/envelope/{n}"));
+        let first: Vec<usize> = (0..n).map(|i| stream.random_range(0..=i)).collect();
+        let mut l = DMatrix::zeros(n, n);
+        for (i, &begin) in first.iter().enumerate() {
+            for j in begin..i {
+                l[(i, j)] = stream.random_range(-0.1..0.1);
+            }
+            l[(i, i)] = stream.random_range(1.0..2.0);
+        }
+        (first, &l * l.transpose())
+    }
+
+    fn loaded(first: &[usize], a: &DMatrix<f64>) -> Envelope {
+        let mut envelope = Envelope::new(first);
+        let (mut positions, mut values) = (Vec::new(), Vec::new());
+        for (i, &begin) in first.iter().enumerate() {
+            for j in begin..=i {
+                // Nine times the same entry: the load works on whole 3×3 blocks.
+                positions.push([envelope.position(i, j) as u32; 9]);
+                values.push([[a[(i, j)], a[(i, j)], a[(i, j)], 0.0]; 3]);
+            }
+        }
+        envelope.load(first.len(), &positions, &values);
+        envelope
+    }
+
+    const SIZES: [usize; 8] = [1, 15, 16, 17, 32, 45, 100, 161];
+
+    #[test]
+    fn solutions_match_a_dense_factor() {
+        // Condition below 1e2, single precision.
+        const TOL: f32 = 1e2 * f32::EPSILON;
+        for n in SIZES {
+            let (first, a) = matrix(n);
+            assert!(n < 15 || first.windows(2).any(|f| f[1] < f[0]), "some row reaches further left");
+            let mut stream = rng(29, "test/envelope/sides");
+            let sides = DMatrix::from_fn(n, BLOCK, |_, _| stream.random_range(-1.0..1.0));
+            let expected = a.clone().cholesky().expect("positive definite").solve(&sides);
+            for isa in Isa::all() {
+                let mut envelope = loaded(&first, &a);
+                assert_eq!(envelope.n_padded(), n.next_multiple_of(BLOCK));
+                envelope.factorize(isa).expect("positive definite");
+                let mut panel = Panel::zeros(envelope.n_padded());
+                for side in 0..BLOCK {
+                    for row in 0..n {
+                        *panel.at_mut(row, side) = sides[(row, side)] as f32;
+                    }
+                }
+                envelope.solve_panel(isa, &mut panel);
+                for side in 0..BLOCK {
+                    let mut x: Vec<f32> = sides.column(side).iter().map(|v| *v as f32).collect();
+                    x.resize(envelope.n_padded(), 0.0);
+                    envelope.solve(isa, &mut x);
+                    for row in 0..n {
+                        let exact = expected[(row, side)] as f32;
+                        assert!((x[row] - exact).abs() < TOL, "{isa:?} n {n}: {} {exact}", x[row]);
+                        let of_panel = *panel.at_mut(row, side);
+                        assert!((of_panel - exact).abs() < TOL, "{isa:?} n {n}: {of_panel} {exact}");
+                    }
+                    assert!(x[n..].iter().all(|v| *v == 0.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pivot_that_is_not_positive_is_named() {
+        for n in SIZES {
+            let (first, a) = matrix(n);
+            for bad in [0, n / 2, n - 1] {
+                // The leading minors before it stay positive, that with it does not.
+                let mut a = a.clone();
+                a[(bad, bad)] = -1.0;
+                for isa in Isa::all() {
+                    assert_eq!(loaded(&first, &a).factorize(isa), Err(bad), "{isa:?} n {n}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn factor_cost_counts_block_products() {
+        // Dense, three block rows: (1) + (1 + 2) + (1 + 2 + 3) products of 16³.
+        assert_eq!(Envelope::factor_cost(&[0; 48]), 10.0 * 4096.0);
+        // Block diagonal: one each.
+        let diagonal: Vec<usize> = (0..48).map(|i| i / 16 * 16).collect();
+        assert_eq!(Envelope::factor_cost(&diagonal), 3.0 * 4096.0);
+        let envelope = Envelope::new(&diagonal);
+        assert_eq!(envelope.n_stored(), 3 * 256);
+    }
+
+    #[test]
+    fn zero_side_stays_zero() {
+        let (first, a) = matrix(40);
+        let mut envelope = loaded(&first, &a);
+        envelope.factorize(Isa::detect()).expect("positive definite");
+        let mut x = vec![0.0; envelope.n_padded()];
+        envelope.solve(Isa::detect(), &mut x);
+        assert_eq!(DVector::from_vec(x).norm(), 0.0);
     }
 }

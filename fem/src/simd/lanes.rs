@@ -177,3 +177,89 @@ impl<S: Simd> Neg for Lanes<S> {
         Self { simd: self.simd, value: self.simd.neg_f64s(self.value) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pulp::WithSimd;
+
+    use super::*;
+    use crate::simd::Isa;
+
+    /// Checks every pass over one batch.
+    struct Passes;
+
+    impl WithSimd for Passes {
+        type Output = usize;
+
+        fn with_simd<S: Simd>(self, simd: S) -> usize {
+            // The fourth number is padding and must not come back.
+            let points: Vec<[f64; 4]> =
+                (0..20).map(|i| [0.0, 100.0, 200.0, 7.0].map(|c| c + f64::from(i))).collect();
+            let which = [3, 17, 0, 9, 9, 4, 19, 12];
+            let numbers = Pack([1.5, -2.0, 0.25, 8.0, 1e-3, 30.0, -7.0, 2.0]);
+            for pass in 0..Packs::<S>::PASSES {
+                let packs = Packs::new(simd, pass);
+                let gathered = packs.gather(&points, &which);
+                let loaded = packs.load(&numbers).to_array();
+                for (lane, element) in packs.range().enumerate() {
+                    assert_eq!(loaded[lane], numbers.0[element]);
+                    for c in 0..3 {
+                        assert_eq!(gathered[c].to_array()[lane], points[which[element] as usize][c]);
+                    }
+                }
+                let rows = packs.rows(&gathered);
+                let mut seen = Vec::new();
+                for slot in 0..S::F64_LANES {
+                    let [x, y, z, _] = points[which[packs.element(slot)] as usize];
+                    assert_eq!(rows.0[slot], [x, y, z, 0.0]);
+                    seen.push(packs.element(slot));
+                }
+                seen.sort_unstable();
+                assert!(seen.into_iter().eq(packs.range()), "every element once");
+            }
+            Packs::<S>::PASSES * S::F64_LANES
+        }
+    }
+
+    #[test]
+    fn gather_and_rows_are_inverse() {
+        for isa in Isa::all() {
+            assert_eq!(isa.run(Passes), LANES, "{isa:?}");
+        }
+    }
+
+    struct Operators;
+
+    impl WithSimd for Operators {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            let packs = Packs::new(simd, 0);
+            let (a, b) = (packs.load(&Pack([1.0, 2.0, 4.0, 8.0, 1.0, 2.0, 4.0, 9.0])), packs.splat(3.0));
+            let first = |lanes: Lanes<S>| lanes.to_array()[0];
+            assert_eq!(
+                [
+                    first(a + b),
+                    first(a - b),
+                    first(a * b),
+                    first(-b),
+                    first(b.recip()),
+                    first(b.mul_add(b, a))
+                ],
+                [4.0, -2.0, 3.0, -3.0, 1.0 / 3.0, 10.0]
+            );
+            assert_eq!(first(b.ln()), 3.0_f64.ln());
+            assert_eq!(
+                a.max(),
+                [1.0, 2.0, 4.0, 8.0, 1.0, 2.0, 4.0, 9.0][..S::F64_LANES].iter().copied().fold(0.0, f64::max)
+            );
+        }
+    }
+
+    #[test]
+    fn operators_are_those_of_numbers() {
+        for isa in Isa::all() {
+            isa.run(Operators);
+        }
+    }
+}

@@ -1,4 +1,5 @@
-//! Explicit SIMD, through `pulp`: the only module of the workspace that names it.
+//! Explicit SIMD, through `pulp`: the only module of the workspace that names it; the kernels
+//! of the elements see its traits through here.
 //!
 //! Every kernel is written once, generic over the instruction set, and dispatched at run time
 //! ([`Isa::detect`]). [`Isa::portable`] runs the same code one number at a time: it is what processors
@@ -6,10 +7,13 @@
 
 mod blocks;
 mod lanes;
+#[cfg(test)]
+mod tests;
 mod vectors;
 
 pub(crate) use blocks::{BLOCK, Envelope, Panel};
 pub(crate) use lanes::{LANES, Lanes, Pack, Packs};
+pub(crate) use pulp::{Simd, WithSimd};
 pub use vectors::{axpy, combine_into, dot};
 
 /// The instruction set kernels run on.
@@ -25,6 +29,15 @@ impl Isa {
     /// One number at a time, on any processor.
     pub fn portable() -> Self {
         Self(pulp::Arch::Scalar)
+    }
+
+    /// Every set this processor has, so that a test on AVX-512 covers AVX2 too.
+    #[cfg(test)]
+    pub(crate) fn all() -> Vec<Self> {
+        let mut all = vec![Self::portable(), Self::detect()];
+        #[cfg(target_arch = "x86_64")]
+        all.extend(pulp::x86::V3::try_new().map(|v3| Self(pulp::Arch::V3(v3))));
+        all
     }
 
     /// Runs `op` compiled for this instruction set.

@@ -105,7 +105,12 @@ impl BoxQp {
             }
             if !self.change_active_set(b, tolerance) {
                 for j in 0..n {
-                    x[j] = self.x[j] * self.scale[j];
+                    // To the last bit on its bound, which callers compare with.
+                    x[j] = match self.places[j] {
+                        Place::Between => self.x[j] * self.scale[j],
+                        Place::Lower => lo[j],
+                        Place::Upper => hi[j],
+                    };
                 }
                 return (QpStatus::Solved, QpSolver::ActiveSet);
             }

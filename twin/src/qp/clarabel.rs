@@ -23,7 +23,7 @@ pub struct RowQp {
     pub row_bounds: Vec<[f64; 2]>,
 }
 
-/// Bounds farther away than this, in units of the linear term, are tried without first: they would
+/// Bounds farther away than this, in units of the problem's size, are tried without first: they would
 /// spoil the solver's scaling and hardly ever bind.
 const FAR: f64 = 1e3;
 /// Accuracy of the first attempt, and of the second, clarabel's default.
@@ -32,7 +32,7 @@ const DEFAULT: f64 = 1e-8;
 
 /// Solves with clarabel; the point returned means nothing unless the status is `Solved`.
 pub fn solve_rows(qp: &RowQp) -> (Vec<f64>, QpStatus) {
-    let size = qp.linear.iter().fold(0.0f64, |max, g| max.max(g.abs())).max(f64::MIN_POSITIVE);
+    let size = size(qp);
     let near = |bound: f64| if bound.abs() > FAR * size { bound.signum() * f64::INFINITY } else { bound };
     let relaxed = RowQp {
         bounds: qp.bounds.iter().map(|bounds| bounds.map(near)).collect(),
@@ -44,6 +44,15 @@ pub fn solve_rows(qp: &RowQp) -> (Vec<f64>, QpStatus) {
         return (x, status);
     }
     solve_scaled(qp, size, DEFAULT)
+}
+
+/// Size that the solution can be expected to have: that of the linear term, or of the bounds where they
+/// keep the solution away from zero.
+fn size(qp: &RowQp) -> f64 {
+    let from_linear = qp.linear.iter().fold(0.0f64, |max, g| max.max(g.abs()));
+    let bounds = qp.bounds.iter().chain(&qp.row_bounds);
+    let size = bounds.fold(from_linear, |max, [lo, hi]| max.max(*lo).max(-hi));
+    if size > 0.0 { size } else { 1.0 }
 }
 
 /// True when `x` meets all bounds that the relaxed problem may have left out.

@@ -1,0 +1,95 @@
+mod bad_input;
+mod campaign;
+mod delassus;
+mod determinism;
+mod elastica;
+mod equilibrium;
+mod layout;
+mod qp;
+mod reach;
+mod scale;
+pub mod scenes;
+mod slack;
+mod state;
+mod work;
+
+use hysteron_fem::Mesh;
+use hysteron_twin::{StepReport, Stepper, Target, Twin, TwinState};
+use rand_chacha::ChaCha8Rng;
+
+/// A tolerance, or zero when `TOL_SCALE=0` asks to see the residuals.
+pub fn tolerance(value: f64) -> f64 {
+    let scale = std::env::var("TOL_SCALE").ok().and_then(|text| text.parse().ok()).unwrap_or(1.0);
+    scale * value
+}
+
+/// Fails unless `found` and `expected` agree within `tol`.
+#[track_caller]
+pub fn assert_close(what: &str, found: f64, expected: f64, tol: f64) {
+    let error = (found - expected).abs();
+    assert!(
+        error <= tolerance(tol),
+        "{what}: found {found:.12e}, expected {expected:.12e}: error {error:.2e} > {tol:.2e}"
+    );
+}
+
+/// Distance of two points [m].
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Stroke targets for all tendons.
+pub fn strokes(values: &[f64]) -> Vec<Target> {
+    values.iter().map(|stroke| Target::Stroke(*stroke)).collect()
+}
+
+/// Tension targets for all tendons.
+pub fn tensions(values: &[f64]) -> Vec<Target> {
+    values.iter().map(|tension| Target::Tension(*tension)).collect()
+}
+
+/// A robot, its solver and its present state.
+pub struct Robot {
+    pub twin: Twin,
+    pub stepper: Stepper,
+    pub state: TwinState,
+}
+
+impl Robot {
+    pub fn new((scene, mesh): &(hysteron_base::Scene, Mesh)) -> Self {
+        Self::of(Twin::new(scene, mesh).expect("a good scene"))
+    }
+
+    pub fn of(twin: Twin) -> Self {
+        let (stepper, state) = (Stepper::new(&twin), twin.rest());
+        Self { twin, stepper, state }
+    }
+
+    /// A step that must succeed and be as accurate as it says.
+    #[track_caller]
+    pub fn go(&mut self, targets: &[Target]) -> StepReport {
+        let report = self.stepper.step(&self.twin, targets, &mut self.state).expect("an equilibrium");
+        check_report(&self.twin, &report);
+        report
+    }
+
+    pub fn strokes(&self) -> Vec<f64> {
+        self.twin.strokes_of(&self.state)
+    }
+
+    pub fn tip(&self) -> [f64; 3] {
+        self.twin.tip_of(&self.state)
+    }
+}
+
+/// Every step that succeeds is as accurate as was asked.
+#[track_caller]
+pub fn check_report(twin: &Twin, report: &StepReport) {
+    assert!(report.relative_residual <= twin.accuracy.relative_residual, "{report:?}");
+    assert!(report.stroke_error <= twin.accuracy.stroke, "{report:?}");
+}
+
+/// Random numbers of one test.
+pub fn rng(name: &str) -> ChaCha8Rng {
+    hysteron_base::rng(20_260_101, name)
+}

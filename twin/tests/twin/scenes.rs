@@ -1,0 +1,71 @@
+//! Robots made in code, on small meshes. Unit and integration tests share this file and each use a part.
+#![allow(dead_code, clippy::unwrap_used)]
+
+use hysteron_base::{Bounds, Drive, Law, LengthUnit, Material, Region, Scene, Solver, Tendon, Tip};
+use hysteron_fem::{Layers, Mesh, Order, Tube};
+
+/// Length and radii of [`robot`] [m].
+pub const LENGTH: f64 = 0.04;
+pub const OUTER: f64 = 0.006;
+pub const TENDON_RADIUS: f64 = 0.0045;
+
+/// A soft tube of 40 mm with four tendons, about 240 nodes.
+pub fn robot() -> (Scene, Mesh) {
+    robot_with(Law::Corotational, Order::Linear, 12)
+}
+
+/// The same body with another law, order of elements or number of layers.
+pub fn robot_with(law: Law, order: Order, layers: u32) -> (Scene, Mesh) {
+    let mesh = tube(LENGTH, OUTER, 0.0025, layers, order);
+    let mut scene = scene("robot", law);
+    scene.tendons = (0..4).map(|k| tendon(k, LENGTH, TENDON_RADIUS, 10)).collect();
+    (scene, mesh)
+}
+
+/// A tube with eight sides.
+pub fn tube(length: f64, outer: f64, bore: f64, layers: u32, order: Order) -> Mesh {
+    let tube = Tube {
+        profile: vec![[0.0, outer], [length, outer]],
+        bore_radius: bore,
+        channels: Vec::new(),
+        outer_divisions: 8,
+        bore_divisions: 8,
+        channel_divisions: 6,
+        layers: Layers::Count(layers),
+        order,
+    };
+    tube.mesh().unwrap()
+}
+
+/// A clamped body of TPU without tendons.
+pub fn scene(name: &str, law: Law) -> Scene {
+    Scene {
+        name: name.into(),
+        seed: 1,
+        hash: "0".repeat(64),
+        mesh_path: "made-in-code.msh".into(),
+        mesh_unit: LengthUnit::Metre,
+        clamp: Region::Group("base".into()),
+        material: Material { law, youngs_modulus: 5e6, poisson_ratio: 0.4, density: 1200.0 },
+        gravity: [0.0; 3],
+        point_forces: Vec::new(),
+        tip: Tip::Group("tip".into()),
+        tendons: Vec::new(),
+        auxiliary: None,
+        solver: Solver { relative_residual: 1e-8, stroke_tolerance: 1e-10 },
+    }
+}
+
+/// Straight tendon `k` of four, at a quarter turn from each other.
+pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
+    let [x, y] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]][k];
+    let point = |i: usize| [radius * x, radius * y, length * i as f64 / segments as f64];
+    Tendon {
+        name: format!("tendon_{}", k + 1),
+        points: (0..=segments).map(point).collect(),
+        drive: Drive::Stroke,
+        tension: Bounds { min: 0.0, max: 100.0 },
+        stroke: Bounds { min: -0.01, max: 0.01 },
+        attach_within: 1e-4,
+    }
+}
