@@ -51,8 +51,13 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     }
     let (arc_lengths, shapes) = read(&path)?;
     let shapes: Vec<Shape> = shapes.into_iter().step_by(if quick { 25 } else { 1 }).collect();
-    let metrics = compare(&arc_lengths, &shapes, 6, if quick { 50 } else { 64 })?;
-    write_metrics(folder, "sorosim", metrics)
+    // The finer one shows what is left of the discretisation.
+    let resolutions: &[(u32, u32)] = if quick { &[(6, 50)] } else { &[(6, 64), (6, 100)] };
+    let metrics: Vec<_> = resolutions
+        .iter()
+        .map(|&(sides, layers)| compare(&arc_lengths, &shapes, sides, layers))
+        .collect::<Result<_>>()?;
+    write_metrics(folder, "sorosim", json!(metrics))
 }
 
 fn compare(
