@@ -53,11 +53,6 @@ impl Run {
     pub fn rate(&self) -> f64 {
         self.seconds.len() as f64 / self.seconds.iter().sum::<f64>()
     }
-
-    /// Duration that the share `p` of the steps stays below [s].
-    pub fn percentile(&self, p: f64) -> f64 {
-        percentile(&self.seconds, p)
-    }
 }
 
 /// Value that the share `p` of `values` stays below; NaN when there is none.
@@ -85,6 +80,15 @@ pub fn peak_memory_mb() -> Option<f64> {
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
     let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024e-6)
+}
+
+/// Processor time of this process so far, in ticks of 10 ms [s], where the system tells.
+pub fn processor_seconds() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name of the program, in brackets, may hold spaces.
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = |k: usize| fields.get(k)?.parse::<f64>().ok();
+    Some(0.01 * (ticks(11)? + ticks(12)?))
 }
 
 /// Processor, compiler and commit: what a figure depends on.

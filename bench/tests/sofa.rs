@@ -18,7 +18,8 @@ struct Judge(Vec<String>);
 impl Judge {
     fn check(&mut self, what: &str, residual: f64, tolerance: f64) {
         let scale: f64 = std::env::var("TOL_SCALE").map_or(1.0, |text| text.parse().unwrap());
-        if !(residual <= scale * tolerance) {
+        // NaN must not pass.
+        if residual > scale * tolerance || residual.is_nan() {
             self.0.push(format!("{what}: {residual:.3e}, tolerance {:.3e}", scale * tolerance));
         }
     }

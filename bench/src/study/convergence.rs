@@ -34,7 +34,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         ("SOFA's mesh, quadratic".to_owned(), Law::Corotational, reference.to_quadratic(), true),
     ];
     let (linear, quadratic): (&[u32], &[u32]) =
-        if quick { (&[12, 20], &[10]) } else { (&[16, 24, 36], &[12, 16, 24]) };
+        if quick { (&[12, 20], &[10]) } else { (&[16, 24, 32], &[8, 12, 16]) };
     for (divisions, order) in
         linear.iter().map(|d| (d, Order::Linear)).chain(quadratic.iter().map(|d| (d, Order::Quadratic)))
     {
@@ -58,6 +58,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let mut metrics = Vec::new();
     for (name, law, mesh, is_reference) in cases {
         let (row, values) = solve(&name, law, &mesh, is_reference)?;
+        println!("{}", row.join("  "));
         cells.push(row);
         metrics.push(values);
     }
