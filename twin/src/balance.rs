@@ -143,8 +143,8 @@ impl Balance {
             let slack = t[j] <= control.lowest[j] && missing <= 0.0;
             let slips = t[j] >= control.highest[j] && missing >= 0.0;
             let violated = if slack || slips { 0.0 } else { missing.abs() };
-            // NaN must not pass as zero.
-            if !(violated <= self.violation) {
+            // NaN must not pass as zero, and stays.
+            if violated > self.violation || violated.is_nan() {
                 self.violation = violated;
             }
         }
@@ -184,5 +184,66 @@ pub(crate) fn move_nodes(x: &mut [[f64; 4]], factor: f64, displacement: &[f64]) 
         for c in 0..3 {
             node[c] += factor * moved[c];
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+    use crate::scenes;
+
+    #[test]
+    fn residual_is_gradient_of_potential() {
+        let (mut scene, mesh) = scenes::robot();
+        scene.gravity = [1.0, 2.0, -3.0];
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        // Pulled, released, driven by tension and held: as far off, each cable has the tension of its side.
+        let targets =
+            [Target::Stroke(2e-3), Target::Stroke(-2e-3), Target::Tension(1.5), Target::Stroke(1e-3)];
+        let control = Control::new(&twin, &targets);
+        let (strongest, tensions) = (3.0, [3.0, 0.0, 1.5, 3.0]);
+        let mut rng = hysteron_base::rng(1, "potential");
+        let mut x = twin.body.rest.clone();
+        for node in &mut x[..twin.body.n_free] {
+            for c in 0..3 {
+                node[c] += rng.random_range(-1e-4..1e-4);
+            }
+        }
+        let direction: Vec<f64> = (0..twin.body.n_unknowns()).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let mut balance = Balance::new(&twin);
+        // Central differences: third derivatives are those over element sizes of 3 mm, (h / 3 mm)² = 1e-7;
+        // round-off of 0.1 J over 2 h is 1e-11 N.
+        let h = 1e-6;
+        let mut potential = |factor: f64| {
+            let mut x = x.clone();
+            move_nodes(&mut x, factor, &direction);
+            balance.evaluate(&twin, &control, &x, &tensions);
+            balance.potential(&twin, &control, &x, strongest).expect("a potential")
+        };
+        let difference = (potential(h) - potential(-h)) / (2.0 * h);
+        balance.evaluate(&twin, &control, &x, &tensions);
+        let analytic: f64 = balance.residual.iter().zip(&direction).map(|(r, d)| r * d).sum();
+        let error = (difference - analytic).abs();
+        assert!(error < 1e-5 * analytic.abs(), "{difference} and {analytic}");
+        assert!(error > 0.0 && analytic.abs() > 1.0, "a difference that tests nothing");
+    }
+
+    #[test]
+    fn slack_that_is_not_a_number_is_no_slack() {
+        let (scene, mesh) = scenes::robot();
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let control = Control::new(&twin, &[Target::Stroke(-1e-3); 4]);
+        let mut balance = Balance::new(&twin);
+        let mut x = twin.body.rest.clone();
+        balance.evaluate_strokes(&twin, &control, &x, &[0.0; 4]);
+        assert_eq!(balance.violation, 0.0);
+        // Only the first cable's points.
+        for node in x.iter_mut().filter(|node| node[0] > 4e-3) {
+            node[2] = f64::NAN;
+        }
+        balance.evaluate_strokes(&twin, &control, &x, &[0.0; 4]);
+        assert!(balance.violation.is_nan() && !balance.is_finite() && !balance.is_met(&twin));
     }
 }

@@ -169,6 +169,11 @@ impl EffectorQp {
         self.delassus[j * (self.tip_rows[0].len() + 1)]
     }
 
+    /// Tension that counts as none: it stretches its tendon by a millionth of the body's displacements.
+    fn negligible_tension(&self, j: usize) -> f64 {
+        1e-6 * self.length / self.compliance(j)
+    }
+
     fn stroke_change(&self, j: usize, increments: &[f64]) -> f64 {
         let n = increments.len();
         (0..n).map(|k| self.delassus[j * n + k] * increments[k]).sum()
@@ -205,7 +210,8 @@ impl EffectorQp {
             qp.hessian[i * n + i] += goal.regularisation;
             qp.linear[i] += goal.regularisation * state.tensions[i] / unit[i];
             let bounds = twin.tendons[i].tension;
-            let slack = state.tensions[i] <= bounds.min;
+            // On the verge of it counts as slack: else a held stroke would keep its tendon there.
+            let slack = state.tensions[i] - bounds.min <= self.negligible_tension(i);
             qp.bounds.push(match targets[i] {
                 Target::Tension(_) => [0.0; 2],
                 Target::Stroke(_) if slack => [0.0; 2],
@@ -243,8 +249,7 @@ impl EffectorQp {
             if targets[j] == Target::Free {
                 let bounds = twin.tendons[j].tension;
                 let tension = state.tensions[j] + part * shortened * increments[j];
-                let near = 1e-6 * self.length / self.compliance(j);
-                commands[j] = if tension - bounds.min <= near {
+                commands[j] = if tension - bounds.min <= self.negligible_tension(j) {
                     Target::Tension(bounds.min)
                 } else {
                     let stroke = strokes[j] + part * shortened * self.stroke_change(j, increments);

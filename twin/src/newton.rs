@@ -1,19 +1,23 @@
 //! The robust case of a step: exact tangent, line search, sub-steps.
 //!
-//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. A
-//! trial is accepted by the natural monotonicity test: the correction that the present factor would
-//! make at the trial point must be smaller than the present one. Where the body is about to snap or
-//! wrinkle the tangent is indefinite and corrections first grow; then the always definite tangent gives a
-//! direction along which the potential energy falls, and a trial that lowers it enough is accepted too.
-//! A slender body that turns is stretched by every Newton step, which the next one undoes: no test on the way
-//! allows it. Under forces only, full steps are therefore tried first, with positive definite tangents only.
+//! The tangent includes the geometric stiffness of body and cables, factorised in double precision. Full
+//! steps are tried first: a slender body that turns is stretched by every Newton step, which the next one
+//! undoes, but no test on the way allows. Beyond a limit point, where a tendon's tension falls while its
+//! stroke grows, the tangent itself is indefinite, but not on the displacements that keep the taut
+//! tendons' strokes: there the step uses a signed factor, and an equilibrium counts when tangent and
+//! Delassus operator have equally many negative eigenvalues. Then, from the start and on a smaller part of
+//! the step, a trial is accepted by the natural monotonicity test: the correction that the present factor
+//! and QP would make at the trial point must be smaller than the present one. Where the body is about to
+//! snap or wrinkle, corrections first grow; a definite tangent then gives a direction along which the
+//! potential energy falls, and a trial that lowers it enough is accepted too.
 //!
 //! # Reference
-//! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1.
+//! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1. Haynsworth (1968), Determination of the
+//! inertia of a partitioned Hermitian matrix, Linear Algebra Appl. 1 (the count of eigenvalues).
 
 use std::sync::Arc;
 
-use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, Control, move_nodes};
@@ -23,8 +27,9 @@ use crate::qp::{BoxQp, QpSolver, QpStatus};
 use crate::step::{StepReport, TwinState};
 
 const MAX_ITERATIONS: usize = 100;
-/// Full steps that are tried, and the residual over the applied forces from which they are given up.
+/// Full steps that are tried first.
 const MAX_FULL_STEPS: usize = 30;
+/// Residual over the applied forces from which full steps are given up.
 const DIVERGED: f64 = 1e8;
 /// Directions in which the turning of couples is taken into account.
 const COUPLE_DIRECTIONS: usize = 8;
@@ -45,6 +50,8 @@ pub(crate) struct Newton {
     exact: Stiffness,
     mixed: Stiffness,
     factor: StiffnessFactor,
+    /// Negative eigenvalues of the factorised tangent.
+    n_negative: usize,
     pub projection: Projection,
     qp: BoxQp,
     trial: TwinState,
@@ -64,7 +71,7 @@ pub(crate) struct Newton {
 pub(crate) enum Search {
     /// All the way, with exact tangents only.
     Full,
-    /// As far as the tests of descent allow.
+    /// As far as monotonicity or energy allow.
     Damped,
 }
 
@@ -86,6 +93,7 @@ impl Newton {
         };
         Self {
             factor: StiffnessFactor::new(&pattern, FactorKind::Supernodal, twin.body.isa),
+            n_negative: 0,
             exact: Stiffness::zeros(pattern.clone()),
             mixed: Stiffness::zeros(pattern.clone()),
             stiffness: Stiffness::zeros(pattern),
@@ -123,19 +131,11 @@ impl Newton {
                 return Outcome::Converged;
             }
             report.newton_iterations += 1;
-            let linearised = match search {
-                Search::Full if balance.relative > DIVERGED => break,
-                Search::Full => self.linearise_exactly(twin, state, balance),
-                Search::Damped => self.linearise(twin, state, balance),
-            };
-            if !balance.is_finite() || linearised.is_err() {
-                break;
-            }
-            if !twin.couples.is_empty() {
-                self.follow_couples(twin, control.load, state);
-            }
-            if !self.solve_tensions(twin, control, state, balance, report)
-                || !self.move_along(twin, control, state, balance, search)
+            if !balance.is_finite()
+                || balance.relative > DIVERGED
+                || self.linearise(twin, state, balance, search).is_err()
+                || !self.solve_tensions(twin, control, state, balance, report)
+                || !self.advance(twin, control, state, balance, search)
             {
                 break;
             }
@@ -144,15 +144,24 @@ impl Newton {
     }
 
     /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
-    /// projects it. Where the exact one is indefinite it is mixed with the always definite one, no more
-    /// than needed.
+    /// projects it. Where the exact one is indefinite, a damped search gets it mixed with the always
+    /// definite one, no more than needed.
     ///
     /// # Errors
-    /// Not even the definite one has a factor.
-    fn linearise(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> hysteron_fem::Result<()> {
+    /// No factor.
+    pub fn linearise(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        balance: &Balance,
+        search: Search,
+    ) -> hysteron_fem::Result<()> {
         self.assemble(twin, state, balance, Tangent::Exact);
         let mut result = self.factor.factorize(&self.stiffness);
-        if result.is_err() {
+        self.n_negative = 0;
+        if result.is_err() && search == Search::Full {
+            result = self.factor.factorize_signed(&self.stiffness).map(|negative| self.n_negative = negative);
+        } else if result.is_err() {
             std::mem::swap(&mut self.stiffness, &mut self.exact);
             self.assemble(twin, state, balance, Tangent::Warped);
             for share in DEFINITE_SHARES {
@@ -164,23 +173,9 @@ impl Newton {
             }
         }
         result?;
-        self.project(twin, balance);
-        Ok(())
-    }
-
-    /// Factorises and projects the exact tangent, and no other.
-    ///
-    /// # Errors
-    /// It has no factor.
-    pub fn linearise_exactly(
-        &mut self,
-        twin: &Twin,
-        state: &TwinState,
-        balance: &Balance,
-    ) -> hysteron_fem::Result<()> {
-        self.assemble(twin, state, balance, Tangent::Exact);
-        self.factor.factorize(&self.stiffness)?;
-        self.project(twin, balance);
+        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
+        self.drift.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.drift);
         Ok(())
     }
 
@@ -188,12 +183,6 @@ impl Newton {
         let pattern = self.stiffness.pattern.clone();
         twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
         twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
-    }
-
-    fn project(&mut self, twin: &Twin, balance: &Balance) {
-        self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
-        self.drift.copy_from_slice(&balance.residual);
-        self.factor.solve(&mut self.drift);
     }
 
     /// Makes the drift solve (K - C) z = r, where C is the derivative of the couples' forces, which no
@@ -262,10 +251,16 @@ impl Newton {
         balance: &Balance,
         report: &mut StepReport,
     ) -> bool {
+        if !twin.couples.is_empty() {
+            self.follow_couples(twin, control.load, state);
+        }
         for j in 0..state.tensions.len() {
             self.right[j] = balance.missing[j] + twin.cables.row_times(&balance.shape, j, &self.drift);
             self.lowest[j] = control.lowest[j] - state.tensions[j];
             self.highest[j] = control.highest[j] - state.tensions[j];
+        }
+        if self.n_negative > 0 {
+            return self.solve_taut();
         }
         self.qp.set_matrix(&self.projection.delassus);
         let (status, solver) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
@@ -273,8 +268,43 @@ impl Newton {
         status == QpStatus::Solved
     }
 
+    /// Tension increments with an indefinite W, for the tendons that stay within their bounds: starts
+    /// with all, and leaves each that would go beyond a bound on it. False where W is not that of a stable
+    /// equilibrium under the strokes of those tendons.
+    fn solve_taut(&mut self) -> bool {
+        let n = self.right.len();
+        let mut taut: Vec<usize> = (0..n).filter(|&j| self.lowest[j] < self.highest[j]).collect();
+        for j in 0..n {
+            self.increments[j] = self.lowest[j];
+        }
+        while !taut.is_empty() {
+            let w = |i: usize, j: usize| self.projection.delassus[i * n + j];
+            let matrix = DMatrix::from_fn(taut.len(), taut.len(), |k, l| w(taut[k], taut[l]));
+            let right = DVector::from_fn(taut.len(), |k, _| {
+                let i = taut[k];
+                let held = (0..n).filter(|j| !taut.contains(j)).map(|j| w(i, j) * self.increments[j]);
+                self.right[i] - held.sum::<f64>()
+            });
+            let Some(solution) = matrix.clone().lu().solve(&right) else { return false };
+            for (k, &j) in taut.iter().enumerate() {
+                self.increments[j] = solution[k].clamp(self.lowest[j], self.highest[j]);
+            }
+            let beyond = |k: usize| (solution[k] - self.increments[taut[k]]).abs();
+            let worst = (0..taut.len()).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
+            match worst.filter(|&k| beyond(k) > 0.0) {
+                Some(k) => taut.remove(k),
+                None => {
+                    let negative =
+                        matrix.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
+                    return negative == self.n_negative;
+                }
+            };
+        }
+        false
+    }
+
     /// Moves along the Newton step as far as `search` allows.
-    fn move_along(
+    fn advance(
         &mut self,
         twin: &Twin,
         control: &Control,
@@ -290,23 +320,24 @@ impl Newton {
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.merit(balance, &self.drift);
+        let present = self.size(twin, balance, &self.drift, &self.increments);
         let best_seen = balance.relative;
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
+        let increments = self.increments.clone();
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
             for j in 0..state.tensions.len() {
                 let bounds = (control.lowest[j], control.highest[j]);
                 // A full step lands exactly on its bound.
-                self.trial.tensions[j] = if part == 1.0 && self.increments[j] == self.lowest[j] {
+                self.trial.tensions[j] = if part == 1.0 && increments[j] == bounds.0 - state.tensions[j] {
                     bounds.0
-                } else if part == 1.0 && self.increments[j] == self.highest[j] {
+                } else if part == 1.0 && increments[j] == bounds.1 - state.tensions[j] {
                     bounds.1
                 } else {
-                    (state.tensions[j] + part * self.increments[j]).clamp(bounds.0, bounds.1)
+                    (state.tensions[j] + part * increments[j]).clamp(bounds.0, bounds.1)
                 };
             }
             balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
@@ -314,21 +345,18 @@ impl Newton {
                 std::mem::swap(state, &mut self.trial);
                 return true;
             }
-            if balance.is_finite() {
-                self.correction.copy_from_slice(&balance.residual);
-                self.factor.solve(&mut self.correction);
-                let correction = std::mem::take(&mut self.correction);
-                let trial = self.merit(balance, &correction);
-                self.correction = correction;
-                // The relative residual decides once the merit is lost in round-off.
-                let falls = || {
-                    let trial = balance.potential(twin, control, &self.trial.positions, strongest);
-                    trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
-                };
-                if trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen || falls() {
-                    std::mem::swap(state, &mut self.trial);
-                    return true;
-                }
+            let is_closer = balance.is_finite() && {
+                let trial = self.size_of_correction(twin, control, balance);
+                // The relative residual decides once the corrections are lost in round-off.
+                trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen
+            };
+            let falls = || {
+                let trial = balance.potential(twin, control, &self.trial.positions, strongest);
+                trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
+            };
+            if is_closer || balance.is_met(twin) || falls() {
+                std::mem::swap(state, &mut self.trial);
+                return true;
             }
             part *= 0.5;
         }
@@ -365,14 +393,35 @@ impl Newton {
         (cables - work).max(0.0)
     }
 
-    /// Energy of the corrections still to be made: rᵀ K⁻¹ r plus that of the missing strokes [J].
-    fn merit(&self, balance: &Balance, solved: &[f64]) -> f64 {
-        let n = self.right.len();
-        let forces: f64 = balance.residual.iter().zip(solved).map(|(r, z)| r * z).sum();
-        let strokes: f64 = (0..n)
-            .filter(|&j| self.increments[j] != self.lowest[j] && self.increments[j] != self.highest[j])
-            .map(|j| balance.missing[j].powi(2) / self.projection.delassus[j * (n + 1)])
-            .sum();
-        (forces + strokes).sqrt()
+    /// Size of the correction that the present factor would make at the trial point, the QP included;
+    /// infinite without one.
+    fn size_of_correction(&mut self, twin: &Twin, control: &Control, balance: &Balance) -> f64 {
+        self.correction.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.correction);
+        for j in 0..self.right.len() {
+            let column = &self.projection.columns[j];
+            self.right[j] = balance.missing[j] + dot(twin.body.isa, &balance.residual, column);
+            self.lowest[j] = control.lowest[j] - self.trial.tensions[j];
+            self.highest[j] = control.highest[j] - self.trial.tensions[j];
+        }
+        let (status, _) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
+        if status != QpStatus::Solved {
+            return f64::INFINITY;
+        }
+        self.size(twin, balance, &self.correction, &self.increments)
+    }
+
+    /// Energy norm of the correction d = Y dT - z with z = K⁻¹ r: dᵀ K d = rᵀ z - 2 dTᵀ Yᵀ r + dTᵀ W dT
+    /// [J], its root.
+    fn size(&self, twin: &Twin, balance: &Balance, solved: &[f64], increments: &[f64]) -> f64 {
+        let (isa, n) = (twin.body.isa, increments.len());
+        let mut energy = dot(isa, &balance.residual, solved);
+        for (i, (increment, column)) in increments.iter().zip(&self.projection.columns).enumerate() {
+            let row = &self.projection.delassus[i * n..(i + 1) * n];
+            let along: f64 = row.iter().zip(increments).map(|(w, dt)| w * dt).sum();
+            energy += increment * (along - 2.0 * dot(isa, &balance.residual, column));
+        }
+        // Round-off may leave a little less than nothing.
+        energy.max(0.0).sqrt()
     }
 }

@@ -106,7 +106,7 @@ fn solve_positive_definite(a: &mut [[f64; CAPACITY]; CAPACITY], x: &mut [f64; CA
         for j in 0..=i {
             let known: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
             let rest = a[i][j] - known;
-            if i == j && !(rest > 0.0) {
+            if i == j && (rest <= 0.0 || rest.is_nan()) {
                 return false;
             }
             a[i][j] = if i == j { rest.sqrt() } else { rest / a[j][j] };

@@ -13,8 +13,7 @@ use crate::{Error, Result};
 /// Smallest part of a step that is tried before giving up.
 const SMALLEST_PART: f64 = 1.0 / 4096.0;
 
-/// Largest part of the loads that is tried with damping: on a larger one, full steps on a smaller one are
-/// cheaper.
+/// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
 const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 
 /// What a step cost and how well it converged.
@@ -101,13 +100,13 @@ impl Stepper {
     /// double precision [m/N]: row-major, one row and column per tendon.
     ///
     /// # Errors
-    /// The tangent at `state` has no factor.
+    /// The tangent at `state` is singular.
     pub fn delassus(&mut self, twin: &Twin, state: &TwinState) -> Result<Vec<f64>> {
         self.control.load = state.load;
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
         self.control.load = 1.0;
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        newton.linearise_exactly(twin, state, &self.balance)?;
+        newton.linearise(twin, state, &self.balance, Search::Full)?;
         Ok(newton.projection.delassus.clone())
     }
 
@@ -128,7 +127,6 @@ impl Stepper {
         };
         let (mut reached, mut part) = (0.0, 1.0f64);
         let mut control = self.control.clone();
-        let by_forces = from.load < 1.0 && (0..state.tensions.len()).all(|j| control.is_tension(j));
         while reached < 1.0 {
             let next = (reached + part).min(1.0);
             let mix = |a: f64, b: f64| a + next * (b - a);
@@ -145,11 +143,8 @@ impl Stepper {
             control.load = mix(from.load, self.control.load);
             self.saved.clone_from(state);
             report.sub_steps += 1;
-            let mut outcome = Outcome::Stuck(f64::INFINITY);
-            if by_forces {
-                outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
-            }
-            if outcome != Outcome::Converged && (!by_forces || part <= LARGEST_DAMPED_PART) {
+            let mut outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
+            if outcome != Outcome::Converged && part <= LARGEST_DAMPED_PART {
                 state.clone_from(&self.saved);
                 outcome = newton.run(twin, &control, state, &mut self.balance, Search::Damped, report);
             }

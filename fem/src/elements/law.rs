@@ -22,8 +22,8 @@ pub enum Tangent {
     /// indefinite in compression.
     Exact,
     /// The rest stiffness turned at each quadrature point, R Ke Rᵀ: always positive definite. Equal to
-    /// `Exact` for laws without a rotating frame, and used in its place for edge frames, whose exact
-    /// derivative is not symmetric.
+    /// `Exact` at small strain, and used in its place for edge frames, whose exact derivative is not
+    /// symmetric.
     Warped,
 }
 
@@ -261,7 +261,10 @@ impl PointLaw for NeoHookean {
 
     /// dP = μ dF + (μ - λ ln J) F⁻ᵀ dFᵀ F⁻ᵀ + λ tr(F⁻¹ dF) F⁻ᵀ.
     #[inline(always)]
-    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, _kind: Tangent) -> PointTangent<S> {
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S> {
+        if kind == Tangent::Warped {
+            return warped(lame, polar_rotation(at.f));
+        }
         let (j, inverse) = Self::inverse_transpose(at.f);
         PointTangent {
             alpha: lame.mu,

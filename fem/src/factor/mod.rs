@@ -82,6 +82,18 @@ impl StiffnessFactor {
         }
     }
 
+    /// Replaces the numbers by those of a matrix that need not be positive definite, K = L D Lᵀ without
+    /// pivoting, and returns how many of its eigenvalues are negative.
+    ///
+    /// # Errors
+    /// [`crate::Error::NotPositiveDefinite`] at a zero pivot; from the envelope at one that is not positive.
+    pub fn factorize_signed(&mut self, stiffness: &Stiffness) -> Result<usize> {
+        match &mut self.0 {
+            Kind::Envelope(factor) => factor.factorize(stiffness).map(|()| 0),
+            Kind::Supernodal(factor) => factor.factorize_signed(stiffness),
+        }
+    }
+
     /// Replaces the force `x` \[N\] by the displacement K⁻¹ x \[m\] of the free unknowns.
     pub fn solve(&mut self, x: &mut [f64]) {
         match &mut self.0 {

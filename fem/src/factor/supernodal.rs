@@ -1,10 +1,13 @@
 //! faer's sparse Cholesky as a stiffness factor. The only module that names faer.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::prelude::*;
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Mat, Par, Side};
@@ -22,7 +25,17 @@ pub(super) struct SupernodalFactor {
     values: Vec<f64>,
     symbolic: std::sync::Arc<SymbolicCholesky<usize>>,
     factor: Vec<f64>,
+    /// What `factor` holds.
+    form: Form,
     scratch: MemBuffer,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    /// L of L Lᵀ.
+    Positive,
+    /// L and D of L D Lᵀ.
+    Signed,
 }
 
 impl std::fmt::Debug for SupernodalFactor {
@@ -40,6 +53,7 @@ impl Clone for SupernodalFactor {
             values: self.values.clone(),
             symbolic: self.symbolic.clone(),
             factor: self.factor.clone(),
+            form: self.form,
             scratch: scratch(&self.symbolic, 1),
         }
     }
@@ -73,7 +87,7 @@ impl SupernodalFactor {
         let factor = vec![0.0; symbolic.len_val()];
         let scratch = scratch(&symbolic, 1);
         let values = vec![0.0; sources.len()];
-        Self { n, pattern, sources, values, symbolic: symbolic.into(), factor, scratch }
+        Self { n, pattern, sources, values, symbolic: symbolic.into(), factor, form: Form::Positive, scratch }
     }
 
     pub fn n_stored(&self) -> usize {
@@ -81,10 +95,8 @@ impl SupernodalFactor {
     }
 
     pub fn factorize(&mut self, stiffness: &Stiffness) -> Result<()> {
-        let blocks = stiffness.blocks.as_flattened().as_flattened();
-        for (value, source) in self.values.iter_mut().zip(&self.sources) {
-            *value = blocks[*source as usize];
-        }
+        self.gather(stiffness);
+        self.form = Form::Positive;
         let result = self.symbolic.factorize_numeric_llt(
             &mut self.factor,
             SparseColMatRef::new(self.pattern.rb(), &self.values),
@@ -102,25 +114,85 @@ impl SupernodalFactor {
         }
     }
 
-    pub fn solve(&mut self, x: &mut [f64]) {
-        let n = self.n;
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            faer::MatMut::from_column_major_slice_mut(x, n, 1),
+    fn gather(&mut self, stiffness: &Stiffness) {
+        let blocks = stiffness.blocks.as_flattened().as_flattened();
+        for (value, source) in self.values.iter_mut().zip(&self.sources) {
+            *value = blocks[*source as usize];
+        }
+    }
+
+    /// L D Lᵀ without pivoting; returns the number of negative pivots.
+    pub fn factorize_signed(&mut self, stiffness: &Stiffness) -> Result<usize> {
+        self.gather(stiffness);
+        self.form = Form::Signed;
+        let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+        let result = self.symbolic.factorize_numeric_ldlt(
+            &mut self.factor,
+            SparseColMatRef::new(self.pattern.rb(), &self.values),
+            Side::Upper,
+            LdltRegularization::default(),
             Par::Seq,
-            MemStack::new(&mut self.scratch),
+            MemStack::new(&mut MemBuffer::new(request)),
+            Default::default(),
         );
+        match result {
+            Ok(_) => Ok(self.n_negative_pivots()),
+            Err(LdltError::ZeroPivot { index }) => {
+                Err(Error::NotPositiveDefinite { unknown: index, n_unknowns: self.n, hint: HINT })
+            }
+        }
+    }
+
+    /// Negative entries of D, which stands on the diagonal of the unit lower triangle.
+    fn n_negative_pivots(&self) -> usize {
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(symbolic) => {
+                let starts = symbolic.col_ptr();
+                (0..self.n).filter(|&j| self.factor[starts[j]] < 0.0).count()
+            }
+            SymbolicCholeskyRaw::Supernodal(symbolic) => {
+                let factor = SupernodalLdltRef::new(symbolic, &self.factor);
+                let negative = |s: usize| {
+                    let block = factor.supernode(s).val();
+                    (0..block.ncols()).filter(|&k| block[(k, k)] < 0.0).count()
+                };
+                (0..symbolic.n_supernodes()).map(negative).sum()
+            }
+        }
+    }
+
+    fn solve_in_place(&self, sides: faer::MatMut<'_, f64>, stack: &mut MemStack) {
+        match self.form {
+            Form::Positive => {
+                LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+                    Conj::No,
+                    sides,
+                    Par::Seq,
+                    stack,
+                );
+            }
+            Form::Signed => {
+                LdltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+                    Conj::No,
+                    sides,
+                    Par::Seq,
+                    stack,
+                );
+            }
+        }
+    }
+
+    pub fn solve(&mut self, x: &mut [f64]) {
+        let mut scratch = std::mem::replace(&mut self.scratch, MemBuffer::new(StackReq::EMPTY));
+        let sides = faer::MatMut::from_column_major_slice_mut(x, self.n, 1);
+        self.solve_in_place(sides, MemStack::new(&mut scratch));
+        self.scratch = scratch;
     }
 
     pub fn solve_many(&mut self, columns: &mut [Vec<f64>]) {
         let mut sides = Mat::from_fn(self.n, columns.len(), |i, j| columns[j][i]);
         let request = self.symbolic.solve_in_place_scratch::<f64>(columns.len(), Par::Seq);
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            sides.as_mut(),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(request)),
-        );
+        self.solve_in_place(sides.as_mut(), MemStack::new(&mut MemBuffer::new(request)));
         for (j, column) in columns.iter_mut().enumerate() {
             for (i, value) in column.iter_mut().enumerate() {
                 *value = sides[(i, j)];

@@ -146,6 +146,23 @@ fn any_mixture_of_drives_ends_in_equilibrium_or_error() {
 }
 
 #[test]
+fn robot_with_auxiliary_cables_survives() {
+    let mut rng = rng("auxiliary");
+    let mut robot = Robot::of(super::layout::paper_robot());
+    let mut shares = Shares::default();
+    let mut command = vec![0.0f64; 40];
+    for _ in 0..60 {
+        for (j, stroke) in command.iter_mut().enumerate() {
+            let (jump, range) = if j < 4 { (5e-4, 3e-3) } else { (2e-5, 1e-4) };
+            *stroke = (*stroke + rng.random_range(-jump..jump)).clamp(-range, range);
+        }
+        try_step(&mut robot, &super::strokes(&command), &mut shares);
+    }
+    shares.print("40 cables");
+    assert_eq!(shares.no_equilibrium, 0);
+}
+
+#[test]
 fn release_returns_to_rest() {
     let mut rng = rng("release");
     let mut robot = Robot::new(&scenes::robot());

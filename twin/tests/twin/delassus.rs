@@ -70,7 +70,7 @@ fn delassus_is_symmetric_and_semidefinite() {
         let eigenvalues = w.symmetric_eigenvalues();
         assert!(eigenvalues.min() > 0.0, "{eigenvalues}");
         // Pulling two opposite tendons only shortens the body, which is far stiffer than bending it.
-        assert!(eigenvalues.max() > 10.0 * eigenvalues.min(), "{eigenvalues}");
+        assert!(eigenvalues.max() > 5.0 * eigenvalues.min(), "{eigenvalues}");
     }
 }
 

@@ -24,7 +24,7 @@ fn layout() -> AuxiliaryLayout {
 }
 
 /// The robot of the paper: 80 mm long, 12 mm thick, with four tendons and the auxiliary ones.
-fn paper_robot() -> Twin {
+pub fn paper_robot() -> Twin {
     let mut scene = scenes::scene("paper 003", Law::Corotational);
     scene.tendons = (0..4).map(|k| scenes::tendon(k, 0.08, 4.5e-3, 10)).collect();
     scene.auxiliary = Some(layout());

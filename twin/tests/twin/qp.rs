@@ -214,14 +214,16 @@ fn singular_problems_are_solved() {
         assert!(problem.violation(&x) < tolerance(CERTIFICATE), "{} {problem:?}", problem.violation(&x));
     }
     println!("{PROBLEMS} singular problems: {n_clarabel} by clarabel, violation {worst:.1e}");
+    assert!(n_clarabel < PROBLEMS / 100, "{n_clarabel}");
 }
 
 #[test]
 fn clarabel_agrees() {
     let mut rng = rng("clarabel");
     let mut worst = 0.0f64;
-    for _ in 0..500 {
-        let n = rng.random_range(1..=8);
+    for k in 0..500 {
+        // Every fiftieth as large as the robot of paper 003 with its auxiliary cables.
+        let n = if k % 50 == 0 { 40 } else { rng.random_range(1..=8) };
         let problem = Problem::random(&mut rng, n, n + 2);
         let (x, ..) = problem.solve_cold();
         let (oracle, status) = problem.clarabel();
