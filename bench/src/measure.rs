@@ -106,7 +106,8 @@ pub fn machine() -> serde_json::Value {
     serde_json::json!({
         "cpu": model,
         "threads": std::thread::available_parallelism().map_or(1, usize::from),
-        "isa": format!("{:?}", hysteron_fem::Isa::detect()),
+        // `Isa(V4(V4 { … }))`: the name of the set.
+        "isa": format!("{:?}", hysteron_fem::Isa::detect()).split('(').nth(1),
         "compiler": command("rustc", &["--version"]),
         "commit": command("git", &["rev-parse", "--short", "HEAD"]),
     })
