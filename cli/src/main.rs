@@ -1,2 +1,35 @@
-//! The program `hysteron`.
-fn main() {}
+//! The program `hysteron`: arguments, progress and reports; no science.
+//!
+//! One module per verb. Each reads its files, calls the libraries and writes whole files; what fails comes back
+//! here as one error, which decides the exit code: 2 for input that a person can mend, 1 for everything else.
+
+mod arguments;
+mod check;
+mod failure;
+mod figures;
+mod interrupt;
+mod mesh;
+mod simulate;
+mod terminal;
+
+use std::process::ExitCode;
+
+use arguments::{Program, Verb};
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let program = Program::parse();
+    terminal::start_log(program.verbosity());
+    let done = program.use_threads().and_then(|()| match &program.verb {
+        Verb::Simulate(arguments) => simulate::run(arguments),
+        Verb::Mesh(arguments) => mesh::run(arguments),
+        Verb::Check(arguments) => check::run(arguments),
+    });
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            terminal::complain(&error);
+            ExitCode::from(failure::exit_code(&error))
+        }
+    }
+}

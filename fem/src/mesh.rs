@@ -40,6 +40,11 @@ impl Cells {
         }
     }
 
+    /// Corners of the faces of one tetrahedron only, seen from outside counter-clockwise: the surface.
+    pub fn surface(&self) -> Vec<[u32; 3]> {
+        faces::boundary_faces(self).iter().map(|face| face.corners).collect()
+    }
+
     /// The four corners of tetrahedron `e`.
     pub fn corners(&self, e: usize) -> [u32; 4] {
         let n = self.nodes(e);

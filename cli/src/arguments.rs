@@ -1,0 +1,59 @@
+//! The command line: verbs, options for all of them, and the help that goes with them.
+
+use clap::{ArgAction, Parser, Subcommand};
+
+const HELP: &str = "\
+Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
+  hysteron check meshes/tpu80/scene.toml
+  hysteron simulate meshes/tpu80/scene.toml \\
+      --strokes meshes/tpu80/strokes-circle.csv \\
+      --out out/tpu80/tip.parquet --figures out/tpu80
+  hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 \\
+      --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
+      --layers 17 --out out/tube.msh
+
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
+
+/// Digital twin and controller for tendon-driven continuum robots
+///
+/// A robot is a folder with a mesh (.msh) and a scene (scene.toml): material, clamp, tendons, tip. `hysteron help
+/// VERB` says what each verb needs and writes. Results go to stdout, everything else to stderr.
+#[derive(Debug, Parser)]
+#[command(name = "hysteron", version, after_help = HELP)]
+pub struct Program {
+    #[command(subcommand)]
+    pub verb: Verb,
+    /// Log more; twice for everything
+    #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
+    verbose: u8,
+    /// Log only warnings; twice for errors alone
+    #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
+    quiet: u8,
+    /// Threads to use [default: all cores]; results do not depend on it
+    #[arg(long, global = true, help_heading = "Options of all verbs", value_name = "N")]
+    threads: Option<std::num::NonZeroUsize>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    Simulate(crate::simulate::Arguments),
+    Mesh(crate::mesh::Arguments),
+    Check(crate::check::Arguments),
+}
+
+impl Program {
+    /// 1 unless asked for more or less.
+    pub fn verbosity(&self) -> i8 {
+        let of = |count: u8| i8::try_from(count).unwrap_or(i8::MAX);
+        1i8.saturating_add(of(self.verbose)).saturating_sub(of(self.quiet))
+    }
+
+    /// Limits the threads of everything that follows.
+    pub fn use_threads(&self) -> anyhow::Result<()> {
+        if let Some(threads) = self.threads {
+            rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,101 @@
+//! `hysteron check`: is a scene fit to be simulated, and what will it cost?
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use hysteron_base::{Drive, Scene};
+use hysteron_fem::{Embedding, FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
+use hysteron_twin::Twin;
+
+use crate::mesh::print_quality;
+use crate::terminal::say;
+
+const HELP: &str = "\
+Needs a scene and its mesh; writes nothing.
+
+Example, from the root of the repository:
+  hysteron check meshes/tpu80/scene.toml
+
+Exit codes: 0 the scene is fit, 1 failed, 2 it is not, and the message says where.";
+
+/// Check a scene and its mesh
+///
+/// Prints the quality of the mesh, every tendon with its length and how far its points lie outside the body, and
+/// the size of the equations.
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Scene file of the robot (scene.toml)
+    scene: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let scene = Scene::read(&arguments.scene)?;
+    let mesh = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let quality = check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
+    let twin = Twin::new(&scene, &mesh)?;
+
+    say(format_args!("{}: {}", scene.name, scene.mesh_path.display()));
+    print_quality(&mesh, &quality);
+    let mass = scene.material.density * quality.volume.sum;
+    let tip = twin.tip_of(&twin.rest()).map(|c| (1e6 * c).round() / 1e3 + 0.0);
+    say("");
+    say(format_args!("mass {:.2} g, tip at ({:.3}, {:.3}, {:.3}) mm", 1e3 * mass, tip[0], tip[1], tip[2]));
+    say("");
+    print_tendons(&twin);
+    say("");
+    print_equations(&twin)
+}
+
+fn print_tendons(twin: &Twin) {
+    say("tendon             driven by   points   length [mm]   outside the body [mm]   tension [N]");
+    for j in 0..twin.n_primary {
+        print_row(twin, &twin.tendons[j].name, j, j + 1);
+    }
+    if twin.tendons.len() > twin.n_primary {
+        let (first, last) = (&twin.tendons[twin.n_primary], &twin.tendons[twin.tendons.len() - 1]);
+        let name = format!("{} to {}", first.name, last.name.trim_start_matches("aux_"));
+        print_row(twin, &name, twin.n_primary, twin.tendons.len());
+    }
+}
+
+/// A row for the tendons from `first` up to, not including, `end`, which differ only in where they run.
+fn print_row(twin: &Twin, name: &str, first: usize, end: usize) {
+    let tendon = &twin.tendons[first];
+    let points: Vec<[f64; 3]> = (first..end).flat_map(|j| twin.cables.polyline(j, &twin.body.rest)).collect();
+    let distance = |point: &[f64; 3]| Embedding::new(&twin.body, *point).distance;
+    let drive = match tendon.drive {
+        Drive::Stroke => "stroke",
+        Drive::Tension => "tension",
+        Drive::Free => "nothing",
+    };
+    say(format_args!(
+        "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {} to {}",
+        points.len() / (end - first),
+        1e3 * twin.cables.rest_lengths[first],
+        1e3 * points.iter().map(distance).fold(0.0, f64::max),
+        tendon.tension.min,
+        tendon.tension.max,
+    ));
+}
+
+fn print_equations(twin: &Twin) -> anyhow::Result<()> {
+    let pattern = Arc::new(twin.body.stiffness_pattern(&[]));
+    let kind = FactorKind::fastest(&pattern);
+    let mut factor = StiffnessFactor::new(&pattern, kind, twin.body.isa);
+    let mut stiffness = Stiffness::zeros(pattern);
+    twin.body.stiffness_into(&twin.body.rest, Tangent::Warped, &mut stiffness);
+    factor.factorize(&stiffness)?;
+    let (name, bytes) = match kind {
+        FactorKind::Envelope => ("block envelope, single precision", 4),
+        FactorKind::Supernodal => ("supernodal Cholesky, double precision", 8),
+    };
+    say(format_args!(
+        "{} unknowns, {} tensions; factor: {name}, {:.1} MB",
+        twin.body.n_unknowns(),
+        twin.tendons.len(),
+        (factor.n_stored() * bytes) as f64 / 1e6,
+    ));
+    Ok(())
+}

@@ -1,0 +1,48 @@
+//! From an error to an exit code.
+
+use hysteron_base::BadInput;
+
+/// 2 where the input is to blame, 1 otherwise.
+pub fn exit_code(error: &anyhow::Error) -> u8 {
+    if error.chain().any(is_bad_input) { 2 } else { 1 }
+}
+
+fn is_bad_input(cause: &(dyn std::error::Error + 'static)) -> bool {
+    if let Some(error) = cause.downcast_ref::<hysteron_twin::Error>() {
+        return error.bad_input().is_some();
+    }
+    if let Some(error) = cause.downcast_ref::<hysteron_fem::Error>() {
+        return error.bad_input().is_some();
+    }
+    cause.is::<BadInput>()
+        || matches!(cause.downcast_ref::<hysteron_base::Error>(), Some(hysteron_base::Error::BadInput(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context;
+
+    #[test]
+    fn bad_input_is_found_through_every_wrapping() {
+        let bad = || BadInput::new("place", "this", "that");
+        let wrapped = [
+            anyhow::Error::new(bad()),
+            anyhow::Error::new(hysteron_base::Error::from(bad())),
+            anyhow::Error::new(hysteron_fem::Error::from(bad())),
+            anyhow::Error::new(hysteron_twin::Error::from(hysteron_fem::Error::from(bad()))),
+            Err::<(), _>(bad()).context("while reading").expect_err("an error"),
+        ];
+        for error in wrapped {
+            assert_eq!(exit_code(&error), 2, "{error:#}");
+        }
+    }
+
+    #[test]
+    fn other_errors_are_failures() {
+        let error =
+            hysteron_twin::Error::NoEquilibrium { reached: 0.5, relative_residual: 1.0, hint: String::new() };
+        assert_eq!(exit_code(&error.into()), 1);
+        assert_eq!(exit_code(&anyhow::anyhow!("disk full")), 1);
+    }
+}

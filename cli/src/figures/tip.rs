@@ -1,0 +1,102 @@
+//! The path of the tip from three sides, the two axes of each to one scale.
+
+use anyhow::{Context, Result};
+use plotters::prelude::*;
+
+use super::Figure;
+use super::sheet::{BELOW, LEFT, Sheet, padded, ramp};
+use super::simplify::simplified;
+use crate::simulate::Run;
+
+/// Pieces of the path that have a colour of their own.
+const PIECES: usize = 80;
+
+/// The path of the tip, coloured by time.
+pub struct TipPath {
+    /// Coordinates x, y, z (n_samples each) [mm].
+    tip: [Vec<f64>; 3],
+    /// First and last time [s].
+    time: [f64; 2],
+}
+
+impl TipPath {
+    /// The path of a run.
+    pub fn new(run: &Run) -> Result<Self> {
+        let tip = run.recording.tip().context("the recording has no tip")?;
+        let time = run.recording.time();
+        Ok(Self { tip: tip.map(super::millimetres), time: [time[0], time[time.len() - 1]] })
+    }
+
+    /// One view of two axes, its path in the middle.
+    fn view<DB: DrawingBackend>(&self, sheet: &Sheet<DB>, axes: [usize; 2], mm_per_px: f64) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let (width, height) = sheet.size();
+        let range = |axis: usize, px: f64| {
+            let own = padded(self.tip[axis].iter().copied());
+            let (middle, half) = (0.5 * (own.start + own.end), 0.5 * px * mm_per_px);
+            middle - half..middle + half
+        };
+        let names = axes.map(|axis| format!("{} [mm]", ["x", "y", "z"][axis]));
+        let (x, y) = (range(axes[0], width - LEFT), range(axes[1], height - BELOW));
+        let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
+        let points: Vec<(f64, f64)> =
+            self.tip[axes[0]].iter().copied().zip(self.tip[axes[1]].iter().copied()).collect();
+        let piece = points.len().div_ceil(PIECES).max(1);
+        for start in (0..points.len()).step_by(piece) {
+            let end = (start + piece + 1).min(points.len());
+            let color = ramp((start + end) as f64 / 2.0 / points.len() as f64);
+            let line = simplified(&points[start..end], 0.15 * mm_per_px);
+            chart.draw_series(LineSeries::new(line, sheet.line(color, 1.3)))?;
+        }
+        let mark = sheet.px(4.0);
+        chart.draw_series([Circle::new(points[0], mark, sheet.line(ramp(0.0), 2.0))])?;
+        let last = points[points.len() - 1];
+        chart.draw_series([TriangleMarker::new(last, mark + sheet.px(1.5), ramp(1.0).filled())])?;
+        Ok(())
+    }
+}
+
+impl Figure for TipPath {
+    fn name(&self) -> &'static str {
+        "tip-path"
+    }
+
+    fn caption(&self) -> String {
+        "Path of the tip from above and from two sides, coloured by time; the two axes of a view have one scale. \
+         Circle: first sample; triangle: last."
+            .into()
+    }
+
+    fn size(&self) -> (u32, u32) {
+        (900, 540)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        const TOP: f64 = 40.0;
+        const SIDE: f64 = 330.0;
+        sheet.title("Path of the tip")?;
+        let (width, height) = sheet.size();
+        let main = (width - SIDE - 95.0, height - TOP - 10.0);
+        let small = (SIDE, main.1 / 2.0);
+        let length = |axis: usize| {
+            let range = padded(self.tip[axis].iter().copied());
+            range.end - range.start
+        };
+        // A tip at rest would be magnified without end.
+        let fits = |(width, height): (f64, f64), [a, b]: [usize; 2]| {
+            (length(a) / (width - LEFT)).max(length(b) / (height - BELOW)).max(1e-3)
+        };
+        let from_side = fits(small, [0, 2]).max(fits(small, [1, 2]));
+        self.view(&sheet.part(4.0, TOP, main.0, main.1), [0, 1], fits(main, [0, 1]))?;
+        let left = main.0 + 8.0;
+        self.view(&sheet.part(left, TOP, small.0, small.1), [0, 2], from_side)?;
+        self.view(&sheet.part(left, TOP + small.1, small.0, small.1), [1, 2], from_side)?;
+        let bar = sheet.part(width - 72.0, TOP + 4.0, 70.0, 220.0);
+        bar.color_bar("time [s]", self.time[0], self.time[1])
+    }
+}

@@ -1,0 +1,173 @@
+//! From a recording to what every tendon is told in every sample.
+//!
+//! The drive of a primary tendon says which channel it follows: `stroke_k_m`, or `tension_k_n`. Auxiliary tendons
+//! follow `aux_kk_m` where the recording has them, and otherwise rest: at the allowed value nearest to zero.
+//! Everything is checked here, before the first step.
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, Drive, Recording};
+use hysteron_twin::{Target, TendonSpec, Twin, TwinState};
+
+/// What one tendon follows.
+#[derive(Debug, Clone)]
+enum Course<'a> {
+    Strokes(&'a [f64]),
+    Tensions(&'a [f64]),
+    Constant(Target),
+}
+
+/// The course of every tendon, primary ones first.
+#[derive(Debug, Clone)]
+pub struct Command<'a> {
+    courses: Vec<Course<'a>>,
+    /// Times [s].
+    pub time: &'a [f64],
+    /// True where the recording itself drives the auxiliary tendons.
+    pub drives_auxiliary: bool,
+}
+
+impl<'a> Command<'a> {
+    /// Takes the channels that `twin` needs out of `recording`, which was read from `path`.
+    pub fn new(twin: &Twin, recording: &'a Recording, path: &Path) -> Result<Self, BadInput> {
+        Self::checked(twin, recording).map_err(|bad| bad.within(path.display()))
+    }
+
+    fn checked(twin: &Twin, recording: &'a Recording) -> Result<Self, BadInput> {
+        let (primary, auxiliary) = twin.tendons.split_at(twin.n_primary);
+        let strokes = recording.strokes();
+        let is_by_stroke = |tendon: &TendonSpec| tendon.drive == Drive::Stroke;
+        if primary.iter().any(is_by_stroke) || strokes.len() > primary.len() {
+            check_count("stroke", strokes.len(), primary)?;
+        }
+        let mut courses = Vec::new();
+        for (j, tendon) in primary.iter().enumerate() {
+            courses.push(match tendon.drive {
+                Drive::Stroke => Course::Strokes(strokes[j]),
+                Drive::Tension => Course::Tensions(tensions(recording, tendon, j + 1)?),
+                Drive::Free => Course::Constant(Target::Free),
+            });
+        }
+        let aux = recording.aux();
+        if !aux.is_empty() {
+            check_count("aux", aux.len(), auxiliary)?;
+            courses.extend(aux.iter().map(|values| Course::Strokes(values)));
+        } else {
+            courses.extend(auxiliary.iter().map(|tendon| Course::Constant(resting(tendon))));
+        }
+        let command = Self { courses, time: recording.time(), drives_auxiliary: !aux.is_empty() };
+        command.check_lengths(twin)?;
+        Ok(command)
+    }
+
+    /// Writes what every tendon is told in sample `row`.
+    pub fn targets_into(&self, row: usize, targets: &mut Vec<Target>) {
+        targets.clear();
+        targets.extend(self.courses.iter().map(|course| match course {
+            Course::Strokes(values) => Target::Stroke(values[row]),
+            Course::Tensions(values) => Target::Tension(values[row]),
+            Course::Constant(target) => *target,
+        }));
+    }
+
+    /// Stroke commanded to tendon `j` [m], if that is what it follows.
+    pub fn strokes_of(&self, j: usize) -> Option<&'a [f64]> {
+        match self.courses[j] {
+            Course::Strokes(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The error of a stroke that is not held because the tendon has reached its largest tension.
+    pub fn overloaded(&self, twin: &Twin, state: &TwinState) -> Option<anyhow::Error> {
+        (0..twin.n_primary).find_map(|j| {
+            let TendonSpec { name, tension, .. } = &twin.tendons[j];
+            let is_held = self.strokes_of(j).is_none() || state.tensions[j] < tension.max;
+            (!is_held).then(|| {
+                anyhow::anyhow!(
+                    "tendon {name} needs more than its largest tension, {} N \
+                     (hint: reduce the stroke, or raise tension_max_n)",
+                    tension.max
+                )
+            })
+        })
+    }
+
+    /// What the primary tendons are told in sample `row`, for a message.
+    pub fn describe(&self, twin: &Twin, row: usize) -> String {
+        let of = |j: usize| {
+            let name = &twin.tendons[j].name;
+            match self.courses[j] {
+                Course::Strokes(values) => format!("{name} {:.3} mm", 1e3 * values[row]),
+                Course::Tensions(values) => format!("{name} {:.3} N", values[row]),
+                Course::Constant(_) => format!("{name} free"),
+            }
+        };
+        (0..twin.n_primary).map(of).collect::<Vec<_>>().join(", ")
+    }
+
+    /// No stroke may be as long as its tendon.
+    fn check_lengths(&self, twin: &Twin) -> Result<(), BadInput> {
+        for j in 0..self.courses.len() {
+            let length = twin.cables.rest_lengths[j];
+            let Some(strokes) = self.strokes_of(j) else { continue };
+            if let Some(row) = strokes.iter().position(|stroke| *stroke >= length) {
+                let name = &twin.tendons[j].name;
+                return Err(BadInput::new(
+                    format!("row {} (t = {} s): stroke of tendon {name}", row + 1, self.time[row]),
+                    format!("less than the tendon's length, {:.3} mm", 1e3 * length),
+                    format!("{:.3} mm", 1e3 * strokes[row]),
+                )
+                .hint("is the unit of the column its ending, _mm or _m?"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// As many channels of this kind as tendons.
+fn check_count(stem: &str, found: usize, tendons: &[TendonSpec]) -> Result<(), BadInput> {
+    if found == tendons.len() {
+        return Ok(());
+    }
+    let names: Vec<&str> = tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+    let expected = match tendons.len() {
+        0 => "none: the scene has no such tendons".to_owned(),
+        n if n > 8 => format!("{n} ({} to {})", names[0], names[n - 1]),
+        n => format!("{n} ({})", names.join(", ")),
+    };
+    let hint = match (tendons.len(), stem) {
+        (0, _) => format!("take the {stem} columns out, or add the tendons to the scene"),
+        (n, "aux") => format!("name the columns aux_01_mm to aux_{n:02}_mm, in the order of the layout"),
+        (n, _) => {
+            format!("name the columns {stem}_1_mm to {stem}_{n}_mm, in the order of the scene's tendons")
+        }
+    };
+    Err(BadInput::new(format!("{stem} columns"), expected, found.to_string()).hint(hint))
+}
+
+fn tensions<'a>(recording: &'a Recording, tendon: &TendonSpec, number: usize) -> Result<&'a [f64], BadInput> {
+    let name = format!("tension_{number}_n");
+    let hint =
+        format!("the scene drives tendon {} by tension; set drive = \"stroke\" for strokes", tendon.name);
+    let values = recording.require(&name).map_err(|bad| bad.hint(hint))?;
+    if let Some(row) = values.iter().position(|value| !tendon.tension.contains(*value)) {
+        let bounds = tendon.tension;
+        return Err(BadInput::new(
+            format!("row {} (t = {} s): {name}", row + 1, recording.time()[row]),
+            format!("within the tendon's bounds, {} to {} N", bounds.min, bounds.max),
+            format!("{} N", values[row]),
+        )
+        .hint("the bounds are tension_min_n and tension_max_n in the scene"));
+    }
+    Ok(values)
+}
+
+/// The target of a tendon that nothing drives.
+fn resting(tendon: &TendonSpec) -> Target {
+    match tendon.drive {
+        Drive::Stroke => Target::Stroke(tendon.stroke.clamp(0.0)),
+        Drive::Tension => Target::Tension(tendon.tension.clamp(0.0)),
+        Drive::Free => Target::Free,
+    }
+}

@@ -1,0 +1,353 @@
+//! `hysteron simulate`: a robot follows recorded strokes, sample by sample.
+//!
+//! Nothing partial ever stands under the final name. A run that fails or is interrupted leaves what it has as
+//! `<out>.partial.<ext>` with the last equilibrium beside it as `<out>.state`, from which `--resume` goes on.
+
+mod command;
+mod series;
+mod summary;
+mod trace;
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context;
+use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
+use hysteron_twin::{Stepper, Twin, TwinState};
+
+use crate::{figures, interrupt, terminal};
+use command::Command;
+use series::Series;
+pub use summary::Summary;
+pub use trace::Trace;
+
+const HELP: &str = "\
+Needs a scene and a recording (.parquet or .csv) with a column time_s and, for every tendon that the scene drives by \
+stroke, stroke_1_mm, stroke_2_mm, ... in the scene's order (positive pulls). Tendons driven by tension follow \
+tension_1_n, ... instead. Virtual tendons follow aux_01_mm, ... if there, and rest otherwise.
+
+Writes a recording: time, commanded and measured strokes, tensions, tip position, and where it all comes from. A \
+stroke that needs more than the tendon's largest tension, or has no equilibrium, ends the run. A run that fails or is \
+stopped with Ctrl-C writes OUT.partial.EXT and OUT.state instead; run it again with --resume to go on from there.
+
+Examples, from the root of the repository:
+  hysteron simulate meshes/tpu80/scene.toml \\
+      --strokes meshes/tpu80/strokes-circle.csv \\
+      --out out/tpu80/tip.parquet --figures out/tpu80 --vtu out/tpu80/vtu
+  hysteron simulate meshes/tpu80/scene.toml \\
+      --strokes meshes/tpu80/strokes-circle.csv \\
+      --out out/tpu80/tip.csv --save-state out/tpu80/end.state
+
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
+
+/// Simulate a robot that follows recorded strokes
+///
+/// Every sample of the recording is one quasi-static step: the shape in which body, tendons and loads are in
+/// balance under the commanded strokes, found from the shape before.
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Scene file of the robot (scene.toml)
+    scene: PathBuf,
+    /// Recording with the strokes to follow, .parquet or .csv
+    #[arg(long, value_name = "REC")]
+    strokes: PathBuf,
+    /// Recording to write, .parquet or .csv
+    #[arg(long, value_name = "REC")]
+    out: PathBuf,
+    /// Folder for figures, report.html and metrics.json
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[arg(long, requires = "figures")]
+    png: bool,
+    /// Folder for a ParaView series (open robot.pvd): body and tendons
+    #[arg(long, value_name = "DIR")]
+    vtu: Option<PathBuf>,
+    /// Every how many samples the series has a picture [default: 200 pictures in all]
+    #[arg(long, value_name = "N", requires = "vtu")]
+    vtu_every: Option<NonZeroUsize>,
+    /// Start from this state of the same scene instead of from rest
+    #[arg(long, value_name = "STATE", conflicts_with = "resume")]
+    from: Option<PathBuf>,
+    /// Go on with the run of this OUT that failed or was interrupted
+    #[arg(long)]
+    resume: bool,
+    /// Save the last state here, for --from
+    #[arg(long, value_name = "STATE")]
+    save_state: Option<PathBuf>,
+}
+
+/// How a run ended.
+enum End {
+    Done,
+    Interrupted,
+    Failed(anyhow::Error),
+}
+
+/// Everything a figure or report may show.
+pub struct Run<'a> {
+    /// The robot.
+    pub twin: &'a Twin,
+    /// The scene it was made from.
+    pub scene: &'a Scene,
+    /// What was recorded.
+    pub recording: &'a Recording,
+    /// State in which the tip was farthest from rest, and its sample.
+    pub farthest: (usize, &'a TwinState),
+    /// Numbers of the run.
+    pub summary: &'a Summary,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let (partial, state_file) = check_out(&arguments.out, &arguments.strokes)?;
+    let scene = Scene::read(&arguments.scene)?;
+    let strokes = Recording::read(&arguments.strokes)?;
+    let twin = Twin::from_scene(&scene)?;
+    let command = Command::new(&twin, &strokes, &arguments.strokes)?;
+    let provenance = provenance(&scene, arguments)?;
+
+    let mut trace = Trace::new(&twin, strokes.n_samples());
+    let mut state = match &arguments.from {
+        Some(path) => TwinState::read(path, &twin, &scene.hash)?,
+        None => twin.rest(),
+    };
+    if arguments.resume {
+        state = resume(&partial, &state_file, &twin, &scene, &provenance, &command, &mut trace)?;
+    }
+    tracing::info!(
+        "{}: {} nodes, {} tetrahedra, {} unknowns, {} tendons; {} samples over {:.2} s",
+        scene.name,
+        twin.body.n_nodes(),
+        twin.body.cells.len(),
+        twin.body.n_unknowns(),
+        twin.tendons.len(),
+        strokes.n_samples(),
+        command.time[strokes.n_samples() - 1] - command.time[0],
+    );
+    if !is_uniform(&strokes) {
+        tracing::warn!("{}: the time steps differ by more than 1 %", arguments.strokes.display());
+    }
+
+    interrupt::listen()?;
+    let mut series = match &arguments.vtu {
+        Some(folder) => {
+            let every = arguments.vtu_every.map_or(strokes.n_samples().div_ceil(200), NonZeroUsize::get);
+            Some(Series::new(folder, &twin, every, &command.time[..trace.len()])?)
+        }
+        None => None,
+    };
+    let mut summary = Summary::default();
+    let mut farthest = (trace.len(), state.clone());
+    let end = follow(&twin, &command, &mut state, &mut trace, &mut summary, &mut farthest, series.as_mut())?;
+    if let Some(mut series) = series {
+        series.finish()?;
+    }
+
+    let is_complete = matches!(end, End::Done);
+    let stopped_at = trace.len();
+    let recording = if stopped_at == 0 {
+        None
+    } else {
+        Some(trace.into_recording(&twin, &command, with_completeness(provenance, is_complete))?)
+    };
+    let (End::Done, Some(recording)) = (&end, &recording) else {
+        state.write(&state_file, &twin, &scene.hash)?;
+        if let Some(recording) = &recording {
+            recording.write(&partial)?;
+        }
+        return Err(stopped(end, stopped_at, &twin, &command, &partial, &state_file));
+    };
+    summary.finish(&twin, recording);
+    recording.write(&arguments.out)?;
+    if let Some(path) = &arguments.save_state {
+        state.write(path, &twin, &scene.hash)?;
+    }
+    if let Some(folder) = &arguments.figures {
+        let run = Run {
+            twin: &twin,
+            scene: &scene,
+            recording,
+            farthest: (farthest.0, &farthest.1),
+            summary: &summary,
+        };
+        figures::write(folder, &run, arguments.png)
+            .with_context(|| format!("writing figures to {}", folder.display()))?;
+    }
+    if arguments.resume {
+        for path in [&partial, &state_file] {
+            std::fs::remove_file(path).with_context(|| format!("removing {}", path.display()))?;
+        }
+    }
+    summary.log();
+    terminal::say(arguments.out.display());
+    Ok(())
+}
+
+/// Steps through the samples that `trace` does not have yet.
+fn follow(
+    twin: &Twin,
+    command: &Command,
+    state: &mut TwinState,
+    trace: &mut Trace,
+    summary: &mut Summary,
+    farthest: &mut (usize, TwinState),
+    mut series: Option<&mut Series>,
+) -> anyhow::Result<End> {
+    let mut stepper = Stepper::new(twin);
+    let mut targets = Vec::new();
+    let rest = twin.tip_of(&twin.rest());
+    let distance = |tip: [f64; 3]| (0..3).map(|c| (tip[c] - rest[c]).powi(2)).sum::<f64>();
+    let mut largest = f64::NEG_INFINITY;
+    let bar = terminal::progress(command.time.len(), trace.len());
+    let start = Instant::now();
+    let mut end = End::Done;
+    let mut before = state.clone();
+    for row in trace.len()..command.time.len() {
+        if interrupt::is_asked() {
+            end = End::Interrupted;
+            break;
+        }
+        command.targets_into(row, &mut targets);
+        match stepper.step(twin, &targets, state) {
+            Ok(report) => summary.add(&report),
+            Err(error) => end = End::Failed(error.into()),
+        }
+        if let (End::Done, Some(overloaded)) = (&end, command.overloaded(twin, state)) {
+            end = End::Failed(overloaded);
+        }
+        if matches!(end, End::Failed(_)) {
+            // Back to the last sample, so that state and recording agree.
+            state.clone_from(&before);
+            break;
+        }
+        before.clone_from(state);
+        let tip = twin.tip_of(state);
+        trace.push(twin, state, tip);
+        if distance(tip) > largest {
+            largest = distance(tip);
+            farthest.0 = row;
+            farthest.1.clone_from(state);
+        }
+        if let Some(series) = &mut series {
+            series.add(twin, state, row, command.time[row])?;
+        }
+        bar.inc(1);
+    }
+    summary.wall_s = start.elapsed().as_secs_f64();
+    bar.finish_and_clear();
+    Ok(end)
+}
+
+/// The error of a run that did not reach its end.
+fn stopped(
+    end: End,
+    n_done: usize,
+    twin: &Twin,
+    command: &Command,
+    partial: &Path,
+    state_file: &Path,
+) -> anyhow::Error {
+    let kept = if n_done == 0 {
+        format!("the last equilibrium is in {}", state_file.display())
+    } else {
+        format!(
+            "{n_done} of {} samples are in {}, the last equilibrium in {}",
+            command.time.len(),
+            partial.display(),
+            state_file.display()
+        )
+    };
+    match end {
+        End::Failed(error) => anyhow::anyhow!(
+            "row {} (t = {} s), tendons {}: {error:#}; {kept}",
+            n_done + 1,
+            command.time[n_done],
+            command.describe(twin, n_done),
+        ),
+        _ => anyhow::anyhow!("interrupted; {kept}; add --resume to go on"),
+    }
+}
+
+/// Checks the name to write and gives those of the partial recording and the state.
+fn check_out(out: &Path, strokes: &Path) -> Result<(PathBuf, PathBuf), BadInput> {
+    let shown = out.display().to_string();
+    let extension = match out.extension().and_then(|extension| extension.to_str()) {
+        Some(extension @ ("csv" | "parquet")) => extension,
+        _ => return Err(BadInput::new("--out", "a name ending in .parquet or .csv", shown)),
+    };
+    if out.is_dir() {
+        return Err(BadInput::new("--out", "the name of a file", format!("the folder {shown}")));
+    }
+    if let (Ok(a), Ok(b)) = (out.canonicalize(), strokes.canonicalize())
+        && a == b
+    {
+        return Err(BadInput::new("--out", "another file than --strokes", shown));
+    }
+    Ok((out.with_extension(format!("partial.{extension}")), out.with_extension("state")))
+}
+
+/// What the recording says about itself.
+fn provenance(scene: &Scene, arguments: &Arguments) -> anyhow::Result<Metadata> {
+    let strokes = file::sha256_hex(&file::read_bytes(&arguments.strokes)?);
+    Ok(Metadata {
+        scene_hash: scene.hash.clone(),
+        seed: Some(scene.seed),
+        commit: env!("HYSTERON_COMMIT").to_owned(),
+        source: format!("simulation of {} with strokes from {}", scene.name, arguments.strokes.display()),
+        command: terminal::command_line(),
+        extra: [(STROKES_KEY.to_owned(), strokes)].into(),
+    })
+}
+
+const STROKES_KEY: &str = "strokes_sha256";
+
+fn with_completeness(mut meta: Metadata, is_complete: bool) -> Metadata {
+    meta.extra.insert("complete".to_owned(), is_complete.to_string());
+    meta
+}
+
+/// Reads where an earlier run stopped: fills `trace` and returns the state.
+fn resume(
+    partial: &Path,
+    state_file: &Path,
+    twin: &Twin,
+    scene: &Scene,
+    provenance: &Metadata,
+    command: &Command,
+    trace: &mut Trace,
+) -> anyhow::Result<TwinState> {
+    if !partial.exists() {
+        return Err(BadInput::new(
+            partial.display().to_string(),
+            "the partial recording of an earlier run with the same --out",
+            "nothing there",
+        )
+        .hint("leave out --resume to start anew")
+        .into());
+    }
+    let earlier = Recording::read(partial)?;
+    let bad = |what: &str, expected: &str, found: &str| {
+        BadInput::new(format!("{}: {what}", partial.display()), expected, found)
+            .hint("leave out --resume to start anew")
+    };
+    if earlier.meta().scene_hash != scene.hash {
+        return Err(bad("scene_hash", &scene.hash, &earlier.meta().scene_hash).into());
+    }
+    let strokes = |meta: &Metadata| meta.extra.get(STROKES_KEY).cloned().unwrap_or_default();
+    if strokes(earlier.meta()) != strokes(provenance) {
+        return Err(bad(STROKES_KEY, &strokes(provenance), &strokes(earlier.meta())).into());
+    }
+    if !command.time.starts_with(earlier.time()) {
+        return Err(bad("time_s", "the first times of the strokes", "others").into());
+    }
+    let state = TwinState::read(state_file, twin, &scene.hash)?;
+    trace.extend(&earlier).map_err(|error| error.within(partial.display()))?;
+    Ok(state)
+}
+
+fn is_uniform(recording: &Recording) -> bool {
+    recording.n_samples() < 3 || recording.rate_hz().is_some()
+}

@@ -1,0 +1,130 @@
+//! The numbers of a run: cost, accuracy, and what the robot did.
+
+use hysteron_base::Recording;
+use hysteron_twin::{StepReport, Twin};
+use serde::Serialize;
+
+/// Numbers of a run; written as they are into `metrics.json`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Summary {
+    /// Samples simulated by this run; an earlier one may have done others.
+    pub steps: usize,
+    /// Time the steps took [s].
+    pub wall_s: f64,
+    /// Corrections with the stale factor.
+    pub iterations: usize,
+    /// Times the factor was renewed.
+    pub renewals: usize,
+    /// Iterations of Newton's method, where the stale factor did not serve.
+    pub newton_iterations: usize,
+    /// Parts into which such steps were divided.
+    pub sub_steps: usize,
+    /// QPs solved by clarabel.
+    pub clarabel_solves: usize,
+    /// Largest force residual over applied forces [-].
+    pub worst_relative_residual: f64,
+    /// Largest error of a prescribed stroke [m].
+    pub worst_stroke_error_m: f64,
+    /// Samples in the recording.
+    pub samples: usize,
+    /// Time from the first to the last sample [s].
+    pub duration_s: f64,
+    /// Smallest and largest coordinates of the tip [m].
+    pub tip_min_m: [f64; 3],
+    /// See `tip_min_m`.
+    pub tip_max_m: [f64; 3],
+    /// One entry per primary tendon.
+    pub tendons: Vec<TendonSummary>,
+}
+
+/// Numbers of one tendon over a run.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct TendonSummary {
+    /// Name in the scene.
+    pub name: String,
+    /// Commanded strokes [m].
+    pub stroke_min_m: f64,
+    /// See `stroke_min_m`.
+    pub stroke_max_m: f64,
+    /// Largest tension [N].
+    pub tension_max_n: f64,
+    /// Share of the samples in which it was at its lower tension bound: slack, if that is zero [-].
+    pub share_at_lower_bound: f64,
+}
+
+impl Summary {
+    /// Adds a step.
+    pub fn add(&mut self, report: &StepReport) {
+        self.steps += 1;
+        self.iterations += report.iterations;
+        self.renewals += report.renewals;
+        self.newton_iterations += report.newton_iterations;
+        self.sub_steps += report.sub_steps;
+        self.clarabel_solves += report.clarabel_solves;
+        self.worst_relative_residual = self.worst_relative_residual.max(report.relative_residual);
+        self.worst_stroke_error_m = self.worst_stroke_error_m.max(report.stroke_error);
+    }
+
+    /// Adds what the recording of the run shows.
+    pub fn finish(&mut self, twin: &Twin, recording: &Recording) {
+        let time = recording.time();
+        self.samples = time.len();
+        self.duration_s = time[time.len() - 1] - time[0];
+        for (c, values) in recording.tip().into_iter().flatten().enumerate() {
+            [self.tip_min_m[c], self.tip_max_m[c]] = range(values);
+        }
+        let tensions = recording.numbered("tension", "n");
+        for ((tendon, strokes), tensions) in twin.tendons.iter().zip(recording.strokes()).zip(tensions) {
+            let [stroke_min_m, stroke_max_m] = range(strokes);
+            let n_at_bound = tensions.iter().filter(|tension| **tension == tendon.tension.min).count();
+            self.tendons.push(TendonSummary {
+                name: tendon.name.clone(),
+                stroke_min_m,
+                stroke_max_m,
+                tension_max_n: range(tensions)[1],
+                share_at_lower_bound: n_at_bound as f64 / time.len() as f64,
+            });
+        }
+    }
+
+    /// Steps per second.
+    pub fn rate(&self) -> f64 {
+        self.steps as f64 / self.wall_s
+    }
+
+    /// Tells the person.
+    pub fn log(&self) {
+        let per_step = |count: usize| count as f64 / self.steps.max(1) as f64;
+        tracing::info!(
+            "{} steps in {:.2} s: {:.0} steps/s, {:.1} times real time",
+            self.steps,
+            self.wall_s,
+            self.rate(),
+            self.duration_s * self.steps as f64 / self.samples as f64 / self.wall_s,
+        );
+        tracing::info!(
+            "{:.2} iterations per step, {} renewals of the factor, {} Newton iterations in {} sub-steps, {} clarabel solves",
+            per_step(self.iterations),
+            self.renewals,
+            self.newton_iterations,
+            self.sub_steps,
+            self.clarabel_solves,
+        );
+        tracing::info!(
+            "worst relative residual {:.1e}, worst stroke error {:.1e} mm",
+            self.worst_relative_residual,
+            1e3 * self.worst_stroke_error_m,
+        );
+        let axis = |c: usize| {
+            format!("{} {:.2} to {:.2}", ["x", "y", "z"][c], 1e3 * self.tip_min_m[c], 1e3 * self.tip_max_m[c])
+        };
+        tracing::info!("tip range {}, {}, {} mm", axis(0), axis(1), axis(2));
+    }
+}
+
+/// Smallest and largest value.
+pub fn range(values: &[f64]) -> [f64; 2] {
+    values
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(*value), high.max(*value)])
+}

@@ -1,0 +1,152 @@
+//! End-to-end tests of `hysteron`, through the built program.
+//!
+//! This library finds the program and the repository, runs commands and looks at what they leave. The tests lie in
+//! `tests/`, one file per subject.
+
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+
+/// Root of the repository.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
+
+/// The program, built like the tests that ask for it: same profile, same folder.
+pub fn program() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        // .../<profile>/deps/<test>
+        let test = std::env::current_exe().unwrap();
+        let folder = test.parent().unwrap().parent().unwrap();
+        let mut build = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        build.args(["build", "--package", "hysteron", "--bin", "hysteron", "--target-dir"]);
+        build.arg(folder.parent().unwrap()).current_dir(root());
+        if folder.file_name().is_some_and(|name| name == "release") {
+            build.arg("--release");
+        }
+        let built = build.stdin(Stdio::null()).output().unwrap();
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        folder.join(format!("hysteron{}", std::env::consts::EXE_SUFFIX))
+    })
+}
+
+/// What a run of the program left.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Exit code; none if a signal ended it.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+/// Runs the program in `folder` with these arguments.
+pub fn run(folder: &Path, arguments: &[&str]) -> Outcome {
+    let output = Command::new(program())
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    Outcome {
+        code: output.status.code(),
+        stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+        stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+    }
+}
+
+impl Outcome {
+    /// Fails unless the program succeeded.
+    pub fn succeeded(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        self
+    }
+
+    /// The one line `error: …`; fails unless the exit code is this one.
+    pub fn error(&self, code: i32) -> &str {
+        assert_eq!(self.code, Some(code), "{}\n{}", self.stdout, self.stderr);
+        let errors: Vec<&str> = self.stderr.lines().filter(|line| line.contains("error: ")).collect();
+        let [error] = errors[..] else { panic!("not one error: {}", self.stderr) };
+        assert!(error.starts_with("error: "), "{error}");
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+        error
+    }
+}
+
+/// Names of everything in a folder, sorted.
+pub fn names_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A folder of its own with the scene `meshes/tpu80/scene.toml` and its mesh.
+pub struct Workplace(tempfile::TempDir);
+
+impl Default for Workplace {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Workplace {
+    /// Copies scene and mesh into a new folder.
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["scene.toml", "scene-coreact.toml", "tpu80.msh"] {
+            std::fs::copy(root().join("meshes/tpu80").join(name), folder.path().join(name)).unwrap();
+        }
+        Self(folder)
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Writes a file.
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path().join(name), content).unwrap();
+    }
+
+    /// Reads a file.
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path().join(name)).unwrap()
+    }
+
+    /// Replaces text that a file must have.
+    pub fn replace(&self, name: &str, from: &str, to: &str) {
+        let text = String::from_utf8(self.read(name)).unwrap();
+        assert!(text.contains(from), "{name} without {from:?}");
+        self.write(name, text.replacen(from, to, 1));
+    }
+
+    /// Writes strokes: a circle of 2 mm, `n` samples at 100 Hz.
+    pub fn write_circle(&self, name: &str, n: usize) {
+        let mut csv = String::from("time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n");
+        for i in 0..n {
+            let (t, a) = (i as f64 / 100.0, 2.0 * (i as f64 / 30.0).min(1.0));
+            let (c, s) = ((6.0 * t).cos(), (6.0 * t).sin());
+            csv.push_str(&format!("{t:.2},{:.4},{:.4},{:.4},{:.4}\n", a * c, a * s, -a * c, -a * s));
+        }
+        self.write(name, csv);
+    }
+
+    /// Runs the program here.
+    pub fn run(&self, arguments: &[&str]) -> Outcome {
+        run(self.path(), arguments)
+    }
+
+    /// Simulates `scene.toml` with these strokes.
+    pub fn simulate(&self, strokes: &str, out: &str) -> Outcome {
+        self.run(&["simulate", "scene.toml", "--strokes", strokes, "--out", out])
+    }
+}

@@ -1,0 +1,55 @@
+//! The tables in the documents name what is there.
+
+use std::collections::BTreeSet;
+
+use hysteron_tests::root;
+
+fn text(name: &str) -> String {
+    std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// Members of the workspace.
+fn members() -> BTreeSet<String> {
+    let manifest = text("Cargo.toml");
+    let list = manifest.split_once("members = [").unwrap().1.split_once(']').unwrap().0;
+    list.split(',')
+        .map(|name| name.trim().trim_matches('"').to_owned())
+        .filter(|name| !name.is_empty())
+        .collect()
+}
+
+#[test]
+fn readme_has_a_row_for_every_crate() {
+    let readme = text("README.md");
+    // Rows look like: | `base/` | ... |
+    let rows: BTreeSet<String> = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split_once("/` |"))
+        .map(|(name, _)| name.to_owned())
+        .collect();
+    assert_eq!(rows, members());
+}
+
+#[test]
+fn first_commands_of_the_readme_run_the_program_and_the_tests() {
+    let readme = text("README.md");
+    let block = readme.split("```").nth(1).unwrap();
+    assert!(block.contains("-- simulate meshes/tpu80/scene.toml"), "{block}");
+    assert!(block.contains("cargo test --release --workspace"), "{block}");
+}
+
+#[test]
+fn every_field_in_the_notation_is_in_the_source() {
+    let notation = text("docs/notation.md");
+    // Rows look like: | W | Delassus matrix | m × m | m/N | `twin/src/projection.rs: delassus` |
+    let mut n_checked = 0;
+    for line in notation.lines().filter(|line| line.starts_with('|')) {
+        let Some(place) = line.rsplit('`').nth(1).filter(|place| place.contains(".rs: ")) else { continue };
+        let (file, field) = place.split_once(": ").unwrap();
+        let source = text(file);
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        assert!(source.split(|c| !is_word(c)).any(|word| word == field), "{field} in {file}");
+        n_checked += 1;
+    }
+    assert!(n_checked >= 10, "only {n_checked} rows with a field");
+}

@@ -1,0 +1,9 @@
+//! End-to-end tests.
+
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+mod bad_input;
+mod documents;
+mod mesh;
+mod repository;
+mod simulate;

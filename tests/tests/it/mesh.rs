@@ -1,0 +1,89 @@
+//! The mesher, and what the checker says about it.
+
+use hysteron_tests::{Workplace, root, run};
+
+const TPU80: [&str; 15] = [
+    "mesh",
+    "--length-mm",
+    "80",
+    "--outer-diameter-mm",
+    "12",
+    "--bore-diameter-mm",
+    "6",
+    "--channels",
+    "4",
+    "--channel-diameter-mm",
+    "1.5",
+    "--channel-radius-mm",
+    "4.5",
+    "--layers",
+    "17",
+];
+
+#[test]
+fn measures_of_the_robot_give_its_mesh() {
+    let place = Workplace::new();
+    let outcome =
+        place.run(&[&TPU80[..], &["--out", "new/tube.msh", "--vtu", "new/tube.vtu"]].concat()).succeeded();
+    assert_eq!(place.read("new/tube.msh"), place.read("tpu80.msh"));
+    assert!(place.path().join("new/tube.vtu").exists());
+    for part in ["864 nodes, 3264 tetrahedra", "radius ratio", "smallest angle", "#####"] {
+        assert!(outcome.stdout.contains(part), "{part} in {}", outcome.stdout);
+    }
+}
+
+#[test]
+fn a_new_mesh_can_be_checked_and_simulated() {
+    let place = Workplace::new();
+    place
+        .run(&[
+            "mesh",
+            "--profile",
+            "0:12,40:12,80:8",
+            "--edge-mm",
+            "4",
+            "--quadratic",
+            "--binary",
+            "--out",
+            "tpu80.msh",
+        ])
+        .succeeded();
+    let outcome = place.run(&["check", "scene.toml"]).succeeded();
+    assert!(outcome.stdout.contains("unknowns") && outcome.stdout.contains("p4"), "{}", outcome.stdout);
+    place.write_circle("strokes.csv", 3);
+    place.simulate("strokes.csv", "tip.csv").succeeded();
+}
+
+#[test]
+fn measures_without_a_body_are_refused() {
+    let place = Workplace::new();
+    let refused = |arguments: &[&str], part: &str| {
+        let outcome = place.run(&[&["mesh", "--out", "bad.msh"], arguments].concat());
+        assert!(outcome.error(2).contains(part), "{part:?} in {}", outcome.stderr);
+        assert!(!place.path().join("bad.msh").exists());
+    };
+    let tube = ["--length-mm", "80", "--outer-diameter-mm", "12", "--layers", "8"];
+    refused(&[&tube[..], &["--bore-diameter-mm", "12"]].concat(), "bore_radius");
+    refused(&[&tube[..], &["--channels", "4"]].concat(), "--channel-diameter-mm");
+    refused(
+        &[&tube[..], &["--channels", "4", "--channel-diameter-mm", "4", "--channel-radius-mm", "5"]].concat(),
+        "to the surface",
+    );
+    refused(&["--length-mm", "-80", "--outer-diameter-mm", "12", "--layers", "8"], "profile");
+    refused(&["--length-mm", "80", "--outer-diameter-mm", "12", "--edge-mm", "0"], "--edge-mm");
+    refused(&["--profile", "0:12,80", "--edge-mm", "4"], "Z:D");
+}
+
+#[test]
+fn every_scene_of_the_repository_is_fit() {
+    for scene in [
+        "tpu80/scene.toml",
+        "tpu80/scene-fine.toml",
+        "tpu80/scene-quadratic.toml",
+        "tpu80/scene-coreact.toml",
+        "tentacle/scene.toml",
+        "tentacle/scene-quadratic.toml",
+    ] {
+        run(root(), &["check", &format!("meshes/{scene}")]).succeeded();
+    }
+}

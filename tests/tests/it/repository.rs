@@ -1,0 +1,67 @@
+//! What stands in the repository works as typed.
+
+use hysteron_base::Recording;
+use hysteron_tests::{names_in, root, run};
+
+#[test]
+fn the_main_job_runs_in_full() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("tip.parquet");
+    let strokes = root().join("meshes/tpu80/strokes-circle.csv");
+    let [out_text, strokes_text] = [&out, &strokes].map(|path| path.to_str().unwrap());
+    run(root(), &["simulate", "meshes/tpu80/scene.toml", "--strokes", strokes_text, "--out", out_text])
+        .succeeded();
+    let (strokes, tip) = (Recording::read(&strokes).unwrap(), Recording::read(&out).unwrap());
+    assert_eq!(tip.time(), strokes.time());
+    assert_eq!(tip.strokes(), strokes.strokes());
+    // Paper 003 reports some 25 mm to every side for this kind of robot.
+    let [x, y, _] = tip.tip().unwrap();
+    for values in [x, y] {
+        let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
+        assert!((-30e-3..-15e-3).contains(&low) && (15e-3..30e-3).contains(&high), "{low} {high}");
+    }
+    // Back at rest, straight.
+    let last = tip.n_samples() - 1;
+    assert!(x[last].abs() < 1e-4 && y[last].abs() < 1e-4);
+}
+
+#[test]
+fn help_teaches_every_verb() {
+    let help = run(root(), &["--help"]).succeeded().stdout;
+    assert!(help.contains("Exit codes"));
+    for verb in ["simulate", "mesh", "check"] {
+        assert!(help.contains(verb), "{verb}");
+        let help = run(root(), &[verb, "--help"]).succeeded().stdout;
+        for part in ["Exit codes", "Example", &format!("hysteron {verb} ")] {
+            assert!(help.contains(part), "{part} in the help of {verb}");
+        }
+    }
+}
+
+/// The commands in a help text: lines that begin with the program, with what a backslash continues.
+fn examples(help: &str) -> Vec<Vec<String>> {
+    let joined = help.replace("\\\n", " ");
+    let commands = joined.lines().filter_map(|line| line.strip_prefix("  hysteron "));
+    commands.map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn examples_of_the_help_run_as_typed() {
+    // A place like the root of the repository, in which `out/` may appear.
+    let folder = tempfile::tempdir().unwrap();
+    for robot in ["tpu80", "tentacle"] {
+        let meshes = folder.path().join("meshes").join(robot);
+        std::fs::create_dir_all(&meshes).unwrap();
+        for name in names_in(&root().join("meshes").join(robot)) {
+            std::fs::copy(root().join("meshes").join(robot).join(&name), meshes.join(&name)).unwrap();
+        }
+    }
+    let mut n_run = 0;
+    for verb in ["simulate", "mesh", "check"] {
+        for example in examples(&run(root(), &[verb, "--help"]).succeeded().stdout) {
+            run(folder.path(), &example.iter().map(String::as_str).collect::<Vec<_>>()).succeeded();
+            n_run += 1;
+        }
+    }
+    assert_eq!(n_run, 5);
+}
