@@ -31,6 +31,8 @@ const MAX_ITERATIONS: usize = 100;
 const MAX_FULL_STEPS: usize = 30;
 /// Residual over the applied forces from which full steps are given up.
 const DIVERGED: f64 = 1e8;
+/// Directions in which the turning of couples is taken into account.
+const COUPLE_DIRECTIONS: usize = 8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
@@ -183,6 +185,63 @@ impl Newton {
         twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
     }
 
+    /// Makes the drift solve (K - C) z = r, where C is the derivative of the couples' forces, which no
+    /// symmetric factor holds: minimal residuals over K⁻¹ r, K⁻¹ C K⁻¹ r, … Only the turns of the loaded
+    /// sections count in C, so a few directions are enough.
+    fn follow_couples(&mut self, twin: &Twin, load: f64, state: &TwinState) {
+        let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let size = norm(&self.drift);
+        if !(size > 0.0 && size.is_finite()) {
+            return;
+        }
+        // Arnoldi's iteration on 1 - K⁻¹ C.
+        let mut basis: Vec<Vec<f64>> = vec![self.drift.iter().map(|z| z / size).collect()];
+        let mut images = Vec::new();
+        for k in 0..COUPLE_DIRECTIONS {
+            let mut image = self.couple_change(twin, load, state, &basis[k]);
+            self.factor.solve(&mut image);
+            for (image, v) in image.iter_mut().zip(&basis[k]) {
+                *image = v - *image;
+            }
+            images.push(DVector::from_column_slice(&image));
+            for v in &basis {
+                let along: f64 = image.iter().zip(v).map(|(a, b)| a * b).sum();
+                image.iter_mut().zip(v).for_each(|(a, b)| *a -= along * b);
+            }
+            let rest = norm(&image);
+            // Nothing new: the space is complete.
+            if rest < 1e-8 || !rest.is_finite() {
+                break;
+            }
+            image.iter_mut().for_each(|c| *c /= rest);
+            basis.push(image);
+        }
+        let images = DMatrix::from_columns(&images);
+        let right = images.transpose() * DVector::from_column_slice(&self.drift);
+        if let Some(factor) = (images.transpose() * &images).cholesky() {
+            let weights = factor.solve(&right);
+            self.drift.fill(0.0);
+            for (weight, v) in weights.iter().zip(&basis) {
+                hysteron_fem::axpy(twin.body.isa, *weight, v, &mut self.drift);
+            }
+        }
+    }
+
+    /// Change of the couples' forces when the nodes move along `direction`, per unit of it.
+    fn couple_change(&self, twin: &Twin, load: f64, state: &TwinState, direction: &[f64]) -> Vec<f64> {
+        let longest = direction.iter().fold(0.0f64, |max, d| max.max(d.abs()));
+        let step = 1e-6 * self.extent / longest;
+        let mut forces = vec![[0.0; 4]; state.positions.len()];
+        for sign in [1.0, -1.0] {
+            let mut moved = state.positions.clone();
+            move_nodes(&mut moved, sign * step, direction);
+            for couple in &twin.couples {
+                couple.add_forces(&moved, sign * load / (2.0 * step), &mut forces);
+            }
+        }
+        forces.iter().take(direction.len() / 3).flat_map(|force| force[..3].to_vec()).collect()
+    }
+
     /// Tension increments from the QP, and the displacement they make with the drift.
     fn solve_tensions(
         &mut self,
@@ -192,6 +251,9 @@ impl Newton {
         balance: &Balance,
         report: &mut StepReport,
     ) -> bool {
+        if !twin.couples.is_empty() {
+            self.follow_couples(twin, control.load, state);
+        }
         for j in 0..state.tensions.len() {
             self.right[j] = balance.missing[j] + twin.cables.row_times(&balance.shape, j, &self.drift);
             self.lowest[j] = control.lowest[j] - state.tensions[j];

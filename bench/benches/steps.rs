@@ -1,0 +1,46 @@
+//! Whole steps of the circular drive. Each sample restores the state saved on the circle and takes the same steps.
+#![allow(missing_docs)] // criterion's macros make undocumented functions
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use hysteron_bench::drive::{N_RAMP, with_strokes, with_tensions};
+use hysteron_bench::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene};
+use hysteron_twin::Stepper;
+
+/// Steps before the state is saved, and steps of a sample.
+const N_WARM: usize = N_RAMP + 50;
+const N_SAMPLE: usize = 50;
+
+fn steps(criterion: &mut Criterion) {
+    let mesh = sofa_mesh().unwrap();
+    for n in [N_PRIMARY, N_TENDONS] {
+        let twin = sofa_scene(Setting::TARGETS, &mesh, n).unwrap();
+        let targets = if n == N_PRIMARY {
+            with_tensions(n, N_WARM + N_SAMPLE, 0.0)
+        } else {
+            with_strokes(&twin, N_WARM + N_SAMPLE).unwrap()
+        };
+        let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+        for targets in &targets[..N_WARM] {
+            stepper.step(&twin, targets, &mut state).unwrap();
+        }
+        let mut worst = 0.0f64;
+        criterion.bench_function(&format!("step/circle/{n}/{N_SAMPLE} steps"), |bencher| {
+            bencher.iter_batched(
+                || (state.clone(), stepper.clone()),
+                |(mut state, mut stepper)| {
+                    for targets in &targets[N_WARM..] {
+                        let report = stepper.step(&twin, targets, &mut state).unwrap();
+                        worst = worst.max(report.relative_residual);
+                    }
+                    (state, stepper)
+                },
+                BatchSize::LargeInput,
+            );
+        });
+        println!("    worst relative residual {worst:.1e}");
+    }
+}
+
+criterion_group!(benches, steps);
+criterion_main!(benches);

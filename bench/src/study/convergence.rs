@@ -1,0 +1,109 @@
+//! One tube, finer and finer: what linear and quadratic tetrahedra make of the same pull.
+#![allow(clippy::print_stdout)] // this program prints tables
+
+use std::path::Path;
+
+use anyhow::Result;
+use hysteron_base::Law;
+use hysteron_fem::{Cells, Mesh, Order};
+use hysteron_twin::Stepper;
+use serde_json::{Value, json};
+
+use super::{distance, write_metrics};
+use crate::drive::one_sided;
+use crate::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
+use crate::table::print_cells;
+
+/// Stroke between two equilibria [m], and how many of them.
+const STEP: f64 = 0.2e-3;
+const N_STEPS: usize = 50;
+/// Rows reported: 2, 7 and 10 mm.
+const REPORTED: [usize; 3] = [10, 35, 50];
+
+/// Runs the study; quick: without the finest meshes.
+///
+/// # Errors
+/// A scene cannot be built.
+pub fn run(folder: &Path, quick: bool) -> Result<()> {
+    let reference = sofa_mesh()?;
+    let edges = Law::CorotationalEdges;
+    let mut cases = vec![
+        ("SOFA's mesh, edges".to_owned(), edges, reference.clone(), true),
+        ("SOFA's mesh".to_owned(), Law::Corotational, reference.clone(), true),
+        ("SOFA's mesh, neo-Hookean".to_owned(), Law::NeoHookean, reference.clone(), true),
+        ("SOFA's mesh, quadratic".to_owned(), Law::Corotational, reference.to_quadratic(), true),
+    ];
+    let (linear, quadratic): (&[u32], &[u32]) =
+        if quick { (&[12, 20], &[10]) } else { (&[16, 24, 32], &[8, 12, 16]) };
+    for (divisions, order) in
+        linear.iter().map(|d| (d, Order::Linear)).chain(quadratic.iter().map(|d| (d, Order::Quadratic)))
+    {
+        let name = format!("tube, {divisions} sides");
+        cases.push((name, Law::Corotational, tube(*divisions, order).mesh()?, false));
+    }
+    let heading = [
+        "mesh",
+        "order",
+        "unknowns",
+        "tip at 2 mm",
+        "tension",
+        "at 7 mm",
+        "tension",
+        "at 10 mm",
+        "tension",
+        "reached [mm]",
+    ];
+    println!("deflection of the tip [mm] and tension of the pulled tendon [N]");
+    let mut cells = vec![heading.map(str::to_owned).to_vec()];
+    let mut metrics = Vec::new();
+    for (name, law, mesh, is_reference) in cases {
+        let (row, values) = solve(&name, law, &mesh, is_reference)?;
+        println!("{}", row.join("  "));
+        cells.push(row);
+        metrics.push(values);
+    }
+    print_cells(&cells);
+    write_metrics(folder, "convergence", json!(metrics))
+}
+
+fn solve(name: &str, law: Law, mesh: &Mesh, is_reference: bool) -> Result<(Vec<String>, Value)> {
+    let setting = Setting { law, ..Setting::TARGETS };
+    let twin = if is_reference { sofa_scene(setting, mesh, N_PRIMARY)? } else { tube_scene(setting, mesh)? };
+    let order = match mesh.cells {
+        Cells::Tet4(_) => 1,
+        Cells::Tet10(_) => 2,
+    };
+    let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+    let rest = twin.tip_of(&state);
+    let mut curve = vec![[0.0; 2]];
+    let mut failure = None;
+    for k in 1..=N_STEPS {
+        match stepper.step(&twin, &one_sided(N_PRIMARY, STEP * k as f64), &mut state) {
+            Ok(_) => curve.push([1e3 * distance(twin.tip_of(&state), rest), state.tensions[0]]),
+            Err(error) => {
+                failure = Some(error.to_string());
+                break;
+            }
+        }
+    }
+    let reached = 1e3 * STEP * (curve.len() - 1) as f64;
+    let mut row = vec![name.to_owned(), order.to_string(), twin.body.n_unknowns().to_string()];
+    for k in REPORTED {
+        let values = curve.get(k);
+        row.extend((0..2).map(|c| values.map_or("-".into(), |v| format!("{:.3}", v[c]))));
+    }
+    row.push(format!("{reached:.1}"));
+    let at = |k: usize, c: usize| curve.get(k).map(|values| values[c]);
+    let values = json!({
+        "mesh": name,
+        "order": order,
+        "law": format!("{law:?}"),
+        "n_unknowns": twin.body.n_unknowns(),
+        "stroke_mm": REPORTED.map(|k| 1e3 * STEP * k as f64),
+        "deflection_mm": REPORTED.map(|k| at(k, 0)),
+        "tension_n": REPORTED.map(|k| at(k, 1)),
+        "reached_mm": reached,
+        "failure": failure,
+    });
+    Ok((row, values))
+}

@@ -1,0 +1,47 @@
+//! Comparisons with other programs and with a real robot; each prints tables and writes `metrics.json`.
+
+pub mod convergence;
+pub mod sofa;
+pub mod sorosim;
+pub mod tentacle;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use hysteron_base::file;
+use serde_json::{Value, json};
+
+use crate::measure::machine;
+
+/// The folder of recordings, `HYSTERON_DATA` or `../shared/data` beside the project.
+pub fn data_folder() -> PathBuf {
+    std::env::var_os("HYSTERON_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
+}
+
+/// Writes `folder/metrics.json`.
+fn write_metrics(folder: &Path, study: &str, metrics: Value) -> Result<()> {
+    let report = json!({
+        "format": "hysteron-metrics",
+        "version": 1,
+        "study": study,
+        "machine": machine(),
+        "metrics": metrics,
+    });
+    Ok(file::write_bytes(&folder.join("metrics.json"), serde_json::to_vec_pretty(&report)?)?)
+}
+
+/// Distance of two points.
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Root of the mean square.
+fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for value in values {
+        sum += value * value;
+        n += 1.0;
+    }
+    f64::sqrt(sum / n)
+}

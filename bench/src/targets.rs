@@ -1,0 +1,252 @@
+//! The performance targets: every figure beside its baseline, in one run.
+//!
+//! Speeds are the best of several repetitions, each from rest, so that other load on the machine costs
+//! repetitions and not truth; the median over the repetitions is written beside them. The ramp at the beginning
+//! is not measured. The baseline of a speed is one numeric factorisation by faer of the same stiffness,
+//! timed in between: what any method pays that factorises once a step.
+#![allow(clippy::print_stdout)] // this program prints tables
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Result, ensure};
+use hysteron_base::file;
+use hysteron_fem::{FactorKind, FemModel, Order, Stiffness, StiffnessFactor, Tangent};
+use hysteron_twin::{Stepper, Target, Twin};
+use serde_json::json;
+
+use crate::drive::{self, N_CIRCLE, N_RAMP};
+use crate::measure::{Run, machine, peak_memory_mb, percentile, processor_seconds, shortest};
+use crate::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
+use crate::table::{Goal, Row, print_rows};
+
+/// SOFA on this scene, one linearisation a step and not converged [steps/s]; `tests/reference/sofa`, one core of
+/// a 2.6 GHz Xeon with AVX-512.
+const SOFA: [(usize, f64); 2] = [(N_PRIMARY, 68.9), (N_TENDONS, 40.4)];
+const FAER: &str = "numeric factorisation by faer (f64) of the same stiffness";
+const NOISE: f64 = 10e-6;
+
+/// How long to measure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Times every drive is run.
+    pub repetitions: usize,
+    /// Steps of a drive, the ramp included.
+    pub n_steps: usize,
+    /// Sides of the tubes whose cost is compared.
+    pub divisions: &'static [u32],
+    /// Measured steps on each of these.
+    pub n_scaling_steps: usize,
+}
+
+impl Effort {
+    /// A whole circle and more, five times.
+    pub const FULL: Self = Self {
+        repetitions: 5,
+        n_steps: N_RAMP + N_CIRCLE + 429,
+        divisions: &[9, 16, 28, 41],
+        n_scaling_steps: 100,
+    };
+    /// Shows that everything runs; the figures mean little.
+    pub const QUICK: Self =
+        Self { repetitions: 1, n_steps: N_RAMP + 150, divisions: &[9, 16], n_scaling_steps: 30 };
+}
+
+/// Measures, prints the table and writes it to `path`.
+///
+/// # Errors
+/// A step fails, or the reference cannot be read.
+pub fn run(effort: Effort, path: &Path) -> Result<()> {
+    let mesh = sofa_mesh()?;
+    let few = sofa_scene(Setting::TARGETS, &mesh, N_PRIMARY)?;
+    let many = sofa_scene(Setting::TARGETS, &mesh, N_TENDONS)?;
+    let n = effort.n_steps;
+    let circle = drive::with_tensions(N_PRIMARY, n, 0.0);
+    let strokes = drive::with_strokes(&many, n)?;
+    let tensions = drive::with_tensions(N_TENDONS, n, 0.5);
+    let noisy = |targets, n_noisy| drive::with_noise(targets, n_noisy, NOISE);
+
+    let drives = [
+        ("4 tendons", &few, circle.clone(), Some(2500.0)),
+        ("4 + 36 tendons, all by stroke", &many, strokes.clone(), Some(2000.0)),
+        ("4 + 36 tendons, 36 by tension", &many, tensions.clone(), Some(2000.0)),
+        ("4 tendons, noise", &few, noisy(&circle, N_PRIMARY), Some(700.0)),
+        ("4 + 36 tendons by stroke, noise on 4", &many, noisy(&strokes, N_PRIMARY), Some(700.0)),
+        ("4 + 36 tendons by stroke, noise on 40", &many, noisy(&strokes, N_TENDONS), None),
+        ("4 + 36 tendons by tension, noise on 4", &many, noisy(&tensions, N_PRIMARY), Some(700.0)),
+    ];
+    let mut runs: Vec<Vec<Run>> = vec![Vec::new(); drives.len()];
+    let mut factorisation = f64::INFINITY;
+    for repetition in 0..effort.repetitions {
+        for ((name, twin, targets, _), runs) in drives.iter().zip(&mut runs) {
+            factorisation = factorisation.min(faer_seconds(&few));
+            let run = Run::new(twin, targets, N_RAMP)?;
+            println!("{:2}  {name:40} {:7.0} steps/s", repetition + 1, run.rate());
+            runs.push(run);
+        }
+    }
+
+    let mut rows = Vec::new();
+    let mut details = Vec::new();
+    let mut worst = (0.0f64, 0.0f64);
+    for ((name, twin, _, target), runs) in drives.iter().zip(&runs) {
+        let rates: Vec<f64> = runs.iter().map(Run::rate).collect();
+        let row = Row::new(format!("{name}: speed"), percentile(&rates, 1.0), "steps/s")
+            .against(1.0 / factorisation, FAER);
+        rows.push(match target {
+            Some(rate) => row.goal(Goal::AtLeast(*rate)),
+            None => row,
+        });
+        // The same step does the same work in every repetition: its shortest time is free of preemption.
+        let n_steps = runs.iter().map(|run| run.seconds.len()).min().unwrap_or(0);
+        let shortest_of = |k: usize| runs.iter().map(|run| run.seconds[k]).fold(f64::INFINITY, f64::min);
+        let undisturbed: Vec<f64> = (0..n_steps).map(shortest_of).collect();
+        let row = Row::new(format!("{name}: 99 % of steps"), 1e3 * percentile(&undisturbed, 0.99), "ms")
+            .against(1e3 * factorisation, FAER);
+        rows.push(if target.is_some_and(|rate| rate > 700.0) { row.goal(Goal::AtMost(2.0)) } else { row });
+        for run in runs {
+            worst = (worst.0.max(run.worst_residual), worst.1.max(run.worst_stroke_error));
+        }
+        if let Some(run) = runs.first() {
+            let steps = run.seconds.len() as f64;
+            details.push(json!({
+                "drive": name,
+                "n_tendons": twin.cables.len(),
+                "steps": steps,
+                "median_steps_per_s": percentile(&rates, 0.5),
+                "iterations_per_step": run.iterations as f64 / steps,
+                "steps_per_factorisation": steps / run.renewals.max(1) as f64,
+                "steps_by_newton": run.newton_steps,
+                "qps_by_clarabel": run.clarabel_solves,
+            }));
+        }
+    }
+    for ((n_tendons, sofa), row) in SOFA.into_iter().zip([0, 2]) {
+        let name = format!("{n_tendons} tendons: speed, SOFA quoted");
+        rows.push(Row::new(name, rows[row].measured, "steps/s").against(sofa, "SOFA v25.06, quoted"));
+    }
+    rows.push(Row::new("peak memory", peak_memory_mb(), "MB").goal(Goal::AtMost(200.0)));
+    let Rollouts { two, one, by_processor_time } = rollouts(&few, &circle, effort.repetitions)?;
+    rows.push(Row::new("two threads: rollouts", two, "steps/s").against(one, "one thread, in between"));
+    rows.push(Row::new("two threads: gain", two / one, "-").goal(Goal::AtLeast(1.8)));
+    rows.push(Row::new("two threads: gain by processor time", by_processor_time, "-"));
+    rows.extend(scaling(effort, &mut worst)?);
+    rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
+    rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));
+
+    println!();
+    print_rows(&rows);
+    let report = json!({
+        "format": "hysteron-targets",
+        "version": 1,
+        "machine": machine(),
+        "repetitions": effort.repetitions,
+        "steps": effort.n_steps,
+        "targets": rows,
+        "details": details,
+    });
+    file::write_bytes(path, serde_json::to_vec_pretty(&report)?)?;
+    println!("\nwritten to {}", path.display());
+    Ok(())
+}
+
+/// Assembled stiffness of a body at rest, in the pattern of its elements.
+pub fn rest_stiffness(body: &FemModel) -> Stiffness {
+    let mut stiffness = Stiffness::zeros(Arc::new(body.stiffness_pattern(&[])));
+    body.stiffness_into(&body.rest, Tangent::Exact, &mut stiffness);
+    stiffness
+}
+
+/// Shortest of a few numeric factorisations by faer [s].
+fn faer_seconds(twin: &Twin) -> f64 {
+    let stiffness = rest_stiffness(&twin.body);
+    let mut factor = StiffnessFactor::new(&stiffness.pattern, FactorKind::Supernodal, twin.body.isa);
+    // The stiffness of a clamped body at rest is positive definite.
+    shortest(5, || assert!(factor.factorize(&stiffness).is_ok(), "the stiffness at rest has no factor"))
+}
+
+/// Speed on two threads and on one [steps/s].
+struct Rollouts {
+    two: f64,
+    one: f64,
+    /// Gain with an undisturbed core for each thread, from processor times: what sharing memory and caches
+    /// leaves of 2. None where the system does not tell.
+    by_processor_time: Option<f64>,
+}
+
+/// Rollouts on two threads, with a stepper each, and on one; best of alternations.
+fn rollouts(twin: &Twin, targets: &[Vec<Target>], alternations: usize) -> Result<Rollouts> {
+    let rollout = || -> hysteron_twin::Result<()> {
+        let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
+        targets.iter().try_for_each(|targets| stepper.step(twin, targets, &mut state).map(drop))
+    };
+    let (mut two, mut one) = (0.0f64, 0.0f64);
+    let mut processor = [Some(0.0); 2];
+    for _ in 0..alternations.max(2) {
+        let before = processor_seconds();
+        let start = Instant::now();
+        rollout()?;
+        one = one.max(targets.len() as f64 / start.elapsed().as_secs_f64());
+        let between = processor_seconds();
+        let start = Instant::now();
+        std::thread::scope(|scope| {
+            let other = scope.spawn(rollout);
+            let here = rollout();
+            other.join().unwrap_or(Ok(())).and(here)
+        })?;
+        two = two.max(2.0 * targets.len() as f64 / start.elapsed().as_secs_f64());
+        for (sum, [from, to]) in processor.iter_mut().zip([[before, between], [between, processor_seconds()]])
+        {
+            *sum = sum.zip(from.zip(to)).map(|(sum, (from, to))| sum + to - from);
+        }
+    }
+    let by_processor_time = match processor {
+        [Some(one), Some(two)] if two > 0.0 => Some(4.0 * one / two),
+        _ => None,
+    };
+    Ok(Rollouts { two, one, by_processor_time })
+}
+
+/// The circular drive on finer and finer tubes, and the exponent of cost over size.
+fn scaling(effort: Effort, worst: &mut (f64, f64)) -> Result<Vec<Row>> {
+    // Up to the circle in few steps: only the steps on it are measured.
+    let n_ramp = N_RAMP / 10;
+    let ramp = (0..n_ramp).map(|k| 10 * k);
+    // After a jump of ten steps the factor is renewed; a few steps settle it.
+    let n_settling = 10;
+    let on_circle = N_RAMP..N_RAMP + n_settling + effort.n_scaling_steps;
+    let targets: Vec<Vec<Target>> =
+        ramp.chain(on_circle).map(|k| drive::circle(k).map(Target::Stroke).to_vec()).collect();
+    let mut rows = Vec::new();
+    let mut points = Vec::new();
+    for &divisions in effort.divisions {
+        let twin = tube_scene(Setting::TARGETS, &tube(divisions, Order::Linear).mesh()?)?;
+        let repetitions = if divisions < 25 { effort.repetitions } else { 1 };
+        let mut fastest = f64::INFINITY;
+        for _ in 0..repetitions {
+            let run = Run::new(&twin, &targets, n_ramp + n_settling)?;
+            ensure!(run.newton_steps == 0, "{} steps on the circle by Newton's method", run.newton_steps);
+            fastest = fastest.min(1e3 / run.rate());
+            *worst = (worst.0.max(run.worst_residual), worst.1.max(run.worst_stroke_error));
+        }
+        let n = twin.body.n_unknowns();
+        println!("{n} unknowns: {fastest:.3} ms/step");
+        rows.push(
+            Row::new(format!("step with {n} unknowns"), fastest, "ms")
+                .against(1e3 * faer_seconds(&twin), FAER),
+        );
+        points.push([(n as f64).ln(), fastest.ln()]);
+    }
+    rows.push(Row::new("exponent of cost over unknowns", slope(&points), "-").goal(Goal::AtMost(1.3)));
+    Ok(rows)
+}
+
+/// Slope of the least-squares line through (x, y).
+pub fn slope(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let mean = |c: usize| points.iter().map(|p| p[c]).sum::<f64>() / n;
+    let (x, y) = (mean(0), mean(1));
+    let covariance: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+    covariance / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+}
