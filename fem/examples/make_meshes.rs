@@ -1,7 +1,7 @@
 //! Writes the meshes of the folder `meshes/` anew, byte for byte:
 //! `cargo run --release -p hysteron-fem --example make_meshes -- meshes`
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
 use hysteron_fem::{Channel, Encoding, Layers, Mesh, Order, Result, Tube, check_mesh, write_mesh};
@@ -37,10 +37,14 @@ fn tpu80(outer_divisions: u32, bore_divisions: u32, channel_divisions: u32, laye
     }
 }
 
-/// Solid tapered body of two links.
+/// Solid tapered body of two links. Its polygons bend like the circles they stand for: they have the same
+/// second moment of area.
 fn tentacle(outer_divisions: u32, layers: u32) -> Tube {
+    let turn = TAU / f64::from(outer_divisions);
+    // n R⁴ sin(2π/n) (2 + cos(2π/n)) / 24 = π r⁴ / 4.
+    let wider = (3.0 * turn / (turn.sin() * (2.0 + turn.cos()))).powf(0.25);
     Tube {
-        profile: vec![[0.0, 15.41 * MM], [305.0 * MM, 6.42 * MM], [360.0 * MM, 4.80 * MM]],
+        profile: [[0.0, 15.41], [305.0, 6.42], [360.0, 4.80]].map(|[z, r]| [z * MM, wider * r * MM]).to_vec(),
         bore_radius: 0.0,
         channels: Vec::new(),
         outer_divisions,
