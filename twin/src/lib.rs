@@ -15,6 +15,7 @@ mod quasi_newton;
 mod rollout;
 mod state;
 mod step;
+mod tensions;
 
 pub use cable::Cables;
 pub use error::{Error, Result};

@@ -23,8 +23,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
 use crate::projection::Projection;
-use crate::qp::{BoxQp, QpSolver, QpStatus};
+use crate::qp::QpSolver;
 use crate::step::{StepReport, TwinState};
+use crate::tensions::TensionStep;
 
 const MAX_ITERATIONS: usize = 100;
 /// Full steps that are tried first.
@@ -53,16 +54,12 @@ pub(crate) struct Newton {
     /// Negative eigenvalues of the factorised tangent.
     n_negative: usize,
     pub projection: Projection,
-    qp: BoxQp,
+    tensions: TensionStep,
     trial: TwinState,
     /// K⁻¹ r.
     drift: Vec<f64>,
     displacement: Vec<f64>,
     correction: Vec<f64>,
-    right: Vec<f64>,
-    lowest: Vec<f64>,
-    highest: Vec<f64>,
-    increments: Vec<f64>,
     extent: f64,
 }
 
@@ -98,15 +95,11 @@ impl Newton {
             mixed: Stiffness::zeros(pattern.clone()),
             stiffness: Stiffness::zeros(pattern),
             projection: Projection::new(n, m),
-            qp: BoxQp::new(m),
+            tensions: TensionStep::new(m),
             trial: twin.rest(),
             drift: vec![0.0; n],
             displacement: vec![0.0; n],
             correction: vec![0.0; n],
-            right: vec![0.0; m],
-            lowest: vec![0.0; m],
-            highest: vec![0.0; m],
-            increments: vec![0.0; m],
             extent: (0..3).map(extent).fold(0.0, f64::max),
         }
     }
@@ -254,42 +247,39 @@ impl Newton {
         if !twin.couples.is_empty() {
             self.follow_couples(twin, control.load, state);
         }
-        for j in 0..state.tensions.len() {
-            self.right[j] = balance.missing[j] + twin.cables.row_times(&balance.shape, j, &self.drift);
-            self.lowest[j] = control.lowest[j] - state.tensions[j];
-            self.highest[j] = control.highest[j] - state.tensions[j];
-        }
+        let drift = &self.drift;
+        let missing = |j: usize| balance.missing[j] + twin.cables.row_times(&balance.shape, j, drift);
+        self.tensions.pose(control, &state.tensions, missing);
         if self.n_negative > 0 {
             return self.solve_taut();
         }
-        self.qp.set_matrix(&self.projection.delassus);
-        let (status, solver) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
-        report.clarabel_solves += usize::from(solver == QpSolver::Clarabel);
-        status == QpStatus::Solved
+        self.tensions.qp.set_matrix(&self.projection.delassus);
+        let solver = self.tensions.solve();
+        report.clarabel_solves += usize::from(solver == Some(QpSolver::Clarabel));
+        solver.is_some()
     }
 
     /// Tension increments with an indefinite W, for the tendons that stay within their bounds: starts
     /// with all, and leaves each that would go beyond a bound on it. False where W is not that of a stable
     /// equilibrium under the strokes of those tendons.
     fn solve_taut(&mut self) -> bool {
-        let n = self.right.len();
-        let mut taut: Vec<usize> = (0..n).filter(|&j| self.lowest[j] < self.highest[j]).collect();
-        for j in 0..n {
-            self.increments[j] = self.lowest[j];
-        }
+        let TensionStep { missing, lowest, highest, increments, .. } = &mut self.tensions;
+        let n = missing.len();
+        let mut taut: Vec<usize> = (0..n).filter(|&j| lowest[j] < highest[j]).collect();
+        increments.copy_from_slice(lowest);
         while !taut.is_empty() {
             let w = |i: usize, j: usize| self.projection.delassus[i * n + j];
             let matrix = DMatrix::from_fn(taut.len(), taut.len(), |k, l| w(taut[k], taut[l]));
             let right = DVector::from_fn(taut.len(), |k, _| {
                 let i = taut[k];
-                let held = (0..n).filter(|j| !taut.contains(j)).map(|j| w(i, j) * self.increments[j]);
-                self.right[i] - held.sum::<f64>()
+                let held = (0..n).filter(|j| !taut.contains(j)).map(|j| w(i, j) * increments[j]);
+                missing[i] - held.sum::<f64>()
             });
             let Some(solution) = matrix.clone().lu().solve(&right) else { return false };
             for (k, &j) in taut.iter().enumerate() {
-                self.increments[j] = solution[k].clamp(self.lowest[j], self.highest[j]);
+                increments[j] = solution[k].clamp(lowest[j], highest[j]);
             }
-            let beyond = |k: usize| (solution[k] - self.increments[taut[k]]).abs();
+            let beyond = |k: usize| (solution[k] - increments[taut[k]]).abs();
             let worst = (0..taut.len()).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
             match worst.filter(|&k| beyond(k) > 0.0) {
                 Some(k) => taut.remove(k),
@@ -315,31 +305,21 @@ impl Newton {
         for (displacement, drift) in self.displacement.iter_mut().zip(&self.drift) {
             *displacement = -drift;
         }
-        for (increment, column) in self.increments.iter().zip(&self.projection.columns) {
+        for (increment, column) in self.tensions.increments.iter().zip(&self.projection.columns) {
             hysteron_fem::axpy(twin.body.isa, *increment, column, &mut self.displacement);
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.size(twin, balance, &self.drift, &self.increments);
+        let present = self.size(twin, balance, &self.drift, &self.tensions.increments);
         let best_seen = balance.relative;
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
-        let increments = self.increments.clone();
+        let increments = self.tensions.increments.clone();
         while part >= SHORTEST {
             self.trial.clone_from(state);
             move_nodes(&mut self.trial.positions, part, &self.displacement);
-            for j in 0..state.tensions.len() {
-                let bounds = (control.lowest[j], control.highest[j]);
-                // A full step lands exactly on its bound.
-                self.trial.tensions[j] = if part == 1.0 && increments[j] == bounds.0 - state.tensions[j] {
-                    bounds.0
-                } else if part == 1.0 && increments[j] == bounds.1 - state.tensions[j] {
-                    bounds.1
-                } else {
-                    (state.tensions[j] + part * increments[j]).clamp(bounds.0, bounds.1)
-                };
-            }
+            TensionStep::apply(control, &increments, part, &mut self.trial.tensions);
             balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
             if search == Search::Full {
                 std::mem::swap(state, &mut self.trial);
@@ -367,7 +347,7 @@ impl Newton {
     /// Tension above which cables count as no stronger in the potential: an exact penalty must exceed the
     /// multipliers, and more would only shorten the steps.
     fn strongest_tension(&self, state: &TwinState) -> f64 {
-        let tensions = state.tensions.iter().zip(&self.increments);
+        let tensions = state.tensions.iter().zip(&self.tensions.increments);
         2.0 * tensions.map(|(t, change)| t.abs().max((t + change).abs())).fold(0.0, f64::max)
     }
 
@@ -398,17 +378,13 @@ impl Newton {
     fn size_of_correction(&mut self, twin: &Twin, control: &Control, balance: &Balance) -> f64 {
         self.correction.copy_from_slice(&balance.residual);
         self.factor.solve(&mut self.correction);
-        for j in 0..self.right.len() {
-            let column = &self.projection.columns[j];
-            self.right[j] = balance.missing[j] + dot(twin.body.isa, &balance.residual, column);
-            self.lowest[j] = control.lowest[j] - self.trial.tensions[j];
-            self.highest[j] = control.highest[j] - self.trial.tensions[j];
-        }
-        let (status, _) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
-        if status != QpStatus::Solved {
+        let columns = &self.projection.columns;
+        let missing = |j: usize| balance.missing[j] + dot(twin.body.isa, &balance.residual, &columns[j]);
+        self.tensions.pose(control, &self.trial.tensions, missing);
+        if self.tensions.solve().is_none() {
             return f64::INFINITY;
         }
-        self.size(twin, balance, &self.correction, &self.increments)
+        self.size(twin, balance, &self.correction, &self.tensions.increments)
     }
 
     /// Energy norm of the correction d = Y dT - z with z = K⁻¹ r: dᵀ K d = rᵀ z - 2 dTᵀ Yᵀ r + dTᵀ W dT

@@ -17,8 +17,9 @@ use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
 use crate::predictor::Predictor;
 use crate::projection::Projection;
-use crate::qp::{BoxQp, QpSolver, QpStatus};
+use crate::qp::QpSolver;
 use crate::step::{StepReport, TwinState};
+use crate::tensions::TensionStep;
 
 /// Iterations after which a factor is renewed within a step, and after which the step is given up.
 const RENEW_AFTER: usize = 8;
@@ -34,7 +35,7 @@ pub(crate) struct QuasiNewton {
     projection: Projection,
     /// The projection's columns in single precision: they are streamed in every iteration.
     columns: Vec<Vec<f32>>,
-    qp: BoxQp,
+    tensions: TensionStep,
     anderson: Anderson,
     predictor: Predictor,
     /// No factor yet, or one that did not serve.
@@ -50,10 +51,6 @@ pub(crate) struct QuasiNewton {
     step: Vec<f64>,
     /// K⁻¹ r.
     drift: Vec<f64>,
-    right: Vec<f64>,
-    lowest: Vec<f64>,
-    highest: Vec<f64>,
-    increments: Vec<f64>,
     command: Vec<f64>,
     /// Which cables stood at a bound when history began.
     at_bound: Vec<bool>,
@@ -71,7 +68,7 @@ impl QuasiNewton {
             stiffness: Stiffness::zeros(pattern),
             projection: Projection::new(n, m),
             columns: vec![vec![0.0; n]; m],
-            qp: BoxQp::new(m),
+            tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n + m),
             predictor: Predictor::new(isa, n + m, m),
             is_stale: true,
@@ -80,10 +77,6 @@ impl QuasiNewton {
             recent: 0.0,
             step: vec![0.0; n + m],
             drift: vec![0.0; n],
-            right: vec![0.0; m],
-            lowest: vec![0.0; m],
-            highest: vec![0.0; m],
-            increments: vec![0.0; m],
             command: vec![0.0; m],
             at_bound: vec![false; m],
         }
@@ -159,7 +152,7 @@ impl QuasiNewton {
                 *single = *double as f32;
             }
         }
-        self.qp.set_matrix(&self.projection.delassus);
+        self.tensions.qp.set_matrix(&self.projection.delassus);
         self.anderson.clear();
         self.is_stale = false;
         self.spent = 0;
@@ -185,9 +178,9 @@ impl QuasiNewton {
         self.drift.fill(0.0);
         if self.solve_tensions(twin, control, state, balance).is_some() {
             self.step[..n].fill(0.0);
-            combine_into(twin.body.isa, &self.increments, &self.columns, &mut self.step[..n]);
+            combine_into(twin.body.isa, &self.tensions.increments, &self.columns, &mut self.step[..n]);
             move_nodes(&mut state.positions, 1.0, &self.step[..n]);
-            self.add_increments(control, state);
+            TensionStep::apply(control, &self.tensions.increments, 1.0, &mut state.tensions);
         }
     }
 
@@ -212,10 +205,10 @@ impl QuasiNewton {
         for (step, drift) in self.step.iter_mut().zip(&self.drift) {
             *step = -drift;
         }
-        combine_into(twin.body.isa, &self.increments, &self.columns, &mut self.step[..n]);
+        combine_into(twin.body.isa, &self.tensions.increments, &self.columns, &mut self.step[..n]);
         for j in 0..m {
-            self.step[n + j] = self.increments[j] * self.compliance(j);
-            let at_bound = self.qp.at_bound(j);
+            self.step[n + j] = self.tensions.increments[j] * self.compliance(j);
+            let at_bound = self.tensions.qp.at_bound(j);
             if self.at_bound[j] != at_bound {
                 // The map has a kink here: pairs and states of the other side do not apply.
                 self.at_bound[j] = at_bound;
@@ -226,9 +219,9 @@ impl QuasiNewton {
         self.anderson.accelerate(&mut self.step);
         move_nodes(&mut state.positions, 1.0, &self.step[..n]);
         for j in 0..m {
-            self.increments[j] = self.step[n + j] / self.compliance(j);
+            self.tensions.increments[j] = self.step[n + j] / self.compliance(j);
         }
-        self.add_increments(control, state);
+        TensionStep::apply(control, &self.tensions.increments, 1.0, &mut state.tensions);
         self.anderson.moved(&self.step);
         true
     }
@@ -241,34 +234,15 @@ impl QuasiNewton {
         state: &TwinState,
         balance: &Balance,
     ) -> Option<QpSolver> {
-        for j in 0..state.tensions.len() {
-            self.right[j] = if control.is_tension(j) {
-                0.0
-            } else {
-                balance.missing[j] + twin.cables.row_times(&balance.shape, j, &self.drift)
-            };
-            self.lowest[j] = control.lowest[j] - state.tensions[j];
-            self.highest[j] = control.highest[j] - state.tensions[j];
-        }
-        let (status, solver) = self.qp.solve(&self.right, &self.lowest, &self.highest, &mut self.increments);
-        (status == QpStatus::Solved).then_some(solver)
-    }
-
-    fn add_increments(&self, control: &Control, state: &mut TwinState) {
-        for j in 0..state.tensions.len() {
-            let bounds = (control.lowest[j], control.highest[j]);
-            // Exactly on the bound where the QP says so: slackness is then free of round-off.
-            state.tensions[j] = if self.increments[j] == self.lowest[j] {
-                bounds.0
-            } else {
-                (state.tensions[j] + self.increments[j]).clamp(bounds.0, bounds.1)
-            };
-        }
+        let drift = &self.drift;
+        let missing = |j: usize| balance.missing[j] + twin.cables.row_times(&balance.shape, j, drift);
+        self.tensions.pose(control, &state.tensions, missing);
+        self.tensions.solve()
     }
 
     /// W_jj [m/N].
     fn compliance(&self, j: usize) -> f64 {
-        self.projection.delassus[j * (self.right.len() + 1)]
+        self.projection.delassus[j * (self.at_bound.len() + 1)]
     }
 
     fn write_command(&mut self, control: &Control) {

@@ -1,0 +1,62 @@
+//! The tension increments of a correction: the bound-constrained QP of eq. 4, posed and applied.
+
+use crate::balance::Control;
+use crate::qp::{BoxQp, QpSolver, QpStatus};
+
+/// A QP in the tension increments and its answer; scratch.
+#[derive(Debug, Clone)]
+pub(crate) struct TensionStep {
+    pub qp: BoxQp,
+    /// Stroke that each cable still has to make [m].
+    pub missing: Vec<f64>,
+    /// Bounds of the increments [N].
+    pub lowest: Vec<f64>,
+    pub highest: Vec<f64>,
+    /// The answer [N].
+    pub increments: Vec<f64>,
+}
+
+impl TensionStep {
+    /// For `m` cables.
+    pub fn new(m: usize) -> Self {
+        let zeros = vec![0.0; m];
+        Self {
+            qp: BoxQp::new(m),
+            missing: zeros.clone(),
+            lowest: zeros.clone(),
+            highest: zeros.clone(),
+            increments: zeros,
+        }
+    }
+
+    /// Sets the data: tensions now, and the stroke each cable misses when only the drift is made.
+    pub fn pose(&mut self, control: &Control, tensions: &[f64], missing: impl Fn(usize) -> f64) {
+        for (j, tension) in tensions.iter().enumerate() {
+            self.missing[j] = if control.is_tension(j) { 0.0 } else { missing(j) };
+            self.lowest[j] = control.lowest[j] - tension;
+            self.highest[j] = control.highest[j] - tension;
+        }
+    }
+
+    /// Solves what was posed; `None` unless solved.
+    pub fn solve(&mut self) -> Option<QpSolver> {
+        let (status, solver) =
+            self.qp.solve(&self.missing, &self.lowest, &self.highest, &mut self.increments);
+        (status == QpStatus::Solved).then_some(solver)
+    }
+
+    /// `tensions` after `part` of `increments`; a full increment to a bound lands on it exactly, so that
+    /// slackness is free of round-off.
+    pub fn apply(control: &Control, increments: &[f64], part: f64, tensions: &mut [f64]) {
+        for (j, tension) in tensions.iter_mut().enumerate() {
+            let (lowest, highest) = (control.lowest[j], control.highest[j]);
+            *tension = if part == 1.0 && increments[j] == lowest - *tension {
+                lowest
+            } else if part == 1.0 && increments[j] == highest - *tension {
+                highest
+            } else {
+                (*tension + part * increments[j]).clamp(lowest, highest)
+            };
+        }
+    }
+}
