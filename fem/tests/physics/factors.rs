@@ -216,3 +216,55 @@ fn slender_bodies_get_the_envelope_and_bulky_ones_do_not() {
         assert_eq!(FactorKind::fastest(&robot(file).stiffness_pattern(&[])), kind, "{file}");
     }
 }
+
+#[test]
+fn signed_factor_solves_indefinite_matrices_and_counts_their_negative_eigenvalues() {
+    for order in ORDERS {
+        let model = block(order);
+        let n = model.n_unknowns();
+        let mut k = stiffness(&model, &model.rest, Tangent::Exact);
+        let dense = |k: &Stiffness| {
+            let columns = (0..n).flat_map(|j| {
+                let unit: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i == j))).collect();
+                multiply(k, &unit)
+            });
+            nalgebra::DMatrix::from_iterator(n, n, columns)
+        };
+        let mut values: Vec<f64> = dense(&k).symmetric_eigenvalues().iter().copied().collect();
+        values.sort_by(f64::total_cmp);
+        for n_negative in [0, 1, 7] {
+            // Half way between two eigenvalues, all below become negative.
+            let shift =
+                if n_negative == 0 { 0.0 } else { 0.5 * (values[n_negative - 1] + values[n_negative]) };
+            let mut shifted = k.clone();
+            for node in 0..n / 3 {
+                let slot = k.pattern.slot(node, node).unwrap();
+                for c in 0..3 {
+                    shifted.blocks[slot][c][c] -= shift;
+                }
+            }
+            let mut factor = StiffnessFactor::new(&k.pattern, FactorKind::Supernodal, model.isa);
+            assert_eq!(factor.factorize(&shifted).is_ok(), n_negative == 0);
+            assert_eq!(factor.factorize_signed(&shifted).unwrap(), n_negative);
+            let expected = random_vector(n, n_negative);
+            let mut u = multiply(&shifted, &expected);
+            factor.solve(&mut u);
+            // Round-off times the condition of the shifted matrix.
+            let nearest = values.iter().map(|value| (value - shift).abs()).fold(f64::INFINITY, f64::min);
+            let tol = 100.0 * f64::EPSILON * values[n - 1] / nearest;
+            assert_close(&format!("{order:?}, {n_negative}"), difference(&u, &expected), 0.0, tol, 1.0);
+        }
+        // Usable again as a positive definite factor.
+        k.blocks.iter_mut().flatten().flatten().for_each(|entry| *entry *= 2.0);
+        let mut factor = factor(&k, FactorKind::Supernodal, &model);
+        let mut u = multiply(&k, &random_vector(n, 3));
+        factor.solve(&mut u);
+        assert_close(
+            "positive",
+            difference(&u, &random_vector(n, 3)),
+            0.0,
+            accuracy(FactorKind::Supernodal),
+            1.0,
+        );
+    }
+}

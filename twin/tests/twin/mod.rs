@@ -5,6 +5,7 @@ mod determinism;
 mod elastica;
 mod equilibrium;
 mod layout;
+mod limit;
 mod qp;
 mod reach;
 mod ring;
