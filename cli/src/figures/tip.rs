@@ -1,20 +1,23 @@
-//! The path of the tip from three sides, the two axes of each to one scale.
+//! The path of the tip from three sides, over its goals where it had any; the two axes of each to one scale.
 
 use anyhow::{Context, Result};
 use plotters::prelude::*;
 
 use super::Figure;
-use super::sheet::{BELOW, LEFT, Sheet, padded, ramp};
+use super::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};
 use super::simplify::simplified;
-use crate::simulate::Run;
+use crate::run::Run;
 
 /// Pieces of the path that have a colour of their own.
 const PIECES: usize = 80;
+const GOALS: RGBColor = COLORS[4];
 
 /// The path of the tip, coloured by time.
 pub struct TipPath {
     /// Coordinates x, y, z (n_samples each) [mm].
     tip: [Vec<f64>; 3],
+    /// Where it was to go (n_samples each) [mm].
+    goals: Option<[Vec<f64>; 3]>,
     /// First and last time [s].
     time: [f64; 2],
 }
@@ -24,7 +27,17 @@ impl TipPath {
     pub fn new(run: &Run) -> Result<Self> {
         let tip = run.recording.tip().context("the recording has no tip")?;
         let time = run.recording.time();
-        Ok(Self { tip: tip.map(super::millimetres), time: [time[0], time[time.len() - 1]] })
+        Ok(Self {
+            tip: tip.map(super::millimetres),
+            goals: run.goals.map(|goals| goals.positions().map(super::millimetres)),
+            time: [time[0], time[time.len() - 1]],
+        })
+    }
+
+    /// Range of everything shown along an axis [mm].
+    fn range(&self, axis: usize) -> std::ops::Range<f64> {
+        let goals = self.goals.iter().flat_map(|goals| &goals[axis]);
+        padded(self.tip[axis].iter().chain(goals).copied())
     }
 
     /// One view of two axes, its path in the middle.
@@ -34,15 +47,19 @@ impl TipPath {
     {
         let (width, height) = sheet.size();
         let range = |axis: usize, px: f64| {
-            let own = padded(self.tip[axis].iter().copied());
+            let own = self.range(axis);
             let (middle, half) = (0.5 * (own.start + own.end), 0.5 * px * mm_per_px);
             middle - half..middle + half
         };
         let names = axes.map(|axis| format!("{} [mm]", ["x", "y", "z"][axis]));
         let (x, y) = (range(axes[0], width - LEFT), range(axes[1], height - BELOW));
         let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
-        let points: Vec<(f64, f64)> =
-            self.tip[axes[0]].iter().copied().zip(self.tip[axes[1]].iter().copied()).collect();
+        let points = seen(&self.tip, axes);
+        if let Some(goals) = &self.goals {
+            // Wide and below, so that it shows on both sides of a path that meets it.
+            let line = simplified(&seen(goals, axes), 0.15 * mm_per_px);
+            chart.draw_series(LineSeries::new(line, sheet.line(GOALS, 5.0)))?;
+        }
         let piece = points.len().div_ceil(PIECES).max(1);
         for start in (0..points.len()).step_by(piece) {
             let end = (start + piece + 1).min(points.len());
@@ -58,6 +75,11 @@ impl TipPath {
     }
 }
 
+/// Points along two of the axes.
+fn seen(path: &[Vec<f64>; 3], axes: [usize; 2]) -> Vec<(f64, f64)> {
+    path[axes[0]].iter().copied().zip(path[axes[1]].iter().copied()).collect()
+}
+
 impl Figure for TipPath {
     fn name(&self) -> &'static str {
         "tip-path"
@@ -66,7 +88,8 @@ impl Figure for TipPath {
     fn caption(&self) -> String {
         "Path of the tip from above and from two sides, coloured by time; the two axes of a view have one scale. \
          Circle: first sample; triangle: last."
-            .into()
+            .to_owned()
+            + if self.goals.is_some() { " Wide line below: the goals." } else { "" }
     }
 
     fn size(&self) -> (u32, u32) {
@@ -80,11 +103,14 @@ impl Figure for TipPath {
         const TOP: f64 = 40.0;
         const SIDE: f64 = 330.0;
         sheet.title("Path of the tip")?;
+        if self.goals.is_some() {
+            sheet.legend(&[("goals".into(), GOALS)])?;
+        }
         let (width, height) = sheet.size();
         let main = (width - SIDE - 95.0, height - TOP - 10.0);
         let small = (SIDE, main.1 / 2.0);
         let length = |axis: usize| {
-            let range = padded(self.tip[axis].iter().copied());
+            let range = self.range(axis);
             range.end - range.start
         };
         // A tip at rest would be magnified without end.
