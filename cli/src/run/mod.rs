@@ -165,12 +165,7 @@ pub fn carry_out(task: Task, input: &Path, options: &Options) -> anyhow::Result<
     let recording = if stopped_at == 0 {
         None
     } else {
-        Some(trace.into_recording(
-            &twin,
-            &command,
-            goals.as_ref(),
-            with_completeness(provenance, is_complete),
-        )?)
+        Some(trace.into_recording(&twin, &command, with_completeness(provenance, is_complete))?)
     };
     let (End::Done, Some(recording)) = (&end, &recording) else {
         state.write(&state_file, &twin, &scene.hash)?;
