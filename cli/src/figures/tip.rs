@@ -10,7 +10,7 @@ use crate::run::Run;
 
 /// Pieces of the path that have a colour of their own.
 const PIECES: usize = 80;
-const GOALS: RGBColor = COLORS[4];
+const GOALS: RGBColor = COLORS[5];
 
 /// The path of the tip, coloured by time.
 pub struct TipPath {
@@ -56,9 +56,10 @@ impl TipPath {
         let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
         let points = seen(&self.tip, axes);
         if let Some(goals) = &self.goals {
-            // Wide and below, so that it shows on both sides of a path that meets it.
-            let line = simplified(&seen(goals, axes), 0.15 * mm_per_px);
-            chart.draw_series(LineSeries::new(line, sheet.line(GOALS, 5.0)))?;
+            // Dots below, wide enough to show on both sides of a path that meets them.
+            let apart = spaced(&seen(goals, axes), 2.0 * mm_per_px);
+            let dots = apart.into_iter().map(|at| Circle::new(at, sheet.px(3.0), GOALS.filled()));
+            chart.draw_series(dots)?;
         }
         let piece = points.len().div_ceil(PIECES).max(1);
         for start in (0..points.len()).step_by(piece) {
@@ -80,6 +81,17 @@ fn seen(path: &[Vec<f64>; 3], axes: [usize; 2]) -> Vec<(f64, f64)> {
     path[axes[0]].iter().copied().zip(path[axes[1]].iter().copied()).collect()
 }
 
+/// The first point, and each that is this far from the one taken before.
+fn spaced(points: &[(f64, f64)], distance: f64) -> Vec<(f64, f64)> {
+    let mut taken: Vec<(f64, f64)> = Vec::new();
+    for point in points {
+        if taken.last().is_none_or(|last| (point.0 - last.0).hypot(point.1 - last.1) >= distance) {
+            taken.push(*point);
+        }
+    }
+    taken
+}
+
 impl Figure for TipPath {
     fn name(&self) -> &'static str {
         "tip-path"
@@ -89,7 +101,7 @@ impl Figure for TipPath {
         "Path of the tip from above and from two sides, coloured by time; the two axes of a view have one scale. \
          Circle: first sample; triangle: last."
             .to_owned()
-            + if self.goals.is_some() { " Wide line below: the goals." } else { "" }
+            + if self.goals.is_some() { " Blue dots below: the goals." } else { "" }
     }
 
     fn size(&self) -> (u32, u32) {
