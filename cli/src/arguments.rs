@@ -8,6 +8,9 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron simulate meshes/tpu80/scene.toml \\
       --strokes meshes/tpu80/strokes-circle.csv \\
       --out out/tpu80/tip.parquet --figures out/tpu80
+  hysteron reach meshes/tpu80/scene.toml \\
+      --goals out/tpu80/tip.parquet \\
+      --out out/tpu80/strokes.parquet --figures out/tpu80/reach
   hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 \\
       --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
       --layers 17 --out out/tube.msh
@@ -38,6 +41,7 @@ pub struct Program {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     Simulate(crate::simulate::Arguments),
+    Reach(crate::reach::Arguments),
     Mesh(crate::mesh::Arguments),
     Check(crate::check::Arguments),
 }

@@ -9,6 +9,8 @@ mod failure;
 mod figures;
 mod interrupt;
 mod mesh;
+mod reach;
+mod run;
 mod simulate;
 mod terminal;
 
@@ -22,6 +24,7 @@ fn main() -> ExitCode {
     terminal::start_log(program.verbosity());
     let done = program.use_threads().and_then(|()| match &program.verb {
         Verb::Simulate(arguments) => simulate::run(arguments),
+        Verb::Reach(arguments) => reach::run(arguments),
         Verb::Mesh(arguments) => mesh::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
     });

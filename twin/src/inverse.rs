@@ -37,7 +37,7 @@ pub struct ReachReport {
     pub is_reached: bool,
     /// QPs solved, one forward step each.
     pub rounds: usize,
-    /// The last forward step.
+    /// The forward steps: what they cost in all, and how well the last converged.
     pub step: StepReport,
 }
 
@@ -93,7 +93,7 @@ impl Stepper {
             for halving in 0..=MAX_HALVINGS {
                 part *= problem.command(twin, targets, &before.0, &increments, part, &mut commands);
                 match self.step(twin, &commands, state) {
-                    Ok(report) => step = report,
+                    Ok(report) => step = step.followed_by(&report),
                     Err(Error::NoEquilibrium { .. }) => {}
                     Err(other) => return Err(other),
                 }

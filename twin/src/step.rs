@@ -35,6 +35,20 @@ pub struct StepReport {
     pub stroke_error: f64,
 }
 
+impl StepReport {
+    /// Both steps: the costs of the two, the accuracy of the later one.
+    pub(crate) fn followed_by(&self, next: &Self) -> Self {
+        Self {
+            iterations: self.iterations + next.iterations,
+            renewals: self.renewals + next.renewals,
+            newton_iterations: self.newton_iterations + next.newton_iterations,
+            sub_steps: self.sub_steps + next.sub_steps,
+            clarabel_solves: self.clarabel_solves + next.clarabel_solves,
+            ..*next
+        }
+    }
+}
+
 /// Steps a twin; owns all scratch, so that steps allocate nothing in the common case.
 #[derive(Debug, Clone)]
 pub struct Stepper {

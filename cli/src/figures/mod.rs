@@ -18,7 +18,7 @@ use hysteron_base::file;
 use plotters::prelude::*;
 use plotters::style::register_font;
 
-use crate::simulate::Run;
+use crate::run::Run;
 use lines::{Curve, TimeChart, TimePanel};
 use robot::RobotPicture;
 use sheet::{COLORS, Sheet};

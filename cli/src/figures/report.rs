@@ -6,7 +6,7 @@ use hysteron_base::file;
 use serde::Serialize;
 
 use super::Drawn;
-use crate::simulate::{Run, Summary};
+use crate::run::{Run, Summary};
 
 #[derive(Serialize)]
 struct Metrics<'a> {
@@ -56,17 +56,18 @@ pub(super) fn write(folder: &Path, run: &Run, figures: &[Drawn]) -> anyhow::Resu
     let mut json = serde_json::to_string_pretty(&metrics)?;
     json.push('\n');
     file::write_bytes(&folder.join("metrics.json"), json)?;
-    file::write_bytes(&folder.join("report.html"), html(&metrics, figures))?;
+    file::write_bytes(&folder.join("report.html"), html(&metrics, run.task.title(), figures))?;
     Ok(())
 }
 
-fn html(metrics: &Metrics, figures: &[Drawn]) -> String {
+fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
     let run = metrics.run;
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}: simulation</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{0}: simulation</h1>\n<p>{1}</p>\n<pre>{2}</pre>\n",
+         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}: {1}</title>\n\
+         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{0}: {1}</h1>\n<p>{2}</p>\n<pre>{3}</pre>\n",
         escaped(metrics.robot.name),
+        title,
         escaped(metrics.source),
         escaped(metrics.command),
     );
@@ -91,8 +92,16 @@ fn html(metrics: &Metrics, figures: &[Drawn]) -> String {
         ("Tip y [mm]", format!("{} to {}", mm(run.tip_min_m[1]), mm(run.tip_max_m[1]))),
         ("Tip z [mm]", format!("{} to {}", mm(run.tip_min_m[2]), mm(run.tip_max_m[2]))),
     ];
+    let goals = run.goals.iter().flat_map(|goals| {
+        [
+            ("Goals out of reach", goals.out_of_reach.to_string()),
+            ("Tolerance [mm]", (1e3 * goals.tolerance_m).to_string()),
+            ("Largest distance from a goal [mm]", format!("{:.1e}", 1e3 * goals.largest_distance_m)),
+            ("QPs solved for strokes", run.rounds.to_string()),
+        ]
+    });
     page.push_str("<table>\n");
-    for (name, value) in rows {
+    for (name, value) in rows.into_iter().chain(goals) {
         page.push_str(&format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
     }
     page.push_str("</table>\n");

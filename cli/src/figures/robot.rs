@@ -9,7 +9,7 @@ use plotters::prelude::*;
 
 use super::Figure;
 use super::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
-use crate::simulate::Run;
+use crate::run::Run;
 
 /// Rest and deformed shape of the robot.
 pub struct RobotPicture {

@@ -1,20 +1,23 @@
-//! The path of the tip from three sides, the two axes of each to one scale.
+//! The path of the tip from three sides, over its goals where it had any; the two axes of each to one scale.
 
 use anyhow::{Context, Result};
 use plotters::prelude::*;
 
 use super::Figure;
-use super::sheet::{BELOW, LEFT, Sheet, padded, ramp};
+use super::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};
 use super::simplify::simplified;
-use crate::simulate::Run;
+use crate::run::Run;
 
 /// Pieces of the path that have a colour of their own.
 const PIECES: usize = 80;
+const GOALS: RGBColor = COLORS[5];
 
 /// The path of the tip, coloured by time.
 pub struct TipPath {
     /// Coordinates x, y, z (n_samples each) [mm].
     tip: [Vec<f64>; 3],
+    /// Where it was to go (n_samples each) [mm].
+    goals: Option<[Vec<f64>; 3]>,
     /// First and last time [s].
     time: [f64; 2],
 }
@@ -24,7 +27,17 @@ impl TipPath {
     pub fn new(run: &Run) -> Result<Self> {
         let tip = run.recording.tip().context("the recording has no tip")?;
         let time = run.recording.time();
-        Ok(Self { tip: tip.map(super::millimetres), time: [time[0], time[time.len() - 1]] })
+        Ok(Self {
+            tip: tip.map(super::millimetres),
+            goals: run.goals.map(|goals| goals.positions().map(super::millimetres)),
+            time: [time[0], time[time.len() - 1]],
+        })
+    }
+
+    /// Range of everything shown along an axis [mm].
+    fn range(&self, axis: usize) -> std::ops::Range<f64> {
+        let goals = self.goals.iter().flat_map(|goals| &goals[axis]);
+        padded(self.tip[axis].iter().chain(goals).copied())
     }
 
     /// One view of two axes, its path in the middle.
@@ -34,21 +47,28 @@ impl TipPath {
     {
         let (width, height) = sheet.size();
         let range = |axis: usize, px: f64| {
-            let own = padded(self.tip[axis].iter().copied());
+            let own = self.range(axis);
             let (middle, half) = (0.5 * (own.start + own.end), 0.5 * px * mm_per_px);
             middle - half..middle + half
         };
         let names = axes.map(|axis| format!("{} [mm]", ["x", "y", "z"][axis]));
         let (x, y) = (range(axes[0], width - LEFT), range(axes[1], height - BELOW));
         let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
-        let points: Vec<(f64, f64)> =
-            self.tip[axes[0]].iter().copied().zip(self.tip[axes[1]].iter().copied()).collect();
+        let points = seen(&self.tip, axes);
+        if let Some(goals) = &self.goals {
+            // Dots below, wide enough to show on both sides of a path that meets them.
+            let apart = spaced(&seen(goals, axes), 2.0 * mm_per_px);
+            let dots = apart.into_iter().map(|at| Circle::new(at, sheet.px(3.0), GOALS.filled()));
+            chart.draw_series(dots)?;
+        }
         let piece = points.len().div_ceil(PIECES).max(1);
         for start in (0..points.len()).step_by(piece) {
             let end = (start + piece + 1).min(points.len());
             let color = ramp((start + end) as f64 / 2.0 / points.len() as f64);
             let line = simplified(&points[start..end], 0.15 * mm_per_px);
-            chart.draw_series(LineSeries::new(line, sheet.line(color, 1.3)))?;
+            for run in between_sharp_turns(&line) {
+                chart.draw_series(LineSeries::new(run.iter().copied(), sheet.line(color, 1.3)))?;
+            }
         }
         let mark = sheet.px(4.0);
         chart.draw_series([Circle::new(points[0], mark, sheet.line(ramp(0.0), 2.0))])?;
@@ -56,6 +76,34 @@ impl TipPath {
         chart.draw_series([TriangleMarker::new(last, mark + sheet.px(1.5), ramp(1.0).filled())])?;
         Ok(())
     }
+}
+
+/// Points along two of the axes.
+fn seen(path: &[Vec<f64>; 3], axes: [usize; 2]) -> Vec<(f64, f64)> {
+    path[axes[0]].iter().copied().zip(path[axes[1]].iter().copied()).collect()
+}
+
+/// The first point, and each that is this far from the one taken before.
+fn spaced(points: &[(f64, f64)], distance: f64) -> Vec<(f64, f64)> {
+    let mut taken: Vec<(f64, f64)> = Vec::new();
+    for point in points {
+        if taken.last().is_none_or(|last| (point.0 - last.0).hypot(point.1 - last.1) >= distance) {
+            taken.push(*point);
+        }
+    }
+    taken
+}
+
+/// Parts of a line whose corners are blunt: where it turns back on itself, the bitmap backend would join its
+/// edges far outside.
+fn between_sharp_turns(line: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
+    let is_sharp = |k: usize| {
+        let (before, here, after) = (line[k - 1], line[k], line[k + 1]);
+        (here.0 - before.0) * (after.0 - here.0) + (here.1 - before.1) * (after.1 - here.1) <= 0.0
+    };
+    let corners = (1..line.len().saturating_sub(1)).filter(move |&k| is_sharp(k));
+    let ends = corners.clone().chain([line.len() - 1]);
+    [0].into_iter().chain(corners).zip(ends).map(|(start, end)| &line[start..=end])
 }
 
 impl Figure for TipPath {
@@ -66,7 +114,8 @@ impl Figure for TipPath {
     fn caption(&self) -> String {
         "Path of the tip from above and from two sides, coloured by time; the two axes of a view have one scale. \
          Circle: first sample; triangle: last."
-            .into()
+            .to_owned()
+            + if self.goals.is_some() { " Blue dots below: the goals." } else { "" }
     }
 
     fn size(&self) -> (u32, u32) {
@@ -80,11 +129,14 @@ impl Figure for TipPath {
         const TOP: f64 = 40.0;
         const SIDE: f64 = 330.0;
         sheet.title("Path of the tip")?;
+        if self.goals.is_some() {
+            sheet.legend(&[("goals".into(), GOALS)])?;
+        }
         let (width, height) = sheet.size();
         let main = (width - SIDE - 95.0, height - TOP - 10.0);
         let small = (SIDE, main.1 / 2.0);
         let length = |axis: usize| {
-            let range = padded(self.tip[axis].iter().copied());
+            let range = self.range(axis);
             range.end - range.start
         };
         // A tip at rest would be magnified without end.

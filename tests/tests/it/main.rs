@@ -5,5 +5,6 @@
 mod bad_input;
 mod documents;
 mod mesh;
+mod reach;
 mod repository;
 mod simulate;

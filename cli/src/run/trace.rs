@@ -1,9 +1,9 @@
-//! What a simulation records, sample by sample.
+//! What a run records, sample by sample.
 //!
 //! Columns: `stroke_k_m` as commanded (as measured for a tendon without a commanded stroke), `measured_stroke_k_m`
 //! and `tension_k_n` of every primary tendon, `tip_x_m tip_y_m tip_z_m`. Auxiliary tendons appear (`aux_kk_m`, and
 //! their tensions numbered after the primary ones) only where the recording drove them: a passive one recorded as
-//! a stroke would be driven when the file is simulated again.
+//! a stroke would be driven when the file is simulated again. With goals, `tip_error_m` is what remained to them.
 
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use hysteron_twin::{Twin, TwinState};
@@ -86,9 +86,12 @@ impl Trace {
             let commanded = command.strokes_of(j).map_or(Vec::new(), |values| values[..n].to_vec());
             channels.push(Channel::new(format!("aux_{:02}_m", j + 1 - twin.n_primary), commanded));
         }
+        let tip_error =
+            command.goals.as_ref().map(|goals| goals.errors(self.tip.each_ref().map(Vec::as_slice)));
         for (axis, values) in ["x", "y", "z"].into_iter().zip(self.tip) {
             channels.push(Channel::new(format!("tip_{axis}_m"), values));
         }
+        channels.extend(tip_error.map(|values| Channel::new("tip_error_m", values)));
         for (k, values) in self.tensions.into_iter().take(n_tensions).enumerate() {
             channels.push(Channel::new(format!("tension_{}_n", k + 1), values));
         }

@@ -1,13 +1,16 @@
-//! `hysteron simulate`: a robot follows recorded strokes, sample by sample.
+//! A run: a robot goes through the samples of a recording, from files to files.
 //!
 //! Nothing partial ever stands under the final name. A run that fails or is interrupted leaves what it has as
-//! `<out>.partial.<ext>` with the last equilibrium beside it as `<out>.state`, from which `--resume` goes on.
+//! `<out>.partial.<ext>` with the last equilibrium beside it as `<out>.state`, from which `--resume` goes on. What
+//! the robot does in a sample is the one difference between the verbs: it follows strokes, or reaches for a goal.
 
 mod command;
+mod goals;
 mod series;
 mod summary;
 mod trace;
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -18,41 +21,16 @@ use hysteron_twin::{Stepper, Twin, TwinState};
 
 use crate::{figures, interrupt, terminal};
 use command::Command;
+pub use goals::Goals;
 use series::Series;
 pub use summary::Summary;
-pub use trace::Trace;
+use trace::Trace;
 
-const HELP: &str = "\
-Needs a scene and a recording (.parquet or .csv) with a column time_s and, for every tendon that the scene drives by \
-stroke, stroke_1_mm, stroke_2_mm, ... in the scene's order (positive pulls). Tendons driven by tension follow \
-tension_1_n, ... instead. Virtual tendons follow aux_01_mm, ... if there, and rest otherwise.
-
-Writes a recording: time, commanded and measured strokes, tensions, tip position, and where it all comes from. A \
-stroke that needs more than the tendon's largest tension, or has no equilibrium, ends the run. A run that fails or is \
-stopped with Ctrl-C writes OUT.partial.EXT and OUT.state instead; run it again with --resume to go on from there.
-
-Examples, from the root of the repository:
-  hysteron simulate meshes/tpu80/scene.toml \\
-      --strokes meshes/tpu80/strokes-circle.csv \\
-      --out out/tpu80/tip.parquet --figures out/tpu80 --vtu out/tpu80/vtu
-  hysteron simulate meshes/tpu80/scene.toml \\
-      --strokes meshes/tpu80/strokes-circle.csv \\
-      --out out/tpu80/tip.csv --save-state out/tpu80/end.state
-
-Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
-
-/// Simulate a robot that follows recorded strokes
-///
-/// Every sample of the recording is one quasi-static step: the shape in which body, tendons and loads are in
-/// balance under the commanded strokes, found from the shape before.
+/// Scene and outputs, the same for every verb that makes a run.
 #[derive(Debug, clap::Args)]
-#[command(after_help = HELP)]
-pub struct Arguments {
+pub struct Options {
     /// Scene file of the robot (scene.toml)
     scene: PathBuf,
-    /// Recording with the strokes to follow, .parquet or .csv
-    #[arg(long, value_name = "REC")]
-    strokes: PathBuf,
     /// Recording to write, .parquet or .csv
     #[arg(long, value_name = "REC")]
     out: PathBuf,
@@ -79,6 +57,33 @@ pub struct Arguments {
     save_state: Option<PathBuf>,
 }
 
+/// What the robot does with the samples of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Task {
+    /// It follows their strokes or tensions.
+    Simulate,
+    /// Its tip goes to their tip positions, within the tolerance [m].
+    Reach(f64),
+}
+
+impl Task {
+    /// What a reader calls the run.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Simulate => "simulation",
+            Self::Reach(_) => "strokes to reach goals",
+        }
+    }
+
+    /// What the recording that goes in is for: name of its option, and part of its key in the metadata.
+    fn input(self) -> &'static str {
+        match self {
+            Self::Simulate => "strokes",
+            Self::Reach(_) => "goals",
+        }
+    }
+}
+
 /// How a run ended.
 enum End {
     Done,
@@ -88,33 +93,42 @@ enum End {
 
 /// Everything a figure or report may show.
 pub struct Run<'a> {
+    /// What it was for.
+    pub task: Task,
     /// The robot.
     pub twin: &'a Twin,
     /// The scene it was made from.
     pub scene: &'a Scene,
     /// What was recorded.
     pub recording: &'a Recording,
+    /// Where the tip was to go, if that was asked.
+    pub goals: Option<&'a Goals<'a>>,
     /// State in which the tip was farthest from rest, and its sample.
     pub farthest: (usize, &'a TwinState),
     /// Numbers of the run.
     pub summary: &'a Summary,
 }
 
-/// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let (partial, state_file) = check_out(&arguments.out, &arguments.strokes)?;
-    let scene = Scene::read(&arguments.scene)?;
-    let strokes = Recording::read(&arguments.strokes)?;
+/// Makes a run through the recording `input`.
+pub fn carry_out(task: Task, input: &Path, options: &Options) -> anyhow::Result<()> {
+    let (partial, state_file) = check_out(&options.out, input, task)?;
+    let scene = Scene::read(&options.scene)?;
+    let samples = Recording::read(input)?;
     let twin = Twin::from_scene(&scene)?;
-    let command = Command::new(&twin, &strokes, &arguments.strokes)?;
-    let provenance = provenance(&scene, arguments)?;
+    let command = match task {
+        Task::Simulate => Command::new(&twin, &samples, input)?,
+        Task::Reach(tolerance) => {
+            Command::with_free_strokes(&twin, &samples, input, Goals::new(&samples, input, tolerance)?)?
+        }
+    };
+    let provenance = provenance(&scene, task, input)?;
 
-    let mut trace = Trace::new(&twin, strokes.n_samples());
-    let mut state = match &arguments.from {
+    let mut trace = Trace::new(&twin, samples.n_samples());
+    let mut state = match &options.from {
         Some(path) => TwinState::read(path, &twin, &scene.hash)?,
         None => twin.rest(),
     };
-    if arguments.resume {
+    if options.resume {
         state = resume(&partial, &state_file, &twin, &scene, &provenance, &command, &mut trace)?;
     }
     tracing::info!(
@@ -124,17 +138,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         twin.body.cells.len(),
         twin.body.n_unknowns(),
         twin.tendons.len(),
-        strokes.n_samples(),
-        command.time[strokes.n_samples() - 1] - command.time[0],
+        samples.n_samples(),
+        command.time[samples.n_samples() - 1] - command.time[0],
     );
-    if !is_uniform(&strokes) {
-        tracing::warn!("{}: the time steps differ by more than 1 %", arguments.strokes.display());
+    if !is_uniform(&samples) {
+        tracing::warn!("{}: the time steps differ by more than 1 %", input.display());
     }
 
     interrupt::listen()?;
-    let mut series = match &arguments.vtu {
+    let mut series = match &options.vtu {
         Some(folder) => {
-            let every = arguments.vtu_every.map_or(strokes.n_samples().div_ceil(200), NonZeroUsize::get);
+            let every = options.vtu_every.map_or(samples.n_samples().div_ceil(200), NonZeroUsize::get);
             Some(Series::new(folder, &twin, every, &command.time[..trace.len()])?)
         }
         None => None,
@@ -160,29 +174,31 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         return Err(stopped(end, stopped_at, &twin, &command, &partial, &state_file));
     };
-    summary.finish(&twin, recording);
-    recording.write(&arguments.out)?;
-    if let Some(path) = &arguments.save_state {
+    summary.finish(&twin, recording, command.goals.as_ref());
+    recording.write(&options.out)?;
+    if let Some(path) = &options.save_state {
         state.write(path, &twin, &scene.hash)?;
     }
-    if let Some(folder) = &arguments.figures {
+    if let Some(folder) = &options.figures {
         let run = Run {
+            task,
             twin: &twin,
             scene: &scene,
             recording,
+            goals: command.goals.as_ref(),
             farthest: (farthest.0, &farthest.1),
             summary: &summary,
         };
-        figures::write(folder, &run, arguments.png)
+        figures::write(folder, &run, options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
     }
-    if arguments.resume {
+    if options.resume {
         for path in [&partial, &state_file] {
             std::fs::remove_file(path).with_context(|| format!("removing {}", path.display()))?;
         }
     }
     summary.log();
-    terminal::say(arguments.out.display());
+    terminal::say(options.out.display());
     Ok(())
 }
 
@@ -211,7 +227,14 @@ fn follow(
             break;
         }
         command.targets_into(row, &mut targets);
-        match stepper.step(twin, &targets, state) {
+        let step = match &command.goals {
+            None => stepper.step(twin, &targets, state),
+            Some(goals) => stepper.reach(twin, &goals.tip_goal(row), &targets, state).map(|report| {
+                summary.rounds += report.rounds;
+                report.step
+            }),
+        };
+        match step {
             Ok(report) => summary.add(&report),
             Err(error) => end = End::Failed(error.into()),
         }
@@ -272,7 +295,7 @@ fn stopped(
 }
 
 /// Checks the name to write and gives those of the partial recording and the state.
-fn check_out(out: &Path, strokes: &Path) -> Result<(PathBuf, PathBuf), BadInput> {
+fn check_out(out: &Path, input: &Path, task: Task) -> Result<(PathBuf, PathBuf), BadInput> {
     let shown = out.display().to_string();
     let extension = match out.extension().and_then(|extension| extension.to_str()) {
         Some(extension @ ("csv" | "parquet")) => extension,
@@ -281,28 +304,34 @@ fn check_out(out: &Path, strokes: &Path) -> Result<(PathBuf, PathBuf), BadInput>
     if out.is_dir() {
         return Err(BadInput::new("--out", "the name of a file", format!("the folder {shown}")));
     }
-    if let (Ok(a), Ok(b)) = (out.canonicalize(), strokes.canonicalize())
+    if let (Ok(a), Ok(b)) = (out.canonicalize(), input.canonicalize())
         && a == b
     {
-        return Err(BadInput::new("--out", "another file than --strokes", shown));
+        return Err(BadInput::new("--out", format!("another file than --{}", task.input()), shown));
     }
     Ok((out.with_extension(format!("partial.{extension}")), out.with_extension("state")))
 }
 
 /// What the recording says about itself.
-fn provenance(scene: &Scene, arguments: &Arguments) -> anyhow::Result<Metadata> {
-    let strokes = file::sha256_hex(&file::read_bytes(&arguments.strokes)?);
+fn provenance(scene: &Scene, task: Task, input: &Path) -> anyhow::Result<Metadata> {
+    let hash = file::sha256_hex(&file::read_bytes(input)?);
+    let mut extra = BTreeMap::from([(format!("{}_sha256", task.input()), hash)]);
+    let source = match task {
+        Task::Simulate => format!("simulation of {} with strokes from {}", scene.name, input.display()),
+        Task::Reach(tolerance) => {
+            extra.insert("tolerance_m".to_owned(), tolerance.to_string());
+            format!("strokes of {} for the tip positions in {}", scene.name, input.display())
+        }
+    };
     Ok(Metadata {
         scene_hash: scene.hash.clone(),
         seed: Some(scene.seed),
         commit: env!("HYSTERON_COMMIT").to_owned(),
-        source: format!("simulation of {} with strokes from {}", scene.name, arguments.strokes.display()),
+        source,
         command: terminal::command_line(),
-        extra: [(STROKES_KEY.to_owned(), strokes)].into(),
+        extra,
     })
 }
-
-const STROKES_KEY: &str = "strokes_sha256";
 
 fn with_completeness(mut meta: Metadata, is_complete: bool) -> Metadata {
     meta.extra.insert("complete".to_owned(), is_complete.to_string());
@@ -336,12 +365,14 @@ fn resume(
     if earlier.meta().scene_hash != scene.hash {
         return Err(bad("scene_hash", &scene.hash, &earlier.meta().scene_hash).into());
     }
-    let strokes = |meta: &Metadata| meta.extra.get(STROKES_KEY).cloned().unwrap_or_default();
-    if strokes(earlier.meta()) != strokes(provenance) {
-        return Err(bad(STROKES_KEY, &strokes(provenance), &strokes(earlier.meta())).into());
+    for (key, expected) in &provenance.extra {
+        let found = earlier.meta().extra.get(key).map_or("", String::as_str);
+        if found != expected {
+            return Err(bad(key, expected, found).into());
+        }
     }
     if !command.time.starts_with(earlier.time()) {
-        return Err(bad("time_s", "the first times of the strokes", "others").into());
+        return Err(bad("time_s", "the first times of the recording to follow", "others").into());
     }
     let state = TwinState::read(state_file, twin, &scene.hash)?;
     trace.extend(&earlier).map_err(|error| error.within(partial.display()))?;

@@ -9,6 +9,8 @@ use std::path::Path;
 use hysteron_base::{BadInput, Drive, Recording};
 use hysteron_twin::{Target, TendonSpec, Twin, TwinState};
 
+use super::goals::Goals;
+
 /// What one tendon follows.
 #[derive(Debug, Clone)]
 enum Course<'a> {
@@ -25,6 +27,8 @@ pub struct Command<'a> {
     pub time: &'a [f64],
     /// True where the recording itself drives the auxiliary tendons.
     pub drives_auxiliary: bool,
+    /// Where the tip is to go, if strokes are left open for that.
+    pub goals: Option<Goals<'a>>,
 }
 
 impl<'a> Command<'a> {
@@ -33,8 +37,25 @@ impl<'a> Command<'a> {
         Self::checked(twin, recording).map_err(|bad| bad.within(path.display()))
     }
 
+    /// Leaves the strokes of all primary tendons open for `goals`; the auxiliary ones are told what [`Self::new`]
+    /// tells them.
+    pub fn with_free_strokes(
+        twin: &Twin,
+        recording: &'a Recording,
+        path: &Path,
+        goals: Goals<'a>,
+    ) -> Result<Self, BadInput> {
+        if twin.n_primary == 0 {
+            return Err(BadInput::new("the scene", "at least one tendon", "none"));
+        }
+        let free = vec![Course::Constant(Target::Free); twin.n_primary];
+        let command =
+            Self::with_auxiliary(free, twin, recording).map_err(|bad| bad.within(path.display()))?;
+        Ok(Self { goals: Some(goals), ..command })
+    }
+
     fn checked(twin: &Twin, recording: &'a Recording) -> Result<Self, BadInput> {
-        let (primary, auxiliary) = twin.tendons.split_at(twin.n_primary);
+        let primary = &twin.tendons[..twin.n_primary];
         let strokes = recording.strokes();
         let is_by_stroke = |tendon: &TendonSpec| tendon.drive == Drive::Stroke;
         if primary.iter().any(is_by_stroke) || strokes.len() > primary.len() {
@@ -48,6 +69,16 @@ impl<'a> Command<'a> {
                 Drive::Free => Course::Constant(Target::Free),
             });
         }
+        Self::with_auxiliary(courses, twin, recording)
+    }
+
+    /// Adds the auxiliary tendons to the courses of the primary ones.
+    fn with_auxiliary(
+        mut courses: Vec<Course<'a>>,
+        twin: &Twin,
+        recording: &'a Recording,
+    ) -> Result<Self, BadInput> {
+        let auxiliary = &twin.tendons[twin.n_primary..];
         let aux = recording.aux();
         if !aux.is_empty() {
             check_count("aux", aux.len(), auxiliary)?;
@@ -55,7 +86,8 @@ impl<'a> Command<'a> {
         } else {
             courses.extend(auxiliary.iter().map(|tendon| Course::Constant(resting(tendon))));
         }
-        let command = Self { courses, time: recording.time(), drives_auxiliary: !aux.is_empty() };
+        let command =
+            Self { courses, time: recording.time(), drives_auxiliary: !aux.is_empty(), goals: None };
         command.check_lengths(twin)?;
         Ok(command)
     }

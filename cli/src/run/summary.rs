@@ -4,6 +4,8 @@ use hysteron_base::Recording;
 use hysteron_twin::{StepReport, Twin};
 use serde::Serialize;
 
+use super::goals::Goals;
+
 /// Numbers of a run; written as they are into `metrics.json`.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Summary {
@@ -11,6 +13,8 @@ pub struct Summary {
     pub steps: usize,
     /// Time the steps took [s].
     pub wall_s: f64,
+    /// QPs solved for strokes, each tried with one or several forward steps; none without goals.
+    pub rounds: usize,
     /// Corrections with the stale factor.
     pub iterations: usize,
     /// Times the factor was renewed.
@@ -35,6 +39,22 @@ pub struct Summary {
     pub tip_max_m: [f64; 3],
     /// One entry per primary tendon.
     pub tendons: Vec<TendonSummary>,
+    /// How the goals were met, if there were any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goals: Option<GoalSummary>,
+}
+
+/// How the goals of a run were met.
+#[derive(Debug, Clone, Serialize)]
+pub struct GoalSummary {
+    /// Distance that counts as reached [m].
+    pub tolerance_m: f64,
+    /// Goals that the tip did not come so close to.
+    pub out_of_reach: usize,
+    /// Largest distance of the tip from its goal [m].
+    pub largest_distance_m: f64,
+    /// Time of the sample in which it was [s].
+    pub largest_distance_at_s: f64,
 }
 
 /// Numbers of one tendon over a run.
@@ -53,7 +73,7 @@ pub struct TendonSummary {
 }
 
 impl Summary {
-    /// Adds a step.
+    /// Adds what a sample took.
     pub fn add(&mut self, report: &StepReport) {
         self.steps += 1;
         self.iterations += report.iterations;
@@ -66,7 +86,7 @@ impl Summary {
     }
 
     /// Adds what the recording of the run shows.
-    pub fn finish(&mut self, twin: &Twin, recording: &Recording) {
+    pub fn finish(&mut self, twin: &Twin, recording: &Recording, goals: Option<&Goals>) {
         let time = recording.time();
         self.samples = time.len();
         self.duration_s = time[time.len() - 1] - time[0];
@@ -85,6 +105,17 @@ impl Summary {
                 share_at_lower_bound: n_at_bound as f64 / time.len() as f64,
             });
         }
+        self.goals = goals.zip(recording.tip()).map(|(goals, tip)| {
+            let errors = goals.errors(tip);
+            let [_, largest_distance_m] = range(&errors);
+            let farthest = errors.iter().position(|error| *error == largest_distance_m);
+            GoalSummary {
+                tolerance_m: goals.tolerance(),
+                out_of_reach: errors.iter().filter(|error| **error > goals.tolerance()).count(),
+                largest_distance_m,
+                largest_distance_at_s: time[farthest.unwrap_or(0)],
+            }
+        });
     }
 
     /// Steps per second.
@@ -95,16 +126,18 @@ impl Summary {
     /// Tells the person.
     pub fn log(&self) {
         let per_step = |count: usize| count as f64 / self.steps.max(1) as f64;
+        let what = if self.goals.is_some() { "goals" } else { "steps" };
         tracing::info!(
-            "{} steps in {:.2} s: {:.0} steps/s, {:.1} times real time",
+            "{} {what} in {:.2} s: {:.0} {what}/s, {:.1} times real time",
             self.steps,
             self.wall_s,
             self.rate(),
             self.duration_s * self.steps as f64 / self.samples as f64 / self.wall_s,
         );
         tracing::info!(
-            "{:.2} iterations per step, {} renewals of the factor, {} Newton iterations in {} sub-steps, {} clarabel solves",
+            "{:.2} iterations per {}, {} renewals of the factor, {} Newton iterations in {} sub-steps, {} clarabel solves",
             per_step(self.iterations),
+            what.trim_end_matches('s'),
             self.renewals,
             self.newton_iterations,
             self.sub_steps,
@@ -119,6 +152,27 @@ impl Summary {
             format!("{} {:.2} to {:.2}", ["x", "y", "z"][c], 1e3 * self.tip_min_m[c], 1e3 * self.tip_max_m[c])
         };
         tracing::info!("tip range {}, {}, {} mm", axis(0), axis(1), axis(2));
+        if let Some(goals) = &self.goals {
+            goals.log(self.samples, per_step(self.rounds));
+        }
+    }
+}
+
+impl GoalSummary {
+    fn log(&self, n_goals: usize, rounds_per_goal: f64) {
+        let Self { tolerance_m, out_of_reach, largest_distance_m, largest_distance_at_s } = self;
+        let line = format!(
+            "{} of {n_goals} goals reached within {} mm, in {rounds_per_goal:.1} rounds each; largest distance \
+             {:.2e} mm at t = {largest_distance_at_s} s",
+            n_goals - out_of_reach,
+            1e3 * tolerance_m,
+            1e3 * largest_distance_m,
+        );
+        if *out_of_reach == 0 {
+            tracing::info!("{line}");
+        } else {
+            tracing::warn!("{out_of_reach} goals out of reach: {line}");
+        }
     }
 }
 
