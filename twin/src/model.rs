@@ -193,23 +193,22 @@ const ON_SURFACE: f64 = 1e-6;
 
 fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result<Embedding> {
     let embedding = Embedding::new(body, point);
-    if embedding.distance > within {
-        let mm = point.map(|c| 1e3 * c);
-        return Err(BadInput::new(
-            place,
-            format!("a point of the body, or at most {} mm outside it", 1e3 * within),
-            format!(
-                "({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside",
-                mm[0],
-                mm[1],
-                mm[2],
-                1e3 * embedding.distance
-            ),
-        )
-        .hint("check the mesh's unit and origin; in a channel, raise attach_within_mm to its radius")
-        .into());
-    }
+    check_distance(point, embedding.distance, within, place)?;
     Ok(embedding)
+}
+
+fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> Result<()> {
+    if distance <= within {
+        return Ok(());
+    }
+    let mm = point.map(|c| 1e3 * c);
+    Err(BadInput::new(
+        place,
+        format!("a point of the body, or at most {} mm outside it", 1e3 * within),
+        format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * distance),
+    )
+    .hint("check the mesh's unit and origin; in a channel, set ring_mm to a little more than its radius")
+    .into())
 }
 
 /// Points on the circle that carries a cable point; a mesh with finer elements gains nothing by more.
@@ -240,7 +239,7 @@ fn carried_by_ring(
         let angle = std::f64::consts::TAU * i as f64 / RING_POINTS as f64;
         let offset = tendon.ring * (angle.cos() * across + angle.sin() * other);
         let on_ring = Vector3::from(point) + offset;
-        let carrier = carried(body, on_ring.into(), tendon.attach_within, place)?;
+        let carrier = Embedding::new(body, on_ring.into());
         for (node, weight) in carrier.nodes.into_iter().zip(carrier.weights) {
             let share = weight / RING_POINTS as f64;
             match ring.nodes.iter().position(|&known| known == node) {
@@ -253,6 +252,7 @@ fn carried_by_ring(
         }
         ring.distance = ring.distance.max(carrier.distance);
     }
+    check_distance(point, ring.distance, tendon.attach_within, place)?;
     Ok(ring)
 }
 

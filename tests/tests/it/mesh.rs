@@ -39,7 +39,7 @@ fn a_new_mesh_can_be_checked_and_simulated() {
         .run(&[
             "mesh",
             "--profile",
-            "0:12,40:12,80:8",
+            "0:12,40:12,80:11.5",
             "--edge-mm",
             "4",
             "--quadratic",
