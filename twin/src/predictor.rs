@@ -14,7 +14,7 @@ use hysteron_fem::{Isa, axpy};
 const CAPACITY: usize = 12;
 /// Ridge relative to the kernel of the farthest state: the accuracy of a state relative to the distance
 /// between states, squared.
-const RIDGE: f64 = 1e-8;
+const RIDGE: f64 = 1e-10;
 /// A command farther away than this many times the spread of the states is not extrapolated to.
 const REACH: f64 = 3.0;
 
