@@ -101,7 +101,11 @@ fn factors(criterion: &mut Criterion) {
     kinds(criterion, &small);
     orderings(criterion, &small);
     let mesh = tube(19, Order::Linear).mesh().unwrap();
-    kinds(criterion, &tube_scene(Setting::TARGETS, &mesh).unwrap().body);
+    let large = tube_scene(Setting::TARGETS, &mesh).unwrap().body;
+    kinds(criterion, &large);
+    orderings(criterion, &large);
+    let mesh = tube(8, Order::Quadratic).mesh().unwrap();
+    orderings(criterion, &tube_scene(Setting::TARGETS, &mesh).unwrap().body);
 }
 
 criterion_group!(benches, factors);

@@ -3,7 +3,7 @@
 //! The model keeps its nodes in the order in which a factorisation eliminates them, so that no kernel
 //! ever permutes. Two candidates are tried, reverse Cuthill-McKee and the projection on the longest
 //! axis of the body, and the one with the cheaper block envelope wins; faer's supernodal factorisation
-//! reorders by minimum degree on its own.
+//! keeps it or reorders by minimum degree, whichever is faster.
 
 use sprs::{CsMatI, TriMatI};
 
