@@ -83,6 +83,34 @@ fn gradients<S: Simd, const N: usize>(packs: Packs<S>, point: &PointData<N>) -> 
     gradients
 }
 
+/// A quadrature point of a pass in its deformed state.
+struct Deformed<S: Simd, const N: usize> {
+    /// Rest gradients of nodes 1.. (entry 0 stays unused).
+    gradients: [Vec3<S>; N],
+    f: Mat3<S>,
+    first_edges: Mat3<S>,
+    first_gradients: Mat3<S>,
+}
+
+impl<S: Simd, const N: usize> Deformed<S, N> {
+    #[inline(always)]
+    fn new(packs: Packs<S>, edges: &[Vec3<S>; N], point: &PointData<N>) -> Self {
+        let gradients = gradients(packs, point);
+        Self {
+            f: deformation_gradient(edges, &gradients),
+            first_edges: [edges[1], edges[2], edges[3]],
+            first_gradients: [gradients[1], gradients[2], gradients[3]],
+            gradients,
+        }
+    }
+
+    /// What a law may look at.
+    #[inline(always)]
+    fn at(&self) -> Point<'_, S> {
+        Point { f: &self.f, edges: &self.first_edges, gradients: &self.first_gradients }
+    }
+}
+
 /// F = Σ (x_a - x_0) ⊗ ∇N_a.
 #[inline(always)]
 fn deformation_gradient<S: Simd, const N: usize>(edges: &[Vec3<S>; N], g: &[Vec3<S>; N]) -> Mat3<S> {
@@ -121,14 +149,8 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Energy<'_, L, N, 
                 let packs = Packs::new(simd, pass);
                 let edges = edges(packs, nodes, self.x);
                 for point in points {
-                    let g = gradients(packs, point);
-                    let f = deformation_gradient(&edges, &g);
-                    let at = Point {
-                        f: &f,
-                        edges: &[edges[1], edges[2], edges[3]],
-                        gradients: &[g[1], g[2], g[3]],
-                    };
-                    let density = self.law.energy(lame(packs, self.material), &at);
+                    let deformed = Deformed::new(packs, &edges, point);
+                    let density = self.law.energy(lame(packs, self.material), &deformed.at());
                     let energies = (packs.load(&point.weight) * density).to_array();
                     total += energies[..S::F64_LANES].iter().sum::<f64>();
                 }
@@ -158,18 +180,12 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q
                 let edges = edges(packs, nodes, self.x);
                 let mut forces = [[packs.splat(0.0); 3]; N];
                 for point in points {
-                    let g = gradients(packs, point);
-                    let f = deformation_gradient(&edges, &g);
-                    let at = Point {
-                        f: &f,
-                        edges: &[edges[1], edges[2], edges[3]],
-                        gradients: &[g[1], g[2], g[3]],
-                    };
+                    let deformed = Deformed::new(packs, &edges, point);
                     let weight = packs.load(&point.weight);
-                    let p = scale_rows(weight, &self.law.stress(lame, &at));
+                    let p = scale_rows(weight, &self.law.stress(lame, &deformed.at()));
                     for a in 1..N {
                         for i in 0..3 {
-                            forces[a][i] = forces[a][i] + dot(p[i], g[a]);
+                            forces[a][i] = forces[a][i] + dot(p[i], deformed.gradients[a]);
                         }
                     }
                 }
@@ -227,14 +243,9 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, 
                 let lame = lame(packs, self.material);
                 let edges = edges(packs, nodes, self.x);
                 for point in points {
-                    let mut g = gradients(packs, point);
-                    let f = deformation_gradient(&edges, &g);
-                    let at = Point {
-                        f: &f,
-                        edges: &[edges[1], edges[2], edges[3]],
-                        gradients: &[g[1], g[2], g[3]],
-                    };
-                    let tangent = self.law.tangent(lame, &at, self.kind);
+                    let deformed = Deformed::new(packs, &edges, point);
+                    let mut g = deformed.gradients;
+                    let tangent = self.law.tangent(lame, &deformed.at(), self.kind);
                     for a in 1..N {
                         g[0] = sub(g[0], g[a]);
                     }
