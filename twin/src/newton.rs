@@ -310,21 +310,19 @@ impl Newton {
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
-        let present = self.size(twin, balance, &self.drift, &self.tensions.increments);
+        let increments = self.tensions.increments.clone();
+        if search == Search::Full {
+            self.try_part(twin, control, state, &increments, part, balance);
+            std::mem::swap(state, &mut self.trial);
+            return true;
+        }
+        let present = self.size(twin, balance, &self.drift, &increments);
         let best_seen = balance.relative;
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
-        let increments = self.tensions.increments.clone();
         while part >= SHORTEST {
-            self.trial.clone_from(state);
-            move_nodes(&mut self.trial.positions, part, &self.displacement);
-            TensionStep::apply(control, &increments, part, &mut self.trial.tensions);
-            balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
-            if search == Search::Full {
-                std::mem::swap(state, &mut self.trial);
-                return true;
-            }
+            self.try_part(twin, control, state, &increments, part, balance);
             let is_closer = balance.is_finite() && {
                 let trial = self.size_of_correction(twin, control, balance);
                 // The relative residual decides once the corrections are lost in round-off.
@@ -342,6 +340,22 @@ impl Newton {
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
         false
+    }
+
+    /// Makes `trial` the state after `part` of the step, and evaluates it.
+    fn try_part(
+        &mut self,
+        twin: &Twin,
+        control: &Control,
+        state: &TwinState,
+        increments: &[f64],
+        part: f64,
+        balance: &mut Balance,
+    ) {
+        self.trial.clone_from(state);
+        move_nodes(&mut self.trial.positions, part, &self.displacement);
+        TensionStep::apply(control, increments, part, &mut self.trial.tensions);
+        balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
     }
 
     /// Tension above which cables count as no stronger in the potential: an exact penalty must exceed the

@@ -90,24 +90,30 @@ impl Stepper {
             check_state(twin, state)?;
             self.quasi_newton.forget();
         }
-        self.saved.clone_from(state);
-        // With history and the factor at hand, then without history and with a new factor.
-        let mut is_done = false;
-        for _ in 0..if state.load == 1.0 { 2 } else { 0 } {
-            is_done = self.quasi_newton.run(twin, &self.control, state, &mut self.balance, &mut report);
-            if is_done {
-                break;
-            }
-            state.clone_from(&self.saved);
-            self.quasi_newton.forget();
-        }
-        if !is_done {
+        if !self.step_at_once(twin, state, &mut report) {
             self.step_by_parts(twin, state, &mut report)?;
         }
         self.last.clone_from(state);
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
         Ok(report)
+    }
+
+    /// The fast iteration, with history and the factor at hand, then without history and with a new factor;
+    /// `state` is unchanged where neither leads there.
+    fn step_at_once(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) -> bool {
+        if state.load != 1.0 {
+            return false;
+        }
+        self.saved.clone_from(state);
+        for _ in 0..2 {
+            if self.quasi_newton.run(twin, &self.control, state, &mut self.balance, report) {
+                return true;
+            }
+            state.clone_from(&self.saved);
+            self.quasi_newton.forget();
+        }
+        false
     }
 
     /// Compliance of the tendons at `state`, the Delassus operator W = J K⁻¹ Jᵀ of the exact tangent in
