@@ -1,0 +1,1 @@
+//! Command plans. Knows files, never the simulator.

@@ -1,0 +1,3 @@
+//! The servo bus: Dynamixel protocol 2.0.
+
+pub mod xl430;

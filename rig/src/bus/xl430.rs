@@ -1,0 +1,114 @@
+//! The control table of the XL430-W250, as the driver and the emulator both need it.
+//!
+//! Source: ROBOTIS e-Manual, XL430-W250, "Control Table". All values are little-endian.
+
+#![allow(missing_docs)] // the names are those of the manual
+
+/// A place in the control table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Register {
+    /// First address.
+    pub address: u16,
+    /// Bytes.
+    pub size: u8,
+}
+
+const fn at(address: u16, size: u8) -> Register {
+    Register { address, size }
+}
+
+/// Model number of an XL430-W250.
+pub const MODEL: u16 = 1060;
+/// Ticks of a full turn. (Paper 003 counts ±4096 as ±180°, which this servo cannot do.)
+pub const TICKS_PER_TURN: i32 = 4096;
+/// Unit of velocities [rad/s]: 0.229 turns per minute.
+pub const VELOCITY_UNIT: f64 = 0.229 * std::f64::consts::TAU / 60.0;
+/// Unit of profile accelerations [rad/s²]: 214.577 turns per minute².
+pub const ACCELERATION_UNIT: f64 = 214.577 * std::f64::consts::TAU / 3600.0;
+/// Unit of loads, of the largest torque [-].
+pub const LOAD_UNIT: f64 = 1e-3;
+/// Unit of voltages [V].
+pub const VOLTAGE_UNIT: f64 = 0.1;
+/// Largest value of the PWM registers.
+pub const PWM_MAX: i16 = 885;
+/// Unit of the return delay time [s].
+pub const RETURN_DELAY_UNIT: f64 = 2e-6;
+/// Unit of the bus watchdog [s].
+pub const WATCHDOG_UNIT: f64 = 20e-3;
+/// Bauds by the number in the register.
+pub const BAUDS: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
+
+pub const MODEL_NUMBER: Register = at(0, 2);
+pub const FIRMWARE: Register = at(6, 1);
+pub const ID: Register = at(7, 1);
+pub const BAUD: Register = at(8, 1);
+pub const RETURN_DELAY: Register = at(9, 1);
+pub const DRIVE_MODE: Register = at(10, 1);
+pub const OPERATING_MODE: Register = at(11, 1);
+pub const SECONDARY_ID: Register = at(12, 1);
+pub const PROTOCOL: Register = at(13, 1);
+pub const HOMING_OFFSET: Register = at(20, 4);
+pub const MOVING_THRESHOLD: Register = at(24, 4);
+pub const TEMPERATURE_LIMIT: Register = at(31, 1);
+pub const MAX_VOLTAGE: Register = at(32, 2);
+pub const MIN_VOLTAGE: Register = at(34, 2);
+pub const PWM_LIMIT: Register = at(36, 2);
+pub const VELOCITY_LIMIT: Register = at(44, 4);
+pub const MAX_POSITION: Register = at(48, 4);
+pub const MIN_POSITION: Register = at(52, 4);
+pub const STARTUP: Register = at(60, 1);
+pub const SHUTDOWN: Register = at(63, 1);
+pub const TORQUE_ENABLE: Register = at(64, 1);
+pub const LED: Register = at(65, 1);
+pub const STATUS_RETURN: Register = at(68, 1);
+pub const REGISTERED: Register = at(69, 1);
+pub const HARDWARE_ERROR: Register = at(70, 1);
+pub const VELOCITY_I_GAIN: Register = at(76, 2);
+pub const VELOCITY_P_GAIN: Register = at(78, 2);
+pub const POSITION_D_GAIN: Register = at(80, 2);
+pub const POSITION_I_GAIN: Register = at(82, 2);
+pub const POSITION_P_GAIN: Register = at(84, 2);
+pub const FEEDFORWARD_2ND_GAIN: Register = at(88, 2);
+pub const FEEDFORWARD_1ST_GAIN: Register = at(90, 2);
+pub const BUS_WATCHDOG: Register = at(98, 1);
+pub const GOAL_PWM: Register = at(100, 2);
+pub const GOAL_VELOCITY: Register = at(104, 4);
+pub const PROFILE_ACCELERATION: Register = at(108, 4);
+pub const PROFILE_VELOCITY: Register = at(112, 4);
+pub const GOAL_POSITION: Register = at(116, 4);
+pub const REALTIME_TICK: Register = at(120, 2);
+pub const MOVING: Register = at(122, 1);
+pub const MOVING_STATUS: Register = at(123, 1);
+pub const PRESENT_PWM: Register = at(124, 2);
+pub const PRESENT_LOAD: Register = at(126, 2);
+pub const PRESENT_VELOCITY: Register = at(128, 4);
+pub const PRESENT_POSITION: Register = at(132, 4);
+pub const VELOCITY_TRAJECTORY: Register = at(136, 4);
+pub const POSITION_TRAJECTORY: Register = at(140, 4);
+pub const PRESENT_VOLTAGE: Register = at(144, 2);
+pub const PRESENT_TEMPERATURE: Register = at(146, 1);
+/// First of 28 indirect addresses of two bytes each.
+pub const INDIRECT_ADDRESS: Register = at(168, 56);
+/// The bytes that the 28 indirect addresses point to.
+pub const INDIRECT_DATA: Register = at(224, 28);
+/// First of 28 further indirect addresses.
+pub const INDIRECT_ADDRESS_2: Register = at(578, 56);
+/// The bytes that these point to.
+pub const INDIRECT_DATA_2: Register = at(634, 28);
+
+/// Bits of [`HARDWARE_ERROR`] and [`SHUTDOWN`].
+pub mod error_bit {
+    pub const INPUT_VOLTAGE: u8 = 1 << 0;
+    pub const OVERHEATING: u8 = 1 << 2;
+    pub const ENCODER: u8 = 1 << 3;
+    pub const ELECTRICAL_SHOCK: u8 = 1 << 4;
+    pub const OVERLOAD: u8 = 1 << 5;
+}
+
+/// Values of [`OPERATING_MODE`].
+pub mod mode {
+    pub const VELOCITY: u8 = 1;
+    pub const POSITION: u8 = 3;
+    pub const EXTENDED_POSITION: u8 = 4;
+    pub const PWM: u8 = 16;
+}

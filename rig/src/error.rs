@@ -1,0 +1,36 @@
+//! What can go wrong on a rig.
+
+use hysteron_base::BadInput;
+
+/// Errors of `rig`.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file or an option is wrong.
+    #[error(transparent)]
+    BadInput(#[from] BadInput),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] hysteron_base::Error),
+    /// The servos do not answer as they should.
+    #[error("servo bus: {0}")]
+    Bus(String),
+    /// The tracker does not answer as it should.
+    #[error("tracker: {0}")]
+    Tracker(String),
+    /// A limit was passed, and the run was ended safely.
+    #[error("limit: {0}")]
+    Limit(String),
+}
+
+/// Result of a function in `rig`.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// The bad input behind this error, if that is what it is.
+    pub fn bad_input(&self) -> Option<&BadInput> {
+        match self {
+            Self::BadInput(bad) | Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The door between the program and a rig: a real one or an emulated one through its ports, or one simulated in this
+//! process on a clock of its own.
+
+use crate::{Pose, Result};
+
+/// What one cycle reads from one servo.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ServoSample {
+    /// Position of the output [ticks].
+    pub position: i32,
+    /// Speed of the output [rad/s].
+    pub velocity: f64,
+    /// Load, -1 to 1 of the stall torque, positive in the direction of positive ticks [-].
+    pub load: f64,
+    /// Whether the motor is driven.
+    pub torque_on: bool,
+    /// Register of hardware errors; 0 if there is none.
+    pub hardware_error: u8,
+}
+
+/// What is read at a lower rate from one servo.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SlowSample {
+    /// Supply voltage [V].
+    pub voltage: f64,
+    /// Temperature [°C].
+    pub temperature: f64,
+}
+
+/// A rig with its servos and its tracker, on one clock.
+pub trait Hardware {
+    /// Time on the rig's clock [s].
+    fn now(&self) -> f64;
+    /// Waits until that time [s]; returns at once if it is past.
+    fn wait_until(&mut self, time: f64);
+    /// Number of servos, one per tendon.
+    fn n_servos(&self) -> usize;
+    /// Commands all servos (n_servos) [ticks].
+    ///
+    /// # Errors
+    /// `Bus` if the command could not be sent.
+    fn write_goals(&mut self, goals: &[i32]) -> Result<()>;
+    /// Reads all servos (n_servos); `None` for one that did not answer although asked again.
+    ///
+    /// # Errors
+    /// `Bus` if nothing could be sent.
+    fn read_servos(&mut self, samples: &mut [Option<ServoSample>]) -> Result<()>;
+    /// Reads voltage and temperature of all servos (n_servos); `None` as above.
+    ///
+    /// # Errors
+    /// `Bus` if nothing could be sent.
+    fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()>;
+    /// Switches the torque of all servos, and makes sure that they did.
+    ///
+    /// # Errors
+    /// `Bus` naming the servos that did not confirm.
+    fn set_torque(&mut self, on: bool) -> Result<()>;
+    /// Appends the poses that came since the last call, in the tracker's frame, on the rig's clock.
+    fn take_poses(&mut self, poses: &mut Vec<Pose>);
+    /// Appends what went wrong since the last call, on the rig's clock: one event each.
+    fn take_events(&mut self, events: &mut Vec<crate::Event>);
+}

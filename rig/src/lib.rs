@@ -1,0 +1,16 @@
+//! Servos, tracker, calibration, recording and safety of a tendon-driven rig; and a virtual rig with physics of its own.
+//!
+//! Never imports the twin: both speak [`hysteron_base::Recording`].
+
+pub mod bus;
+mod error;
+mod event;
+mod hardware;
+mod pose;
+pub mod tracker;
+pub mod virtual_rig;
+
+pub use error::{Error, Result};
+pub use event::{Event, EventKind};
+pub use hardware::{Hardware, ServoSample, SlowSample};
+pub use pose::{Pose, Quality};

@@ -1,0 +1,1 @@
+//! The tracker: 6-DOF poses over OpenIGTLink.
