@@ -11,6 +11,7 @@ pub mod file;
 mod recording;
 mod rng;
 mod scene;
+pub mod typed;
 pub mod units;
 
 pub use error::{BadInput, Error, Result};

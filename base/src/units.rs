@@ -28,7 +28,7 @@ const fn ten(suffix: &'static str, si_suffix: &'static str, exponent: i32) -> Un
 }
 
 /// Every unit known, each quantity with its SI unit first. The last two are plain numbers.
-const UNITS: [Unit; 35] = [
+const UNITS: [Unit; 36] = [
     ten("m", "m", 0),
     ten("cm", "m", -2),
     ten("mm", "m", -3),
@@ -54,6 +54,7 @@ const UNITS: [Unit; 35] = [
     ten("m_s", "m_s", 0),
     ten("mm_s", "m_s", -3),
     ten("m_s2", "m_s2", 0),
+    ten("percent", "ratio", -2),
     ten("kg", "kg", 0),
     ten("kg_m2", "kg_m2", 0),
     ten("kg_m3", "kg_m3", 0),

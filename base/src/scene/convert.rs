@@ -4,7 +4,7 @@
 
 use super::{AuxiliaryLayout, Bounds, Material, PointForce, Region, Scene, Solver, Tendon, Tip, typed};
 use crate::BadInput;
-use crate::units::Unit;
+use crate::typed::{check_header, count, finite, not_negative, positive, require, text, vector};
 use std::path::Path;
 
 type Check<T> = std::result::Result<T, BadInput>;
@@ -17,13 +17,7 @@ const MOST_SEGMENTS: i64 = 1000;
 const MOST_CABLES: i64 = 100;
 
 pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Check<Scene> {
-    if typed.format != FORMAT {
-        return Err(BadInput::new("format", format!("\"{FORMAT}\""), format!("\"{}\"", typed.format)));
-    }
-    if typed.version != VERSION {
-        return Err(BadInput::new("version", VERSION.to_string(), typed.version.to_string())
-            .hint("this program reads only that version of a scene"));
-    }
+    check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
     let mut tendons: Vec<Tendon> = Vec::new();
     for (i, typed) in typed.tendon.into_iter().enumerate() {
         let tendon = tendon(typed, i + 1)?;
@@ -184,42 +178,6 @@ fn solver(typed: &typed::Solver) -> Check<Solver> {
     Ok(solver)
 }
 
-// Checks of one key each. They take the typed number and return it in SI; the unit is the end of the key.
-
-/// A number for which `holds`.
-fn require(key: &str, expected: &str, typed: f64, holds: bool) -> Check<f64> {
-    // `tendon.p0.points_mm[1][2]` ends in `_mm`.
-    let name = key.rsplit('.').next().and_then(|last| last.split('[').next()).unwrap_or(key);
-    let unit = Unit::of_name(name);
-    let si = unit.map_or(typed, |(_, unit)| unit.to_si(typed));
-    // The conversion may overflow or vanish: 1e308 GPa, 1e-323 mm.
-    if holds && si.is_finite() && (si == 0.0) == (typed == 0.0) {
-        return Ok(si);
-    }
-    Err(BadInput::new(key, expected, format!("{typed:?}")))
-}
-
-fn finite(key: &str, typed: f64) -> Check<f64> {
-    require(key, "a finite number", typed, typed.is_finite())
-}
-
-fn positive(key: &str, typed: f64) -> Check<f64> {
-    require(key, "a finite number > 0", typed, typed > 0.0)
-}
-
-fn not_negative(key: &str, typed: f64) -> Check<f64> {
-    require(key, "a finite number >= 0", typed, typed >= 0.0)
-}
-
-/// Three finite numbers; a message says which.
-fn vector(key: &str, typed: [f64; 3]) -> Check<[f64; 3]> {
-    let mut si = [0.0; 3];
-    for (axis, x) in typed.into_iter().enumerate() {
-        si[axis] = finite(key, x).map_err(|bad| BadInput { place: format!("{key}[{axis}]"), ..bad })?;
-    }
-    Ok(si)
-}
-
 fn bounds(min_key: &str, min: f64, max_key: &str, max: f64) -> Check<Bounds> {
     let si = Bounds { min: finite(min_key, min)?, max: finite(max_key, max)? };
     if min > max {
@@ -227,18 +185,4 @@ fn bounds(min_key: &str, min: f64, max_key: &str, max: f64) -> Check<Bounds> {
         return Err(BadInput::new(min_key, format!("at most {name} = {max:?}"), format!("{min:?}")));
     }
     Ok(si)
-}
-
-fn count(key: &str, typed: i64, most: i64) -> Check<usize> {
-    match usize::try_from(typed) {
-        Ok(n) if (1..=most).contains(&typed) => Ok(n),
-        _ => Err(BadInput::new(key, format!("a whole number from 1 to {most}"), typed.to_string())),
-    }
-}
-
-fn text(key: &str, typed: String) -> Check<String> {
-    if typed.trim().is_empty() || typed.chars().any(char::is_control) {
-        return Err(BadInput::new(key, "a name", format!("{typed:?}")));
-    }
-    Ok(typed)
 }

@@ -5,7 +5,6 @@
 //! A scene may also be put together in code: the fields are public, and their comments state what holds.
 
 mod convert;
-mod message;
 mod typed;
 
 use crate::units::LengthUnit;
@@ -221,8 +220,7 @@ impl Scene {
     fn from_bytes(bytes: Vec<u8>, place: &str, folder: &Path) -> std::result::Result<Self, BadInput> {
         let hash = file::sha256_hex(&bytes);
         let text = file::text_of(bytes, place)?;
-        let typed: typed::SceneFile =
-            toml::from_str(&text).map_err(|e| message::bad_toml(&e, &text).within(place))?;
+        let typed: typed::SceneFile = crate::typed::parse(&text).map_err(|bad| bad.within(place))?;
         convert::scene(typed, hash, folder).map_err(|bad| bad.within(place))
     }
 }

@@ -6,7 +6,7 @@
 use crate::BadInput;
 
 /// The error as place, expected, found, hint; the place has no file yet.
-pub(super) fn bad_toml(error: &toml::de::Error, text: &str) -> BadInput {
+pub(crate) fn bad_toml(error: &toml::de::Error, text: &str) -> BadInput {
     let message = error.message().lines().next().unwrap_or_default();
     let at = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
