@@ -3,6 +3,7 @@
 //! Never imports the twin: both speak [`hysteron_base::Recording`].
 
 pub mod bus;
+pub mod config;
 mod error;
 mod event;
 mod hardware;

@@ -112,3 +112,16 @@ pub mod mode {
     pub const EXTENDED_POSITION: u8 = 4;
     pub const PWM: u8 = 16;
 }
+
+/// The errors in a register of hardware errors, for people.
+pub fn describe_errors(register: u8) -> String {
+    let names = [
+        (error_bit::INPUT_VOLTAGE, "input voltage"),
+        (error_bit::OVERHEATING, "overheating"),
+        (error_bit::ENCODER, "encoder"),
+        (error_bit::ELECTRICAL_SHOCK, "electrical shock"),
+        (error_bit::OVERLOAD, "overload"),
+    ];
+    let set: Vec<&str> = names.iter().filter(|(bit, _)| register & bit != 0).map(|(_, name)| *name).collect();
+    if set.is_empty() { format!("unknown error {register:#04x}") } else { set.join(", ") }
+}

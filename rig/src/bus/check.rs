@@ -1,0 +1,162 @@
+//! The self-check: who is on the bus, expected against found, everything wrong in one message.
+
+use super::wire::{BROADCAST, Failure, STATUS_BYTES, instruction};
+use super::{ServoBus, xl430};
+use crate::config::{Limits, RigConfig};
+use crate::{Error, Result};
+use serde::Serialize;
+
+/// What a servo says of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ServoReport {
+    /// Id on the bus.
+    pub id: u8,
+    /// Model number; 1060 for an XL430-W250.
+    pub model: u16,
+    /// Version of the firmware.
+    pub firmware: u8,
+    /// Operating mode, as the register states it.
+    pub mode: u8,
+    /// Supply voltage [V].
+    pub voltage_v: f64,
+    /// Temperature [°C].
+    pub temperature_degc: f64,
+    /// Register of hardware errors.
+    pub hardware_error: u8,
+    /// Whether its torque is on.
+    pub torque_on: bool,
+    /// Position [ticks].
+    pub position: i32,
+}
+
+/// How long all servos of a bus take to answer a broadcast, each at its own time [s]: the manual's 3 ms a servo.
+const BROADCAST_WAIT: f64 = 3e-3 * 16.0;
+
+impl ServoBus {
+    /// Ids, models and firmwares of all servos that answer a broadcast.
+    ///
+    /// # Errors
+    /// `Bus` if the port is gone.
+    pub fn discover(&mut self) -> Result<Vec<(u8, u16, u8)>> {
+        let found = self.with_wire(|wire| {
+            let mut found = Vec::new();
+            wire.send(BROADCAST, instruction::PING, &[])?;
+            let deadline = wire.deadline(10, 16 * (STATUS_BYTES + 3))
+                + std::time::Duration::from_secs_f64(BROADCAST_WAIT);
+            loop {
+                match wire.receive(3, deadline) {
+                    Ok(answer) => {
+                        let [low, high, firmware] = [0, 1, 2].map(|i| answer.parameters[i]);
+                        found.push((answer.id, u16::from_le_bytes([low, high]), firmware));
+                    }
+                    Err(failure @ Failure::Port(_)) => return Err(failure),
+                    // The end is a timeout that says nothing.
+                    Err(Failure::Timeout) => {
+                        wire.counts.timeouts -= 1;
+                        return Ok(found);
+                    }
+                    Err(_) => {}
+                }
+            }
+        });
+        found.map_err(|failure| Error::Bus(failure.to_string()))
+    }
+
+    /// Restarts a servo: clears a hardware error whose cause is gone. Its settings in RAM are lost.
+    ///
+    /// # Errors
+    /// `Bus` if it does not confirm.
+    pub fn reboot(&mut self, id: u8) -> Result<()> {
+        let done = self.persist(id, |wire| wire.ask(id, instruction::REBOOT, &[], 0).map(|_| ()));
+        done.map_err(|failure| Error::Bus(format!("servo {id}: reboot: {failure}")))
+    }
+
+    /// Reads what every servo of the rig says of itself and compares it with what the rig file wants.
+    ///
+    /// # Errors
+    /// `Bus` with everything that is wrong, one line each.
+    pub fn self_check(&mut self, rig: &RigConfig) -> Result<Vec<ServoReport>> {
+        let found = self.discover()?;
+        let mut wrong = Vec::new();
+        let mut reports = Vec::new();
+        for id in self.ids().to_vec() {
+            let there = found.iter().find(|(other, ..)| *other == id);
+            let Some(&(_, model, firmware)) = there else {
+                wrong.push(format!("servo {id}: expected an XL430 to answer, got silence"));
+                continue;
+            };
+            match self.report(id, model, firmware) {
+                Ok(report) => {
+                    wrong.extend(deviations(&report, &rig.limits));
+                    reports.push(report);
+                }
+                Err(error) => wrong.push(error.to_string()),
+            }
+        }
+        if wrong.is_empty() {
+            return Ok(reports);
+        }
+        let others: Vec<String> = found
+            .iter()
+            .filter(|(id, ..)| !self.ids().contains(id))
+            .map(|(id, model, _)| format!("{id} (model {model})"))
+            .collect();
+        if !others.is_empty() {
+            wrong.push(format!("also on the bus: servo {}", others.join(", servo ")));
+        }
+        if found.is_empty() {
+            wrong.push(format!(
+                "nothing at all answers at {} baud (hint: is the supply on? new servos come with id 1 and 57600 baud)",
+                rig.servos.baud
+            ));
+        }
+        Err(Error::Bus(format!("{}: self-check failed:\n  {}", self.port().display(), wrong.join("\n  "))))
+    }
+
+    fn report(&mut self, id: u8, model: u16, firmware: u8) -> Result<ServoReport> {
+        let mut byte = |register| self.read(id, register).map(|value| (value & 0xff) as u8);
+        let mode = byte(xl430::OPERATING_MODE)?;
+        let hardware_error = byte(xl430::HARDWARE_ERROR)?;
+        let torque_on = byte(xl430::TORQUE_ENABLE)? == 1;
+        let temperature = byte(xl430::PRESENT_TEMPERATURE)?;
+        Ok(ServoReport {
+            id,
+            model,
+            firmware,
+            mode,
+            voltage_v: xl430::VOLTAGE_UNIT * f64::from(self.read(id, xl430::PRESENT_VOLTAGE)?),
+            temperature_degc: f64::from(temperature),
+            hardware_error,
+            torque_on,
+            position: self.read(id, xl430::PRESENT_POSITION)?.cast_signed(),
+        })
+    }
+}
+
+/// What is wrong with a servo. A mode other than the rig's is set before a run, so it is none.
+fn deviations(found: &ServoReport, limits: &Limits) -> Vec<String> {
+    let id = found.id;
+    let mut wrong = Vec::new();
+    if found.model != xl430::MODEL {
+        wrong.push(format!("servo {id}: expected model {} (XL430-W250), got {}", xl430::MODEL, found.model));
+    }
+    if !(limits.voltage_min..=limits.voltage_max).contains(&found.voltage_v) {
+        wrong.push(format!(
+            "servo {id}: expected {} to {} V, got {:.1} V (hint: check the supply and its plug)",
+            limits.voltage_min, limits.voltage_max, found.voltage_v
+        ));
+    }
+    if found.temperature_degc > limits.temperature_max {
+        wrong.push(format!(
+            "servo {id}: expected at most {} degrees C, got {} (hint: let it cool)",
+            limits.temperature_max, found.temperature_degc
+        ));
+    }
+    if found.hardware_error != 0 {
+        wrong.push(format!(
+            "servo {id}: expected no hardware error, got {} (hint: remove the cause, then `hysteron rig check --reboot`)",
+            xl430::describe_errors(found.hardware_error)
+        ));
+    }
+    wrong
+}

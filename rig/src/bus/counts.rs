@@ -1,0 +1,24 @@
+//! What the bus went through: nothing is retried in silence.
+
+use serde::Serialize;
+
+/// Counts since the bus was opened.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct BusCounts {
+    /// Instructions sent, those sent again included.
+    pub instructions: u64,
+    /// Answers that came whole.
+    pub answers: u64,
+    /// Answers that did not come in time.
+    pub timeouts: u64,
+    /// Answers that were damaged, or from another servo.
+    pub corrupt: u64,
+    /// Instructions that a servo refused.
+    pub refused: u64,
+    /// Instructions sent again.
+    pub retries: u64,
+    /// Reads that failed although asked again.
+    pub lost: u64,
+    /// Times that the port was opened again.
+    pub reopened: u64,
+}

@@ -1,0 +1,364 @@
+//! The rig file: which servos pull which tendons, where the tracker is, and what must never be passed.
+
+mod typed;
+
+use crate::Result;
+use crate::bus::xl430;
+use hysteron_base::typed::{check_header, count, finite, not_negative, positive, require, text, vector};
+use hysteron_base::{BadInput, file};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+const FORMAT: &str = "hysteron-rig";
+const VERSION: i64 = 1;
+/// Largest id that protocol 2.0 gives to one servo.
+const ID_MAX: i64 = 252;
+
+type Check<T> = std::result::Result<T, BadInput>;
+
+/// A rig: everything valid, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigConfig {
+    /// For people.
+    pub name: String,
+    /// SHA-256 of the file.
+    pub hash: String,
+    /// The bus.
+    pub servos: ServoConfig,
+    /// One per tendon, in the order of strokes.
+    pub tendons: Vec<TendonConfig>,
+    /// The tracker, if there is one.
+    pub tracker: Option<TrackerConfig>,
+    /// What must not be passed.
+    pub limits: Limits,
+    /// How it moves before and after a run.
+    pub motion: Motion,
+    /// How it is calibrated.
+    pub calibration: CalibrationConfig,
+}
+
+/// The servo bus.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoConfig {
+    /// Serial port, or `auto` for the only U2D2 that is plugged in.
+    pub port: PathBuf,
+    /// Speed of the bus [bit/s].
+    pub baud: u32,
+    /// Within one turn, or over many.
+    pub mode: ServoMode,
+    /// Gains of the position loop, as the registers take them: P, I, D.
+    pub gains: [u16; 3],
+    /// Silence on the bus after which a servo stops by itself [s]; 0: never.
+    pub bus_watchdog: f64,
+    /// How long to wait for an answer beyond its time on the wire [s].
+    pub reply_timeout: f64,
+    /// How often to ask again.
+    pub retries: u32,
+}
+
+/// How a servo counts its position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ServoMode {
+    /// Within one turn.
+    Position,
+    /// Over many turns.
+    Extended,
+}
+
+/// Which way a servo turns to wind its tendon up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Towards larger ticks.
+    Positive,
+    /// Towards smaller ticks.
+    Negative,
+}
+
+impl Direction {
+    /// 1 or -1.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+}
+
+/// One tendon and the servo that pulls it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TendonConfig {
+    /// Id of the servo on the bus.
+    pub servo_id: u8,
+    /// Which way it winds.
+    pub winds: Direction,
+    /// Radius at which the tendon lies on its pulley [m].
+    pub pulley_radius: f64,
+    /// Where the tendon runs in the body, from x towards y of the robot's frame [rad].
+    pub angle: f64,
+}
+
+/// Where poses come from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackerConfig {
+    /// Host and port of the OpenIGTLink server.
+    pub address: String,
+    /// Name of the device to listen to; empty for the first that speaks.
+    pub device: String,
+    /// Poses per second that are to be expected [Hz].
+    pub rate: f64,
+    /// From measuring to arriving, at the least [s].
+    pub latency: f64,
+    /// Silence after which the tip counts as not tracked [s].
+    pub stale: f64,
+    /// Fastest that the tip can move [m/s].
+    pub speed_max: f64,
+    /// Where the tip rests in the robot's frame [m].
+    pub tip_rest: [f64; 3],
+}
+
+/// What must not be passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Smallest stroke [m].
+    pub stroke_min: f64,
+    /// Largest stroke [m].
+    pub stroke_max: f64,
+    /// Largest speed of a stroke, either way [m/s].
+    pub stroke_rate_max: f64,
+    /// Largest load, of the stall torque [-].
+    pub load_max: f64,
+    /// Largest temperature of a servo [°C].
+    pub temperature_max: f64,
+    /// Smallest supply voltage [V].
+    pub voltage_min: f64,
+    /// Largest supply voltage [V].
+    pub voltage_max: f64,
+    /// Corners of the box that the tip stays in, in the robot's frame [m].
+    pub tip_min: [f64; 3],
+    /// See `tip_min` [m].
+    pub tip_max: [f64; 3],
+}
+
+/// How the rig moves before and after a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Speed of strokes on the way to the start and back to rest [m/s].
+    pub slew: f64,
+    /// What happens to the torque at the end, however the end comes.
+    pub at_end: AtEnd,
+}
+
+/// What happens to the torque at the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AtEnd {
+    /// Switched off: the tendons go slack.
+    Release,
+    /// Left on: the robot keeps its shape, and the servos their heat.
+    Hold,
+}
+
+/// How the rig is calibrated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationConfig {
+    /// Where the calibration is, relative to the rig file.
+    pub file: PathBuf,
+    /// Load at which a tendon counts as no longer slack [-].
+    pub slack_load: f64,
+    /// Load of every tendon at rest [-].
+    pub pretension_load: f64,
+    /// Furthest that a tendon is wound in search of its slack's end [m].
+    pub search_max: f64,
+    /// Stroke with which each tendon is pulled to find the tracker's frame [m].
+    pub probe: f64,
+}
+
+impl RigConfig {
+    /// Reads a rig file.
+    ///
+    /// # Errors
+    /// `BadInput` naming file, line and key.
+    pub fn read(path: &Path) -> Result<Self> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let text = file::read_text(path)?;
+        Ok(Self::from_toml(&text, folder).map_err(|bad| bad.within(path.display()))?)
+    }
+
+    /// The rig in the text of a rig file; relative paths in it start at `folder`.
+    ///
+    /// # Errors
+    /// `BadInput` naming line and key.
+    pub fn from_toml(text: &str, folder: &Path) -> Check<Self> {
+        let typed: typed::RigFile = hysteron_base::typed::parse(text)?;
+        check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
+        let mut config = Self {
+            name: self::text("name", typed.name)?,
+            hash: file::sha256_hex(text.as_bytes()),
+            servos: servos(&typed.servos)?,
+            tendons: tendons(&typed.tendon)?,
+            tracker: typed.tracker.as_ref().map(tracker).transpose()?,
+            limits: limits(&typed.limits)?,
+            motion: Motion {
+                slew: positive("motion.slew_mm_s", typed.motion.slew_mm_s)?,
+                at_end: typed.motion.at_end,
+            },
+            calibration: calibration(&typed.calibration)?,
+        };
+        config.calibration.file = folder.join(&config.calibration.file);
+        if config.servos.port != Path::new("auto") {
+            config.servos.port = folder.join(&config.servos.port);
+        }
+        config.check_together()?;
+        Ok(config)
+    }
+
+    /// Ids of the servos, in the order of the tendons.
+    pub fn ids(&self) -> Vec<u8> {
+        self.tendons.iter().map(|tendon| tendon.servo_id).collect()
+    }
+
+    /// What no key alone can tell.
+    fn check_together(&self) -> Check<()> {
+        if self.motion.slew > self.limits.stroke_rate_max {
+            return Err(BadInput::new(
+                "motion.slew_mm_s",
+                "at most limits.stroke_rate_max_mm_s",
+                format!("{}", 1e3 * self.motion.slew),
+            ));
+        }
+        let turn = |tendon: &TendonConfig| std::f64::consts::TAU * tendon.pulley_radius;
+        let range = self.limits.stroke_max - self.limits.stroke_min;
+        match self.tendons.iter().position(|tendon| range > turn(tendon)) {
+            Some(i) if self.servos.mode == ServoMode::Position => Err(BadInput::new(
+                format!("tendon[{}].pulley_radius_mm", i + 1),
+                format!("one turn for all {} mm of stroke", 1e3 * range),
+                format!("{:.1} mm a turn", 1e3 * turn(&self.tendons[i])),
+            )
+            .hint("use operating_mode = \"extended\"")),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn servos(typed: &typed::Servos) -> Check<ServoConfig> {
+    let baud =
+        u32::try_from(typed.baud).ok().filter(|baud| xl430::BAUDS.contains(baud)).ok_or_else(|| {
+            BadInput::new("servos.baud", format!("one of {:?}", xl430::BAUDS), typed.baud.to_string())
+        })?;
+    let gain = |key: &str, typed: i64| {
+        u16::try_from(typed).ok().filter(|gain| *gain <= 16_383).ok_or_else(|| {
+            BadInput::new(format!("servos.{key}"), "a whole number from 0 to 16383", typed.to_string())
+        })
+    };
+    let watchdog = typed.bus_watchdog_ms;
+    Ok(ServoConfig {
+        port: PathBuf::from(text("servos.port", typed.port.clone())?),
+        baud,
+        mode: typed.operating_mode,
+        gains: [
+            gain("position_p_gain", typed.position_p_gain)?,
+            gain("position_i_gain", typed.position_i_gain)?,
+            gain("position_d_gain", typed.position_d_gain)?,
+        ],
+        bus_watchdog: require(
+            "servos.bus_watchdog_ms",
+            "0 for none, or 100 to 2540",
+            watchdog,
+            watchdog == 0.0 || (100.0..=2540.0).contains(&watchdog),
+        )?,
+        reply_timeout: positive("servos.reply_timeout_ms", typed.reply_timeout_ms)?,
+        retries: u32::try_from(typed.retries).ok().filter(|retries| *retries <= 10).ok_or_else(|| {
+            BadInput::new("servos.retries", "a whole number from 0 to 10", typed.retries.to_string())
+        })?,
+    })
+}
+
+fn tendons(typed: &[typed::Tendon]) -> Check<Vec<TendonConfig>> {
+    if typed.is_empty() {
+        return Err(BadInput::new("tendon", "at least one [[tendon]]", "none"));
+    }
+    let mut tendons: Vec<TendonConfig> = Vec::new();
+    for (i, typed) in typed.iter().enumerate() {
+        let key = |name: &str| format!("tendon[{}].{name}", i + 1);
+        let id = count(&key("servo_id"), typed.servo_id, ID_MAX)?;
+        let servo_id = u8::try_from(id).unwrap_or(u8::MAX);
+        if tendons.iter().any(|earlier| earlier.servo_id == servo_id) {
+            return Err(BadInput::new(key("servo_id"), "a servo of its own", format!("{id} again")));
+        }
+        tendons.push(TendonConfig {
+            servo_id,
+            winds: typed.winds,
+            pulley_radius: positive(&key("pulley_radius_mm"), typed.pulley_radius_mm)?,
+            angle: finite(&key("angle_deg"), typed.angle_deg)?,
+        });
+    }
+    Ok(tendons)
+}
+
+fn tracker(typed: &typed::Tracker) -> Check<TrackerConfig> {
+    Ok(TrackerConfig {
+        address: text("tracker.address", typed.address.clone())?,
+        device: typed.device.clone(),
+        rate: positive("tracker.rate_hz", typed.rate_hz)?,
+        latency: not_negative("tracker.latency_ms", typed.latency_ms)?,
+        stale: positive("tracker.stale_ms", typed.stale_ms)?,
+        speed_max: positive("tracker.speed_max_mm_s", typed.speed_max_mm_s)?,
+        tip_rest: vector("tracker.tip_rest_mm", typed.tip_rest_mm)?,
+    })
+}
+
+fn limits(typed: &typed::Limits) -> Check<Limits> {
+    let limits = Limits {
+        stroke_min: finite("limits.stroke_min_mm", typed.stroke_min_mm)?,
+        stroke_max: finite("limits.stroke_max_mm", typed.stroke_max_mm)?,
+        stroke_rate_max: positive("limits.stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s)?,
+        load_max: require(
+            "limits.load_max_percent",
+            "0 < x <= 100",
+            typed.load_max_percent,
+            0.0 < typed.load_max_percent && typed.load_max_percent <= 100.0,
+        )?,
+        temperature_max: finite("limits.temperature_max_degc", typed.temperature_max_degc)?,
+        voltage_min: not_negative("limits.voltage_min_v", typed.voltage_min_v)?,
+        voltage_max: positive("limits.voltage_max_v", typed.voltage_max_v)?,
+        tip_min: vector("limits.tip_min_mm", typed.tip_min_mm)?,
+        tip_max: vector("limits.tip_max_mm", typed.tip_max_mm)?,
+    };
+    let ordered = [
+        ("limits.stroke_min_mm", typed.stroke_min_mm, "stroke_max_mm", typed.stroke_max_mm),
+        ("limits.voltage_min_v", typed.voltage_min_v, "voltage_max_v", typed.voltage_max_v),
+        ("limits.tip_min_mm[0]", typed.tip_min_mm[0], "tip_max_mm[0]", typed.tip_max_mm[0]),
+        ("limits.tip_min_mm[1]", typed.tip_min_mm[1], "tip_max_mm[1]", typed.tip_max_mm[1]),
+        ("limits.tip_min_mm[2]", typed.tip_min_mm[2], "tip_max_mm[2]", typed.tip_max_mm[2]),
+    ];
+    match ordered.iter().find(|(_, low, _, high)| low >= high) {
+        Some((key, low, name, high)) => {
+            Err(BadInput::new(*key, format!("below {name} = {high:?}"), format!("{low:?}")))
+        }
+        None => Ok(limits),
+    }
+}
+
+fn calibration(typed: &typed::Calibration) -> Check<CalibrationConfig> {
+    let percent = |key: &str, typed: f64| require(key, "0 < x < 100", typed, 0.0 < typed && typed < 100.0);
+    let config = CalibrationConfig {
+        file: PathBuf::from(text("calibration.file", typed.file.clone())?),
+        slack_load: percent("calibration.slack_load_percent", typed.slack_load_percent)?,
+        pretension_load: percent("calibration.pretension_load_percent", typed.pretension_load_percent)?,
+        search_max: positive("calibration.search_max_mm", typed.search_max_mm)?,
+        probe: positive("calibration.probe_mm", typed.probe_mm)?,
+    };
+    if config.pretension_load < config.slack_load {
+        return Err(BadInput::new(
+            "calibration.pretension_load_percent",
+            format!("at least slack_load_percent = {:?}", typed.slack_load_percent),
+            format!("{:?}", typed.pretension_load_percent),
+        ));
+    }
+    Ok(config)
+}
+
+#[cfg(test)]
+mod tests;

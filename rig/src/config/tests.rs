@@ -1,0 +1,70 @@
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+use super::*;
+
+const EXAMPLE: &str = include_str!("../../presets/rig.toml");
+
+fn rejected(change: (&str, &str)) -> BadInput {
+    assert!(EXAMPLE.contains(change.0), "{}", change.0);
+    RigConfig::from_toml(&EXAMPLE.replacen(change.0, change.1, 1), Path::new("folder")).unwrap_err()
+}
+
+#[test]
+fn the_example_is_valid_and_in_si() {
+    let rig = RigConfig::from_toml(EXAMPLE, Path::new("folder")).unwrap();
+    assert_eq!(rig.ids(), [1, 2, 3, 4]);
+    assert_eq!(rig.tendons[1].pulley_radius, 0.01);
+    assert_eq!(rig.tendons[1].angle, 90_f64.to_radians());
+    assert_eq!(rig.limits.load_max, 0.7);
+    assert_eq!(rig.servos.bus_watchdog, 0.2);
+    assert_eq!(rig.servos.port, Path::new("folder/servos"));
+    assert_eq!(rig.calibration.file, Path::new("folder/calibration.toml"));
+}
+
+#[test]
+fn every_bound_rejects() {
+    let cases = [
+        (("hysteron-rig", "hysteron-scene"), "format"),
+        (("version = 1", "version = 2"), "version"),
+        (("baud = 1000000", "baud = 31250"), "servos.baud"),
+        (("position_p_gain = 1600", "position_p_gain = 16384"), "servos.position_p_gain"),
+        (("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 50.0"), "servos.bus_watchdog_ms"),
+        (("reply_timeout_ms = 4.0", "reply_timeout_ms = 0.0"), "servos.reply_timeout_ms"),
+        (("retries = 2", "retries = -1"), "servos.retries"),
+        (("servo_id = 2", "servo_id = 1"), "tendon[2].servo_id"),
+        (("servo_id = 2", "servo_id = 253"), "tendon[2].servo_id"),
+        (("pulley_radius_mm = 10.0", "pulley_radius_mm = nan"), "tendon[1].pulley_radius_mm"),
+        (("rate_hz = 80.0", "rate_hz = inf"), "tracker.rate_hz"),
+        (("stroke_min_mm = -12.0", "stroke_min_mm = 12.0"), "limits.stroke_min_mm"),
+        (("load_max_percent = 70.0", "load_max_percent = 101.0"), "limits.load_max_percent"),
+        (("voltage_min_v = 9.5", "voltage_min_v = 15.0"), "limits.voltage_min_v"),
+        (("10.0]\ntip_max", "95.0]\ntip_max"), "limits.tip_min_mm[2]"),
+        (("slew_mm_s = 3.0", "slew_mm_s = 13.0"), "motion.slew_mm_s"),
+        (
+            ("pretension_load_percent = 4.0", "pretension_load_percent = 3.0"),
+            "calibration.pretension_load_percent",
+        ),
+        (("search_max_mm = 20.0", "search_max_mm = -1.0"), "calibration.search_max_mm"),
+    ];
+    for (change, place) in cases {
+        let bad = rejected(change);
+        assert!(bad.place.ends_with(place), "{bad} for {change:?}");
+    }
+}
+
+#[test]
+fn a_turn_must_hold_all_strokes_in_position_mode() {
+    let text = EXAMPLE.replace("\"extended\"", "\"position\"").replacen(
+        "pulley_radius_mm = 10.0",
+        "pulley_radius_mm = 3.0",
+        1,
+    );
+    let bad = RigConfig::from_toml(&text, Path::new("")).unwrap_err();
+    assert_eq!(bad.place, "tendon[1].pulley_radius_mm");
+    assert!(bad.hint.contains("extended"));
+}
+
+#[test]
+fn unknown_and_missing_keys_are_named() {
+    assert!(rejected(("baud = ", "bauds = ")).hint.contains("baud"));
+    assert!(rejected(("retries = 2\n", "")).place.contains("retries"));
+}

@@ -1,0 +1,84 @@
+//! A rig file exactly as typed: one field per key, units still in the names. Only `config/mod.rs` reads these.
+
+use super::{AtEnd, Direction, ServoMode};
+use serde::Deserialize;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RigFile {
+    pub format: String,
+    pub version: i64,
+    pub name: String,
+    pub servos: Servos,
+    pub tendon: Vec<Tendon>,
+    pub tracker: Option<Tracker>,
+    pub limits: Limits,
+    pub motion: Motion,
+    pub calibration: Calibration,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Servos {
+    pub port: String,
+    pub baud: i64,
+    pub operating_mode: ServoMode,
+    pub position_p_gain: i64,
+    pub position_i_gain: i64,
+    pub position_d_gain: i64,
+    pub bus_watchdog_ms: f64,
+    pub reply_timeout_ms: f64,
+    pub retries: i64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tendon {
+    pub servo_id: i64,
+    pub winds: Direction,
+    pub pulley_radius_mm: f64,
+    pub angle_deg: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tracker {
+    pub address: String,
+    pub device: String,
+    pub rate_hz: f64,
+    pub latency_ms: f64,
+    pub stale_ms: f64,
+    pub speed_max_mm_s: f64,
+    pub tip_rest_mm: [f64; 3],
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Limits {
+    pub stroke_min_mm: f64,
+    pub stroke_max_mm: f64,
+    pub stroke_rate_max_mm_s: f64,
+    pub load_max_percent: f64,
+    pub temperature_max_degc: f64,
+    pub voltage_min_v: f64,
+    pub voltage_max_v: f64,
+    pub tip_min_mm: [f64; 3],
+    pub tip_max_mm: [f64; 3],
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Motion {
+    pub slew_mm_s: f64,
+    pub at_end: AtEnd,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Calibration {
+    pub file: String,
+    pub slack_load_percent: f64,
+    pub pretension_load_percent: f64,
+    pub search_max_mm: f64,
+    pub probe_mm: f64,
+}
