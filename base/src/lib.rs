@@ -15,7 +15,7 @@ pub mod typed;
 pub mod units;
 
 pub use error::{BadInput, Error, Result};
-pub use recording::{Channel, Metadata, Recording};
+pub use recording::{Channel, Journal, JournalWriter, Metadata, Recording};
 pub use rng::rng;
 pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,

@@ -76,7 +76,7 @@ proptest! {
     #[test]
     fn no_bytes_make_a_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["a.csv", "a.parquet", "scene.toml"] {
+        for name in ["a.csv", "a.parquet", "a.journal", "scene.toml"] {
             read_bytes_as(folder.path(), name, &bytes);
         }
         // The frame of a parquet file around nothing of the kind.

@@ -2,14 +2,18 @@
 //!
 //! One constructor validates everything, so a recording in hand is finite, ordered in time and well named, and it
 //! is never edited in place. Two files hold it: Parquet for programs, CSV for people; both give back the same
-//! doubles.
+//! doubles. A third, the journal, is what a running rig appends to; it is read, and kept as one of the two.
 
+mod crc;
 mod csv;
+mod fill;
+mod journal;
 mod metadata;
 mod names;
 mod parquet;
 
 use crate::{BadInput, Error, Result, file};
+pub use journal::{Journal, JournalWriter};
 pub use metadata::Metadata;
 use std::path::Path;
 
@@ -166,14 +170,16 @@ impl Recording {
         uniform.then_some(1.0 / mean).filter(|rate| rate.is_finite())
     }
 
-    /// Reads a recording, `.parquet` or `.csv` by its extension.
+    /// Reads a recording, `.parquet`, `.csv` or `.journal` by its extension. Of a journal that was killed or is
+    /// damaged, what is whole is read; [`Journal::read`] says what was lost.
     ///
     /// # Errors
     /// `BadInput` naming file, row and column; `Io` if the file cannot be read.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let place = path.display().to_string();
-        match Kind::of(path)? {
+        match Kind::of(path, "a recording: .parquet, .csv or .journal")? {
+            Kind::Journal => Ok(Journal::read(path)?.recording),
             Kind::Csv => Ok(csv::read(&file::read_text(path)?).map_err(|bad| bad.within(place))?),
             Kind::Parquet => {
                 let source = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
@@ -188,7 +194,9 @@ impl Recording {
     /// `BadInput` for another extension, `Io` if the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
-        match Kind::of(path)? {
+        let expected = "a recording to write: .parquet or .csv";
+        match Kind::of(path, expected)? {
+            Kind::Journal => Err(BadInput::new(path.display().to_string(), expected, ".journal").into()),
             Kind::Csv => file::write_with(path, |out| csv::write(self, out)),
             Kind::Parquet => file::write_with(path, |out| out.write_all(&parquet::to_bytes(self)?)),
         }
@@ -199,16 +207,18 @@ impl Recording {
 enum Kind {
     Csv,
     Parquet,
+    Journal,
 }
 
 impl Kind {
-    fn of(path: &Path) -> Check<Self> {
+    fn of(path: &Path, expected: &str) -> Check<Self> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),
             Some("parquet") => Ok(Self::Parquet),
+            Some("journal") => Ok(Self::Journal),
             extension => {
                 let found = extension.map_or("no extension".into(), |extension| format!(".{extension}"));
-                Err(BadInput::new(path.display().to_string(), "a recording, .parquet or .csv", found))
+                Err(BadInput::new(path.display().to_string(), expected, found))
             }
         }
     }
