@@ -17,6 +17,9 @@ pub enum Error {
     /// The tracker does not answer as it should.
     #[error("tracker: {0}")]
     Tracker(String),
+    /// The recording cannot be written.
+    #[error("writing the recording: {0} (hint: make room on the disk; what was recorded is kept)")]
+    Disk(std::io::Error),
     /// A limit was passed, and the run was ended safely.
     #[error("limit: {0}")]
     Limit(String),

@@ -1,7 +1,8 @@
 //! The door between the program and a rig: a real one or an emulated one through its ports, or one simulated in this
 //! process on a clock of its own.
 
-use crate::{Pose, Result};
+use crate::bus::{BusCounts, ServoReport};
+use crate::{Event, Pose, Result};
 
 /// What one cycle reads from one servo.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -35,6 +36,11 @@ pub trait Hardware {
     fn wait_until(&mut self, time: f64);
     /// Number of servos, one per tendon.
     fn n_servos(&self) -> usize;
+    /// Checks every servo against the rig file and makes it ready, with its torque off.
+    ///
+    /// # Errors
+    /// `Bus` with everything that is wrong.
+    fn prepare(&mut self) -> Result<Vec<ServoReport>>;
     /// Commands all servos (n_servos) [ticks].
     ///
     /// # Errors
@@ -50,13 +56,23 @@ pub trait Hardware {
     /// # Errors
     /// `Bus` if nothing could be sent.
     fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()>;
-    /// Switches the torque of all servos, and makes sure that they did.
+    /// Switches the torque of all servos, and makes sure that they did. While it is on, silence on the bus stops
+    /// them.
     ///
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
     fn set_torque(&mut self, on: bool) -> Result<()>;
+    /// Leaves the torque on, and silence on the bus without consequence.
+    ///
+    /// # Errors
+    /// `Bus` naming the servos that did not confirm.
+    fn hold(&mut self) -> Result<()>;
     /// Appends the poses that came since the last call, in the tracker's frame, on the rig's clock.
     fn take_poses(&mut self, poses: &mut Vec<Pose>);
     /// Appends what went wrong since the last call, on the rig's clock: one event each.
-    fn take_events(&mut self, events: &mut Vec<crate::Event>);
+    fn take_events(&mut self, events: &mut Vec<Event>);
+    /// What the bus went through.
+    fn counts(&self) -> BusCounts;
+    /// Time that the transfers of the last cycle took, and that their bytes take on the wire [s].
+    fn bus_time(&self) -> (f64, f64);
 }

@@ -3,15 +3,21 @@
 //! Never imports the twin: both speak [`hysteron_base::Recording`].
 
 pub mod bus;
+pub mod calibration;
 pub mod config;
 mod error;
 mod event;
 mod hardware;
+mod live;
 mod pose;
+mod safety;
+pub mod session;
 pub mod tracker;
 pub mod virtual_rig;
 
 pub use error::{Error, Result};
 pub use event::{Event, EventKind};
 pub use hardware::{Hardware, ServoSample, SlowSample};
+pub use live::LiveRig;
 pub use pose::{Pose, Quality};
+pub use safety::{Retreat, Violation};

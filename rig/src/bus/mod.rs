@@ -205,6 +205,21 @@ impl ServoBus {
         if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
     }
 
+    /// Ends the bus watchdog of all servos, with their torque as it is.
+    ///
+    /// # Errors
+    /// `Bus` naming the servos that did not confirm.
+    pub fn stop_watchdog(&mut self) -> Result<()> {
+        let failed: Vec<String> = self
+            .ids
+            .clone()
+            .into_iter()
+            .filter_map(|id| self.write(id, xl430::BUS_WATCHDOG, 0).err())
+            .map(|error| error.to_string())
+            .collect();
+        if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
+    }
+
     /// Appends what went wrong since the last call.
     pub fn take_events(&mut self, events: &mut Vec<Event>) {
         events.append(&mut self.events);

@@ -1,0 +1,145 @@
+//! The calibration file: written by `hysteron rig calibrate`, read by everything that moves.
+
+use super::{Calibration, ChannelMap};
+use crate::Result;
+use crate::config::{Direction, RigConfig};
+use crate::tracker::Registration;
+use hysteron_base::typed::{check_header, finite, not_negative, positive, text, vector};
+use hysteron_base::{BadInput, file};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+const FORMAT: &str = "hysteron-calibration";
+const VERSION: i64 = 1;
+/// Positions beyond this are no angle that a servo reaches [ticks].
+const FURTHEST: i64 = 1 << 24;
+
+type Check<T> = std::result::Result<T, BadInput>;
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CalibrationFile {
+    format: String,
+    version: i64,
+    date: String,
+    rig: String,
+    channel: Vec<ChannelFile>,
+    registration: Option<RegistrationFile>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ChannelFile {
+    servo_id: u8,
+    model: u16,
+    ticks_per_turn: i64,
+    pulley_radius_mm: f64,
+    winds: Direction,
+    zero_ticks: i64,
+    slack_end_mm: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RegistrationFile {
+    rotation_wxyz: [f64; 4],
+    translation_mm: [f64; 3],
+    residual_deg: f64,
+}
+
+impl Calibration {
+    /// Reads a calibration.
+    ///
+    /// # Errors
+    /// `BadInput` naming file, line and key.
+    pub fn read(path: &Path, rig: &RigConfig) -> Result<Self> {
+        let text = file::read_text(path).map_err(|error| match error {
+            hysteron_base::Error::BadInput(bad) if bad.found == "nothing there" => {
+                hysteron_base::Error::BadInput(bad.hint(format!(
+                    "make it with `hysteron rig calibrate`; rig \"{}\" has none yet",
+                    rig.name
+                )))
+            }
+            other => other,
+        })?;
+        Ok(Self::from_toml(&text).map_err(|bad| bad.within(path.display()))?)
+    }
+
+    /// The calibration in the text of a file.
+    ///
+    /// # Errors
+    /// `BadInput` naming line and key.
+    pub fn from_toml(text: &str) -> Check<Self> {
+        let typed: CalibrationFile = hysteron_base::typed::parse(text)?;
+        check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
+        if typed.channel.is_empty() {
+            return Err(BadInput::new("channel", "at least one [[channel]]", "none"));
+        }
+        let channels: Check<Vec<ChannelMap>> =
+            typed.channel.iter().enumerate().map(|(i, typed)| channel(i + 1, typed)).collect();
+        Ok(Self {
+            date: self::text("date", typed.date)?,
+            rig: self::text("rig", typed.rig)?,
+            channels: channels?,
+            registration_residual: match &typed.registration {
+                Some(typed) => not_negative("registration.residual_deg", typed.residual_deg)?,
+                None => 0.0,
+            },
+            registration: typed.registration.as_ref().map(registration).transpose()?,
+        })
+    }
+
+    /// The text of a calibration file.
+    pub fn to_toml(&self) -> String {
+        let typed = CalibrationFile {
+            format: FORMAT.into(),
+            version: VERSION,
+            date: self.date.clone(),
+            rig: self.rig.clone(),
+            channel: self.channels.iter().map(typed_channel).collect(),
+            registration: self.registration.map(|found| RegistrationFile {
+                rotation_wxyz: found.rotation(),
+                translation_mm: found.translation().map(|x| 1e3 * x),
+                residual_deg: self.registration_residual.to_degrees(),
+            }),
+        };
+        // Plain numbers and text always have a form in TOML.
+        toml::to_string(&typed).unwrap_or_default()
+    }
+}
+
+fn typed_channel(channel: &ChannelMap) -> ChannelFile {
+    ChannelFile {
+        servo_id: channel.servo_id,
+        model: channel.model,
+        ticks_per_turn: channel.ticks_per_turn.into(),
+        pulley_radius_mm: 1e3 * channel.pulley_radius,
+        winds: channel.winds,
+        zero_ticks: channel.zero.into(),
+        slack_end_mm: 1e3 * channel.slack_end,
+    }
+}
+
+fn channel(number: usize, typed: &ChannelFile) -> Check<ChannelMap> {
+    let key = |name: &str| format!("channel[{number}].{name}");
+    let ticks = |name: &str, typed: i64, low: i64| {
+        i32::try_from(typed).ok().filter(|_| (low..=FURTHEST).contains(&typed)).ok_or_else(|| {
+            BadInput::new(key(name), format!("a whole number from {low} to {FURTHEST}"), typed.to_string())
+        })
+    };
+    Ok(ChannelMap {
+        servo_id: typed.servo_id,
+        model: typed.model,
+        ticks_per_turn: ticks("ticks_per_turn", typed.ticks_per_turn, 1)?,
+        pulley_radius: positive(&key("pulley_radius_mm"), typed.pulley_radius_mm)?,
+        winds: typed.winds,
+        zero: ticks("zero_ticks", typed.zero_ticks, -FURTHEST)?,
+        slack_end: finite(&key("slack_end_mm"), typed.slack_end_mm)?,
+    })
+}
+
+fn registration(typed: &RegistrationFile) -> Check<Registration> {
+    let translation = vector("registration.translation_mm", typed.translation_mm)?;
+    Registration::new(typed.rotation_wxyz, translation)
+        .map_err(|bad| BadInput { place: "registration.rotation_wxyz".into(), ..bad })
+}

@@ -1,0 +1,146 @@
+//! Calibration: from ticks to strokes and from the tracker's frame to the robot's, dated, and bound to its servos.
+//!
+//! Paper 003, section III: an affine map per channel. Its slope is the pulley (2 pi r per turn, with the direction
+//! that winds); its zero is where the tendon carries its pretension at rest. A servo counts its turns only while it
+//! has power, so a calibration knows the zero within its turn, and [`Calibration::unwrapped`] finds the turn again.
+
+mod file;
+mod procedure;
+
+use crate::bus::{ServoReport, xl430};
+use crate::config::{Direction, RigConfig};
+use crate::tracker::Registration;
+use crate::{Error, Result};
+pub use procedure::calibrate;
+use std::f64::consts::TAU;
+
+/// What a calibration found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// When, as RFC 3339 in UTC.
+    pub date: String,
+    /// Name of the rig.
+    pub rig: String,
+    /// One per tendon, in the order of strokes.
+    pub channels: Vec<ChannelMap>,
+    /// From the tracker's frame to the robot's, if there is a tracker.
+    pub registration: Option<Registration>,
+    /// RMS angle that the registration leaves [rad].
+    pub registration_residual: f64,
+}
+
+/// From the ticks of one servo to the stroke of its tendon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChannelMap {
+    /// Id of the servo.
+    pub servo_id: u8,
+    /// Its model number.
+    pub model: u16,
+    /// Ticks of a turn.
+    pub ticks_per_turn: i32,
+    /// Radius at which the tendon lies on its pulley [m].
+    pub pulley_radius: f64,
+    /// Which way it winds.
+    pub winds: Direction,
+    /// Where the stroke is zero [ticks].
+    pub zero: i32,
+    /// Stroke at which the tendon goes slack [m]; below zero where there is pretension.
+    pub slack_end: f64,
+}
+
+impl ChannelMap {
+    /// Stroke of a tick, signed [m]: how much tendon a tick winds up.
+    pub fn stroke_per_tick(&self) -> f64 {
+        self.winds.sign() * TAU * self.pulley_radius / f64::from(self.ticks_per_turn)
+    }
+
+    /// Stroke at a position [m].
+    pub fn stroke(&self, ticks: i32) -> f64 {
+        f64::from(ticks - self.zero) * self.stroke_per_tick()
+    }
+
+    /// Position nearest to a stroke [ticks].
+    pub fn ticks(&self, stroke: f64) -> i32 {
+        self.zero + (stroke / self.stroke_per_tick()).round() as i32
+    }
+}
+
+impl Calibration {
+    /// Refuses servos and tendons that are not those that were calibrated.
+    ///
+    /// # Errors
+    /// `Bus` naming everything that differs.
+    pub fn check(&self, rig: &RigConfig, servos: &[ServoReport]) -> Result<()> {
+        let mut wrong = Vec::new();
+        let ids: Vec<u8> = self.channels.iter().map(|channel| channel.servo_id).collect();
+        if ids != rig.ids() {
+            wrong.push(format!("expected servos {ids:?}, got {:?} in the rig file", rig.ids()));
+        }
+        for (k, (channel, tendon)) in self.channels.iter().zip(&rig.tendons).enumerate() {
+            if channel.pulley_radius != tendon.pulley_radius || channel.winds != tendon.winds {
+                wrong.push(format!("tendon {}: its pulley or direction is another in the rig file", k + 1));
+            }
+        }
+        for channel in &self.channels {
+            match servos.iter().find(|servo| servo.id == channel.servo_id) {
+                None => wrong.push(format!("servo {} is not on the bus", channel.servo_id)),
+                Some(servo) if servo.model != channel.model => wrong.push(format!(
+                    "servo {}: expected model {}, got {}",
+                    servo.id, channel.model, servo.model
+                )),
+                Some(_) => {}
+            }
+        }
+        if wrong.is_empty() {
+            return Ok(());
+        }
+        Err(Error::Bus(format!(
+            "the calibration of {} is not for this rig:\n  {} (hint: run `hysteron rig calibrate`)",
+            self.date,
+            wrong.join("\n  ")
+        )))
+    }
+
+    /// The same calibration with every zero moved by whole turns to where it is nearest to `positions` [ticks].
+    ///
+    /// A servo that lost power counts from the turn it woke up in. The strokes of a run stay within half a turn of
+    /// rest, where this is unambiguous.
+    pub fn unwrapped(&self, positions: &[i32]) -> Self {
+        let mut moved = self.clone();
+        for (channel, position) in moved.channels.iter_mut().zip(positions) {
+            let turns = f64::from(position - channel.zero) / f64::from(channel.ticks_per_turn);
+            channel.zero += turns.round() as i32 * channel.ticks_per_turn;
+        }
+        moved
+    }
+
+    /// Strokes at these positions [m].
+    pub fn strokes_into(&self, positions: &[i32], strokes: &mut [f64]) {
+        for ((channel, position), stroke) in self.channels.iter().zip(positions).zip(strokes) {
+            *stroke = channel.stroke(*position);
+        }
+    }
+}
+
+/// A calibration that nobody measured: zero where the servos stand. For the search of the true one.
+pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> Calibration {
+    let channels = rig.tendons.iter().zip(positions).map(|(tendon, position)| ChannelMap {
+        servo_id: tendon.servo_id,
+        model: xl430::MODEL,
+        ticks_per_turn: xl430::TICKS_PER_TURN,
+        pulley_radius: tendon.pulley_radius,
+        winds: tendon.winds,
+        zero: *position,
+        slack_end: 0.0,
+    });
+    Calibration {
+        date: String::new(),
+        rig: rig.name.clone(),
+        channels: channels.collect(),
+        registration: None,
+        registration_residual: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+//! What must never be passed, checked in every cycle.
+//!
+//! A limit that is passed ends the run. Whether the robot first goes back to rest or lets go at once depends on the
+//! limit: with a load, heat or supply out of bounds, moving on is no cure.
+
+use crate::bus::xl430;
+use crate::config::Limits;
+use crate::{Pose, ServoSample, SlowSample};
+
+/// How a run ends that cannot go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Retreat {
+    /// Slowly back to rest, then as the rig file says.
+    ToRest,
+    /// Torque off at once.
+    LetGo,
+}
+
+/// A limit that was passed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Violation {
+    /// Servo it concerns, counted from 0 in the order of the tendons.
+    pub tendon: Option<usize>,
+    /// Which limit, what was allowed and what was found.
+    pub message: String,
+    /// How to end.
+    pub retreat: Retreat,
+}
+
+/// By how much a measured stroke may pass its limit while the command keeps to it [m]: the servo overshoots by a few
+/// ticks, and its position is read a cycle late.
+const STROKE_MARGIN: f64 = 0.25e-3;
+/// By how much a measured rate may pass its limit [-]: one tick more or less in a cycle, and the servo catching up.
+const RATE_MARGIN: f64 = 1.0;
+
+impl Limits {
+    /// A command, `dt` [s] after the one before.
+    ///
+    /// # Errors
+    /// The first stroke or rate that is out of bounds.
+    pub fn check_command(&self, before: &[f64], strokes: &[f64], dt: f64) -> Result<(), Violation> {
+        for (k, (&s, &s0)) in strokes.iter().zip(before).enumerate() {
+            let outward = s < self.stroke_min && s < s0 || s > self.stroke_max && s > s0;
+            if outward || !s.is_finite() {
+                return Err(self.stroke_violation(k, s, "commanded"));
+            }
+            let rate = (s - s0) / dt;
+            // A rounding of the time, not of the command.
+            if rate.abs() > self.stroke_rate_max * (1.0 + 1e-6) {
+                return Err(self.rate_violation(k, rate, "commanded"));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the servos report, with the strokes that their positions mean.
+    ///
+    /// # Errors
+    /// The first that is out of bounds.
+    pub fn check_servos(
+        &self,
+        samples: &[Option<ServoSample>],
+        strokes: &[f64],
+        radii: &[f64],
+    ) -> Result<(), Violation> {
+        for (k, sample) in samples.iter().enumerate() {
+            let Some(sample) = sample else { continue };
+            let at_once = |message| Violation { tendon: Some(k), message, retreat: Retreat::LetGo };
+            if sample.hardware_error != 0 {
+                let errors = xl430::describe_errors(sample.hardware_error);
+                return Err(at_once(format!("the servo reports {errors}")));
+            }
+            if !sample.torque_on {
+                return Err(at_once("the servo's torque is off; it lost its supply or tripped".into()));
+            }
+            if sample.load.abs() > self.load_max {
+                return Err(at_once(format!(
+                    "load: expected at most {:.0} %, got {:.1} %",
+                    100.0 * self.load_max,
+                    100.0 * sample.load.abs()
+                )));
+            }
+            let s = strokes[k];
+            if s < self.stroke_min - STROKE_MARGIN || s > self.stroke_max + STROKE_MARGIN {
+                return Err(self.stroke_violation(k, s, "measured"));
+            }
+            let rate = sample.velocity * radii[k];
+            if rate.abs() > self.stroke_rate_max * (1.0 + RATE_MARGIN) {
+                return Err(self.rate_violation(k, rate, "measured"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Voltages and temperatures.
+    ///
+    /// # Errors
+    /// The first that is out of bounds.
+    pub fn check_slow(&self, samples: &[Option<SlowSample>]) -> Result<(), Violation> {
+        for (k, sample) in samples.iter().enumerate() {
+            let Some(sample) = sample else { continue };
+            let message = if sample.temperature > self.temperature_max {
+                format!(
+                    "temperature: expected at most {} degrees C, got {}",
+                    self.temperature_max, sample.temperature
+                )
+            } else if !(self.voltage_min..=self.voltage_max).contains(&sample.voltage) {
+                format!(
+                    "supply: expected {} to {} V, got {:.1} V",
+                    self.voltage_min, self.voltage_max, sample.voltage
+                )
+            } else {
+                continue;
+            };
+            return Err(Violation { tendon: Some(k), message, retreat: Retreat::LetGo });
+        }
+        Ok(())
+    }
+
+    /// The tip, in the robot's frame.
+    ///
+    /// # Errors
+    /// The first coordinate out of bounds.
+    pub fn check_tip(&self, pose: &Pose) -> Result<(), Violation> {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let (low, x, high) = (self.tip_min[axis], pose.position[axis], self.tip_max[axis]);
+            if !(low..=high).contains(&x) {
+                let message = format!(
+                    "tip: expected {name} from {:.1} to {:.1} mm, got {:.2} mm",
+                    1e3 * low,
+                    1e3 * high,
+                    1e3 * x
+                );
+                return Err(Violation { tendon: None, message, retreat: Retreat::ToRest });
+            }
+        }
+        Ok(())
+    }
+
+    fn stroke_violation(&self, k: usize, stroke: f64, how: &str) -> Violation {
+        let message = format!(
+            "stroke, {how}: expected {:.2} to {:.2} mm, got {:.3} mm",
+            1e3 * self.stroke_min,
+            1e3 * self.stroke_max,
+            1e3 * stroke
+        );
+        Violation { tendon: Some(k), message, retreat: Retreat::ToRest }
+    }
+
+    fn rate_violation(&self, k: usize, rate: f64, how: &str) -> Violation {
+        let message = format!(
+            "stroke rate, {how}: expected at most {:.2} mm/s, got {:.2} mm/s",
+            1e3 * self.stroke_rate_max,
+            1e3 * rate.abs()
+        );
+        Violation { tendon: Some(k), message, retreat: Retreat::ToRest }
+    }
+}

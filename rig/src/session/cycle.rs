@@ -1,0 +1,94 @@
+//! One cycle: wait for its time, command, read, check.
+
+use super::{LOST_AFTER, SLOW_EVERY, Session, Stop};
+use crate::{Error, EventKind, Quality, Retreat, Violation};
+
+impl Session<'_> {
+    /// Carries out one cycle that commands these strokes (n) [m].
+    pub(super) fn cycle(&mut self, strokes: &[f64]) -> Result<(), Stop> {
+        let limits = &self.rig.limits;
+        limits.check_command(&self.commanded, strokes, self.period)?;
+        for ((goal, channel), stroke) in self.goals.iter_mut().zip(&self.calibration.channels).zip(strokes) {
+            *goal = channel.ticks(*stroke);
+        }
+        self.hardware.wait_until(self.next);
+        let begun = self.hardware.now();
+        self.hardware.write_goals(&self.goals)?;
+        self.commanded.copy_from_slice(strokes);
+        self.hardware.read_servos(&mut self.samples)?;
+        self.stats.add_cycle(begun - self.next, self.hardware.bus_time());
+        if begun - self.next > self.period {
+            let late = 1e3 * (begun - self.next);
+            self.note(EventKind::Late, None, format!("a cycle began {late:.1} ms late"));
+            // What was missed is not made up for in a rush.
+            self.next += ((begun - self.next) / self.period).floor() * self.period;
+        }
+        self.next += self.period;
+        self.n_cycles += 1;
+
+        for ((sample, channel), stroke) in
+            self.samples.iter().zip(&self.calibration.channels).zip(&mut self.measured)
+        {
+            if let Some(sample) = sample {
+                *stroke = channel.stroke(sample.position);
+            }
+        }
+        self.take_poses();
+        self.hardware.take_events(&mut self.events);
+        match self.check() {
+            Err(Stop::Limit(Violation { retreat: Retreat::ToRest, .. })) if self.is_retreating => Ok(()),
+            checked => checked,
+        }
+    }
+
+    fn check(&mut self) -> Result<(), Stop> {
+        self.check_silence()?;
+        let limits = &self.rig.limits;
+        limits.check_servos(&self.samples, &self.measured, &self.radii)?;
+        if self.n_cycles.is_multiple_of(SLOW_EVERY) {
+            self.hardware.read_slow(&mut self.slow)?;
+            limits.check_slow(&self.slow)?;
+        }
+        let Some(tracker) = &self.rig.tracker else { return Ok(()) };
+        if self.calibration.registration.is_none() {
+            return Ok(());
+        }
+        for pose in self.poses.iter().filter(|pose| pose.quality == Quality::Good) {
+            limits.check_tip(pose)?;
+        }
+        let silence = self.hardware.now() - self.last_tracked;
+        if silence > tracker.stale {
+            let message = format!("tracker: no pose to trust for {:.0} ms", 1e3 * silence);
+            return Err(Violation { tendon: None, message, retreat: Retreat::ToRest }.into());
+        }
+        Ok(())
+    }
+
+    /// Counts the cycles since each servo answered.
+    fn check_silence(&mut self) -> Result<(), Stop> {
+        for k in 0..self.samples.len() {
+            self.silent[k] = if self.samples[k].is_some() { 0 } else { self.silent[k] + 1 };
+            if self.silent[k] == LOST_AFTER {
+                let id = self.calibration.channels[k].servo_id;
+                let message = format!("servo {id} has not answered for {LOST_AFTER} cycles");
+                self.note(EventKind::ServoLost, Some(id), message.clone());
+                return Err(Error::Bus(message).into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes over the poses of this cycle, into the robot's frame.
+    fn take_poses(&mut self) {
+        self.poses.clear();
+        self.hardware.take_poses(&mut self.poses);
+        if let Some(registration) = &self.calibration.registration {
+            for pose in &mut self.poses {
+                *pose = registration.apply(pose);
+            }
+        }
+        for pose in self.poses.iter().filter(|pose| pose.quality == Quality::Good) {
+            self.last_tracked = self.last_tracked.max(pose.time);
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! A session: from torque on to torque off, whatever happens between.
+//!
+//! Every motion is a sequence of cycles at a fixed rate; a cycle commands, reads and checks. A [`Session`] that is
+//! dropped, by the normal end, an error or a panic alike, leaves the torque as the rig file says. Against the death
+//! of this very process there are two further guards: the program's watchman, which lets go in its place, and the
+//! servos' own watchdog, which stops them when the bus falls silent.
+
+mod align;
+mod cycle;
+mod record;
+mod stats;
+
+use crate::calibration::Calibration;
+use crate::config::{AtEnd, RigConfig};
+use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSample, SlowSample, Violation};
+pub use record::{
+    Outcome, RecordOptions, channel_names, events_path, finish_journal, journal_path, record, recover,
+};
+pub use stats::RunStats;
+
+/// Cycles without an answer after which a servo counts as lost.
+const LOST_AFTER: u32 = 5;
+/// Voltage and temperature are read once in so many cycles, out of turn with the rest.
+const SLOW_EVERY: u64 = 50;
+/// How long to go on trying to let go of servos that do not answer [s].
+const RELEASE_PATIENCE: f64 = 3.0;
+/// Pause between these tries [s].
+const RELEASE_PAUSE: f64 = 0.05;
+/// Time that the robot is left at rest before a run [s].
+const SETTLE: f64 = 0.5;
+
+/// Why a motion did not come to its end.
+#[derive(Debug)]
+pub enum Stop {
+    /// A limit was passed.
+    Limit(Violation),
+    /// The rig failed.
+    Failed(Error),
+    /// Somebody asked to stop.
+    Asked,
+}
+
+impl From<Violation> for Stop {
+    fn from(violation: Violation) -> Self {
+        Self::Limit(violation)
+    }
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// A rig under torque.
+pub struct Session<'a> {
+    hardware: &'a mut dyn Hardware,
+    rig: &'a RigConfig,
+    /// With its zeros in the turns that the servos count now.
+    pub calibration: Calibration,
+    /// Time of a cycle [s].
+    period: f64,
+    /// When the next cycle begins, on the rig's clock [s].
+    next: f64,
+    /// Strokes commanded last (n) [m].
+    commanded: Vec<f64>,
+    goals: Vec<i32>,
+    /// What the last cycle read (n).
+    samples: Vec<Option<ServoSample>>,
+    slow: Vec<Option<SlowSample>>,
+    /// Strokes measured last (n) [m].
+    measured: Vec<f64>,
+    radii: Vec<f64>,
+    /// Cycles since each servo answered.
+    silent: Vec<u32>,
+    n_cycles: u64,
+    /// Poses of the last cycle, in the robot's frame if there is a registration.
+    poses: Vec<Pose>,
+    /// When the tip was last tracked [s].
+    last_tracked: f64,
+    events: Vec<Event>,
+    stats: RunStats,
+    is_under_torque: bool,
+    /// On the way back to rest after a limit was passed: only what must let go at once still counts.
+    is_retreating: bool,
+}
+
+impl std::fmt::Debug for Session<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("rig", &self.rig.name).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Session<'a> {
+    /// Switches the torque on, where the robot stands.
+    ///
+    /// # Errors
+    /// `Bus` if a servo does not answer or does not switch; none is then left under torque.
+    pub fn start(
+        hardware: &'a mut dyn Hardware,
+        rig: &'a RigConfig,
+        calibration: &Calibration,
+        rate: f64,
+    ) -> Result<Self> {
+        let n = hardware.n_servos();
+        let mut samples = vec![None; n];
+        hardware.read_servos(&mut samples)?;
+        let mut positions = Vec::with_capacity(n);
+        for (sample, id) in samples.iter().zip(rig.ids()) {
+            let sample = sample.ok_or_else(|| Error::Bus(format!("servo {id} does not answer")))?;
+            positions.push(sample.position);
+        }
+        let calibration = calibration.unwrapped(&positions);
+        let mut strokes = vec![0.0; n];
+        calibration.strokes_into(&positions, &mut strokes);
+        let now = hardware.now();
+        let mut session = Self {
+            radii: rig.tendons.iter().map(|tendon| tendon.pulley_radius).collect(),
+            commanded: strokes.clone(),
+            measured: strokes,
+            goals: positions,
+            samples,
+            slow: vec![None; n],
+            silent: vec![0; n],
+            n_cycles: 0,
+            poses: Vec::with_capacity(16),
+            last_tracked: now,
+            events: Vec::new(),
+            stats: RunStats::new(1.0 / rate),
+            is_retreating: false,
+            is_under_torque: true, // if switching fails half-way, too
+            period: 1.0 / rate,
+            next: now,
+            calibration,
+            hardware,
+            rig,
+        };
+        // A servo takes its goal from where it stands when its torque goes on; this is for those that do not.
+        session.hardware.write_goals(&session.goals)?;
+        session.hardware.set_torque(true)?;
+        session.say("torque on");
+        session.next = session.hardware.now() + session.period;
+        Ok(session)
+    }
+
+    /// Strokes at which the robot stands (n) [m].
+    pub fn strokes(&self) -> &[f64] {
+        &self.measured
+    }
+
+    /// What the last cycle read (n).
+    pub fn samples(&self) -> &[Option<ServoSample>] {
+        &self.samples
+    }
+
+    /// Poses of the last cycle.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Appends what happened since the last call.
+    pub fn take_events(&mut self, events: &mut Vec<Event>) {
+        events.append(&mut self.events);
+    }
+
+    /// Goes to these strokes, no tendon faster than the rig file's slew, and waits there for `settle` [s].
+    ///
+    /// # Errors
+    /// What stopped it.
+    pub fn slew(
+        &mut self,
+        target: &[f64],
+        settle: f64,
+        asked: &dyn Fn() -> bool,
+    ) -> std::result::Result<(), Stop> {
+        self.slew_with(target, settle, asked, &mut |_| {})
+    }
+
+    /// As [`Session::slew`], showing every cycle to `watch`.
+    ///
+    /// # Errors
+    /// What stopped it.
+    pub fn slew_with(
+        &mut self,
+        target: &[f64],
+        settle: f64,
+        asked: &dyn Fn() -> bool,
+        watch: &mut dyn FnMut(&Self),
+    ) -> std::result::Result<(), Stop> {
+        let start = self.commanded.clone();
+        let furthest = start.iter().zip(target).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
+        let n_moving = (furthest / (self.rig.motion.slew * self.period)).ceil();
+        let n_settling = (settle / self.period).ceil();
+        let mut strokes = start.clone();
+        for i in 1..=(n_moving + n_settling) as u64 {
+            if asked() {
+                return Err(Stop::Asked);
+            }
+            let part = (i as f64 / n_moving).min(1.0); // 1 also where there is no way to go
+            for ((s, a), b) in strokes.iter_mut().zip(&start).zip(target) {
+                *s = if part == 1.0 { *b } else { a + part * (b - a) };
+            }
+            self.cycle(&strokes)?;
+            watch(self);
+        }
+        Ok(())
+    }
+
+    /// Ends the session in good order: back to rest, then torque as the rig file says.
+    ///
+    /// # Errors
+    /// What stopped the way back; the torque is dealt with all the same.
+    pub fn finish(mut self, asked: &dyn Fn() -> bool) -> std::result::Result<(Vec<Event>, RunStats), Stop> {
+        let rest = vec![0.0; self.commanded.len()];
+        let back = self.slew(&rest, 0.0, asked);
+        self.end(matches!(&back, Err(Stop::Limit(Violation { retreat: Retreat::LetGo, .. }))));
+        let rest = (std::mem::take(&mut self.events), self.stats.clone());
+        back.map(|()| rest)
+    }
+
+    /// Deals with the torque, once.
+    fn end(&mut self, lets_go: bool) {
+        if !std::mem::take(&mut self.is_under_torque) {
+            return;
+        }
+        let holds = self.rig.motion.at_end == AtEnd::Hold && !lets_go;
+        let start = self.hardware.now();
+        let mut outcome = Ok(());
+        loop {
+            let done = if holds { self.hardware.hold() } else { self.hardware.set_torque(false) };
+            self.hardware.take_events(&mut self.events);
+            match done {
+                Ok(()) => break,
+                Err(error) if self.hardware.now() - start > RELEASE_PATIENCE => {
+                    outcome = Err(error);
+                    break;
+                }
+                Err(_) => self.hardware.wait_until(self.hardware.now() + RELEASE_PAUSE),
+            }
+        }
+        self.stats.counts = self.hardware.counts();
+        match outcome {
+            Ok(()) if holds => self.say("torque held"),
+            Ok(()) => self.say("torque off"),
+            Err(error) => {
+                let message = format!("could not switch the torque off: {error}; switch the supply off");
+                self.note(EventKind::BusLost, None, message);
+            }
+        }
+        for event in &self.events {
+            tracing::debug!(time_s = event.time_s, kind = ?event.kind, "{}", event.message);
+        }
+    }
+
+    fn say(&mut self, message: &str) {
+        self.note(EventKind::Run, None, message.to_owned());
+    }
+
+    fn note(&mut self, kind: EventKind, servo: Option<u8>, message: String) {
+        let time_s = self.hardware.now();
+        self.events.push(Event { time_s, kind, servo, message });
+    }
+}
+
+impl Drop for Session<'_> {
+    fn drop(&mut self) {
+        self.end(false);
+    }
+}

@@ -1,0 +1,281 @@
+//! Recording: a plan is carried out, and every cycle becomes a row of a journal as soon as its pose is known.
+//!
+//! The journal is with the operating system row by row and on the disk every second, so a crash costs at most the
+//! rows that still wait for the tracker. When the run has ended, however it ended, the journal becomes the recording.
+
+use super::align::Aligner;
+use super::{RunStats, SETTLE, Session, Stop};
+use crate::{Error, Event, EventKind, Result, Retreat, Violation};
+use hysteron_base::{BadInput, Journal, JournalWriter, Metadata, Recording};
+use std::path::{Path, PathBuf};
+
+/// Longest that a row waits for its pose [s].
+const WAIT_MAX: f64 = 0.4;
+/// The journal is brought to the disk so often [s].
+const SYNC_EVERY: f64 = 1.0;
+
+/// Where a recording goes and what it says of itself.
+#[derive(Debug, Clone)]
+pub struct RecordOptions {
+    /// The recording, `.parquet` or `.csv`.
+    pub out: PathBuf,
+    /// Provenance; the run adds how it went.
+    pub meta: Metadata,
+}
+
+/// What became of a run.
+#[derive(Debug)]
+pub struct Outcome {
+    /// How it kept its time.
+    pub stats: RunStats,
+    /// What happened.
+    pub events: Vec<Event>,
+    /// Why it ended before the plan did, if it did.
+    pub stopped: Option<Stop>,
+    /// Rows in the recording, and how many of them were filled in.
+    pub n_rows: usize,
+    /// See `n_rows`.
+    pub n_gaps: usize,
+}
+
+/// The journal of a recording that is under way.
+pub fn journal_path(out: &Path) -> PathBuf {
+    out.with_extension("journal")
+}
+
+/// Channels of a recording with `n` tendons, with or without a tracked tip.
+pub fn channel_names(n: usize, with_tip: bool) -> Vec<String> {
+    let numbered = |stem: &str, unit: &str| (1..=n).map(|k| format!("{stem}_{k}{unit}")).collect::<Vec<_>>();
+    let mut names = numbered("stroke", "_m");
+    names.extend(numbered("tick_goal", ""));
+    names.extend(numbered("tick_present", ""));
+    names.extend(numbered("load", ""));
+    if with_tip {
+        names.extend(
+            ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"].map(String::from),
+        );
+    }
+    names
+}
+
+/// Goes to rest, follows the strokes of `commands` (n tendons) sample by sample, returns to rest and ends the
+/// session.
+///
+/// `progress` is told the rows done; `asked` whether somebody wants it to stop.
+///
+/// # Errors
+/// If the recording cannot be begun or written. Whatever ends the run itself is in the outcome, beside the data.
+pub fn record(
+    mut session: Session<'_>,
+    commands: &Recording,
+    options: &RecordOptions,
+    asked: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Outcome> {
+    let strokes = commands.strokes();
+    let n = session.commanded.len();
+    if strokes.len() != n {
+        let found = format!("{} strokes", strokes.len());
+        return Err(BadInput::new("plan", format!("{n} strokes, one per tendon of the rig"), found).into());
+    }
+    let rate =
+        session.rig.tracker.as_ref().filter(|_| session.calibration.registration.is_some()).map(|t| t.rate);
+    let names = channel_names(n, rate.is_some());
+    let journal = JournalWriter::create(journal_path(&options.out), &names, &options.meta)?;
+    let mut tape = Tape {
+        journal,
+        aligner: Aligner::new(4 * n, rate, WAIT_MAX),
+        n_written: names.len(),
+        start: 0.0,
+        synced: 0.0,
+    };
+
+    let stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
+    let lets_go = retreat(&mut session, &mut tape, stopped.as_ref());
+    session.end(lets_go);
+    let mut events = std::mem::take(&mut session.events);
+    let stats = session.stats.clone();
+    drop(session);
+    let written = tape.finish(&mut events);
+    let (n_rows, n_gaps) = finish_journal(options, &stats)?;
+    written?;
+    Ok(Outcome { stats, events, stopped, n_rows, n_gaps })
+}
+
+/// Goes to the first sample and follows them all.
+fn follow(
+    session: &mut Session<'_>,
+    strokes: &[&[f64]],
+    tape: &mut Tape,
+    asked: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(usize),
+) -> std::result::Result<(), Stop> {
+    let sample = |i: usize| strokes.iter().map(move |channel| channel[i]);
+    let mut target: Vec<f64> = sample(0).collect();
+    session.slew(&target, SETTLE, asked)?;
+    session.say("recording");
+    tape.start = session.next;
+    for i in 0..strokes[0].len() {
+        if asked() {
+            return Err(Stop::Asked);
+        }
+        target.iter_mut().zip(sample(i)).for_each(|(s, commanded)| *s = commanded);
+        let time = session.next;
+        let done = session.cycle(&target);
+        // What was measured is kept even if it is what ends the run.
+        tape.take(session, time)?;
+        done?;
+        progress(i + 1);
+    }
+    session.say("the plan is done");
+    Ok(())
+}
+
+/// Brings the robot back to rest unless it must let go; true if it must.
+fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -> bool {
+    match stopped {
+        Some(Stop::Limit(violation)) => {
+            let servo = violation.tendon.map(|k| session.calibration.channels[k].servo_id);
+            session.note(EventKind::Limit, servo, violation.message.clone());
+        }
+        Some(Stop::Asked) => session.say("asked to stop"),
+        Some(Stop::Failed(error)) => session.say(&error.to_string()),
+        None => {}
+    }
+    let lets_go = match stopped {
+        Some(Stop::Limit(Violation { retreat, .. })) => *retreat == Retreat::LetGo,
+        Some(Stop::Failed(Error::Bus(_))) => true,
+        _ => false,
+    };
+    if !lets_go {
+        // On the way back the tip may still be out of sight or bounds: what must not be passed at once is what counts.
+        session.is_retreating = true;
+        let rest = vec![0.0; session.commanded.len()];
+        let back =
+            session.slew_with(&rest, 0.0, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
+        if let Err(stop) = back {
+            session.say(&format!("the way back to rest was cut short: {stop:?}"));
+            return true;
+        }
+    }
+    lets_go
+}
+
+/// The journal and what is on its way to it.
+struct Tape {
+    journal: JournalWriter,
+    aligner: Aligner,
+    /// Channels of the journal; without a tracker the pose at a row's end is cut off.
+    n_written: usize,
+    /// Time of the first row on the rig's clock [s].
+    start: f64,
+    /// When the journal was last brought to the disk [s].
+    synced: f64,
+}
+
+impl Tape {
+    /// Takes the cycle at `time` over.
+    fn take(&mut self, session: &mut Session<'_>, time: f64) -> Result<()> {
+        let channels = &session.calibration.channels;
+        let commanded = session.goals.iter().zip(channels).map(|(goal, channel)| channel.stroke(*goal));
+        let goals = session.goals.iter().map(|goal| f64::from(*goal));
+        let samples = &session.samples;
+        let present = samples.iter().map(|s| s.map_or(f64::NAN, |s| f64::from(s.position)));
+        let loads = samples.iter().map(|s| s.map_or(f64::NAN, |s| s.load));
+        self.aligner.push_row(time, commanded.chain(goals).chain(present).chain(loads));
+        self.aligner.push_poses(&session.poses);
+        for event in session.events.drain(..) {
+            self.note(&event)?;
+        }
+        let now = session.hardware.now();
+        self.write(now)?;
+        if now - self.synced > SYNC_EVERY {
+            self.synced = now;
+            self.journal.sync().map_err(disk)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the rows that are ready.
+    fn write(&mut self, now: f64) -> Result<()> {
+        while let Some((time, row)) = self.aligner.pop(now) {
+            self.journal.append(time - self.start, &row[..self.n_written]).map_err(disk)?;
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, event: &Event) -> Result<()> {
+        // An event is numbers and text, which JSON holds.
+        let line = serde_json::to_string(event).unwrap_or_default();
+        self.journal.note(event.time_s - self.start, &line).map_err(disk)
+    }
+
+    /// Writes what still waits.
+    fn finish(mut self, events: &mut Vec<Event>) -> Result<()> {
+        let rows = self.write(f64::INFINITY);
+        for event in events.iter() {
+            self.note(event)?;
+        }
+        rows?;
+        self.journal.sync().map_err(disk)
+    }
+}
+
+/// A refusal of the file system, for people.
+fn disk(error: std::io::Error) -> Error {
+    Error::Disk(error)
+}
+
+/// Turns the journal of a run that has ended into its recording and its log of events; the journal is removed when
+/// both are whole. Returns the rows, and how many of them were filled in.
+///
+/// # Errors
+/// If the journal holds no row, or a file cannot be written; the journal then stays.
+pub fn finish_journal(options: &RecordOptions, stats: &RunStats) -> Result<(usize, usize)> {
+    let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
+    convert(&journal_path(&options.out), &options.out, [("run.stats", summary)])
+}
+
+/// Turns a journal that a crash has left into a recording and its log; the journal stays.
+///
+/// # Errors
+/// As [`finish_journal`].
+pub fn recover(journal: &Path, out: &Path) -> Result<(usize, usize)> {
+    convert_keeping(journal, out, [("run.recovered", "true".to_owned())])
+}
+
+fn convert<const N: usize>(journal: &Path, out: &Path, extra: [(&str, String); N]) -> Result<(usize, usize)> {
+    let counts = convert_keeping(journal, out, extra)?;
+    std::fs::remove_file(journal).map_err(|e| hysteron_base::Error::io(journal, e))?;
+    Ok(counts)
+}
+
+fn convert_keeping<const N: usize>(
+    journal: &Path,
+    out: &Path,
+    extra: [(&str, String); N],
+) -> Result<(usize, usize)> {
+    let Journal { recording, notes, .. } = Journal::read(journal)?;
+    let mut meta = recording.meta().clone();
+    meta.extra.extend(extra.map(|(key, value)| (key.to_owned(), value)));
+    let recording = Recording::new(
+        recording.time().to_vec(),
+        recording.channels().to_vec(),
+        recording.gap().to_vec(),
+        meta,
+    )?;
+    recording.write(out)?;
+    let mut lines = String::new();
+    for (_, note) in &notes {
+        lines.push_str(note);
+        lines.push('\n');
+    }
+    hysteron_base::file::write_bytes(&events_path(out), lines)?;
+    let n_gaps = recording.gap().iter().filter(|gap| **gap).count();
+    Ok((recording.n_samples(), n_gaps))
+}
+
+/// The log of events beside a recording: one JSON object a line.
+pub fn events_path(out: &Path) -> PathBuf {
+    out.with_extension("events.jsonl")
+}

@@ -1,0 +1,158 @@
+//! How a run kept its time.
+
+use crate::bus::BusCounts;
+use serde::Serialize;
+
+/// Width of the bins in which times are counted [s].
+const BIN: f64 = 10e-6;
+/// Bins; later times fall into the last.
+const N_BINS: usize = 4000;
+
+/// Counts of times, for percentiles without keeping them all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    bins: Vec<u32>,
+    n: u64,
+    max: f64,
+    sum: f64,
+}
+
+impl Histogram {
+    fn new() -> Self {
+        Self { bins: vec![0; N_BINS], n: 0, max: 0.0, sum: 0.0 }
+    }
+
+    /// Counts a time [s].
+    pub fn add(&mut self, time: f64) {
+        let bin = (time.max(0.0) / BIN) as usize;
+        self.bins[bin.min(N_BINS - 1)] += 1;
+        self.n += 1;
+        self.max = self.max.max(time);
+        self.sum += time;
+    }
+
+    /// Time that this part of all do not exceed, to a bin [s].
+    pub fn percentile(&self, part: f64) -> f64 {
+        let wanted = (part * self.n as f64).ceil() as u64;
+        let mut below = 0;
+        for (i, count) in self.bins.iter().enumerate() {
+            below += u64::from(*count);
+            if below >= wanted && below > 0 {
+                return (BIN * (i + 1) as f64).min(self.max);
+            }
+        }
+        self.max
+    }
+
+    /// Mean [s].
+    pub fn mean(&self) -> f64 {
+        if self.n == 0 { 0.0 } else { self.sum / self.n as f64 }
+    }
+
+    /// Largest [s].
+    pub fn max(&self) -> f64 {
+        self.max
+    }
+
+    /// Part of all that do not exceed this time [-].
+    pub fn within(&self, time: f64) -> f64 {
+        let bins = ((time / BIN).round() as usize).min(N_BINS);
+        let inside: u64 = self.bins[..bins].iter().map(|count| u64::from(*count)).sum();
+        if self.n == 0 { 1.0 } else { inside as f64 / self.n as f64 }
+    }
+}
+
+/// How a run kept its time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunStats {
+    /// Planned time of a cycle [s].
+    pub period: f64,
+    /// Cycles.
+    pub n_cycles: u64,
+    /// How late cycles began.
+    pub lateness: Histogram,
+    /// Time that the transfers of a cycle took.
+    pub bus: Histogram,
+    /// Time that their bytes take on the wire [s].
+    pub wire: f64,
+    /// What the bus went through.
+    pub counts: BusCounts,
+}
+
+/// The same for a file.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StatsSummary {
+    /// Cycles.
+    pub n_cycles: u64,
+    /// Part of all cycles that began within 1 ms of their time [-].
+    pub within_1ms: f64,
+    /// Lateness that 99 % of all cycles do not exceed [ms].
+    pub late_p99_ms: f64,
+    /// Largest lateness [ms].
+    pub late_max_ms: f64,
+    /// Median of the transfers of a cycle [ms].
+    pub bus_median_ms: f64,
+    /// 99 % of them do not exceed this [ms].
+    pub bus_p99_ms: f64,
+    /// Time that the bytes of a cycle take on the wire [ms].
+    pub wire_ms: f64,
+    /// What the bus went through.
+    pub bus: BusCounts,
+}
+
+impl RunStats {
+    pub(super) fn new(period: f64) -> Self {
+        Self {
+            period,
+            n_cycles: 0,
+            lateness: Histogram::new(),
+            bus: Histogram::new(),
+            wire: 0.0,
+            counts: BusCounts::default(),
+        }
+    }
+
+    pub(super) fn add_cycle(&mut self, lateness: f64, (bus, wire): (f64, f64)) {
+        self.n_cycles += 1;
+        self.lateness.add(lateness);
+        self.bus.add(bus);
+        self.wire = wire;
+    }
+
+    /// The same for a file.
+    pub fn summary(&self) -> StatsSummary {
+        StatsSummary {
+            n_cycles: self.n_cycles,
+            within_1ms: self.lateness.within(1e-3),
+            late_p99_ms: 1e3 * self.lateness.percentile(0.99),
+            late_max_ms: 1e3 * self.lateness.max(),
+            bus_median_ms: 1e3 * self.bus.percentile(0.5),
+            bus_p99_ms: 1e3 * self.bus.percentile(0.99),
+            wire_ms: 1e3 * self.wire,
+            bus: self.counts,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_of_known_times_are_right_to_a_bin() {
+        let mut histogram = Histogram::new();
+        (1..=1000).for_each(|i| histogram.add(1e-5 * f64::from(i)));
+        for part in [0.01, 0.5, 0.99] {
+            assert!((histogram.percentile(part) - 1e-2 * part).abs() <= 2.0 * BIN, "{part}");
+        }
+        assert_eq!(histogram.max(), 1e-2);
+        assert!((histogram.within(1e-3) - 0.1).abs() <= 2e-3);
+    }
+
+    #[test]
+    fn times_beyond_the_bins_are_still_counted() {
+        let mut histogram = Histogram::new();
+        histogram.add(1.0);
+        assert_eq!((histogram.percentile(0.5), histogram.within(1e-3)), (N_BINS as f64 * BIN, 0.0));
+    }
+}

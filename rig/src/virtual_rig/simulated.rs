@@ -1,0 +1,140 @@
+//! The virtual rig in this process, on a clock of its own: as fast as the machine computes.
+
+use super::{TrackedPose, VirtualRobot, World};
+use crate::bus::{BusCounts, ServoReport, xl430};
+use crate::config::RigConfig;
+use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
+use hysteron_actuator::Gains;
+use std::f64::consts::TAU;
+
+/// A simulated rig. The same seed gives the same bytes.
+#[derive(Debug, Clone)]
+pub struct SimulatedRig {
+    world: World,
+    rig: RigConfig,
+    poses: Vec<TrackedPose>,
+    cycles: BusCounts,
+}
+
+impl SimulatedRig {
+    /// Switches a virtual robot on.
+    pub fn new(robot: &VirtualRobot, rig: &RigConfig, seed: u64) -> Self {
+        let world = World::new(robot, seed);
+        Self { world, rig: rig.clone(), poses: Vec::with_capacity(64), cycles: BusCounts::default() }
+    }
+
+    /// The world, for what no instrument shows.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The same, for scripted mishaps.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+}
+
+/// Position that a servo at this angle reads [ticks].
+fn ticks(angle: f64) -> i32 {
+    (angle * f64::from(xl430::TICKS_PER_TURN) / TAU).floor() as i32
+}
+
+impl Hardware for SimulatedRig {
+    fn now(&self) -> f64 {
+        self.world.time()
+    }
+
+    fn wait_until(&mut self, time: f64) {
+        let left = time - self.world.time();
+        if left > 0.0 {
+            self.world.advance(left);
+        }
+    }
+
+    fn n_servos(&self) -> usize {
+        self.world.n_servos()
+    }
+
+    fn prepare(&mut self) -> Result<Vec<ServoReport>> {
+        let [p, i, d] = self.rig.servos.gains;
+        let ids = self.rig.ids();
+        let reports = ids.iter().enumerate().map(|(k, id)| {
+            let command = self.world.command_mut(k);
+            command.gains = Gains { p, i, d };
+            command.torque_on = false;
+            let servo = self.world.servo(k);
+            ServoReport {
+                id: *id,
+                model: xl430::MODEL,
+                firmware: 0,
+                mode: xl430::mode::EXTENDED_POSITION,
+                voltage_v: servo.voltage,
+                temperature_degc: servo.temperature,
+                hardware_error: 0,
+                torque_on: false,
+                position: ticks(servo.angle),
+            }
+        });
+        Ok(reports.collect())
+    }
+
+    fn write_goals(&mut self, goals: &[i32]) -> Result<()> {
+        self.cycles.instructions += 1;
+        for (k, goal) in goals.iter().enumerate() {
+            self.world.command_mut(k).goal = *goal;
+        }
+        Ok(())
+    }
+
+    fn read_servos(&mut self, samples: &mut [Option<ServoSample>]) -> Result<()> {
+        self.cycles.answers += samples.len() as u64;
+        for (k, sample) in samples.iter_mut().enumerate() {
+            let load = (self.world.load(k) / xl430::LOAD_UNIT).round() * xl430::LOAD_UNIT;
+            let torque_on = self.world.command_mut(k).torque_on;
+            let servo = self.world.servo(k);
+            let position = ticks(servo.angle);
+            *sample = Some(ServoSample { position, velocity: servo.velocity, load, torque_on, hardware_error: 0 });
+        }
+        Ok(())
+    }
+
+    fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()> {
+        for (k, sample) in samples.iter_mut().enumerate() {
+            let servo = self.world.servo(k);
+            *sample = Some(SlowSample { voltage: servo.voltage, temperature: servo.temperature.floor() });
+        }
+        Ok(())
+    }
+
+    fn set_torque(&mut self, on: bool) -> Result<()> {
+        for k in 0..self.world.n_servos() {
+            let position = ticks(self.world.servo(k).angle);
+            let command = self.world.command_mut(k);
+            if on && !command.torque_on {
+                command.goal = position;
+            }
+            command.torque_on = on;
+        }
+        Ok(())
+    }
+
+    fn hold(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn take_poses(&mut self, poses: &mut Vec<Pose>) {
+        self.poses.clear();
+        self.world.take_poses(&mut self.poses);
+        poses.extend(self.poses.iter().map(|tracked| tracked.pose));
+    }
+
+    fn take_events(&mut self, _events: &mut Vec<Event>) {}
+
+    fn counts(&self) -> BusCounts {
+        self.cycles
+    }
+
+    fn bus_time(&self) -> (f64, f64) {
+        (0.0, 0.0)
+    }
+}
