@@ -39,6 +39,7 @@ pub const WATCHDOG_UNIT: f64 = 20e-3;
 pub const BAUDS: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
 pub const MODEL_NUMBER: Register = at(0, 2);
+pub const MODEL_INFORMATION: Register = at(2, 4);
 pub const FIRMWARE: Register = at(6, 1);
 pub const ID: Register = at(7, 1);
 pub const BAUD: Register = at(8, 1);
@@ -87,6 +88,7 @@ pub const VELOCITY_TRAJECTORY: Register = at(136, 4);
 pub const POSITION_TRAJECTORY: Register = at(140, 4);
 pub const PRESENT_VOLTAGE: Register = at(144, 2);
 pub const PRESENT_TEMPERATURE: Register = at(146, 1);
+pub const BACKUP_READY: Register = at(147, 1);
 /// First of 28 indirect addresses of two bytes each.
 pub const INDIRECT_ADDRESS: Register = at(168, 56);
 /// The bytes that the 28 indirect addresses point to.

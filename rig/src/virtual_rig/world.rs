@@ -21,6 +21,23 @@ pub struct World {
 }
 
 impl World {
+    /// `n` servos at rest, at half a turn, with nothing on their pulleys.
+    pub fn idle(n: usize) -> Self {
+        let angle = std::f64::consts::PI;
+        let servo =
+            ServoState { angle, reference: angle, voltage: 12.0, temperature: 30.0, ..ServoState::default() };
+        let gains = hysteron_actuator::Gains { p: 640, i: 0, d: 4000 };
+        let command = ServoCommand {
+            torque_on: false,
+            goal: 0,
+            profile_velocity: 0.0,
+            profile_acceleration: 0.0,
+            gains,
+            pwm_limit: 1.0,
+        };
+        Self { time: 0.0, commands: vec![command; n], servos: vec![servo; n] }
+    }
+
     /// Seconds since power-on [s].
     pub fn time(&self) -> f64 {
         self.time
