@@ -1,5 +1,16 @@
 //! What a motor, a gearbox and a tendon do. Knows no robot: arms and tendon-driven bodies share it.
 
+mod backlash;
+mod friction;
+mod policies;
+mod prony;
 mod servo;
+mod tendon;
 
-pub use servo::{Gains, ServoCommand, ServoState};
+pub use backlash::Play;
+pub use friction::{Stribeck, capstan_bound, capstan_factor};
+pub use prony::{Prony, PronyStep};
+pub use servo::{
+    Gains, NOMINAL_VOLTAGE, PWM_FULL_SCALE, Servo, ServoCommand, ServoSpec, ServoState, TICKS_PER_TURN,
+};
+pub use tendon::{Guide, Tendon, TendonSpec, TendonTrial};

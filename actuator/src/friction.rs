@@ -1,0 +1,135 @@
+//! Dry friction: Coulomb, Stribeck and viscous at a joint, capstan at a guide.
+//!
+//! Sticking is no very steep slope here: a joint's new speed is found implicitly, and it is exactly zero where friction
+//! can hold it.
+
+use hysteron_base::BadInput;
+
+/// Friction of a joint against its speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stribeck {
+    /// Friction of steady slow motion, f_c [N m].
+    pub coulomb: f64,
+    /// Friction that must be overcome from standstill, f_s, not less than `coulomb` [N m].
+    pub breakaway: f64,
+    /// Speed over which the one becomes the other, v_s [rad/s].
+    pub stribeck_velocity: f64,
+    /// Exponent of that transition, ζ [-].
+    pub exponent: f64,
+    /// Viscous coefficient, f_v [N m s/rad].
+    pub viscous: f64,
+}
+
+impl Stribeck {
+    /// A law without viscous part whose exponent is 2, as in paper 001.
+    ///
+    /// # Errors
+    /// `BadInput` naming the number that cannot be.
+    pub fn new(coulomb: f64, breakaway: f64, stribeck_velocity: f64, viscous: f64) -> Result<Self, BadInput> {
+        let check = |name: &str, expected: &str, x: f64, holds: bool| match holds && x.is_finite() {
+            true => Ok(()),
+            false => Err(BadInput::new(name, expected, format!("{x:?}"))),
+        };
+        check("coulomb", "a finite number >= 0", coulomb, coulomb >= 0.0)?;
+        check("breakaway", "at least the Coulomb friction", breakaway, breakaway >= coulomb)?;
+        check("stribeck_velocity", "a finite number > 0", stribeck_velocity, stribeck_velocity > 0.0)?;
+        check("viscous", "a finite number >= 0", viscous, viscous >= 0.0)?;
+        Ok(Self { coulomb, breakaway, stribeck_velocity, exponent: 2.0, viscous })
+    }
+
+    /// Size of the dry part at speed |v| [N m]: f_c + (f_s - f_c) exp(-(|v|/v_s)^ζ).
+    pub fn dry(&self, velocity: f64) -> f64 {
+        let x = velocity.abs() / self.stribeck_velocity;
+        let power = if self.exponent == 2.0 { x * x } else { x.powf(self.exponent) };
+        self.coulomb + (self.breakaway - self.coulomb) * (-power).exp()
+    }
+
+    /// Torque that friction exerts against motion at `velocity` [rad/s], with its sign [N m]; 0 at standstill.
+    ///
+    /// # Reference
+    /// Paper 001, eq. 3; the viscous term stands outside the sign, as there (eq. 38 has it inside).
+    pub fn torque(&self, velocity: f64) -> f64 {
+        let sign = if velocity == 0.0 { 0.0 } else { velocity.signum() };
+        self.dry(velocity) * sign + self.viscous * velocity
+    }
+
+    /// The same with tanh(v/`width`) for the sign: smooth, for whoever differentiates it [N m].
+    pub fn torque_smooth(&self, velocity: f64, width: f64) -> f64 {
+        self.dry(velocity) * (velocity / width).tanh() + self.viscous * velocity
+    }
+
+    /// Speed after a step in which the joint sticks, starts, slides or stops: solves
+    /// `slope` v + friction(v) = `drive`, implicitly [rad/s].
+    ///
+    /// `slope` is inertia over step plus other damping [N m s/rad]; `drive` is momentum over step plus the torques that
+    /// do not depend on the new speed [N m]; `before` is the speed at the beginning [rad/s].
+    pub fn velocity_after(&self, drive: f64, slope: f64, before: f64) -> f64 {
+        let moving = |dry: f64| (drive.abs() - dry).max(0.0) / (slope + self.viscous);
+        let is_reversal = before * drive < 0.0;
+        let start = if before == 0.0 || is_reversal { 0.0 } else { before };
+        let first = moving(self.dry(start));
+        // The dry part falls with speed: once more with the speed found. From standstill the joint has broken away.
+        let speed = if first > 0.0 { moving(self.dry(first)) } else { 0.0 };
+        speed.copysign(drive)
+    }
+}
+
+/// tanh(μθ/2): share of the sum of two tensions that a guide of wrap angle `wrap` [rad] can hold as difference [-].
+///
+/// It is the capstan equation T_hi = T_lo exp(μθ) solved for (T_hi - T_lo)/(T_hi + T_lo).
+pub fn capstan_factor(friction: f64, wrap: f64) -> f64 {
+    (0.5 * friction * wrap).tanh()
+}
+
+/// Largest difference of the tensions `a` and `b` [N] that a guide can hold [N]:
+/// `constant` [N] + tanh(μθ/2) (a + b).
+pub fn capstan_bound(friction: f64, wrap: f64, constant: f64, a: f64, b: f64) -> f64 {
+    constant + capstan_factor(friction, wrap) * (a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law() -> Stribeck {
+        Stribeck::new(6.17, 11.15, 0.5, 12.18).unwrap()
+    }
+
+    #[test]
+    fn curve_falls_from_breakaway_to_coulomb_then_rises() {
+        let law = law();
+        assert!((law.torque(1e-9) - 11.15).abs() < 1e-6);
+        assert!(law.torque(0.3) < 11.15 + 12.18 * 0.3);
+        let fast = 20.0;
+        assert!((law.torque(fast) - (6.17 + 12.18 * fast)).abs() < 1e-9);
+        assert_eq!(law.torque(-0.4), -law.torque(0.4));
+        assert_eq!(law.torque(0.0), 0.0);
+        assert!((law.torque_smooth(0.2, 1e-4) - law.torque(0.2)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn joint_sticks_below_breakaway_and_slides_above() {
+        let law = law();
+        assert_eq!(law.velocity_after(11.1, 2.0, 0.0), 0.0);
+        assert!(law.velocity_after(11.2, 2.0, 0.0) > 0.0);
+        // In motion less is needed.
+        assert!(law.velocity_after(-11.1, 2.0, -2.0) < 0.0);
+        // A step never reverses a joint by friction alone.
+        assert_eq!(law.velocity_after(5.0, 2.0, 2.5), 0.0);
+    }
+
+    #[test]
+    fn capstan_bound_is_the_exponential_law() {
+        let (mu, wrap, low) = (0.3, 1.7, 5.0);
+        let high = low * f64::exp(mu * wrap);
+        assert!((capstan_bound(mu, wrap, 0.0, high, low) - (high - low)).abs() < 1e-12 * high);
+    }
+
+    #[test]
+    fn law_rejects_breakaway_below_coulomb() {
+        assert_eq!(Stribeck::new(1.0, 0.5, 1.0, 0.0).unwrap_err().place, "breakaway");
+        assert_eq!(Stribeck::new(-1.0, 0.5, 1.0, 0.0).unwrap_err().place, "coulomb");
+        assert_eq!(Stribeck::new(1.0, 1.5, 0.0, 0.0).unwrap_err().place, "stribeck_velocity");
+        assert_eq!(Stribeck::new(1.0, 1.5, 1.0, f64::NAN).unwrap_err().place, "viscous");
+    }
+}

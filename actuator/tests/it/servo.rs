@@ -1,0 +1,143 @@
+//! A servo on its own: profile, droop, stall, standstill, heat.
+
+use hysteron_actuator::{Gains, NOMINAL_VOLTAGE, Servo, ServoCommand, ServoSpec, Stribeck, TICKS_PER_TURN};
+use std::f64::consts::TAU;
+
+const H: f64 = 1e-3;
+
+fn spec(coulomb: f64, breakaway: f64) -> ServoSpec {
+    ServoSpec {
+        stall_torque: 1.4,
+        no_load_speed: 57.0 * TAU / 60.0,
+        stall_current: 1.3,
+        inertia: 3e-3,
+        friction: Stribeck::new(coulomb, breakaway, 0.1, 0.01).unwrap(),
+        dead_band: 0.0,
+        heat_capacity: 40.0,
+        thermal_resistance: 8.0,
+        ambient_temperature: 25.0,
+    }
+    .checked()
+    .unwrap()
+}
+
+fn on(goal: i32) -> ServoCommand {
+    ServoCommand { torque_on: true, goal, ..ServoCommand::POWER_ON }
+}
+
+fn run(servo: &mut Servo, command: &ServoCommand, load: f64, seconds: f64) {
+    for _ in 0..(seconds / H).round() as usize {
+        servo.step(command, load, H);
+    }
+}
+
+#[test]
+fn droop_is_load_over_stiffness() {
+    let mut servo = Servo::new(spec(0.0, 0.0), 0.0);
+    let load = -0.4;
+    run(&mut servo, &on(1000), load, 5.0);
+    let droop = 1000.0 / TICKS_PER_TURN * TAU - servo.state.angle;
+    let expected = 0.4 / servo.spec.stiffness(Gains::XL430.p, NOMINAL_VOLTAGE);
+    // The encoder rounds: it hunts within a tick.
+    assert!((droop - expected).abs() < 1.0 / TICKS_PER_TURN * TAU, "{droop} {expected}");
+}
+
+#[test]
+fn profile_is_a_trapezoid() {
+    let mut servo = Servo::new(spec(0.06, 0.08), 0.0);
+    let command = ServoCommand { profile_velocity: 2.0, profile_acceleration: 10.0, ..on(2048) };
+    // Half a turn: 0.2 s up, 0.2 s down, the rest at full speed.
+    let duration = std::f64::consts::PI / 2.0 + 0.2;
+    let mut fastest = 0.0f64;
+    let mut arrival = f64::NAN;
+    for k in 0..3000 {
+        let before = servo.state.reference;
+        servo.step(&command, 0.0, H);
+        fastest = fastest.max((servo.state.reference - before) / H);
+        if arrival.is_nan() && (servo.state.reference - std::f64::consts::PI).abs() < 1e-12 {
+            arrival = (k + 1) as f64 * H;
+        }
+    }
+    assert!((fastest - 2.0).abs() < 1e-9, "{fastest}");
+    assert!((arrival - duration).abs() < 0.02, "{arrival} {duration}");
+    // Settled within what the friction holds back.
+    let most = 0.08 / servo.spec.stiffness(Gains::XL430.p, NOMINAL_VOLTAGE) + TAU / TICKS_PER_TURN;
+    assert!((servo.state.angle - std::f64::consts::PI).abs() < most);
+}
+
+#[test]
+fn profile_without_acceleration_has_its_speed_at_once() {
+    let mut servo = Servo::new(spec(0.06, 0.08), 0.0);
+    let command = ServoCommand { profile_velocity: 1.0, ..on(-652) };
+    servo.step(&command, 0.0, H);
+    assert!((servo.state.reference + H).abs() < 1e-12);
+    run(&mut servo, &command, 0.0, 1.1);
+    assert_eq!(servo.state.reference, -652.0 / TICKS_PER_TURN * TAU);
+}
+
+#[test]
+fn free_output_reaches_the_catalogue_speed_and_stall_gives_the_catalogue_torque() {
+    let mut servo = Servo::new(spec(0.06, 0.08), 0.0);
+    run(&mut servo, &on(40_000), 0.0, 2.0);
+    assert!((servo.state.velocity - servo.spec.no_load_speed).abs() < 1e-3, "{}", servo.state.velocity);
+    // A little less than the stall torque is still moved, a little more is not.
+    for (load, moves) in [(-1.37, true), (-1.45, false)] {
+        let mut servo = Servo::new(spec(0.06, 0.08), 0.0);
+        run(&mut servo, &on(4000), load, 0.5);
+        assert_eq!(servo.state.velocity > 0.0, moves, "{load}: {}", servo.state.velocity);
+        assert!(moves || servo.load() > 0.99);
+    }
+}
+
+#[test]
+fn half_the_voltage_gives_half_the_speed() {
+    let mut servo = Servo::new(spec(0.0, 0.0), 0.0);
+    servo.state.voltage = 0.5 * NOMINAL_VOLTAGE;
+    run(&mut servo, &on(40_000), 0.0, 2.0);
+    assert!((servo.state.velocity / servo.spec.no_load_speed - 0.5).abs() < 0.01);
+}
+
+#[test]
+fn output_without_torque_holds_until_friction_is_overcome() {
+    let mut servo = Servo::new(spec(0.06, 0.08), 1.0);
+    run(&mut servo, &ServoCommand::POWER_ON, 0.079, 1.0);
+    assert_eq!(servo.state.angle, 1.0);
+    run(&mut servo, &ServoCommand::POWER_ON, 0.085, 0.1);
+    assert!(servo.state.angle > 1.0);
+}
+
+#[test]
+fn integral_removes_the_droop() {
+    let mut servo = Servo::new(spec(0.0, 0.0), 0.0);
+    let command = ServoCommand { gains: Gains { p: 800, i: 500, d: 0 }, ..on(500) };
+    run(&mut servo, &command, -0.4, 10.0);
+    assert!((servo.state.angle / TAU * TICKS_PER_TURN - 500.0).abs() < 1.5, "{}", servo.ticks());
+}
+
+#[test]
+fn stalled_motor_warms_by_its_losses() {
+    let mut servo = Servo::new(spec(0.06, 0.08), 0.0);
+    let command = on(4000);
+    run(&mut servo, &command, -2.0 * 0.7, 0.0);
+    let seconds = 20.0;
+    // Held from outside: the load follows the torque.
+    for _ in 0..(seconds / H) as usize {
+        servo.step(&command, -1.42, H);
+    }
+    let power = NOMINAL_VOLTAGE * 1.3;
+    let (c, r) = (40.0, 8.0);
+    let expected = 25.0 + power * r * (1.0 - f64::exp(-seconds / (r * c)));
+    assert!((servo.state.temperature - expected).abs() < 0.2, "{} {expected}", servo.state.temperature);
+}
+
+#[test]
+fn spec_rejects_what_cannot_be() {
+    let reject = |change: fn(&mut ServoSpec)| {
+        let mut spec = spec(0.06, 0.08);
+        change(&mut spec);
+        spec.checked().unwrap_err().place
+    };
+    assert_eq!(reject(|spec| spec.inertia = 0.0), "inertia");
+    assert_eq!(reject(|spec| spec.dead_band = -1.0), "dead_band");
+    assert_eq!(reject(|spec| spec.friction.viscous = 1.0), "friction");
+}

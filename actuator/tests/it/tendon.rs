@@ -1,0 +1,214 @@
+//! A tendon on its own: capstan profile, slip fronts, slack, energy.
+
+use hysteron_actuator::{Guide, Tendon, TendonSpec, TendonTrial};
+use proptest::prelude::*;
+
+const M: usize = 9;
+const LENGTH: f64 = 0.01;
+/// What slack segments keep of their stiffness where statuses cycle, times the largest stretch here [N].
+const TRACE: f64 = 2e-6;
+
+fn tendon(friction: f64) -> Tendon {
+    let mut rest_lengths = vec![LENGTH; M];
+    rest_lengths[0] = 0.3;
+    Tendon::new(TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force: 0.01 }).unwrap()
+}
+
+fn wraps() -> Vec<f64> {
+    (0..=M).map(|j| if j == 1 { 0.8 } else { 0.03 + 0.01 * j as f64 }).collect()
+}
+
+struct Pulled {
+    tendon: Tendon,
+    trial: TendonTrial,
+    lengths: Vec<f64>,
+    work: f64,
+    /// Tensions before the last step.
+    before: (Vec<f64>, f64, Vec<f64>),
+}
+
+impl Pulled {
+    fn new(friction: f64) -> Self {
+        let tendon = tendon(friction);
+        let lengths = tendon.spec.rest_lengths.clone();
+        let before = (vec![0.0; M], 0.0, lengths.clone());
+        Self { trial: tendon.trial(), tendon, lengths, work: 0.0, before }
+    }
+
+    /// One increment; returns what the guides turned into heat.
+    fn step(&mut self, wound: f64) -> f64 {
+        let heat = self.tendon.dissipated;
+        self.tendon.solve(&self.lengths, &wraps(), wound, &mut self.trial);
+        self.tendon.commit(&self.trial);
+        // Work by the mean of the tensions: exact where they are linear over the step.
+        let tensions = &self.tendon.tensions;
+        self.work += 0.5 * (tensions[0] + self.before.0[0]) * (wound - self.before.1);
+        for i in 0..M {
+            self.work += 0.5 * (tensions[i] + self.before.0[i]) * (self.lengths[i] - self.before.2[i]);
+        }
+        self.before = (tensions.clone(), wound, self.lengths.clone());
+        self.tendon.dissipated - heat
+    }
+}
+
+#[test]
+fn monotone_pull_has_the_capstan_profile() {
+    let (mut pulled, friction) = (Pulled::new(0.25), 0.25);
+    for k in 1..=50 {
+        pulled.step(0.06e-3 * k as f64);
+    }
+    let tensions = &pulled.tendon.tensions;
+    assert!(tensions[0] > 20.0, "{tensions:?}");
+    let wraps = wraps();
+    for i in 1..M {
+        assert_eq!(pulled.tendon.guides[i], Guide::Pulls);
+        // The part of the friction that needs no tension is compounded the same way.
+        let (a, b) = (tensions[i - 1], tensions[i]);
+        let factor = f64::tanh(0.5 * friction * wraps[i]);
+        assert!(((1.0 - factor) * a - (1.0 + factor) * b - 0.01).abs() < 1e-9);
+    }
+    let total: f64 = wraps[1..M].iter().sum();
+    let expected = tensions[0] * f64::exp(-friction * total);
+    assert!((tensions[M - 1] - expected).abs() < 0.01 * M as f64, "{} {expected}", tensions[M - 1]);
+}
+
+#[test]
+fn after_reversal_the_slip_front_moves_from_the_pulley() {
+    let mut pulled = Pulled::new(0.25);
+    for k in 1..=50 {
+        pulled.step(0.06e-3 * k as f64);
+    }
+    let mut reached = 0;
+    for k in 1..=400 {
+        pulled.step(3e-3 - 0.006e-3 * k as f64);
+        let guides = &pulled.tendon.guides[1..M];
+        let front = guides.iter().take_while(|&&guide| guide == Guide::Releases).count();
+        assert!(front >= reached, "{guides:?}");
+        assert!(guides[front..].iter().all(|&guide| guide == Guide::Sticks), "{guides:?}");
+        reached = front;
+        if front == M - 1 {
+            // A front that crosses guide by guide leaves the far end at its old tension until then.
+            assert!(k > 5, "all guides slipped after {k} steps");
+            return;
+        }
+    }
+    panic!("the front stopped at guide {reached}");
+}
+
+#[test]
+fn slack_tendon_carries_exactly_nothing() {
+    let mut pulled = Pulled::new(0.25);
+    pulled.step(1e-3);
+    // What friction holds behind the guides goes when the body eats the slack.
+    pulled.step(-1e-3);
+    assert_eq!(pulled.tendon.tensions[0], 0.0);
+    pulled.lengths.iter_mut().for_each(|length| *length *= 0.9);
+    pulled.step(-1e-3);
+    assert_eq!(pulled.tendon.tensions, vec![0.0; M]);
+    assert!(pulled.tendon.slips.iter().all(|slip| slip.is_finite()));
+}
+
+#[test]
+fn work_over_a_closed_cycle_is_heat() {
+    let mut misses = Vec::new();
+    for n in [200, 400] {
+        let mut pulled = Pulled::new(0.2);
+        let (mut heat, mut start) = (0.0, 0.0);
+        let mut stored = 0.0;
+        for k in 0..=3 * n {
+            let phase = std::f64::consts::TAU * k as f64 / n as f64;
+            let increment = pulled.step(1.5e-3 * (1.0 - phase.cos()) + 0.5e-3);
+            assert!(increment >= -1e-15);
+            if k == 2 * n {
+                (start, stored, heat) = (pulled.work, pulled.tendon.stored_energy(), 0.0);
+            } else {
+                heat += increment;
+            }
+        }
+        let rest = pulled.tendon.stored_energy() - stored;
+        let miss = (pulled.work - start - rest - heat) / heat;
+        assert!(heat > 1e-3, "{heat}");
+        misses.push(miss.abs());
+    }
+    // Slip is integrated by its end values: first order.
+    assert!(misses[1] < 0.02 && misses[1] < 0.7 * misses[0], "{misses:?}");
+}
+
+#[test]
+fn tangent_is_the_derivative_of_the_tensions() {
+    // Not between: guides that have slid and not yet slid back stand on the edge of their cone.
+    for (wound, back) in [(2e-3, -0.1e-3), (2e-3, 1.2e-3)] {
+        let mut pulled = Pulled::new(0.3);
+        for k in 1..=20 {
+            pulled.step(wound * k as f64 / 20.0);
+        }
+        let wound = wound - back;
+        pulled.tendon.solve(&pulled.lengths, &wraps(), wound, &mut pulled.trial);
+        pulled.trial.tangent(&pulled.tendon);
+        let tangent = pulled.trial.tangent.clone();
+        let h = 1e-9;
+        for column in 0..M {
+            let mut shifted = |sign: f64| {
+                let mut lengths = pulled.lengths.clone();
+                lengths[column] += sign * h;
+                pulled.tendon.solve(&lengths, &wraps(), wound, &mut pulled.trial);
+                pulled.trial.tensions.clone()
+            };
+            let (high, low) = (shifted(1.0), shifted(-1.0));
+            for i in 0..M {
+                let difference = (high[i] - low[i]) / (2.0 * h);
+                let miss = (tangent[i * M + column] - difference).abs();
+                assert!(
+                    miss < 1e-4 * 5e5,
+                    "{back} [{i}][{column}]: {} {difference}",
+                    tangent[i * M + column]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn tendon_rejects_guides_without_friction_force() {
+    let spec =
+        TendonSpec { rest_lengths: vec![1.0, 1.0], axial_stiffness: 1.0, friction: 0.1, friction_force: 0.0 };
+    let reject = |change: fn(&mut TendonSpec)| {
+        let mut spec = TendonSpec { friction_force: 0.1, ..spec.clone() };
+        change(&mut spec);
+        Tendon::new(spec).unwrap_err().place
+    };
+    assert_eq!(reject(|spec| spec.friction_force = 0.0), "tendon.friction_force");
+    assert_eq!(reject(|spec| spec.friction = -0.1), "tendon.friction");
+    assert_eq!(reject(|spec| spec.axial_stiffness = f64::NAN), "tendon.axial_stiffness");
+    assert_eq!(reject(|spec| spec.rest_lengths[1] = 0.0), "tendon.rest_lengths[1]");
+    assert_eq!(reject(|spec| spec.rest_lengths.truncate(1)), "tendon.rest_lengths");
+}
+
+proptest! {
+    /// Random pulls and random bodies: balance at every guide, heat never negative, sweeps never needed twice.
+    #[test]
+    fn guides_only_ever_dissipate(
+        steps in prop::collection::vec((-1.5e-3..3e-3f64, prop::array::uniform9(-0.03..0.03f64)), 1..30),
+        friction in 0.0..0.8f64,
+    ) {
+        let mut pulled = Pulled::new(friction);
+        for (wound, strains) in steps {
+            for i in 1..M {
+                pulled.lengths[i] = LENGTH * (1.0 + strains[i]);
+            }
+            let old = pulled.tendon.slips.clone();
+            let heat = pulled.step(wound);
+            prop_assert!(heat >= -1e-12, "{heat}");
+            let tendon = &pulled.tendon;
+            for j in 1..M {
+                let (a, b) = (tendon.tensions[j - 1], tendon.tensions[j]);
+                let bound = 0.01 + f64::tanh(0.5 * friction * wraps()[j]) * (a + b);
+                prop_assert!((a - b).abs() <= bound + TRACE, "guide {}: {} {} {}", j, a, b, bound);
+                let slip = tendon.slips[j] - old[j];
+                if slip.abs() > 1e-12 {
+                    prop_assert!((a - b - bound.copysign(slip)).abs() < TRACE, "guide {}: {} {} {}", j, a, b, slip);
+                }
+            }
+        }
+    }
+}
