@@ -1,0 +1,212 @@
+//! The one conversion from what was typed to what is valid, and every bound of a plan.
+
+use super::typed::Family as Typed;
+use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Tendons, Trajectory, typed};
+use hysteron_base::typed::{check_header, finite, not_negative, positive, require, text};
+use hysteron_base::{BadInput, Bounds, rng};
+use rand::RngExt;
+use std::f64::consts::FRAC_PI_2;
+
+type Check<T> = std::result::Result<T, BadInput>;
+
+const FORMAT: (&str, i64) = ("hysteron-plan", 1);
+/// More than any trajectory has; keeps a slip of the hand from filling the memory.
+const MOST_SAMPLES: f64 = 1e7;
+const MOST_TENDONS: usize = 100;
+
+pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
+    check_header((&typed.format, typed.version), FORMAT)?;
+    let name = text("name", typed.name)?;
+    let rate_hz = positive("rate_hz", typed.rate_hz)?;
+    let scale = positive("scale", typed.scale.unwrap_or(1.0))?;
+    let vary = typed.vary.unwrap_or(0.0);
+    let vary = require("vary", "0 <= vary < 1", vary, (0.0..1.0).contains(&vary))?;
+    let rest_before = not_negative("rest_before_s", typed.rest_before_s)?;
+    let rest_after = not_negative("rest_after_s", typed.rest_after_s)?;
+    let tendons = Tendons {
+        angles: angles(&typed.tendon_angles_deg)?,
+        release: not_negative("release", typed.release)?,
+        co_contraction: not_negative("co_contraction_mm", typed.co_contraction_mm.unwrap_or(0.0))?,
+    };
+    for (key, rest) in [("rest_before_s", rest_before), ("rest_after_s", rest_after)] {
+        if tendons.co_contraction > 0.0 && rest == 0.0 {
+            return Err(BadInput::new(key, "a time > 0 with co_contraction_mm", "0.0").hint(
+                "all tendons are pulled in the rest before the motion, and released in the one after",
+            ));
+        }
+    }
+    let stroke_max = positive("stroke_max_mm", typed.stroke_max_mm)?;
+    let limits = Limits {
+        stroke: Bounds { min: -stroke_max, max: stroke_max },
+        stroke_rate: positive("stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s)?,
+    };
+    if typed.trajectory.is_empty() {
+        return Err(BadInput::new("trajectory", "at least one [[trajectory]]", "none"));
+    }
+    let mut trajectories: Vec<Trajectory> = Vec::new();
+    for (i, typed_one) in typed.trajectory.into_iter().enumerate() {
+        let key = format!("trajectory[{}].name", i + 1);
+        let own = file_name(&key, &typed_one.name)?;
+        if trajectories.iter().any(|earlier| earlier.name == own) {
+            return Err(BadInput::new(key, "a name of its own", format!("\"{own}\" again")));
+        }
+        let mut motion = motion(&own, &typed_one, scale)?;
+        vary_by(vary, &mut motion, typed.seed, &own);
+        let trajectory = Trajectory {
+            name: own,
+            role: typed_one.role,
+            motion,
+            rest_before,
+            rest_after,
+            rate_hz,
+            tendons: tendons.clone(),
+            plan_name: name.clone(),
+            plan_hash: hash.clone(),
+            seed: typed.seed,
+        };
+        check_sampling(&trajectory)?;
+        trajectories.push(trajectory);
+    }
+    check_roles(&trajectories)?;
+    Ok(Plan { name, seed: typed.seed, hash, limits, trajectories })
+}
+
+fn angles(typed: &[f64]) -> Check<Vec<f64>> {
+    const KEY: &str = "tendon_angles_deg";
+    if !(2..=MOST_TENDONS).contains(&typed.len()) {
+        return Err(BadInput::new(
+            KEY,
+            format!("2 to {MOST_TENDONS} angles"),
+            format!("{} of them", typed.len()),
+        ));
+    }
+    typed.iter().enumerate().map(|(i, angle)| finite(&format!("{KEY}[{i}]"), *angle)).collect()
+}
+
+/// A name that can be one of a file on any system.
+fn file_name(key: &str, typed: &str) -> Check<String> {
+    let is_one = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if typed.is_empty() || typed.len() > 100 || !typed.chars().all(is_one) {
+        return Err(BadInput::new(key, "a name of letters, digits, - and _", format!("{typed:?}")));
+    }
+    Ok(typed.to_owned())
+}
+
+fn motion(name: &str, typed: &typed::Trajectory, scale: f64) -> Check<Motion> {
+    let key = |key: &str| format!("trajectory.{name}.{key}");
+    let is_circle = typed.family == Typed::Circle;
+    let orientation = match (typed.orientation_deg, is_circle) {
+        (Some(angle), false) => finite(&key("orientation_deg"), angle)?,
+        (None, true) => 0.0,
+        (None, false) => return Err(BadInput::new(key("orientation_deg"), "this key", "nothing")),
+        (Some(angle), true) => {
+            let bad = BadInput::new(key("orientation_deg"), "no such key for a circle", format!("{angle:?}"));
+            return Err(bad.hint("phase_deg is where it begins"));
+        }
+    };
+    let family = match (typed.family, typed.aspect) {
+        (Typed::Ellipse, Some(aspect)) => {
+            let is_one = 0.0 < aspect && aspect <= 1.0;
+            Family::Ellipse { aspect: require(&key("aspect"), "0 < aspect <= 1", aspect, is_one)? }
+        }
+        (Typed::Ellipse, None) => {
+            return Err(BadInput::new(key("aspect"), "this key", "nothing")
+                .hint("the short axis of the ellipse over its long one"));
+        }
+        (_, Some(aspect)) => {
+            return Err(BadInput::new(
+                key("aspect"),
+                "no such key but for an ellipse",
+                format!("{aspect:?}"),
+            ));
+        }
+        (Typed::Sinusoid, None) => Family::Sinusoid,
+        (Typed::Circle, None) => Family::Circle,
+        (Typed::Square, None) => Family::Square,
+    };
+    if let (Typed::Sinusoid, Some(direction)) = (typed.family, typed.direction) {
+        let found = format!("{direction:?}");
+        return Err(BadInput::new(key("direction"), "no such key for a sinusoid", found)
+            .hint("phase_deg = 180 begins the other way"));
+    }
+    let frequency = match (typed.frequency_hz, typed.period_s) {
+        (Some(frequency), None) => positive(&key("frequency_hz"), frequency)?,
+        (None, Some(period)) => {
+            let frequency = positive(&key("period_s"), period)?.recip();
+            require(&key("period_s"), "a period that has a frequency", period, frequency.is_finite())?;
+            frequency
+        }
+        (given, _) => {
+            let found = if given.is_some() { "both" } else { "neither" };
+            return Err(BadInput::new(key("frequency_hz"), "either frequency_hz or period_s", found));
+        }
+    };
+    let amplitude = positive(&key("amplitude_mm"), typed.amplitude_mm)?;
+    let scaled = amplitude * scale;
+    require(&key("amplitude_mm"), "a size that can be scaled", typed.amplitude_mm, scaled.is_normal())?;
+    Ok(Motion {
+        family,
+        amplitude: scaled,
+        frequency,
+        phase: finite(&key("phase_deg"), typed.phase_deg.unwrap_or(0.0))?,
+        orientation,
+        direction: typed.direction.unwrap_or(Direction::CounterClockwise),
+        envelope: Envelope {
+            attack: positive(&key("attack_s"), typed.attack_s)?,
+            sustain: not_negative(&key("sustain_s"), typed.sustain_s)?,
+            decay: positive(&key("decay_s"), typed.decay_s)?,
+        },
+    })
+}
+
+/// Changes amplitude and frequency by up to this part of themselves, and orientation by up to this part of a
+/// quarter turn. Each trajectory has a stream of its own, so another one in the plan changes nothing.
+fn vary_by(part: f64, motion: &mut Motion, seed: u64, name: &str) {
+    if part == 0.0 {
+        return;
+    }
+    let mut stream = rng(seed, &format!("plan/vary/{name}"));
+    let mut change = || part * stream.random_range(-1.0..1.0);
+    motion.amplitude *= 1.0 + change();
+    motion.frequency *= 1.0 + change();
+    motion.orientation += FRAC_PI_2 * change();
+}
+
+/// The rate shows the motion, and the samples fit into the memory.
+fn check_sampling(trajectory: &Trajectory) -> Check<()> {
+    let Trajectory { name, motion, rate_hz, .. } = trajectory;
+    if motion.frequency >= 0.5 * rate_hz {
+        let place = format!("trajectory.{name}.frequency_hz");
+        let expected = format!("below half of rate_hz = {rate_hz:?}");
+        return Err(BadInput::new(place, expected, format!("{:?}", motion.frequency)));
+    }
+    let n = trajectory.duration() * rate_hz;
+    if n.is_nan() || n >= MOST_SAMPLES {
+        let (place, expected) =
+            (format!("trajectory.{name}"), format!("fewer than {MOST_SAMPLES:e} samples"));
+        return Err(BadInput::new(place, expected, format!("{n:e}")).hint("times are in seconds"));
+    }
+    Ok(())
+}
+
+/// Validation stays within the amplitudes of the training, and what is called out of range is beyond them.
+fn check_roles(trajectories: &[Trajectory]) -> Check<()> {
+    let training = trajectories.iter().filter(|trajectory| trajectory.role == Role::Training);
+    let Some(largest) = training.map(|trajectory| trajectory.motion.amplitude).reduce(f64::max) else {
+        return Ok(()); // a plan of checks alone: what they are checked against is elsewhere
+    };
+    for Trajectory { name, role, motion, .. } in trajectories {
+        let (is_right, expected) = match role {
+            Role::Training => (true, ""),
+            Role::Validation => (motion.amplitude <= largest, "at most"),
+            Role::OutOfRange => (motion.amplitude > largest, "above"),
+        };
+        if !is_right {
+            let place = format!("trajectory.{name}.amplitude_mm");
+            let expected = format!("{expected} {:.4}, the largest of the training", 1e3 * largest);
+            return Err(BadInput::new(place, expected, format!("{:.4}", 1e3 * motion.amplitude))
+                .hint(format!("change it, or its role {}; scale and vary count", role.name())));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! Plans: what to command, in tendon space, before anything moves.
+//!
+//! A plan knows tendons by their angles alone, no robot. What a person typed (`typed.rs`) and what is valid (here)
+//! are two types with one conversion between (`convert.rs`). Two coordinates (a, b) move every tendon, as a robot of
+//! one segment bends in two directions: s_k = a cos φ_k + b sin φ_k.
+
+mod convert;
+mod envelope;
+mod limits;
+mod motion;
+mod trajectory;
+mod typed;
+
+use crate::{Error, Result};
+use hysteron_base::{BadInput, file};
+use std::path::Path;
+
+pub use envelope::Envelope;
+pub use limits::Limits;
+pub use motion::{Direction, Family, Motion};
+pub use trajectory::{Role, Tendons, Trajectory};
+
+/// Plans that are part of the program, by name: `paper` is the data set of paper 003, `quick` a minute of it.
+const BUILT_IN: [(&str, &str); 2] =
+    [("paper", include_str!("../../plans/paper.toml")), ("quick", include_str!("../../plans/quick.toml"))];
+
+/// Trajectories to command one after the other, valid and in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Name of the plan.
+    pub name: String,
+    /// Seed of its variations.
+    pub seed: u64,
+    /// SHA-256 of the bytes of the plan file, 64 hexadecimal digits.
+    pub hash: String,
+    /// Its own limits, within which it is.
+    pub limits: Limits,
+    trajectories: Vec<Trajectory>,
+}
+
+impl Plan {
+    /// Reads and validates a plan file.
+    ///
+    /// # Errors
+    /// `BadInput` naming the key; `Stroke` and `StrokeRate` where the plan passes its own limits; `File` if the
+    /// file cannot be read.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        Self::from_toml(&file::read_text(path)?, &path.display().to_string())
+    }
+
+    /// The plan in the text of a plan file; `place` stands for the file in messages.
+    ///
+    /// # Errors
+    /// As [`Plan::read`].
+    pub fn from_toml(text: &str, place: &str) -> Result<Self> {
+        Self::checked(text).map_err(|error| error.within(place))
+    }
+
+    fn checked(text: &str) -> Result<Self> {
+        let typed: typed::PlanFile = hysteron_base::typed::parse(text)?;
+        let plan = convert::plan(typed, file::sha256_hex(text.as_bytes()))?;
+        plan.check(&plan.limits)?;
+        Ok(plan)
+    }
+
+    /// A plan that is part of the program.
+    ///
+    /// # Errors
+    /// `BadInput` listing their names.
+    pub fn named(name: &str) -> Result<Self> {
+        let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) else {
+            let known: Vec<&str> = Self::names().collect();
+            return Err(Error::BadInput(
+                BadInput::new("plan", format!("one of {}", known.join(", ")), format!("\"{name}\""))
+                    .hint("or the path of a plan file, ending in .toml"),
+            ));
+        };
+        Self::from_toml(text, &format!("plan {name}"))
+    }
+
+    /// Names of the plans that are part of the program.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        BUILT_IN.iter().map(|(name, _)| *name)
+    }
+
+    /// Its trajectories, in the order of the file; at least one.
+    pub fn trajectories(&self) -> &[Trajectory] {
+        &self.trajectories
+    }
+
+    /// Time of all trajectories together [s].
+    pub fn duration(&self) -> f64 {
+        self.trajectories.iter().map(Trajectory::duration).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests;

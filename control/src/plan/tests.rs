@@ -1,0 +1,265 @@
+//! The built-in plans, and every way in which a plan can be wrong.
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+use super::*;
+use hysteron_base::Bounds;
+use std::f64::consts::FRAC_PI_2;
+
+/// A plan of one trajectory with every key.
+const EXAMPLE: &str = r#"
+format = "hysteron-plan"
+version = 1
+name = "example"
+seed = 3
+rate_hz = 50
+scale = 1.0
+vary = 0.0
+tendon_angles_deg = [0, 90, 180, 270]
+release = 0.9
+co_contraction_mm = 0.5
+rest_before_s = 1
+rest_after_s = 2
+stroke_max_mm = 6
+stroke_rate_max_mm_s = 10
+
+[[trajectory]]
+name = "one"
+role = "training"
+family = "ellipse"
+amplitude_mm = 5
+frequency_hz = 0.2
+phase_deg = 10
+orientation_deg = 30
+aspect = 0.5
+direction = "clockwise"
+attack_s = 2
+sustain_s = 10
+decay_s = 3
+"#;
+
+fn example() -> Plan {
+    Plan::from_toml(EXAMPLE, "plan.toml").unwrap()
+}
+
+/// The example with this line in place of that.
+fn changed(from: &str, to: &str) -> String {
+    assert_eq!(EXAMPLE.matches(from).count(), 1, "{from}");
+    EXAMPLE.replace(from, to)
+}
+
+/// The changed example is refused at this place, showing this.
+fn reject(from: &str, to: &str, place: &str, found: &str) {
+    match Plan::from_toml(&changed(from, to), "plan.toml") {
+        Err(Error::BadInput(bad)) => {
+            assert_eq!((bad.place, bad.found), (format!("plan.toml: {place}"), found.to_owned()));
+        }
+        other => panic!("{to}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_plan_is_in_si() {
+    let plan = example();
+    assert_eq!((plan.name.as_str(), plan.seed, plan.hash.len()), ("example", 3, 64));
+    assert_eq!(plan.limits, Limits { stroke: Bounds { min: -6e-3, max: 6e-3 }, stroke_rate: 10e-3 });
+    let [one] = plan.trajectories() else { panic!() };
+    assert_eq!(one.tendons.angles[1], FRAC_PI_2);
+    assert_eq!((one.motion.amplitude, one.motion.frequency), (5e-3, 0.2));
+    assert_eq!(one.motion.direction, Direction::Clockwise);
+    assert_eq!(one.duration(), 18.0);
+    assert_eq!(plan.duration(), 18.0);
+    let period = Plan::from_toml(&changed("frequency_hz = 0.2", "period_s = 5"), "").unwrap();
+    assert_eq!(period.trajectories()[0].motion, one.motion);
+    let half = Plan::from_toml(&changed("scale = 1.0", "scale = 0.5"), "").unwrap();
+    assert_eq!(half.trajectories()[0].motion.amplitude, 2.5e-3);
+}
+
+#[test]
+fn what_is_no_plan_names_its_key() {
+    reject("format = \"hysteron-plan\"", "format = \"other\"", "format", "\"other\"");
+    reject("version = 1", "version = 2", "version", "2");
+    reject("name = \"example\"", "name = \" \"", "name", "\" \"");
+    reject("rate_hz = 50", "rate_hz = 0", "rate_hz", "0.0");
+    reject("rate_hz = 50", "rate_hz = nan", "rate_hz", "NaN");
+    reject("rate_hz = 50", "rate_hz = 0.3", "trajectory.one.frequency_hz", "0.2");
+    reject("rate_hz = 50", "rate_hz = 1e6", "trajectory.one", "1.8e7");
+    reject("scale = 1.0", "scale = -1.0", "scale", "-1.0");
+    reject("scale = 1.0", "scale = 1e-320", "trajectory.one.amplitude_mm", "5.0");
+    reject("vary = 0.0", "vary = 1.0", "vary", "1.0");
+    reject("vary = 0.0", "vary = -0.1", "vary", "-0.1");
+    reject("[0, 90, 180, 270]", "[0]", "tendon_angles_deg", "1 of them");
+    reject("[0, 90, 180, 270]", "[0, inf]", "tendon_angles_deg[1]", "inf");
+    reject("release = 0.9", "release = -0.5", "release", "-0.5");
+    reject("co_contraction_mm = 0.5", "co_contraction_mm = -1.0", "co_contraction_mm", "-1.0");
+    reject("rest_before_s = 1", "rest_before_s = -1", "rest_before_s", "-1.0");
+    reject("rest_before_s = 1", "rest_before_s = 0", "rest_before_s", "0.0");
+    reject("rest_after_s = 2", "rest_after_s = 0", "rest_after_s", "0.0");
+    reject("stroke_max_mm = 6", "stroke_max_mm = 0", "stroke_max_mm", "0.0");
+    reject("stroke_rate_max_mm_s = 10", "stroke_rate_max_mm_s = nan", "stroke_rate_max_mm_s", "NaN");
+    reject("seed = 3", "seed = 3\nspeed = 1", "line 6: speed", "`speed`");
+    reject("seed = 3", "", "seed", "nothing");
+}
+
+#[test]
+fn what_is_no_trajectory_names_its_key() {
+    reject("name = \"one\"", "name = \"a/b\"", "trajectory[1].name", "\"a/b\"");
+    reject("role = \"training\"", "role = \"test\"", "line 19: trajectory[1].role", "\"test\"");
+    reject("\"ellipse\"", "\"star\"", "line 20: trajectory[1].family", "\"star\"");
+    reject("\"ellipse\"", "\"square\"", "trajectory.one.aspect", "0.5");
+    reject("amplitude_mm = 5", "amplitude_mm = -5", "trajectory.one.amplitude_mm", "-5.0");
+    reject("amplitude_mm = 5", "amplitude_mm = nan", "trajectory.one.amplitude_mm", "NaN");
+    reject("frequency_hz = 0.2", "frequency_hz = 0", "trajectory.one.frequency_hz", "0.0");
+    reject("frequency_hz = 0.2", "", "trajectory.one.frequency_hz", "neither");
+    reject("frequency_hz = 0.2", "frequency_hz = 1\nperiod_s = 1", "trajectory.one.frequency_hz", "both");
+    reject("frequency_hz = 0.2", "period_s = 1e-310", "trajectory.one.period_s", "1e-310");
+    reject("phase_deg = 10", "phase_deg = inf", "trajectory.one.phase_deg", "inf");
+    reject("orientation_deg = 30", "orientation_deg = nan", "trajectory.one.orientation_deg", "NaN");
+    reject("orientation_deg = 30", "", "trajectory.one.orientation_deg", "nothing");
+    reject("aspect = 0.5", "", "trajectory.one.aspect", "nothing");
+    reject("aspect = 0.5", "aspect = 1.5", "trajectory.one.aspect", "1.5");
+    reject("aspect = 0.5", "aspect = 0", "trajectory.one.aspect", "0.0");
+    reject("\"clockwise\"", "\"left\"", "line 26: trajectory[1].direction", "\"left\"");
+    reject("attack_s = 2", "attack_s = 0", "trajectory.one.attack_s", "0.0");
+    reject("sustain_s = 10", "sustain_s = -1", "trajectory.one.sustain_s", "-1.0");
+    reject("decay_s = 3", "decay_s = 0", "trajectory.one.decay_s", "0.0");
+    let of = |family: &str| format!("family = \"{family}\"\namplitude_mm = 5");
+    let both = "family = \"ellipse\"\namplitude_mm = 5";
+    let without_aspect = |family: &str| EXAMPLE.replace("aspect = 0.5\n", "").replace(both, &of(family));
+    for (family, key) in [("circle", "orientation_deg"), ("sinusoid", "direction")] {
+        let error = Plan::from_toml(&without_aspect(family), "").unwrap_err();
+        assert_eq!(error.bad_input().unwrap().place, format!(": trajectory.one.{key}"));
+    }
+    let twice = format!("{EXAMPLE}{}", &EXAMPLE[EXAMPLE.find("[[").unwrap()..]);
+    let error = Plan::from_toml(&twice, "plan.toml").unwrap_err();
+    assert_eq!(error.bad_input().unwrap().found, "\"one\" again");
+    let none = &EXAMPLE[..EXAMPLE.find("[[").unwrap()];
+    assert_eq!(Plan::from_toml(none, "").unwrap_err().bad_input().unwrap().found, "none");
+}
+
+#[test]
+fn roles_keep_their_amplitudes() {
+    let second = |role: &str, amplitude: &str| {
+        let table = &EXAMPLE[EXAMPLE.find("[[").unwrap()..];
+        let table = table.replace("\"one\"", "\"two\"").replace("training", role);
+        format!("{EXAMPLE}{}", table.replace("amplitude_mm = 5", amplitude))
+    };
+    for (role, amplitude, is_right) in [
+        ("validation", "amplitude_mm = 5", true),
+        ("validation", "amplitude_mm = 5.1", false),
+        ("out_of_range", "amplitude_mm = 5", false),
+        ("out_of_range", "amplitude_mm = 5.1", true),
+    ] {
+        let plan = Plan::from_toml(&second(role, amplitude), "");
+        assert_eq!(plan.is_ok(), is_right, "{role} {amplitude}: {plan:?}");
+        if let Err(error) = plan {
+            assert_eq!(error.bad_input().unwrap().place, ": trajectory.two.amplitude_mm");
+        }
+    }
+}
+
+#[test]
+fn every_limit_rejects_with_its_error() {
+    let plan = example();
+    let limits = |min: f64, max: f64, stroke_rate: f64| Limits { stroke: Bounds { min, max }, stroke_rate };
+    assert!(plan.check(&limits(-4.5e-3, 5.5e-3, 8e-3)).is_ok());
+    let place = |error: &Error| error.bad_input().unwrap().place.clone();
+    match plan.check(&limits(-4.5e-3, 4e-3, 8e-3)) {
+        Err(error @ Error::Stroke(_)) => {
+            assert!(place(&error).starts_with("trajectory one: t = "), "{error}");
+            assert!(place(&error).ends_with("s: stroke 3"), "{error}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(matches!(plan.check(&limits(-1e-3, 6e-3, 8e-3)), Err(Error::Stroke(_))));
+    assert!(matches!(plan.check(&limits(-6e-3, 6e-3, 2e-3)), Err(Error::StrokeRate(_))));
+    assert!(matches!(plan.check(&limits(f64::NAN, f64::NAN, 8e-3)), Err(Error::Stroke(_))));
+    // Its own limits are checked when it is read.
+    let refused = |from: &str, to: &str| Plan::from_toml(&changed(from, to), "plan.toml").unwrap_err();
+    let error = refused("stroke_max_mm = 6", "stroke_max_mm = 3");
+    assert!(matches!(&error, Error::Stroke(bad) if bad.place.starts_with("plan.toml: trajectory one")));
+    let error = refused("stroke_rate_max_mm_s = 10", "stroke_rate_max_mm_s = 3");
+    assert!(
+        matches!(&error, Error::StrokeRate(bad) if bad.expected == "a change of at most 3.0 mm/s"),
+        "{error}"
+    );
+}
+
+#[test]
+fn tendons_follow_with_release_and_common_pull() {
+    let plan = example();
+    let one = &plan.trajectories()[0];
+    // In the middle of the sustained part.
+    let [a, b] = one.position_at(8.0);
+    let expected = [a, b, -a, -b].map(|pull| (if pull < 0.0 { 0.9 * pull } else { pull }) + 0.5e-3);
+    for (stroke, expected) in one.strokes_at(8.0).iter().zip(expected) {
+        assert!((stroke - expected).abs() < 1e-17, "{stroke} {expected}");
+    }
+    assert_eq!(one.strokes_at(0.5), [0.0; 4]);
+    assert_eq!(one.strokes_at(1.0), [0.5e-3; 4]);
+    assert_eq!(one.strokes_at(18.0), [0.0; 4]);
+}
+
+#[test]
+fn commands_say_where_they_come_from() {
+    let plan = example();
+    let commands = plan.trajectories()[0].commands().unwrap();
+    assert_eq!(commands.n_samples(), 901);
+    assert!((commands.rate_hz().unwrap() - 50.0).abs() < 1e-9);
+    assert_eq!(commands.strokes().len(), 4);
+    let meta = commands.meta();
+    assert_eq!(meta.seed, Some(3));
+    assert_eq!(meta.source, "plan example, trajectory one");
+    assert_eq!(meta.extra["plan.sha256"], plan.hash);
+    assert_eq!(meta.extra["plan.role"], "training");
+    assert_eq!(meta.extra["plan.family"], "ellipse");
+}
+
+#[test]
+fn variation_follows_seed_and_name_alone() {
+    let text = changed("vary = 0.0", "vary = 0.1");
+    let motion = |text: &str, i: usize| Plan::from_toml(text, "").unwrap().trajectories()[i].motion;
+    let (plain, varied) = (example().trajectories()[0].motion, motion(&text, 0));
+    assert_eq!(motion(&text, 0), varied);
+    for (a, b, most) in [
+        (plain.amplitude, varied.amplitude, 0.1 * plain.amplitude),
+        (plain.frequency, varied.frequency, 0.1 * plain.frequency),
+        (plain.orientation, varied.orientation, 0.1 * FRAC_PI_2),
+    ] {
+        assert!(a != b && (a - b).abs() <= most, "{a} {b}");
+    }
+    assert_ne!(motion(&text.replace("seed = 3", "seed = 4"), 0), varied);
+    let first = text[text.find("[[").unwrap()..].replace("\"one\"", "\"zero\"");
+    let longer = text.replacen("[[trajectory]]", &format!("{first}\n[[trajectory]]"), 1);
+    assert_eq!(motion(&longer, 1), varied);
+    assert_ne!(motion(&longer, 0), varied);
+}
+
+#[test]
+fn the_plan_of_the_paper_has_its_data_set() {
+    let plan = Plan::named("paper").unwrap();
+    let of = |role: Role| plan.trajectories().iter().filter(move |trajectory| trajectory.role == role);
+    let names = |role| of(role).map(|trajectory| trajectory.motion.family.name()).collect::<Vec<_>>();
+    for family in ["sinusoid", "circle", "square"] {
+        assert_eq!(names(Role::Training).iter().filter(|name| **name == family).count(), 6);
+    }
+    assert_eq!(names(Role::Validation), ["ellipse", "ellipse"]);
+    assert_eq!(names(Role::OutOfRange), ["circle"]);
+    let samples: usize = of(Role::Training).map(Trajectory::n_samples).sum();
+    assert!((257_500..258_500).contains(&samples), "{samples}"); // "≈ 258k"
+    assert!(plan.trajectories().iter().all(|trajectory| trajectory.rate_hz == 100.0));
+}
+
+#[test]
+fn the_quick_plan_takes_a_minute() {
+    let plan = Plan::named("quick").unwrap();
+    assert!((50.0..70.0).contains(&plan.duration()), "{}", plan.duration());
+    assert_eq!(Plan::names().collect::<Vec<_>>(), ["paper", "quick"]);
+    let error = Plan::named("slow").unwrap_err();
+    assert_eq!(error.bad_input().unwrap().expected, "one of paper, quick");
+}
+
+#[test]
+fn a_plan_file_that_is_not_there_is_bad_input() {
+    let error = Plan::read("nowhere.toml").unwrap_err();
+    assert!(matches!(&error, Error::File(_)) && error.bad_input().is_some(), "{error}");
+}

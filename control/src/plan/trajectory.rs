@@ -1,0 +1,185 @@
+//! One trajectory of a plan: from a motion in tendon space to the strokes of all tendons.
+
+use super::Motion;
+use super::envelope::rise;
+use crate::Result;
+use hysteron_base::{Channel, Metadata, Recording};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What a trajectory is for. Data are split by whole trajectories, never by windows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// To learn from.
+    Training,
+    /// To check what was learned, within the amplitudes of the training.
+    Validation,
+    /// To check it beyond them.
+    OutOfRange,
+}
+
+impl Role {
+    /// Name as in a plan file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Training => "training",
+            Self::Validation => "validation",
+            Self::OutOfRange => "out_of_range",
+        }
+    }
+}
+
+/// How tendons follow a point (a, b) of tendon space; the same for all trajectories of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tendons {
+    /// Angles of the tendons about the body [rad], at least two.
+    pub angles: Vec<f64>,
+    /// What a tendon is paid out over what it would be pulled, >= 0 [-].
+    pub release: f64,
+    /// Pull that all have in common while the robot moves [m], >= 0; it comes in the second half of the rest
+    /// before the motion, and goes in the first half of the rest after it.
+    pub co_contraction: f64,
+}
+
+impl Tendons {
+    /// Stroke of tendon `k` [m], positive when pulled, at the point (a, b) [m]: its pull is a cos φ + b sin φ, and
+    /// a negative one is multiplied by `release`.
+    pub fn stroke(&self, k: usize, [a, b]: [f64; 2]) -> f64 {
+        let (sin, cos) = self.angles[k].sin_cos();
+        let pull = a * cos + b * sin;
+        if pull < 0.0 { self.release * pull } else { pull }
+    }
+}
+
+/// One trajectory, ready to be sampled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// Name, its own within the plan; letters, digits, `-` and `_`.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// The curve, its size and timing.
+    pub motion: Motion,
+    /// Time at rest before the motion [s], >= 0.
+    pub rest_before: f64,
+    /// Time at rest after the motion [s], >= 0.
+    pub rest_after: f64,
+    /// Samples per second [Hz], > 0.
+    pub rate_hz: f64,
+    /// How tendons follow.
+    pub tendons: Tendons,
+    /// The plan it comes from.
+    pub(super) plan_name: String,
+    /// SHA-256 of the plan file.
+    pub(super) plan_hash: String,
+    /// Seed of the plan.
+    pub(super) seed: u64,
+}
+
+impl Trajectory {
+    /// Time from rest to rest [s].
+    pub fn duration(&self) -> f64 {
+        self.rest_before + self.motion.envelope.duration() + self.rest_after
+    }
+
+    /// Number of samples: at 0, 1 / rate, …; the last one is at the end or less than a step after it.
+    pub fn n_samples(&self) -> usize {
+        (self.duration() * self.rate_hz - 1e-6).ceil() as usize + 1
+    }
+
+    /// Time of sample `i` [s].
+    pub fn time(&self, i: usize) -> f64 {
+        i as f64 / self.rate_hz
+    }
+
+    /// Point (a, b) of tendon space [m] at time `t` [s].
+    pub fn position_at(&self, t: f64) -> [f64; 2] {
+        self.motion.position_at(t - self.rest_before)
+    }
+
+    /// Strokes of all tendons (n_tendons) [m] at time `t` [s]; positive pulls.
+    pub fn strokes_at(&self, t: f64) -> Vec<f64> {
+        let mut strokes = vec![0.0; self.tendons.angles.len()];
+        self.strokes_into(t, &mut strokes);
+        strokes
+    }
+
+    /// As [`Trajectory::strokes_at`], without allocating.
+    pub fn strokes_into(&self, t: f64, strokes: &mut [f64]) {
+        let (position, common) = (self.position_at(t), self.co_contraction_at(t));
+        for (k, stroke) in strokes.iter_mut().enumerate() {
+            *stroke = self.tendons.stroke(k, position) + common;
+        }
+    }
+
+    /// Common pull of all tendons [m] at time `t` [s].
+    fn co_contraction_at(&self, t: f64) -> f64 {
+        if self.tendons.co_contraction == 0.0 {
+            return 0.0;
+        }
+        let (half_before, half_after) = (0.5 * self.rest_before, 0.5 * self.rest_after);
+        let grown = rise((t - half_before) / half_before);
+        let left = self.duration() - half_after - t;
+        // A rounding before its end is its end.
+        let kept = if left <= 1e-9 { 0.0 } else { rise(left / half_after) };
+        self.tendons.co_contraction * grown.min(kept)
+    }
+
+    /// A stroke that is never passed, in either direction [m].
+    pub fn stroke_bound(&self) -> f64 {
+        self.motion.amplitude * self.tendons.release.max(1.0) + self.tendons.co_contraction
+    }
+
+    /// A rate of strokes that is never passed [m/s].
+    pub fn stroke_rate_bound(&self) -> f64 {
+        let moving = self.motion.speed_bound() * self.tendons.release.max(1.0);
+        // Outside the motion only the common pull changes.
+        let common = match self.tendons.co_contraction {
+            0.0 => 0.0,
+            pull => pull * std::f64::consts::PI / self.rest_before.min(self.rest_after),
+        };
+        moving.max(common)
+    }
+
+    /// The commands as a recording: `time_s` and `stroke_1_m`, `stroke_2_m`, … . Its metadata name the plan with
+    /// its hash and seed, the trajectory, its role and its motion.
+    ///
+    /// # Errors
+    /// `BadInput` for a trajectory whose numbers were changed after its plan was checked.
+    pub fn commands(&self) -> Result<Recording> {
+        let n = self.n_samples();
+        let time: Vec<f64> = (0..n).map(|i| self.time(i)).collect();
+        let mut columns = vec![Vec::with_capacity(n); self.tendons.angles.len()];
+        let mut strokes = vec![0.0; columns.len()];
+        for t in &time {
+            self.strokes_into(*t, &mut strokes);
+            for (column, stroke) in columns.iter_mut().zip(&strokes) {
+                column.push(*stroke);
+            }
+        }
+        let channels = columns.into_iter().enumerate();
+        let channels =
+            channels.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
+        Ok(Recording::new(time, channels, vec![], self.metadata())?)
+    }
+
+    fn metadata(&self) -> Metadata {
+        let extra = [
+            ("plan.name", self.plan_name.clone()),
+            ("plan.sha256", self.plan_hash.clone()),
+            ("plan.trajectory", self.name.clone()),
+            ("plan.role", self.role.name().to_owned()),
+            ("plan.family", self.motion.family.name().to_owned()),
+            ("plan.amplitude_m", self.motion.amplitude.to_string()),
+            ("plan.frequency_hz", self.motion.frequency.to_string()),
+            ("plan.orientation_rad", self.motion.orientation.to_string()),
+        ];
+        Metadata {
+            seed: Some(self.seed),
+            source: format!("plan {}, trajectory {}", self.plan_name, self.name),
+            extra: extra.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>(),
+            ..Metadata::default()
+        }
+    }
+}
