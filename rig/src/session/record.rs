@@ -93,10 +93,10 @@ pub fn record(
     let stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
     let lets_go = retreat(&mut session, &mut tape, stopped.as_ref());
     session.end(lets_go);
-    let mut events = std::mem::take(&mut session.events);
+    let events = std::mem::take(&mut session.events);
     let stats = session.stats.clone();
     drop(session);
-    let written = tape.finish(&mut events);
+    let written = tape.finish(&events);
     let (n_rows, n_gaps) = finish_journal(options, &stats)?;
     written?;
     Ok(Outcome { stats, events, stopped, n_rows, n_gaps })
@@ -211,9 +211,9 @@ impl Tape {
     }
 
     /// Writes what still waits.
-    fn finish(mut self, events: &mut Vec<Event>) -> Result<()> {
+    fn finish(mut self, events: &[Event]) -> Result<()> {
         let rows = self.write(f64::INFINITY);
-        for event in events.iter() {
+        for event in events {
             self.note(event)?;
         }
         rows?;
