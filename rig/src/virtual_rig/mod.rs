@@ -2,6 +2,7 @@
 //!
 //! Its body is an elastic rod with tendons that rub, stick and go slack; it is not the twin, and shares no code with it.
 
+pub mod emulator;
 mod world;
 
 pub use world::{TrackedPose, World};
