@@ -1,1 +1,26 @@
-//! The tracker: 6-DOF poses over OpenIGTLink.
+//! The tracker: 6-DOF poses over OpenIGTLink, from a cable or a recording, on the host's clock and in the robot's
+//! frame.
+//!
+//! In the order of the data: bytes ([`Decoder`]) become messages ([`Message`]); the [`Client`] picks one tool,
+//! places its poses in time ([`ClockMap`]) and judges them ([`Monitor`]); a [`Registration`] turns them into the
+//! robot's frame.
+
+mod client;
+mod clock;
+mod crc;
+mod decoder;
+mod fields;
+mod intake;
+mod message;
+mod quality;
+mod registration;
+mod replay;
+
+pub use client::{Client, Settings};
+pub use clock::{ClockMap, GATE, MAX_DRIFT, WINDOW};
+pub use decoder::{Decoded, Decoder, MAX_BUFFERED};
+pub use intake::Counts;
+pub use message::{Content, Message, Protocol, ToolPose, start_request};
+pub use quality::{Limits, Monitor};
+pub use registration::{Motion, Registration};
+pub use replay::Replay;

@@ -8,6 +8,7 @@ mod faults;
 mod injector;
 mod packet;
 mod port;
+mod pose_server;
 mod protection;
 mod record;
 mod registers;
@@ -17,6 +18,7 @@ mod thread;
 
 pub use faults::{Fault, FaultKind, Faults};
 pub use port::Timing;
+pub use pose_server::{Delivery, DeviceClock, Format, PoseServer, PoseServerSettings};
 pub use record::{Counts, FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults};
 
 use std::path::{Path, PathBuf};

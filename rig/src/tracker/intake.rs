@@ -1,0 +1,239 @@
+//! What becomes of a message: the poses of the one tool that matters, on the host's clock, judged; the rest is
+//! counted, and told as events.
+
+use super::clock::ClockMap;
+use super::decoder::Decoded;
+use super::message::{Content, Message, ToolPose};
+use super::quality::{Limits, Monitor};
+use crate::{Event, EventKind, Pose, Quality};
+use std::collections::VecDeque;
+
+/// Most poses and events that wait to be taken; beyond, the oldest are lost and counted.
+const MOST: usize = 16 * 1024;
+/// Most names of other tools that are remembered.
+const MOST_NAMES: usize = 16;
+/// Shortest time between two events of a kind that can come with every message [s].
+const REST: f64 = 1.0;
+
+/// How many of everything came from the tracker.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Poses handed on, good or not.
+    pub poses: u64,
+    /// Of these, poses that are not good.
+    pub doubtful: u64,
+    /// Damages of the stream, and damaged messages.
+    pub damaged: u64,
+    /// Messages of other types or tools.
+    pub skipped: u64,
+    /// Poses left out since their time stamp fits no clock.
+    pub unplaced: u64,
+    /// Poses left out since they are no later than the one before: mostly repetitions.
+    pub repeated: u64,
+    /// Poses lost since nobody took them.
+    pub overflowed: u64,
+}
+
+/// Collects what the tracker sends.
+#[derive(Debug)]
+pub(super) struct Intake {
+    /// The tool that matters; the first that comes if none was named.
+    device: Option<String>,
+    clock: ClockMap,
+    monitor: Monitor,
+    stale_after: f64,
+    last_stamp: Option<f64>,
+    last_time: f64,
+    last_quality: Quality,
+    /// When a pose last arrived, or the connection was made [s].
+    last_arrival: f64,
+    stale: bool,
+    others: Vec<String>,
+    damage: Burst,
+    doubt: Burst,
+    pub poses: VecDeque<Pose>,
+    pub events: VecDeque<Event>,
+    pub counts: Counts,
+}
+
+/// An event that can come with every message, told at most once per [`REST`].
+#[derive(Debug, Default)]
+struct Burst {
+    last: Option<f64>,
+    held: usize,
+    what: String,
+}
+
+impl Burst {
+    /// One more at `now` [s]: what to tell, if it is time.
+    fn note(&mut self, now: f64, what: String) -> Option<String> {
+        self.held += 1;
+        self.what = what;
+        self.flush(now)
+    }
+
+    /// What to tell of those held back, if it is time.
+    fn flush(&mut self, now: f64) -> Option<String> {
+        if self.held == 0 || self.last.is_some_and(|last| now - last < REST) {
+            return None;
+        }
+        self.last = Some(now);
+        let n = std::mem::take(&mut self.held);
+        let what = std::mem::take(&mut self.what);
+        Some(if n == 1 { what } else { format!("{what}; {n} such since the last report") })
+    }
+}
+
+impl Intake {
+    pub fn new(device: Option<String>, latency: f64, stale_after: f64, limits: Limits) -> Self {
+        Self {
+            device,
+            clock: ClockMap::new(latency),
+            monitor: Monitor::new(limits),
+            stale_after,
+            last_stamp: None,
+            last_time: f64::NEG_INFINITY,
+            last_quality: Quality::Good,
+            last_arrival: 0.0,
+            stale: false,
+            others: Vec::new(),
+            damage: Burst::default(),
+            doubt: Burst::default(),
+            poses: VecDeque::new(),
+            events: VecDeque::new(),
+            counts: Counts::default(),
+        }
+    }
+
+    /// The connection was made at `now` [s].
+    pub fn connected(&mut self, now: f64) {
+        (self.last_arrival, self.stale) = (now, false);
+    }
+
+    /// Time passes, with or without messages; `now` [s].
+    pub fn tick(&mut self, now: f64) {
+        if let Some(message) = self.damage.flush(now) {
+            self.tell(now, EventKind::TrackerCorrupt, message);
+        }
+        if let Some(message) = self.doubt.flush(now) {
+            self.tell(now, EventKind::TrackerQuality, message);
+        }
+        if !self.stale && now - self.last_arrival > self.stale_after {
+            self.stale = true;
+            let silence = (now - self.last_arrival) * 1e3;
+            let mut message = format!("no new pose of {} for {silence:.0} ms", self.device_name());
+            if !self.others.is_empty() {
+                message.push_str(&format!("; the tracker also sends {}", self.others.join(", ")));
+            }
+            self.tell(now, EventKind::TrackerStale, message);
+        }
+    }
+
+    /// Takes what arrived at `arrival` [s].
+    pub fn take(&mut self, decoded: Decoded, arrival: f64) {
+        match decoded {
+            Decoded::Message(message) => self.message(message, arrival),
+            Decoded::Skipped { .. } => self.counts.skipped += 1,
+            Decoded::Damaged(what) => {
+                self.counts.damaged += 1;
+                if let Some(message) = self.damage.note(arrival, what) {
+                    self.tell(arrival, EventKind::TrackerCorrupt, message);
+                }
+            }
+        }
+    }
+
+    fn message(&mut self, message: Message, arrival: f64) {
+        let Message { device, time, content } = message;
+        match content {
+            Content::Transform(pose) | Content::Position(pose) => self.tool(&device, &pose, time, arrival),
+            Content::Tools(tools) => {
+                tools.iter().for_each(|(name, pose)| self.tool(name, pose, time, arrival));
+            }
+            Content::Status { code: 1, .. } => {}
+            Content::Status { code, text } => {
+                if let Some(message) = self.doubt.note(arrival, format!("{device}: status {code} {text}")) {
+                    self.tell(arrival, EventKind::TrackerQuality, message);
+                }
+            }
+        }
+    }
+
+    fn tool(&mut self, name: &str, pose: &ToolPose, stamp: Option<f64>, arrival: f64) {
+        if *self.device.get_or_insert_with(|| name.to_owned()) != name {
+            self.counts.skipped += 1;
+            if self.others.len() < MOST_NAMES && !self.others.iter().any(|other| other == name) {
+                self.others.push(name.to_owned());
+            }
+            return;
+        }
+        if stamp.is_some() && stamp == self.last_stamp {
+            self.counts.repeated += 1;
+            return;
+        }
+        self.last_stamp = stamp;
+        let time = match stamp {
+            Some(stamp) => self.clock.map(stamp, arrival),
+            None => Some(self.clock.without_stamp(arrival)),
+        };
+        let Some(time) = time else {
+            self.counts.unplaced += 1;
+            let what = format!("the time stamp of {name} does not fit those before; its pose was left out");
+            if let Some(message) = self.doubt.note(arrival, what) {
+                self.tell(arrival, EventKind::TrackerQuality, message);
+            }
+            return;
+        };
+        if time <= self.last_time {
+            self.counts.repeated += 1;
+            return;
+        }
+        (self.last_time, self.last_arrival, self.stale) = (time, arrival, false);
+        let quality = if pose.valid { Quality::Good } else { Quality::Flagged };
+        let mut pose = Pose { time, position: pose.position, orientation: pose.orientation, quality };
+        pose.quality = self.monitor.judge(&pose);
+        self.counts.poses += 1;
+        if pose.quality != Quality::Good {
+            self.counts.doubtful += 1;
+            if pose.quality != self.last_quality {
+                let [x, y, z] = pose.position.map(|x| x * 1e3);
+                let what = format!("{name} is {} at {x:.1} {y:.1} {z:.1} mm", words(pose.quality));
+                if let Some(message) = self.doubt.note(arrival, what) {
+                    self.tell(arrival, EventKind::TrackerQuality, message);
+                }
+            }
+        }
+        self.last_quality = pose.quality;
+        if self.poses.len() >= MOST {
+            self.poses.pop_front();
+            self.counts.overflowed += 1;
+        }
+        self.poses.push_back(pose);
+    }
+
+    /// The tool that matters, for a person.
+    pub fn device_name(&self) -> &str {
+        self.device.as_deref().unwrap_or("any tool")
+    }
+
+    /// Adds an event at `now` [s].
+    pub fn tell(&mut self, now: f64, kind: EventKind, message: String) {
+        if self.events.len() >= MOST {
+            self.events.pop_front();
+        }
+        self.events.push_back(Event { time_s: now, kind, servo: None, message });
+    }
+}
+
+/// A quality, for a person.
+fn words(quality: Quality) -> &'static str {
+    match quality {
+        Quality::Good => "good",
+        Quality::Flagged => "marked as invalid by the tracker or out of its range",
+        Quality::Frozen => "frozen: the same values again and again",
+        Quality::Jump => "further away than the tip can have moved",
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,91 @@
+use super::*;
+
+fn intake() -> Intake {
+    Intake::new(Some("Tip".into()), 0.0, 0.25, Limits::default())
+}
+
+fn tool(name: &str, x: f64, time: Option<f64>) -> Decoded {
+    let pose = ToolPose { position: [x, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0], valid: true };
+    Decoded::Message(Message { device: name.into(), time, content: Content::Transform(pose) })
+}
+
+fn kinds(intake: &Intake) -> Vec<EventKind> {
+    intake.events.iter().map(|event| event.kind).collect()
+}
+
+#[test]
+fn first_tool_is_kept_if_none_is_named() {
+    let mut intake = Intake::new(None, 0.0, 0.25, Limits::default());
+    intake.take(tool("Base", 0.0, None), 0.1);
+    intake.take(tool("Tip", 0.5, None), 0.2);
+    intake.take(tool("Base", 0.001, None), 0.3);
+    assert_eq!(intake.poses.len(), 2);
+    assert_eq!((intake.counts.poses, intake.counts.skipped), (2, 1));
+}
+
+#[test]
+fn repeated_stamps_and_poses_from_the_past_are_left_out() {
+    let mut intake = intake();
+    for (stamp, arrival) in [(5.0, 0.1), (5.0, 0.12), (5.02, 0.14), (5.01, 0.16), (5.1, 0.2)] {
+        intake.take(tool("Tip", 0.0, Some(stamp)), arrival);
+    }
+    assert_eq!((intake.counts.poses, intake.counts.repeated), (3, 2));
+    let times: Vec<f64> = intake.poses.iter().map(|pose| pose.time).collect();
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+}
+
+#[test]
+fn staleness_is_told_once_and_names_the_other_tools() {
+    let mut intake = intake();
+    intake.connected(1.0);
+    intake.take(tool("Base", 0.0, None), 1.1);
+    intake.tick(1.2);
+    assert!(intake.events.is_empty());
+    intake.tick(1.26);
+    intake.tick(5.0);
+    assert_eq!(kinds(&intake), [EventKind::TrackerStale]);
+    assert!(
+        intake.events[0].message.ends_with("the tracker also sends Base"),
+        "{}",
+        intake.events[0].message
+    );
+    intake.take(tool("Tip", 0.0, None), 5.1);
+    intake.tick(5.4);
+    assert_eq!(kinds(&intake), [EventKind::TrackerStale; 2]);
+}
+
+#[test]
+fn floods_of_damage_become_an_event_per_second_and_all_are_counted() {
+    let mut intake = intake();
+    for k in 0..400 {
+        let now = 0.01 * f64::from(k);
+        intake.connected(now);
+        intake.take(Decoded::Damaged("wrong".into()), now);
+        intake.tick(now);
+    }
+    intake.tick(10.0);
+    assert_eq!(intake.counts.damaged, 400);
+    let told: Vec<&Event> = intake.events.iter().filter(|e| e.kind == EventKind::TrackerCorrupt).collect();
+    assert_eq!(told.len(), 5, "{told:?}");
+    assert_eq!(told[0].message, "wrong");
+    assert_eq!(told[1].message, "wrong; 100 such since the last report");
+}
+
+#[test]
+fn doubtful_poses_are_handed_on_with_their_quality() {
+    let mut intake = intake();
+    intake.take(tool("Tip", 0.0, None), 0.0);
+    intake.take(tool("Tip", 0.5, None), 0.02);
+    assert_eq!(intake.poses[1].quality, Quality::Jump);
+    assert_eq!(kinds(&intake), [EventKind::TrackerQuality]);
+    assert_eq!(intake.counts.doubtful, 1);
+}
+
+#[test]
+fn queue_is_bounded() {
+    let mut intake = intake();
+    for k in 0..MOST + 10 {
+        intake.take(tool("Tip", 0.0, None), k as f64);
+    }
+    assert_eq!((intake.poses.len(), intake.counts.overflowed), (MOST, 10));
+}
