@@ -14,6 +14,12 @@ fn is_bad_input(cause: &(dyn std::error::Error + 'static)) -> bool {
     if let Some(error) = cause.downcast_ref::<hysteron_fem::Error>() {
         return error.bad_input().is_some();
     }
+    if let Some(error) = cause.downcast_ref::<hysteron_control::Error>() {
+        return error.bad_input().is_some();
+    }
+    if let Some(error) = cause.downcast_ref::<hysteron_rig::Error>() {
+        return error.bad_input().is_some();
+    }
     cause.is::<BadInput>()
         || matches!(cause.downcast_ref::<hysteron_base::Error>(), Some(hysteron_base::Error::BadInput(_)))
 }

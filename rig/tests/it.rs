@@ -5,4 +5,6 @@
 mod it {
     #[cfg(unix)]
     mod emulator;
+    #[cfg(unix)]
+    mod session;
 }

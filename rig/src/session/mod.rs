@@ -16,7 +16,7 @@ use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSampl
 pub use record::{
     Outcome, RecordOptions, channel_names, events_path, finish_journal, journal_path, record, recover,
 };
-pub use stats::RunStats;
+pub use stats::{RunStats, StatsSummary};
 
 /// Cycles without an answer after which a servo counts as lost.
 const LOST_AFTER: u32 = 5;

@@ -1,0 +1,71 @@
+//! Recording on the virtual rig in this process: all trajectories at once, each on a rig of its own that was
+//! calibrated once.
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use hysteron_base::{Metadata, file};
+use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::session::{RecordOptions, Session, Stop, journal_path, record as record_one};
+use hysteron_rig::virtual_rig::SimulatedRig;
+use rayon::prelude::*;
+
+use super::source::{Source, switched_on};
+use super::summary::Summary;
+use super::{Arguments, Job};
+use crate::{interrupt, terminal};
+
+/// A simulated calibration has no date; the same seed must give the same bytes.
+const DATE: &str = "simulated";
+
+pub fn record(
+    source: &Source,
+    arguments: &Arguments,
+    jobs: &[Job<'_>],
+    folder: Option<&Path>,
+    meta: &(dyn Fn(&Job<'_>, &Calibration) -> Metadata + Sync),
+    summary: &mut Summary,
+) -> anyhow::Result<()> {
+    let Source::Virtual { rig, robot, .. } = source else { return Ok(()) };
+    let mut fresh = switched_on(robot, rig, arguments.seed);
+    let calibration = match &arguments.calibration {
+        Some(path) => Calibration::read(path, rig)?,
+        None => {
+            let mut log = |line: &str| tracing::debug!("{line}");
+            calibrate(&mut fresh, rig, DATE.to_owned(), &interrupt::is_asked, &mut log)?
+        }
+    };
+    if let Some(folder) = folder {
+        file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
+    }
+    let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+    let collected = Mutex::new(summary);
+    let ended = jobs.par_iter().try_for_each(|job| {
+        let mut hardware: SimulatedRig = fresh.clone();
+        // The same rig on another day: its noise is another.
+        hardware.world_mut().reseed(arguments.seed, &job.trajectory.name);
+        let options = RecordOptions { out: job.out.clone(), meta: meta(job, &calibration) };
+        let journal = journal_path(&job.out);
+        if journal.exists() {
+            // A simulation can be repeated.
+            std::fs::remove_file(&journal)?;
+        }
+        let session = Session::start(&mut hardware, rig, &calibration, job.trajectory.rate_hz)?;
+        let outcome =
+            record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |_| bar.inc(1))?;
+        let ended = match &outcome.stopped {
+            None => Ok(()),
+            Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
+            Some(stop) => Err(anyhow::anyhow!("{}: {stop:?}", job.trajectory.name)),
+        };
+        if ended.is_err() {
+            // What is not complete would not be repeated.
+            std::fs::remove_file(&job.out)?;
+        } else if let Ok(mut summary) = collected.lock() {
+            summary.add(job, &outcome);
+        }
+        ended
+    });
+    bar.finish_and_clear();
+    ended
+}

@@ -1,0 +1,91 @@
+//! Which rig is meant: one on its ports, or the virtual one in this process.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{BadInput, file};
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::virtual_rig::{RIG_FILE, SimulatedRig, VirtualRobot};
+
+/// How a virtual rig is named on the command line.
+const VIRTUAL: &str = "virtual:";
+
+/// A rig as named on the command line.
+#[derive(Debug)]
+pub enum Source {
+    /// On its ports.
+    Live(RigConfig),
+    /// In this process.
+    Virtual {
+        /// The rig file that goes with it.
+        rig: RigConfig,
+        /// Its physics.
+        robot: Box<VirtualRobot>,
+        /// What it is called.
+        name: String,
+    },
+}
+
+impl Source {
+    /// From `RIG.toml`, `virtual:PRESET`, `virtual:ROBOT.toml`, either of these with `/MEMBER` of its population.
+    pub fn read(named: &Path) -> anyhow::Result<Self> {
+        let Some(name) = named.to_str().and_then(|text| text.strip_prefix(VIRTUAL)) else {
+            return Ok(Self::Live(RigConfig::read(named)?));
+        };
+        let (base, member) = match name.rsplit_once('/') {
+            Some((base, member)) if member.bytes().all(|b| b.is_ascii_digit()) && !member.is_empty() => {
+                let member: u64 = member.parse().map_err(|_| {
+                    BadInput::new("--rig", "a member of the population as a whole number", member)
+                })?;
+                (base, Some(member))
+            }
+            _ => (name, None),
+        };
+        let mut robot = if Path::new(base).extension().is_some_and(|ending| ending == "toml") {
+            VirtualRobot::read(Path::new(base))?
+        } else {
+            VirtualRobot::preset(base)?
+        };
+        if let Some(member) = member {
+            robot = robot.draw(member);
+        }
+        let rig = RigConfig::from_toml(RIG_FILE, Path::new(""))?;
+        Ok(Self::Virtual { rig, robot: Box::new(robot), name: name.to_owned() })
+    }
+
+    /// What is written on the rig's file.
+    pub fn rig(&self) -> &RigConfig {
+        match self {
+            Self::Live(rig) | Self::Virtual { rig, .. } => rig,
+        }
+    }
+
+    /// For the metadata of what it measures.
+    pub fn description(&self) -> String {
+        match self {
+            Self::Live(rig) => format!("rig {}", rig.name),
+            Self::Virtual { name, .. } => format!("virtual rig {name}"),
+        }
+    }
+
+    /// Writes the files that describe it beside a data set.
+    pub fn write_description(&self, folder: &Path, named: &Path) -> anyhow::Result<()> {
+        match self {
+            Self::Live(_) => file::write_bytes(&folder.join("rig.toml"), file::read_bytes(named)?)?,
+            Self::Virtual { robot, .. } => {
+                file::write_bytes(&folder.join("rig.toml"), RIG_FILE)?;
+                file::write_bytes(&folder.join("robot.toml"), robot.to_toml())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where the calibration of a rig on its ports is.
+pub fn calibration_path(rig: &RigConfig, named: Option<&PathBuf>) -> PathBuf {
+    named.cloned().unwrap_or_else(|| rig.calibration.file.clone())
+}
+
+/// A virtual rig that has just been switched on.
+pub fn switched_on(robot: &VirtualRobot, rig: &RigConfig, seed: u64) -> SimulatedRig {
+    SimulatedRig::new(robot, rig, seed)
+}

@@ -1,0 +1,114 @@
+//! What a recording session came to, for the terminal, the report and `metrics.json`.
+
+use std::path::PathBuf;
+
+use hysteron_base::Recording;
+use hysteron_rig::session::{Outcome, StatsSummary};
+use hysteron_rig::{Event, EventKind};
+use serde::Serialize;
+
+use super::Job;
+use crate::terminal::say;
+
+/// One trajectory.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    name: String,
+    role: &'static str,
+    rows: usize,
+    filled_in: usize,
+    events: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    timing: Option<StatsSummary>,
+    #[serde(skip)]
+    out: PathBuf,
+    #[serde(skip)]
+    order: usize,
+}
+
+/// All of them.
+#[derive(Debug, Default)]
+pub struct Summary {
+    rows: Vec<Row>,
+}
+
+/// Whether an event is more than the course of things.
+fn is_trouble(event: &Event) -> bool {
+    event.kind != EventKind::Run
+}
+
+impl Summary {
+    /// A trajectory that was recorded now.
+    pub fn add(&mut self, job: &Job<'_>, outcome: &Outcome) {
+        let troubles: Vec<&Event> = outcome.events.iter().filter(|event| is_trouble(event)).collect();
+        for event in &troubles {
+            let servo = event.servo.map_or_else(String::new, |id| format!("servo {id}: "));
+            tracing::debug!("{}: {:.3} s: {servo}{}", job.trajectory.name, event.time_s, event.message);
+        }
+        self.rows.push(Row {
+            name: job.trajectory.name.clone(),
+            role: job.trajectory.role.name(),
+            rows: outcome.n_rows,
+            filled_in: outcome.n_gaps,
+            events: troubles.len(),
+            timing: Some(outcome.stats.summary()),
+            out: job.out.clone(),
+            order: job.order,
+        });
+    }
+
+    /// A trajectory that was there already.
+    pub fn add_there(&mut self, job: &Job<'_>) -> anyhow::Result<()> {
+        let recording = Recording::read(&job.out)?;
+        self.rows.push(Row {
+            name: job.trajectory.name.clone(),
+            role: job.trajectory.role.name(),
+            rows: recording.n_samples(),
+            filled_in: recording.gap().iter().filter(|gap| **gap).count(),
+            events: 0,
+            timing: None,
+            out: job.out.clone(),
+            order: job.order,
+        });
+        Ok(())
+    }
+
+    /// In the order of the plan, which threads do not keep.
+    pub fn sort(&mut self) {
+        self.rows.sort_by_key(|row| row.order);
+    }
+
+    /// Samples in all recordings.
+    pub fn n_rows(&self) -> usize {
+        self.rows.iter().map(|row| row.rows).sum()
+    }
+
+    /// Names and recordings.
+    pub fn recordings(&self) -> anyhow::Result<Vec<(String, Recording)>> {
+        self.rows.iter().map(|row| Ok((row.name.clone(), Recording::read(&row.out)?))).collect()
+    }
+
+    /// The rows, for a file.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Prints one line per trajectory.
+    pub fn print(&self) {
+        if self.rows.is_empty() {
+            return;
+        }
+        say("trajectory          role             samples   filled in   events   late p99 [ms]   bus [ms] (wire)");
+        for row in &self.rows {
+            let timing = row.timing.as_ref().filter(|timing| timing.wire_ms > 0.0).map_or_else(
+                || "              -          -".to_owned(),
+                |t| format!("{:>15.3}{:>11.2} ({:.2})", t.late_p99_ms, t.bus_median_ms, t.wire_ms),
+            );
+            say(format_args!(
+                "{:<20}{:<15}{:>9}{:>12}{:>9}{timing}",
+                row.name, row.role, row.rows, row.filled_in, row.events
+            ));
+        }
+        say(format_args!("{} samples in {} recordings", self.n_rows(), self.rows.len()));
+    }
+}

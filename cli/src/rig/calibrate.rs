@@ -1,0 +1,80 @@
+//! `hysteron rig calibrate`: zero, slack and pretension of every tendon, and the tracker's frame.
+
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use hysteron_base::{BadInput, file};
+use hysteron_rig::LiveRig;
+use hysteron_rig::calibration::{Calibration, calibrate};
+
+use crate::interrupt;
+use crate::record::source::{Source, calibration_path, switched_on};
+use crate::terminal::say;
+use crate::watchman::Watchman;
+
+const HELP: &str = "\
+Winds every tendon slowly until its load rises, twice: the corner of that line is where its slack ends, and the zero \
+lies where it carries the pretension of the rig file. Then pulls every tendon a little and finds the robot's frame \
+from the way the tip goes. Keep hands off; the tip moves by a few millimetres, each servo by up to \
+calibration.search_max_mm. Takes about two minutes.
+
+Writes a dated file that is only used with the servos that it was made with.
+
+Examples:
+  hysteron rig calibrate --rig my-rig.toml
+  hysteron rig calibrate --rig virtual:typical --out out/calibration.toml
+
+Exit codes: 0 done, 1 failed (the message says which tendon and why; nothing is written), 2 bad input.";
+
+/// Find zero, slack and pretension of every tendon, and the tracker's frame
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Rig file, or virtual:PRESET
+    #[arg(long, value_name = "RIG")]
+    rig: PathBuf,
+    /// Calibration to write [default: the file that the rig file names]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Seed of a virtual rig
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let source = Source::read(&arguments.rig)?;
+    interrupt::listen()?;
+    let mut tell = |line: &str| say(line);
+    let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    let (calibration, out) = match &source {
+        Source::Live(rig) => {
+            let mut hardware = LiveRig::open(rig)?;
+            let watchman = Watchman::start(&arguments.rig, rig)?;
+            let found = calibrate(&mut hardware, rig, date, &interrupt::is_asked, &mut tell);
+            if let Some(watchman) = watchman {
+                watchman.dismiss();
+            }
+            (found?, calibration_path(rig, arguments.out.as_ref()))
+        }
+        Source::Virtual { rig, robot, .. } => {
+            let Some(out) = arguments.out.clone() else {
+                let expected = "a file for the calibration of a virtual rig";
+                return Err(BadInput::new("--out", expected, "none").into());
+            };
+            let mut hardware = switched_on(robot, rig, arguments.seed);
+            (calibrate(&mut hardware, rig, date, &interrupt::is_asked, &mut tell)?, out)
+        }
+    };
+    file::write_bytes(&out, calibration.to_toml())?;
+    print(&calibration);
+    say(format_args!("written: {}", out.display()));
+    Ok(())
+}
+
+fn print(calibration: &Calibration) {
+    say("servo   zero [ticks]   slack ends at [mm]");
+    for channel in &calibration.channels {
+        say(format_args!("{:>5}{:>15}{:>21.3}", channel.servo_id, channel.zero, 1e3 * channel.slack_end));
+    }
+}

@@ -1,0 +1,92 @@
+//! Sessions on an emulated rig, through its ports: recordings, limits, mishaps.
+
+mod record;
+
+use hysteron_base::{Metadata, Recording};
+use hysteron_control::Plan;
+use hysteron_rig::calibration::{Calibration, ChannelMap};
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::session::{Outcome, RecordOptions, Session, record};
+use hysteron_rig::virtual_rig::World;
+use hysteron_rig::virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_rig::{Hardware, LiveRig, Result};
+use std::path::PathBuf;
+
+/// A rig without tracker, on a port.
+pub struct Stand {
+    pub emulator: Emulator,
+    pub rig: RigConfig,
+    folder: tempfile::TempDir,
+}
+
+const RIG: &str = include_str!("../../../presets/rig.toml");
+
+impl Stand {
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut options = Options::new(folder.path().join("servos"));
+        options.return_delay = 0.0;
+        options.timing = Timing::Relaxed;
+        let emulator = Emulator::start(World::idle(4), options).unwrap();
+        let (before, after) = RIG.split_once("[tracker]").unwrap();
+        let text = format!("{before}[limits]{}", after.split_once("[limits]").unwrap().1);
+        // A machine with other work to do answers late; that is not what is tested.
+        let text = text.replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 50.0");
+        let rig = RigConfig::from_toml(&text, folder.path()).unwrap();
+        Self { emulator, rig, folder }
+    }
+
+    pub fn out(&self) -> PathBuf {
+        self.folder.path().join("run.parquet")
+    }
+
+    /// Zero where the servos stand.
+    pub fn calibration(&self, hardware: &mut LiveRig) -> Result<Calibration> {
+        let servos = hardware.prepare()?;
+        let channels = servos.iter().zip(&self.rig.tendons).map(|(servo, tendon)| ChannelMap {
+            servo_id: servo.id,
+            model: servo.model,
+            ticks_per_turn: 4096,
+            pulley_radius: tendon.pulley_radius,
+            winds: tendon.winds,
+            zero: servo.position,
+            slack_end: -1e-3,
+        });
+        Ok(Calibration {
+            date: "today".into(),
+            rig: self.rig.name.clone(),
+            channels: channels.collect(),
+            registration: None,
+            registration_residual: 0.0,
+        })
+    }
+
+    /// Records the first `n` samples of a circle.
+    pub fn record(
+        &self,
+        n: usize,
+        asked: &dyn Fn() -> bool,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Outcome> {
+        let commands = circle(n);
+        let mut hardware = LiveRig::open(&self.rig)?;
+        let calibration = self.calibration(&mut hardware)?;
+        let session = Session::start(&mut hardware, &self.rig, &calibration, 100.0)?;
+        let options = RecordOptions { out: self.out(), meta: Metadata::default() };
+        record(session, &commands, &options, asked, progress)
+    }
+}
+
+/// The first `n` samples of a trajectory in which every tendon moves.
+pub fn circle(n: usize) -> Recording {
+    let plan = Plan::named("quick").unwrap();
+    let trajectory = plan.trajectories().iter().find(|t| t.name.contains("circle")).unwrap();
+    let whole = trajectory.commands().unwrap();
+    let cut = |values: &[f64]| values[..n].to_vec();
+    let channels = whole
+        .channels()
+        .iter()
+        .map(|channel| hysteron_base::Channel::new(channel.name.clone(), cut(&channel.values)))
+        .collect();
+    Recording::new(cut(whole.time()), channels, vec![], whole.meta().clone()).unwrap()
+}
