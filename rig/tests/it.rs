@@ -1,4 +1,4 @@
-//! Tests of the rig from outside: one folder per subject.
+//! Tests of the rig from outside: one folder or file per subject.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
@@ -7,4 +7,5 @@ mod it {
     mod emulator;
     #[cfg(unix)]
     mod session;
+    mod tracker;
 }

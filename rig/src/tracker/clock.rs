@@ -7,8 +7,9 @@
 //! m(now) = min over i of (aᵢ − dᵢ + D (now − aᵢ)), and the pose was measured at d + m − L.
 //!
 //! With a true drift ρ, |ρ| ≤ D, that is late by min over i of (jᵢ + (D + ρ)(now − aᵢ)) and never early: one message
-//! in the window that travelled fast is enough. No drift is estimated, so none can be estimated wrongly. (A convex
-//! hull would save the D · age, some 0.1 ms; the tip moves less than its noise in that time.)
+//! in the window that travelled fast is enough. At 40 Hz with exponential jitter of 3 ms that is 0.24 ms on average and
+//! less than 1 ms always. No drift is estimated, so none can be estimated wrongly. (A convex hull would save the
+//! D · age; the tip moves less than its noise in that time.)
 
 use std::collections::VecDeque;
 

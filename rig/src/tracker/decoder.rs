@@ -29,7 +29,7 @@ pub enum Decoded {
         /// What sent it.
         device: String,
     },
-    /// Damage; once for all bytes up to the next header.
+    /// Damage: a message with a wrong checksum or content, or bytes that are none, once up to the next header.
     Damaged(String),
 }
 
@@ -117,6 +117,8 @@ impl Decoder {
         let end = HEADER + header.body as usize;
         let body = bytes.get(HEADER..end)?;
         if crc64(0, body) != header.crc {
+            // A message of its own, even if what came before it was damaged, too.
+            self.mode = Mode::Message;
             let what = format!("{} of {}: the checksum is wrong", header.kind, header.device);
             return Some(self.damaged(&what, each));
         }

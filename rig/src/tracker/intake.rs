@@ -28,7 +28,8 @@ pub struct Counts {
     pub skipped: u64,
     /// Poses left out since their time stamp fits no clock.
     pub unplaced: u64,
-    /// Poses left out since they are no later than the one before: mostly repetitions.
+    /// Poses left out since they are no later than the one before: repetitions, and those that a better estimate of
+    /// the tracker's clock puts there.
     pub repeated: u64,
     /// Poses lost since nobody took them.
     pub overflowed: u64,

@@ -63,7 +63,7 @@ impl Registration {
         let [w, x, y, z] = rotation;
         let q = Quaternion::new(w, x, y, z);
         let length = q.norm();
-        if !((length - 1.0).abs() <= 1e-6) {
+        if !length.is_finite() || (length - 1.0).abs() > 1e-6 {
             let found = format!("{rotation:?} of length {length}");
             return Err(BadInput::new("registration rotation", "a unit quaternion w, x, y, z", found));
         }
@@ -125,7 +125,7 @@ impl Registration {
         q.iter_mut().for_each(|q| *q -= q_mean);
         let (p_size, q_size) = (extents(&p), extents(&q));
         for (size, name) in [(p_size, "in the tracker's frame"), (q_size, "in the robot's frame")] {
-            if !(size[1] > FLAT * size[0]) {
+            if size[1] <= FLAT * size[0] {
                 let found = format!("{:.3} mm by {:.3} mm {name}", size[0] * 1e3, size[1] * 1e3);
                 return Err(BadInput::new(place, "points that do not lie on a line", found)
                     .hint("add a point beside the line through the others"));
@@ -149,7 +149,7 @@ impl Registration {
             return Err(BadInput::new(place, "points that a rotation brings together", found)
                 .hint("check the signs of the axes, and that both frames are right-handed"));
         }
-        if !(p_size[1] > error) {
+        if p_size[1] <= error {
             let found = format!("{:.3} mm left of {:.3} mm", error * 1e3, p_size[1] * 1e3);
             return Err(BadInput::new(place, "points that a rotation brings together", found)
                 .hint("check the order of the points"));
@@ -181,7 +181,7 @@ impl Registration {
         let (p, q): (Vec<_>, Vec<_>) = pairs.iter().map(|(p, q)| (p.normalize(), *q)).unzip();
         for (directions, name) in [(&p, "in the tracker's frame"), (&q, "in the robot's frame")] {
             let size = extents(directions);
-            if !(size[1] > FLAT * size[0]) {
+            if size[1] <= FLAT * size[0] {
                 let found = format!("{} parallel {name}", motions.len());
                 return Err(BadInput::new(place, "motions in two directions or more", found)
                     .hint("pull tendons that bend the robot in different planes"));

@@ -1,3 +1,5 @@
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
 use super::super::message::{Content, Protocol, ToolPose};
 use super::*;
 
