@@ -73,6 +73,8 @@ pub trait Hardware {
     fn take_events(&mut self, events: &mut Vec<Event>);
     /// What the bus went through.
     fn counts(&self) -> BusCounts;
+    /// Processor time that this process has used [s], where that is of interest: in real time.
+    fn processor_time(&self) -> Option<f64>;
     /// Time that the transfers of the last cycle took, and that their bytes take on the wire [s].
     fn bus_time(&self) -> (f64, f64);
 }

@@ -111,6 +111,11 @@ impl Hardware for LiveRig {
         self.bus.counts()
     }
 
+    fn processor_time(&self) -> Option<f64> {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+        Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+    }
+
     fn bus_time(&self) -> (f64, f64) {
         (self.bus.last_bus_time, self.bus.cycle_wire_time())
     }

@@ -53,7 +53,7 @@ impl Limits {
         Ok(())
     }
 
-    /// What the servos report, with the strokes that their positions mean.
+    /// What the servos report, with the strokes that their positions mean and those they were told [m].
     ///
     /// # Errors
     /// The first that is out of bounds.
@@ -61,6 +61,7 @@ impl Limits {
         &self,
         samples: &[Option<ServoSample>],
         strokes: &[f64],
+        commanded: &[f64],
         radii: &[f64],
     ) -> Result<(), Violation> {
         for (k, sample) in samples.iter().enumerate() {
@@ -83,6 +84,14 @@ impl Limits {
             let s = strokes[k];
             if s < self.stroke_min - STROKE_MARGIN || s > self.stroke_max + STROKE_MARGIN {
                 return Err(self.stroke_violation(k, s, "measured"));
+            }
+            let lag = commanded[k] - s;
+            if lag.abs() > self.lag_max {
+                return Err(at_once(format!(
+                    "lag: expected the servo within {:.2} mm of its command, got {:.2} mm",
+                    1e3 * self.lag_max,
+                    1e3 * lag.abs()
+                )));
             }
             let rate = sample.velocity * radii[k];
             if rate.abs() > self.stroke_rate_max * (1.0 + RATE_MARGIN) {

@@ -127,6 +127,9 @@ pub struct Limits {
     pub stroke_max: f64,
     /// Largest speed of a stroke, either way [m/s].
     pub stroke_rate_max: f64,
+    /// Furthest that a servo may be from where it was told to be [m of stroke]: something blocks it, or its watchdog
+    /// has stopped it.
+    pub lag_max: f64,
     /// Largest load, of the stall torque [-].
     pub load_max: f64,
     /// Largest temperature of a servo [°C].
@@ -314,6 +317,7 @@ fn limits(typed: &typed::Limits) -> Check<Limits> {
         stroke_min: finite("limits.stroke_min_mm", typed.stroke_min_mm)?,
         stroke_max: finite("limits.stroke_max_mm", typed.stroke_max_mm)?,
         stroke_rate_max: positive("limits.stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s)?,
+        lag_max: positive("limits.lag_max_mm", typed.lag_max_mm)?,
         load_max: require(
             "limits.load_max_percent",
             "0 < x <= 100",

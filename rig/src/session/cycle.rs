@@ -44,7 +44,7 @@ impl Session<'_> {
     fn check(&mut self) -> Result<(), Stop> {
         self.check_silence()?;
         let limits = &self.rig.limits;
-        limits.check_servos(&self.samples, &self.measured, &self.radii)?;
+        limits.check_servos(&self.samples, &self.measured, &self.commanded, &self.radii)?;
         if self.n_cycles.is_multiple_of(SLOW_EVERY) {
             self.hardware.read_slow(&mut self.slow)?;
             limits.check_slow(&self.slow)?;

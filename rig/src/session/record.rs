@@ -87,10 +87,17 @@ pub fn record(
         aligner: Aligner::new(4 * n, rate, WAIT_MAX),
         n_written: names.len(),
         start: 0.0,
+        last: None,
+        held: Vec::with_capacity(2 * n),
         synced: 0.0,
     };
 
+    let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
+    let before = clocks(&session);
     let stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
+    if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
+        session.stats.processor = Some((used - used_before) / (end - start));
+    }
     let lets_go = retreat(&mut session, &mut tape, stopped.as_ref());
     session.end(lets_go);
     let events = std::mem::take(&mut session.events);
@@ -169,6 +176,10 @@ struct Tape {
     n_written: usize,
     /// Time of the first row on the rig's clock [s].
     start: f64,
+    /// Time of the last row on the rig's clock [s], once there is one.
+    last: Option<f64>,
+    /// Strokes and goals commanded in it.
+    held: Vec<f64>,
     /// When the journal was last brought to the disk [s].
     synced: f64,
 }
@@ -176,13 +187,15 @@ struct Tape {
 impl Tape {
     /// Takes the cycle at `time` over.
     fn take(&mut self, session: &mut Session<'_>, time: f64) -> Result<()> {
+        self.fill_missed(time, session.period);
         let channels = &session.calibration.channels;
-        let commanded = session.goals.iter().zip(channels).map(|(goal, channel)| channel.stroke(*goal));
-        let goals = session.goals.iter().map(|goal| f64::from(*goal));
+        self.held.clear();
+        self.held.extend(session.goals.iter().zip(channels).map(|(goal, channel)| channel.stroke(*goal)));
+        self.held.extend(session.goals.iter().map(|goal| f64::from(*goal)));
         let samples = &session.samples;
         let present = samples.iter().map(|s| s.map_or(f64::NAN, |s| f64::from(s.position)));
         let loads = samples.iter().map(|s| s.map_or(f64::NAN, |s| s.load));
-        self.aligner.push_row(time, commanded.chain(goals).chain(present).chain(loads));
+        self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads));
         self.aligner.push_poses(&session.poses);
         for event in session.events.drain(..) {
             self.note(&event)?;
@@ -194,6 +207,16 @@ impl Tape {
             self.journal.sync().map_err(disk)?;
         }
         Ok(())
+    }
+
+    /// Rows for cycles that came too late to take place before `time` [s]: the command held, nothing measured.
+    fn fill_missed(&mut self, time: f64, period: f64) {
+        let Some(last) = self.last.replace(time) else { return };
+        let n_missed = ((time - last) / period).round() as u64;
+        for i in 1..n_missed {
+            let nothing = std::iter::repeat_n(f64::NAN, self.held.len());
+            self.aligner.push_row(last + i as f64 * period, self.held.iter().copied().chain(nothing));
+        }
     }
 
     /// Writes the rows that are ready.

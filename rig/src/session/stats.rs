@@ -75,6 +75,8 @@ pub struct RunStats {
     pub bus: Histogram,
     /// Time that their bytes take on the wire [s].
     pub wire: f64,
+    /// Part of one core that the process used, in real time [-].
+    pub processor: Option<f64>,
     /// What the bus went through.
     pub counts: BusCounts,
 }
@@ -96,6 +98,9 @@ pub struct StatsSummary {
     pub bus_p99_ms: f64,
     /// Time that the bytes of a cycle take on the wire [ms].
     pub wire_ms: f64,
+    /// Part of one core that the process used, in real time [%].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub processor_percent: Option<f64>,
     /// What the bus went through.
     pub bus: BusCounts,
 }
@@ -108,6 +113,7 @@ impl RunStats {
             lateness: Histogram::new(),
             bus: Histogram::new(),
             wire: 0.0,
+            processor: None,
             counts: BusCounts::default(),
         }
     }
@@ -129,6 +135,7 @@ impl RunStats {
             bus_median_ms: 1e3 * self.bus.percentile(0.5),
             bus_p99_ms: 1e3 * self.bus.percentile(0.99),
             wire_ms: 1e3 * self.wire,
+            processor_percent: self.processor.map(|part| 100.0 * part),
             bus: self.counts,
         }
     }

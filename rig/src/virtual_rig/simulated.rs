@@ -134,6 +134,10 @@ impl Hardware for SimulatedRig {
         self.cycles
     }
 
+    fn processor_time(&self) -> Option<f64> {
+        None
+    }
+
     fn bus_time(&self) -> (f64, f64) {
         (0.0, 0.0)
     }
