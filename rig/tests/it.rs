@@ -1,5 +1,7 @@
-//! The rig against its emulated counterparts.
+//! Tests of the rig from outside: one folder per subject.
+
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
-#[path = "it/tracker.rs"]
-mod tracker;
+mod it {
+    mod tracker;
+}

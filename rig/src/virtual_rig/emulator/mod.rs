@@ -1,5 +1,7 @@
 //! The virtual rig behind the ports of a real one.
 
+mod pose_delivery;
 mod pose_server;
 
-pub use pose_server::{Delivery, DeviceClock, Format, PoseServer, PoseServerSettings};
+pub use pose_delivery::PoseDelivery;
+pub use pose_server::{DeviceClock, Format, PoseFaults, PoseServer, PoseServerSettings};
