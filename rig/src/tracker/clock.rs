@@ -36,7 +36,7 @@ pub struct ClockMap {
     aside: Option<Aside>,
 }
 
-/// Messages in a row that deviate alike.
+/// Messages in a row that deviate alike: arrival of the first [s], its delay [s], how many.
 #[derive(Debug, Clone, Copy)]
 struct Aside {
     begin: f64,

@@ -157,6 +157,7 @@ fn damage_is_counted_and_costs_no_other_pose() {
     }
     bench.wait("the intact poses", |bench| n_placed(bench) == n + 17);
     assert_eq!(bench.client.counts().damaged, 4, "three poses and the garbage");
+    bench.take();
     assert!(bench.has(EventKind::TrackerCorrupt));
 }
 

@@ -8,6 +8,7 @@ mod faults;
 mod injector;
 mod packet;
 mod port;
+mod pose_delivery;
 mod pose_server;
 mod protection;
 mod record;
@@ -18,7 +19,8 @@ mod thread;
 
 pub use faults::{Fault, FaultKind, Faults};
 pub use port::Timing;
-pub use pose_server::{Delivery, DeviceClock, Format, PoseServer, PoseServerSettings};
+pub use pose_delivery::PoseDelivery;
+pub use pose_server::{DeviceClock, Format, PoseFaults, PoseServer, PoseServerSettings};
 pub use record::{Counts, FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults};
 
 use std::path::{Path, PathBuf};

@@ -4,19 +4,15 @@
 //! a client that does not read loses poses, not others theirs.
 
 use crate::tracker::{Content, Message, Protocol, ToolPose};
-use crate::virtual_rig::{TrackedPose, World};
-use crate::{Error, Quality, Result};
-use std::collections::VecDeque;
+use crate::virtual_rig::TrackedPose;
+use crate::{Error, Pose, Quality, Result};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
-use std::time::Duration;
 
 /// Most bytes that wait for a slow client.
 const MOST_PENDING: usize = 64 * 1024;
-/// Pause of the thread that serves a world.
-const BEAT: Duration = Duration::from_millis(1);
+/// Displacement of a tracker that sends poses from elsewhere [m].
+const ELSEWHERE: f64 = 0.1;
 
 /// The clock that stamps the poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +56,23 @@ pub struct PoseServerSettings {
     pub format: Format,
 }
 
+/// What is broken.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PoseFaults {
+    /// All connections break, and none can be made.
+    pub unplugged: bool,
+    /// Nothing is sent.
+    pub silent: bool,
+    /// All poses are marked as invalid.
+    pub invalid: bool,
+    /// The last pose is sent again and again, with new time stamps.
+    pub frozen: bool,
+    /// All poses are 100 mm beside the truth.
+    pub displaced: bool,
+    /// A bit of every message is turned, so that its checksum is wrong.
+    pub damaged: bool,
+}
+
 /// The server. Dropping it closes all connections.
 #[derive(Debug)]
 pub struct PoseServer {
@@ -67,6 +80,9 @@ pub struct PoseServer {
     address: SocketAddr,
     settings: PoseServerSettings,
     clients: Vec<Connection>,
+    faults: PoseFaults,
+    /// Last pose that was not frozen.
+    last: Option<Pose>,
     n_to_corrupt: usize,
 }
 
@@ -84,7 +100,15 @@ impl PoseServer {
     pub fn start(settings: PoseServerSettings) -> Result<Self> {
         let listener = listen(settings.port)?;
         let address = listener.local_addr().map_err(|e| Error::Tracker(e.to_string()))?;
-        Ok(Self { listener: Some(listener), address, settings, clients: Vec::new(), n_to_corrupt: 0 })
+        Ok(Self {
+            listener: Some(listener),
+            address,
+            settings,
+            clients: Vec::new(),
+            faults: PoseFaults::default(),
+            last: None,
+            n_to_corrupt: 0,
+        })
     }
 
     /// Where clients connect to.
@@ -109,9 +133,16 @@ impl PoseServer {
 
     /// Sends a pose to all clients, now.
     pub fn send(&mut self, tracked: &TrackedPose) {
-        let pose = &tracked.pose;
-        let time = Some(self.settings.clock.show(pose.time));
-        let valid = pose.quality != Quality::Flagged;
+        if self.faults.silent {
+            return;
+        }
+        let mut pose = self.last.filter(|_| self.faults.frozen).unwrap_or(tracked.pose);
+        self.last = Some(pose);
+        if self.faults.displaced {
+            pose.position[0] += ELSEWHERE;
+        }
+        let time = Some(self.settings.clock.show(tracked.pose.time));
+        let valid = tracked.pose.quality != Quality::Flagged && !self.faults.invalid;
         let tool = ToolPose { position: pose.position, orientation: pose.orientation, valid };
         let device = self.settings.device.clone();
         let (content, protocol) = match self.settings.format {
@@ -121,8 +152,8 @@ impl PoseServer {
             Format::Tools => (Content::Tools(vec![(device.clone(), tool)]), Protocol::Plain),
         };
         let mut bytes = Message { device, time, content }.to_bytes(protocol);
-        if self.n_to_corrupt > 0 {
-            self.n_to_corrupt -= 1;
+        if self.faults.damaged || self.n_to_corrupt > 0 {
+            self.n_to_corrupt = self.n_to_corrupt.saturating_sub(1);
             if let Some(last) = bytes.last_mut() {
                 *last ^= 0x10;
             }
@@ -144,6 +175,22 @@ impl PoseServer {
     /// Turns a bit in each of the next `n` poses, so that their checksum is wrong.
     pub fn corrupt_next(&mut self, n: usize) {
         self.n_to_corrupt = n;
+    }
+
+    /// Breaks this and mends the rest.
+    ///
+    /// # Errors
+    /// `Tracker` if the server was unplugged and its port has been taken meanwhile; it stays unplugged then.
+    pub fn set_faults(&mut self, faults: PoseFaults) -> Result<()> {
+        let was_unplugged = self.faults.unplugged;
+        self.faults = PoseFaults { unplugged: was_unplugged, ..faults };
+        match (was_unplugged, faults.unplugged) {
+            (false, true) => self.unplug(),
+            (true, false) => self.plug()?,
+            _ => {}
+        }
+        self.faults = faults;
+        Ok(())
     }
 
     /// Sets the clock, as a tracker that is switched off and on does.
@@ -210,66 +257,4 @@ impl Connection {
 
 fn is_later(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
-}
-
-/// A thread that serves the poses of a world while someone else lets its time pass. Dropping it ends the thread.
-#[derive(Debug)]
-pub struct Delivery {
-    server: Arc<Mutex<PoseServer>>,
-    /// The thread ends when this end of the channel is gone.
-    stop: Option<std::sync::mpsc::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Delivery {
-    /// Serves each pose when the world's time reaches the moment at which it leaves the tracker.
-    ///
-    /// # Errors
-    /// `Tracker` if there can be no thread.
-    pub fn start(world: Arc<Mutex<World>>, server: PoseServer) -> Result<Self> {
-        let server = Arc::new(Mutex::new(server));
-        let (stop, stopped) = std::sync::mpsc::channel();
-        let shared = server.clone();
-        let work = move || {
-            let (mut taken, mut waiting) = (Vec::new(), VecDeque::new());
-            while stopped.recv_timeout(BEAT) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
-                let now = {
-                    let mut world = lock(&world);
-                    world.take_poses(&mut taken);
-                    world.time()
-                };
-                waiting.extend(taken.drain(..));
-                let mut server = lock(&shared);
-                server.poll();
-                while waiting.front().is_some_and(|pose: &TrackedPose| pose.sent_at <= now) {
-                    waiting.pop_front().iter().for_each(|pose| server.send(pose));
-                }
-            }
-        };
-        let thread = std::thread::Builder::new()
-            .name("pose-server".into())
-            .spawn(work)
-            .map_err(|e| Error::Tracker(format!("no thread for the emulated tracker: {e}")))?;
-        Ok(Self { server, stop: Some(stop), thread: Some(thread) })
-    }
-
-    /// The server, to break it.
-    pub fn server(&self) -> MutexGuard<'_, PoseServer> {
-        lock(&self.server)
-    }
-}
-
-impl Drop for Delivery {
-    fn drop(&mut self) {
-        self.stop = None;
-        if let Some(thread) = self.thread.take() {
-            // A thread that panicked has nothing left to end.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A fault elsewhere does not stop the tracker.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
