@@ -7,6 +7,7 @@
 mod lines;
 mod report;
 mod robot;
+mod shapes;
 mod sheet;
 mod simplify;
 mod tip;
@@ -18,9 +19,10 @@ use hysteron_base::file;
 use plotters::prelude::*;
 use plotters::style::register_font;
 
-use crate::run::Run;
+use crate::run::{Run, Task};
 use lines::{Curve, TimeChart, TimePanel};
 use robot::RobotPicture;
+use shapes::CommandAndTip;
 use sheet::{COLORS, Sheet};
 use tip::TipPath;
 
@@ -43,17 +45,35 @@ const PNG_SCALE: u32 = 2;
 
 /// Writes all figures of a run, `report.html` and `metrics.json` to `folder`.
 pub fn write(folder: &Path, run: &Run, with_png: bool) -> anyhow::Result<()> {
-    let font = include_bytes!("../../assets/DejaVuSans-subset.ttf");
-    register_font("sans-serif", FontStyle::Normal, font)
-        .map_err(|_| anyhow!("the embedded font cannot be read"))?;
+    register_embedded_font()?;
     let mut drawn = vec![save(folder, &RobotPicture::new(run), with_png)?];
     drawn.push(save(folder, &TipPath::new(run)?, with_png)?);
+    let shape = command_and_tip(run);
+    if let Some(figure) = &shape {
+        drawn.push(save(folder, figure, with_png)?);
+    }
     drawn.push(save(folder, &tip_over_time(run)?, with_png)?);
     if run.twin.n_primary > 0 {
         drawn.push(save(folder, &strokes(run), with_png)?);
         drawn.push(save(folder, &tensions(run), with_png)?);
     }
-    report::write(folder, run, &drawn)
+    report::write(folder, run, &shape.map_or(vec![], |figure| figure.numbers()), &drawn)
+}
+
+fn register_embedded_font() -> anyhow::Result<()> {
+    let font = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+    register_font("sans-serif", FontStyle::Normal, font)
+        .map_err(|_| anyhow!("the embedded font cannot be read"))
+}
+
+/// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.
+fn command_and_tip(run: &Run) -> Option<CommandAndTip> {
+    let angle = |tendon: &hysteron_base::Tendon| tendon.points[0][1].atan2(tendon.points[0][0]);
+    let angles: Vec<f64> = run.scene.tendons.iter().map(angle).collect();
+    match run.task {
+        Task::Simulate => CommandAndTip::new(&angles, &[(&run.scene.name, run.recording)]).ok(),
+        Task::Reach(_) => None,
+    }
 }
 
 /// A figure as it goes into the report.

@@ -6,6 +6,7 @@ use hysteron_base::file;
 use serde::Serialize;
 
 use super::Drawn;
+use super::shapes::NamedShape;
 use crate::run::{Run, Summary};
 
 #[derive(Serialize)]
@@ -14,6 +15,8 @@ struct Metrics<'a> {
     version: u32,
     robot: Robot<'a>,
     run: &'a Summary,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    shapes: &'a [NamedShape],
     steps_per_s: f64,
     iterations_per_step: f64,
     source: &'a str,
@@ -32,7 +35,12 @@ struct Robot<'a> {
     auxiliary_tendons: usize,
 }
 
-pub(super) fn write(folder: &Path, run: &Run, figures: &[Drawn]) -> anyhow::Result<()> {
+pub(super) fn write(
+    folder: &Path,
+    run: &Run,
+    shapes: &[NamedShape],
+    figures: &[Drawn],
+) -> anyhow::Result<()> {
     let meta = run.recording.meta();
     let metrics = Metrics {
         format: "hysteron-metrics",
@@ -47,6 +55,7 @@ pub(super) fn write(folder: &Path, run: &Run, figures: &[Drawn]) -> anyhow::Resu
             auxiliary_tendons: run.twin.tendons.len() - run.twin.n_primary,
         },
         run: run.summary,
+        shapes,
         steps_per_s: run.summary.rate(),
         iterations_per_step: run.summary.iterations as f64 / run.summary.steps.max(1) as f64,
         source: &meta.source,
@@ -119,6 +128,19 @@ fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
                 tendon.tension_max_n,
                 100.0 * tendon.share_at_lower_bound,
             ));
+        }
+        page.push_str("</table>\n");
+    }
+    for NamedShape { name, numbers } in metrics.shapes {
+        page.push_str(&format!("<table>\n<tr><th>Shape of {}</th><td></td></tr>\n", escaped(name)));
+        let rows = [
+            ("Largest displacement [mm]", Some(mm(numbers.excursion_m))),
+            ("Tip over command", Some(format!("{:.2}", numbers.tip_per_stroke))),
+            ("Diamond ratio", numbers.diamond_ratio.map(|ratio| format!("{ratio:.3}"))),
+            ("Rest missed by [%]", Some(format!("{:.2}", 100.0 * numbers.rest_miss))),
+        ];
+        for (name, value) in rows.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+            page.push_str(&format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
         }
         page.push_str("</table>\n");
     }

@@ -96,7 +96,7 @@ fn spaced(points: &[(f64, f64)], distance: f64) -> Vec<(f64, f64)> {
 
 /// Parts of a line whose corners are blunt: where it turns back on itself, the bitmap backend would join its
 /// edges far outside.
-fn between_sharp_turns(line: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
+pub fn between_sharp_turns(line: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
     let is_sharp = |k: usize| {
         let (before, here, after) = (line[k - 1], line[k], line[k + 1]);
         (here.0 - before.0) * (after.0 - here.0) + (here.1 - before.1) * (after.1 - here.1) <= 0.0

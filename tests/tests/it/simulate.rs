@@ -233,16 +233,19 @@ fn pictures_and_report_are_whole() {
         ])
         .succeeded();
     let names = names_in(&place.path().join("figures"));
-    for stem in ["robot", "strokes", "tensions", "tip-path", "tip-time"] {
+    for stem in ["robot", "command-tip", "strokes", "tensions", "tip-path", "tip-time"] {
         for ending in ["svg", "png"] {
             assert!(names.contains(&format!("{stem}.{ending}")), "{stem}.{ending} in {names:?}");
         }
     }
     let report = String::from_utf8(place.read("figures/report.html")).unwrap();
-    assert_eq!(report.matches("<svg").count(), 5);
+    assert_eq!(report.matches("<svg").count(), 6);
     assert!(report.contains("hysteron simulate scene.toml --strokes circle.csv"));
     assert!(!report.contains("NaN") && !report.contains("src="));
     let metrics = String::from_utf8(place.read("figures/metrics.json")).unwrap();
+    for key in ["excursion_m", "tip_per_stroke", "diamond_ratio", "rest_miss"] {
+        assert!(metrics.contains(&format!("\"{key}\": ")), "{key} in {metrics}");
+    }
     assert!(metrics.contains("\"samples\": 30") && metrics.contains("\"steps\": 30"), "{metrics}");
     assert_eq!(
         names_in(&place.path().join("vtu")),
