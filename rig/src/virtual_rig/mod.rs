@@ -5,9 +5,17 @@
 mod body;
 mod equilibrium;
 mod linear;
+mod loops;
+mod robot;
 mod section;
+mod sensor;
 #[cfg(test)]
 mod tests;
+mod typed;
 mod world;
 
-pub use world::{TrackedPose, World};
+pub use loops::{LoopWidth, loop_width};
+pub use robot::{
+    BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot,
+};
+pub use world::{BalanceCounts, TrackedPose, World};

@@ -1,7 +1,11 @@
 //! Facts about the body that need its insides.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // a test may stop where it stands, and prints what it measures
+
+mod bench;
 mod elastica;
 mod forces;
+mod presets;
 
 use super::body::{Body, BodySpec};
 use hysteron_actuator::{Prony, Tendon, TendonSpec};
