@@ -49,10 +49,28 @@ fn presets_show_what_hardware_showed() {
         figures
     };
     let (mild, typical, harsh) = (of("mild"), of("typical"), of("harsh"));
+    // Paper 003: tips between 21 and 29 mm out in training; here with room to both sides.
+    assert!(typical.excursions.iter().all(|x| (0.015..0.03).contains(x)));
     assert!(typical.diamond < 0.9);
     assert!((0.05..0.09).contains(&typical.loop_width));
     assert!((0.01..0.06).contains(&typical.zero_miss));
     assert!(mild.loop_width < 0.6 * typical.loop_width && harsh.loop_width > 1.4 * typical.loop_width);
     assert!(mild.zero_miss < typical.zero_miss && harsh.zero_miss > typical.zero_miss);
     assert!(mild.diamond > typical.diamond && harsh.diamond < typical.diamond);
+}
+
+#[test]
+fn members_of_a_population_differ_but_keep_the_character() {
+    let typical = VirtualRobot::preset("typical").unwrap();
+    assert_eq!(typical.draw(3), typical.draw(3));
+    let mut loops = Vec::new();
+    for seed in 1..=4 {
+        let member = typical.draw(seed);
+        assert_ne!(member.body, typical.body);
+        let figures = figures(&member, seed);
+        println!("member {seed}: {figures:.4?}");
+        loops.push(figures.loop_width);
+        assert!(figures.diamond < 0.95 && (0.02..0.15).contains(&figures.loop_width));
+    }
+    assert!(loops.iter().any(|x| (x - loops[0]).abs() > 0.005));
 }
