@@ -61,7 +61,7 @@ pub struct Gains {
 
 impl Gains {
     /// Defaults of an XL430-W250 (e-Manual, control table, addresses 80 to 84).
-    pub const XL430: Self = Self { p: 800, i: 0, d: 0 };
+    pub const XL430: Self = Self { p: 640, i: 0, d: 4000 };
 }
 
 /// What a servo does, as it would report it.
@@ -116,8 +116,6 @@ pub struct Servo {
     reference_velocity: f64,
     /// Sum of errors [ticks × control periods].
     integral: f64,
-    /// Error one control period ago, once there is one [ticks].
-    last_error: Option<f64>,
     was_on: bool,
     /// PWM as its load estimate sees it, smoothed [-].
     smooth_pwm: f64,
@@ -184,7 +182,6 @@ impl Servo {
             current: 0.0,
             reference_velocity: 0.0,
             integral: 0.0,
-            last_error: None,
             was_on: false,
             smooth_pwm: 0.0,
         }
@@ -192,7 +189,7 @@ impl Servo {
 
     /// Position as the encoder gives it [ticks].
     pub fn ticks(&self) -> i32 {
-        (self.state.angle / TAU * TICKS_PER_TURN).floor() as i32
+        (self.state.angle / TAU * TICKS_PER_TURN).round() as i32
     }
 
     /// The load it reports: no measurement, but what the motor is given, smoothed, as part of the stall torque and
@@ -205,12 +202,10 @@ impl Servo {
     /// angles [N m].
     pub fn step(&mut self, command: &ServoCommand, load: f64, h: f64) {
         self.state.pwm = if command.torque_on { self.control(command, h) } else { 0.0 };
-        if command.torque_on != self.was_on {
-            self.was_on = command.torque_on;
-        }
+        self.was_on = command.torque_on;
         if !command.torque_on {
             self.state.reference = self.state.angle;
-            (self.reference_velocity, self.integral, self.last_error) = (0.0, 0.0, None);
+            (self.reference_velocity, self.integral) = (0.0, 0.0);
         }
         self.turn(command.torque_on, load, h);
         self.smooth_pwm += (self.state.pwm - self.smooth_pwm) * (h / 0.02).min(1.0);
@@ -224,11 +219,11 @@ impl Servo {
         }
         self.follow_profile(command, h);
         let gain = |register: u16, unit: f64| f64::from(register) / unit;
-        let exact = self.state.reference / TAU * TICKS_PER_TURN - (f64::from(self.ticks()) + 0.5);
+        let exact = self.state.reference / TAU * TICKS_PER_TURN - f64::from(self.ticks());
         let error = if exact.abs() <= self.spec.dead_band { 0.0 } else { exact };
         let periods = h / CONTROL_PERIOD;
-        let rate = self.last_error.map_or(0.0, |last| (error - last) / periods);
-        self.last_error = Some(error);
+        // Speeds instead of differences of ticks: a servo smooths what it differentiates.
+        let rate = (self.reference_velocity - self.state.velocity) / TAU * TICKS_PER_TURN * CONTROL_PERIOD;
         let proportional = gain(command.gains.p, GAIN_UNITS[0]) * error;
         let derivative = gain(command.gains.d, GAIN_UNITS[2]) * rate;
         let k_i = gain(command.gains.i, GAIN_UNITS[1]);

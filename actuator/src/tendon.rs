@@ -111,16 +111,21 @@ impl Tendon {
                 format!("{:?}", spec.friction),
             ));
         }
+        Ok(Self::of_valid(spec))
+    }
+
+    /// The same from numbers that are known to be valid, as those of a file that has been checked.
+    pub fn of_valid(spec: TendonSpec) -> Self {
         let n = spec.rest_lengths.len();
         let stiffness = spec.rest_lengths.iter().map(|length| spec.axial_stiffness / length).collect();
-        Ok(Self {
+        Self {
             spec,
             stiffness,
             slips: vec![0.0; n + 1],
             tensions: vec![0.0; n],
             guides: vec![Guide::Sticks; n + 1],
             dissipated: 0.0,
-        })
+        }
     }
 
     /// Number of segments.

@@ -2,8 +2,27 @@
 //!
 //! Its body is an elastic rod with tendons that rub, stick and go slack; it is not the twin, and shares no code with it.
 
+mod body;
 #[cfg(unix)]
 pub mod emulator;
+mod equilibrium;
+mod linear;
+mod loops;
+mod robot;
+mod section;
+mod sensor;
+mod simulated;
+#[cfg(test)]
+mod tests;
+mod typed;
 mod world;
 
-pub use world::{TrackedPose, World};
+pub use loops::{LoopWidth, loop_width};
+pub use robot::{
+    BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot,
+};
+pub use simulated::SimulatedRig;
+pub use world::{BalanceCounts, TrackedPose, World};
+
+/// The rig file that goes with a virtual rig, as an example for real ones too.
+pub const RIG_FILE: &str = include_str!("../../presets/rig.toml");

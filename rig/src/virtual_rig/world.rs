@@ -1,7 +1,22 @@
 //! Servos, tendons, body and tracker of the virtual rig, advanced together.
+//!
+//! Time goes in ticks of one millisecond, however it is asked for: the servos move at every tick, the body finds its
+//! balance at every tenth. Between two balances each servo feels the tension of the last one.
 
-use crate::Pose;
-use hysteron_actuator::{ServoCommand, ServoState};
+use super::body::{Body, BodySpec};
+use super::equilibrium::StepReport;
+use super::robot::VirtualRobot;
+use super::sensor::Tracker;
+use crate::{Pose, Quality};
+use hysteron_actuator::{Gains, Play, Servo, ServoCommand, ServoSpec, ServoState, Stribeck, Tendon, TendonSpec};
+use hysteron_base::rng;
+use rand::RngExt;
+use std::f64::consts::{PI, TAU};
+
+/// Time between two steps of the servos [s].
+const TICK: f64 = 1e-3;
+/// Ticks between two balances of the body.
+const TICKS_PER_BALANCE: u64 = 10;
 
 /// A pose on its way from the tracker to whoever listens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,35 +27,108 @@ pub struct TrackedPose {
     pub sent_at: f64,
 }
 
+/// How the body's balances went.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct BalanceCounts {
+    /// Balances asked for.
+    pub steps: u64,
+    /// Residuals evaluated for them.
+    pub evaluations: u64,
+    /// Tangents factorised.
+    pub factorisations: u64,
+    /// Substeps without balance; the body then stayed where it was.
+    pub failures: u64,
+}
+
 /// The virtual rig at one moment.
 #[derive(Debug, Clone)]
 pub struct World {
-    time: f64,
+    ticks: u64,
+    /// Part of a tick that has been asked for and not gone yet [s].
+    rest: f64,
     commands: Vec<ServoCommand>,
-    servos: Vec<ServoState>,
+    servos: Vec<Servo>,
+    /// Torque of whoever holds a pulley (n_servos) [N m].
+    disturbances: Vec<f64>,
+    robot: Option<Robot>,
+}
+
+/// What hangs on the pulleys.
+#[derive(Debug, Clone)]
+struct Robot {
+    body: Body,
+    tracker: Tracker,
+    /// Pulley radius with the sign of the winding direction (n_servos) [m].
+    arms: Vec<f64>,
+    /// Angles at power-on (n_servos) [rad].
+    zeros: Vec<f64>,
+    /// Between pulley and tendon (n_servos) [m].
+    plays: Vec<Play>,
+    slack: Vec<f64>,
+    /// Scratch (n_servos) [m].
+    wound: Vec<f64>,
+    /// Truth at the last balance.
+    tip: Pose,
+    counts: BalanceCounts,
 }
 
 impl World {
-    /// `n` servos at rest, at half a turn, with nothing on their pulleys.
-    pub fn idle(n: usize) -> Self {
-        let angle = std::f64::consts::PI;
-        let servo =
-            ServoState { angle, reference: angle, voltage: 12.0, temperature: 30.0, ..ServoState::default() };
-        let gains = hysteron_actuator::Gains { p: 640, i: 0, d: 4000 };
-        let command = ServoCommand {
-            torque_on: false,
-            goal: 0,
-            profile_velocity: 0.0,
-            profile_acceleration: 0.0,
-            gains,
-            pwm_limit: 1.0,
+    /// A robot at rest, just switched on: its servos stand somewhere in a turn, without torque.
+    ///
+    /// The seed decides these angles and everything that the tracker adds.
+    pub fn new(robot: &VirtualRobot, seed: u64) -> Self {
+        let mut angles = rng(seed, "virtual-rig/servos");
+        let n = robot.n_tendons();
+        let zeros: Vec<f64> = (0..n).map(|_| angles.random_range(0.0..TAU)).collect();
+        let mut servos: Vec<Servo> =
+            zeros.iter().map(|&angle| Servo::new(robot.servos.spec, angle)).collect();
+        servos.iter_mut().for_each(|servo| servo.state.voltage = robot.servos.supply);
+        let mut world = Self {
+            ticks: 0,
+            rest: 0.0,
+            commands: commands(&servos),
+            disturbances: vec![0.0; n],
+            servos,
+            robot: None,
         };
-        Self { time: 0.0, commands: vec![command; n], servos: vec![servo; n] }
+        world.robot = Some(Robot::new(robot, zeros, seed));
+        world
+    }
+
+    /// `n` ideal servos at rest, at half a turn, with nothing on their pulleys.
+    pub fn idle(n: usize) -> Self {
+        let spec = ServoSpec {
+            stall_torque: 1.4,
+            no_load_speed: 57.0 / 60.0 * TAU,
+            stall_current: 1.3,
+            inertia: 3e-3,
+            friction: Stribeck {
+                coulomb: 0.0,
+                breakaway: 0.0,
+                stribeck_velocity: 1.0,
+                exponent: 2.0,
+                viscous: 0.0,
+            },
+            dead_band: 0.0,
+            heat_capacity: 40.0,
+            thermal_resistance: 8.0,
+            ambient_temperature: 30.0,
+        };
+        let mut servos = vec![Servo::new(spec, PI); n];
+        servos.iter_mut().for_each(|servo| servo.state.voltage = 12.0);
+        Self {
+            ticks: 0,
+            rest: 0.0,
+            commands: commands(&servos),
+            disturbances: vec![0.0; n],
+            servos,
+            robot: None,
+        }
     }
 
     /// Seconds since power-on [s].
     pub fn time(&self) -> f64 {
-        self.time
+        self.ticks as f64 * TICK + self.rest
     }
 
     /// Number of servos, one per tendon.
@@ -55,38 +143,184 @@ impl World {
 
     /// What servo `k` does.
     pub fn servo(&self, k: usize) -> &ServoState {
-        &self.servos[k]
+        &self.servos[k].state
     }
 
     /// Lets `dt` [s] pass.
     pub fn advance(&mut self, dt: f64) {
-        self.time += dt;
-        for (servo, command) in self.servos.iter_mut().zip(&self.commands) {
-            if command.torque_on {
-                servo.reference = f64::from(command.goal) * std::f64::consts::TAU / 4096.0;
-                servo.angle += (servo.reference - servo.angle).clamp(-dt, dt);
-            }
+        self.rest += dt.max(0.0);
+        // A hair early, so that ten times 0.01 s are a hundred ticks.
+        while self.rest > TICK * (1.0 - 1e-6) {
+            self.rest = (self.rest - TICK).max(0.0);
+            self.ticks += 1;
+            self.tick();
+        }
+    }
+
+    fn tick(&mut self) {
+        for (k, servo) in self.servos.iter_mut().enumerate() {
+            let pull = self.robot.as_ref().map_or(0.0, |robot| robot.torque(k));
+            servo.step(&self.commands[k], pull + self.disturbances[k], TICK);
+        }
+        let time = self.ticks as f64 * TICK;
+        if let Some(robot) = &mut self.robot
+            && self.ticks.is_multiple_of(TICKS_PER_BALANCE)
+        {
+            robot.balance(&self.servos, time);
         }
     }
 
     /// Load that servo `k` senses, -1 to 1 of its stall torque, positive towards positive ticks [-].
-    pub fn load(&self, _k: usize) -> f64 {
-        0.0
+    pub fn load(&self, k: usize) -> f64 {
+        self.servos[k].load()
     }
 
     /// Appends the poses that the tracker has sent since the last call.
-    pub fn take_poses(&mut self, _poses: &mut Vec<TrackedPose>) {}
+    pub fn take_poses(&mut self, poses: &mut Vec<TrackedPose>) {
+        let time = self.time();
+        if let Some(robot) = &mut self.robot {
+            robot.tracker.take(time, poses);
+        }
+    }
 
     /// Switches servo `k` off and on again: it forgets its command; its output stays where it was.
     pub fn power_cycle(&mut self, k: usize) {
-        self.commands[k].torque_on = false;
+        self.commands[k] = ServoCommand { goal: self.servos[k].ticks(), ..ServoCommand::POWER_ON };
     }
 
     /// Sets the supply voltage [V].
     pub fn set_supply(&mut self, volts: f64) {
-        self.servos.iter_mut().for_each(|servo| servo.voltage = volts);
+        self.servos.iter_mut().for_each(|servo| servo.state.voltage = volts);
     }
 
-    /// Adds a torque against servo `k`, as if something held its pulley [N m].
-    pub fn set_disturbance(&mut self, _k: usize, _torque: f64) {}
+    /// Adds a torque against servo `k`, as if something held its pulley: positive towards positive angles [N m].
+    pub fn set_disturbance(&mut self, k: usize, torque: f64) {
+        self.disturbances[k] = torque;
+    }
+
+    /// Connects the tracker or takes it away: what it measures meanwhile is lost.
+    pub fn set_tracker_connected(&mut self, connected: bool) {
+        if let Some(robot) = &mut self.robot {
+            if connected {
+                robot.tracker.is_connected = true;
+            } else {
+                robot.tracker.disconnect();
+            }
+        }
+    }
+
+    /// Where the tip truly was at the last balance, in the robot's frame; at the origin if there is no robot.
+    pub fn tip(&self) -> Pose {
+        self.robot.as_ref().map_or(
+            Pose {
+                time: self.time(),
+                position: [0.0; 3],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+                quality: Quality::Good,
+            },
+            |robot| robot.tip,
+        )
+    }
+
+    /// Tension of tendon `k` at its pulley [N].
+    pub fn tension(&self, k: usize) -> f64 {
+        self.robot.as_ref().map_or(0.0, |robot| robot.body.tendons[k].tensions[0])
+    }
+
+    /// Tendon `k` wound since power-on [m].
+    pub fn stroke(&self, k: usize) -> f64 {
+        self.robot.as_ref().map_or(0.0, |robot| robot.plays[k].output)
+    }
+
+    /// How the body's balances went so far.
+    pub fn balance_counts(&self) -> BalanceCounts {
+        self.robot.as_ref().map_or(BalanceCounts::default(), |robot| robot.counts)
+    }
+}
+
+/// As after power-on.
+fn commands(servos: &[Servo]) -> Vec<ServoCommand> {
+    let command = |servo: &Servo| ServoCommand { goal: servo.ticks(), gains: Gains::XL430, ..ServoCommand::POWER_ON };
+    servos.iter().map(command).collect()
+}
+
+impl Robot {
+    fn new(robot: &VirtualRobot, zeros: Vec<f64>, seed: u64) -> Self {
+        let (body, tendons) = (&robot.body, &robot.tendons);
+        let section = body.length / body.n_sections as f64;
+        let mut rest_lengths = vec![section; body.n_sections + 1];
+        rest_lengths[0] = tendons.transmission_length;
+        let spec = TendonSpec {
+            rest_lengths,
+            axial_stiffness: tendons.axial_stiffness,
+            friction: tendons.friction,
+            friction_force: tendons.friction_force,
+        };
+        let guides = tendons.angles.iter().map(|a| [tendons.radius * a.cos(), tendons.radius * a.sin()]);
+        let spec_of_body = BodySpec {
+            length: body.length,
+            n_sections: body.n_sections,
+            stiffness: [
+                body.bending_stiffness[0],
+                body.bending_stiffness[1],
+                body.torsional_stiffness,
+                body.axial_stiffness,
+            ],
+            axes_angle: body.axes_angle,
+            natural_curvature: body.natural_curvature,
+            prony: body.prony.clone(),
+            mass: body.mass,
+            gravity: body.gravity,
+            tip_load: body.tip_load,
+            guides: guides.collect(),
+            base_wrap: tendons.base_wrap,
+        };
+        let all = tendons.angles.iter().map(|_| Tendon::of_valid(spec.clone())).collect();
+        let mut body = Body::new(spec_of_body, all);
+        let mut counts = BalanceCounts::default();
+        let wound: Vec<f64> = tendons.slack.iter().map(|slack| -slack).collect();
+        // So long ago that all creep from gravity and pretension is over.
+        counts.add(body.step(&wound, 1e6));
+        let (orientation, position) = body.tip();
+        Self {
+            body,
+            tracker: Tracker::new(robot.tracker, seed),
+            arms: robot.servos.directions.iter().map(|sign| sign * robot.servos.pulley_radius).collect(),
+            zeros,
+            plays: vec![Play::new(tendons.play, 0.0); tendons.slack.len()],
+            slack: tendons.slack.clone(),
+            wound,
+            tip: Pose { time: 0.0, position, orientation, quality: Quality::Good },
+            counts,
+        }
+    }
+
+    /// Torque of tendon `k` on its pulley, positive towards positive angles [N m].
+    fn torque(&self, k: usize) -> f64 {
+        -self.arms[k] * self.body.tendons[k].tensions[0]
+    }
+
+    /// Balances the body at the servos' present angles.
+    fn balance(&mut self, servos: &[Servo], time: f64) {
+        for (k, servo) in servos.iter().enumerate() {
+            let turned = self.arms[k] * (servo.state.angle - self.zeros[k]);
+            self.wound[k] = self.plays[k].follow(turned) - self.slack[k];
+        }
+        let step = time - self.tip.time;
+        let report = self.body.step(&self.wound, step);
+        self.counts.add(report);
+        let (orientation, position) = self.body.tip();
+        let before = self.tip;
+        self.tip = Pose { time, position, orientation, quality: Quality::Good };
+        self.tracker.measure(&before, &self.tip);
+    }
+}
+
+impl BalanceCounts {
+    fn add(&mut self, report: StepReport) {
+        self.steps += 1;
+        self.evaluations += report.evaluations as u64;
+        self.factorisations += report.factorisations as u64;
+        self.failures += report.failures as u64;
+    }
 }

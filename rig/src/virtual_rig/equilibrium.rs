@@ -1,0 +1,149 @@
+//! The next equilibrium of the body: Newton's method with the exact residual, a line search, and substeps.
+
+use super::body::Body;
+
+/// Residual at which a state counts as balanced, as strain of one section [-].
+const ACCURACY: f64 = 1e-9;
+/// Residual that is still better than no step at all.
+const LAST_RESORT: f64 = 1e-5;
+const MOST_ITERATIONS: usize = 30;
+const MOST_HALVINGS: usize = 8;
+/// Substeps of a step that fails, at most two to the power of this.
+const MOST_SPLITS: u32 = 6;
+
+/// What a step cost and whether it succeeded.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct StepReport {
+    /// Residuals evaluated.
+    pub(crate) evaluations: usize,
+    /// Tangents factorised.
+    pub(crate) factorisations: usize,
+    /// Substeps in which no balance was found.
+    pub(crate) failures: usize,
+}
+
+impl Body {
+    /// Takes the body to the wound tendons `wound` (n_tendons) [m] over `h` [s].
+    ///
+    /// A step that does not converge is divided; a part that never does leaves the best state found, and is counted.
+    pub(crate) fn step(&mut self, wound: &[f64], h: f64) -> StepReport {
+        let mut report = StepReport::default();
+        if self.newton(wound, h, Patience::Full, &mut report) {
+            self.commit(wound, h);
+            return report;
+        }
+        for splits in 1..=MOST_SPLITS {
+            let n = 1usize << splits;
+            let is_last = splits == MOST_SPLITS;
+            if self.divided(wound, h, n, is_last, &mut report) {
+                break;
+            }
+        }
+        report
+    }
+
+    /// The step in `n` parts; stops at the first failure unless it is the last try.
+    fn divided(&mut self, wound: &[f64], h: f64, n: usize, is_last: bool, report: &mut StepReport) -> bool {
+        let saved = if is_last { None } else { Some(self.clone()) };
+        let start = self.wound.clone();
+        let mut part = start.clone();
+        for i in 1..=n {
+            let share = i as f64 / n as f64;
+            for k in 0..part.len() {
+                part[k] = start[k] + share * (wound[k] - start[k]);
+            }
+            let patience = if is_last { Patience::Last } else { Patience::Full };
+            if self.newton(&part, h / n as f64, patience, report) {
+                self.commit(&part, h / n as f64);
+            } else if let Some(saved) = saved {
+                *self = saved;
+                return false;
+            } else {
+                // Stays where it is; the next part starts from here.
+                report.failures += 1;
+                self.restore();
+            }
+        }
+        true
+    }
+
+    /// Newton's method; true where the trial state is balanced.
+    fn newton(&mut self, wound: &[f64], h: f64, patience: Patience, report: &mut StepReport) -> bool {
+        if self.work.prony_step != h {
+            self.spec.prony.step_into(h, &mut self.work.prony);
+            self.work.prony_step = h;
+        }
+        let unit = self.stiffness.iter().copied().fold(f64::INFINITY, f64::min).sqrt();
+        self.predict(h);
+        let mut norm = self.evaluate(wound);
+        report.evaluations += 1;
+        if !norm.is_finite() {
+            self.restore();
+            norm = self.evaluate(wound);
+        }
+        for _ in 0..MOST_ITERATIONS {
+            if norm <= ACCURACY * unit {
+                return true;
+            }
+            self.assemble();
+            report.factorisations += 1;
+            if !self.work.lu.factorize() {
+                break;
+            }
+            self.work.direction.copy_from_slice(&self.work.residual);
+            self.work.lu.solve(&mut self.work.direction);
+            match self.search(wound, norm, report) {
+                Some(next) => norm = next,
+                None => break,
+            }
+        }
+        patience == Patience::Last && norm <= LAST_RESORT * unit
+    }
+
+    /// Strains as the last step suggests.
+    fn predict(&mut self, h: f64) {
+        let ratio = if self.last_step > 0.0 { (h / self.last_step).min(2.0) } else { 0.0 };
+        for (trial, (now, last)) in
+            self.work.trial_strains.iter_mut().zip(self.strains.iter().zip(&self.last_strains))
+        {
+            for a in 0..4 {
+                trial[a] = now[a] + ratio * (now[a] - last[a]);
+            }
+        }
+    }
+
+    /// Goes along the direction as far as the residual falls; its norm there, or `None` where it does not fall.
+    fn search(&mut self, wound: &[f64], norm: f64, report: &mut StepReport) -> Option<f64> {
+        self.work.best_strains.copy_from_slice(&self.work.trial_strains);
+        let mut part = 1.0;
+        // A section that turns or stretches too much at once leaves what the tangent knows.
+        let largest = (0..self.work.direction.len())
+            .map(|i| (self.work.direction[i] / self.stiffness[i % 4].sqrt()).abs())
+            .fold(0.0, f64::max);
+        if largest > 0.3 {
+            part = 0.3 / largest;
+        }
+        for _ in 0..MOST_HALVINGS {
+            for (s, strain) in self.work.trial_strains.iter_mut().enumerate() {
+                for a in 0..4 {
+                    let step = self.work.direction[4 * s + a] / self.stiffness[a].sqrt();
+                    strain[a] = self.work.best_strains[s][a] - part * step;
+                }
+            }
+            let next = self.evaluate(wound);
+            report.evaluations += 1;
+            if next < norm * (1.0 - 1e-4 * part) {
+                return Some(next);
+            }
+            part *= 0.5;
+        }
+        None
+    }
+}
+
+/// How much is asked of Newton's method.
+#[derive(Clone, Copy, PartialEq)]
+enum Patience {
+    Full,
+    Last,
+}

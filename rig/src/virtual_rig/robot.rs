@@ -1,0 +1,225 @@
+//! What a virtual robot is: read from a file whose keys carry units, checked, and drawn as a member of a population.
+
+use super::typed;
+use crate::Result;
+use hysteron_actuator::{Prony, ServoSpec};
+use hysteron_base::{BadInput, file, rng};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use std::path::Path;
+
+/// A virtual robot. Every number is valid and SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VirtualRobot {
+    /// Its name.
+    pub name: String,
+    /// Its body.
+    pub body: BodyParameters,
+    /// Its tendons.
+    pub tendons: TendonParameters,
+    /// Its servos and pulleys.
+    pub servos: ServoParameters,
+    /// Its tracker.
+    pub tracker: TrackerParameters,
+    /// How members of the population differ.
+    pub spread: Spread,
+}
+
+/// The body: a rod along z, base at the origin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyParameters {
+    /// Length at rest [m].
+    pub length: f64,
+    /// Sections of constant strain.
+    pub n_sections: usize,
+    /// Relaxed bending stiffness about the two principal axes [N m²].
+    pub bending_stiffness: [f64; 2],
+    /// Turn of the principal axes about z [rad].
+    pub axes_angle: f64,
+    /// Torsional stiffness [N m²].
+    pub torsional_stiffness: f64,
+    /// Axial stiffness [N].
+    pub axial_stiffness: f64,
+    /// Curvature without load about x and y [1/m].
+    pub natural_curvature: [f64; 2],
+    /// Creep.
+    pub prony: Prony,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Acceleration of gravity in the robot's frame [m/s²].
+    pub gravity: [f64; 3],
+    /// Force on the tip [N].
+    pub tip_load: [f64; 3],
+}
+
+/// The tendons: through the whole body, fixed at its tip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TendonParameters {
+    /// Distance from the axis [m].
+    pub radius: f64,
+    /// Angle of each about z (n_tendons) [rad].
+    pub angles: Vec<f64>,
+    /// Axial stiffness E A [N].
+    pub axial_stiffness: f64,
+    /// Length between pulley and body [m].
+    pub transmission_length: f64,
+    /// Coefficient of friction at the guides [-].
+    pub friction: f64,
+    /// Friction of each guide without tension [N].
+    pub friction_force: f64,
+    /// Turn of each tendon between pulley and body [rad].
+    pub base_wrap: f64,
+    /// Slack at power-on, negative for pretension (n_tendons) [m].
+    pub slack: Vec<f64>,
+    /// Lost motion between pulley and tendon [m].
+    pub play: f64,
+}
+
+/// The servos and their pulleys.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoParameters {
+    /// What each servo is.
+    pub spec: ServoSpec,
+    /// Radius of each pulley [m].
+    pub pulley_radius: f64,
+    /// 1 where positive ticks wind the tendon, -1 where negative ones do (n_tendons).
+    pub directions: Vec<f64>,
+    /// Supply voltage [V].
+    pub supply: f64,
+}
+
+/// The tracker at the tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackerParameters {
+    /// Poses per second [Hz].
+    pub rate: f64,
+    /// Deviation of each coordinate [m] and of each component of the rotation [rad].
+    pub position_noise: f64,
+    /// See `position_noise`.
+    pub orientation_noise: f64,
+    /// Deviation of the slowly changing error of each coordinate [m].
+    pub bias: f64,
+    /// Time over which that error changes [s].
+    pub bias_time: f64,
+    /// Shortest time from measurement to sending [s].
+    pub latency: f64,
+    /// Deviation of what comes on top [s].
+    pub latency_jitter: f64,
+    /// Share of poses that never come [-].
+    pub dropout: f64,
+    /// Origin of the robot in the tracker's frame [m].
+    pub robot_position: [f64; 3],
+    /// Rotation vector from the robot's axes to the tracker's [rad].
+    pub robot_rotation: [f64; 3],
+}
+
+/// Standard deviations over a population: relative ones as logarithms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Of all stiffnesses of the body together [-].
+    pub stiffness: f64,
+    /// Of the ratio of the two bending stiffnesses [-].
+    pub anisotropy: f64,
+    /// Of the direction of the principal axes [rad].
+    pub axes_angle: f64,
+    /// Of each component of the natural curvature [1/m].
+    pub natural_curvature: f64,
+    /// Of the weights of creep [-].
+    pub creep: f64,
+    /// Of friction at the guides [-].
+    pub friction: f64,
+    /// Of the tendons' stiffness [-].
+    pub tendon_stiffness: f64,
+    /// Of each tendon's slack [m].
+    pub slack: f64,
+    /// Of the play [-].
+    pub play: f64,
+    /// Of the servos' friction [-].
+    pub servo_friction: f64,
+}
+
+/// Draws further out than this many deviations are drawn in.
+const FURTHEST: f64 = 2.5;
+
+impl VirtualRobot {
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// `BadInput` naming the key, what it may be and what it was; `File` if the file cannot be read.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        Self::from_toml(&file::read_text(path)?, &path.display().to_string())
+    }
+
+    /// The robot in the text of a file; `place` stands for the file in messages.
+    ///
+    /// # Errors
+    /// As [`VirtualRobot::read`].
+    pub fn from_toml(text: &str, place: &str) -> Result<Self> {
+        let typed: typed::RobotFile = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
+            BadInput::new(format!("{place}: line {line}"), "a virtual robot", error.message().to_owned())
+                .hint("compare with the presets of the rig")
+        })?;
+        Ok(typed.checked().map_err(|bad| bad.within(place))?)
+    }
+
+    /// A preset: `mild`, `typical` or `harsh`.
+    ///
+    /// # Errors
+    /// `BadInput` for another name.
+    pub fn preset(name: &str) -> Result<Self> {
+        let text = match name {
+            "mild" => include_str!("../../presets/mild.toml"),
+            "typical" => include_str!("../../presets/typical.toml"),
+            "harsh" => include_str!("../../presets/harsh.toml"),
+            _ => {
+                let found = format!("\"{name}\"");
+                return Err(BadInput::new("virtual robot", "mild, typical or harsh", found).into());
+            }
+        };
+        Self::from_toml(text, name)
+    }
+
+    /// Number of tendons.
+    pub fn n_tendons(&self) -> usize {
+        self.tendons.angles.len()
+    }
+
+    /// A member of the population around this robot. The same seed gives the same member.
+    pub fn draw(&self, seed: u64) -> Self {
+        let mut robot = self.clone();
+        let mut rng = rng(seed, "virtual-rig/population");
+        let mut normal = |deviation: f64| deviation * gaussian(&mut rng).clamp(-FURTHEST, FURTHEST);
+        let spread = &self.spread;
+        let body = &mut robot.body;
+        let stiffness = normal(spread.stiffness).exp();
+        let ratio = normal(0.5 * spread.anisotropy).exp();
+        body.bending_stiffness[0] *= stiffness * ratio;
+        body.bending_stiffness[1] *= stiffness / ratio;
+        body.torsional_stiffness *= stiffness;
+        body.axial_stiffness *= stiffness;
+        body.axes_angle += normal(spread.axes_angle);
+        body.natural_curvature = body.natural_curvature.map(|k| k + normal(spread.natural_curvature));
+        let creep = normal(spread.creep).exp();
+        body.prony.weights.iter_mut().for_each(|weight| *weight *= creep);
+        let tendons = &mut robot.tendons;
+        let friction = normal(spread.friction).exp();
+        tendons.friction *= friction;
+        tendons.friction_force *= friction;
+        tendons.axial_stiffness *= normal(spread.tendon_stiffness).exp();
+        tendons.slack.iter_mut().for_each(|slack| *slack += normal(spread.slack));
+        tendons.play *= normal(spread.play).exp();
+        let gears = normal(spread.servo_friction).exp();
+        let friction = &mut robot.servos.spec.friction;
+        friction.coulomb *= gears;
+        friction.breakaway *= gears;
+        robot
+    }
+}
+
+/// A normal number of deviation 1: Box and Muller (1958).
+pub(super) fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random_range(f64::MIN_POSITIVE..1.0), rng.random_range(0.0..1.0));
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
