@@ -14,6 +14,9 @@ fn is_bad_input(cause: &(dyn std::error::Error + 'static)) -> bool {
     if let Some(error) = cause.downcast_ref::<hysteron_fem::Error>() {
         return error.bad_input().is_some();
     }
+    if let Some(error) = cause.downcast_ref::<hysteron_rig::Error>() {
+        return error.bad_input().is_some();
+    }
     cause.is::<BadInput>()
         || matches!(cause.downcast_ref::<hysteron_base::Error>(), Some(hysteron_base::Error::BadInput(_)))
 }
@@ -31,6 +34,7 @@ mod tests {
             anyhow::Error::new(hysteron_base::Error::from(bad())),
             anyhow::Error::new(hysteron_fem::Error::from(bad())),
             anyhow::Error::new(hysteron_twin::Error::from(hysteron_fem::Error::from(bad()))),
+            anyhow::Error::new(hysteron_rig::Error::from(bad())),
             Err::<(), _>(bad()).context("while reading").expect_err("an error"),
         ];
         for error in wrapped {
