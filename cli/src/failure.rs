@@ -37,6 +37,7 @@ mod tests {
             anyhow::Error::new(hysteron_base::Error::from(bad())),
             anyhow::Error::new(hysteron_fem::Error::from(bad())),
             anyhow::Error::new(hysteron_twin::Error::from(hysteron_fem::Error::from(bad()))),
+            anyhow::Error::new(hysteron_rig::Error::from(bad())),
             Err::<(), _>(bad()).context("while reading").expect_err("an error"),
         ];
         for error in wrapped {

@@ -10,6 +10,7 @@ mod figures;
 mod interrupt;
 mod mesh;
 mod reach;
+mod rig;
 mod run;
 mod simulate;
 mod terminal;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         Verb::Reach(arguments) => reach::run(arguments),
         Verb::Mesh(arguments) => mesh::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
+        Verb::Rig(arguments) => rig::run(arguments),
     });
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,28 +1,35 @@
-//! `hysteron rig`: what concerns the rig itself.
+//! `hysteron rig`: everything that concerns servos and tracker, real or emulated.
 
 mod calibrate;
 mod check;
+mod emulate;
 mod recover;
 
-/// Check, calibrate or emulate a rig
+/// Servos and tracker, real or emulated
+///
+/// A new rig: check it, calibrate it, then `hysteron record`. Without hardware, `hysteron rig emulate` stands in for
+/// it: programs find the same servos on a serial port, and the same tracker on a TCP port.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    verb: Verb,
+    step: Step,
 }
 
+/// What to do with the rig.
 #[derive(Debug, clap::Subcommand)]
-enum Verb {
+enum Step {
     Check(check::Arguments),
     Calibrate(calibrate::Arguments),
+    Emulate(emulate::Arguments),
     Recover(recover::Arguments),
 }
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    match &arguments.verb {
-        Verb::Check(arguments) => check::run(arguments),
-        Verb::Calibrate(arguments) => calibrate::run(arguments),
-        Verb::Recover(arguments) => recover::run(arguments),
+    match &arguments.step {
+        Step::Check(arguments) => check::run(arguments),
+        Step::Calibrate(arguments) => calibrate::run(arguments),
+        Step::Emulate(arguments) => emulate::run(arguments),
+        Step::Recover(arguments) => recover::run(arguments),
     }
 }

@@ -311,6 +311,12 @@ impl Faults {
         Self::sorted(list)
     }
 
+    /// Adds more.
+    pub fn add(&mut self, more: Self) {
+        let list = std::mem::take(&mut self.list);
+        *self = Self::sorted([list, more.list].concat());
+    }
+
     fn sorted(mut list: Vec<Fault>) -> Self {
         list.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         Self { list }

@@ -1,0 +1,179 @@
+//! `hysteron rig emulate`: the virtual rig on ports, for any program that speaks to the real one.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use hysteron_base::BadInput;
+use hysteron_rig::virtual_rig::World;
+use hysteron_rig::virtual_rig::emulator::{
+    Counts, Emulator, FAULTS_LOG, Faults, Options, TORQUE_LOG, Timing,
+};
+
+use crate::interrupt;
+use crate::terminal::say;
+
+const HELP: &str = "\
+Four Dynamixel XL430-W250 with the ids 1 to 4 appear on a pseudo-terminal; DIR/servos is a link to it, and stays the \
+name when a fault unplugs the bus and plugs it in again. They speak protocol 2.0 at the speed of the wire: any driver \
+can be tried on them, the Dynamixel SDK and Wizard included. Switch a servo's torque on before it moves; the EEPROM \
+is as from the factory except for id and baud.
+
+Faults come from a file, a draw, or both:
+  format = \"hysteron-faults\"
+  version = 1
+
+  [[fault]]
+  at_s = 1.5
+  kind = \"drop_packet\"
+  servo = 2
+  count = 3
+
+Kinds: drop_packet, corrupt_packet, drop_instruction (count, servo), delay_packet (delay_ms, count, servo), noise \
+(count), unplug_bus (duration_s), unplug_servo, overheat (servo, duration_s), overload (servo), hold (servo, \
+torque_nm, duration_s), brown_out (volts or servo, duration_s), unplug_tracker, tracker_dropout, tracker_invalid, \
+tracker_freeze, tracker_jump, tracker_corrupt (duration_s).
+
+Writes DIR/faults.jsonl, what broke when, and DIR/torque.jsonl, which servos drove their motors when; one line per \
+change. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
+
+Examples, from the root of the repository:
+  hysteron rig emulate --dir out/rig --for-s 1
+  hysteron rig emulate --dir out/rig --preset harsh --draw-faults 5 --for-s 2
+
+Exit codes: 0 ended as asked, 1 failed, 2 bad input (nothing was started).";
+
+/// Emulate the servos of a rig on a serial port
+///
+/// Needs nothing; makes a port that behaves like the real servos, in real time.
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// How much friction, play and noise the virtual rig has
+    #[arg(long, value_enum, default_value_t = Preset::Typical, conflicts_with = "robot")]
+    preset: Preset,
+    /// Virtual robot to emulate, instead of a preset
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Seed of noise and of drawn faults
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Folder for the port and the logs
+    #[arg(long, value_name = "DIR", default_value = "out/rig")]
+    dir: PathBuf,
+    /// Baud of the servos
+    #[arg(long, value_name = "BAUD", default_value_t = 1_000_000)]
+    baud: u32,
+    /// Time that a servo waits before it answers
+    #[arg(long, value_name = "US", default_value_t = 500.0, allow_negative_numbers = true)]
+    return_delay_us: f64,
+    /// Faults to inject (.toml)
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// Draw that many faults, spread over the time of --for-s
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "for_s")]
+    draw_faults: u32,
+    /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free
+    #[arg(long)]
+    relaxed: bool,
+    /// TCP port on which the tracker serves its poses
+    #[arg(long, value_name = "PORT")]
+    port_tracker: Option<u16>,
+    /// End after that many seconds [default: at Ctrl-C]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    for_s: Option<f64>,
+}
+
+/// How far the virtual rig is from an ideal one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Preset {
+    Mild,
+    Typical,
+    Harsh,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let end = arguments.for_s.map(duration).transpose()?;
+    let world = world(arguments)?;
+    let options = options(arguments, &world)?;
+    let n_faults = options.faults.list.len();
+    interrupt::listen()?;
+    std::fs::create_dir_all(&arguments.dir)
+        .with_context(|| format!("creating {}", arguments.dir.display()))?;
+    let n_servos = world.n_servos();
+    let emulator = Emulator::start(world, options)?;
+    serve_poses(arguments, &emulator)?;
+
+    say(format_args!(
+        "servos 1 to {n_servos} at {}, {} baud",
+        emulator.servo_port().display(),
+        arguments.baud
+    ));
+    say(format_args!(
+        "{n_faults} faults to come; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
+        arguments.dir.display()
+    ));
+    let start = Instant::now();
+    while !interrupt::is_asked() && end.is_none_or(|end| start.elapsed() < end) {
+        anyhow::ensure!(emulator.is_running(), "the emulated servos stopped by themselves");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    print_counts(&emulator.counts());
+    Ok(())
+}
+
+/// The virtual rig of a preset or of a file, and its seed.
+fn world(arguments: &Arguments) -> anyhow::Result<World> {
+    if let Some(path) = &arguments.robot {
+        return Err(BadInput::new("--robot", "no file yet", path.display().to_string()).into());
+    }
+    Ok(World::idle(4))
+}
+
+/// Puts the tracker of the virtual rig on its port.
+fn serve_poses(arguments: &Arguments, _emulator: &Emulator) -> anyhow::Result<()> {
+    if let Some(port) = arguments.port_tracker {
+        return Err(BadInput::new("--port-tracker", "no port yet", port.to_string()).into());
+    }
+    Ok(())
+}
+
+fn options(arguments: &Arguments, world: &World) -> anyhow::Result<Options> {
+    let mut faults = match &arguments.faults {
+        Some(path) => Faults::read(path)?,
+        None => Faults::default(),
+    };
+    if let Some(span) = arguments.for_s {
+        let n_servos = u8::try_from(world.n_servos()).unwrap_or(u8::MAX);
+        faults.add(Faults::draw(arguments.seed, arguments.draw_faults as usize, span, n_servos));
+    }
+    Ok(Options {
+        baud: arguments.baud,
+        return_delay: 1e-6 * arguments.return_delay_us,
+        timing: if arguments.relaxed { Timing::Relaxed } else { Timing::Wire },
+        faults,
+        seed: arguments.seed,
+        logs: Some(arguments.dir.clone()),
+        ..Options::new(arguments.dir.join("servos"))
+    })
+}
+
+fn duration(seconds: f64) -> Result<Duration, BadInput> {
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_| BadInput::new("--for-s", "a time from 0 s on", format!("{seconds} s")))
+}
+
+fn print_counts(counts: &Counts) {
+    say(format_args!(
+        "{} instructions, {} damaged packets, {} answers; {} of {} rounds of reading complete",
+        counts.instructions,
+        counts.bad_packets,
+        counts.answers,
+        counts.complete_rounds,
+        counts.complete_rounds + counts.broken_rounds,
+    ));
+    if counts.slipped_ms > 0 {
+        say(format_args!("this machine was too slow: {} ms were left out", counts.slipped_ms));
+    }
+}

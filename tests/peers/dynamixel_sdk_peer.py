@@ -1,0 +1,208 @@
+"""ROBOTIS's own SDK against the emulated servos: dynamixel_sdk_peer.py PROGRAM FOLDER.
+
+Every check is a plain assertion; the exit code is 0 if all hold.
+"""
+
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+from dynamixel_sdk import (
+    COMM_RX_TIMEOUT,
+    COMM_SUCCESS,
+    GroupBulkRead,
+    GroupBulkWrite,
+    GroupSyncRead,
+    GroupSyncWrite,
+    PacketHandler,
+    PortHandler,
+)
+
+IDS = [1, 2, 3, 4]
+ID, RETURN_DELAY, OPERATING_MODE, SHUTDOWN = 7, 9, 11, 63
+TORQUE, LED, HARDWARE_ERROR, P_GAIN = 64, 65, 70, 84
+PROFILE_VELOCITY, GOAL, MOVING, PRESENT = 112, 116, 122, 132
+MODEL = 1060
+ALERT, RANGE, LIMIT, ACCESS = 0x80, 0x04, 0x06, 0x07
+OVERLOAD_AT_S = 6.0
+FAULTS = f"""
+format = "hysteron-faults"
+version = 1
+[[fault]]
+at_s = {OVERLOAD_AT_S}
+kind = "overload"
+servo = 4
+"""
+
+
+def signed(value):
+    """The SDK reads without sign."""
+    return value - (1 << 32) if value >= 1 << 31 else value
+
+
+def little(value, size):
+    return list(value.to_bytes(size, "little", signed=value < 0))
+
+
+class Host:
+    def __init__(self, device):
+        self.port = PortHandler(device)
+        assert self.port.openPort() and self.port.setBaudRate(1_000_000)
+        self.handler = PacketHandler(2.0)
+
+    def read(self, servo, address, size):
+        call = {1: "read1ByteTxRx", 2: "read2ByteTxRx", 4: "read4ByteTxRx"}[size]
+        value, result, error = getattr(self.handler, call)(self.port, servo, address)
+        assert result == COMM_SUCCESS, (servo, address, self.handler.getTxRxResult(result))
+        assert error == 0, (servo, address, error)
+        return signed(value) if size == 4 else value
+
+    def write(self, servo, address, size, value, expected=0):
+        call = {1: "write1ByteTxRx", 2: "write2ByteTxRx", 4: "write4ByteTxRx"}[size]
+        result, error = getattr(self.handler, call)(self.port, servo, address, value % (1 << 8 * size))
+        assert result == COMM_SUCCESS, (servo, address, self.handler.getTxRxResult(result))
+        assert error == expected, (servo, address, error)
+
+
+def pings(host):
+    for servo in IDS:
+        model, result, error = host.handler.ping(host.port, servo)
+        assert (model, result, error) == (MODEL, COMM_SUCCESS, 0), servo
+    assert host.handler.ping(host.port, 9)[1] == COMM_RX_TIMEOUT
+    found, result = host.handler.broadcastPing(host.port)
+    assert result == COMM_SUCCESS and list(found) == IDS, found
+    assert all(model == MODEL for model, _ in found.values())
+
+
+def reads_and_writes(host):
+    for address, size, value in [(RETURN_DELAY, 1, 0), (LED, 1, 1), (P_GAIN, 2, 700), (PROFILE_VELOCITY, 4, 200)]:
+        host.write(1, address, size, value)
+        assert host.read(1, address, size) == value
+    # Bytes that look like a header come back stuffed, and the SDK takes that apart. (It does not stuff what it sends:
+    # its addStuffing changes a copy. So they are written in two parts.) Indirect data that nobody directed holds any.
+    data = [0xFF, 0xFF, 0xFD, 0x00, 0xFF, 0xFF]
+    for address, part in [(634, data[:2]), (636, data[2:])]:
+        assert host.handler.writeTxRx(host.port, 1, address, len(part), part) == (COMM_SUCCESS, 0)
+    read, result, error = host.handler.readTxRx(host.port, 1, 634, len(data))
+    assert (result, error, list(read)) == (COMM_SUCCESS, 0, data), read
+
+
+def indirect(host):
+    registers = [(PRESENT, 4), (MOVING, 1), (HARDWARE_ERROR, 1)]
+    pointers = [byte for start, size in registers for k in range(size) for byte in little(start + k, 2)]
+    for first_pointer, first_data in [(168, 224), (578, 634)]:
+        result, error = host.handler.writeTxRx(host.port, 2, first_pointer, len(pointers), pointers)
+        assert (result, error) == (COMM_SUCCESS, 0)
+        read, result, error = host.handler.readTxRx(host.port, 2, first_data, 6)
+        assert (result, error) == (COMM_SUCCESS, 0)
+        assert signed(int.from_bytes(read[:4], "little")) == host.read(2, PRESENT, 4)
+        # Through the detour a goal is written like any register.
+        goal = [byte for k in range(4) for byte in little(PROFILE_VELOCITY + k, 2)]
+        assert host.handler.writeTxRx(host.port, 2, first_pointer, len(goal), goal) == (COMM_SUCCESS, 0)
+        host.write(2, first_data, 4, 123)
+        assert host.read(2, PROFILE_VELOCITY, 4) == 123
+
+
+def groups(host):
+    write = GroupSyncWrite(host.port, host.handler, PROFILE_VELOCITY, 4)
+    for servo in IDS:
+        assert write.addParam(servo, little(100 + servo, 4))
+    assert write.txPacket() == COMM_SUCCESS
+    read = GroupSyncRead(host.port, host.handler, PROFILE_VELOCITY, 4)
+    for servo in IDS:
+        assert read.addParam(servo)
+    for take in [read.txRxPacket, read.fastSyncRead]:
+        assert take() == COMM_SUCCESS
+        for servo in IDS:
+            assert read.isAvailable(servo, PROFILE_VELOCITY, 4)
+            assert read.getData(servo, PROFILE_VELOCITY, 4) == 100 + servo
+
+    write = GroupBulkWrite(host.port, host.handler)
+    assert write.addParam(1, LED, 1, [1])
+    assert write.addParam(2, P_GAIN, 2, little(650, 2))
+    assert write.addParam(3, PROFILE_VELOCITY, 4, little(77, 4))
+    assert write.txPacket() == COMM_SUCCESS
+    read = GroupBulkRead(host.port, host.handler)
+    wanted = [(1, LED, 1, 1), (2, P_GAIN, 2, 650), (3, PROFILE_VELOCITY, 4, 77)]
+    for servo, address, size, _ in wanted:
+        assert read.addParam(servo, address, size)
+    for take in [read.txRxPacket, read.fastBulkRead]:
+        assert take() == COMM_SUCCESS
+        for servo, address, size, value in wanted:
+            assert read.getData(servo, address, size) == value, servo
+
+
+def refusals(host):
+    host.write(1, OPERATING_MODE, 1, 99, expected=RANGE)
+    host.write(1, GOAL, 4, 5000, expected=LIMIT)
+    host.write(1, PRESENT, 4, 0, expected=ACCESS)
+    host.write(1, TORQUE, 1, 1)
+    host.write(1, ID, 1, 9, expected=ACCESS)
+    host.write(1, TORQUE, 1, 0)
+
+
+def motion(host):
+    host.write(3, OPERATING_MODE, 1, 4)
+    host.write(3, TORQUE, 1, 1)
+    start = host.read(3, PRESENT, 4)
+    goal = start - 400
+    host.write(3, GOAL, 4, goal)
+    seen = [start]
+    deadline = time.monotonic() + 10
+    while abs(seen[-1] - goal) > 30:
+        assert time.monotonic() < deadline, seen[-1]
+        seen.append(host.read(3, PRESENT, 4))
+    assert len(set(seen)) > 5, "it jumped"
+    host.write(3, TORQUE, 1, 0)
+
+
+def reboot(host):
+    host.write(2, TORQUE, 1, 1)
+    result, error = host.handler.reboot(host.port, 2)
+    assert (result, error) == (COMM_SUCCESS, 0)
+    time.sleep(0.5)
+    assert host.read(2, TORQUE, 1) == 0
+    assert host.read(2, P_GAIN, 2) == 640
+
+
+def alert(host, started):
+    host.write(4, TORQUE, 1, 1)
+    time.sleep(max(0.0, started + OVERLOAD_AT_S + 0.3 - time.monotonic()))
+    value, result, error = host.handler.read1ByteTxRx(host.port, 4, HARDWARE_ERROR)
+    assert (value, result, error) == (1 << 5, COMM_SUCCESS, ALERT), (value, result, error)
+    value, _, _ = host.handler.read1ByteTxRx(host.port, 4, TORQUE)
+    assert value == 0
+    host.handler.reboot(host.port, 4)
+    time.sleep(0.5)
+    assert host.read(4, HARDWARE_ERROR, 1) == 0
+
+
+def main(program, folder):
+    folder = pathlib.Path(folder)
+    (folder / "faults.toml").write_text(FAULTS)
+    device = folder / "servos"
+    command = [program, "rig", "emulate", "--dir", folder, "--faults", folder / "faults.toml", "--preset", "mild"]
+    started = time.monotonic()
+    emulator = subprocess.Popen(command)
+    try:
+        while not device.exists():
+            assert emulator.poll() is None and time.monotonic() < started + 10, "no port"
+            time.sleep(0.01)
+        host = Host(str(device))
+        for check in [pings, reads_and_writes, indirect, groups, refusals, motion, reboot]:
+            check(host)
+            print(f"  {check.__name__}", flush=True)
+        alert(host, started)
+        print("  alert", flush=True)
+        host.port.closePort()
+    finally:
+        emulator.send_signal(signal.SIGTERM)
+        code = emulator.wait(10)
+    assert code == 0, code
+    assert not device.is_symlink(), "the link stayed"
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
