@@ -14,6 +14,7 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron mesh --length-mm 80 --outer-diameter-mm 12 --bore-diameter-mm 6 \\
       --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
       --layers 17 --out out/tube.msh
+  hysteron record --rig virtual:typical --plan quick --out out/quick
   hysteron rig emulate --dir out/rig --for-s 1
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
@@ -45,7 +46,10 @@ pub enum Verb {
     Reach(crate::reach::Arguments),
     Mesh(crate::mesh::Arguments),
     Check(crate::check::Arguments),
+    Record(crate::record::Arguments),
     Rig(crate::rig::Arguments),
+    #[command(hide = true)]
+    Watchman(crate::watchman::Arguments),
 }
 
 impl Program {

@@ -10,10 +10,12 @@ mod figures;
 mod interrupt;
 mod mesh;
 mod reach;
+mod record;
 mod rig;
 mod run;
 mod simulate;
 mod terminal;
+mod watchman;
 
 use std::process::ExitCode;
 
@@ -28,7 +30,9 @@ fn main() -> ExitCode {
         Verb::Reach(arguments) => reach::run(arguments),
         Verb::Mesh(arguments) => mesh::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
+        Verb::Record(arguments) => record::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
+        Verb::Watchman(arguments) => watchman::run(arguments),
     });
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -46,7 +46,9 @@ pub fn record(
         ended = match &outcome.stopped {
             None => Ok(()),
             Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
-            Some(Stop::Limit(violation)) => Err(anyhow::anyhow!("{}", describe(violation, &job.trajectory.name))),
+            Some(Stop::Limit(violation)) => {
+                Err(anyhow::anyhow!("{}", describe(violation, &job.trajectory.name)))
+            }
             Some(Stop::Failed(error)) => Err(anyhow::anyhow!("{}: {error}", job.trajectory.name)),
         };
         summary.add(job, &outcome);

@@ -106,7 +106,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let meta = |job: &Job<'_>, calibration: &Calibration| metadata(&source, arguments, job, calibration);
         match &source {
             Source::Live(_) => live::record(&source, arguments, &missing, folder, &meta, &mut summary),
-            Source::Virtual { .. } => simulated::record(&source, arguments, &missing, folder, &meta, &mut summary),
+            Source::Virtual { .. } => {
+                simulated::record(&source, arguments, &missing, folder, &meta, &mut summary)
+            }
         }
     };
     if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
@@ -162,7 +164,9 @@ fn jobs<'a>(arguments: &Arguments, plan: &'a Plan) -> anyhow::Result<Vec<Job<'a>
     let all = plan.trajectories();
     if let Some(unknown) = arguments.only.iter().find(|name| all.iter().all(|t| t.name != **name)) {
         let names: Vec<&str> = all.iter().map(|trajectory| trajectory.name.as_str()).collect();
-        return Err(BadInput::new("--only", format!("of {}", names.join(", ")), format!("\"{unknown}\"")).into());
+        return Err(
+            BadInput::new("--only", format!("of {}", names.join(", ")), format!("\"{unknown}\"")).into()
+        );
     }
     let chosen: Vec<(usize, &Trajectory)> = all
         .iter()

@@ -20,6 +20,8 @@ pub enum Source {
         rig: RigConfig,
         /// Its physics.
         robot: Box<VirtualRobot>,
+        /// The file of the robot, or of the one whose population it is from.
+        text: String,
         /// What it is called.
         name: String,
     },
@@ -40,16 +42,20 @@ impl Source {
             }
             _ => (name, None),
         };
-        let mut robot = if Path::new(base).extension().is_some_and(|ending| ending == "toml") {
-            VirtualRobot::read(Path::new(base))?
-        } else {
-            VirtualRobot::preset(base)?
+        let text = match VirtualRobot::preset_text(base) {
+            Some(text) => text.to_owned(),
+            None if base.ends_with(".toml") => file::read_text(Path::new(base))?,
+            None => {
+                let expected = "virtual:mild, virtual:typical, virtual:harsh or virtual:ROBOT.toml";
+                return Err(BadInput::new("--rig", expected, named.display().to_string()).into());
+            }
         };
+        let mut robot = VirtualRobot::from_toml(&text, base)?;
         if let Some(member) = member {
             robot = robot.draw(member);
         }
         let rig = RigConfig::from_toml(RIG_FILE, Path::new(""))?;
-        Ok(Self::Virtual { rig, robot: Box::new(robot), name: name.to_owned() })
+        Ok(Self::Virtual { rig, robot: Box::new(robot), text, name: name.to_owned() })
     }
 
     /// What is written on the rig's file.
@@ -71,9 +77,9 @@ impl Source {
     pub fn write_description(&self, folder: &Path, named: &Path) -> anyhow::Result<()> {
         match self {
             Self::Live(_) => file::write_bytes(&folder.join("rig.toml"), file::read_bytes(named)?)?,
-            Self::Virtual { robot, .. } => {
+            Self::Virtual { text, .. } => {
                 file::write_bytes(&folder.join("rig.toml"), RIG_FILE)?;
-                file::write_bytes(&folder.join("robot.toml"), robot.to_toml())?;
+                file::write_bytes(&folder.join("robot.toml"), text)?;
             }
         }
         Ok(())

@@ -98,7 +98,9 @@ impl Summary {
         if self.rows.is_empty() {
             return;
         }
-        say("trajectory          role             samples   filled in   events   late p99 [ms]   bus [ms] (wire)");
+        say(
+            "trajectory          role             samples   filled in   events   late p99 [ms]   bus [ms] (wire)",
+        );
         for row in &self.rows {
             let timing = row.timing.as_ref().filter(|timing| timing.wire_ms > 0.0).map_or_else(
                 || "              -          -".to_owned(),

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use hysteron_base::BadInput;
-use hysteron_rig::virtual_rig::World;
+use hysteron_base::{BadInput, file};
 use hysteron_rig::virtual_rig::emulator::{
-    Counts, Emulator, FAULTS_LOG, Faults, Options, TORQUE_LOG, Timing,
+    Counts, DeviceClock, Emulator, FAULTS_LOG, FaultKind, Faults, Format, Options, PoseDelivery, PoseFaults,
+    PoseServer, PoseServerSettings, TORQUE_LOG, Timing,
 };
+use hysteron_rig::virtual_rig::{RIG_FILE, VirtualRobot, World};
 
 use crate::interrupt;
 use crate::terminal::say;
@@ -76,9 +77,9 @@ pub struct Arguments {
     /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free
     #[arg(long)]
     relaxed: bool,
-    /// TCP port on which the tracker serves its poses
-    #[arg(long, value_name = "PORT")]
-    port_tracker: Option<u16>,
+    /// TCP port on which the tracker serves its poses, by OpenIGTLink
+    #[arg(long, value_name = "PORT", default_value_t = 18944)]
+    port_tracker: u16,
     /// End after that many seconds [default: at Ctrl-C]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     for_s: Option<f64>,
@@ -92,6 +93,23 @@ enum Preset {
     Harsh,
 }
 
+impl Preset {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Mild => "mild",
+            Self::Typical => "typical",
+            Self::Harsh => "harsh",
+        }
+    }
+}
+
+/// What the tracker calls the tip; as in the rig file.
+const TRACKER_DEVICE: &str = "Tip";
+/// Its clock started before this program [s].
+const TRACKER_OFFSET: f64 = 1000.0;
+/// And is a little fast [-].
+const TRACKER_DRIFT: f64 = 20e-6;
+
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let end = arguments.for_s.map(duration).transpose()?;
@@ -103,13 +121,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .with_context(|| format!("creating {}", arguments.dir.display()))?;
     let n_servos = world.n_servos();
     let emulator = Emulator::start(world, options)?;
-    serve_poses(arguments, &emulator)?;
+    let _poses = serve_poses(arguments, &emulator)?;
+    let rig_file = write_rig_file(arguments)?;
 
     say(format_args!(
         "servos 1 to {n_servos} at {}, {} baud",
         emulator.servo_port().display(),
         arguments.baud
     ));
+    say(format_args!("tracker \"{TRACKER_DEVICE}\" at 127.0.0.1:{}, OpenIGTLink", arguments.port_tracker));
+    say(format_args!("try: hysteron rig calibrate --rig {}", rig_file.display()));
     say(format_args!(
         "{n_faults} faults to come; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
         arguments.dir.display()
@@ -125,18 +146,43 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// The virtual rig of a preset or of a file, and its seed.
 fn world(arguments: &Arguments) -> anyhow::Result<World> {
-    if let Some(path) = &arguments.robot {
-        return Err(BadInput::new("--robot", "no file yet", path.display().to_string()).into());
-    }
-    Ok(World::idle(4))
+    let robot = match &arguments.robot {
+        Some(path) => VirtualRobot::read(path)?,
+        None => VirtualRobot::preset(arguments.preset.name())?,
+    };
+    Ok(World::new(&robot, arguments.seed))
 }
 
 /// Puts the tracker of the virtual rig on its port.
-fn serve_poses(arguments: &Arguments, _emulator: &Emulator) -> anyhow::Result<()> {
-    if let Some(port) = arguments.port_tracker {
-        return Err(BadInput::new("--port-tracker", "no port yet", port.to_string()).into());
-    }
-    Ok(())
+fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<PoseDelivery> {
+    let settings = PoseServerSettings {
+        port: arguments.port_tracker,
+        device: TRACKER_DEVICE.to_owned(),
+        clock: DeviceClock { offset: TRACKER_OFFSET, drift: TRACKER_DRIFT },
+        format: Format::Transform,
+    };
+    let server = PoseServer::start(settings)?;
+    let faults = emulator.tracker_faults();
+    let is = move |kind| faults.is_active(kind);
+    Ok(PoseDelivery::start(emulator.world(), server, move || PoseFaults {
+        unplugged: is(FaultKind::UnplugTracker),
+        silent: is(FaultKind::TrackerDropout),
+        invalid: is(FaultKind::TrackerInvalid),
+        frozen: is(FaultKind::TrackerFreeze),
+        displaced: is(FaultKind::TrackerJump),
+        damaged: is(FaultKind::TrackerCorrupt),
+    })?)
+}
+
+/// The rig file with which this program finds what is emulated.
+fn write_rig_file(arguments: &Arguments) -> anyhow::Result<PathBuf> {
+    let address = format!("127.0.0.1:{}", arguments.port_tracker);
+    let text = RIG_FILE
+        .replace("127.0.0.1:18944", &address)
+        .replace("baud = 1000000", &format!("baud = {}", arguments.baud));
+    let path = arguments.dir.join("rig.toml");
+    file::write_bytes(&path, text)?;
+    Ok(path)
 }
 
 fn options(arguments: &Arguments, world: &World) -> anyhow::Result<Options> {

@@ -47,8 +47,7 @@ pub fn loop_width(strokes: &[f64], tips: &[[f64; 3]]) -> Option<LoopWidth> {
     if low >= high {
         return None;
     }
-    let distance =
-        |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
     let start = at(&pull, low);
     let (mut width, mut excursion) = (0.0f64, 0.0f64);
     for i in 0..=N_STROKES {

@@ -18,9 +18,7 @@ mod typed;
 mod world;
 
 pub use loops::{LoopWidth, loop_width};
-pub use robot::{
-    BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot,
-};
+pub use robot::{BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot};
 pub use simulated::SimulatedRig;
 pub use world::{BalanceCounts, TrackedPose, World};
 

@@ -141,6 +141,13 @@ pub struct Spread {
 /// Draws further out than this many deviations are drawn in.
 const FURTHEST: f64 = 2.5;
 
+/// Robots that are part of the program.
+const PRESETS: [(&str, &str); 3] = [
+    ("mild", include_str!("../../presets/mild.toml")),
+    ("typical", include_str!("../../presets/typical.toml")),
+    ("harsh", include_str!("../../presets/harsh.toml")),
+];
+
 impl VirtualRobot {
     /// Reads and validates a file.
     ///
@@ -156,11 +163,7 @@ impl VirtualRobot {
     /// # Errors
     /// As [`VirtualRobot::read`].
     pub fn from_toml(text: &str, place: &str) -> Result<Self> {
-        let typed: typed::RobotFile = toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-            BadInput::new(format!("{place}: line {line}"), "a virtual robot", error.message().to_owned())
-                .hint("compare with the presets of the rig")
-        })?;
+        let typed: typed::RobotFile = hysteron_base::typed::parse(text).map_err(|bad| bad.within(place))?;
         Ok(typed.checked().map_err(|bad| bad.within(place))?)
     }
 
@@ -169,16 +172,16 @@ impl VirtualRobot {
     /// # Errors
     /// `BadInput` for another name.
     pub fn preset(name: &str) -> Result<Self> {
-        let text = match name {
-            "mild" => include_str!("../../presets/mild.toml"),
-            "typical" => include_str!("../../presets/typical.toml"),
-            "harsh" => include_str!("../../presets/harsh.toml"),
-            _ => {
-                let found = format!("\"{name}\"");
-                return Err(BadInput::new("virtual robot", "mild, typical or harsh", found).into());
-            }
+        let Some((_, text)) = PRESETS.iter().find(|(known, _)| *known == name) else {
+            let found = format!("\"{name}\"");
+            return Err(BadInput::new("virtual robot", "mild, typical, harsh or a file.toml", found).into());
         };
         Self::from_toml(text, name)
+    }
+
+    /// The file of a preset; `None` for another name.
+    pub fn preset_text(name: &str) -> Option<&'static str> {
+        PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
     /// Number of tendons.

@@ -45,6 +45,12 @@ impl Tracker {
         }
     }
 
+    /// Takes other noise from now on: that of another day.
+    pub(super) fn reseed(&mut self, seed: u64, day: &str) {
+        let stream = |what: &str| rng(seed, &format!("virtual-rig/tracker/{what}/{day}"));
+        (self.noise, self.drift, self.timing) = (stream("noise"), stream("drift"), stream("timing"));
+    }
+
     /// Measures whatever is due between two truths in the robot's frame, the second one `step` [s] after the first.
     pub(super) fn measure(&mut self, from: &Pose, to: &Pose) {
         let step = to.time - from.time;
@@ -75,8 +81,10 @@ impl Tracker {
             return;
         }
         let in_tracker = add(p.robot_position, turn(self.rotation, position));
-        let measured = quaternion_product(quaternion_of(turned), quaternion_product(self.rotation, orientation));
-        let sent_at = (self.next + p.latency + jitter).max(self.queue.back().map_or(0.0, |last| last.sent_at));
+        let measured =
+            quaternion_product(quaternion_of(turned), quaternion_product(self.rotation, orientation));
+        let sent_at =
+            (self.next + p.latency + jitter).max(self.queue.back().map_or(0.0, |last| last.sent_at));
         self.queue.push_back(TrackedPose {
             pose: Pose {
                 time: self.next,

@@ -93,7 +93,8 @@ impl Hardware for SimulatedRig {
             let torque_on = self.world.command_mut(k).torque_on;
             let servo = self.world.servo(k);
             let position = ticks(servo.angle);
-            *sample = Some(ServoSample { position, velocity: servo.velocity, load, torque_on, hardware_error: 0 });
+            *sample =
+                Some(ServoSample { position, velocity: servo.velocity, load, torque_on, hardware_error: 0 });
         }
         Ok(())
     }

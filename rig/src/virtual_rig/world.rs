@@ -8,7 +8,9 @@ use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};
-use hysteron_actuator::{Gains, Play, Servo, ServoCommand, ServoSpec, ServoState, Stribeck, Tendon, TendonSpec};
+use hysteron_actuator::{
+    Gains, Play, Servo, ServoCommand, ServoSpec, ServoState, Stribeck, Tendon, TendonSpec,
+};
 use hysteron_base::rng;
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
@@ -198,6 +200,13 @@ impl World {
         self.disturbances[k] = torque;
     }
 
+    /// The same robot on another day: what the tracker adds is another.
+    pub fn reseed(&mut self, seed: u64, day: &str) {
+        if let Some(robot) = &mut self.robot {
+            robot.tracker.reseed(seed, day);
+        }
+    }
+
     /// Connects the tracker or takes it away: what it measures meanwhile is lost.
     pub fn set_tracker_connected(&mut self, connected: bool) {
         if let Some(robot) = &mut self.robot {
@@ -240,7 +249,8 @@ impl World {
 
 /// As after power-on.
 fn commands(servos: &[Servo]) -> Vec<ServoCommand> {
-    let command = |servo: &Servo| ServoCommand { goal: servo.ticks(), gains: Gains::XL430, ..ServoCommand::POWER_ON };
+    let command =
+        |servo: &Servo| ServoCommand { goal: servo.ticks(), gains: Gains::XL430, ..ServoCommand::POWER_ON };
     servos.iter().map(command).collect()
 }
 
