@@ -20,6 +20,8 @@ const TOP: f64 = 38.0;
 const COLUMN: f64 = LEFT + SIDE + BETWEEN;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
 const MOST_COLUMNS: usize = 3;
+/// Steps of a line that are drawn at once.
+const PIECE: usize = 6;
 
 /// Command and tip of several recordings.
 pub struct CommandAndTip {
@@ -102,10 +104,14 @@ impl Figure for CommandAndTip {
             let part = sheet.part(x, y + ABOVE, LEFT + SIDE, SIDE + BELOW);
             let mut chart = part.chart(-half..half, -half..half, "x [mm]", "y [mm]")?;
             for (path, color, width) in [(&paths[0], COMMAND, 3.0), (&paths[1], TIP, 1.2)] {
-                // A tenth of a pixel is not seen.
-                let fewer = simplified(path, 0.1 * 2.0 * half / SIDE);
-                for run in between_sharp_turns(&fewer) {
-                    chart.draw_series(LineSeries::new(run.iter().copied(), part.line(color, width)))?;
+                // A tenth of its width is not seen.
+                let fewer = simplified(path, 0.1 * width * 2.0 * half / SIDE);
+                // In short pieces: where a line runs over itself, bitmaps would leave it out.
+                let lines = between_sharp_turns(&fewer).flat_map(|line| {
+                    (0..line.len()).step_by(PIECE).map(|from| &line[from..line.len().min(from + PIECE + 1)])
+                });
+                for line in lines {
+                    chart.draw_series(LineSeries::new(line.iter().copied(), part.line(color, width)))?;
                 }
             }
         }
