@@ -35,7 +35,7 @@ impl Error {
     }
 
     /// The same error with the place of its bad input prefixed.
-    pub(crate) fn within(self, outer: impl std::fmt::Display) -> Self {
+    pub fn within(self, outer: impl std::fmt::Display) -> Self {
         match self {
             Self::BadInput(bad) => Self::BadInput(bad.within(outer)),
             Self::Stroke(bad) => Self::Stroke(bad.within(outer)),

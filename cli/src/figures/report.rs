@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::file;
+use hysteron_control::shape::ShapeNumbers;
 use serde::Serialize;
 
 use super::Drawn;
@@ -69,18 +70,82 @@ pub(super) fn write(
     Ok(())
 }
 
+/// A report as it grows: one file with everything in it.
+pub(super) struct Page(String);
+
+impl Page {
+    /// A page with a title, what it is about and the command that made it.
+    pub(super) fn new(title: &str, about: &str, command: &str) -> Self {
+        let [title, about, command] = [title, about, command].map(escaped);
+        Self(format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n"
+        ))
+    }
+
+    /// A table with a row of headings.
+    pub(super) fn table(&mut self, headings: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+        self.0.push_str("<table>\n<tr>");
+        headings.iter().for_each(|heading| self.0.push_str(&format!("<th>{heading}</th>")));
+        self.0.push_str("</tr>\n");
+        for row in rows {
+            self.0.push_str("<tr>");
+            row.iter().for_each(|cell| self.0.push_str(&format!("<td>{}</td>", escaped(cell))));
+            self.0.push_str("</tr>\n");
+        }
+        self.0.push_str("</table>\n");
+    }
+
+    /// A table of names and values.
+    pub(super) fn list<'a>(&mut self, rows: impl IntoIterator<Item = (&'a str, String)>) {
+        self.0.push_str("<table>\n");
+        for (name, value) in rows {
+            self.0.push_str(&format!("<tr><th>{}</th><td>{}</td></tr>\n", escaped(name), escaped(&value)));
+        }
+        self.0.push_str("</table>\n");
+    }
+
+    /// The numbers of a shape.
+    pub(super) fn shape(&mut self, name: &str, numbers: &ShapeNumbers) {
+        let title = format!("Shape of {name}");
+        let rows = [
+            (title.as_str(), Some(String::new())),
+            ("Largest displacement [mm]", Some(mm(numbers.excursion_m))),
+            ("Tip over command", Some(format!("{:.2}", numbers.tip_per_stroke))),
+            ("Diamond ratio", numbers.diamond_ratio.map(|ratio| format!("{ratio:.3}"))),
+            ("Rest missed by [%]", Some(format!("{:.2}", 100.0 * numbers.rest_miss))),
+        ];
+        self.list(rows.into_iter().filter_map(|(name, value)| Some((name, value?))));
+    }
+
+    /// A figure with its caption.
+    pub(super) fn figure(&mut self, figure: &Drawn) {
+        let caption = escaped(&figure.caption);
+        self.0
+            .push_str(&format!("<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>\n", figure.svg));
+    }
+
+    /// A line in small print.
+    pub(super) fn small(&mut self, text: &str) {
+        self.0.push_str(&format!("<p class=\"small\">{}</p>\n", escaped(text)));
+    }
+
+    /// The whole page.
+    pub(super) fn finish(mut self, commit: &str) -> String {
+        self.small(&format!("Program {}.", if commit.is_empty() { "of unknown commit" } else { commit }));
+        self.0.push_str("</body>\n</html>\n");
+        self.0
+    }
+}
+
+fn mm(value: f64) -> String {
+    format!("{:.2}", 1e3 * value)
+}
+
 fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
     let run = metrics.run;
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}: {1}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{0}: {1}</h1>\n<p>{2}</p>\n<pre>{3}</pre>\n",
-        escaped(metrics.robot.name),
-        title,
-        escaped(metrics.source),
-        escaped(metrics.command),
-    );
-    let mm = |value: f64| format!("{:.2}", 1e3 * value);
+    let mut page = Page::new(&format!("{}: {title}", metrics.robot.name), metrics.source, metrics.command);
     let rows = [
         ("Samples", run.samples.to_string()),
         ("Duration [s]", format!("{:.2}", run.duration_s)),
@@ -109,54 +174,27 @@ fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
             ("QPs solved for strokes", run.rounds.to_string()),
         ]
     });
-    page.push_str("<table>\n");
-    for (name, value) in rows.into_iter().chain(goals) {
-        page.push_str(&format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
-    }
-    page.push_str("</table>\n");
+    page.list(rows.into_iter().chain(goals));
     if !run.tendons.is_empty() {
-        page.push_str(
-            "<table>\n<tr><th>Tendon</th><th>Stroke [mm]</th><th>Largest tension [N]</th>\
-             <th>At the lower tension bound</th></tr>\n",
-        );
-        for tendon in &run.tendons {
-            page.push_str(&format!(
-                "<tr><th>{}</th><td>{} to {}</td><td>{:.2}</td><td>{:.1} % of the time</td></tr>\n",
-                escaped(&tendon.name),
-                mm(tendon.stroke_min_m),
-                mm(tendon.stroke_max_m),
-                tendon.tension_max_n,
-                100.0 * tendon.share_at_lower_bound,
-            ));
-        }
-        page.push_str("</table>\n");
+        let headings = ["Tendon", "Stroke [mm]", "Largest tension [N]", "At the lower tension bound"];
+        let rows = run.tendons.iter().map(|tendon| {
+            vec![
+                tendon.name.clone(),
+                format!("{} to {}", mm(tendon.stroke_min_m), mm(tendon.stroke_max_m)),
+                format!("{:.2}", tendon.tension_max_n),
+                format!("{:.1} % of the time", 100.0 * tendon.share_at_lower_bound),
+            ]
+        });
+        page.table(&headings, rows);
     }
     for NamedShape { name, numbers } in metrics.shapes {
-        page.push_str(&format!("<table>\n<tr><th>Shape of {}</th><td></td></tr>\n", escaped(name)));
-        let rows = [
-            ("Largest displacement [mm]", Some(mm(numbers.excursion_m))),
-            ("Tip over command", Some(format!("{:.2}", numbers.tip_per_stroke))),
-            ("Diamond ratio", numbers.diamond_ratio.map(|ratio| format!("{ratio:.3}"))),
-            ("Rest missed by [%]", Some(format!("{:.2}", 100.0 * numbers.rest_miss))),
-        ];
-        for (name, value) in rows.into_iter().filter_map(|(name, value)| Some((name, value?))) {
-            page.push_str(&format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
-        }
-        page.push_str("</table>\n");
+        page.shape(name, numbers);
     }
     for figure in figures {
-        page.push_str(&format!(
-            "<figure>\n{}\n<figcaption>{}</figcaption>\n</figure>\n",
-            figure.svg,
-            escaped(&figure.caption)
-        ));
+        page.figure(figure);
     }
-    page.push_str(&format!(
-        "<p class=\"small\">Scene {}. Program {}.</p>\n</body>\n</html>\n",
-        metrics.robot.scene_sha256,
-        if metrics.commit.is_empty() { "of unknown commit" } else { metrics.commit },
-    ));
-    page
+    page.small(&format!("Scene {}.", metrics.robot.scene_sha256));
+    page.finish(metrics.commit)
 }
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#282c34;max-width:940px;margin:2em auto;padding:0 1em}\

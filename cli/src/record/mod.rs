@@ -11,8 +11,10 @@ use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_control::{Limits, Plan, Trajectory};
 use hysteron_rig::calibration::Calibration;
 
-use crate::{figures, interrupt, terminal};
+use crate::figures::data_set::{self, DataSet};
+use crate::{interrupt, terminal};
 use source::Source;
+pub use summary::Row;
 use summary::Summary;
 
 const HELP: &str = "\
@@ -118,7 +120,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary.sort();
     summary.print();
     if let Some(figures) = arguments.figures.as_deref().or(folder).filter(|_| summary.n_rows() > 0) {
-        figures::write_data_set(figures, &summary.recordings()?, summary.rows(), arguments.png)?;
+        let recordings = summary.recordings()?;
+        let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
+        let title = format!("{}: plan {}", source.description(), plan.name);
+        let data = DataSet { title: &title, angles: &angles, rows: summary.rows(), recordings: &recordings };
+        data_set::write(figures, &data, arguments.png)?;
         terminal::say(format_args!("report: {}", figures.join("report.html").display()));
     }
     ended
@@ -156,7 +162,7 @@ fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
         stroke_rate: rig.limits.stroke_rate_max,
     };
     plan.check(&limits).map_err(|error| {
-        anyhow::Error::new(error.within(&format!("plan {} on rig \"{}\"", plan.name, rig.name)))
+        anyhow::Error::new(error.within(format!("plan {} on rig \"{}\"", plan.name, rig.name)))
     })
 }
 

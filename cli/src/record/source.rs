@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::virtual_rig::{RIG_FILE, SimulatedRig, VirtualRobot};
+use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, rig_file};
 
 /// How a virtual rig is named on the command line.
 const VIRTUAL: &str = "virtual:";
@@ -54,7 +54,7 @@ impl Source {
         if let Some(member) = member {
             robot = robot.draw(member);
         }
-        let rig = RigConfig::from_toml(RIG_FILE, Path::new(""))?;
+        let rig = RigConfig::from_toml(&rig_file(&robot), Path::new(""))?;
         Ok(Self::Virtual { rig, robot: Box::new(robot), text, name: name.to_owned() })
     }
 
@@ -77,8 +77,8 @@ impl Source {
     pub fn write_description(&self, folder: &Path, named: &Path) -> anyhow::Result<()> {
         match self {
             Self::Live(_) => file::write_bytes(&folder.join("rig.toml"), file::read_bytes(named)?)?,
-            Self::Virtual { text, .. } => {
-                file::write_bytes(&folder.join("rig.toml"), RIG_FILE)?;
+            Self::Virtual { text, robot, .. } => {
+                file::write_bytes(&folder.join("rig.toml"), rig_file(robot))?;
                 file::write_bytes(&folder.join("robot.toml"), text)?;
             }
         }

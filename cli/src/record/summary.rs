@@ -26,6 +26,33 @@ pub struct Row {
     order: usize,
 }
 
+impl Row {
+    /// What [`Row::cells`] shows.
+    pub const HEADINGS: [&'static str; 7] = [
+        "Trajectory",
+        "Role",
+        "Samples",
+        "Filled in",
+        "Events",
+        "Late, 99 % [ms]",
+        "Bus, median (wire) [ms]",
+    ];
+
+    /// The row for people. A simulated clock is never late.
+    pub fn cells(&self) -> Vec<String> {
+        let timing = self.timing.as_ref().filter(|timing| timing.wire_ms > 0.0);
+        vec![
+            self.name.clone(),
+            self.role.to_owned(),
+            self.rows.to_string(),
+            self.filled_in.to_string(),
+            self.events.to_string(),
+            timing.map_or("-".to_owned(), |t| format!("{:.3}", t.late_p99_ms)),
+            timing.map_or("-".to_owned(), |t| format!("{:.2} ({:.2})", t.bus_median_ms, t.wire_ms)),
+        ]
+    }
+}
+
 /// All of them.
 #[derive(Debug, Default)]
 pub struct Summary {
@@ -98,19 +125,15 @@ impl Summary {
         if self.rows.is_empty() {
             return;
         }
-        say(
-            "trajectory          role             samples   filled in   events   late p99 [ms]   bus [ms] (wire)",
-        );
-        for row in &self.rows {
-            let timing = row.timing.as_ref().filter(|timing| timing.wire_ms > 0.0).map_or_else(
-                || "              -          -".to_owned(),
-                |t| format!("{:>15.3}{:>11.2} ({:.2})", t.late_p99_ms, t.bus_median_ms, t.wire_ms),
-            );
-            say(format_args!(
-                "{:<20}{:<15}{:>9}{:>12}{:>9}{timing}",
-                row.name, row.role, row.rows, row.filled_in, row.events
-            ));
-        }
+        let line = |cells: &[String]| {
+            let (name, rest) = (&cells[0], &cells[1..]);
+            let rest: String = rest.iter().map(|cell| format!("{cell:>14}")).collect();
+            format!("{name:<16}{rest}")
+        };
+        let headings = ["trajectory", "role", "samples", "filled in", "events", "late p99 [ms]", "bus [ms]"]
+            .map(String::from);
+        say(line(&headings));
+        self.rows.iter().for_each(|row| say(line(&row.cells())));
         say(format_args!("{} samples in {} recordings", self.n_rows(), self.rows.len()));
     }
 }

@@ -9,7 +9,7 @@ use hysteron_rig::virtual_rig::emulator::{
     Counts, DeviceClock, Emulator, FAULTS_LOG, FaultKind, Faults, Format, Options, PoseDelivery, PoseFaults,
     PoseServer, PoseServerSettings, TORQUE_LOG, Timing,
 };
-use hysteron_rig::virtual_rig::{RIG_FILE, VirtualRobot, World};
+use hysteron_rig::virtual_rig::{VirtualRobot, World, rig_file};
 
 use crate::interrupt;
 use crate::terminal::say;
@@ -113,7 +113,8 @@ const TRACKER_DRIFT: f64 = 20e-6;
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let end = arguments.for_s.map(duration).transpose()?;
-    let world = world(arguments)?;
+    let robot = robot(arguments)?;
+    let world = World::new(&robot, arguments.seed);
     let options = options(arguments, &world)?;
     let n_faults = options.faults.list.len();
     interrupt::listen()?;
@@ -122,7 +123,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let n_servos = world.n_servos();
     let emulator = Emulator::start(world, options)?;
     let _poses = serve_poses(arguments, &emulator)?;
-    let rig_file = write_rig_file(arguments)?;
+    let rig_file = write_rig_file(arguments, &robot)?;
 
     say(format_args!(
         "servos 1 to {n_servos} at {}, {} baud",
@@ -144,13 +145,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The virtual rig of a preset or of a file, and its seed.
-fn world(arguments: &Arguments) -> anyhow::Result<World> {
-    let robot = match &arguments.robot {
+/// The virtual robot of a preset or of a file.
+fn robot(arguments: &Arguments) -> anyhow::Result<VirtualRobot> {
+    Ok(match &arguments.robot {
         Some(path) => VirtualRobot::read(path)?,
         None => VirtualRobot::preset(arguments.preset.name())?,
-    };
-    Ok(World::new(&robot, arguments.seed))
+    })
 }
 
 /// Puts the tracker of the virtual rig on its port.
@@ -175,9 +175,9 @@ fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<Pos
 }
 
 /// The rig file with which this program finds what is emulated.
-fn write_rig_file(arguments: &Arguments) -> anyhow::Result<PathBuf> {
+fn write_rig_file(arguments: &Arguments, robot: &VirtualRobot) -> anyhow::Result<PathBuf> {
     let address = format!("127.0.0.1:{}", arguments.port_tracker);
-    let text = RIG_FILE
+    let text = rig_file(robot)
         .replace("127.0.0.1:18944", &address)
         .replace("baud = 1000000", &format!("baud = {}", arguments.baud));
     let path = arguments.dir.join("rig.toml");

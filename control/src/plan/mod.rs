@@ -64,12 +64,17 @@ impl Plan {
         Ok(plan)
     }
 
+    /// The file of a plan that is part of the program; `None` for another name.
+    pub fn text(name: &str) -> Option<&'static str> {
+        BUILT_IN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    }
+
     /// A plan that is part of the program.
     ///
     /// # Errors
     /// `BadInput` listing their names.
     pub fn named(name: &str) -> Result<Self> {
-        let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) else {
+        let Some(text) = Self::text(name) else {
             let known: Vec<&str> = Self::names().collect();
             return Err(Error::BadInput(
                 BadInput::new("plan", format!("one of {}", known.join(", ")), format!("\"{name}\""))

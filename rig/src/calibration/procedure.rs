@@ -21,6 +21,8 @@ const SEARCH_SPEED: f64 = 0.5;
 const SMOOTH: usize = 10;
 /// How far a tendon is let out again below the end of its slack [m].
 const BACK_OFF: f64 = 1e-3;
+/// How far it moves before its load is believed [m].
+const RUN_UP: f64 = 0.2e-3;
 /// How long the tip is left alone, and then how long it is measured [s].
 const REST: f64 = 1.0;
 /// A corner explains this part of what a level line leaves of the loads, or there is none [-].
@@ -140,10 +142,15 @@ impl Search<'_> {
         self.go(k, self.at[k] - BACK_OFF)?;
         // In, until it has risen well above the slack's level.
         let (mut strokes, mut loads) = (Vec::new(), Vec::new());
-        let start = self.at[k];
+        let (start, stands) = (self.at[k], self.session.strokes()[k]);
         loop {
-            loads.push(self.step(k, step)?);
-            strokes.push(self.session.strokes()[k]);
+            let load = self.step(k, step)?;
+            let stroke = self.session.strokes()[k];
+            // Before it moves, the load is that of a servo which overcomes its own friction.
+            if stroke - stands > RUN_UP {
+                strokes.push(stroke);
+                loads.push(load);
+            }
             let n = loads.len();
             if n >= 2 * SMOOTH && mean(&loads[n - SMOOTH..]) - mean(&loads[..SMOOTH]) > settings.slack_load {
                 break;

@@ -119,7 +119,8 @@ fn follow(
 ) -> std::result::Result<(), Stop> {
     let sample = |i: usize| strokes.iter().map(move |channel| channel[i]);
     let mut target: Vec<f64> = sample(0).collect();
-    session.slew(&target, SETTLE, asked)?;
+    // The first row needs the pose before it.
+    session.slew_with(&target, SETTLE, asked, &mut |session| tape.aligner.push_poses(&session.poses))?;
     session.say("recording");
     tape.start = session.next;
     for i in 0..strokes[0].len() {

@@ -22,5 +22,18 @@ pub use robot::{BodyParameters, ServoParameters, Spread, TendonParameters, Track
 pub use simulated::SimulatedRig;
 pub use world::{BalanceCounts, TrackedPose, World};
 
-/// The rig file that goes with a virtual rig, as an example for real ones too.
-pub const RIG_FILE: &str = include_str!("../../presets/rig.toml");
+/// A rig file, for the virtual rig and as an example for real ones.
+const RIG_FILE: &str = include_str!("../../presets/rig.toml");
+
+/// The rig file that goes with a virtual robot: its pulleys and which way they wind.
+pub fn rig_file(robot: &VirtualRobot) -> String {
+    let winds = robot.servos.directions.iter().map(|sign| if *sign < 0.0 { "negative" } else { "positive" });
+    let mut parts = RIG_FILE.split("winds = \"positive\"");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for (part, winds) in parts.zip(winds) {
+        text.push_str(&format!("winds = \"{winds}\""));
+        text.push_str(part);
+    }
+    let radius = format!("pulley_radius_mm = {:?}", 1e3 * robot.servos.pulley_radius);
+    text.replace("pulley_radius_mm = 10.0", &radius)
+}
