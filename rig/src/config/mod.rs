@@ -347,21 +347,13 @@ fn limits(typed: &typed::Limits) -> Check<Limits> {
 
 fn calibration(typed: &typed::Calibration) -> Check<CalibrationConfig> {
     let percent = |key: &str, typed: f64| require(key, "0 < x < 100", typed, 0.0 < typed && typed < 100.0);
-    let config = CalibrationConfig {
+    Ok(CalibrationConfig {
         file: PathBuf::from(text("calibration.file", typed.file.clone())?),
         slack_load: percent("calibration.slack_load_percent", typed.slack_load_percent)?,
         pretension_load: percent("calibration.pretension_load_percent", typed.pretension_load_percent)?,
         search_max: positive("calibration.search_max_mm", typed.search_max_mm)?,
         probe: positive("calibration.probe_mm", typed.probe_mm)?,
-    };
-    if config.pretension_load < config.slack_load {
-        return Err(BadInput::new(
-            "calibration.pretension_load_percent",
-            format!("at least slack_load_percent = {:?}", typed.slack_load_percent),
-            format!("{:?}", typed.pretension_load_percent),
-        ));
-    }
-    Ok(config)
+    })
 }
 
 #[cfg(test)]

@@ -41,7 +41,7 @@ fn every_bound_rejects() {
         (("10.0]\ntip_max", "95.0]\ntip_max"), "limits.tip_min_mm[2]"),
         (("slew_mm_s = 3.0", "slew_mm_s = 13.0"), "motion.slew_mm_s"),
         (
-            ("pretension_load_percent = 4.0", "pretension_load_percent = 3.0"),
+            ("pretension_load_percent = 2.0", "pretension_load_percent = 0.0"),
             "calibration.pretension_load_percent",
         ),
         (("search_max_mm = 20.0", "search_max_mm = -1.0"), "calibration.search_max_mm"),
