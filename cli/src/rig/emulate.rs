@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arguments.baud
     ));
     say(format_args!(
-        "{n_faults} faults to come; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
+        "faults to come: {n_faults}; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
         arguments.dir.display()
     ));
     let start = Instant::now();
