@@ -133,7 +133,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     say(format_args!("tracker \"{TRACKER_DEVICE}\" at 127.0.0.1:{}, OpenIGTLink", arguments.port_tracker));
     say(format_args!("try: hysteron rig calibrate --rig {}", rig_file.display()));
     say(format_args!(
-        "{n_faults} faults to come; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
+        "faults to come: {n_faults}; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
         arguments.dir.display()
     ));
     let start = Instant::now();

@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod documents;
+mod emulate;
 mod mesh;
 mod reach;
 mod repository;

@@ -57,11 +57,11 @@ fn examples_of_the_help_run_as_typed() {
         }
     }
     let mut n_run = 0;
-    for verb in ["simulate", "mesh", "check"] {
-        for example in examples(&run(root(), &[verb, "--help"]).succeeded().stdout) {
+    for verb in [&["simulate"][..], &["mesh"], &["check"], &["rig", "emulate"]] {
+        for example in examples(&run(root(), &[verb, &["--help"]].concat()).succeeded().stdout) {
             run(folder.path(), &example.iter().map(String::as_str).collect::<Vec<_>>()).succeeded();
             n_run += 1;
         }
     }
-    assert_eq!(n_run, 5);
+    assert_eq!(n_run, 7);
 }

@@ -228,7 +228,9 @@ impl Chain {
         if let Some(id) = first {
             let mut bytes = fast_status(&sent);
             bytes.truncate(8 + present_len);
-            reply.n_asked = is_whole.then_some(1);
+            if is_whole {
+                reply.n_asked = Some(1);
+            }
             reply.answers.push(Answer { id, bytes, delay });
         }
         reply

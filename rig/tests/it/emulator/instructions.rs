@@ -141,7 +141,7 @@ fn a_reboot_forgets_ram_and_torque_and_is_silent_for_a_while() {
     assert_eq!(bench.emulator.torque_on(), [false, true, true, true]);
     bench.say(1, 1, &[]);
     assert!(bench.is_silent());
-    std::thread::sleep(std::time::Duration::from_millis(350));
+    bench.wait_awake(1);
     assert_eq!(bench.read(1, PROFILE_VELOCITY), 0);
     assert_eq!(bench.read(1, TORQUE_ENABLE), 0);
     assert_eq!(bench.read(1, RETURN_DELAY), 1);
@@ -152,7 +152,7 @@ fn a_factory_reset_keeps_what_it_is_told_to() {
     let mut bench = Bench::new();
     bench.write(2, SHUTDOWN, 0).unwrap();
     bench.ask(2, 6, &[2]).unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(350));
+    bench.wait_awake(2);
     assert_eq!((bench.read(2, SHUTDOWN), bench.read(2, RETURN_DELAY)), (52, 250));
     assert_eq!(bench.ask(2, 6, &[9]), Err(4));
 }

@@ -102,6 +102,14 @@ impl Bench {
         }
     }
 
+    /// Waits until a servo answers again.
+    pub fn wait_awake(&mut self, id: u8) {
+        self.wait_for("an answer", |bench| {
+            bench.say(id, 1, &[]);
+            !bench.is_silent()
+        });
+    }
+
     pub fn torque(&mut self, on: bool) {
         for id in 1..=4 {
             self.write(id, xl430::TORQUE_ENABLE, i64::from(on)).unwrap();

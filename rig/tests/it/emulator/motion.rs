@@ -44,7 +44,7 @@ fn turns_count_in_extended_mode_until_they_are_forgotten() {
     bench.write(1, GOAL_POSITION, 4200).unwrap();
     bench.wait_for("the goal", |bench| bench.read(1, PRESENT_POSITION) == 4200);
     bench.ask(1, 8, &[]).unwrap();
-    std::thread::sleep(Duration::from_millis(350));
+    bench.wait_awake(1);
     assert_eq!(bench.read(1, PRESENT_POSITION), 4200 - 4096);
 }
 
@@ -77,7 +77,7 @@ fn the_watchdog_trips_in_silence_and_refuses_goals_until_cleared() {
     bench.write(1, BUS_WATCHDOG, 100).unwrap();
     bench.write(1, GOAL_POSITION, 4000).unwrap();
     assert_eq!(bench.read(1, BUS_WATCHDOG), 100);
-    std::thread::sleep(Duration::from_millis(2100));
+    std::thread::sleep(Duration::from_millis(2400));
     assert_eq!(bench.read(1, BUS_WATCHDOG), 0xff);
     assert_eq!(bench.write(1, GOAL_POSITION, 2048), Err(4));
     let here = bench.read(1, PRESENT_POSITION);
@@ -97,7 +97,7 @@ fn an_overload_takes_the_torque_until_a_reboot() {
     assert!(bench.ask(2, 1, &[]).unwrap().0, "no alert");
     assert_eq!(bench.write(2, TORQUE_ENABLE, 1), Err(0x81));
     bench.ask(2, 8, &[]).unwrap();
-    std::thread::sleep(Duration::from_millis(350));
+    bench.wait_awake(2);
     assert_eq!(bench.write(2, TORQUE_ENABLE, 1), Ok(false));
 }
 
