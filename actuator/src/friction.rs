@@ -41,6 +41,9 @@ impl Stribeck {
     pub fn dry(&self, velocity: f64) -> f64 {
         let x = velocity.abs() / self.stribeck_velocity;
         let power = if self.exponent == 2.0 { x * x } else { x.powf(self.exponent) };
+        if power > 40.0 {
+            return self.coulomb; // the rest is below rounding
+        }
         self.coulomb + (self.breakaway - self.coulomb) * (-power).exp()
     }
 

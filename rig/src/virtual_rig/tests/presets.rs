@@ -74,3 +74,10 @@ fn members_of_a_population_differ_but_keep_the_character() {
     }
     assert!(loops.iter().any(|x| (x - loops[0]).abs() > 0.005));
 }
+#[test]
+fn speed() {
+    let mut bench = Bench::new(&VirtualRobot::preset("typical").unwrap(), 1);
+    let start = std::time::Instant::now();
+    for _ in 0..5 { bench.circle(STROKE, 16.0); }
+    println!("speed {:.1} {:?}", bench.world.time()/start.elapsed().as_secs_f64(), bench.world.balance_counts());
+}
