@@ -4,10 +4,10 @@
 //! bending, so stiffness and creep are one number per strain. The force residual is exact; its tangent leaves out the change
 //! of wrap angles and some terms of second order in a section's angle.
 
+use super::equilibrium::Factors;
 use super::linear::{
     IDENTITY, Lu, M3, V3, about_z, add, apply, apply_transposed, cross, dot, product, quaternion, scale, sub,
 };
-use super::equilibrium::Factors;
 use super::section::Section;
 use hysteron_actuator::{Prony, PronyStep, Tendon, TendonTrial};
 

@@ -33,6 +33,9 @@ impl Body {
     /// A step that does not converge is divided; a part that never does leaves the best state found, and is counted.
     pub(crate) fn step(&mut self, wound: &[f64], h: f64) -> StepReport {
         let mut report = StepReport::default();
+        if !(wound.iter().all(|wound| wound.is_finite()) && h >= 0.0) {
+            return StepReport { failures: 1, ..report };
+        }
         if self.newton(wound, h, Patience::Full, &mut report) {
             self.commit(wound, h);
             return report;

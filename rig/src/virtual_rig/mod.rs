@@ -15,7 +15,5 @@ mod typed;
 mod world;
 
 pub use loops::{LoopWidth, loop_width};
-pub use robot::{
-    BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot,
-};
-pub use world::{BalanceCounts, TrackedPose, World};
+pub use robot::{BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot};
+pub use world::{BalanceCounts, Energy, TrackedPose, World};

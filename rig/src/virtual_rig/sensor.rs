@@ -75,8 +75,10 @@ impl Tracker {
             return;
         }
         let in_tracker = add(p.robot_position, turn(self.rotation, position));
-        let measured = quaternion_product(quaternion_of(turned), quaternion_product(self.rotation, orientation));
-        let sent_at = (self.next + p.latency + jitter).max(self.queue.back().map_or(0.0, |last| last.sent_at));
+        let measured =
+            quaternion_product(quaternion_of(turned), quaternion_product(self.rotation, orientation));
+        let sent_at =
+            (self.next + p.latency + jitter).max(self.queue.back().map_or(0.0, |last| last.sent_at));
         self.queue.push_back(TrackedPose {
             pose: Pose {
                 time: self.next,

@@ -8,7 +8,9 @@ use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};
-use hysteron_actuator::{Gains, Play, Servo, ServoCommand, ServoSpec, ServoState, Stribeck, Tendon, TendonSpec};
+use hysteron_actuator::{
+    Gains, Play, Servo, ServoCommand, ServoSpec, ServoState, Stribeck, Tendon, TendonSpec,
+};
 use hysteron_base::rng;
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
@@ -25,6 +27,17 @@ pub struct TrackedPose {
     pub pose: Pose,
     /// When it leaves the tracker, on the world's clock [s].
     pub sent_at: f64,
+}
+
+/// Energy of body and tendons.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energy {
+    /// Held by rod, Maxwell elements, tendons and weight [J].
+    pub stored: f64,
+    /// Turned into heat by the guides since power-on [J].
+    pub friction_heat: f64,
+    /// Turned into heat by creep since power-on [J].
+    pub creep_heat: f64,
 }
 
 /// How the body's balances went.
@@ -232,6 +245,15 @@ impl World {
         self.robot.as_ref().map_or(0.0, |robot| robot.plays[k].output)
     }
 
+    /// Energy in body and tendons.
+    pub fn energy(&self) -> Energy {
+        self.robot.as_ref().map_or(Energy::default(), |robot| Energy {
+            stored: robot.body.stored_energy(),
+            friction_heat: robot.body.tendons.iter().map(|tendon| tendon.dissipated).sum(),
+            creep_heat: robot.body.creep_heat,
+        })
+    }
+
     /// How the body's balances went so far.
     pub fn balance_counts(&self) -> BalanceCounts {
         self.robot.as_ref().map_or(BalanceCounts::default(), |robot| robot.counts)
@@ -240,7 +262,8 @@ impl World {
 
 /// As after power-on.
 fn commands(servos: &[Servo]) -> Vec<ServoCommand> {
-    let command = |servo: &Servo| ServoCommand { goal: servo.ticks(), gains: Gains::XL430, ..ServoCommand::POWER_ON };
+    let command =
+        |servo: &Servo| ServoCommand { goal: servo.ticks(), gains: Gains::XL430, ..ServoCommand::POWER_ON };
     servos.iter().map(command).collect()
 }
 
