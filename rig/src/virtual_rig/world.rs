@@ -4,7 +4,7 @@
 //! balance at every tenth. Between two balances each servo feels the tension of the last one.
 
 use super::body::{Body, BodySpec};
-use super::equilibrium::StepReport;
+use super::equilibrium::{Factors, StepReport};
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};
@@ -252,6 +252,13 @@ impl World {
             friction_heat: robot.body.tendons.iter().map(|tendon| tendon.dissipated).sum(),
             creep_heat: robot.body.creep_heat,
         })
+    }
+
+    /// From now on factorises the tangent in every iteration, as plain Newton's method does: for comparisons.
+    pub fn always_factorise(&mut self) {
+        if let Some(robot) = &mut self.robot {
+            robot.body.use_of_factor = Factors::AlwaysNew;
+        }
     }
 
     /// How the body's balances went so far.

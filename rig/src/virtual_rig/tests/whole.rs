@@ -176,3 +176,19 @@ fn heat_only_ever_grows() {
     }
     assert!(last.friction_heat > 1e-3 && last.creep_heat > 1e-3, "{last:?}");
 }
+
+#[test]
+fn kept_factors_lead_to_the_same_balance() {
+    let live = |always: bool| {
+        let mut bench = Bench::new(&typical(), 1);
+        if always {
+            bench.world.always_factorise();
+        }
+        bench.pull(2, 6e-3, 4.0);
+        (bench.tip(), bench.world.balance_counts())
+    };
+    let ((kept, few), (new, many)) = (live(false), live(true));
+    // Both are balanced to 1e-9 of a section's strain; paths through stick and slip add up.
+    assert!(distance(kept, new) < 1e-6, "{kept:?} {new:?}");
+    assert!(3 * few.factorisations < many.factorisations, "{few:?} {many:?}");
+}
