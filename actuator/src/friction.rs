@@ -41,6 +41,9 @@ impl Stribeck {
     pub fn dry(&self, velocity: f64) -> f64 {
         let x = velocity.abs() / self.stribeck_velocity;
         let power = if self.exponent == 2.0 { x * x } else { x.powf(self.exponent) };
+        if power > 40.0 {
+            return self.coulomb; // the rest is below rounding
+        }
         self.coulomb + (self.breakaway - self.coulomb) * (-power).exp()
     }
 
@@ -88,6 +91,7 @@ pub fn capstan_bound(friction: f64, wrap: f64, constant: f64, a: f64, b: f64) ->
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may stop where it stands
 mod tests {
     use super::*;
 

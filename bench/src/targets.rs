@@ -18,6 +18,7 @@ use serde_json::json;
 
 use crate::drive::{self, N_CIRCLE, N_RAMP};
 use crate::measure::{Run, machine, peak_memory_mb, percentile, processor_seconds, shortest};
+use crate::rig;
 use crate::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
 use crate::table::{Goal, Row, print_rows};
 
@@ -132,6 +133,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     rows.push(Row::new("two threads: gain", two / one, "-").goal(Goal::AtLeast(1.8)));
     rows.push(Row::new("two threads: gain by processor time", by_processor_time, "-"));
     rows.extend(scaling(effort, &mut worst)?);
+    rows.extend(rig::rows(effort.repetitions)?);
     rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
     rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));
 

@@ -4,6 +4,7 @@
 //! bending, so stiffness and creep are one number per strain. The force residual is exact; its tangent leaves out the change
 //! of wrap angles and some terms of second order in a section's angle.
 
+use super::equilibrium::Factors;
 use super::linear::{
     IDENTITY, Lu, M3, V3, about_z, add, apply, apply_transposed, cross, dot, product, quaternion, scale, sub,
 };
@@ -63,6 +64,7 @@ pub(crate) struct Body {
     /// Forces on the section ends but the tip's, and on the tip, in the principal axes [N].
     pub(super) node_force: V3,
     pub(super) tip_force: V3,
+    pub(super) use_of_factor: Factors,
     pub(super) work: Workspace,
 }
 
@@ -89,6 +91,8 @@ pub(super) struct Workspace {
     pub(super) trial_strains: Vec<[f64; 4]>,
     pub(super) best_strains: Vec<[f64; 4]>,
     pub(super) lu: Lu,
+    /// Whether `lu` holds a factor that has served.
+    pub(super) has_factor: bool,
 }
 
 /// A tendon between two guides.
@@ -133,6 +137,7 @@ impl Body {
             trial_strains: strains.clone(),
             best_strains: strains.clone(),
             lu: Lu::new(4 * n),
+            has_factor: false,
         };
         let mut body = Self {
             stiffness: [b[0] / section, b[1] / section, b[2] / section, b[3] * section],
@@ -149,6 +154,7 @@ impl Body {
             tendons,
             strains,
             spec,
+            use_of_factor: Factors::WhileTheyServe,
             work,
         };
         body.place(true);

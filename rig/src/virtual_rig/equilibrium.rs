@@ -1,4 +1,7 @@
 //! The next equilibrium of the body: Newton's method with the exact residual, a line search, and substeps.
+//!
+//! A factor of the tangent serves over many steps: guides change between sticking and sliding far less often than the
+//! body is balanced. The residual decides, so an old factor costs iterations and never accuracy.
 
 use super::body::Body;
 
@@ -6,7 +9,9 @@ use super::body::Body;
 const ACCURACY: f64 = 1e-9;
 /// Residual that is still better than no step at all.
 const LAST_RESORT: f64 = 1e-5;
-const MOST_ITERATIONS: usize = 30;
+/// A factor is used again while every iteration takes the residual below this part of itself.
+const KEPT_BELOW: f64 = 0.2;
+const MOST_ITERATIONS: usize = 40;
 const MOST_HALVINGS: usize = 8;
 /// Substeps of a step that fails, at most two to the power of this.
 const MOST_SPLITS: u32 = 6;
@@ -28,6 +33,9 @@ impl Body {
     /// A step that does not converge is divided; a part that never does leaves the best state found, and is counted.
     pub(crate) fn step(&mut self, wound: &[f64], h: f64) -> StepReport {
         let mut report = StepReport::default();
+        if !(wound.iter().all(|wound| wound.is_finite()) && h >= 0.0) {
+            return StepReport { failures: 1, ..report };
+        }
         if self.newton(wound, h, Patience::Full, &mut report) {
             self.commit(wound, h);
             return report;
@@ -85,18 +93,34 @@ impl Body {
             if norm <= ACCURACY * unit {
                 return true;
             }
-            self.assemble();
-            report.factorisations += 1;
-            if !self.work.lu.factorize() {
-                break;
+            let is_fresh = !self.work.has_factor;
+            if is_fresh {
+                self.assemble();
+                report.factorisations += 1;
+                self.work.has_factor = self.work.lu.factorize();
+                if !self.work.has_factor {
+                    break;
+                }
             }
             self.work.direction.copy_from_slice(&self.work.residual);
             self.work.lu.solve(&mut self.work.direction);
-            match self.search(wound, norm, report) {
+            let most_halvings = if is_fresh { MOST_HALVINGS } else { 1 };
+            let next = self.search(wound, norm, most_halvings, report);
+            // An old factor is kept while it serves, a new one only if it serves at once.
+            self.work.has_factor = self.use_of_factor != Factors::AlwaysNew
+                && next.is_some_and(|next| next <= KEPT_BELOW * norm);
+            match next {
                 Some(next) => norm = next,
-                None => break,
+                None if is_fresh => break,
+                None => {
+                    // Back to where the old factor led astray.
+                    self.work.trial_strains.copy_from_slice(&self.work.best_strains);
+                    norm = self.evaluate(wound);
+                    report.evaluations += 1;
+                }
             }
         }
+        self.work.has_factor = false;
         patience == Patience::Last && norm <= LAST_RESORT * unit
     }
 
@@ -113,7 +137,13 @@ impl Body {
     }
 
     /// Goes along the direction as far as the residual falls; its norm there, or `None` where it does not fall.
-    fn search(&mut self, wound: &[f64], norm: f64, report: &mut StepReport) -> Option<f64> {
+    fn search(
+        &mut self,
+        wound: &[f64],
+        norm: f64,
+        most_halvings: usize,
+        report: &mut StepReport,
+    ) -> Option<f64> {
         self.work.best_strains.copy_from_slice(&self.work.trial_strains);
         let mut part = 1.0;
         // A section that turns or stretches too much at once leaves what the tangent knows.
@@ -123,7 +153,7 @@ impl Body {
         if largest > 0.3 {
             part = 0.3 / largest;
         }
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..most_halvings {
             for (s, strain) in self.work.trial_strains.iter_mut().enumerate() {
                 for a in 0..4 {
                     let step = self.work.direction[4 * s + a] / self.stiffness[a].sqrt();
@@ -139,6 +169,13 @@ impl Body {
         }
         None
     }
+}
+
+/// Whether a factor of the tangent is used for more than one iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Factors {
+    WhileTheyServe,
+    AlwaysNew,
 }
 
 /// How much is asked of Newton's method.

@@ -5,6 +5,8 @@
 pub struct LoopWidth {
     /// Largest distance between the tip on the way there and on the way back at the same stroke [m].
     pub width: f64,
+    /// Mean of that distance over the strokes [m].
+    pub mean_width: f64,
     /// Largest distance of the tip from where it was at the smallest of these strokes [m].
     pub excursion: f64,
 }
@@ -49,14 +51,15 @@ pub fn loop_width(strokes: &[f64], tips: &[[f64; 3]]) -> Option<LoopWidth> {
     }
     let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
     let start = at(&pull, low);
-    let (mut width, mut excursion) = (0.0f64, 0.0f64);
+    let (mut width, mut sum, mut excursion) = (0.0f64, 0.0, 0.0f64);
     for i in 0..=N_STROKES {
         let stroke = low + (high - low) * i as f64 / N_STROKES as f64;
         let (there, back) = (at(&pull, stroke), at(&release, stroke));
         width = width.max(distance(there, back));
+        sum += distance(there, back);
         excursion = excursion.max(distance(there, start)).max(distance(back, start));
     }
-    (excursion > 0.0).then_some(LoopWidth { width, excursion })
+    (excursion > 0.0).then_some(LoopWidth { width, mean_width: sum / (N_STROKES + 1) as f64, excursion })
 }
 
 /// Tip at a stroke within the branch.
@@ -68,6 +71,7 @@ fn at(branch: &[(f64, [f64; 3])], stroke: f64) -> [f64; 3] {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may stop where it stands
 mod tests {
     use super::*;
 

@@ -20,7 +20,7 @@ mod world;
 pub use loops::{LoopWidth, loop_width};
 pub use robot::{BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot};
 pub use simulated::SimulatedRig;
-pub use world::{BalanceCounts, TrackedPose, World};
+pub use world::{BalanceCounts, Energy, TrackedPose, World};
 
 /// A rig file, for the virtual rig and as an example for real ones.
 const RIG_FILE: &str = include_str!("../../presets/rig.toml");

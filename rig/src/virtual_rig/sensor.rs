@@ -9,6 +9,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 
+/// Poses kept for someone who does not take them; older ones are lost.
+const MOST_WAITING: usize = 4096;
+
 /// The tracker and what it has not sent yet.
 #[derive(Debug, Clone)]
 pub(super) struct Tracker {
@@ -85,6 +88,9 @@ impl Tracker {
             quaternion_product(quaternion_of(turned), quaternion_product(self.rotation, orientation));
         let sent_at =
             (self.next + p.latency + jitter).max(self.queue.back().map_or(0.0, |last| last.sent_at));
+        if self.queue.len() == MOST_WAITING {
+            self.queue.pop_front();
+        }
         self.queue.push_back(TrackedPose {
             pose: Pose {
                 time: self.next,

@@ -4,7 +4,7 @@
 //! balance at every tenth. Between two balances each servo feels the tension of the last one.
 
 use super::body::{Body, BodySpec};
-use super::equilibrium::StepReport;
+use super::equilibrium::{Factors, StepReport};
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};
@@ -27,6 +27,17 @@ pub struct TrackedPose {
     pub pose: Pose,
     /// When it leaves the tracker, on the world's clock [s].
     pub sent_at: f64,
+}
+
+/// Energy of body and tendons.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energy {
+    /// Held by rod, Maxwell elements, tendons and weight [J].
+    pub stored: f64,
+    /// Turned into heat by the guides since power-on [J].
+    pub friction_heat: f64,
+    /// Turned into heat by creep since power-on [J].
+    pub creep_heat: f64,
 }
 
 /// How the body's balances went.
@@ -239,6 +250,22 @@ impl World {
     /// Tendon `k` wound since power-on [m].
     pub fn stroke(&self, k: usize) -> f64 {
         self.robot.as_ref().map_or(0.0, |robot| robot.plays[k].output)
+    }
+
+    /// Energy in body and tendons.
+    pub fn energy(&self) -> Energy {
+        self.robot.as_ref().map_or(Energy::default(), |robot| Energy {
+            stored: robot.body.stored_energy(),
+            friction_heat: robot.body.tendons.iter().map(|tendon| tendon.dissipated).sum(),
+            creep_heat: robot.body.creep_heat,
+        })
+    }
+
+    /// From now on factorises the tangent in every iteration, as plain Newton's method does: for comparisons.
+    pub fn always_factorise(&mut self) {
+        if let Some(robot) = &mut self.robot {
+            robot.body.use_of_factor = Factors::AlwaysNew;
+        }
     }
 
     /// How the body's balances went so far.

@@ -51,7 +51,7 @@ fn cantilever(load: f64, n_sections: usize) -> [f64; 2] {
 
 #[test]
 fn reference_is_the_published_elastica() {
-    // Mattiasson (1981), table I: load 1, 2, 5.
+    // Mattiasson (1981): load 1, 2, 5.
     for (load, deflection, shortening) in
         [(1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (5.0, 0.71379, 0.38763)]
     {

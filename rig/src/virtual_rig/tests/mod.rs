@@ -3,9 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a test may stop where it stands, and prints what it measures
 
 mod bench;
+mod creep;
 mod elastica;
+mod energy;
+mod files;
 mod forces;
+mod friction;
 mod presets;
+mod recordings;
+mod whole;
 
 use super::body::{Body, BodySpec};
 use hysteron_actuator::{Prony, Tendon, TendonSpec};

@@ -10,6 +10,8 @@ struct Figures {
     diamond: f64,
     /// Median over the tendons of the loop's width over its excursion [-].
     loop_width: f64,
+    /// The same of its mean width [-].
+    mean_width: f64,
     /// Median over the tendons of the miss of the way back to zero over the excursion [-].
     zero_miss: f64,
     /// Excursions [m].
@@ -26,19 +28,26 @@ const STROKE: f64 = 6.5e-3;
 
 fn figures(robot: &VirtualRobot, seed: u64) -> Figures {
     let mut bench = Bench::new(robot, seed);
-    let (mut loops, mut misses, mut excursions) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+    let (mut loops, mut means, mut misses, mut excursions) = ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
     for k in 0..4 {
         let before = bench.rest(2.0);
         let found = bench.pull(k, STROKE, 16.0);
         let after = bench.rest(2.0);
         (loops[k], excursions[k]) = (found.relative(), found.excursion);
+        means[k] = found.mean_width / found.excursion;
         misses[k] = distance(before, after) / found.excursion;
     }
     let mut bench = Bench::new(robot, seed);
     let tips = bench.circle(STROKE, 16.0);
     let diameter = |degree: usize| distance(tips[degree], tips[degree + 180]);
     let diamond = (diameter(45) + diameter(135)) / (diameter(0) + diameter(90));
-    Figures { diamond, loop_width: median(loops), zero_miss: median(misses), excursions }
+    Figures {
+        diamond,
+        loop_width: median(loops),
+        mean_width: median(means),
+        zero_miss: median(misses),
+        excursions,
+    }
 }
 
 #[test]
@@ -54,6 +63,7 @@ fn presets_show_what_hardware_showed() {
     assert!(typical.diamond < 0.9);
     assert!((0.05..0.09).contains(&typical.loop_width));
     assert!((0.01..0.06).contains(&typical.zero_miss));
+    assert!(typical.mean_width < typical.loop_width && typical.mean_width > 0.03);
     assert!(mild.loop_width < 0.6 * typical.loop_width && harsh.loop_width > 1.4 * typical.loop_width);
     assert!(mild.zero_miss < typical.zero_miss && harsh.zero_miss > typical.zero_miss);
     assert!(mild.diamond > typical.diamond && harsh.diamond < typical.diamond);

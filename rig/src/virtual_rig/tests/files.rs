@@ -1,0 +1,62 @@
+//! Robot files: every bound rejects.
+
+use super::super::VirtualRobot;
+
+fn rejected(from: &str, to: &str) -> String {
+    let text = include_str!("../../../presets/typical.toml");
+    assert!(text.contains(from), "{from}");
+    let error = VirtualRobot::from_toml(&text.replacen(from, to, 1), "robot.toml").unwrap_err();
+    error.bad_input().unwrap().place.clone()
+}
+
+#[test]
+fn file_rejects_what_cannot_be() {
+    for (from, to, place) in [
+        ("hysteron-virtual-rig", "hysteron-scene", "format"),
+        ("version = 1", "version = 2", "version"),
+        ("name = \"typical\"", "name = \" \"", "name"),
+        ("length_mm = 80.0", "length_mm = 0.0", "body.length_mm"),
+        ("sections = 8", "sections = 0", "body.sections"),
+        (
+            "bending_stiffness_n_m2 = [0.0202",
+            "bending_stiffness_n_m2 = [-0.0202",
+            "body.bending_stiffness_n_m2[0]",
+        ),
+        (
+            "torsional_stiffness_n_m2 = 0.0132",
+            "torsional_stiffness_n_m2 = nan",
+            "body.torsional_stiffness_n_m2",
+        ),
+        ("creep_times_s = [0.6, 25.0]", "creep_times_s = [0.6]", "body.creep_weights"),
+        ("creep_times_s = [0.6", "creep_times_s = [0.0", "body.creep_times_s[0]"),
+        ("mass_kg = 0.0095", "mass_kg = -1.0", "body.mass_kg"),
+        ("friction_coefficient = 0.18", "friction_coefficient = -0.1", "tendons.friction_coefficient"),
+        ("friction_force_n = 0.05", "friction_force_n = 0.0", "tendons.friction_force_n"),
+        ("slack_mm = [0.05, 0.10, 0.0, 0.08]", "slack_mm = [0.05]", "tendons.slack_mm"),
+        ("angles_deg = [0.0, 90.0, 180.0, 270.0]", "angles_deg = []", "tendons.angles_deg"),
+        ("directions = [1, -1", "directions = [1, 0", "servos.directions[1]"),
+        ("breakaway_friction_n_m = 0.065", "breakaway_friction_n_m = 0.01", "servos.breakaway_friction_n_m"),
+        ("rate_hz = 80.0", "rate_hz = 0.0", "tracker.rate_hz"),
+        ("dropout_probability = 0.001", "dropout_probability = 1.0", "tracker.dropout_probability"),
+        ("robot_rotation_deg = [12.0", "robot_rotation_deg = [inf", "tracker.robot_rotation_deg[0]"),
+        ("creep_relative = 0.15", "creep_relative = -0.15", "spread.creep_relative"),
+    ] {
+        assert_eq!(rejected(from, to), format!("robot.toml: {place}"));
+    }
+}
+
+#[test]
+fn file_rejects_keys_it_does_not_know_and_misses_those_it_needs() {
+    assert!(rejected("mass_kg", "weight_kg").starts_with("robot.toml: line"));
+    assert!(rejected("rate_hz = 80.0\n", "").starts_with("robot.toml: line"));
+    assert_eq!(VirtualRobot::preset("gentle").unwrap_err().bad_input().unwrap().place, "virtual robot");
+}
+
+#[test]
+fn numbers_leave_the_file_as_si() {
+    let robot = VirtualRobot::preset("typical").unwrap();
+    assert_eq!(robot.body.length, 0.08);
+    assert_eq!(robot.tendons.angles[1], std::f64::consts::FRAC_PI_2);
+    assert_eq!(robot.tracker.latency, 0.012);
+    assert_eq!(robot.servos.pulley_radius, 0.01);
+}
