@@ -111,7 +111,11 @@ impl Wire {
 
     /// Waits for the next answer, of `length` parameters.
     pub fn receive(&mut self, length: usize, deadline: Instant) -> Result<Answer<'_>, Failure> {
-        let failure = match self.read_packet(deadline) {
+        let read = self.read_packet(deadline);
+        if self.answer.len() > length {
+            remove_missed_stuffing(&mut self.answer);
+        }
+        let failure = match read {
             Ok((id, alert)) if self.answer.len() == length => {
                 self.counts.answers += 1;
                 return Ok(Answer { id, alert, parameters: &self.answer });
@@ -173,8 +177,43 @@ fn failure(error: ReadError) -> Failure {
     }
 }
 
+/// Removes stuffing that dynamixel2 0.9.1 leaves: it misses FF FF FD FD where a further FF stands before, as it does
+/// whenever a small negative number is followed by a byte FD. (It is called only for an answer that is too long, and
+/// the length is checked again.)
+fn remove_missed_stuffing(answer: &mut Vec<u8>) {
+    let mut at = 4;
+    while at < answer.len() {
+        if answer[at - 4..=at] == [0xff, 0xff, 0xff, 0xfd, 0xfd] {
+            answer.remove(at);
+        }
+        at += 1;
+    }
+}
+
 /// Address and length as the parameters of a read.
 pub fn range(address: u16, length: u16) -> [u8; 4] {
     let ([a, b], [c, d]) = (address.to_le_bytes(), length.to_le_bytes());
     [a, b, c, d]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stuffing_that_the_library_misses_is_removed() {
+        // Speed -1, position 0x0fd: FF FF FF FF FD 00 00 00, stuffed after FF FF FD.
+        let mut answer = vec![0xff, 0xff, 0xff, 0xff, 0xfd, 0xfd, 0x00, 0x00, 0x00];
+        remove_missed_stuffing(&mut answer);
+        assert_eq!(answer, [0xff, 0xff, 0xff, 0xff, 0xfd, 0x00, 0x00, 0x00]);
+    }
+
+    #[test]
+    fn other_bytes_stay() {
+        for bytes in [vec![], vec![0xfd], vec![0xff, 0xff, 0xff, 0xfd, 0xfe], vec![0xff, 0xff, 0xfd, 0xfd]] {
+            let mut answer = bytes.clone();
+            remove_missed_stuffing(&mut answer);
+            assert_eq!(answer, bytes);
+        }
+    }
 }
