@@ -159,8 +159,9 @@ fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -
         // On the way back the tip may still be out of sight or bounds: what must not be passed at once is what counts.
         session.is_retreating = true;
         let rest = vec![0.0; session.commanded.len()];
-        let back =
-            session.slew_with(&rest, 0.0, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
+        // The last rows wait for the poses after them.
+        let back = session
+            .slew_with(&rest, SETTLE, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
         if let Err(stop) = back {
             session.say(&format!("the way back to rest was cut short: {stop:?}"));
             return true;
