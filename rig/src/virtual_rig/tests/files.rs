@@ -48,7 +48,7 @@ fn file_rejects_what_cannot_be() {
 #[test]
 fn file_rejects_keys_it_does_not_know_and_misses_those_it_needs() {
     assert!(rejected("mass_kg", "weight_kg").starts_with("robot.toml: line"));
-    assert!(rejected("rate_hz = 80.0\n", "").starts_with("robot.toml: line"));
+    assert!(rejected("rate_hz = 80.0\n", "").starts_with("robot.toml: "));
     assert_eq!(VirtualRobot::preset("gentle").unwrap_err().bad_input().unwrap().place, "virtual robot");
 }
 
