@@ -19,7 +19,7 @@ pub(super) struct Aligner {
     rows: VecDeque<f64>,
     /// Trusted poses, in order of time; the first may lie before all rows.
     poses: VecDeque<Pose>,
-    /// Furthest that two poses may lie apart for one between them [s].
+    /// Furthest that two poses may lie apart for one between them [s]: less than two periods, so none is missing.
     bracket_max: f64,
     /// Longest that a row waits for its pose [s].
     wait_max: f64,
@@ -34,7 +34,7 @@ impl Aligner {
             n_values,
             rows: VecDeque::with_capacity(256 * (1 + n_values)),
             poses: VecDeque::with_capacity(256),
-            bracket_max: rate.map_or(0.0, |rate| 2.5 / rate),
+            bracket_max: rate.map_or(0.0, |rate| 1.5 / rate),
             wait_max: if rate.is_some() { wait_max } else { -1.0 },
             row: Vec::with_capacity(n_values + POSE),
         }
