@@ -108,19 +108,20 @@ impl World {
         world
     }
 
-    /// `n` ideal servos at rest, at half a turn, with nothing on their pulleys.
+    /// `n` light servos with hardly any friction at rest, at half a turn, with nothing on their pulleys.
     pub fn idle(n: usize) -> Self {
         let spec = ServoSpec {
             stall_torque: 1.4,
             no_load_speed: 57.0 / 60.0 * TAU,
             stall_current: 1.3,
-            inertia: 3e-3,
+            // They reach every tick and stop where the torque leaves them.
+            inertia: 1e-4,
             friction: Stribeck {
-                coulomb: 0.0,
-                breakaway: 0.0,
+                coulomb: 2e-3,
+                breakaway: 2e-3,
                 stribeck_velocity: 1.0,
                 exponent: 2.0,
-                viscous: 0.0,
+                viscous: 1e-2,
             },
             dead_band: 0.0,
             heat_capacity: 40.0,
