@@ -166,6 +166,13 @@ impl ServoSpec {
     }
 }
 
+impl ServoState {
+    /// Position as the encoder gives it [ticks].
+    pub fn ticks(&self) -> i32 {
+        (self.angle / TAU * TICKS_PER_TURN).round() as i32
+    }
+}
+
 impl Servo {
     /// A servo at rest at `angle` [rad], as warm as the air.
     pub fn new(spec: ServoSpec, angle: f64) -> Self {
@@ -189,7 +196,7 @@ impl Servo {
 
     /// Position as the encoder gives it [ticks].
     pub fn ticks(&self) -> i32 {
-        (self.state.angle / TAU * TICKS_PER_TURN).round() as i32
+        self.state.ticks()
     }
 
     /// The load it reports: no measurement, but what the motor is given, smoothed, as part of the stall torque and

@@ -5,7 +5,6 @@ use crate::bus::{BusCounts, ServoReport, xl430};
 use crate::config::RigConfig;
 use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
 use hysteron_actuator::Gains;
-use std::f64::consts::TAU;
 
 /// A simulated rig. The same seed gives the same bytes.
 #[derive(Debug, Clone)]
@@ -32,11 +31,6 @@ impl SimulatedRig {
     pub fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
-}
-
-/// Position that a servo at this angle reads [ticks].
-fn ticks(angle: f64) -> i32 {
-    (angle * f64::from(xl430::TICKS_PER_TURN) / TAU).floor() as i32
 }
 
 impl Hardware for SimulatedRig {
@@ -72,7 +66,7 @@ impl Hardware for SimulatedRig {
                 temperature_degc: servo.temperature,
                 hardware_error: 0,
                 torque_on: false,
-                position: ticks(servo.angle),
+                position: servo.ticks(),
             }
         });
         Ok(reports.collect())
@@ -92,7 +86,7 @@ impl Hardware for SimulatedRig {
             let load = (self.world.load(k) / xl430::LOAD_UNIT).round() * xl430::LOAD_UNIT;
             let torque_on = self.world.command_mut(k).torque_on;
             let servo = self.world.servo(k);
-            let position = ticks(servo.angle);
+            let position = servo.ticks();
             *sample =
                 Some(ServoSample { position, velocity: servo.velocity, load, torque_on, hardware_error: 0 });
         }
@@ -109,7 +103,7 @@ impl Hardware for SimulatedRig {
 
     fn set_torque(&mut self, on: bool) -> Result<()> {
         for k in 0..self.world.n_servos() {
-            let position = ticks(self.world.servo(k).angle);
+            let position = self.world.servo(k).ticks();
             let command = self.world.command_mut(k);
             if on && !command.torque_on {
                 command.goal = position;
