@@ -164,13 +164,15 @@ fn held_pulley_stops_its_servo() {
 
 #[test]
 fn heat_only_ever_grows() {
+    // 32 guides, slips of 5 mm known to their last digit, tensions of 50 N.
+    let rounding = 32.0 * f64::EPSILON * 5e-3 * 50.0;
     let mut bench = Bench::new(&typical(), 1);
     let mut last = bench.world.energy();
     for i in 0..400 {
         let s = 4e-3 * (0.05 * f64::from(i)).sin();
         bench.command(&[s, 0.3 * s, -s, -0.3 * s]);
         let now = bench.world.energy();
-        assert!(now.friction_heat >= last.friction_heat && now.stored.is_finite());
+        assert!(now.friction_heat >= last.friction_heat - rounding && now.stored.is_finite());
         assert!(now.creep_heat >= last.creep_heat - 1e-9);
         last = now;
     }
