@@ -51,7 +51,9 @@ pub fn record(
             }
             Some(Stop::Failed(error)) => Err(anyhow::anyhow!("{}: {error}", job.trajectory.name)),
         };
-        summary.add(job, &outcome);
+        if outcome.n_rows > 0 {
+            summary.add(job, &outcome);
+        }
         if ended.is_err() {
             break;
         }

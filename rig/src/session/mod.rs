@@ -29,6 +29,9 @@ const RELEASE_PAUSE: f64 = 0.05;
 /// Time that the robot is left at rest before a run [s].
 const SETTLE: f64 = 0.5;
 
+/// By how much a stroke may be beyond its limits before a run [m]: a tendon that was let go unwinds a little.
+const START_MARGIN: f64 = 2e-3;
+
 /// Why a motion did not come to its end.
 #[derive(Debug)]
 pub enum Stop {
@@ -113,6 +116,7 @@ impl<'a> Session<'a> {
         let calibration = calibration.unwrapped(&positions);
         let mut strokes = vec![0.0; n];
         calibration.strokes_into(&positions, &mut strokes);
+        check_start(rig, &strokes)?;
         let now = hardware.now();
         let mut session = Self {
             radii: rig.tendons.iter().map(|tendon| tendon.pulley_radius).collect(),
@@ -259,6 +263,23 @@ impl<'a> Session<'a> {
     fn note(&mut self, kind: EventKind, servo: Option<u8>, message: String) {
         let time_s = self.hardware.now();
         self.events.push(Event { time_s, kind, servo, message });
+    }
+}
+
+/// Refuses to move a robot whose servos do not stand where its calibration makes sense.
+fn check_start(rig: &RigConfig, strokes: &[f64]) -> Result<()> {
+    let limits = &rig.limits;
+    let far =
+        |stroke: f64| stroke < limits.stroke_min - START_MARGIN || stroke > limits.stroke_max + START_MARGIN;
+    match strokes.iter().zip(rig.ids()).find(|(stroke, _)| far(**stroke)) {
+        None => Ok(()),
+        Some((stroke, id)) => Err(Error::Bus(format!(
+            "servo {id} stands {:.1} mm from its zero, beyond its limits of {:.1} to {:.1} mm (hint: was it turned by \
+             hand or exchanged? run `hysteron rig calibrate`)",
+            1e3 * stroke,
+            1e3 * limits.stroke_min,
+            1e3 * limits.stroke_max
+        ))),
     }
 }
 

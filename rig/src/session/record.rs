@@ -81,7 +81,8 @@ pub fn record(
     let rate =
         session.rig.tracker.as_ref().filter(|_| session.calibration.registration.is_some()).map(|t| t.rate);
     let names = channel_names(n, rate.is_some());
-    let journal = JournalWriter::create(journal_path(&options.out), &names, &options.meta)?;
+    let journal_path = journal_path(&options.out);
+    let journal = JournalWriter::create(&journal_path, &names, &options.meta)?;
     let mut tape = Tape {
         journal,
         aligner: Aligner::new(4 * n, rate, WAIT_MAX),
@@ -103,8 +104,15 @@ pub fn record(
     let events = std::mem::take(&mut session.events);
     let stats = session.stats.clone();
     drop(session);
+    let is_empty = tape.last.is_none();
     let written = tape.finish(&events);
-    let (n_rows, n_gaps) = finish_journal(options, &stats)?;
+    let (n_rows, n_gaps) = if is_empty {
+        // Nothing was measured, so there is nothing to keep; why is in the outcome.
+        std::fs::remove_file(&journal_path).map_err(|e| hysteron_base::Error::io(&journal_path, e))?;
+        (0, 0)
+    } else {
+        finish_journal(options, &stats)?
+    };
     written?;
     Ok(Outcome { stats, events, stopped, n_rows, n_gaps })
 }
