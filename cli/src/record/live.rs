@@ -1,10 +1,12 @@
 //! Recording on a rig's ports, in real time, one trajectory after the other.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::Calibration;
-use hysteron_rig::session::{RecordOptions, Session, Stop, journal_path, record as record_one, recover};
+use hysteron_rig::session::{
+    Outcome, RecordOptions, Session, events_path, journal_path, record as record_one, recover,
+};
 use hysteron_rig::{Hardware, LiveRig};
 
 use super::source::{Source, calibration_path};
@@ -43,20 +45,11 @@ pub fn record(
             bar.set_position((before + row) as u64);
         })?;
         before += job.trajectory.n_samples();
-        ended = match &outcome.stopped {
-            None => Ok(()),
-            Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
-            Some(Stop::Limit(violation)) => {
-                Err(anyhow::anyhow!("{}", describe(violation, &job.trajectory.name)))
-            }
-            Some(Stop::Failed(error)) => Err(anyhow::anyhow!("{}: {error}", job.trajectory.name)),
-        };
-        if outcome.n_rows > 0 {
-            summary.add(job, &outcome);
-        }
-        if ended.is_err() {
+        if let Some(stop) = &outcome.stopped {
+            ended = Err(anyhow::anyhow!("{}: {stop}{}", job.trajectory.name, set_aside(&job.out, &outcome)?));
             break;
         }
+        summary.add(job, &outcome);
     }
     bar.finish_and_clear();
     if let Some(watchman) = watchman {
@@ -65,9 +58,29 @@ pub fn record(
     ended
 }
 
-fn describe(violation: &hysteron_rig::Violation, trajectory: &str) -> String {
-    let tendon = violation.tendon.map_or_else(String::new, |k| format!("tendon {}: ", k + 1));
-    format!("{trajectory}: limit passed: {tendon}{}", violation.message)
+/// Gives a recording that is not complete a name of its own, so that the same command can go on; says where it is.
+fn set_aside(out: &Path, outcome: &Outcome) -> anyhow::Result<String> {
+    if outcome.n_rows == 0 {
+        return Ok(" (nothing was recorded yet)".to_owned());
+    }
+    let (aside, log) = free_name(out, "partial");
+    std::fs::rename(out, &aside)?;
+    std::fs::rename(events_path(out), log)?;
+    Ok(format!(" ({} rows are in {})", outcome.n_rows, aside.display()))
+}
+
+/// `NAME.kind-1.parquet`, or with the first number that is free, and the log beside it.
+fn free_name(out: &Path, kind: &str) -> (PathBuf, PathBuf) {
+    let ending = out.extension().unwrap_or_default().to_string_lossy().into_owned();
+    let mut number = 1;
+    loop {
+        let named = out.with_extension(format!("{kind}-{number}.{ending}"));
+        if !named.exists() {
+            let log = events_path(&named);
+            return (named, log);
+        }
+        number += 1;
+    }
 }
 
 /// Opens what a crashed run has left, under a name of its own.
@@ -76,8 +89,7 @@ fn rescue(out: &Path) -> anyhow::Result<()> {
     if !journal.exists() {
         return Ok(());
     }
-    let free = (1..).map(|i| out.with_extension(format!("crashed-{i}.parquet"))).find(|path| !path.exists());
-    let Some(rescued) = free else { return Ok(()) };
+    let (rescued, _) = free_name(out, "crashed");
     match recover(&journal, &rescued) {
         Ok((n_rows, _)) => {
             tracing::warn!("an earlier run crashed; its {n_rows} rows are in {}", rescued.display());

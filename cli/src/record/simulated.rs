@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::{Calibration, calibrate};
-use hysteron_rig::session::{RecordOptions, Session, Stop, journal_path, record as record_one};
+use hysteron_rig::session::{RecordOptions, Session, events_path, journal_path, record as record_one};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use rayon::prelude::*;
 
@@ -53,18 +53,18 @@ pub fn record(
         let session = Session::start(&mut hardware, rig, &calibration, job.trajectory.rate_hz)?;
         let outcome =
             record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |_| bar.inc(1))?;
-        let ended = match &outcome.stopped {
-            None => Ok(()),
-            Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
-            Some(stop) => Err(anyhow::anyhow!("{}: {stop:?}", job.trajectory.name)),
-        };
-        if ended.is_err() {
-            // What is not complete would not be repeated.
-            std::fs::remove_file(&job.out)?;
-        } else if let Ok(mut summary) = collected.lock() {
+        if let Some(stop) = &outcome.stopped {
+            // A simulation can be repeated.
+            if outcome.n_rows > 0 {
+                std::fs::remove_file(&job.out)?;
+                std::fs::remove_file(events_path(&job.out))?;
+            }
+            anyhow::bail!("{}: {stop}", job.trajectory.name);
+        }
+        if let Ok(mut summary) = collected.lock() {
             summary.add(job, &outcome);
         }
-        ended
+        Ok(())
     });
     bar.finish_and_clear();
     ended

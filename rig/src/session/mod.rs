@@ -43,6 +43,19 @@ pub enum Stop {
     Asked,
 }
 
+impl std::fmt::Display for Stop {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Limit(Violation { tendon: Some(k), message, .. }) => {
+                write!(f, "limit passed: tendon {}: {message}", k + 1)
+            }
+            Self::Limit(Violation { message, .. }) => write!(f, "limit passed: {message}"),
+            Self::Failed(error) => write!(f, "{error}"),
+            Self::Asked => write!(f, "stopped on request"),
+        }
+    }
+}
+
 impl From<Violation> for Stop {
     fn from(violation: Violation) -> Self {
         Self::Limit(violation)

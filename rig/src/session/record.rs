@@ -171,7 +171,7 @@ fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -
         let back = session
             .slew_with(&rest, SETTLE, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
         if let Err(stop) = back {
-            session.say(&format!("the way back to rest was cut short: {stop:?}"));
+            session.say(&format!("the way back to rest was cut short: {stop}"));
             return true;
         }
     }
