@@ -1,5 +1,6 @@
 //! `hysteron rig emulate`: the virtual rig on ports, for any program that speaks to the real one.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -77,7 +78,7 @@ pub struct Arguments {
     /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free
     #[arg(long)]
     relaxed: bool,
-    /// TCP port on which the tracker serves its poses, by OpenIGTLink
+    /// TCP port on which the tracker serves its poses, by OpenIGTLink; 0 for any that is free
     #[arg(long, value_name = "PORT", default_value_t = 18944)]
     port_tracker: u16,
     /// End after that many seconds [default: at Ctrl-C]
@@ -122,15 +123,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .with_context(|| format!("creating {}", arguments.dir.display()))?;
     let n_servos = world.n_servos();
     let emulator = Emulator::start(world, options)?;
-    let _poses = serve_poses(arguments, &emulator)?;
-    let rig_file = write_rig_file(arguments, &robot)?;
+    let (_poses, tracker) = serve_poses(arguments, &emulator)?;
+    let rig_file = write_rig_file(arguments, &robot, tracker)?;
 
     say(format_args!(
         "servos 1 to {n_servos} at {}, {} baud",
         emulator.servo_port().display(),
         arguments.baud
     ));
-    say(format_args!("tracker \"{TRACKER_DEVICE}\" at 127.0.0.1:{}, OpenIGTLink", arguments.port_tracker));
+    say(format_args!("tracker \"{TRACKER_DEVICE}\" at {tracker}, OpenIGTLink"));
     say(format_args!("try: hysteron rig calibrate --rig {}", rig_file.display()));
     say(format_args!(
         "faults to come: {n_faults}; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
@@ -154,7 +155,7 @@ fn robot(arguments: &Arguments) -> anyhow::Result<VirtualRobot> {
 }
 
 /// Puts the tracker of the virtual rig on its port.
-fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<PoseDelivery> {
+fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<(PoseDelivery, SocketAddr)> {
     let settings = PoseServerSettings {
         port: arguments.port_tracker,
         device: TRACKER_DEVICE.to_owned(),
@@ -162,23 +163,28 @@ fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<Pos
         format: Format::Transform,
     };
     let server = PoseServer::start(settings)?;
+    let address = server.address();
     let faults = emulator.tracker_faults();
     let is = move |kind| faults.is_active(kind);
-    Ok(PoseDelivery::start(emulator.world(), server, move || PoseFaults {
+    let delivery = PoseDelivery::start(emulator.world(), server, move || PoseFaults {
         unplugged: is(FaultKind::UnplugTracker),
         silent: is(FaultKind::TrackerDropout),
         invalid: is(FaultKind::TrackerInvalid),
         frozen: is(FaultKind::TrackerFreeze),
         displaced: is(FaultKind::TrackerJump),
         damaged: is(FaultKind::TrackerCorrupt),
-    })?)
+    })?;
+    Ok((delivery, address))
 }
 
 /// The rig file with which this program finds what is emulated.
-fn write_rig_file(arguments: &Arguments, robot: &VirtualRobot) -> anyhow::Result<PathBuf> {
-    let address = format!("127.0.0.1:{}", arguments.port_tracker);
+fn write_rig_file(
+    arguments: &Arguments,
+    robot: &VirtualRobot,
+    tracker: SocketAddr,
+) -> anyhow::Result<PathBuf> {
     let text = rig_file(robot)
-        .replace("127.0.0.1:18944", &address)
+        .replace("127.0.0.1:18944", &tracker.to_string())
         .replace("baud = 1000000", &format!("baud = {}", arguments.baud));
     let path = arguments.dir.join("rig.toml");
     file::write_bytes(&path, text)?;

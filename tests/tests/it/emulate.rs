@@ -7,22 +7,28 @@ use std::process::{Command, Stdio};
 
 use hysteron_tests::{names_in, program, run};
 
+/// On whatever TCP port is free.
+const EMULATE: [&str; 4] = ["rig", "emulate", "--port-tracker", "0"];
+
 #[test]
 fn the_port_is_there_until_the_time_is_over() {
     let folder = tempfile::tempdir().unwrap();
-    let outcome =
-        run(folder.path(), &["rig", "emulate", "--dir", "rig", "--for-s", "0.2", "--draw-faults", "3"])
-            .succeeded();
+    let outcome = run(
+        folder.path(),
+        &[&EMULATE[..], &["--dir", "rig", "--for-s", "0.2", "--draw-faults", "3"]].concat(),
+    )
+    .succeeded();
     assert!(outcome.stdout.starts_with("servos 1 to 4 at rig/servos, 1000000 baud\n"), "{}", outcome.stdout);
     assert!(outcome.stdout.contains("faults to come: 3"), "{}", outcome.stdout);
-    assert_eq!(names_in(&folder.path().join("rig")), ["faults.jsonl", "torque.jsonl"]);
+    assert_eq!(names_in(&folder.path().join("rig")), ["faults.jsonl", "rig.toml", "torque.jsonl"]);
 }
 
 #[test]
 fn a_polite_end_removes_the_port() {
     let folder = tempfile::tempdir().unwrap();
     let mut emulator = Command::new(program())
-        .args(["rig", "emulate", "--dir", "."])
+        .args(EMULATE)
+        .args(["--dir", "."])
         .current_dir(folder.path())
         .stdout(Stdio::piped())
         .spawn()
@@ -52,7 +58,7 @@ fn bad_input_starts_nothing() {
         (&["--return-delay-us", "600"], "return delay"),
         (&["--for-s", "-1"], "--for-s"),
     ] {
-        let outcome = run(folder.path(), &[&["rig", "emulate", "--dir", "."], arguments].concat());
+        let outcome = run(folder.path(), &[&EMULATE[..], &["--dir", "."], arguments].concat());
         assert!(outcome.error(2).contains(part), "{}", outcome.stderr);
         assert!(!folder.path().join("servos").is_symlink());
     }

@@ -9,3 +9,4 @@ mod mesh;
 mod reach;
 mod repository;
 mod simulate;
+mod virtual_rig;

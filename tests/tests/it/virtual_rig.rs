@@ -1,0 +1,131 @@
+//! Data sets from the virtual rig in the program's own process.
+
+use std::path::Path;
+
+use hysteron_base::Recording;
+use hysteron_tests::{names_in, run};
+
+const RECORD: [&str; 6] = ["record", "--rig", "virtual:typical", "--plan", "quick", "--out"];
+
+fn recordings(folder: &Path) -> Vec<String> {
+    names_in(folder).into_iter().filter(|name| name.ends_with(".parquet")).collect()
+}
+
+#[test]
+fn one_command_makes_a_data_set_with_everything_beside_it() {
+    let place = tempfile::tempdir().unwrap();
+    let outcome = run(place.path(), &[&RECORD[..], &["data", "--png"]].concat()).succeeded();
+    assert!(outcome.stdout.contains("5 recordings"), "{}", outcome.stdout);
+    let folder = place.path().join("data");
+    let names = names_in(&folder);
+    for name in [
+        "calibration.toml",
+        "plan.toml",
+        "rig.toml",
+        "robot.toml",
+        "report.html",
+        "metrics.json",
+        "command-tip.png",
+    ] {
+        assert!(names.iter().any(|found| found == name), "{name} in {names:?}");
+    }
+    assert!(!names.iter().any(|name| name.ends_with(".journal")), "{names:?}");
+    let circle = Recording::read(folder.join("circle.parquet")).unwrap();
+    let [x, y, z] = circle.tip().unwrap();
+    // Upright at first, then bent all around.
+    assert!(x[0].hypot(y[0]) < 2e-3 && (z[0] - 0.08).abs() < 2e-3);
+    for c in [x, y] {
+        assert!(
+            c.iter().copied().fold(0.0, f64::max) > 0.01 && c.iter().copied().fold(0.0, f64::min) < -0.01
+        );
+    }
+    // What was done can be done again from the files beside the data.
+    let again = ["record", "--rig", "virtual:data/robot.toml", "--plan", "data/plan.toml"];
+    let rest = ["--calibration", "data/calibration.toml", "--only", "circle", "--out", "again.parquet"];
+    run(place.path(), &[&again[..], &rest[..]].concat()).succeeded();
+    let again = Recording::read(place.path().join("again.parquet")).unwrap();
+    assert_eq!(again.strokes(), circle.strokes());
+}
+
+#[test]
+fn threads_change_no_byte_and_another_seed_changes_the_noise() {
+    let place = tempfile::tempdir().unwrap();
+    let record =
+        |arguments: &[&str]| run(place.path(), &[arguments, &RECORD[..], &["data"]].concat()).succeeded();
+    let bytes = || -> Vec<Vec<u8>> {
+        let folder = place.path().join("data");
+        let all =
+            recordings(&folder).into_iter().map(|name| std::fs::read(folder.join(name)).unwrap()).collect();
+        std::fs::remove_dir_all(folder).unwrap();
+        all
+    };
+    record(&["--threads", "1"]);
+    let one = bytes();
+    assert_eq!(one.len(), 5);
+    record(&["--threads", "2"]);
+    assert!(bytes() == one);
+    run(place.path(), &[&RECORD[..], &["data", "--seed", "2"]].concat()).succeeded();
+    assert!(bytes().iter().zip(&one).all(|(a, b)| a != b));
+}
+
+#[test]
+fn a_data_set_goes_on_where_it_stopped() {
+    let place = tempfile::tempdir().unwrap();
+    let record = || run(place.path(), &[&RECORD[..], &["data"]].concat());
+    record().succeeded();
+    let lost = place.path().join("data/square.parquet");
+    let bytes = std::fs::read(&lost).unwrap();
+    std::fs::remove_file(&lost).unwrap();
+    let outcome = record().succeeded();
+    assert!(outcome.stderr.contains("4 are there already"), "{}", outcome.stderr);
+    assert!(std::fs::read(&lost).unwrap() == bytes);
+}
+
+#[test]
+fn bad_input_moves_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+    write("plan.toml", "format = \"hysteron-plan\"\nversion = 1\nname = \"x\"\nsede = 1\n");
+    write("other.parquet", "no parquet");
+    for (arguments, parts) in [
+        (
+            &["--rig", "virtual:none", "--plan", "quick", "--out", "out"][..],
+            &["--rig", "virtual:typical"][..],
+        ),
+        (&["--rig", "none.toml", "--plan", "quick", "--out", "out"], &["none.toml", "a file"]),
+        (&["--rig", "virtual:typical/x", "--plan", "quick", "--out", "out"], &["--rig"]),
+        (&["--rig", "virtual:typical", "--plan", "none", "--out", "out"], &["one of paper, quick"]),
+        (
+            &["--rig", "virtual:typical", "--plan", "plan.toml", "--out", "out"],
+            &["plan.toml: line 4: sede", "seed"],
+        ),
+        (&["--rig", "virtual:typical", "--plan", "quick", "--out", "out.parquet"], &["a folder, for 5"]),
+        (
+            &["--rig", "virtual:typical", "--plan", "quick", "--only", "oval", "--out", "out"],
+            &["--only", "\"oval\""],
+        ),
+        (
+            &["--rig", "virtual:typical", "--plan", "quick", "--only", "circle", "--out", "other.parquet"],
+            &["other.parquet", "a whole parquet file"],
+        ),
+    ] {
+        let outcome = run(place.path(), &[&["record"], arguments].concat());
+        let error = outcome.error(2);
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+        assert!(!place.path().join("out").exists());
+    }
+}
+
+#[test]
+fn a_recording_of_another_plan_is_not_overwritten() {
+    let place = tempfile::tempdir().unwrap();
+    let record = |plan: &'static str| {
+        let only = ["--only", if plan == "quick" { "circle" } else { "circle-1" }];
+        let arguments = ["record", "--rig", "virtual:mild", "--plan", plan, "--out", "one.parquet"];
+        run(place.path(), &[&arguments[..], &only].concat())
+    };
+    record("quick").succeeded();
+    let bytes = std::fs::read(place.path().join("one.parquet")).unwrap();
+    assert!(record("paper").error(2).contains("one of another plan"));
+    assert!(std::fs::read(place.path().join("one.parquet")).unwrap() == bytes);
+}
