@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::chain::{Chain, Reply};
 use super::faults::Fault;
 use super::injector::Injector;
-use super::packet::{BROADCAST, Decoded, Decoder};
+use crate::bus::packet::{BROADCAST, Decoded, Decoder};
 use super::port::{Port, Timing};
 use super::servo::Servo;
 use super::{Options, Shared};
