@@ -5,6 +5,7 @@
 mod it {
     #[cfg(unix)]
     mod emulator;
+    mod fuzz;
     #[cfg(unix)]
     mod session;
     mod tracker;

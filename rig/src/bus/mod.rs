@@ -6,6 +6,7 @@
 
 mod check;
 mod counts;
+pub(crate) mod packet;
 mod ports;
 mod wire;
 pub mod xl430;

@@ -1,11 +1,16 @@
-//! The one place that talks to `dynamixel2`: single transfers with deadlines of our own, counted.
+//! Single transfers with deadlines of our own, counted; the one place that talks to `dynamixel2`.
 //!
-//! The crate waits 34 ms for an answer, longer than three cycles of a recording; and it ends a sync read's wait per
-//! servo. Here a transfer has one deadline: the time on the wire and what the rig file allows beyond it.
+//! The crate writes instructions. It does not read the answers: version 0.9.1 waits 34 ms for one, longer than three
+//! cycles of a recording; panics at a stated length below 4, as the echo of a ping has it; reports a length beyond its
+//! buffer again and again without taking the packet away; and leaves stuffing after FF FF FF FD, which a small negative
+//! number before a byte FD makes. Here a transfer has one deadline, the time on the wire and what the rig file allows
+//! beyond it, and every damaged byte is passed over once.
 
 use super::BusCounts;
-use dynamixel2::{Bus, ReadError, WriteError};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use super::packet::{Decoded, Decoder, STATUS};
+use dynamixel2::serial2::SerialPort;
+use dynamixel2::{Bus, WriteError};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -16,8 +21,10 @@ pub use dynamixel2::instructions::packet_id::BROADCAST;
 pub(crate) const INSTRUCTION_BYTES: usize = 10;
 /// Bytes of a status packet besides its parameters.
 pub(crate) const STATUS_BYTES: usize = 11;
-/// Enough for a read of the whole control table, stuffed.
+/// Enough for the longest instruction, stuffed.
 const BUFFER: usize = 1024;
+/// Set in the error byte of a servo with a hardware error.
+const ALERT: u8 = 0x80;
 
 /// What an attempt came to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,6 +79,9 @@ pub struct Answer<'a> {
 #[derive(Debug)]
 pub struct Wire {
     bus: Bus<Vec<u8>, Vec<u8>>,
+    /// The same port, for reading.
+    port: SerialPort,
+    decoder: Decoder,
     /// How long to wait beyond the time on the wire.
     reply_timeout: Duration,
     /// Parameters of the last answer.
@@ -81,10 +91,12 @@ pub struct Wire {
 
 impl Wire {
     /// Opens a port.
-    pub fn open(port: &Path, baud: u32, reply_timeout: f64) -> std::io::Result<Self> {
-        let bus = Bus::open_with_buffers(port, baud, vec![0; BUFFER], vec![0; BUFFER])?;
+    pub fn open(path: &Path, baud: u32, reply_timeout: f64) -> std::io::Result<Self> {
+        let bus = Bus::open_with_buffers(path, baud, Vec::new(), vec![0; BUFFER])?;
+        let port = bus.serial_port().try_clone()?;
         let reply_timeout = Duration::from_secs_f64(reply_timeout);
-        Ok(Self { bus, reply_timeout, answer: Vec::with_capacity(BUFFER), counts: BusCounts::default() })
+        let (decoder, answer, counts) = (Decoder::default(), Vec::new(), BusCounts::default());
+        Ok(Self { bus, port, decoder, reply_timeout, answer, counts })
     }
 
     /// Time that this many bytes take on the wire.
@@ -95,6 +107,8 @@ impl Wire {
     /// Sends an instruction.
     pub fn send(&mut self, id: u8, instruction: u8, parameters: &[u8]) -> Result<(), Failure> {
         self.counts.instructions += 1;
+        // As the crate forgets what the system still holds of earlier answers.
+        self.decoder.clear();
         let sent = self.bus.write_instruction(id, instruction, parameters.len(), |buffer| {
             buffer.copy_from_slice(parameters);
         });
@@ -111,11 +125,7 @@ impl Wire {
 
     /// Waits for the next answer, of `length` parameters.
     pub fn receive(&mut self, length: usize, deadline: Instant) -> Result<Answer<'_>, Failure> {
-        let read = self.read_packet(deadline);
-        if self.answer.len() > length {
-            remove_missed_stuffing(&mut self.answer);
-        }
-        let failure = match read {
+        let failure = match self.read_answer(deadline) {
             Ok((id, alert)) if self.answer.len() == length => {
                 self.counts.answers += 1;
                 return Ok(Answer { id, alert, parameters: &self.answer });
@@ -132,20 +142,43 @@ impl Wire {
         Err(failure)
     }
 
-    /// Id and alert of the next packet; its parameters are left in `answer`.
-    fn read_packet(&mut self, deadline: Instant) -> Result<(u8, bool), Failure> {
-        let (bus, answer) = (&mut self.bus, &mut self.answer);
-        // dynamixel2 0.9.1 subtracts 2 from the length that a packet states, and panics where that is less.
-        let read = catch_unwind(AssertUnwindSafe(|| {
-            let packet = bus.read_status_response_deadline(deadline)?;
-            answer.clear();
-            answer.extend_from_slice(packet.parameters());
-            Ok((packet.packet_id(), packet.alert()))
-        }));
+    /// Id and alert of the next answer; its parameters are left in `answer`.
+    fn read_answer(&mut self, deadline: Instant) -> Result<(u8, bool), Failure> {
+        let (id, body) = loop {
+            match self.decoder.next() {
+                Some(Decoded::Packet { id, body, .. }) => break (id, body),
+                Some(Decoded::BadChecksum { .. }) => return Err(Failure::Corrupt("wrong checksum".into())),
+                None => self.read_bytes(deadline)?,
+            }
+        };
+        let [STATUS, error, parameters @ ..] = &body[..] else {
+            return Err(Failure::Corrupt("no answer but another packet".into()));
+        };
+        if error & !ALERT != 0 {
+            return Err(Failure::Refused(error & !ALERT));
+        }
+        self.answer.clear();
+        self.answer.extend_from_slice(parameters);
+        Ok((id, error & ALERT != 0))
+    }
+
+    /// Waits for more bytes.
+    fn read_bytes(&mut self, deadline: Instant) -> Result<(), Failure> {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(Failure::Timeout);
+        }
+        let mut bytes = [0; 256];
+        let read = self.port.set_read_timeout(left).and_then(|()| self.port.read(&mut bytes));
         match read {
-            Ok(Ok(packet)) => Ok(packet),
-            Ok(Err(error)) => Err(failure(error)),
-            Err(_) => Err(Failure::Corrupt("impossible length".into())),
+            Ok(0) => Err(Failure::Port("end of the stream".into())),
+            Ok(n) => {
+                self.decoder.push(&bytes[..n]);
+                Ok(())
+            }
+            Err(e) if e.kind() == ErrorKind::TimedOut => Err(Failure::Timeout),
+            Err(e) if e.kind() == ErrorKind::Interrupted => Ok(()),
+            Err(e) => Err(Failure::Port(e.to_string())),
         }
     }
 
@@ -167,53 +200,8 @@ impl Wire {
     }
 }
 
-fn failure(error: ReadError) -> Failure {
-    match error {
-        ReadError::Io(e) if e.kind() == std::io::ErrorKind::TimedOut => Failure::Timeout,
-        ReadError::Io(e) => Failure::Port(e.to_string()),
-        ReadError::MotorError(e) => Failure::Refused(e.error_number()),
-        ReadError::InvalidMessage(e) => Failure::Corrupt(e.to_string()),
-        ReadError::BufferFull(e) => Failure::Corrupt(format!("a length of {} bytes", e.required_size)),
-    }
-}
-
-/// Removes stuffing that dynamixel2 0.9.1 leaves: it misses FF FF FD FD where a further FF stands before, as it does
-/// whenever a small negative number is followed by a byte FD. (It is called only for an answer that is too long, and
-/// the length is checked again.)
-fn remove_missed_stuffing(answer: &mut Vec<u8>) {
-    let mut at = 4;
-    while at < answer.len() {
-        if answer[at - 4..=at] == [0xff, 0xff, 0xff, 0xfd, 0xfd] {
-            answer.remove(at);
-        }
-        at += 1;
-    }
-}
-
 /// Address and length as the parameters of a read.
 pub fn range(address: u16, length: u16) -> [u8; 4] {
     let ([a, b], [c, d]) = (address.to_le_bytes(), length.to_le_bytes());
     [a, b, c, d]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn stuffing_that_the_library_misses_is_removed() {
-        // Speed -1, position 0x0fd: FF FF FF FF FD 00 00 00, stuffed after FF FF FD.
-        let mut answer = vec![0xff, 0xff, 0xff, 0xff, 0xfd, 0xfd, 0x00, 0x00, 0x00];
-        remove_missed_stuffing(&mut answer);
-        assert_eq!(answer, [0xff, 0xff, 0xff, 0xff, 0xfd, 0x00, 0x00, 0x00]);
-    }
-
-    #[test]
-    fn other_bytes_stay() {
-        for bytes in [vec![], vec![0xfd], vec![0xff, 0xff, 0xff, 0xfd, 0xfe], vec![0xff, 0xff, 0xfd, 0xfd]] {
-            let mut answer = bytes.clone();
-            remove_missed_stuffing(&mut answer);
-            assert_eq!(answer, bytes);
-        }
-    }
 }

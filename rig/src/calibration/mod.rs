@@ -56,12 +56,12 @@ impl ChannelMap {
 
     /// Stroke at a position [m].
     pub fn stroke(&self, ticks: i32) -> f64 {
-        f64::from(ticks - self.zero) * self.stroke_per_tick()
+        (f64::from(ticks) - f64::from(self.zero)) * self.stroke_per_tick()
     }
 
     /// Position nearest to a stroke [ticks].
     pub fn ticks(&self, stroke: f64) -> i32 {
-        self.zero + (stroke / self.stroke_per_tick()).round() as i32
+        self.zero.saturating_add((stroke / self.stroke_per_tick()).round() as i32)
     }
 }
 
@@ -108,8 +108,11 @@ impl Calibration {
     pub fn unwrapped(&self, positions: &[i32]) -> Self {
         let mut moved = self.clone();
         for (channel, position) in moved.channels.iter_mut().zip(positions) {
-            let turns = f64::from(position - channel.zero) / f64::from(channel.ticks_per_turn);
-            channel.zero += turns.round() as i32 * channel.ticks_per_turn;
+            let away = f64::from(*position) - f64::from(channel.zero);
+            let turns = (away / f64::from(channel.ticks_per_turn)).round() as i64;
+            let moved = i64::from(channel.zero) + turns * i64::from(channel.ticks_per_turn);
+            // A servo at the end of all numbers has its last zero within them.
+            channel.zero = i32::try_from(moved).unwrap_or(channel.zero);
         }
         moved
     }

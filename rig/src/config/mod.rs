@@ -271,7 +271,12 @@ fn servos(typed: &typed::Servos) -> Check<ServoConfig> {
             watchdog,
             watchdog == 0.0 || (100.0..=2540.0).contains(&watchdog),
         )?,
-        reply_timeout: positive("servos.reply_timeout_ms", typed.reply_timeout_ms)?,
+        reply_timeout: require(
+            "servos.reply_timeout_ms",
+            "0 < x <= 1000",
+            typed.reply_timeout_ms,
+            0.0 < typed.reply_timeout_ms && typed.reply_timeout_ms <= 1000.0,
+        )?,
         retries: u32::try_from(typed.retries).ok().filter(|retries| *retries <= 10).ok_or_else(|| {
             BadInput::new("servos.retries", "a whole number from 0 to 10", typed.retries.to_string())
         })?,

@@ -8,11 +8,12 @@ use super::{RunStats, SETTLE, Session, Stop};
 use crate::{Error, Event, EventKind, Result, Retreat, Violation};
 use hysteron_base::{BadInput, Journal, JournalWriter, Metadata, Recording};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Longest that a row waits for its pose [s].
 const WAIT_MAX: f64 = 0.4;
-/// The journal is brought to the disk so often [s].
-const SYNC_EVERY: f64 = 1.0;
+/// The journal is brought to the disk so often.
+const SYNC_EVERY: Duration = Duration::from_secs(1);
 
 /// Where a recording goes and what it says of itself.
 #[derive(Debug, Clone)]
@@ -90,7 +91,7 @@ pub fn record(
         start: 0.0,
         last: None,
         held: Vec::with_capacity(2 * n),
-        synced: 0.0,
+        synced: Instant::now(),
     };
 
     let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
@@ -190,8 +191,8 @@ struct Tape {
     last: Option<f64>,
     /// Strokes and goals commanded in it.
     held: Vec<f64>,
-    /// When the journal was last brought to the disk [s].
-    synced: f64,
+    /// When the journal was last brought to the disk.
+    synced: Instant,
 }
 
 impl Tape {
@@ -210,10 +211,10 @@ impl Tape {
         for event in session.events.drain(..) {
             self.note(&event)?;
         }
-        let now = session.hardware.now();
-        self.write(now)?;
-        if now - self.synced > SYNC_EVERY {
-            self.synced = now;
+        self.write(session.hardware.now())?;
+        // In real time: a simulated second is worth no wait for the disk.
+        if self.synced.elapsed() > SYNC_EVERY {
+            self.synced = Instant::now();
             self.journal.sync().map_err(disk)?;
         }
         Ok(())

@@ -3,9 +3,9 @@
 //! In sync and bulk reads each servo answers when it has heard the one before it in the list, as in ROBOTIS's own
 //! device code; behind one that is silent, all are.
 
-use super::packet::{BROADCAST, STATUS, fast_status, status};
 use super::servo::Servo;
 use super::table::Refusal;
+use crate::bus::packet::{BROADCAST, STATUS, fast_status, status};
 use crate::bus::xl430::{self, Register};
 use crate::virtual_rig::World;
 

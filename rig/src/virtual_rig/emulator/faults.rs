@@ -234,9 +234,15 @@ impl Fault {
             typed::count("count", i64::from(count), i64::from(MOST_PACKETS))?;
         }
         self.duration_s.map_or(Ok(0.0), |x| typed::positive("duration_s", x))?;
+        // Beyond these a servo would be no servo any more.
+        let within = |key, given: Option<f64>, low: f64, high: f64| match given {
+            Some(x) => typed::require(key, &format!("{low} to {high}"), x, (low..=high).contains(&x)),
+            None => Ok(0.0),
+        };
         self.delay_ms.map_or(Ok(0.0), |x| typed::positive("delay_ms", x))?;
-        self.torque_nm.map_or(Ok(0.0), |x| typed::finite("torque_nm", x))?;
-        self.volts.map_or(Ok(0.0), |x| typed::not_negative("volts", x))?;
+        within("delay_ms", self.delay_ms, 0.0, 10_000.0)?;
+        within("torque_nm", self.torque_nm, -100.0, 100.0)?;
+        within("volts", self.volts, 0.0, 30.0)?;
         Ok(())
     }
 }

@@ -6,7 +6,6 @@
 mod chain;
 mod faults;
 mod injector;
-mod packet;
 mod port;
 mod pose_delivery;
 mod pose_server;

@@ -1,7 +1,8 @@
-//! Packets of protocol 2.0 as a servo sees them: instructions come in, answers go out.
+//! Packets of protocol 2.0: the driver takes answers out of the bytes of the port with it, the emulated servos take
+//! instructions, and write their answers.
 //!
-//! Written from the e-Manual and independent of the crate that the driver uses, so that each checks the other. A
-//! packet is `FF FF FD 00`, id, length (2 bytes), instruction, parameters, CRC-16. After `FF FF FD` inside the
+//! Written from the e-Manual. `dynamixel2`, which writes the driver's instructions and is the host in the emulator's
+//! tests, and ROBOTIS's own SDK (`tests/peers`) check it. A packet is `FF FF FD 00`, id, length (2 bytes), instruction, parameters, CRC-16. After `FF FF FD` inside the
 //! instruction and its parameters another `FD` is stuffed, so the header appears nowhere else.
 
 /// What opens a packet.
@@ -9,15 +10,15 @@ const HEADER: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
 /// Bytes before those that the length counts: header, id, length.
 const PREFIX: usize = 7;
 /// Largest length that is believed; the longest answer is a read of the whole control table.
-pub(super) const MAX_LENGTH: usize = 2048;
+pub(crate) const MAX_LENGTH: usize = 2048;
 /// Id that addresses all servos.
-pub(super) const BROADCAST: u8 = 0xfe;
+pub(crate) const BROADCAST: u8 = 0xfe;
 /// Instruction number of answers.
-pub(super) const STATUS: u8 = 0x55;
+pub(crate) const STATUS: u8 = 0x55;
 
 /// What the decoder found.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Decoded {
+pub(crate) enum Decoded {
     /// A whole packet.
     Packet {
         /// Whom it addresses.
@@ -38,7 +39,7 @@ pub(super) enum Decoded {
 
 /// Finds packets in a stream of bytes, however it is cut and whatever lies between them.
 #[derive(Debug, Default)]
-pub(super) struct Decoder {
+pub(crate) struct Decoder {
     bytes: Vec<u8>,
 }
 
@@ -144,7 +145,7 @@ fn next_match(n_matched: usize, byte: u8) -> usize {
 }
 
 /// A packet with this body: instruction number and parameters.
-pub(super) fn packet(id: u8, body: &[u8]) -> Vec<u8> {
+pub(crate) fn packet(id: u8, body: &[u8]) -> Vec<u8> {
     let body = stuffed(body);
     let mut bytes = opened(id, body.len() + 2);
     bytes.extend_from_slice(&body);
@@ -153,14 +154,14 @@ pub(super) fn packet(id: u8, body: &[u8]) -> Vec<u8> {
 }
 
 /// The answer of a servo: error byte and parameters.
-pub(super) fn status(id: u8, error: u8, parameters: &[u8]) -> Vec<u8> {
+pub(crate) fn status(id: u8, error: u8, parameters: &[u8]) -> Vec<u8> {
     let mut body = vec![STATUS, error];
     body.extend_from_slice(parameters);
     packet(id, &body)
 }
 
 /// The one answer to a fast read: of every servo error byte, id, data and the checksum of all so far. Not stuffed.
-pub(super) fn fast_status(parts: &[(u8, u8, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn fast_status(parts: &[(u8, u8, Vec<u8>)]) -> Vec<u8> {
     let length = 1 + parts.iter().map(|(_, _, data)| data.len() + 4).sum::<usize>();
     let mut bytes = opened(BROADCAST, length);
     bytes.push(STATUS);
