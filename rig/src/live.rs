@@ -2,19 +2,44 @@
 //! them cannot be told from here.
 
 use crate::bus::{BusCounts, ServoBus, ServoReport};
-use crate::config::RigConfig;
-use crate::tracker::{Client, Settings};
+use crate::config::{RigConfig, TrackerConfig, TrackerSource};
+use crate::tracker::{Client, Replay, Settings};
 use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
+use hysteron_base::Recording;
 use std::time::{Duration, Instant};
 
 /// How long to wait for the tracker's first pose [s].
 const TRACKER_PATIENCE: f64 = 5.0;
 
+/// Where poses come from.
+#[derive(Debug)]
+enum Tracker {
+    Client(Client),
+    Replay(Replay),
+}
+
+fn open_tracker(config: &TrackerConfig, clock: Instant) -> Result<Tracker> {
+    let address = match &config.source {
+        TrackerSource::OpenIgtLink(address) => address,
+        TrackerSource::Replay(path) => {
+            let recording = Recording::read(path)?;
+            let replay = Replay::new(&recording, clock.elapsed().as_secs_f64());
+            return Ok(Tracker::Replay(replay.map_err(|bad| bad.within(path.display()))?));
+        }
+    };
+    let mut settings = Settings::new(address);
+    settings.device = Some(config.device.clone()).filter(|device| !device.is_empty());
+    settings.latency = config.latency;
+    settings.stale_after = config.stale;
+    settings.limits.speed = config.speed_max;
+    Ok(Tracker::Client(Client::connect(settings, clock)?))
+}
+
 /// A rig on its ports.
 #[derive(Debug)]
 pub struct LiveRig {
     bus: ServoBus,
-    tracker: Option<Client>,
+    tracker: Option<Tracker>,
     rig: RigConfig,
     clock: Instant,
 }
@@ -27,15 +52,8 @@ impl LiveRig {
     pub fn open(rig: &RigConfig) -> Result<Self> {
         let clock = Instant::now();
         let bus = ServoBus::open(&rig.servos, &rig.ids(), clock)?;
-        let tracker = rig.tracker.as_ref().map(|tracker| {
-            let mut settings = Settings::new(&tracker.address);
-            settings.device = Some(tracker.device.clone()).filter(|device| !device.is_empty());
-            settings.latency = tracker.latency;
-            settings.stale_after = tracker.stale;
-            settings.limits.speed = tracker.speed_max;
-            Client::connect(settings, clock)
-        });
-        Ok(Self { bus, tracker: tracker.transpose()?, rig: rig.clone(), clock })
+        let tracker = rig.tracker.as_ref().map(|tracker| open_tracker(tracker, clock)).transpose()?;
+        Ok(Self { bus, tracker, rig: rig.clone(), clock })
     }
 
     /// The servo bus.
@@ -43,9 +61,15 @@ impl LiveRig {
         &mut self.bus
     }
 
-    /// The tracker, if the rig has one.
-    pub fn tracker(&self) -> Option<&Client> {
-        self.tracker.as_ref()
+    /// Waits for the tracker's first pose; returns at once where there is no tracker to wait for.
+    ///
+    /// # Errors
+    /// `Tracker` if none comes.
+    pub fn wait_for_pose(&self) -> Result<()> {
+        match &self.tracker {
+            Some(Tracker::Client(client)) => client.wait_for_pose(TRACKER_PATIENCE),
+            Some(Tracker::Replay(_)) | None => Ok(()),
+        }
     }
 }
 
@@ -68,9 +92,7 @@ impl Hardware for LiveRig {
     fn prepare(&mut self) -> Result<Vec<ServoReport>> {
         let reports = self.bus.self_check(&self.rig)?;
         self.bus.configure()?;
-        if let Some(tracker) = &self.tracker {
-            tracker.wait_for_pose(TRACKER_PATIENCE)?;
-        }
+        self.wait_for_pose()?;
         Ok(reports)
     }
 
@@ -95,15 +117,18 @@ impl Hardware for LiveRig {
     }
 
     fn take_poses(&mut self, poses: &mut Vec<Pose>) {
-        if let Some(tracker) = &self.tracker {
-            tracker.take_poses(poses);
+        let now = self.now();
+        match &mut self.tracker {
+            Some(Tracker::Client(client)) => client.take_poses(poses),
+            Some(Tracker::Replay(replay)) => replay.take_poses(now, poses),
+            None => {}
         }
     }
 
     fn take_events(&mut self, events: &mut Vec<Event>) {
         self.bus.take_events(events);
-        if let Some(tracker) = &self.tracker {
-            tracker.take_events(events);
+        if let Some(Tracker::Client(client)) = &self.tracker {
+            client.take_events(events);
         }
     }
 

@@ -20,8 +20,6 @@ Examples:
 
 Exit codes: 0 fit to run, 1 not, 2 bad input.";
 
-/// How long the tracker may take to its first pose [s].
-const TRACKER_PATIENCE: f64 = 5.0;
 /// A servo answers again about 0.3 s after a restart; the manual gives no time [ms].
 const RESTART_MS: u64 = 500;
 
@@ -66,8 +64,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let reports = hardware.bus().self_check(&rig)?;
     print(&reports);
-    if let Some(tracker) = hardware.tracker() {
-        tracker.wait_for_pose(TRACKER_PATIENCE)?;
+    if rig.tracker.is_some() {
+        hardware.wait_for_pose()?;
         say("tracker: poses arrive");
     }
     Ok(())

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 const FORMAT: &str = "hysteron-rig";
 const VERSION: i64 = 1;
+/// How a recording is named in place of a server.
+const REPLAY: &str = "replay:";
 /// Largest id that protocol 2.0 gives to one servo.
 const ID_MAX: i64 = 252;
 
@@ -102,8 +104,8 @@ pub struct TendonConfig {
 /// Where poses come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackerConfig {
-    /// Host and port of the OpenIGTLink server.
-    pub address: String,
+    /// Live, or repeated.
+    pub source: TrackerSource,
     /// Name of the device to listen to; empty for the first that speaks.
     pub device: String,
     /// Poses per second that are to be expected [Hz].
@@ -116,6 +118,15 @@ pub struct TrackerConfig {
     pub speed_max: f64,
     /// Where the tip rests in the robot's frame [m].
     pub tip_rest: [f64; 3],
+}
+
+/// Who says where the tip is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TrackerSource {
+    /// Host and port of an OpenIGTLink server.
+    OpenIgtLink(String),
+    /// A recording, to try servos without a tracker: its tip, in the robot's frame.
+    Replay(PathBuf),
 }
 
 /// What must not be passed.
@@ -201,7 +212,7 @@ impl RigConfig {
             hash: file::sha256_hex(text.as_bytes()),
             servos: servos(&typed.servos)?,
             tendons: tendons(&typed.tendon)?,
-            tracker: typed.tracker.as_ref().map(tracker).transpose()?,
+            tracker: typed.tracker.as_ref().map(|typed| tracker(typed, folder)).transpose()?,
             limits: limits(&typed.limits)?,
             motion: Motion {
                 slew: positive("motion.slew_mm_s", typed.motion.slew_mm_s)?,
@@ -305,9 +316,12 @@ fn tendons(typed: &[typed::Tendon]) -> Check<Vec<TendonConfig>> {
     Ok(tendons)
 }
 
-fn tracker(typed: &typed::Tracker) -> Check<TrackerConfig> {
+fn tracker(typed: &typed::Tracker, folder: &Path) -> Check<TrackerConfig> {
     Ok(TrackerConfig {
-        address: text("tracker.address", typed.address.clone())?,
+        source: match text("tracker.address", typed.address.clone())?.strip_prefix(REPLAY) {
+            Some(path) => TrackerSource::Replay(folder.join(path)),
+            None => TrackerSource::OpenIgtLink(typed.address.clone()),
+        },
         device: typed.device.clone(),
         rate: positive("tracker.rate_hz", typed.rate_hz)?,
         latency: not_negative("tracker.latency_ms", typed.latency_ms)?,

@@ -53,6 +53,15 @@ fn every_bound_rejects() {
 }
 
 #[test]
+fn a_tracker_is_a_server_or_a_recording() {
+    let source =
+        |text: &str| RigConfig::from_toml(text, Path::new("folder")).unwrap().tracker.unwrap().source;
+    assert_eq!(source(EXAMPLE), TrackerSource::OpenIgtLink("127.0.0.1:18944".into()));
+    let replay = EXAMPLE.replace("\"127.0.0.1:18944\"", "\"replay:tip.parquet\"");
+    assert_eq!(source(&replay), TrackerSource::Replay("folder/tip.parquet".into()));
+}
+
+#[test]
 fn a_turn_must_hold_all_strokes_in_position_mode() {
     let text = EXAMPLE.replace("\"extended\"", "\"position\"").replacen(
         "pulley_radius_mm = 10.0",

@@ -87,8 +87,14 @@ impl Session<'_> {
                 *pose = registration.apply(pose);
             }
         }
-        for pose in self.poses.iter().filter(|pose| pose.quality == Quality::Good) {
-            self.last_tracked = self.last_tracked.max(pose.time);
+        let now = self.hardware.now();
+        for pose in &self.poses {
+            if pose.quality == Quality::Good {
+                self.last_tracked = self.last_tracked.max(pose.time);
+                self.stats.pose_age.add(now - pose.time);
+            } else {
+                self.stats.n_doubtful += 1;
+            }
         }
     }
 }

@@ -11,7 +11,8 @@ mod record;
 mod stats;
 
 use crate::calibration::Calibration;
-use crate::config::{AtEnd, RigConfig};
+use crate::config::{AtEnd, RigConfig, TrackerSource};
+use crate::tracker::Registration;
 use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSample, SlowSample, Violation};
 pub use record::{
     Outcome, RecordOptions, channel_names, events_path, finish_journal, journal_path, record, recover,
@@ -126,7 +127,11 @@ impl<'a> Session<'a> {
             let sample = sample.ok_or_else(|| Error::Bus(format!("servo {id} does not answer")))?;
             positions.push(sample.position);
         }
-        let calibration = calibration.unwrapped(&positions);
+        let mut calibration = calibration.unwrapped(&positions);
+        if let Some(TrackerSource::Replay(_)) = rig.tracker.as_ref().map(|tracker| &tracker.source) {
+            // What is repeated is in the robot's frame already.
+            calibration.registration = Some(Registration::identity());
+        }
         let mut strokes = vec![0.0; n];
         calibration.strokes_into(&positions, &mut strokes);
         check_start(rig, &strokes)?;

@@ -75,6 +75,10 @@ pub struct RunStats {
     pub bus: Histogram,
     /// Time that their bytes take on the wire [s].
     pub wire: f64,
+    /// Age of a trusted pose when a cycle took it.
+    pub pose_age: Histogram,
+    /// Poses that were not trusted.
+    pub n_doubtful: u64,
     /// Part of one core that the process used, in real time [-].
     pub processor: Option<f64>,
     /// What the bus went through.
@@ -98,6 +102,12 @@ pub struct StatsSummary {
     pub bus_p99_ms: f64,
     /// Time that the bytes of a cycle take on the wire [ms].
     pub wire_ms: f64,
+    /// Poses that were trusted, and those that were not.
+    pub n_poses: [u64; 2],
+    /// Median age of a trusted pose when a cycle took it [ms].
+    pub pose_age_median_ms: f64,
+    /// 99 % of them are no older [ms].
+    pub pose_age_p99_ms: f64,
     /// Part of one core that the process used, in real time [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub processor_percent: Option<f64>,
@@ -113,6 +123,8 @@ impl RunStats {
             lateness: Histogram::new(),
             bus: Histogram::new(),
             wire: 0.0,
+            pose_age: Histogram::new(),
+            n_doubtful: 0,
             processor: None,
             counts: BusCounts::default(),
         }
@@ -135,6 +147,9 @@ impl RunStats {
             bus_median_ms: 1e3 * self.bus.percentile(0.5),
             bus_p99_ms: 1e3 * self.bus.percentile(0.99),
             wire_ms: 1e3 * self.wire,
+            n_poses: [self.pose_age.n, self.n_doubtful],
+            pose_age_median_ms: 1e3 * self.pose_age.percentile(0.5),
+            pose_age_p99_ms: 1e3 * self.pose_age.percentile(0.99),
             processor_percent: self.processor.map(|part| 100.0 * part),
             bus: self.counts,
         }

@@ -1,8 +1,9 @@
 //! A recording without mishaps.
 
 use super::{Stand, circle};
-use hysteron_base::Recording;
+use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_rig::EventKind;
+use hysteron_rig::config::{TrackerConfig, TrackerSource};
 
 #[test]
 fn every_cycle_becomes_a_row_and_the_torque_is_off_in_the_end() {
@@ -43,4 +44,37 @@ fn a_run_that_is_asked_to_stop_keeps_what_it_has() {
     assert_eq!(outcome.n_rows - outcome.n_gaps, 50);
     assert_eq!(Recording::read(stand.out()).unwrap().n_samples(), outcome.n_rows);
     assert_eq!(stand.emulator.torque_on(), [false; 4]);
+}
+
+#[test]
+fn a_replayed_tip_is_recorded_as_it_was() {
+    let mut stand = Stand::new();
+    // 20 s of a tip that moves along a line, for as long as the run takes.
+    let time: Vec<f64> = (0..2000).map(|i| 0.01 * f64::from(i)).collect();
+    let along = |x: f64| Channel::new("", time.iter().map(|t| x * t).collect());
+    let channels = [("tip_x_m", 1e-3), ("tip_y_m", -2e-3), ("tip_z_m", 3e-3)]
+        .map(|(name, speed)| Channel { name: name.into(), ..along(speed) })
+        .to_vec();
+    let tip = Recording::new(time.clone(), channels, vec![], Metadata::default()).unwrap();
+    let path = stand.out().with_file_name("tip.parquet");
+    tip.write(&path).unwrap();
+    stand.rig.tracker = Some(TrackerConfig {
+        source: TrackerSource::Replay(path),
+        device: String::new(),
+        rate: 100.0,
+        latency: 0.0,
+        stale: 1.0,
+        speed_max: 1.0,
+        tip_rest: [0.0; 3],
+    });
+    // Its line leaves the box that a robot of 80 mm is given.
+    (stand.rig.limits.tip_min, stand.rig.limits.tip_max) = ([-1.0; 3], [1.0; 3]);
+    let outcome = stand.record(100, &|| false, &mut |_| {}).unwrap();
+    assert!(outcome.stopped.is_none(), "{outcome:?}");
+    let recording = Recording::read(stand.out()).unwrap();
+    let [x, y, z] = recording.tip().unwrap();
+    for i in 0..recording.n_samples() {
+        assert!((y[i] + 2.0 * x[i]).abs() < 1e-9 && (z[i] - 3.0 * x[i]).abs() < 1e-9);
+        assert!(i == 0 || ((x[i] - x[i - 1]) / 1e-5 - 1.0).abs() < 1e-6, "row {i}");
+    }
 }
