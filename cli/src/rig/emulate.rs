@@ -35,8 +35,8 @@ Kinds: drop_packet, corrupt_packet, drop_instruction (count, servo), delay_packe
 torque_nm, duration_s), brown_out (volts or servo, duration_s), unplug_tracker, tracker_dropout, tracker_invalid, \
 tracker_freeze, tracker_jump, tracker_corrupt (duration_s).
 
-Writes DIR/rig.toml, for --rig of the other verbs; DIR/faults.jsonl, what broke when; and DIR/torque.jsonl, which servos drove their motors when; one line per \
-change. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
+Writes DIR/rig.toml, for --rig of the other verbs; DIR/faults.jsonl, what broke when; and DIR/torque.jsonl, which \
+servos drove their motors when, one line per change. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
 
 Examples, from the root of the repository:
   hysteron rig emulate --dir out/rig --for-s 1
