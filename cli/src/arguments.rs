@@ -15,14 +15,18 @@ Examples, from the root of the repository; where hysteron is not installed, `car
       --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
       --layers 17 --out out/tube.msh
   hysteron record --rig virtual:typical --plan quick --out out/quick
+  hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
+
+With servos and a tracker, begin with docs/rig.md.
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
 
 /// Digital twin and controller for tendon-driven continuum robots
 ///
-/// A robot is a folder with a mesh (.msh) and a scene (scene.toml): material, clamp, tendons, tip. `hysteron help
-/// VERB` says what each verb needs and writes. Results go to stdout, everything else to stderr.
+/// A robot is a folder with a mesh (.msh) and a scene (scene.toml): material, clamp, tendons, tip. A rig is a file
+/// (rig.toml): servos, tracker, limits. `hysteron help VERB` says what each verb needs and writes. Results go to stdout,
+/// everything else to stderr.
 #[derive(Debug, Parser)]
 #[command(name = "hysteron", version, after_help = HELP)]
 pub struct Program {

@@ -18,26 +18,31 @@ pub use summary::Row;
 use summary::Summary;
 
 const HELP: &str = "\
-RIG is a rig file, for a rig on its ports, real or emulated (`hysteron rig emulate`); or a virtual rig in this \
-process, much faster than real time: virtual:mild, virtual:typical, virtual:harsh, virtual:ROBOT.toml, and \
-virtual:typical/7 for member 7 of its population.
+RIG is a rig file, for a rig on its ports, real or emulated (`hysteron rig emulate`); it must be calibrated \
+(`hysteron rig calibrate`). Or it is a virtual rig in this process, much faster than real time: virtual:mild, \
+virtual:typical, virtual:harsh, virtual:ROBOT.toml (a copy of a file in rig/presets), and virtual:typical/7 for member \
+7 of its population. docs/rig.md is the guide for real ones.
 
-PLAN is a plan file, or the name of one that is built in: paper (18 trajectories, 258 000 samples, and three to check \
-with) or quick (a minute). The whole plan is checked against the rig's limits before anything moves.
+PLAN is a plan file (control/README.md), or the name of one that is built in: quick (a minute: sinusoid, diagonal, \
+circle, square, ellipse) or paper (18 trajectories with 258 000 samples, and three to check with: 50 minutes). The \
+whole plan is checked against the rig's limits before anything moves.
 
 Writes one recording per trajectory: commanded strokes, positions, loads, the tip in the robot's frame, at the plan's \
 rate on one clock; rows that were filled in are marked. Beside them the log of events, and for a folder the plan, the \
 rig, the calibration and a report. While a run lasts, its rows are in a .journal that survives a crash; \
-`hysteron rig recover` opens it. Run the command again to go on: trajectories that are there are not repeated.
+`hysteron rig recover` opens it. Run the command again to go on: trajectories that are there are not repeated. One that \
+was cut short stands there too; move it away first, since nothing is overwritten.
 
-However a run ends, the torque is switched off (or held, motion.at_end): by limit, error, Ctrl-C, SIGTERM or kill.
+However a run ends, the torque is switched off (or held, motion.at_end): by limit, error, Ctrl-C, SIGTERM or kill. Only \
+where the servos cannot be reached, because the USB cable is out or the computer is off, they stop and hold: switch \
+the supply off.
 
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick
   hysteron record --rig virtual:typical --plan paper --out out/paper --figures out/paper/figures
   hysteron rig emulate --preset typical --dir out/rig &
   hysteron rig calibrate --rig out/rig/rig.toml
-  hysteron record --rig out/rig/rig.toml --plan quick --only circle-1 --out out/circle.parquet
+  hysteron record --rig out/rig/rig.toml --plan quick --only circle --out out/circle.parquet
 
 Exit codes: 0 done, 1 failed, stopped or a limit was passed (what was measured is kept), 2 bad input.";
 
@@ -54,7 +59,7 @@ pub struct Arguments {
     /// Folder for the recordings; for a single trajectory also a file, .parquet or .csv
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// Only these trajectories of the plan
+    /// Only these trajectories of the plan, by name
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     only: Vec<String>,
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]

@@ -15,10 +15,11 @@ use crate::watchman::Watchman;
 const HELP: &str = "\
 Winds every tendon slowly until its load rises, twice: the corner of that line is where its slack ends, and the zero \
 lies where it carries the pretension of the rig file. Then pulls every tendon a little and finds the robot's frame \
-from the way the tip goes. Keep hands off; the tip moves by a few millimetres, each servo by up to \
-calibration.search_max_mm. Takes about two minutes.
+from the way the tip goes. Keep hands off; the tip moves by a centimetre, each tendon by up to \
+calibration.search_max_mm. Takes about a minute, longer with more slack; Ctrl-C stops and lets go.
 
-Writes a dated file that is only used with the servos that it was made with.
+Writes a dated file that is only used with the servos, pulleys and directions that it was made with. docs/rig.md says \
+what a good result looks like.
 
 Examples:
   hysteron rig calibrate --rig my-rig.toml

@@ -11,7 +11,8 @@ use crate::terminal::say;
 const HELP: &str = "\
 Without --rig, lists the serial ports and which of them speak to servos. With it, opens the rig's port and compares \
 what is there with what the rig file says: ids, model, supply, temperature, hardware errors; everything wrong is told \
-at once. Then waits for the tracker's first pose. Nothing moves.
+at once. Then waits for the tracker's first pose. Nothing moves. docs/rig.md says how to wire a rig and how to find each \
+key of its file.
 
 Examples:
   hysteron rig check
@@ -33,7 +34,7 @@ pub struct Arguments {
     /// Restart every servo first: clears hardware errors whose cause is gone
     #[arg(long, requires = "rig")]
     reboot: bool,
-    /// Switch the torque of every servo off
+    /// Switch the torque of every servo off, for example where a lost cable has left it on
     #[arg(long, requires = "rig")]
     release: bool,
 }

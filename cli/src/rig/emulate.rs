@@ -19,7 +19,7 @@ const HELP: &str = "\
 Four Dynamixel XL430-W250 with the ids 1 to 4 appear on a pseudo-terminal; DIR/servos is a link to it, and stays the \
 name when a fault unplugs the bus and plugs it in again. They speak protocol 2.0 at the speed of the wire: any driver \
 can be tried on them, the Dynamixel SDK and Wizard included. Switch a servo's torque on before it moves; the EEPROM \
-is as from the factory except for id and baud.
+is as from the factory except for id and baud. The tracker \"Tip\" serves its poses by OpenIGTLink.
 
 Faults come from a file, a draw, or both:
   format = \"hysteron-faults\"
@@ -36,8 +36,8 @@ Kinds: drop_packet, corrupt_packet, drop_instruction (count, servo), delay_packe
 torque_nm, duration_s), brown_out (volts or servo, duration_s), unplug_tracker, tracker_dropout, tracker_invalid, \
 tracker_freeze, tracker_jump, tracker_corrupt (duration_s).
 
-Writes DIR/faults.jsonl, what broke when, and DIR/torque.jsonl, which servos drove their motors when; one line per \
-change. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
+Writes DIR/rig.toml, for --rig of the other verbs; DIR/faults.jsonl, what broke when; and DIR/torque.jsonl, which \
+servos drove their motors when, one line per change. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
 
 Examples, from the root of the repository:
   hysteron rig emulate --dir out/rig --for-s 1
@@ -45,9 +45,10 @@ Examples, from the root of the repository:
 
 Exit codes: 0 ended as asked, 1 failed, 2 bad input (nothing was started).";
 
-/// Emulate the servos of a rig on a serial port
+/// Emulate servos and tracker of a rig on their ports
 ///
-/// Needs nothing; makes a port that behaves like the real servos, in real time.
+/// Needs nothing; makes a serial port and a TCP port that behave like the real servos and the real tracker, in real
+/// time, and writes the rig file to go with them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = HELP)]
 pub struct Arguments {
@@ -60,7 +61,7 @@ pub struct Arguments {
     /// Seed of noise and of drawn faults
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Folder for the port and the logs
+    /// Folder for the port, the rig file and the logs
     #[arg(long, value_name = "DIR", default_value = "out/rig")]
     dir: PathBuf,
     /// Baud of the servos
@@ -75,7 +76,7 @@ pub struct Arguments {
     /// Draw that many faults, spread over the time of --for-s
     #[arg(long, value_name = "N", default_value_t = 0, requires = "for_s")]
     draw_faults: u32,
-    /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free
+    /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free for others
     #[arg(long)]
     relaxed: bool,
     /// TCP port on which the tracker serves its poses, by OpenIGTLink; 0 for any that is free
