@@ -4,7 +4,10 @@ use std::path::Path;
 
 use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::Calibration;
-use hysteron_rig::session::{RecordOptions, Session, Stop, journal_path, record as record_one, recover};
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::session::{
+    Outcome, RecordOptions, Session, Stop, journal_path, record as record_one, recover,
+};
 use hysteron_rig::{Hardware, LiveRig};
 
 use super::source::{Source, calibration_path};
@@ -33,34 +36,72 @@ pub fn record(
         file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
     }
     let watchman = Watchman::start(&arguments.rig, rig)?;
-    let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
-    let mut before = 0;
-    let mut ended = Ok(());
-    for job in jobs {
-        let options = RecordOptions { out: job.out.clone(), meta: meta(job, &calibration) };
-        let session = Session::start(&mut hardware, rig, &calibration, job.trajectory.rate_hz)?;
-        let outcome = record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |row| {
-            bar.set_position((before + row) as u64);
-        })?;
-        before += job.trajectory.n_samples();
-        ended = match &outcome.stopped {
-            None => Ok(()),
-            Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
-            Some(Stop::Limit(violation)) => {
-                Err(anyhow::anyhow!("{}", describe(violation, &job.trajectory.name)))
-            }
-            Some(Stop::Failed(error)) => Err(anyhow::anyhow!("{}: {error}", job.trajectory.name)),
-        };
-        summary.add(job, &outcome);
-        if ended.is_err() {
-            break;
-        }
-    }
-    bar.finish_and_clear();
-    if let Some(watchman) = watchman {
+    let run = Run { rig, calibration: &calibration, meta };
+    let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary);
+    drop(hardware);
+    if let Some(watchman) = watchman.filter(|_| is_torque_settled) {
         watchman.dismiss();
     }
     ended
+}
+
+/// What all trajectories of a run have in common.
+struct Run<'a> {
+    rig: &'a RigConfig,
+    calibration: &'a Calibration,
+    meta: &'a dyn Fn(&Job<'_>, &Calibration) -> Metadata,
+}
+
+impl Run<'_> {
+    /// Records one after the other. Also returns whether the torque is known to be as it shall be.
+    fn all(
+        &self,
+        hardware: &mut LiveRig,
+        jobs: &[Job<'_>],
+        summary: &mut Summary,
+    ) -> (anyhow::Result<()>, bool) {
+        let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+        let mut before = 0;
+        let mut end = (Ok(()), true);
+        for job in jobs {
+            end = match self.one(hardware, job, &mut |row| bar.set_position((before + row) as u64)) {
+                Ok(outcome) => {
+                    if outcome.n_rows > 0 {
+                        summary.add(job, &outcome);
+                    }
+                    (ended(&outcome, &job.trajectory.name), outcome.is_torque_settled)
+                }
+                Err(error) => (Err(error.into()), false),
+            };
+            before += job.trajectory.n_samples();
+            if end.0.is_err() {
+                break;
+            }
+        }
+        bar.finish_and_clear();
+        end
+    }
+
+    fn one(
+        &self,
+        hardware: &mut LiveRig,
+        job: &Job<'_>,
+        progress: &mut dyn FnMut(usize),
+    ) -> hysteron_rig::Result<Outcome> {
+        let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
+        let session = Session::start(hardware, self.rig, self.calibration, job.trajectory.rate_hz)?;
+        record_one(session, &job.commands, &options, &interrupt::is_asked, progress)
+    }
+}
+
+/// Whether a trajectory came to its end, and why not.
+fn ended(outcome: &Outcome, trajectory: &str) -> anyhow::Result<()> {
+    match &outcome.stopped {
+        None => Ok(()),
+        Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
+        Some(Stop::Limit(violation)) => Err(anyhow::anyhow!("{}", describe(violation, trajectory))),
+        Some(Stop::Failed(error)) => Err(anyhow::anyhow!("{trajectory}: {error}")),
+    }
 }
 
 fn describe(violation: &hysteron_rig::Violation, trajectory: &str) -> String {

@@ -60,7 +60,9 @@ pub fn record(
         };
         if ended.is_err() {
             // What is not complete would not be repeated.
-            std::fs::remove_file(&job.out)?;
+            if job.out.exists() {
+                std::fs::remove_file(&job.out)?;
+            }
         } else if let Ok(mut summary) = collected.lock() {
             summary.add(job, &outcome);
         }

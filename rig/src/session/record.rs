@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// Longest that a row waits for its pose [s].
 const WAIT_MAX: f64 = 0.4;
+/// Longest message in the log [characters]; escaped, each takes six bytes at most of a journal's 4096.
+const LONGEST_MESSAGE: usize = 600;
 /// The journal is brought to the disk so often [s].
 const SYNC_EVERY: f64 = 1.0;
 
@@ -32,10 +34,12 @@ pub struct Outcome {
     pub events: Vec<Event>,
     /// Why it ended before the plan did, if it did.
     pub stopped: Option<Stop>,
-    /// Rows in the recording, and how many of them were filled in.
+    /// Rows in the recording, and how many of them were filled in; without a single row there is none, only its log.
     pub n_rows: usize,
     /// See `n_rows`.
     pub n_gaps: usize,
+    /// Whether the torque is as it shall be; if not, the servos could not be reached for [`Session`]'s patience.
+    pub is_torque_settled: bool,
 }
 
 /// The journal of a recording that is under way.
@@ -90,6 +94,7 @@ pub fn record(
         last: None,
         held: Vec::with_capacity(2 * n),
         synced: 0.0,
+        events: Vec::new(),
     };
 
     let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
@@ -99,14 +104,16 @@ pub fn record(
         session.stats.processor = Some((used - used_before) / (end - start));
     }
     let lets_go = retreat(&mut session, &mut tape, stopped.as_ref());
-    session.end(lets_go);
-    let events = std::mem::take(&mut session.events);
+    let is_torque_settled = session.end(lets_go);
+    let last_events = std::mem::take(&mut session.events);
     let stats = session.stats.clone();
     drop(session);
-    let written = tape.finish(&events);
-    let (n_rows, n_gaps) = finish_journal(options, &stats)?;
+    let has_rows = tape.last.is_some();
+    let (events, written) = tape.finish(last_events);
+    let finished = if has_rows { finish_journal(options, &stats) } else { discard_journal(options, &events) };
     written?;
-    Ok(Outcome { stats, events, stopped, n_rows, n_gaps })
+    let (n_rows, n_gaps) = finished?;
+    Ok(Outcome { stats, events, stopped, n_rows, n_gaps, is_torque_settled })
 }
 
 /// Goes to the first sample and follows them all.
@@ -122,16 +129,17 @@ fn follow(
     // The first row needs the pose before it.
     session.slew_with(&target, SETTLE, asked, &mut |session| tape.aligner.push_poses(&session.poses))?;
     session.say("recording");
-    tape.start = session.next;
     for i in 0..strokes[0].len() {
         if asked() {
             return Err(Stop::Asked);
         }
         target.iter_mut().zip(sample(i)).for_each(|(s, commanded)| *s = commanded);
-        let time = session.next;
+        let n_before = session.n_cycles;
         let done = session.cycle(&target);
-        // What was measured is kept even if it is what ends the run.
-        tape.take(session, time)?;
+        // What was measured is kept even if it is what ends the run; what was not is no row.
+        if session.n_cycles > n_before {
+            tape.take(session)?;
+        }
         done?;
         progress(i + 1);
     }
@@ -184,11 +192,17 @@ struct Tape {
     held: Vec<f64>,
     /// When the journal was last brought to the disk [s].
     synced: f64,
+    /// What the journal has been told.
+    events: Vec<Event>,
 }
 
 impl Tape {
-    /// Takes the cycle at `time` over.
-    fn take(&mut self, session: &mut Session<'_>, time: f64) -> Result<()> {
+    /// Takes the last cycle over.
+    fn take(&mut self, session: &mut Session<'_>) -> Result<()> {
+        let time = session.cycle_time;
+        if self.last.is_none() {
+            self.start = time;
+        }
         self.fill_missed(time, session.period);
         let channels = &session.calibration.channels;
         self.held.clear();
@@ -199,9 +213,7 @@ impl Tape {
         let loads = samples.iter().map(|s| s.map_or(f64::NAN, |s| s.load));
         self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads));
         self.aligner.push_poses(&session.poses);
-        for event in session.events.drain(..) {
-            self.note(&event)?;
-        }
+        self.note(&mut session.events)?;
         let now = session.hardware.now();
         self.write(now)?;
         if now - self.synced > SYNC_EVERY {
@@ -229,21 +241,29 @@ impl Tape {
         Ok(())
     }
 
-    fn note(&mut self, event: &Event) -> Result<()> {
-        // An event is numbers and text, which JSON holds.
-        let line = serde_json::to_string(event).unwrap_or_default();
-        self.journal.note(event.time_s - self.start, &line).map_err(disk)
+    /// Takes events over.
+    fn note(&mut self, events: &mut Vec<Event>) -> Result<()> {
+        let first = self.events.len();
+        self.events.append(events);
+        for event in &self.events[first..] {
+            self.journal.note(event.time_s - self.start, &line_of(event)).map_err(disk)?;
+        }
+        Ok(())
     }
 
-    /// Writes what still waits.
-    fn finish(mut self, events: &[Event]) -> Result<()> {
+    /// Writes what still waits; returns everything that happened.
+    fn finish(mut self, mut events: Vec<Event>) -> (Vec<Event>, Result<()>) {
         let rows = self.write(f64::INFINITY);
-        for event in events {
-            self.note(event)?;
-        }
-        rows?;
-        self.journal.sync().map_err(disk)
+        let written = rows.and(self.note(&mut events)).and_then(|()| self.journal.sync().map_err(disk));
+        (self.events, written)
     }
+}
+
+/// An event as a line of the log. A message can quote what somebody else sent: it is cut to what a journal takes.
+fn line_of(event: &Event) -> String {
+    let message = event.message.chars().take(LONGEST_MESSAGE).collect();
+    // Numbers and text, which JSON holds.
+    serde_json::to_string(&Event { message, ..event.clone() }).unwrap_or_default()
 }
 
 /// A refusal of the file system, for people.
@@ -259,6 +279,15 @@ fn disk(error: std::io::Error) -> Error {
 pub fn finish_journal(options: &RecordOptions, stats: &RunStats) -> Result<(usize, usize)> {
     let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
     convert(&journal_path(&options.out), &options.out, [("run.stats", summary)])
+}
+
+/// Ends a run without a single row: its log is all there is.
+fn discard_journal(options: &RecordOptions, events: &[Event]) -> Result<(usize, usize)> {
+    let lines: String = events.iter().map(|event| line_of(event) + "\n").collect();
+    hysteron_base::file::write_bytes(&events_path(&options.out), lines)?;
+    let journal = journal_path(&options.out);
+    std::fs::remove_file(&journal).map_err(|e| hysteron_base::Error::io(&journal, e))?;
+    Ok((0, 0))
 }
 
 /// Turns a journal that a crash has left into a recording and its log; the journal stays.
