@@ -149,14 +149,8 @@ fn follow(
 
 /// Brings the robot back to rest unless it must let go; true if it must.
 fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -> bool {
-    match stopped {
-        Some(Stop::Limit(violation)) => {
-            let servo = violation.tendon.map(|k| session.calibration.channels[k].servo_id);
-            session.note(EventKind::Limit, servo, violation.message.clone());
-        }
-        Some(Stop::Asked) => session.say("asked to stop"),
-        Some(Stop::Failed(error)) => session.say(&error.to_string()),
-        None => {}
+    if let Some(stop) = stopped {
+        tell(session, stop);
     }
     let lets_go = match stopped {
         Some(Stop::Limit(Violation { retreat, .. })) => *retreat == Retreat::LetGo,
@@ -171,11 +165,24 @@ fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -
         let back = session
             .slew_with(&rest, SETTLE, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
         if let Err(stop) = back {
-            session.say(&format!("the way back to rest was cut short: {stop:?}"));
+            session.say("the way back to rest was cut short");
+            tell(session, &stop);
             return true;
         }
     }
     lets_go
+}
+
+/// Notes what ended a motion.
+fn tell(session: &mut Session<'_>, stop: &Stop) {
+    match stop {
+        Stop::Limit(violation) => {
+            let servo = violation.tendon.map(|k| session.calibration.channels[k].servo_id);
+            session.note(EventKind::Limit, servo, violation.message.clone());
+        }
+        Stop::Asked => session.say("asked to stop"),
+        Stop::Failed(error) => session.say(&error.to_string()),
+    }
 }
 
 /// The journal and what is on its way to it.

@@ -1,5 +1,7 @@
 //! Sessions on an emulated rig, through its ports: recordings, limits, mishaps.
 
+mod campaign;
+mod probe;
 mod record;
 
 use hysteron_base::{Metadata, Recording};
