@@ -97,7 +97,10 @@ impl Run<'_> {
 /// Whether a trajectory came to its end, and why not.
 fn ended(outcome: &Outcome, trajectory: &str) -> anyhow::Result<()> {
     match &outcome.stopped {
-        None => Ok(()),
+        None if outcome.is_torque_settled => Ok(()),
+        None => {
+            Err(anyhow::anyhow!("{trajectory}: the torque could not be dealt with; switch the supply off"))
+        }
         Some(Stop::Asked) => Err(anyhow::anyhow!("stopped on request")),
         Some(Stop::Limit(violation)) => Err(anyhow::anyhow!("{}", describe(violation, trajectory))),
         Some(Stop::Failed(error)) => Err(anyhow::anyhow!("{trajectory}: {error}")),

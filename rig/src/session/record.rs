@@ -32,7 +32,7 @@ pub struct Outcome {
     pub stats: RunStats,
     /// What happened.
     pub events: Vec<Event>,
-    /// Why it ended before the plan did, if it did.
+    /// Why it ended before the plan and the way back to rest did, if it did.
     pub stopped: Option<Stop>,
     /// Rows in the recording, and how many of them were filled in; without a single row there is none, only its log.
     pub n_rows: usize,
@@ -99,11 +99,11 @@ pub fn record(
 
     let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
     let before = clocks(&session);
-    let stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
+    let mut stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
     if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
         session.stats.processor = Some((used - used_before) / (end - start));
     }
-    let lets_go = retreat(&mut session, &mut tape, stopped.as_ref());
+    let lets_go = retreat(&mut session, &mut tape, &mut stopped);
     let is_torque_settled = session.end(lets_go);
     let last_events = std::mem::take(&mut session.events);
     let stats = session.stats.clone();
@@ -147,8 +147,9 @@ fn follow(
     Ok(())
 }
 
-/// Brings the robot back to rest unless it must let go; true if it must.
-fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -> bool {
+/// Brings the robot back to rest unless it must let go; true if it must. What stops it on the way is the reason of
+/// the end, if there was none before.
+fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: &mut Option<Stop>) -> bool {
     if let Some(stop) = stopped {
         tell(session, stop);
     }
@@ -167,6 +168,7 @@ fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -
         if let Err(stop) = back {
             session.say("the way back to rest was cut short");
             tell(session, &stop);
+            stopped.get_or_insert(stop);
             return true;
         }
     }

@@ -3,9 +3,9 @@
 //! Whatever breaks: no panic; the run goes on or ends with its reason; no servo is under torque in the end; what broke
 //! is in the log; and no measurement is lost.
 
-use super::circle;
 use super::probe::{Probe, Read, Rig, simulated};
-use hysteron_base::{Channel, Metadata, Recording, rng};
+use super::small_circle;
+use hysteron_base::{Metadata, Recording, rng};
 use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, events_path, journal_path, record};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind, FaultMoment};
 use hysteron_rig::{Event, EventKind, Hardware};
@@ -167,16 +167,6 @@ struct Found {
     injected: Vec<(f64, Fault)>,
     outcome: Outcome,
     problems: Vec<String>,
-}
-
-/// Half the plan's circle, so that no limit is passed without a fault.
-fn small_circle(n: usize) -> Recording {
-    let whole = circle(n);
-    let channels = whole
-        .channels()
-        .iter()
-        .map(|channel| Channel::new(channel.name.clone(), channel.values.iter().map(|s| 0.5 * s).collect()));
-    Recording::new(whole.time().to_vec(), channels.collect(), vec![], whole.meta().clone()).unwrap()
 }
 
 fn carry_out(script: &Script) -> Found {
