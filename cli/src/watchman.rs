@@ -29,8 +29,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let rig = RigConfig::read(&arguments.rig)?;
     let mut word = [0];
-    let n_read = std::io::stdin().read(&mut word).unwrap_or(0);
-    if n_read == 1 && word[0] == ALL_IS_WELL {
+    if std::io::stdin().read_exact(&mut word).is_ok() && word[0] == ALL_IS_WELL {
         return Ok(());
     }
     let start = Instant::now();
@@ -46,7 +45,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 }
 
-/// A watchman on duty.
+/// A watchman on duty. Dropped without being dismissed, it lets the servos go; their port must be closed by then.
 #[derive(Debug)]
 pub struct Watchman {
     process: Child,
@@ -69,10 +68,16 @@ impl Watchman {
 
     /// Sends it home: the run has dealt with the torque.
     pub fn dismiss(mut self) {
-        if let Some(mut pipe) = self.process.stdin.take() {
+        if let Some(pipe) = &mut self.process.stdin {
             // If it is gone already, there is nobody to tell.
             let _ = pipe.write_all(&[ALL_IS_WELL]);
         }
+    }
+}
+
+impl Drop for Watchman {
+    fn drop(&mut self) {
+        self.process.stdin = None;
         let _ = self.process.wait();
     }
 }

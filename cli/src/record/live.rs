@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::Calibration;
+use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::{
     Outcome, RecordOptions, Session, events_path, journal_path, record as record_one, recover,
 };
@@ -35,38 +36,84 @@ pub fn record(
         file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
     }
     let watchman = Watchman::start(&arguments.rig, rig)?;
-    let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
-    let mut before = 0;
-    let mut ended = Ok(());
-    for job in jobs {
-        let options = RecordOptions { out: job.out.clone(), meta: meta(job, &calibration) };
-        let session = Session::start(&mut hardware, rig, &calibration, job.trajectory.rate_hz)?;
-        let outcome = record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |row| {
-            bar.set_position((before + row) as u64);
-        })?;
-        before += job.trajectory.n_samples();
-        if let Some(stop) = &outcome.stopped {
-            ended = Err(anyhow::anyhow!("{}: {stop}{}", job.trajectory.name, set_aside(&job.out, &outcome)?));
-            break;
-        }
-        summary.add(job, &outcome);
-    }
-    bar.finish_and_clear();
-    if let Some(watchman) = watchman {
+    let run = Run { rig, calibration: &calibration, meta };
+    let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary);
+    drop(hardware);
+    if let Some(watchman) = watchman.filter(|_| is_torque_settled) {
         watchman.dismiss();
     }
     ended
 }
 
+/// What all trajectories of a run have in common.
+struct Run<'a> {
+    rig: &'a RigConfig,
+    calibration: &'a Calibration,
+    meta: &'a dyn Fn(&Job<'_>, &Calibration) -> Metadata,
+}
+
+impl Run<'_> {
+    /// Records one after the other. Also returns whether the torque is known to be as it shall be.
+    fn all(
+        &self,
+        hardware: &mut LiveRig,
+        jobs: &[Job<'_>],
+        summary: &mut Summary,
+    ) -> (anyhow::Result<()>, bool) {
+        let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+        let mut before = 0;
+        let mut end = (Ok(()), true);
+        for job in jobs {
+            end = match self.one(hardware, job, &mut |row| bar.set_position((before + row) as u64)) {
+                Ok(outcome) => {
+                    let ended = ended(&outcome, job);
+                    if ended.is_ok() {
+                        summary.add(job, &outcome);
+                    }
+                    (ended, outcome.is_torque_settled)
+                }
+                Err(error) => (Err(error.into()), false),
+            };
+            before += job.trajectory.n_samples();
+            if end.0.is_err() {
+                break;
+            }
+        }
+        bar.finish_and_clear();
+        end
+    }
+
+    fn one(
+        &self,
+        hardware: &mut LiveRig,
+        job: &Job<'_>,
+        progress: &mut dyn FnMut(usize),
+    ) -> hysteron_rig::Result<Outcome> {
+        let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
+        let session = Session::start(hardware, self.rig, self.calibration, job.trajectory.rate_hz)?;
+        record_one(session, &job.commands, &options, &interrupt::is_asked, progress)
+    }
+}
+
+/// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
+fn ended(outcome: &Outcome, job: &Job<'_>) -> anyhow::Result<()> {
+    let name = &job.trajectory.name;
+    match &outcome.stopped {
+        None if outcome.is_torque_settled => Ok(()),
+        None => Err(anyhow::anyhow!("{name}: the torque could not be dealt with; switch the supply off")),
+        Some(stop) => Err(anyhow::anyhow!("{name}: {stop} ({})", set_aside(&job.out, outcome)?)),
+    }
+}
+
 /// Gives a recording that is not complete a name of its own, so that the same command can go on; says where it is.
 fn set_aside(out: &Path, outcome: &Outcome) -> anyhow::Result<String> {
     if outcome.n_rows == 0 {
-        return Ok(" (nothing was recorded yet)".to_owned());
+        return Ok("nothing was recorded yet".to_owned());
     }
     let (aside, log) = free_name(out, "partial");
     std::fs::rename(out, &aside)?;
     std::fs::rename(events_path(out), log)?;
-    Ok(format!(" ({} rows are in {})", outcome.n_rows, aside.display()))
+    Ok(format!("{} rows are in {}", outcome.n_rows, aside.display()))
 }
 
 /// `NAME.kind-1.parquet`, or with the first number that is free, and the log beside it.

@@ -53,7 +53,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let mut hardware = LiveRig::open(rig)?;
             let watchman = Watchman::start(&arguments.rig, rig)?;
             let found = calibrate(&mut hardware, rig, date, &interrupt::is_asked, &mut tell);
-            if let Some(watchman) = watchman {
+            drop(hardware);
+            if let Some(watchman) = watchman.filter(|_| found.is_ok()) {
                 watchman.dismiss();
             }
             (found?, calibration_path(rig, arguments.out.as_ref()))

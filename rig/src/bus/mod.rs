@@ -326,7 +326,10 @@ impl ServoBus {
             match self.with_wire(&mut transfer) {
                 Ok(done) => return Ok(done),
                 Err(failure) => {
-                    self.note(Some(id), &failure);
+                    // The loss of the port is noted once, where it is seen.
+                    if !matches!(failure, Failure::Port(_)) {
+                        self.note(Some(id), &failure);
+                    }
                     let is_final = matches!(failure, Failure::Refused(_) | Failure::Port(_));
                     if is_final || attempt == self.config.retries {
                         return Err(failure);

@@ -23,6 +23,7 @@ impl Session<'_> {
             // What was missed is not made up for in a rush.
             self.next += ((begun - self.next) / self.period).floor() * self.period;
         }
+        self.cycle_time = self.next;
         self.next += self.period;
         self.n_cycles += 1;
 
@@ -43,6 +44,7 @@ impl Session<'_> {
 
     fn check(&mut self) -> Result<(), Stop> {
         self.check_silence()?;
+        self.note_resets();
         let limits = &self.rig.limits;
         limits.check_servos(&self.samples, &self.measured, &self.commanded, &self.radii)?;
         if self.n_cycles.is_multiple_of(SLOW_EVERY) {
@@ -62,6 +64,16 @@ impl Session<'_> {
             return Err(Violation { tendon: None, message, retreat: Retreat::ToRest }.into());
         }
         Ok(())
+    }
+
+    /// Notes servos that are back from a loss of their supply, without torque and settings.
+    fn note_resets(&mut self) {
+        for k in 0..self.samples.len() {
+            if self.samples[k].is_some_and(|sample| !sample.torque_on && sample.hardware_error == 0) {
+                let id = self.calibration.channels[k].servo_id;
+                self.note(EventKind::Reset, Some(id), "its torque is off without an error of its own".into());
+            }
+        }
     }
 
     /// Counts the cycles since each servo answered.

@@ -79,6 +79,8 @@ pub struct Session<'a> {
     period: f64,
     /// When the next cycle begins, on the rig's clock [s].
     next: f64,
+    /// To which time the last cycle belongs, on the rig's clock [s].
+    cycle_time: f64,
     /// Strokes commanded last (n) [m].
     commanded: Vec<f64>,
     goals: Vec<i32>,
@@ -153,16 +155,25 @@ impl<'a> Session<'a> {
             is_under_torque: true, // if switching fails half-way, too
             period: 1.0 / rate,
             next: now,
+            cycle_time: now,
             calibration,
             hardware,
             rig,
         };
-        // A servo takes its goal from where it stands when its torque goes on; this is for those that do not.
-        session.hardware.write_goals(&session.goals)?;
-        session.hardware.set_torque(true)?;
+        if let Err(error) = session.switch_on() {
+            // Whatever the rig file says of the end: this never began.
+            session.end(true);
+            return Err(error);
+        }
         session.say("torque on");
         session.next = session.hardware.now() + session.period;
         Ok(session)
+    }
+
+    fn switch_on(&mut self) -> Result<()> {
+        // A servo takes its goal from where it stands when its torque goes on; this is for those that do not.
+        self.hardware.write_goals(&self.goals)?;
+        self.hardware.set_torque(true)
     }
 
     /// Strokes at which the robot stands (n) [m].
@@ -240,10 +251,10 @@ impl<'a> Session<'a> {
         back.map(|()| rest)
     }
 
-    /// Deals with the torque, once.
-    fn end(&mut self, lets_go: bool) {
+    /// Deals with the torque, once; false if the servos could not be reached.
+    fn end(&mut self, lets_go: bool) -> bool {
         if !std::mem::take(&mut self.is_under_torque) {
-            return;
+            return true;
         }
         let holds = self.rig.motion.at_end == AtEnd::Hold && !lets_go;
         let start = self.hardware.now();
@@ -261,6 +272,7 @@ impl<'a> Session<'a> {
             }
         }
         self.stats.counts = self.hardware.counts();
+        let is_done = outcome.is_ok();
         match outcome {
             Ok(()) if holds => self.say("torque held"),
             Ok(()) => self.say("torque off"),
@@ -272,6 +284,7 @@ impl<'a> Session<'a> {
         for event in &self.events {
             tracing::debug!(time_s = event.time_s, kind = ?event.kind, "{}", event.message);
         }
+        is_done
     }
 
     fn say(&mut self, message: &str) {

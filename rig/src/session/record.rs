@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 
 /// Longest that a row waits for its pose [s].
 const WAIT_MAX: f64 = 0.4;
+/// Longest message in the log [characters]; escaped, each takes six bytes at most of a journal's 4096.
+const LONGEST_MESSAGE: usize = 600;
 /// The journal is brought to the disk so often.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
@@ -31,12 +33,14 @@ pub struct Outcome {
     pub stats: RunStats,
     /// What happened.
     pub events: Vec<Event>,
-    /// Why it ended before the plan did, if it did.
+    /// Why it ended before the plan and the way back to rest did, if it did.
     pub stopped: Option<Stop>,
-    /// Rows in the recording, and how many of them were filled in.
+    /// Rows in the recording, and how many of them were filled in; without a single row there is none, only its log.
     pub n_rows: usize,
     /// See `n_rows`.
     pub n_gaps: usize,
+    /// Whether the torque is as it shall be; if not, the servos could not be reached for [`Session`]'s patience.
+    pub is_torque_settled: bool,
 }
 
 /// The journal of a recording that is under way.
@@ -92,30 +96,26 @@ pub fn record(
         last: None,
         held: Vec::with_capacity(2 * n),
         synced: Instant::now(),
+        events: Vec::new(),
     };
 
     let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
     let before = clocks(&session);
-    let stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
+    let mut stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
     if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
         session.stats.processor = Some((used - used_before) / (end - start));
     }
-    let lets_go = retreat(&mut session, &mut tape, stopped.as_ref());
-    session.end(lets_go);
-    let events = std::mem::take(&mut session.events);
+    let lets_go = retreat(&mut session, &mut tape, &mut stopped);
+    let is_torque_settled = session.end(lets_go);
+    let last_events = std::mem::take(&mut session.events);
     let stats = session.stats.clone();
     drop(session);
-    let is_empty = tape.last.is_none();
-    let written = tape.finish(&events);
-    let (n_rows, n_gaps) = if is_empty {
-        // Nothing was measured, so there is nothing to keep; why is in the outcome.
-        std::fs::remove_file(&journal_path).map_err(|e| hysteron_base::Error::io(&journal_path, e))?;
-        (0, 0)
-    } else {
-        finish_journal(options, &stats)?
-    };
+    let has_rows = tape.last.is_some();
+    let (events, written) = tape.finish(last_events);
+    let finished = if has_rows { finish_journal(options, &stats) } else { discard_journal(options, &events) };
     written?;
-    Ok(Outcome { stats, events, stopped, n_rows, n_gaps })
+    let (n_rows, n_gaps) = finished?;
+    Ok(Outcome { stats, events, stopped, n_rows, n_gaps, is_torque_settled })
 }
 
 /// Goes to the first sample and follows them all.
@@ -131,16 +131,17 @@ fn follow(
     // The first row needs the pose before it.
     session.slew_with(&target, SETTLE, asked, &mut |session| tape.aligner.push_poses(&session.poses))?;
     session.say("recording");
-    tape.start = session.next;
     for i in 0..strokes[0].len() {
         if asked() {
             return Err(Stop::Asked);
         }
         target.iter_mut().zip(sample(i)).for_each(|(s, commanded)| *s = commanded);
-        let time = session.next;
+        let n_before = session.n_cycles;
         let done = session.cycle(&target);
-        // What was measured is kept even if it is what ends the run.
-        tape.take(session, time)?;
+        // What was measured is kept even if it is what ends the run; what was not is no row.
+        if session.n_cycles > n_before {
+            tape.take(session)?;
+        }
         done?;
         progress(i + 1);
     }
@@ -148,16 +149,11 @@ fn follow(
     Ok(())
 }
 
-/// Brings the robot back to rest unless it must let go; true if it must.
-fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -> bool {
-    match stopped {
-        Some(Stop::Limit(violation)) => {
-            let servo = violation.tendon.map(|k| session.calibration.channels[k].servo_id);
-            session.note(EventKind::Limit, servo, violation.message.clone());
-        }
-        Some(Stop::Asked) => session.say("asked to stop"),
-        Some(Stop::Failed(error)) => session.say(&error.to_string()),
-        None => {}
+/// Brings the robot back to rest unless it must let go; true if it must. What stops it on the way is the reason of
+/// the end, if there was none before.
+fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: &mut Option<Stop>) -> bool {
+    if let Some(stop) = stopped {
+        tell(session, stop);
     }
     let lets_go = match stopped {
         Some(Stop::Limit(Violation { retreat, .. })) => *retreat == Retreat::LetGo,
@@ -172,11 +168,25 @@ fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: Option<&Stop>) -
         let back = session
             .slew_with(&rest, SETTLE, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
         if let Err(stop) = back {
-            session.say(&format!("the way back to rest was cut short: {stop}"));
+            session.say("the way back to rest was cut short");
+            tell(session, &stop);
+            stopped.get_or_insert(stop);
             return true;
         }
     }
     lets_go
+}
+
+/// Notes what ended a motion.
+fn tell(session: &mut Session<'_>, stop: &Stop) {
+    match stop {
+        Stop::Limit(violation) => {
+            let servo = violation.tendon.map(|k| session.calibration.channels[k].servo_id);
+            session.note(EventKind::Limit, servo, violation.message.clone());
+        }
+        Stop::Asked => session.say("asked to stop"),
+        Stop::Failed(error) => session.say(&error.to_string()),
+    }
 }
 
 /// The journal and what is on its way to it.
@@ -193,11 +203,17 @@ struct Tape {
     held: Vec<f64>,
     /// When the journal was last brought to the disk.
     synced: Instant,
+    /// What the journal has been told.
+    events: Vec<Event>,
 }
 
 impl Tape {
-    /// Takes the cycle at `time` over.
-    fn take(&mut self, session: &mut Session<'_>, time: f64) -> Result<()> {
+    /// Takes the last cycle over.
+    fn take(&mut self, session: &mut Session<'_>) -> Result<()> {
+        let time = session.cycle_time;
+        if self.last.is_none() {
+            self.start = time;
+        }
         self.fill_missed(time, session.period);
         let channels = &session.calibration.channels;
         self.held.clear();
@@ -208,9 +224,7 @@ impl Tape {
         let loads = samples.iter().map(|s| s.map_or(f64::NAN, |s| s.load));
         self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads));
         self.aligner.push_poses(&session.poses);
-        for event in session.events.drain(..) {
-            self.note(&event)?;
-        }
+        self.note(&mut session.events)?;
         self.write(session.hardware.now())?;
         // In real time: a simulated second is worth no wait for the disk.
         if self.synced.elapsed() > SYNC_EVERY {
@@ -238,21 +252,29 @@ impl Tape {
         Ok(())
     }
 
-    fn note(&mut self, event: &Event) -> Result<()> {
-        // An event is numbers and text, which JSON holds.
-        let line = serde_json::to_string(event).unwrap_or_default();
-        self.journal.note(event.time_s - self.start, &line).map_err(disk)
+    /// Takes events over.
+    fn note(&mut self, events: &mut Vec<Event>) -> Result<()> {
+        let first = self.events.len();
+        self.events.append(events);
+        for event in &self.events[first..] {
+            self.journal.note(event.time_s - self.start, &line_of(event)).map_err(disk)?;
+        }
+        Ok(())
     }
 
-    /// Writes what still waits.
-    fn finish(mut self, events: &[Event]) -> Result<()> {
+    /// Writes what still waits; returns everything that happened.
+    fn finish(mut self, mut events: Vec<Event>) -> (Vec<Event>, Result<()>) {
         let rows = self.write(f64::INFINITY);
-        for event in events {
-            self.note(event)?;
-        }
-        rows?;
-        self.journal.sync().map_err(disk)
+        let written = rows.and(self.note(&mut events)).and_then(|()| self.journal.sync().map_err(disk));
+        (self.events, written)
     }
+}
+
+/// An event as a line of the log. A message can quote what somebody else sent: it is cut to what a journal takes.
+fn line_of(event: &Event) -> String {
+    let message = event.message.chars().take(LONGEST_MESSAGE).collect();
+    // Numbers and text, which JSON holds.
+    serde_json::to_string(&Event { message, ..event.clone() }).unwrap_or_default()
 }
 
 /// A refusal of the file system, for people.
@@ -268,6 +290,15 @@ fn disk(error: std::io::Error) -> Error {
 pub fn finish_journal(options: &RecordOptions, stats: &RunStats) -> Result<(usize, usize)> {
     let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
     convert(&journal_path(&options.out), &options.out, [("run.stats", summary)])
+}
+
+/// Ends a run without a single row: its log is all there is.
+fn discard_journal(options: &RecordOptions, events: &[Event]) -> Result<(usize, usize)> {
+    let lines: String = events.iter().map(|event| line_of(event) + "\n").collect();
+    hysteron_base::file::write_bytes(&events_path(&options.out), lines)?;
+    let journal = journal_path(&options.out);
+    std::fs::remove_file(&journal).map_err(|e| hysteron_base::Error::io(&journal, e))?;
+    Ok((0, 0))
 }
 
 /// Turns a journal that a crash has left into a recording and its log; the journal stays.

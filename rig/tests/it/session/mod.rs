@@ -1,8 +1,13 @@
 //! Sessions on an emulated rig, through its ports: recordings, limits, mishaps.
 
+mod campaign;
+mod exits;
+mod limits;
+mod probe;
 mod record;
+mod stage;
 
-use hysteron_base::{Metadata, Recording};
+use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_control::Plan;
 use hysteron_rig::calibration::{Calibration, ChannelMap};
 use hysteron_rig::config::RigConfig;
@@ -86,7 +91,17 @@ pub fn circle(n: usize) -> Recording {
     let channels = whole
         .channels()
         .iter()
-        .map(|channel| hysteron_base::Channel::new(channel.name.clone(), cut(&channel.values)))
+        .map(|channel| Channel::new(channel.name.clone(), cut(&channel.values)))
         .collect();
     Recording::new(cut(whole.time()), channels, vec![], whole.meta().clone()).unwrap()
+}
+
+/// Half the plan's circle, so that no limit is passed without a fault.
+pub fn small_circle(n: usize) -> Recording {
+    let whole = circle(n);
+    let channels = whole
+        .channels()
+        .iter()
+        .map(|channel| Channel::new(channel.name.clone(), channel.values.iter().map(|s| 0.5 * s).collect()));
+    Recording::new(whole.time().to_vec(), channels.collect(), vec![], whole.meta().clone()).unwrap()
 }

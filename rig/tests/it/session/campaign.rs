@@ -1,0 +1,365 @@
+//! Hundreds of faults, drawn from a seed, while rigs on their ports are recorded.
+//!
+//! Whatever breaks: no panic; the run goes on or ends with its reason; no servo is under torque in the end; what broke
+//! is in the log; and no measurement is lost.
+
+use super::probe::{Probe, Read, Rig, simulated};
+use super::small_circle;
+use hysteron_base::{Metadata, Recording, rng};
+use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, events_path, journal_path, record};
+use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind, FaultMoment};
+use hysteron_rig::{Event, EventKind, Hardware};
+use rand::RngExt;
+use std::collections::{BTreeMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Rigs at once.
+const AT_ONCE: usize = 10;
+/// Changes to the rig file. A busy machine answers late, which is not what is tested here.
+const RIG: [(&str, &str); 4] = [
+    ("reply_timeout_ms = 4.0", "reply_timeout_ms = 30.0"),
+    ("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 1000.0"),
+    ("stale_ms = 300.0", "stale_ms = 800.0"),
+    ("retries = 2", "retries = 3"),
+];
+/// As in [`RIG`] [s].
+const STALE: f64 = 0.8;
+/// From a fault to its event, beside what the fault itself takes [s]: a cycle until it strikes, and the timeouts of
+/// one read with its retries.
+const NOTICED: f64 = 0.01 + 5.0 * 0.03;
+/// Same for those which the session sees at its slow reads, and which the tracker tells of once a second [s].
+const NOTICED_SLOWLY: f64 = 1.1;
+/// Threads of a busy machine may be this late [s].
+const SLACK: f64 = 0.5;
+
+/// One recording and what will break.
+#[derive(Debug, Clone)]
+struct Script {
+    n_rows: usize,
+    /// When after the torque went on [s], what, and whether the run survives it.
+    faults: Vec<(f64, Fault)>,
+    end: End,
+}
+
+/// How the recording shall end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum End {
+    Plan,
+    Stopped,
+    /// The fault strikes on the way back to rest.
+    Either,
+}
+
+/// Faults that a run survives, one after the other: of the bus, and now and then of the tracker.
+fn survivable(seed: u64) -> Script {
+    let mut rng = rng(seed, "tests/campaign/survivable");
+    let n_rows = 1000;
+    let mut faults = Vec::new();
+    let mut time = rng.random_range(0.0..0.3);
+    while time < 0.01 * n_rows as f64 {
+        use FaultKind::{CorruptPacket, DelayPacket, DropInstruction, DropPacket, Noise};
+        let kind = [DropPacket, CorruptPacket, DelayPacket, DropInstruction, Noise][rng.random_range(0..5)];
+        let mut fault = Fault::new(0.0, kind);
+        if kind == DelayPacket {
+            fault.delay_ms = Some(rng.random_range(60.0..90.0));
+        }
+        if rng.random_bool(0.5) && kind != Noise {
+            fault = fault.of_servo(rng.random_range(1..=4));
+        }
+        fault.count = Some(match kind {
+            Noise => rng.random_range(1..60),
+            DelayPacket => 1,
+            // The first may be a sync write, to which there is no answer that could be missed.
+            DropInstruction => rng.random_range(2..=3),
+            _ => rng.random_range(1..=3),
+        });
+        faults.push((time, fault));
+        time += rng.random_range(0.3..0.4);
+    }
+    let mut time = rng.random_range(0.8..1.0);
+    while time < 0.01 * n_rows as f64 - 1.0 {
+        let (kind, duration) = [
+            (FaultKind::UnplugTracker, 0.1),
+            (FaultKind::TrackerDropout, 0.15),
+            (FaultKind::TrackerInvalid, 0.15),
+            (FaultKind::TrackerFreeze, 0.4),
+            (FaultKind::TrackerJump, 0.1),
+            (FaultKind::TrackerCorrupt, 0.15),
+        ][rng.random_range(0..6)];
+        faults.push((time, Fault::new(0.0, kind).lasting(duration)));
+        time += rng.random_range(1.5..1.6);
+    }
+    faults.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Script { n_rows, faults, end: End::Plan }
+}
+
+/// One fault that ends a run, at any moment from torque on to torque off; variants of every kind by turns.
+fn fatal(seed: u64) -> Script {
+    let mut rng = rng(seed, "tests/campaign/fatal");
+    let id = rng.random_range(1..=4);
+    let of = |kind| Fault::new(0.0, kind);
+    let fault = match seed % 18 {
+        0 => of(FaultKind::UnplugBus).lasting(rng.random_range(0.1..1.5)),
+        1 => of(FaultKind::UnplugBus).lasting(4.5), // longer than the session's patience
+        2 => of(FaultKind::UnplugServo).of_servo(id).lasting(rng.random_range(0.05..1.5)),
+        3 => of(FaultKind::Overload).of_servo(id),
+        4 => of(FaultKind::Overheat).of_servo(id).lasting(rng.random_range(0.1..0.8)),
+        5 | 6 => {
+            let torque_nm = Some(if rng.random_bool(0.5) { 1.35 } else { -1.35 });
+            Fault { torque_nm, ..of(FaultKind::Hold).of_servo(id).lasting(0.4) }
+        }
+        7 => of(FaultKind::BrownOut).lasting(rng.random_range(0.05..0.5)),
+        8 => of(FaultKind::BrownOut).of_servo(id).lasting(rng.random_range(0.05..0.5)),
+        9 => Fault { volts: Some(rng.random_range(5.2..9.0)), ..of(FaultKind::BrownOut).lasting(1.5) },
+        10 => of(FaultKind::DropPacket).times(120),
+        11 => of(FaultKind::DropInstruction).times(150),
+        12 => of(FaultKind::UnplugTracker).lasting(2.0),
+        13 => of(FaultKind::TrackerDropout).lasting(2.0),
+        14 => of(FaultKind::TrackerInvalid).lasting(2.0),
+        15 => of(FaultKind::TrackerFreeze).lasting(2.0),
+        16 => of(FaultKind::TrackerJump).lasting(2.0),
+        _ => of(FaultKind::TrackerCorrupt).lasting(2.0),
+    };
+    let is_late = seed % 7 == 6 && !fault.kind.is_of_tracker();
+    if is_late {
+        // Slewing and settling take 0.7 s, so does the way back.
+        let time = rng.random_range(1.25..1.7);
+        return Script { n_rows: 60, faults: vec![(time, fault)], end: End::Either };
+    }
+    Script { n_rows: 300, faults: vec![(rng.random_range(0.0..1.8), fault)], end: End::Stopped }
+}
+
+/// Events of which at least one tells of a fault, and how long after its beginning at the latest [s]; none for what
+/// cannot be told from silence.
+fn told_by(fault: &Fault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
+    use EventKind::{
+        BusLost, Corrupt, HardwareError, Limit, Reset, Timeout, TrackerCorrupt, TrackerLost, TrackerQuality,
+        TrackerStale,
+    };
+    let duration = fault.duration_s.unwrap_or(0.0);
+    Some(match fault.kind {
+        FaultKind::DropPacket | FaultKind::DropInstruction => (&[Timeout], NOTICED),
+        FaultKind::CorruptPacket => (&[Corrupt, Timeout], NOTICED),
+        FaultKind::DelayPacket => (&[Timeout], NOTICED),
+        // It passes between the answers, and the search for the next header skips it.
+        FaultKind::Noise => return None,
+        FaultKind::UnplugBus => (&[BusLost], NOTICED),
+        FaultKind::UnplugServo => (&[Timeout, Reset], NOTICED),
+        FaultKind::Overload | FaultKind::Overheat => (&[Limit, HardwareError], NOTICED),
+        // The load rises while the servo gives way.
+        FaultKind::Hold => (&[Limit], duration + NOTICED),
+        FaultKind::BrownOut => (&[Timeout, Reset, Limit], NOTICED_SLOWLY),
+        FaultKind::UnplugTracker => (&[TrackerLost], NOTICED),
+        // A short one shows as rows without a pose, a longer one as this.
+        FaultKind::TrackerDropout if is_fatal => (&[TrackerStale], STALE + NOTICED),
+        FaultKind::TrackerDropout => return None,
+        FaultKind::TrackerInvalid | FaultKind::TrackerFreeze | FaultKind::TrackerJump => {
+            (&[TrackerQuality], duration + NOTICED_SLOWLY)
+        }
+        FaultKind::TrackerCorrupt => (&[TrackerCorrupt], NOTICED_SLOWLY),
+    })
+}
+
+/// What a script came to.
+struct Found {
+    injected: Vec<(f64, Fault)>,
+    outcome: Outcome,
+    problems: Vec<String>,
+}
+
+fn carry_out(script: &Script) -> Found {
+    let rig = Rig::new(&RIG);
+    let rounds_before = rig.emulator.counts().complete_rounds;
+    let mut probe = Probe::new(rig.open(), &rig.emulator);
+    let calibration = rig.calibration(&probe.prepare().unwrap());
+    let start = probe.now();
+    probe.due = script.faults.iter().map(|(after, fault)| (start + after, fault.clone())).collect();
+    let n_reads = probe.n_reads.clone();
+    // Reads before the first row's, and up to the last row's.
+    let rows = std::cell::Cell::new(None);
+    let session = Session::start(&mut probe, &rig.config, &calibration, 100.0).unwrap();
+    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let outcome = record(session, &small_circle(script.n_rows), &options, &|| false, &mut |_| {
+        let n = n_reads.get();
+        rows.set(Some((rows.get().map_or(n - 1, |(first, _)| first), n)));
+    })
+    .unwrap();
+
+    let mut problems = Vec::new();
+    let Probe { injected, reads, n_slow, .. } = probe;
+    let slack = SLACK + 1e-3 * outcome.stats.summary().late_max_ms;
+    match (script.end, &outcome.stopped) {
+        (End::Plan, None) | (End::Either, _) | (End::Stopped, Some(Stop::Limit(_) | Stop::Failed(_))) => {}
+        (wanted, found) => problems.push(format!("expected {wanted:?}, got {found:?}")),
+    }
+    check_events(script, &injected, &outcome.events, slack, &mut problems);
+    check_data(&rig, &outcome, &reads, rows.get(), &mut problems);
+    // Each round that the emulator answered as a whole was read, unless the port went meanwhile.
+    let n_whole = reads.iter().filter(|read| read.servos.iter().all(Option::is_some)).count() as u64;
+    let n_failed = reads.iter().filter(|read| !read.is_sent).count() as u64;
+    let n_rounds = rig.emulator.counts().complete_rounds - rounds_before;
+    if n_rounds > n_whole + n_slow + n_failed {
+        problems.push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_failed} read"));
+    }
+    check_torque(&rig, &outcome, &injected, &mut problems);
+    Found { injected, outcome, problems }
+}
+
+fn check_events(
+    script: &Script,
+    injected: &[(f64, Fault)],
+    events: &[Event],
+    slack: f64,
+    problems: &mut Vec<String>,
+) {
+    if injected.len() != script.faults.len() && script.end != End::Either {
+        problems.push(format!("only {} faults of {}", injected.len(), script.faults.len()));
+    }
+    for (time, fault) in injected {
+        let Some((kinds, within)) = told_by(fault, script.end != End::Plan) else { continue };
+        let is_told = events.iter().any(|event| {
+            kinds.contains(&event.kind) && event.time_s >= *time && event.time_s <= time + within + slack
+        });
+        if !is_told {
+            let near: Vec<&Event> =
+                events.iter().filter(|e| (e.time_s - time).abs() < within + slack + 1.0).collect();
+            problems.push(format!("{fault:?} at {time:.3} s is not in the log: {near:?}"));
+        }
+    }
+}
+
+/// Every read of the recording is a row, in order, to the last bit; and the files are as they should be.
+fn check_data(
+    rig: &Rig,
+    outcome: &Outcome,
+    reads: &[Read],
+    rows: Option<(usize, usize)>,
+    problems: &mut Vec<String>,
+) {
+    if journal_path(&rig.out()).exists() {
+        problems.push("the journal is still there".into());
+    }
+    let log = std::fs::read_to_string(events_path(&rig.out())).unwrap();
+    let logged: Vec<Event> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    if logged.len() != outcome.events.len() {
+        problems.push(format!("{} events in the log, {} happened", logged.len(), outcome.events.len()));
+    }
+    if outcome.n_rows == 0 {
+        if rows.is_some() || rig.out().exists() {
+            problems.push("rows are lost".into());
+        }
+        return;
+    }
+    let recording = Recording::read(rig.out()).unwrap();
+    let column = |stem: &str, k: usize| recording.channel(&format!("{stem}_{}", k + 1)).unwrap().to_vec();
+    let columns: Vec<(Vec<f64>, Vec<f64>)> =
+        (0..4).map(|k| (column("tick_present", k), column("load", k))).collect();
+    let Some((first, mut end)) = rows else { return };
+    // The cycle in which a limit is found is a row, too.
+    if let Some(Stop::Limit(violation)) = &outcome.stopped
+        && !violation.message.contains("commanded")
+    {
+        end += 1;
+    }
+    let mut row = 0;
+    for read in reads[first..end].iter().filter(|read| read.servos.iter().all(Option::is_some)) {
+        let is_row = |row: usize| {
+            read.servos.iter().zip(&columns).all(|(servo, (ticks, loads))| {
+                servo.is_some_and(|(tick, load)| f64::from(tick) == ticks[row] && load == loads[row])
+            })
+        };
+        while row < recording.n_samples() && !is_row(row) {
+            row += 1;
+        }
+        if row == recording.n_samples() {
+            problems.push(format!("{read:?} is not in the recording"));
+            return;
+        }
+        row += 1;
+    }
+}
+
+/// No torque once the faults are over; after a long time without bus, once somebody asks again.
+fn check_torque(rig: &Rig, outcome: &Outcome, injected: &[(f64, Fault)], problems: &mut Vec<String>) {
+    let is_over = || {
+        let log = rig.emulator.fault_log();
+        injected.iter().filter(|(_, fault)| fault.duration_s.is_some()).all(|(_, fault)| {
+            log.iter().any(|record| record.moment == FaultMoment::Ended && record.fault == *fault)
+        })
+    };
+    wait_for(is_over);
+    if outcome.is_torque_settled {
+        // Torque is only noted at the next tick of the emulator.
+        if !wait_for(|| rig.is_released()) {
+            problems.push(format!("torque {:?} in the end", rig.emulator.torque_on()));
+        }
+        return;
+    }
+    // The servos have stopped by themselves.
+    let world = rig.emulator.world();
+    let is_still = || (0..4).all(|k| world.lock().unwrap().servo(k).velocity.abs() < 0.02);
+    if !wait_for(is_still) {
+        problems.push("out of reach and moving".into());
+    }
+    let mut hardware = rig.open();
+    if !wait_for(|| hardware.set_torque(false).is_ok() && rig.is_released()) {
+        problems.push(format!("torque {:?} although asked again", rig.emulator.torque_on()));
+    }
+}
+
+fn wait_for(mut holds: impl FnMut() -> bool) -> bool {
+    let start = Instant::now();
+    while !holds() {
+        if start.elapsed() > Duration::from_secs(15) {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    true
+}
+
+#[test]
+fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
+    simulated();
+    let start = Instant::now();
+    let scripts: VecDeque<Script> = (0..10).map(survivable).chain((0..90).map(fatal)).collect();
+    let queue = Mutex::new(scripts.into_iter().enumerate().collect::<VecDeque<_>>());
+    let found = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| {
+                loop {
+                    let next = queue.lock().unwrap().pop_front();
+                    let Some((number, script)) = next else { return };
+                    let result = catch_unwind(AssertUnwindSafe(|| carry_out(&script)));
+                    found.lock().unwrap().push((number, script, result.ok()));
+                }
+            });
+        }
+    });
+    let found = found.into_inner().unwrap();
+    let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
+    let mut report = String::new();
+    for (number, script, result) in &found {
+        let Some(result) = result else {
+            report.push_str(&format!("run {number} panicked: {script:?}\n"));
+            continue;
+        };
+        for (_, fault) in &result.injected {
+            *kinds.entry(format!("{:?}", fault.kind)).or_default() += 1;
+        }
+        for problem in &result.problems {
+            report.push_str(&format!(
+                "run {number} ({:?} of {} rows, {:?}): {problem}\n",
+                script.end, result.outcome.n_rows, result.outcome.stopped
+            ));
+        }
+    }
+    let n_faults: usize = kinds.values().sum();
+    let seconds = start.elapsed().as_secs_f64();
+    let table = format!("{n_faults} faults in {} runs, {seconds:.0} s: {kinds:#?}", found.len());
+    assert!(report.is_empty(), "{report}{table}");
+    assert!(n_faults >= 300 && kinds.len() == FaultKind::ALL.len(), "{table}");
+}

@@ -1,0 +1,194 @@
+//! Every limit trips, the robot retreats as `safety.rs` says, and what was measured is kept.
+
+use super::probe::Rig;
+use super::small_circle;
+use super::stage::{MOMENT, Mishap, Stage};
+use hysteron_base::{Metadata, Recording};
+use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, record};
+use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_rig::{Error, EventKind, Hardware, Retreat};
+use std::cell::Cell;
+
+/// A busy machine answers late, which is not what is tested here.
+const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 30.0");
+
+/// Records on the simulated rig; the run must end by a limit with `part` in its message and this retreat.
+fn trips(replace: &[(&str, &str)], mishap: Mishap, part: &str, retreat: Retreat) {
+    let (mut stage, outcome) = Stage::record(replace, &small_circle(400), mishap);
+    let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{part}: {:?}", outcome.stopped) };
+    assert!(violation.message.contains(part), "{part}: {violation:?}");
+    assert_eq!(violation.retreat, retreat, "{violation:?}");
+    assert_eq!(stage.goals.last() == Some(&stage.rest), retreat == Retreat::ToRest, "{part}");
+    assert!(!stage.is_under_torque(), "{part}");
+    assert!(outcome.n_rows > 0 && outcome.n_rows < 400, "{} rows: {violation:?}", outcome.n_rows);
+    let limits = outcome.events.iter().filter(|event| event.kind == EventKind::Limit);
+    assert_eq!(limits.count(), 1, "{part}: {:?}", outcome.events);
+}
+
+#[test]
+fn a_circle_within_its_limits_passes_none() {
+    let (mut stage, outcome) = Stage::record(&[], &small_circle(400), Mishap::None);
+    assert!(outcome.stopped.is_none(), "{:?}", outcome.stopped);
+    assert_eq!((outcome.n_rows, stage.is_under_torque()), (400, false));
+}
+
+#[test]
+fn commands_out_of_bounds_go_back_to_rest() {
+    let stroke = [("stroke_max_mm = 12.0", "stroke_max_mm = 0.5")];
+    trips(&stroke, Mishap::None, "stroke, commanded", Retreat::ToRest);
+    let rate = [
+        ("stroke_rate_max_mm_s = 12.0", "stroke_rate_max_mm_s = 1.5"),
+        ("slew_mm_s = 3.0", "slew_mm_s = 1.0"),
+    ];
+    trips(&rate, Mishap::None, "stroke rate, commanded", Retreat::ToRest);
+}
+
+/// Something pulls at the first pulley with more than the servo can hold.
+const PULLED: Mishap = Mishap::ToTheWorld(|world| world.set_disturbance(0, -2.0));
+/// No limit of what a pull trips.
+const UNLIMITED: [(&str, &str); 3] = [
+    ("stroke_rate_max_mm_s = 12.0", "stroke_rate_max_mm_s = 500.0"),
+    ("load_max_percent = 70.0", "load_max_percent = 100.0"),
+    ("lag_max_mm = 3.0", "lag_max_mm = 50.0"),
+];
+
+#[test]
+fn a_pulley_that_something_pulls_trips_whatever_is_limited() {
+    let [rate, load, lag] = UNLIMITED;
+    let stroke =
+        [("stroke_max_mm = 12.0", "stroke_max_mm = 2.3"), ("stroke_min_mm = -12.0", "stroke_min_mm = -2.3")];
+    trips(&[rate, load, lag, stroke[0], stroke[1]], PULLED, "stroke, measured", Retreat::ToRest);
+    trips(&[load, lag], PULLED, "stroke rate, measured", Retreat::ToRest);
+    trips(&[rate, load], PULLED, "lag", Retreat::LetGo);
+    trips(
+        &[rate, lag, ("load_max_percent = 70.0", "load_max_percent = 40.0")],
+        PULLED,
+        "load",
+        Retreat::LetGo,
+    );
+}
+
+#[test]
+fn heat_and_a_wrong_supply_let_go() {
+    // 24 degrees C of the room, a little of the motor's own, and this much more.
+    trips(&[], Mishap::Heat(45.0), "temperature: expected at most 65", Retreat::LetGo);
+    trips(&[], Mishap::ToTheWorld(|world| world.set_supply(9.4)), "supply: expected 9.5", Retreat::LetGo);
+    trips(&[], Mishap::ToTheWorld(|world| world.set_supply(14.1)), "supply: expected 9.5", Retreat::LetGo);
+}
+
+#[test]
+fn a_servo_that_restarts_lets_all_others_go() {
+    trips(&[], Mishap::ToTheWorld(|world| world.power_cycle(2)), "torque is off", Retreat::LetGo);
+}
+
+#[test]
+fn a_tip_out_of_bounds_or_sight_goes_back_to_rest() {
+    let narrow = [("tip_max_mm = [60.0, 60.0, 95.0]", "tip_max_mm = [60.0, 5.0, 95.0]")];
+    trips(&narrow, Mishap::None, "tip: expected y", Retreat::ToRest);
+    let narrow = [("tip_min_mm = [-60.0, -60.0, 10.0]", "tip_min_mm = [-5.0, -60.0, 10.0]")];
+    trips(&narrow, Mishap::None, "tip: expected x", Retreat::ToRest);
+    let gone = Mishap::ToTheWorld(|world| world.set_tracker_connected(false));
+    trips(&[], gone, "no pose to trust", Retreat::ToRest);
+}
+
+#[test]
+fn a_limit_before_the_first_row_leaves_a_log_and_no_recording() {
+    let rig = Rig::new(&[PATIENT]);
+    let outcome = recorded(
+        &rig,
+        50,
+        &[Fault { volts: Some(9.0), ..Fault::new(0.0, FaultKind::BrownOut) }.lasting(2.0)],
+        0,
+    );
+    assert!(
+        matches!(&outcome.stopped, Some(Stop::Limit(limit)) if limit.message.contains("supply")),
+        "{outcome:?}"
+    );
+    assert_eq!(outcome.n_rows, 0);
+    assert!(!rig.out().exists() && !rig.out().with_extension("journal").exists());
+    assert!(rig.out().with_extension("events.jsonl").exists());
+    assert!(rig.is_released());
+}
+
+/// Records on an emulated rig, and breaks these before row `at`.
+fn recorded(rig: &Rig, n: usize, faults: &[Fault], at: usize) -> Outcome {
+    recorded_until(rig, n, faults, at, usize::MAX)
+}
+
+/// The same, asked to stop after so many rows.
+fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize) -> Outcome {
+    let mut hardware = rig.open();
+    let calibration = rig.calibration(&hardware.prepare().unwrap());
+    let break_all = || faults.iter().for_each(|fault| rig.emulator.inject(fault.clone()).unwrap());
+    if at == 0 {
+        break_all();
+    }
+    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
+    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let done = Cell::new(0);
+    record(session, &small_circle(n), &options, &|| done.get() >= stop, &mut |row| {
+        if row == at {
+            break_all();
+        }
+        done.set(row);
+    })
+    .unwrap()
+}
+
+#[test]
+fn a_servo_with_an_error_of_its_own_lets_all_go() {
+    let rig = Rig::new(&[PATIENT]);
+    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(2)], MOMENT);
+    let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{:?}", outcome.stopped) };
+    assert_eq!((violation.tendon, violation.retreat), (Some(1), Retreat::LetGo));
+    assert_eq!(violation.message, "the servo reports overload");
+    assert!(rig.is_released() && Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
+}
+
+#[test]
+fn a_servo_that_is_silent_is_lost_and_the_others_let_go() {
+    let rig = Rig::new(&[PATIENT]);
+    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::UnplugServo).of_servo(3)], MOMENT);
+    assert!(
+        matches!(&outcome.stopped, Some(Stop::Failed(Error::Bus(why))) if why.contains("servo 3 has not answered")),
+        "{:?}",
+        outcome.stopped
+    );
+    assert!(outcome.events.iter().any(|e| e.kind == EventKind::ServoLost && e.servo == Some(3)));
+    // It cannot be asked, and has no power.
+    assert!(!outcome.is_torque_settled && rig.is_released());
+    assert!(Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
+}
+
+const HOLD: (&str, &str) = ("at_end = \"release\"", "at_end = \"hold\"");
+
+/// Whether all servos are under torque and stay so although the bus is silent.
+fn is_held(rig: &Rig) -> bool {
+    use hysteron_rig::bus::xl430::BUS_WATCHDOG;
+    let mut hardware = rig.open();
+    // No instruction for longer than the watchdog's 200 ms.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let watchdogs: Vec<u32> = (1..=4).map(|id| hardware.bus().read(id, BUS_WATCHDOG).unwrap()).collect();
+    watchdogs == [0; 4] && rig.emulator.torque_on() == [true; 4]
+}
+
+#[test]
+fn a_rig_that_shall_hold_holds_at_the_end_and_when_asked_to_stop() {
+    let rig = Rig::new(&[PATIENT, HOLD]);
+    let outcome = recorded(&rig, 50, &[], usize::MAX);
+    assert!(outcome.stopped.is_none() && outcome.is_torque_settled, "{:?}", outcome.stopped);
+    assert!(is_held(&rig));
+
+    let rig = Rig::new(&[PATIENT, HOLD]);
+    let outcome = recorded_until(&rig, 300, &[], usize::MAX, 50);
+    assert!(matches!(outcome.stopped, Some(Stop::Asked)) && outcome.is_torque_settled);
+    assert!(is_held(&rig));
+}
+
+#[test]
+fn a_rig_that_shall_hold_lets_go_where_holding_is_the_danger() {
+    let rig = Rig::new(&[PATIENT, HOLD]);
+    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(1)], 50);
+    assert!(matches!(outcome.stopped, Some(Stop::Limit(_))));
+    assert!(rig.is_released());
+}

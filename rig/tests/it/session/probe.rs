@@ -1,0 +1,216 @@
+//! A whole virtual rig on its ports, and a probe between it and the session that breaks things and takes notes.
+
+use hysteron_rig::bus::{BusCounts, ServoReport};
+use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::virtual_rig::emulator::{
+    DeviceClock, Emulator, Fault, FaultKind, Format, Options, PoseDelivery, PoseFaults, PoseServer,
+    PoseServerSettings, Timing,
+};
+use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
+use hysteron_rig::{Event, Hardware, LiveRig, Pose, Result, ServoSample, SlowSample};
+use std::cell::Cell;
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// Seed of the robot: where its servos stand, and its noise.
+const SEED: u64 = 1;
+
+/// Calibration of the simulated rig, and where its servos stood at power-on [ticks].
+pub fn simulated() -> &'static (Calibration, Vec<i32>) {
+    static FOUND: OnceLock<(Calibration, Vec<i32>)> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let robot = VirtualRobot::preset("typical").unwrap();
+        let rig = RigConfig::from_toml(&rig_file(&robot), Path::new("")).unwrap();
+        let mut hardware = SimulatedRig::new(&robot, &rig, SEED);
+        let stood = hardware.prepare().unwrap().iter().map(|servo| servo.position).collect();
+        let found = calibrate(&mut hardware, &rig, "simulated".into(), &|| false, &mut |_| {}).unwrap();
+        (found, stood)
+    })
+}
+
+/// The virtual rig `typical` on its ports.
+pub struct Rig {
+    pub emulator: Emulator,
+    pub config: RigConfig,
+    _poses: PoseDelivery,
+    folder: tempfile::TempDir,
+}
+
+impl Rig {
+    /// With the example's rig file after these replacements.
+    pub fn new(replace: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let robot = VirtualRobot::preset("typical").unwrap();
+        let mut options = Options::new(folder.path().join("servos"));
+        options.return_delay = 0.0;
+        options.timing = Timing::Relaxed;
+        let emulator = Emulator::start(World::new(&robot, SEED), options).unwrap();
+        let clock = DeviceClock { offset: 1000.0, drift: 2e-5 };
+        let settings = PoseServerSettings { port: 0, device: "Tip".into(), clock, format: Format::Transform };
+        let server = PoseServer::start(settings).unwrap();
+        let address = server.address().to_string();
+        let faults = emulator.tracker_faults();
+        let is = move |kind| faults.is_active(kind);
+        let poses = PoseDelivery::start(emulator.world(), server, move || PoseFaults {
+            unplugged: is(FaultKind::UnplugTracker),
+            silent: is(FaultKind::TrackerDropout),
+            invalid: is(FaultKind::TrackerInvalid),
+            frozen: is(FaultKind::TrackerFreeze),
+            displaced: is(FaultKind::TrackerJump),
+            damaged: is(FaultKind::TrackerCorrupt),
+        })
+        .unwrap();
+        let mut text = rig_file(&robot).replace("127.0.0.1:18944", &address);
+        for (from, to) in replace {
+            assert!(text.contains(from), "{from}");
+            text = text.replace(from, to);
+        }
+        let config = RigConfig::from_toml(&text, folder.path()).unwrap();
+        Self { emulator, config, _poses: poses, folder }
+    }
+
+    pub fn out(&self) -> PathBuf {
+        self.folder.path().join("run.parquet")
+    }
+
+    /// The simulated rig's calibration, in the ticks that these servos count: their horns may sit half a turn on.
+    pub fn calibration(&self, servos: &[ServoReport]) -> Calibration {
+        let (mut calibration, stood) = simulated().clone();
+        for ((channel, servo), stood) in calibration.channels.iter_mut().zip(servos).zip(stood) {
+            channel.zero += servo.position - stood;
+        }
+        calibration
+    }
+
+    /// Opens the ports; for a while if need be.
+    pub fn open(&self) -> LiveRig {
+        let start = Instant::now();
+        loop {
+            match LiveRig::open(&self.config) {
+                Ok(rig) => return rig,
+                Err(error) => assert!(start.elapsed() < Duration::from_secs(20), "{error}"),
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Whether no servo is under torque.
+    pub fn is_released(&self) -> bool {
+        self.emulator.torque_on().iter().all(|on| !on)
+    }
+}
+
+/// What a read of all servos gave: every position and load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Read {
+    pub servos: Vec<Option<(i32, f64)>>,
+    pub is_sent: bool,
+}
+
+/// Breaks things at their times, and notes what the session is told.
+pub struct Probe<'a> {
+    pub rig: LiveRig,
+    emulator: &'a Emulator,
+    /// Faults to come with their times on the rig's clock [s], in order.
+    pub due: VecDeque<(f64, Fault)>,
+    /// Faults that were handed over, and when [s].
+    pub injected: Vec<(f64, Fault)>,
+    pub reads: Vec<Read>,
+    /// Number of `reads`, for whoever cannot look at them while a session has this.
+    pub n_reads: Rc<Cell<usize>>,
+    pub n_slow: u64,
+}
+
+impl<'a> Probe<'a> {
+    pub fn new(rig: LiveRig, emulator: &'a Emulator) -> Self {
+        let (due, injected, reads, n_reads) = Default::default();
+        Self { rig, emulator, due, injected, reads, n_reads, n_slow: 0 }
+    }
+
+    fn look(&mut self) {
+        let now = self.rig.now();
+        while self.due.front().is_some_and(|(time, _)| *time <= now)
+            && let Some((_, fault)) = self.due.pop_front()
+        {
+            self.emulator.inject(fault.clone()).unwrap();
+            self.injected.push((now, fault));
+        }
+    }
+}
+
+impl Hardware for Probe<'_> {
+    fn now(&self) -> f64 {
+        self.rig.now()
+    }
+
+    fn wait_until(&mut self, time: f64) {
+        // Faults strike between cycles, too.
+        while let Some((due, _)) = self.due.front()
+            && *due < time
+        {
+            let due = *due;
+            self.rig.wait_until(due);
+            self.look();
+        }
+        self.rig.wait_until(time);
+    }
+
+    fn n_servos(&self) -> usize {
+        self.rig.n_servos()
+    }
+
+    fn prepare(&mut self) -> Result<Vec<ServoReport>> {
+        self.rig.prepare()
+    }
+
+    fn write_goals(&mut self, goals: &[i32]) -> Result<()> {
+        self.look();
+        self.rig.write_goals(goals)
+    }
+
+    fn read_servos(&mut self, samples: &mut [Option<ServoSample>]) -> Result<()> {
+        let read = self.rig.read_servos(samples);
+        let servos = samples.iter().map(|s| s.map(|s| (s.position, s.load))).collect();
+        self.reads.push(Read { servos, is_sent: read.is_ok() });
+        self.n_reads.set(self.reads.len());
+        read
+    }
+
+    fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()> {
+        self.n_slow += 1;
+        self.rig.read_slow(samples)
+    }
+
+    fn set_torque(&mut self, on: bool) -> Result<()> {
+        self.look();
+        self.rig.set_torque(on)
+    }
+
+    fn hold(&mut self) -> Result<()> {
+        self.rig.hold()
+    }
+
+    fn take_poses(&mut self, poses: &mut Vec<Pose>) {
+        self.rig.take_poses(poses);
+    }
+
+    fn take_events(&mut self, events: &mut Vec<Event>) {
+        self.rig.take_events(events);
+    }
+
+    fn counts(&self) -> BusCounts {
+        self.rig.counts()
+    }
+
+    fn processor_time(&self) -> Option<f64> {
+        None
+    }
+
+    fn bus_time(&self) -> (f64, f64) {
+        self.rig.bus_time()
+    }
+}

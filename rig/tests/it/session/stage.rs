@@ -1,0 +1,135 @@
+//! A simulated rig on which something happens in the middle of a recording.
+
+use super::probe::simulated;
+use hysteron_base::{Metadata, Recording};
+use hysteron_rig::bus::{BusCounts, ServoReport};
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::session::{Outcome, RecordOptions, Session, record};
+use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
+use hysteron_rig::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
+use std::path::Path;
+
+/// Reads after which it happens: in the middle of the rows.
+pub const MOMENT: usize = 150;
+
+/// What happens.
+#[derive(Debug, Clone, Copy)]
+pub enum Mishap {
+    None,
+    ToTheWorld(fn(&mut World)),
+    /// This much more heat is read [°C].
+    Heat(f64),
+}
+
+/// A simulated rig, and what it is told.
+pub struct Stage {
+    hardware: SimulatedRig,
+    mishap: Mishap,
+    n_reads: usize,
+    /// Goals, each time they are written.
+    pub goals: Vec<Vec<i32>>,
+    /// Goals of rest.
+    pub rest: Vec<i32>,
+}
+
+impl Stage {
+    /// Records these commands on the rig `typical`, with its rig file after these replacements.
+    pub fn record(replace: &[(&str, &str)], commands: &Recording, mishap: Mishap) -> (Self, Outcome) {
+        let robot = VirtualRobot::preset("typical").unwrap();
+        let mut text = rig_file(&robot);
+        for (from, to) in replace {
+            assert!(text.contains(from), "{from}");
+            text = text.replace(from, to);
+        }
+        let config = RigConfig::from_toml(&text, Path::new("")).unwrap();
+        let hardware = SimulatedRig::new(&robot, &config, 1);
+        let mut stage = Self { hardware, mishap, n_reads: 0, goals: Vec::new(), rest: Vec::new() };
+        let positions: Vec<i32> = stage.prepare().unwrap().iter().map(|servo| servo.position).collect();
+        let calibration = simulated().0.unwrapped(&positions);
+        stage.rest = calibration.channels.iter().map(|channel| channel.zero).collect();
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("run.parquet");
+        let options = RecordOptions { out: out.clone(), meta: Metadata::default() };
+        let session = Session::start(&mut stage, &config, &calibration, 100.0).unwrap();
+        let outcome = record(session, commands, &options, &|| false, &mut |_| {}).unwrap();
+        let n_rows = Recording::read(out).map_or(0, |recording| recording.n_samples());
+        assert_eq!(n_rows, outcome.n_rows);
+        (stage, outcome)
+    }
+
+    /// Whether any servo is.
+    pub fn is_under_torque(&mut self) -> bool {
+        (0..4).any(|k| self.hardware.world_mut().command_mut(k).torque_on)
+    }
+}
+
+impl Hardware for Stage {
+    fn now(&self) -> f64 {
+        self.hardware.now()
+    }
+
+    fn wait_until(&mut self, time: f64) {
+        self.hardware.wait_until(time);
+    }
+
+    fn n_servos(&self) -> usize {
+        self.hardware.n_servos()
+    }
+
+    fn prepare(&mut self) -> Result<Vec<ServoReport>> {
+        self.hardware.prepare()
+    }
+
+    fn write_goals(&mut self, goals: &[i32]) -> Result<()> {
+        self.goals.push(goals.to_vec());
+        self.hardware.write_goals(goals)
+    }
+
+    fn read_servos(&mut self, samples: &mut [Option<ServoSample>]) -> Result<()> {
+        self.n_reads += 1;
+        if self.n_reads == MOMENT
+            && let Mishap::ToTheWorld(happens) = self.mishap
+        {
+            happens(self.hardware.world_mut());
+        }
+        self.hardware.read_servos(samples)
+    }
+
+    fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()> {
+        self.hardware.read_slow(samples)?;
+        if let Mishap::Heat(more) = self.mishap
+            && self.n_reads > MOMENT
+        {
+            samples.iter_mut().flatten().for_each(|sample| sample.temperature += more);
+        }
+        Ok(())
+    }
+
+    fn set_torque(&mut self, on: bool) -> Result<()> {
+        self.hardware.set_torque(on)
+    }
+
+    fn hold(&mut self) -> Result<()> {
+        self.hardware.hold()
+    }
+
+    fn take_poses(&mut self, poses: &mut Vec<Pose>) {
+        self.hardware.take_poses(poses);
+    }
+
+    fn take_events(&mut self, events: &mut Vec<Event>) {
+        self.hardware.take_events(events);
+    }
+
+    fn counts(&self) -> BusCounts {
+        self.hardware.counts()
+    }
+
+    fn processor_time(&self) -> Option<f64> {
+        self.hardware.processor_time()
+    }
+
+    fn bus_time(&self) -> (f64, f64) {
+        self.hardware.bus_time()
+    }
+}
