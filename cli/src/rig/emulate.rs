@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use hysteron_base::{BadInput, file};
 use hysteron_rig::virtual_rig::emulator::{
-    Counts, DeviceClock, Emulator, FAULTS_LOG, FaultKind, Faults, Format, Options, PoseDelivery, PoseFaults,
-    PoseServer, PoseServerSettings, TORQUE_LOG, Timing,
+    Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options, PoseDelivery, PoseServerSettings,
+    TORQUE_LOG, Timing,
 };
 use hysteron_rig::virtual_rig::{VirtualRobot, World, rig_file};
 
@@ -157,25 +157,9 @@ fn robot(arguments: &Arguments) -> anyhow::Result<VirtualRobot> {
 
 /// Puts the tracker of the virtual rig on its port.
 fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<(PoseDelivery, SocketAddr)> {
-    let settings = PoseServerSettings {
-        port: arguments.port_tracker,
-        device: TRACKER_DEVICE.to_owned(),
-        clock: DeviceClock { offset: TRACKER_OFFSET, drift: TRACKER_DRIFT },
-        format: Format::Transform,
-    };
-    let server = PoseServer::start(settings)?;
-    let address = server.address();
-    let faults = emulator.tracker_faults();
-    let is = move |kind| faults.is_active(kind);
-    let delivery = PoseDelivery::start(emulator.world(), server, move || PoseFaults {
-        unplugged: is(FaultKind::UnplugTracker),
-        silent: is(FaultKind::TrackerDropout),
-        invalid: is(FaultKind::TrackerInvalid),
-        frozen: is(FaultKind::TrackerFreeze),
-        displaced: is(FaultKind::TrackerJump),
-        damaged: is(FaultKind::TrackerCorrupt),
-    })?;
-    Ok((delivery, address))
+    let clock = DeviceClock { offset: TRACKER_OFFSET, drift: TRACKER_DRIFT };
+    let (port, device) = (arguments.port_tracker, TRACKER_DEVICE.to_owned());
+    Ok(emulator.serve_poses(PoseServerSettings { port, device, clock, format: Format::Transform })?)
 }
 
 /// The rig file with which this program finds what is emulated.

@@ -96,16 +96,19 @@ impl World {
         let mut servos: Vec<Servo> =
             zeros.iter().map(|&angle| Servo::new(robot.servos.spec, angle)).collect();
         servos.iter_mut().for_each(|servo| servo.state.voltage = robot.servos.supply);
-        let mut world = Self {
+        Self { robot: Some(Robot::new(robot, zeros, seed)), ..Self::of(servos) }
+    }
+
+    /// Servos with nothing on their pulleys.
+    fn of(servos: Vec<Servo>) -> Self {
+        Self {
             ticks: 0,
             rest: 0.0,
             commands: commands(&servos),
-            disturbances: vec![0.0; n],
+            disturbances: vec![0.0; servos.len()],
             servos,
             robot: None,
-        };
-        world.robot = Some(Robot::new(robot, zeros, seed));
-        world
+        }
     }
 
     /// `n` light servos with hardly any friction at rest, at half a turn, with nothing on their pulleys.
@@ -130,14 +133,7 @@ impl World {
         };
         let mut servos = vec![Servo::new(spec, PI); n];
         servos.iter_mut().for_each(|servo| servo.state.voltage = 12.0);
-        Self {
-            ticks: 0,
-            rest: 0.0,
-            commands: commands(&servos),
-            disturbances: vec![0.0; n],
-            servos,
-            robot: None,
-        }
+        Self::of(servos)
     }
 
     /// Seconds since power-on [s].

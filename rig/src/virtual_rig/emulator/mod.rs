@@ -22,6 +22,7 @@ pub use pose_delivery::PoseDelivery;
 pub use pose_server::{DeviceClock, Format, PoseFaults, PoseServer, PoseServerSettings};
 pub use record::{Counts, FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults};
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -152,6 +153,26 @@ impl Emulator {
     /// Faults so far, with their times.
     pub fn fault_log(&self) -> Vec<FaultRecord> {
         self.shared.record().faults.clone()
+    }
+
+    /// Serves the poses of the world's tracker, with the faults that are at work; also returns where.
+    ///
+    /// # Errors
+    /// `Tracker` if the port is taken.
+    pub fn serve_poses(&self, settings: PoseServerSettings) -> Result<(PoseDelivery, SocketAddr)> {
+        let server = PoseServer::start(settings)?;
+        let address = server.address();
+        let faults = self.tracker_faults();
+        let is = move |kind| faults.is_active(kind);
+        let delivery = PoseDelivery::start(self.world(), server, move || PoseFaults {
+            unplugged: is(FaultKind::UnplugTracker),
+            silent: is(FaultKind::TrackerDropout),
+            invalid: is(FaultKind::TrackerInvalid),
+            frozen: is(FaultKind::TrackerFreeze),
+            displaced: is(FaultKind::TrackerJump),
+            damaged: is(FaultKind::TrackerCorrupt),
+        })?;
+        Ok((delivery, address))
     }
 
     /// Faults of the tracker, for whoever sends its poses.
