@@ -27,6 +27,15 @@ pub struct Violation {
     pub retreat: Retreat,
 }
 
+impl std::fmt::Display for Violation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.tendon {
+            Some(k) => write!(f, "tendon {}: {}", k + 1, self.message),
+            None => write!(f, "{}", self.message),
+        }
+    }
+}
+
 /// By how much a measured stroke may pass its limit while the command keeps to it [m]: the servo overshoots by a few
 /// ticks, and its position is read a cycle late.
 const STROKE_MARGIN: f64 = 0.25e-3;

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_control::{Limits, Plan, Trajectory};
 use hysteron_rig::calibration::Calibration;
+use hysteron_rig::config::RigConfig;
 
 use crate::figures::data_set::{self, DataSet};
 use crate::{interrupt, terminal};
@@ -75,6 +76,9 @@ pub struct Arguments {
     #[arg(long)]
     png: bool,
 }
+
+/// Angles of tendons that differ by less than this are meant to be the same [rad].
+const SAME_ANGLE: f64 = 1e-3;
 
 /// One trajectory and where its recording goes.
 struct Job<'a> {
@@ -162,6 +166,7 @@ fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
         )
         .into());
     }
+    check_angles(plan, rig)?;
     let limits = Limits {
         stroke: hysteron_base::Bounds { min: rig.limits.stroke_min, max: rig.limits.stroke_max },
         stroke_rate: rig.limits.stroke_rate_max,
@@ -169,6 +174,28 @@ fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
     plan.check(&limits).map_err(|error| {
         anyhow::Error::new(error.within(format!("plan {} on rig \"{}\"", plan.name, rig.name)))
     })
+}
+
+/// Refuses a plan made for tendons that run elsewhere.
+fn check_angles(plan: &Plan, rig: &RigConfig) -> Result<(), BadInput> {
+    let Some(trajectory) = plan.trajectories().first() else { return Ok(()) };
+    let angles = trajectory.tendons.angles.iter().zip(&rig.tendons).enumerate();
+    for (k, (planned, tendon)) in angles {
+        let apart = (planned - tendon.angle).sin().hypot((planned - tendon.angle).cos() - 1.0);
+        if apart > SAME_ANGLE {
+            return Err(BadInput::new(
+                format!("plan {}: tendon_angles_deg[{k}]", plan.name),
+                format!(
+                    "{:.1}, as tendon[{}].angle_deg of rig \"{}\"",
+                    tendon.angle.to_degrees(),
+                    k + 1,
+                    rig.name
+                ),
+                format!("{:.1}", planned.to_degrees()),
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn jobs<'a>(arguments: &Arguments, plan: &'a Plan) -> anyhow::Result<Vec<Job<'a>>> {

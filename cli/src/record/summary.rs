@@ -134,6 +134,6 @@ impl Summary {
             .map(String::from);
         say(line(&headings));
         self.rows.iter().for_each(|row| say(line(&row.cells())));
-        say(format_args!("{} samples in {} recordings", self.n_rows(), self.rows.len()));
+        say(format_args!("samples: {}, recordings: {}", self.n_rows(), self.rows.len()));
     }
 }

@@ -42,7 +42,7 @@ pub struct Arguments {
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let ports = list_ports()?;
-    say(format_args!("{} serial ports", ports.len()));
+    say(format_args!("serial ports: {}", ports.len()));
     for port in &ports {
         let converter = port.converter.unwrap_or("-");
         say(format_args!("  {:<20} {converter:<12} {}", port.path.display(), port.description));

@@ -195,6 +195,7 @@ impl ServoBus {
             match switched {
                 Ok(found) if found == u32::from(on) => {}
                 Ok(_) => failed.push(format!("servo {id} did not switch")),
+                Err(Error::Bus(why)) => failed.push(why),
                 Err(error) => failed.push(error.to_string()),
             }
         }
@@ -215,8 +216,11 @@ impl ServoBus {
             .ids
             .clone()
             .into_iter()
-            .filter_map(|id| self.write(id, xl430::BUS_WATCHDOG, 0).err())
-            .map(|error| error.to_string())
+            .filter_map(|id| match self.write(id, xl430::BUS_WATCHDOG, 0) {
+                Ok(()) => None,
+                Err(Error::Bus(why)) => Some(why),
+                Err(error) => Some(error.to_string()),
+            })
             .collect();
         if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
     }

@@ -106,3 +106,34 @@ fn other_servos_are_refused() {
     let error = calibration.check(&other_rig, &reports()).unwrap_err().to_string();
     assert!(error.contains("[1, 2, 3, 4]") && error.contains("[2, 1, 3, 4]"), "{error}");
 }
+
+fn calibrated(rig: &RigConfig) -> Result<Calibration> {
+    let robot = crate::virtual_rig::VirtualRobot::preset("typical").unwrap();
+    let mut hardware = crate::virtual_rig::SimulatedRig::new(&robot, rig, 1);
+    calibrate(&mut hardware, rig, "today".into(), &|| false, &mut |_| {})
+}
+
+fn rig_of_typical() -> RigConfig {
+    let robot = crate::virtual_rig::VirtualRobot::preset("typical").unwrap();
+    RigConfig::from_toml(&crate::virtual_rig::rig_file(&robot), Path::new("")).unwrap()
+}
+
+#[test]
+fn a_mirrored_numbering_of_tendons_is_refused() {
+    let mut rig = rig_of_typical();
+    calibrated(&rig).unwrap();
+    let angle = rig.tendons[1].angle;
+    rig.tendons[1].angle = rig.tendons[3].angle;
+    rig.tendons[3].angle = angle;
+    let error = calibrated(&rig).unwrap_err();
+    assert!(error.bad_input().unwrap().found.contains("mirror"), "{error}");
+}
+
+#[test]
+fn tendons_that_are_exchanged_are_refused() {
+    let mut rig = rig_of_typical();
+    let angle = rig.tendons[0].angle;
+    rig.tendons[0].angle = rig.tendons[1].angle;
+    rig.tendons[1].angle = angle;
+    assert!(calibrated(&rig).unwrap_err().bad_input().is_some());
+}

@@ -47,10 +47,7 @@ pub enum Stop {
 impl std::fmt::Display for Stop {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Limit(Violation { tendon: Some(k), message, .. }) => {
-                write!(f, "limit passed: tendon {}: {message}", k + 1)
-            }
-            Self::Limit(Violation { message, .. }) => write!(f, "limit passed: {message}"),
+            Self::Limit(violation) => write!(f, "limit passed: {violation}"),
             Self::Failed(error) => write!(f, "{error}"),
             Self::Asked => write!(f, "stopped on request"),
         }

@@ -36,16 +36,22 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The motions of a robot with four tendons at 0, 90, 180 and 270° about +z, from the displacements of the tip
-    /// in the tracker's frame when each was pulled by the same stroke from the same rest [m]: tendons 1 and 3 bend
-    /// along x, 2 and 4 along y, and all together shorten it.
-    pub fn of_four_tendons(displacements: &[[f64; 3]; 4]) -> [Self; 3] {
-        let [d1, d2, d3, d4] = displacements.map(Vector3::from);
-        [
-            Self { in_tracker: (d1 - d3).into(), in_robot: [1.0, 0.0, 0.0] },
-            Self { in_tracker: (d2 - d4).into(), in_robot: [0.0, 1.0, 0.0] },
-            Self { in_tracker: (d1 + d2 + d3 + d4).into(), in_robot: [0.0, 0.0, -1.0] },
-        ]
+    /// The motions of a robot with n >= 3 tendons at these angles about +z [rad], from the displacements of the tip
+    /// in the tracker's frame when each was pulled by the same stroke from the same rest (n) [m].
+    ///
+    /// Each tendon bends the tip towards itself and a little down. What all have in common points down; what each has
+    /// of its own points towards its tendon. The first is short, but without it a mirrored numbering would pass.
+    pub fn of_tendons(displacements: &[[f64; 3]], angles: &[f64]) -> Vec<Self> {
+        let n = displacements.len() as f64;
+        let moved: Vec<Vector3<f64>> = displacements.iter().copied().map(Vector3::from).collect();
+        let common = moved.iter().sum::<Vector3<f64>>() / n;
+        let towards: Vec<Vector3<f64>> = angles.iter().map(|a| Vector3::new(a.cos(), a.sin(), 0.0)).collect();
+        let centre = towards.iter().sum::<Vector3<f64>>() / n;
+        let own = moved.iter().zip(&towards).map(|(moved, towards)| Self {
+            in_tracker: (moved - common).into(),
+            in_robot: (towards - centre).into(),
+        });
+        own.chain([Self { in_tracker: common.into(), in_robot: [0.0, 0.0, -1.0] }]).collect()
     }
 }
 

@@ -15,7 +15,7 @@ fn recordings(folder: &Path) -> Vec<String> {
 fn one_command_makes_a_data_set_with_everything_beside_it() {
     let place = tempfile::tempdir().unwrap();
     let outcome = run(place.path(), &[&RECORD[..], &["data", "--png"]].concat()).succeeded();
-    assert!(outcome.stdout.contains("5 recordings"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("recordings: 5"), "{}", outcome.stdout);
     let folder = place.path().join("data");
     let names = names_in(&folder);
     for name in [

@@ -27,6 +27,11 @@ fn apply(registration: &Registration, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points.iter().map(|&point| registration.apply_to_point(point)).collect()
 }
 
+fn of_four_tendons(displacements: &[[f64; 3]; 4]) -> Vec<Motion> {
+    let angles = [0.0, 1.0, 2.0, 3.0].map(|k| k * std::f64::consts::FRAC_PI_2);
+    Motion::of_tendons(displacements, &angles)
+}
+
 #[test]
 fn points_without_noise_are_brought_together_exactly() {
     let mut random = rng(1, "exact");
@@ -138,7 +143,7 @@ fn motions_of_four_tendons_give_the_frame() {
         let truth = random_registration(&mut random);
         let rest = [0.01, -0.02, 0.3];
         let mut bends = bends_in_tracker(&truth, BENDS);
-        let motions = Motion::of_four_tendons(&bends);
+        let motions = of_four_tendons(&bends);
         let rest_there = truth.apply_to_point(rest);
         let (found, error) = Registration::from_motions(&motions, rest, rest_there).unwrap();
         assert!(error < 1e-7 && found.angle_to(&truth) < 1e-7, "{error}");
@@ -150,7 +155,7 @@ fn motions_of_four_tendons_give_the_frame() {
 
         // 0.2 mm of noise on each end of 40 mm.
         bends.iter_mut().flatten().for_each(|x| *x += 2e-4 * normal(&mut random));
-        let motions = Motion::of_four_tendons(&bends);
+        let motions = of_four_tendons(&bends);
         let (found, _) = Registration::from_motions(&motions, rest, rest_there).unwrap();
         // sqrt(2) · 0.2 mm / 40 mm per axis, five deviations.
         assert!(found.angle_to(&truth) < 5.0 * 2e-4 * 2.0_f64.sqrt() / 0.04 * 3.0_f64.sqrt());
@@ -161,13 +166,13 @@ fn motions_of_four_tendons_give_the_frame() {
 fn motions_that_no_rotation_explains_are_refused() {
     let truth = random_registration(&mut rng(1, "motions/bad"));
     let bad = |bends: [[f64; 3]; 4]| {
-        let motions = Motion::of_four_tendons(&bends_in_tracker(&truth, bends));
+        let motions = of_four_tendons(&bends_in_tracker(&truth, bends));
         Registration::from_motions(&motions, [0.0; 3], [0.0; 3]).unwrap_err()
     };
     let [d1, d2, d3, d4] = BENDS;
     assert_eq!(bad([d1, d4, d3, d2]).found, "a mirror image");
     assert_eq!(bad([d2, d1, d4, d3]).hint, "the tendons may be numbered the other way round");
-    let same = Motion::of_four_tendons(&bends_in_tracker(&truth, [d1, d1, d3, d3]));
+    let same = of_four_tendons(&bends_in_tracker(&truth, [d1, d1, d3, d3]));
     let refusal = Registration::from_motions(&same[..2], [0.0; 3], [0.0; 3]).unwrap_err();
     assert!(refusal.found.contains("parallel"));
     let skew = [0.02 * 0.5, 0.02 * 0.866, -0.003];
@@ -176,7 +181,7 @@ fn motions_that_no_rotation_explains_are_refused() {
     let back_more = [-skew_more[0], -skew_more[1], -0.003];
     let [a, b] = [[d1, skew, d3, back], [d1, skew_more, d3, back_more]];
     // 60° in place of 90° leaves 15°, 30° more.
-    let motions = |bends| Motion::of_four_tendons(&bends_in_tracker(&truth, bends));
+    let motions = |bends| of_four_tendons(&bends_in_tracker(&truth, bends));
     assert!(Registration::from_motions(&motions(a), [0.0; 3], [0.0; 3]).unwrap().1 > 0.2);
     assert!(bad(b).expected.contains("within 15 deg"));
     let still = [[0.0; 3]; 4];
