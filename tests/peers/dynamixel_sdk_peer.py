@@ -7,6 +7,7 @@ import pathlib
 import sys
 import time
 
+import dynamixel_sdk.port_handler
 import emulated
 from dynamixel_sdk import (
     COMM_RX_TIMEOUT,
@@ -18,6 +19,9 @@ from dynamixel_sdk import (
     PacketHandler,
     PortHandler,
 )
+
+# A machine with other work to do answers late now and then [ms].
+dynamixel_sdk.port_handler.LATENCY_TIMER = 250
 
 IDS = [1, 2, 3, 4]
 ID, RETURN_DELAY, OPERATING_MODE, SHUTDOWN = 7, 9, 11, 63
@@ -56,11 +60,7 @@ class Host:
 
     def read(self, servo, address, size):
         call = {1: "read1ByteTxRx", 2: "read2ByteTxRx", 4: "read4ByteTxRx"}[size]
-        # A machine with other work to do answers late now and then.
-        for _ in range(3):
-            value, result, error = getattr(self.handler, call)(self.port, servo, address)
-            if result == COMM_SUCCESS:
-                break
+        value, result, error = getattr(self.handler, call)(self.port, servo, address)
         assert result == COMM_SUCCESS, (servo, address, self.handler.getTxRxResult(result))
         assert error == 0, (servo, address, error)
         return signed(value) if size == 4 else value

@@ -13,6 +13,7 @@ import time
 import tomllib
 
 import dynamixel_sdk
+import dynamixel_sdk.port_handler
 import emulated
 import numpy as np
 import pyigtl
@@ -61,6 +62,8 @@ def poses(client, seconds):
 
 def wind(device, ticks):
     """Winds the tendon by so much."""
+    # A machine with other work to do answers late now and then [ms].
+    dynamixel_sdk.port_handler.LATENCY_TIMER = 250
     port, handler = dynamixel_sdk.PortHandler(device), dynamixel_sdk.PacketHandler(2.0)
     assert port.openPort() and port.setBaudRate(1_000_000)
     for address, size, value in [(OPERATING_MODE, 1, 4), (P_GAIN, 2, 1600), (TORQUE, 1, 1)]:
