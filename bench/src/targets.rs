@@ -20,6 +20,7 @@ use crate::drive::{self, N_CIRCLE, N_RAMP};
 use crate::measure::{Run, machine, peak_memory_mb, percentile, processor_seconds, shortest};
 use crate::rig;
 use crate::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
+use crate::study;
 use crate::table::{Goal, Row, print_rows};
 
 /// SOFA on this scene, one linearisation a step and not converged [steps/s]; `tests/reference/sofa`, one core of
@@ -39,6 +40,8 @@ pub struct Effort {
     pub divisions: &'static [u32],
     /// Measured steps on each of these.
     pub n_scaling_steps: usize,
+    /// Time that is recorded from the emulated rig [s].
+    pub recorded: f64,
 }
 
 impl Effort {
@@ -48,10 +51,16 @@ impl Effort {
         n_steps: N_RAMP + N_CIRCLE + 429,
         divisions: &[9, 16, 28, 41],
         n_scaling_steps: 100,
+        recorded: 10.0,
     };
     /// Shows that everything runs; the figures mean little.
-    pub const QUICK: Self =
-        Self { repetitions: 1, n_steps: N_RAMP + 150, divisions: &[9, 16], n_scaling_steps: 30 };
+    pub const QUICK: Self = Self {
+        repetitions: 1,
+        n_steps: N_RAMP + 150,
+        divisions: &[9, 16],
+        n_scaling_steps: 30,
+        recorded: 5.0,
+    };
 }
 
 /// Measures, prints the table and writes it to `path`.
@@ -134,6 +143,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     rows.push(Row::new("two threads: gain by processor time", by_processor_time, "-"));
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);
+    rows.extend(study::rig::rows(effort.recorded)?);
     rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
     rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));
 

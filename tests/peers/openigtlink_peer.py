@@ -1,27 +1,30 @@
-"""Checks the tracker's messages against pyigtl, an independent implementation of OpenIGTLink.
+"""The tracker's messages against pyigtl, an independent implementation of OpenIGTLink: openigtlink_peer.py PROGRAM FOLDER.
 
-pyigtl receives what our server sends, and our client receives what pyigtl sends; values, names and time stamps must
-agree. Usage: openigtlink_peer.py --program target/release/hysteron --examples target/release/examples
-Needs pyigtl 0.3.4 and numpy. Exit code 0 if everything agrees.
+pyigtl receives the poses of the emulated rig, which must be those of its robot, at rest and with a tendon wound; and
+our client receives what pyigtl sends: values, names and time stamps must agree. The client is the example
+`tracker_listen`, built beside the program. Needs the Dynamixel SDK too, to wind the tendon.
 """
 
-import argparse
 import math
 import pathlib
-import socket
 import subprocess
 import sys
-import threading
 import time
+import tomllib
 
+import dynamixel_sdk
+import dynamixel_sdk.port_handler
+import emulated
 import numpy as np
 import pyigtl
 
 # pyigtl and our code hold values as 32-bit floats [mm, -].
 POSITION_MM = 2e-5 * 2
 ROTATION = 1e-6
-# pyigtl cuts a time stamp to nanoseconds, we to 2^-32 s; a double of this century resolves 0.24 us.
-STAMP_S = 1e-6
+PRESET = pathlib.Path(__file__).parents[2] / "rig/presets/mild.toml"
+OPERATING_MODE, TORQUE, P_GAIN, GOAL, PRESENT = 11, 64, 84, 116, 132
+# The servo that is wound, and the way it winds.
+SERVO, WINDS = 1, 1
 
 
 def rotation(qw, qx, qy, qz):
@@ -37,39 +40,78 @@ def numbers(line):
     return [float(word) for word in line.split(",")[:9]]
 
 
-def pyigtl_receives(examples, kind):
-    """Our pose server, their client. Returns the number of poses compared."""
-    command = [examples / "pose_server", "0", "Tip", kind, "4"]
-    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    port = int(server.stdout.readline().rsplit(":", 1)[1])
-    client = pyigtl.OpenIGTLinkClient(host="127.0.0.1", port=port)
+def turned(vector_deg):
+    """Rotation matrix of a rotation vector."""
+    vector = np.radians(vector_deg)
+    angle = np.linalg.norm(vector)
+    half = math.sin(angle / 2) * vector / angle
+    return rotation(math.cos(angle / 2), *half)
+
+
+def poses(client, seconds):
+    """Matrices and time stamps that arrive, without repetitions."""
     received = {}
-    lines = []
-    reader = threading.Thread(target=lambda: lines.extend(server.stdout))
-    reader.start()
-    while server.poll() is None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
         message = client.wait_for_message("Tip", timeout=0.2)
         if message is not None:
-            received[round(message.timestamp, 3)] = message
-    client.stop()
-    reader.join()
-    sent = [numbers(line) for line in lines if line[0].isdigit()]
-    n = 0
-    for stamp, x, y, z, *q in sent:
-        message = received.pop(round(stamp, 3), None)
-        if message is None:
-            continue
-        n += 1
-        assert abs(message.timestamp - stamp) < STAMP_S, (message.timestamp, stamp)
-        assert message.message_type == "TRANSFORM", message.message_type
-        assert np.abs(message.matrix[:3, 3] - [x, y, z]).max() < POSITION_MM, message
-        assert np.abs(message.matrix[:3, :3] - rotation(*q)).max() < ROTATION, message
-        expected = {"TipTransformStatus": "OK"} if kind == "status" else {}
-        assert message.metadata == expected, message.metadata
-    assert not received, f"never sent: {received}"
-    # pyigtl keeps the latest message only, so a few may be missed; those before it connected are.
-    assert n > 100, f"{n} of {len(sent)} poses"
-    return n
+            assert message.message_type == "TRANSFORM", message.message_type
+            received[message.timestamp] = message.matrix
+    return received
+
+
+def wind(device, ticks):
+    """Winds the tendon by so much."""
+    # A machine with other work to do answers late now and then [ms].
+    dynamixel_sdk.port_handler.LATENCY_TIMER = 250
+    port, handler = dynamixel_sdk.PortHandler(device), dynamixel_sdk.PacketHandler(2.0)
+    assert port.openPort() and port.setBaudRate(1_000_000)
+    for address, size, value in [(OPERATING_MODE, 1, 4), (P_GAIN, 2, 1600), (TORQUE, 1, 1)]:
+        call = {1: handler.write1ByteTxRx, 2: handler.write2ByteTxRx}[size]
+        assert call(port, SERVO, address, value) == (0, 0), address
+    present, result, error = handler.read4ByteTxRx(port, SERVO, PRESENT)
+    assert (result, error) == (0, 0)
+    assert handler.write4ByteTxRx(port, SERVO, GOAL, (present + WINDS * ticks) % (1 << 32)) == (0, 0)
+    port.closePort()
+
+
+def pyigtl_receives(program, folder):
+    """Our emulated rig, their client. Returns the number of poses, and how far the tip went [mm]."""
+    robot = tomllib.loads(PRESET.read_text())
+    origin = np.array(robot["tracker"]["robot_position_mm"])
+    axes = turned(robot["tracker"]["robot_rotation_deg"])
+    with emulated.rig(program, folder, "--robot", PRESET) as (device, port, _):
+        client = pyigtl.OpenIGTLinkClient(host="127.0.0.1", port=port)
+        at_rest = poses(client, 2.0)
+        wind(device, 350)
+        time.sleep(1.0)
+        bent = poses(client, 2.0)
+        client.stop()
+    for received in [at_rest, bent]:
+        stamps = np.array(sorted(received))
+        # The tracker loses some poses, and pyigtl keeps the latest message only.
+        assert 0.5 * 2.0 * robot["tracker"]["rate_hz"] < len(stamps), len(stamps)
+        assert (np.diff(stamps) > 0.5 / robot["tracker"]["rate_hz"]).all(), np.diff(stamps).min()
+        for matrix in received.values():
+            assert np.abs(matrix[:3, :3].T @ matrix[:3, :3] - np.eye(3)).max() < ROTATION, matrix
+            assert np.linalg.det(matrix[:3, :3]) > 0, matrix
+    # In the robot's frame: the tip of an upright rod, which leans to where it went.
+    def in_robot(received):
+        mean = np.mean(list(received.values()), axis=0)
+        return axes.T @ (mean[:3, 3] - origin), axes.T @ mean[:3, 2]
+
+    (rest, up), (tip, direction) = in_robot(at_rest), in_robot(bent)
+    length = robot["body"]["length_mm"]
+    assert np.linalg.norm(rest - [0, 0, length]) < 0.05 * length, rest
+    assert up[2] > 0.99, up
+    went = (tip - rest)[:2]
+    leaned = (direction - up)[:2]
+    assert np.linalg.norm(went) > 3, went
+    assert went @ leaned > 0.9 * np.linalg.norm(went) * np.linalg.norm(leaned), (went, leaned)
+    # To the side of the tendon that is wound.
+    angle = math.radians(robot["tendons"]["angles_deg"][SERVO - 1])
+    assert went @ [math.cos(angle), math.sin(angle)] > 0.9 * np.linalg.norm(went), went
+    return len(at_rest) + len(bent), np.linalg.norm(went)
 
 
 def pose(k):
@@ -79,13 +121,12 @@ def pose(k):
     return [30 * math.sin(angle), 0.1 * k, 250 - 0.01 * k], q / np.linalg.norm(q)
 
 
-def ours_receives(examples, version):
+def ours_receives(program, version):
     """Their server, our client. Returns the number of poses compared and the spread of their times [ms]."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = emulated.free_port()
     server = pyigtl.OpenIGTLinkServer(port=port, local_server=True)
-    command = [examples / "tracker_listen", f"127.0.0.1:{port}", "Probe", "6"]
+    listen = pathlib.Path(program).parent / "examples/tracker_listen"
+    command = [listen, f"127.0.0.1:{port}", "Probe", "6"]
     listener = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     while not server.is_connected():
         time.sleep(0.01)
@@ -129,18 +170,13 @@ def ours_receives(examples, version):
     return len(rows), spread
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--program", help="the program hysteron; not needed here")
-    parser.add_argument("--examples", type=pathlib.Path, required=True, help="folder of the built examples")
-    examples = parser.parse_args().examples
-    for kind in ["transform", "status"]:
-        print(f"pyigtl receives {kind}: {pyigtl_receives(examples, kind)} poses agree")
+def main(program, folder):
+    n, went = pyigtl_receives(program, folder)
+    print(f"  pyigtl receives {n} poses of a robot whose tip goes {went:.1f} mm", flush=True)
     for version in [1, 2]:
-        n, spread = ours_receives(examples, version)
-        print(f"ours receives header version {version}: {n} poses agree, times spread by {spread:.3f} ms")
-    return 0
+        n, spread = ours_receives(program, version)
+        print(f"  ours receives header version {version}: {n} poses agree, times spread by {spread:.3f} ms", flush=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main(*sys.argv[1:])

@@ -32,6 +32,11 @@ pub(super) fn is_key(key: &str) -> bool {
         && key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_' || b == b'.')
 }
 
+/// A value for a message: what cannot be seen is named.
+fn shown(value: String) -> String {
+    if value.trim().is_empty() { "nothing".to_owned() } else { value }
+}
+
 impl Metadata {
     pub(super) fn check(&self) -> Check<()> {
         match self.extra.keys().find(|key| !is_key(key) || KEYS.contains(&key.as_str())) {
@@ -69,18 +74,19 @@ impl Metadata {
             }
             match key.as_str() {
                 "format" if value == FORMAT => {}
-                "format" => return Err(BadInput::new("metadata format", FORMAT, value)),
+                "format" => return Err(BadInput::new("metadata format", FORMAT, shown(value))),
                 "version" if value == VERSION.to_string() => {}
                 "version" => {
-                    return Err(BadInput::new("metadata version", VERSION.to_string(), value)
+                    return Err(BadInput::new("metadata version", VERSION.to_string(), shown(value))
                         .hint("this program reads only that version of a recording"));
                 }
                 "scene_hash" => meta.scene_hash = value,
                 "seed" if value.is_empty() => {}
                 "seed" => {
-                    let seed = value.parse();
-                    meta.seed =
-                        Some(seed.map_err(|_| BadInput::new("metadata seed", "a whole number >= 0", value))?);
+                    let seed = value
+                        .parse()
+                        .map_err(|_| BadInput::new("metadata seed", "a whole number >= 0", shown(value)));
+                    meta.seed = Some(seed?);
                 }
                 "commit" => meta.commit = value,
                 "source" => meta.source = value,
