@@ -238,7 +238,11 @@ impl ServoBus {
         let mut parameters = Vec::with_capacity(6);
         parameters.extend(register.address.to_le_bytes());
         parameters.extend(&value.to_le_bytes()[..usize::from(register.size)]);
-        let done = self.persist(id, |wire| wire.ask(id, instruction::WRITE, &parameters, 0).map(|_| ()));
+        let done = self.persist(id, |wire| {
+            let done = wire.ask(id, instruction::WRITE, &parameters, 0).map(|_| ());
+            wire.settle_after(&done);
+            done
+        });
         done.map_err(|failure| at(id, register, &failure))
     }
 
@@ -250,10 +254,13 @@ impl ServoBus {
         let size = usize::from(register.size);
         let parameters = range(register.address, u16::from(register.size));
         let read = self.persist(id, |wire| {
-            let answer = wire.ask(id, instruction::READ, &parameters, size)?;
-            let mut bytes = [0; 4];
-            bytes[..size].copy_from_slice(answer.parameters);
-            Ok(u32::from_le_bytes(bytes))
+            let read = wire.ask(id, instruction::READ, &parameters, size).map(|answer| {
+                let mut bytes = [0; 4];
+                bytes[..size].copy_from_slice(answer.parameters);
+                u32::from_le_bytes(bytes)
+            });
+            wire.settle_after(&read);
+            read
         });
         read.map_err(|failure| at(id, register, &failure))
     }

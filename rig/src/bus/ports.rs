@@ -110,6 +110,7 @@ pub(super) fn hint(error: &std::io::Error) -> &'static str {
         std::io::ErrorKind::PermissionDenied => {
             "add yourself to the group that owns the port, usually dialout"
         }
+        std::io::ErrorKind::WouldBlock => "another hysteron uses it",
         _ => "does another program use it?",
     }
 }

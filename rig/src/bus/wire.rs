@@ -23,6 +23,8 @@ pub(crate) const INSTRUCTION_BYTES: usize = 10;
 pub(crate) const STATUS_BYTES: usize = 11;
 /// Enough for the longest instruction, stuffed.
 const BUFFER: usize = 1024;
+/// Silence after which no answer is to be expected any more: a U2D2 as it comes keeps bytes back for 16 ms.
+const QUIET: Duration = Duration::from_millis(25);
 /// Set in the error byte of a servo with a hardware error.
 const ALERT: u8 = 0x80;
 
@@ -93,6 +95,9 @@ impl Wire {
     /// Opens a port.
     pub fn open(path: &Path, baud: u32, reply_timeout: f64) -> std::io::Result<Self> {
         let bus = Bus::open_with_buffers(path, baud, Vec::new(), vec![0; BUFFER])?;
+        // Two programs on one bus take each other's answers. Whoever dies lets the port go.
+        #[cfg(unix)]
+        rustix::fs::flock(bus.serial_port(), rustix::fs::FlockOperation::NonBlockingLockExclusive)?;
         let port = bus.serial_port().try_clone()?;
         let reply_timeout = Duration::from_secs_f64(reply_timeout);
         let (decoder, answer, counts) = (Decoder::default(), Vec::new(), BusCounts::default());
@@ -180,6 +185,18 @@ impl Wire {
             Err(e) if e.kind() == ErrorKind::Interrupted => Ok(()),
             Err(e) => Err(Failure::Port(e.to_string())),
         }
+    }
+
+    /// After a failed transfer, waits until the line has been silent for a while and forgets what came: an answer
+    /// that is late must not be taken for that of the next question.
+    pub fn settle_after<T>(&mut self, done: &Result<T, Failure>) {
+        if !matches!(done, Err(Failure::Timeout | Failure::Corrupt(_))) {
+            return;
+        }
+        // A line that is never silent is somebody else's trouble.
+        let end = Instant::now() + 10 * QUIET;
+        while Instant::now() < end && self.read_bytes(Instant::now() + QUIET).is_ok() {}
+        self.decoder.clear();
     }
 
     /// Asks one servo and waits for its answer.

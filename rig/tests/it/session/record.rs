@@ -2,8 +2,10 @@
 
 use super::{Stand, circle};
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_rig::EventKind;
+use hysteron_rig::bus::xl430;
 use hysteron_rig::config::{TrackerConfig, TrackerSource};
+use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_rig::{EventKind, Hardware, LiveRig};
 
 #[test]
 fn every_cycle_becomes_a_row_and_the_torque_is_off_in_the_end() {
@@ -77,4 +79,39 @@ fn a_replayed_tip_is_recorded_as_it_was() {
         assert!((y[i] + 2.0 * x[i]).abs() < 1e-9 && (z[i] - 3.0 * x[i]).abs() < 1e-9);
         assert!(i == 0 || ((x[i] - x[i - 1]) / 1e-5 - 1.0).abs() < 1e-6, "row {i}");
     }
+}
+
+#[test]
+fn a_port_in_use_is_refused_until_it_is_free() {
+    let stand = Stand::new();
+    let first = LiveRig::open(&stand.rig).unwrap();
+    let error = LiveRig::open(&stand.rig).unwrap_err().to_string();
+    assert!(error.contains("another hysteron uses it"), "{error}");
+    drop(first);
+    LiveRig::open(&stand.rig).unwrap();
+}
+
+#[test]
+fn a_late_answer_is_not_taken_for_that_of_the_next_question() {
+    let mut stand = Stand::new();
+    stand.rig.servos.reply_timeout = 4e-3;
+    let mut hardware = LiveRig::open(&stand.rig).unwrap();
+    // Every third answer comes after its question was given up: registers of one byte must still not be mixed up.
+    for _ in 0..12 {
+        let delay = Fault {
+            at_s: 0.0,
+            kind: FaultKind::DelayPacket,
+            servo: Some(1),
+            duration_s: None,
+            count: Some(1),
+            delay_ms: Some(12.0),
+            torque_nm: None,
+            volts: None,
+        };
+        stand.emulator.inject(delay).unwrap();
+        let mode = hardware.bus().read(1, xl430::OPERATING_MODE).unwrap();
+        let error = hardware.bus().read(1, xl430::HARDWARE_ERROR).unwrap();
+        assert_eq!((mode, error), (3, 0));
+    }
+    assert!(hardware.counts().timeouts > 0);
 }
