@@ -257,7 +257,9 @@ impl Tape {
         let first = self.events.len();
         self.events.append(events);
         for event in &self.events[first..] {
-            self.journal.note(event.time_s - self.start, &line_of(event)).map_err(disk)?;
+            // Counted like the rows.
+            let event = Event { time_s: event.time_s - self.start, ..event.clone() };
+            self.journal.note(event.time_s, &line_of(&event)).map_err(disk)?;
         }
         Ok(())
     }
