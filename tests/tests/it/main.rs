@@ -7,5 +7,6 @@ mod documents;
 mod emulate;
 mod mesh;
 mod reach;
+mod record;
 mod repository;
 mod simulate;
