@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 mod it {
+    mod calibration;
     #[cfg(unix)]
     mod emulator;
     mod fuzz;

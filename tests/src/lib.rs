@@ -5,6 +5,9 @@
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+#[cfg(unix)]
+pub mod emulated;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;

@@ -25,6 +25,8 @@ const BACK_OFF: f64 = 1e-3;
 const RUN_UP: f64 = 0.2e-3;
 /// How long the tip is left alone, and then how long it is measured [s].
 const REST: f64 = 1.0;
+/// Load with which no tendon is let out [-]: the friction of a servo takes a few hundredths.
+const WRONG_WAY: f64 = 0.2;
 /// A corner explains this part of what a level line leaves of the loads, or there is none [-].
 const CORNER: f64 = 0.5;
 
@@ -135,7 +137,9 @@ impl Search<'_> {
             {
                 break;
             }
-            if start - self.at[k] > settings.search_max {
+            // A tendon that is wound by what should let it out pulls the servo the other way.
+            let is_wound = n >= SMOOTH && mean(&loads[n - SMOOTH..]) < -WRONG_WAY;
+            if is_wound || start - self.at[k] > settings.search_max {
                 return Err(self.no_corner(k, "fall", start - self.at[k]));
             }
         }

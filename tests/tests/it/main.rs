@@ -7,6 +7,7 @@ mod documents;
 mod emulate;
 mod mesh;
 mod reach;
+mod record;
 mod repository;
 mod simulate;
 mod virtual_rig;

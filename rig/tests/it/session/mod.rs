@@ -36,7 +36,7 @@ impl Stand {
         let (before, after) = RIG.split_once("[tracker]").unwrap();
         let text = format!("{before}[limits]{}", after.split_once("[limits]").unwrap().1);
         // A machine with other work to do answers late; that is not what is tested.
-        let text = text.replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 50.0");
+        let text = text.replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
         let rig = RigConfig::from_toml(&text, folder.path()).unwrap();
         Self { emulator, rig, folder }
     }
