@@ -188,7 +188,9 @@ fn carry_out(script: &Script) -> Found {
     .unwrap();
 
     let mut problems = Vec::new();
-    let Probe { injected, reads, n_slow, .. } = probe;
+    let Probe { injected, reads, n_slow, rig: ports, .. } = probe;
+    // Others may have them now.
+    drop(ports);
     let slack = SLACK + 1e-3 * outcome.stats.summary().late_max_ms;
     match (script.end, &outcome.stopped) {
         (End::Plan, None) | (End::Either, _) | (End::Stopped, Some(Stop::Limit(_) | Stop::Failed(_))) => {}
@@ -200,8 +202,11 @@ fn carry_out(script: &Script) -> Found {
     let n_whole = reads.iter().filter(|read| read.servos.iter().all(Option::is_some)).count() as u64;
     let n_failed = reads.iter().filter(|read| !read.is_sent).count() as u64;
     let n_rounds = rig.emulator.counts().complete_rounds - rounds_before;
-    if n_rounds > n_whole + n_slow + n_failed {
-        problems.push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_failed} read"));
+    // Answered, but too late even when asked again: a busy machine.
+    let n_lost = outcome.stats.counts.lost;
+    if n_rounds > n_whole + n_slow + n_failed + n_lost {
+        problems
+            .push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_failed} + {n_lost} read"));
     }
     check_torque(&rig, &outcome, &injected, &mut problems);
     Found { injected, outcome, problems }
@@ -253,13 +258,18 @@ fn check_data(
         return;
     }
     let recording = Recording::read(rig.out()).unwrap();
-    let column = |stem: &str, k: usize| recording.channel(&format!("{stem}_{}", k + 1)).unwrap().to_vec();
+    // A servo that never answered has no channel.
+    let column = |stem: &str, k: usize| {
+        let found = recording.channel(&format!("{stem}_{}", k + 1));
+        found.map_or_else(|| vec![f64::NAN; recording.n_samples()], <[f64]>::to_vec)
+    };
     let columns: Vec<(Vec<f64>, Vec<f64>)> =
         (0..4).map(|k| (column("tick_present", k), column("load", k))).collect();
     let Some((first, mut end)) = rows else { return };
-    // The cycle in which a limit is found is a row, too.
+    // The cycle in which a limit is found is a row, too, but not on the way back from a plan that was done.
     if let Some(Stop::Limit(violation)) = &outcome.stopped
         && !violation.message.contains("commanded")
+        && !outcome.events.iter().any(|event| event.message == "the plan is done")
     {
         end += 1;
     }
