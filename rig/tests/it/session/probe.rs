@@ -102,6 +102,30 @@ impl Rig {
     pub fn is_released(&self) -> bool {
         self.emulator.torque_on().iter().all(|on| !on)
     }
+
+    /// The same, as soon as the emulator has come to note it.
+    pub fn comes_to_be_released(&self) -> bool {
+        wait_for(|| self.is_released())
+    }
+
+    /// Makes the servos ready, in no hurry.
+    pub fn prepared(&self) -> Vec<ServoReport> {
+        let mut config = self.config.clone();
+        config.servos.reply_timeout = 1.0;
+        LiveRig::open(&config).unwrap().prepare().unwrap()
+    }
+}
+
+/// Whether something holds in the end, after many seconds at the latest.
+pub fn wait_for(mut holds: impl FnMut() -> bool) -> bool {
+    let start = Instant::now();
+    while !holds() {
+        if start.elapsed() > Duration::from_secs(15) {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    true
 }
 
 /// What a read of all servos gave: every position and load.
