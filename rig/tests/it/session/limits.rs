@@ -166,8 +166,8 @@ const HOLD: (&str, &str) = ("at_end = \"release\"", "at_end = \"hold\"");
 fn is_held(rig: &Rig) -> bool {
     use hysteron_rig::bus::xl430::BUS_WATCHDOG;
     let mut hardware = rig.open();
-    // No instruction for longer than the watchdog's 200 ms.
-    std::thread::sleep(std::time::Duration::from_millis(300));
+    // No instruction for longer than the watchdog's 2 s.
+    std::thread::sleep(std::time::Duration::from_millis(2200));
     let watchdogs: Vec<u32> = (1..=4).map(|id| hardware.bus().read(id, BUS_WATCHDOG).unwrap()).collect();
     watchdogs == [0; 4] && rig.emulator.torque_on() == [true; 4]
 }
