@@ -13,7 +13,7 @@ use crate::{program, run};
 /// their count wraps that the emulator mounts their horns as the simulation does: one calibration fits both.
 const SEED: &str = "3";
 /// Changes to the rig file. A busy machine answers late, which is not what is tested.
-const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 30.0");
+const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0");
 
 /// Calibration of the simulated rig, the same for all.
 fn calibration() -> &'static [u8] {

@@ -3,7 +3,7 @@
 //! Whatever breaks: no panic; the run goes on or ends with its reason; no servo is under torque in the end; what broke
 //! is in the log; and no measurement is lost.
 
-use super::probe::{Probe, Read, Rig, simulated};
+use super::probe::{Probe, Read, Rig, simulated, wait_for};
 use super::small_circle;
 use hysteron_base::{Metadata, Recording, rng};
 use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, events_path, journal_path, record};
@@ -13,14 +13,13 @@ use rand::RngExt;
 use std::collections::{BTreeMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Rigs at once.
 const AT_ONCE: usize = 10;
 /// Changes to the rig file. A busy machine answers late, which is not what is tested here.
-const RIG: [(&str, &str); 4] = [
-    ("reply_timeout_ms = 4.0", "reply_timeout_ms = 30.0"),
-    ("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 1000.0"),
+const RIG: [(&str, &str); 3] = [
+    ("reply_timeout_ms = 4.0", "reply_timeout_ms = 40.0"),
     ("stale_ms = 300.0", "stale_ms = 800.0"),
     ("retries = 2", "retries = 3"),
 ];
@@ -28,7 +27,7 @@ const RIG: [(&str, &str); 4] = [
 const STALE: f64 = 0.8;
 /// From a fault to its event, beside what the fault itself takes [s]: a cycle until it strikes, and the timeouts of
 /// one read with its retries.
-const NOTICED: f64 = 0.01 + 5.0 * 0.03;
+const NOTICED: f64 = 0.01 + 5.0 * 0.04;
 /// Same for those which the session sees at its slow reads, and which the tracker tells of once a second [s].
 const NOTICED_SLOWLY: f64 = 1.1;
 /// Threads of a busy machine may be this late [s].
@@ -63,7 +62,7 @@ fn survivable(seed: u64) -> Script {
         let kind = [DropPacket, CorruptPacket, DelayPacket, DropInstruction, Noise][rng.random_range(0..5)];
         let mut fault = Fault::new(0.0, kind);
         if kind == DelayPacket {
-            fault.delay_ms = Some(rng.random_range(60.0..90.0));
+            fault.delay_ms = Some(rng.random_range(70.0..100.0));
         }
         if rng.random_bool(0.5) && kind != Noise {
             fault = fault.of_servo(rng.random_range(1..=4));
@@ -169,17 +168,22 @@ struct Found {
     problems: Vec<String>,
 }
 
-fn carry_out(script: &Script) -> Found {
+fn carry_out(script: &Script, n_tries: u32) -> Found {
     let rig = Rig::new(&RIG);
     let rounds_before = rig.emulator.counts().complete_rounds;
+    let calibration = rig.calibration(&rig.prepared());
     let mut probe = Probe::new(rig.open(), &rig.emulator);
-    let calibration = rig.calibration(&probe.prepare().unwrap());
     let start = probe.now();
     probe.due = script.faults.iter().map(|(after, fault)| (start + after, fault.clone())).collect();
     let n_reads = probe.n_reads.clone();
     // Reads before the first row's, and up to the last row's.
     let rows = std::cell::Cell::new(None);
-    let session = Session::start(&mut probe, &rig.config, &calibration, 100.0).unwrap();
+    let session = match Session::start(&mut probe, &rig.config, &calibration, 100.0) {
+        Ok(session) => session,
+        // A machine too busy for the emulator to answer, or a fault too early: that is no recording.
+        Err(_) if n_tries > 0 && rig.comes_to_be_released() => return carry_out(script, n_tries - 1),
+        Err(error) => panic!("{error}, torque {:?}", rig.emulator.torque_on()),
+    };
     let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
     let outcome = record(session, &small_circle(script.n_rows), &options, &|| false, &mut |_| {
         let n = n_reads.get();
@@ -188,25 +192,21 @@ fn carry_out(script: &Script) -> Found {
     .unwrap();
 
     let mut problems = Vec::new();
-    let Probe { injected, reads, n_slow, rig: ports, .. } = probe;
-    // Others may have them now.
-    drop(ports);
+    let Probe { injected, reads, n_slow, .. } = probe;
     let slack = SLACK + 1e-3 * outcome.stats.summary().late_max_ms;
     match (script.end, &outcome.stopped) {
         (End::Plan, None) | (End::Either, _) | (End::Stopped, Some(Stop::Limit(_) | Stop::Failed(_))) => {}
         (wanted, found) => problems.push(format!("expected {wanted:?}, got {found:?}")),
     }
     check_events(script, &injected, &outcome.events, slack, &mut problems);
-    check_data(&rig, &outcome, &reads, rows.get(), &mut problems);
-    // Each round that the emulator answered as a whole was read, unless the port went meanwhile.
+    check_data(&rig, &outcome, (&reads, rows.get()), script.n_rows, &mut problems);
+    // Each round that the emulator answered as a whole was read, unless the port went meanwhile, or the emulator had
+    // to wait for its processor until nobody waited for the answer.
     let n_whole = reads.iter().filter(|read| read.servos.iter().all(Option::is_some)).count() as u64;
-    let n_failed = reads.iter().filter(|read| !read.is_sent).count() as u64;
+    let n_unread = reads.len() as u64 - n_whole;
     let n_rounds = rig.emulator.counts().complete_rounds - rounds_before;
-    // Answered, but too late even when asked again: a busy machine.
-    let n_lost = outcome.stats.counts.lost;
-    if n_rounds > n_whole + n_slow + n_failed + n_lost {
-        problems
-            .push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_failed} + {n_lost} read"));
+    if n_rounds > n_whole + n_slow + n_unread {
+        problems.push(format!("{n_rounds} rounds answered, {n_whole} + {n_slow} + {n_unread} read"));
     }
     check_torque(&rig, &outcome, &injected, &mut problems);
     Found { injected, outcome, problems }
@@ -239,8 +239,8 @@ fn check_events(
 fn check_data(
     rig: &Rig,
     outcome: &Outcome,
-    reads: &[Read],
-    rows: Option<(usize, usize)>,
+    (reads, rows): (&[Read], Option<(usize, usize)>),
+    n_rows: usize,
     problems: &mut Vec<String>,
 ) {
     if journal_path(&rig.out()).exists() {
@@ -258,18 +258,14 @@ fn check_data(
         return;
     }
     let recording = Recording::read(rig.out()).unwrap();
-    // A servo that never answered has no channel.
-    let column = |stem: &str, k: usize| {
-        let found = recording.channel(&format!("{stem}_{}", k + 1));
-        found.map_or_else(|| vec![f64::NAN; recording.n_samples()], <[f64]>::to_vec)
-    };
+    let column = |stem: &str, k: usize| recording.channel(&format!("{stem}_{}", k + 1)).unwrap().to_vec();
     let columns: Vec<(Vec<f64>, Vec<f64>)> =
         (0..4).map(|k| (column("tick_present", k), column("load", k))).collect();
     let Some((first, mut end)) = rows else { return };
-    // The cycle in which a limit is found is a row, too, but not on the way back from a plan that was done.
-    if let Some(Stop::Limit(violation)) = &outcome.stopped
+    // The cycle in which a limit is found is a row, too, except on the way back.
+    if end - first < n_rows
+        && let Some(Stop::Limit(violation)) = &outcome.stopped
         && !violation.message.contains("commanded")
-        && !outcome.events.iter().any(|event| event.message == "the plan is done")
     {
         end += 1;
     }
@@ -319,17 +315,6 @@ fn check_torque(rig: &Rig, outcome: &Outcome, injected: &[(f64, Fault)], problem
     }
 }
 
-fn wait_for(mut holds: impl FnMut() -> bool) -> bool {
-    let start = Instant::now();
-    while !holds() {
-        if start.elapsed() > Duration::from_secs(15) {
-            return false;
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    true
-}
-
 #[test]
 fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
     simulated();
@@ -343,7 +328,7 @@ fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
                 loop {
                     let next = queue.lock().unwrap().pop_front();
                     let Some((number, script)) = next else { return };
-                    let result = catch_unwind(AssertUnwindSafe(|| carry_out(&script)));
+                    let result = catch_unwind(AssertUnwindSafe(|| carry_out(&script, 3)));
                     found.lock().unwrap().push((number, script, result.ok()));
                 }
             });

@@ -6,11 +6,11 @@ use super::stage::{MOMENT, Mishap, Stage};
 use hysteron_base::{Metadata, Recording};
 use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, record};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
-use hysteron_rig::{Error, EventKind, Hardware, Retreat};
+use hysteron_rig::{Error, EventKind, Retreat};
 use std::cell::Cell;
 
 /// A busy machine answers late, which is not what is tested here.
-const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 30.0");
+const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
 
 /// Records on the simulated rig; the run must end by a limit with `part` in its message and this retreat.
 fn trips(replace: &[(&str, &str)], mishap: Mishap, part: &str, retreat: Retreat) {
@@ -107,7 +107,7 @@ fn a_limit_before_the_first_row_leaves_a_log_and_no_recording() {
     assert_eq!(outcome.n_rows, 0);
     assert!(!rig.out().exists() && !rig.out().with_extension("journal").exists());
     assert!(rig.out().with_extension("events.jsonl").exists());
-    assert!(rig.is_released());
+    assert!(rig.comes_to_be_released());
 }
 
 /// Records on an emulated rig, and breaks these before row `at`.
@@ -117,8 +117,8 @@ fn recorded(rig: &Rig, n: usize, faults: &[Fault], at: usize) -> Outcome {
 
 /// The same, asked to stop after so many rows.
 fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize) -> Outcome {
+    let calibration = rig.calibration(&rig.prepared());
     let mut hardware = rig.open();
-    let calibration = rig.calibration(&hardware.prepare().unwrap());
     let break_all = || faults.iter().for_each(|fault| rig.emulator.inject(fault.clone()).unwrap());
     if at == 0 {
         break_all();
@@ -142,12 +142,12 @@ fn a_servo_with_an_error_of_its_own_lets_all_go() {
     let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{:?}", outcome.stopped) };
     assert_eq!((violation.tendon, violation.retreat), (Some(1), Retreat::LetGo));
     assert_eq!(violation.message, "the servo reports overload");
-    assert!(rig.is_released() && Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
+    assert!(rig.comes_to_be_released() && Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
 }
 
 #[test]
 fn a_servo_that_is_silent_is_lost_and_the_others_let_go() {
-    let rig = Rig::new(&[PATIENT]);
+    let rig = Rig::new(&[("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0")]);
     let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::UnplugServo).of_servo(3)], MOMENT);
     assert!(
         matches!(&outcome.stopped, Some(Stop::Failed(Error::Bus(why))) if why.contains("servo 3 has not answered")),
@@ -156,7 +156,7 @@ fn a_servo_that_is_silent_is_lost_and_the_others_let_go() {
     );
     assert!(outcome.events.iter().any(|e| e.kind == EventKind::ServoLost && e.servo == Some(3)));
     // It cannot be asked, and has no power.
-    assert!(!outcome.is_torque_settled && rig.is_released());
+    assert!(!outcome.is_torque_settled && rig.comes_to_be_released());
     assert!(Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
 }
 
@@ -166,8 +166,8 @@ const HOLD: (&str, &str) = ("at_end = \"release\"", "at_end = \"hold\"");
 fn is_held(rig: &Rig) -> bool {
     use hysteron_rig::bus::xl430::BUS_WATCHDOG;
     let mut hardware = rig.open();
-    // No instruction for longer than the watchdog's 200 ms.
-    std::thread::sleep(std::time::Duration::from_millis(300));
+    // No instruction for longer than the watchdog's 2 s.
+    std::thread::sleep(std::time::Duration::from_millis(2200));
     let watchdogs: Vec<u32> = (1..=4).map(|id| hardware.bus().read(id, BUS_WATCHDOG).unwrap()).collect();
     watchdogs == [0; 4] && rig.emulator.torque_on() == [true; 4]
 }
@@ -190,5 +190,5 @@ fn a_rig_that_shall_hold_lets_go_where_holding_is_the_danger() {
     let rig = Rig::new(&[PATIENT, HOLD]);
     let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(1)], 50);
     assert!(matches!(outcome.stopped, Some(Stop::Limit(_))));
-    assert!(rig.is_released());
+    assert!(rig.comes_to_be_released());
 }

@@ -37,6 +37,7 @@ impl Stand {
         let text = format!("{before}[limits]{}", after.split_once("[limits]").unwrap().1);
         // A machine with other work to do answers late; that is not what is tested.
         let text = text.replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
+        let text = text.replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2000.0");
         let rig = RigConfig::from_toml(&text, folder.path()).unwrap();
         Self { emulator, rig, folder }
     }

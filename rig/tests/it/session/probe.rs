@@ -64,7 +64,10 @@ impl Rig {
             damaged: is(FaultKind::TrackerCorrupt),
         })
         .unwrap();
-        let mut text = rig_file(&robot).replace("127.0.0.1:18944", &address);
+        // A thread of a busy machine may be silent for longer than a servo should wait.
+        let mut text = rig_file(&robot)
+            .replace("127.0.0.1:18944", &address)
+            .replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2000.0");
         for (from, to) in replace {
             assert!(text.contains(from), "{from}");
             text = text.replace(from, to);
@@ -102,13 +105,36 @@ impl Rig {
     pub fn is_released(&self) -> bool {
         self.emulator.torque_on().iter().all(|on| !on)
     }
+
+    /// The same, as soon as the emulator has come to note it.
+    pub fn comes_to_be_released(&self) -> bool {
+        wait_for(|| self.is_released())
+    }
+
+    /// Makes the servos ready, in no hurry.
+    pub fn prepared(&self) -> Vec<ServoReport> {
+        let mut config = self.config.clone();
+        config.servos.reply_timeout = 1.0;
+        LiveRig::open(&config).unwrap().prepare().unwrap()
+    }
+}
+
+/// Whether something holds in the end, after many seconds at the latest.
+pub fn wait_for(mut holds: impl FnMut() -> bool) -> bool {
+    let start = Instant::now();
+    while !holds() {
+        if start.elapsed() > Duration::from_secs(15) {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    true
 }
 
 /// What a read of all servos gave: every position and load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Read {
     pub servos: Vec<Option<(i32, f64)>>,
-    pub is_sent: bool,
 }
 
 /// Breaks things at their times, and notes what the session is told.
@@ -175,7 +201,7 @@ impl Hardware for Probe<'_> {
     fn read_servos(&mut self, samples: &mut [Option<ServoSample>]) -> Result<()> {
         let read = self.rig.read_servos(samples);
         let servos = samples.iter().map(|s| s.map(|s| (s.position, s.load))).collect();
-        self.reads.push(Read { servos, is_sent: read.is_ok() });
+        self.reads.push(Read { servos });
         self.n_reads.set(self.reads.len());
         read
     }
