@@ -312,8 +312,8 @@ impl ServoBus {
                 self.note(Some(id), &Failure::Timeout);
             }
             let parameters = range(address, count);
+            self.counts.retries += 1;
             let again = self.persist(id, |wire| {
-                wire.counts.retries += 1;
                 wire.ask(id, instruction::READ, &parameters, length).map(|answer| parse(answer.parameters))
             });
             match again {

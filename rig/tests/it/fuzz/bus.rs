@@ -95,6 +95,7 @@ impl Stage {
             |counts: hysteron_rig::bus::BusCounts| counts.timeouts + counts.corrupt + counts.refused;
         if n_heard < 4 {
             assert_eq!(after.lost - before.lost, 4 - n_heard as u64);
+            assert!(after.retries - before.retries >= 4 - n_heard as u64, "asking again is counted");
             assert!(troubles(after) > troubles(before) && !events.is_empty(), "{after:?}");
         }
         assert!(events.len() < 100, "{} events", events.len());
