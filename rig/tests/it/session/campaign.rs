@@ -260,7 +260,11 @@ fn check_data(
         return;
     }
     let recording = Recording::read(rig.out()).unwrap();
-    let column = |stem: &str, k: usize| recording.channel(&format!("{stem}_{}", k + 1)).unwrap().to_vec();
+    // A servo that never answered has no channel.
+    let column = |stem: &str, k: usize| {
+        let found = recording.channel(&format!("{stem}_{}", k + 1));
+        found.map_or_else(|| vec![f64::NAN; recording.n_samples()], <[f64]>::to_vec)
+    };
     let columns: Vec<(Vec<f64>, Vec<f64>)> =
         (0..4).map(|k| (column("tick_present", k), column("load", k))).collect();
     let Some((first, mut end)) = rows else { return };
