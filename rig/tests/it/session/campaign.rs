@@ -4,7 +4,7 @@
 //! is in the log; and no measurement is lost.
 
 use super::probe::{Probe, Read, Rig, simulated, wait_for};
-use super::small_circle;
+use super::{TURN, small_circle};
 use hysteron_base::{Metadata, Recording, rng};
 use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, events_path, journal_path, record};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind, FaultMoment};
@@ -12,7 +12,7 @@ use hysteron_rig::{Event, EventKind, Hardware};
 use rand::RngExt;
 use std::collections::{BTreeMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Rigs at once.
@@ -169,7 +169,7 @@ struct Found {
 }
 
 fn carry_out(script: &Script, n_tries: u32) -> Found {
-    let rig = Rig::new(&RIG);
+    let rig = Rig::among_others(&RIG);
     let rounds_before = rig.emulator.counts().complete_rounds;
     let calibration = rig.calibration(&rig.prepared());
     let mut probe = Probe::new(rig.open(), &rig.emulator);
@@ -260,10 +260,10 @@ fn check_data(
         return;
     }
     let recording = Recording::read(rig.out()).unwrap();
-    // A servo that never answered has no channel.
+    // Of a servo that never answered there is no channel.
     let column = |stem: &str, k: usize| {
-        let found = recording.channel(&format!("{stem}_{}", k + 1));
-        found.map_or_else(|| vec![f64::NAN; recording.n_samples()], <[f64]>::to_vec)
+        let channel = recording.channel(&format!("{stem}_{}", k + 1));
+        channel.map_or_else(|| vec![f64::NAN; recording.n_samples()], <[f64]>::to_vec)
     };
     let columns: Vec<(Vec<f64>, Vec<f64>)> =
         (0..4).map(|k| (column("tick_present", k), column("load", k))).collect();
@@ -323,6 +323,7 @@ fn check_torque(rig: &Rig, outcome: &Outcome, injected: &[(f64, Fault)], problem
 
 #[test]
 fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
+    let _turn = TURN.write().unwrap_or_else(PoisonError::into_inner);
     simulated();
     let start = Instant::now();
     let scripts: VecDeque<Script> = (0..10).map(survivable).chain((0..90).map(fatal)).collect();

@@ -26,9 +26,9 @@ fn a_panic_in_the_middle_lets_go_and_leaves_a_journal_that_opens() {
     }));
     assert!(panicked.is_err() && rig.comes_to_be_released());
     let rescued = rig.out().with_extension("rescued.parquet");
-    let (n_rows, _) = recover(&journal_path(&rig.out()), &rescued).unwrap();
+    let (n_rows, n_gaps) = recover(&journal_path(&rig.out()), &rescued).unwrap();
     // All but those that still waited for their poses, 0.4 s at most.
-    assert!((80..=120).contains(&n_rows), "{n_rows}");
+    assert!(n_rows >= 80 && n_rows - n_gaps <= 120, "{n_rows}, {n_gaps} of them filled in");
     assert_eq!(Recording::read(rescued).unwrap().n_samples(), n_rows);
 }
 

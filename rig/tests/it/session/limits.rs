@@ -178,6 +178,7 @@ fn a_rig_that_shall_hold_holds_at_the_end_and_when_asked_to_stop() {
     let outcome = recorded(&rig, 50, &[], usize::MAX);
     assert!(outcome.stopped.is_none() && outcome.is_torque_settled, "{:?}", outcome.stopped);
     assert!(is_held(&rig));
+    drop(rig);
 
     let rig = Rig::new(&[PATIENT, HOLD]);
     let outcome = recorded_until(&rig, 300, &[], usize::MAX, 50);

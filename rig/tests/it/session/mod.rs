@@ -16,9 +16,19 @@ use hysteron_rig::virtual_rig::World;
 use hysteron_rig::virtual_rig::emulator::{Emulator, Options, Timing};
 use hysteron_rig::{Hardware, LiveRig, Result};
 use std::path::PathBuf;
+use std::sync::{PoisonError, RwLock, RwLockReadGuard};
+
+/// Rigs in real time share the processor; the campaign with its many takes it for itself.
+static TURN: RwLock<()> = RwLock::new(());
+
+/// Waits until the campaign is not at work.
+pub fn turn() -> RwLockReadGuard<'static, ()> {
+    TURN.read().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A rig without tracker, on a port.
 pub struct Stand {
+    _turn: RwLockReadGuard<'static, ()>,
     pub emulator: Emulator,
     pub rig: RigConfig,
     folder: tempfile::TempDir,
@@ -28,6 +38,7 @@ const RIG: &str = include_str!("../../../presets/rig.toml");
 
 impl Stand {
     pub fn new() -> Self {
+        let _turn = turn();
         let folder = tempfile::tempdir().unwrap();
         let mut options = Options::new(folder.path().join("servos"));
         options.return_delay = 0.0;
@@ -39,7 +50,7 @@ impl Stand {
         let text = text.replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
         let text = text.replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2000.0");
         let rig = RigConfig::from_toml(&text, folder.path()).unwrap();
-        Self { emulator, rig, folder }
+        Self { _turn, emulator, rig, folder }
     }
 
     pub fn out(&self) -> PathBuf {

@@ -1,5 +1,6 @@
 //! A whole virtual rig on its ports, and a probe between it and the session that breaks things and takes notes.
 
+use super::turn;
 use hysteron_rig::bus::{BusCounts, ServoReport};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
@@ -13,7 +14,7 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::sync::OnceLock;
+use std::sync::{OnceLock, RwLockReadGuard};
 use std::time::{Duration, Instant};
 
 /// Seed of the robot: where its servos stand, and its noise.
@@ -38,11 +39,19 @@ pub struct Rig {
     pub config: RigConfig,
     _poses: PoseDelivery,
     folder: tempfile::TempDir,
+    #[expect(dead_code, reason = "held as long as the rig is")]
+    turn: Option<RwLockReadGuard<'static, ()>>,
 }
 
 impl Rig {
     /// With the example's rig file after these replacements.
     pub fn new(replace: &[(&str, &str)]) -> Self {
+        let turn = turn();
+        Self { turn: Some(turn), ..Self::among_others(replace) }
+    }
+
+    /// The same, beside others of the campaign.
+    pub fn among_others(replace: &[(&str, &str)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let robot = VirtualRobot::preset("typical").unwrap();
         let mut options = Options::new(folder.path().join("servos"));
@@ -73,7 +82,7 @@ impl Rig {
             text = text.replace(from, to);
         }
         let config = RigConfig::from_toml(&text, folder.path()).unwrap();
-        Self { emulator, config, _poses: poses, folder }
+        Self { emulator, config, _poses: poses, folder, turn: None }
     }
 
     pub fn out(&self) -> PathBuf {
@@ -115,7 +124,8 @@ impl Rig {
     pub fn prepared(&self) -> Vec<ServoReport> {
         let mut config = self.config.clone();
         config.servos.reply_timeout = 1.0;
-        LiveRig::open(&config).unwrap().prepare().unwrap()
+        let prepare = |_| LiveRig::open(&config).unwrap().prepare();
+        (0..5).find_map(|number| prepare(number).ok()).unwrap()
     }
 }
 
