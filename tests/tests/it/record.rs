@@ -37,12 +37,18 @@ fn recording(rig: &EmulatedRig) -> Child {
     process
 }
 
-/// What was measured is a recording, and there is no journal any more.
-fn is_kept(rig: &EmulatedRig) {
-    assert!(Recording::read(rig.file("out.parquet")).unwrap().n_samples() > 10);
+/// What was measured is a recording of this name, with its log, and there is no journal any more.
+fn is_kept(rig: &EmulatedRig, name: &str) {
+    assert!(Recording::read(rig.file(&format!("{name}.parquet"))).unwrap().n_samples() > 10);
     assert!(!rig.file("out.journal").exists());
-    assert!(rig.file("out.events.jsonl").exists());
+    assert!(rig.file(&format!("{name}.events.jsonl")).exists());
+    assert_eq!(rig.file("out.parquet").exists(), name == WHOLE);
 }
+
+/// A run that came to its end.
+const WHOLE: &str = "out";
+/// One that did not: the same command can go on.
+const PARTIAL: &str = "out.partial-1";
 
 #[test]
 fn a_run_to_the_end_lets_go() {
@@ -50,7 +56,7 @@ fn a_run_to_the_end_lets_go() {
     let outcome = ended(rig.record("out.parquet").spawn().unwrap()).succeeded();
     rig.wait_for_torque(false);
     assert!(outcome.stdout.contains("circle"), "{}", outcome.stdout);
-    is_kept(&rig);
+    is_kept(&rig, WHOLE);
 }
 
 #[test]
@@ -62,7 +68,7 @@ fn a_run_that_is_asked_to_stop_goes_to_rest_lets_go_and_keeps_its_rows() {
         let outcome = ended(process);
         assert!(outcome.error(1).contains("stopped on request"), "{}", outcome.stderr);
         assert!(!rig.torques().last().unwrap().1, "{name}");
-        is_kept(&rig);
+        is_kept(&rig, PARTIAL);
     }
 }
 
@@ -87,7 +93,7 @@ fn a_rig_that_shall_hold_is_held_after_ctrl_c() {
     signal(&process, "INT");
     assert!(ended(process).error(1).contains("stopped on request"));
     assert!(rig.torques().last().unwrap().1);
-    is_kept(&rig);
+    is_kept(&rig, PARTIAL);
 }
 
 #[test]
@@ -122,7 +128,7 @@ fn broken(fault: &str, parts: &[&str]) {
     let error = outcome.error(1);
     assert!(parts.iter().all(|part| error.contains(part)), "{error}");
     assert!(!rig.torques().last().unwrap().1);
-    is_kept(&rig);
+    is_kept(&rig, PARTIAL);
 }
 
 #[test]
