@@ -9,6 +9,9 @@ use crate::BadInput;
 use crate::units::Unit;
 use std::io::Write;
 
+/// Characters of a cell that a message shows.
+const LONGEST_SHOWN: usize = 200;
+
 /// What a column holds.
 enum Column {
     Time(&'static Unit),
@@ -18,6 +21,21 @@ enum Column {
 }
 
 pub(super) fn read(text: &str) -> Check<Recording> {
+    // A quote that is never closed makes a cell of the rest of the file.
+    parse(text).map_err(|bad| BadInput { place: shown(bad.place), found: shown(bad.found), ..bad })
+}
+
+/// The beginning of a text, for a message.
+fn shown(text: String) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    match line.char_indices().nth(LONGEST_SHOWN) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None if line.len() < text.trim_end().len() => format!("{line}…"),
+        None => text,
+    }
+}
+
+fn parse(text: &str) -> Check<Recording> {
     let text = text.trim_start_matches('\u{feff}'); // spreadsheets put it there
     let mut body = text;
     let mut pairs = Vec::new();
