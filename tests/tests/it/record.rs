@@ -145,8 +145,6 @@ fn a_bus_that_is_unplugged_ends_the_run_and_the_rows_are_kept() {
 const N_ROWS: usize = 220;
 /// Most that a kill may cost [s].
 const LOST: f64 = 1.0;
-/// Longest that a journal's head takes to the disk of a busy machine [s].
-const BEGINNING: f64 = 0.5;
 
 /// When an event of the log came [s], on the clock of the run.
 fn time_of(log: &str, message: &str) -> Option<f64> {
@@ -201,9 +199,9 @@ fn kill(rig: &EmulatedRig, name: &str, after: f64) -> Left {
     } else if is_whole {
         assert!(Recording::read(rig.file(&out)).unwrap().n_samples() >= N_ROWS, "{name}");
     } else {
-        // The journal is begun right after the torque goes on, when nothing has been measured yet.
-        let is_begun = on.is_some_and(|on| off - released - on > BEGINNING);
-        assert!(!was_over && !is_begun, "{name}: nothing left of {torques:?}");
+        // The journal is begun as soon as the torque is on.
+        let is_too_early = on.is_none_or(|on| off - released - on < LOST);
+        assert!(!was_over && is_too_early, "{name}: nothing left of {torques:?}");
     }
 
     let again = ended(rig.record(&out).spawn().unwrap()).succeeded();
