@@ -31,8 +31,8 @@ whole plan is checked against the rig's limits before anything moves.
 Writes one recording per trajectory: commanded strokes, positions, loads, the tip in the robot's frame, at the plan's \
 rate on one clock; rows that were filled in are marked. Beside them the log of events, and for a folder the plan, the \
 rig, the calibration and a report. While a run lasts, its rows are in a .journal that survives a crash; \
-`hysteron rig recover` opens it. Run the command again to go on: trajectories that are there are not repeated. One that \
-was cut short stands there too; move it away first, since nothing is overwritten.
+`hysteron rig recover` opens it. Run the command again to go on: trajectories that are there are not repeated, and \
+the rows of one that was cut short are kept beside it as NAME.partial-1.parquet.
 
 However a run ends, the torque is switched off (or held, motion.at_end): by limit, error, Ctrl-C, SIGTERM or kill. Only \
 where the servos cannot be reached, because the USB cable is out or the computer is off, they stop and hold: switch \

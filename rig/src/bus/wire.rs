@@ -211,6 +211,7 @@ impl Wire {
         let deadline = self.deadline(INSTRUCTION_BYTES + parameters.len(), STATUS_BYTES + length);
         let Answer { id: who, alert, .. } = self.receive(length, deadline)?;
         if who != id {
+            self.counts.corrupt += 1;
             return Err(Failure::Corrupt(format!("answer of servo {who}")));
         }
         Ok(Answer { id, alert, parameters: &self.answer })

@@ -16,12 +16,12 @@ impl Session<'_> {
         self.hardware.write_goals(&self.goals)?;
         self.commanded.copy_from_slice(strokes);
         self.hardware.read_servos(&mut self.samples)?;
-        self.stats.add_cycle(begun - self.next, self.hardware.bus_time());
-        if begun - self.next > self.period {
-            let late = 1e3 * (begun - self.next);
-            self.note(EventKind::Late, None, format!("a cycle began {late:.1} ms late"));
+        let late = begun - self.next;
+        self.stats.add_cycle(late, self.hardware.bus_time());
+        if late > self.period {
+            self.note(EventKind::Late, None, format!("a cycle began {:.1} ms late", 1e3 * late));
             // What was missed is not made up for in a rush.
-            self.next += ((begun - self.next) / self.period).floor() * self.period;
+            self.next += (late / self.period).floor() * self.period;
         }
         self.cycle_time = self.next;
         self.next += self.period;
@@ -36,10 +36,26 @@ impl Session<'_> {
         }
         self.take_poses();
         self.hardware.take_events(&mut self.events);
-        match self.check() {
+        match self.check_standstill(late).and_then(|()| self.check()) {
             Err(Stop::Limit(Violation { retreat: Retreat::ToRest, .. })) if self.is_retreating => Ok(()),
             checked => checked,
         }
+    }
+
+    /// Servos that the bus watchdog has stopped take no command any more, and do not say so.
+    fn check_standstill(&self, late: f64) -> Result<(), Stop> {
+        let watchdog = self.rig.servos.bus_watchdog;
+        if watchdog == 0.0 || late + self.period < watchdog {
+            return Ok(());
+        }
+        let message = format!(
+            "standstill: expected a cycle every {:.0} ms, got none for {:.0} ms, and the servos' watchdog of {:.0} ms has \
+             stopped them (hint: close other programs)",
+            1e3 * self.period,
+            1e3 * (late + self.period),
+            1e3 * watchdog
+        );
+        Err(Violation { tendon: None, message, retreat: Retreat::LetGo }.into())
     }
 
     fn check(&mut self) -> Result<(), Stop> {

@@ -43,6 +43,11 @@ fn commands_out_of_bounds_go_back_to_rest() {
     trips(&rate, Mishap::None, "stroke rate, commanded", Retreat::ToRest);
 }
 
+#[test]
+fn a_computer_that_stands_still_for_longer_than_the_watchdog_lets_go() {
+    trips(&[], Mishap::ToTheWorld(|world| world.advance(0.5)), "standstill", Retreat::LetGo);
+}
+
 /// Something pulls at the first pulley with more than the servo can hold.
 const PULLED: Mishap = Mishap::ToTheWorld(|world| world.set_disturbance(0, -2.0));
 /// No limit of what a pull trips.
