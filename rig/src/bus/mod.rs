@@ -16,8 +16,8 @@ use crate::{Error, Event, EventKind, Result, ServoSample, SlowSample};
 pub use check::ServoReport;
 pub use counts::BusCounts;
 pub use ports::{PortInfo, find_port, list_ports};
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 use wire::{BROADCAST, Failure, INSTRUCTION_BYTES, STATUS_BYTES, Wire, instruction, range};
 use xl430::Register;
 
@@ -32,6 +32,9 @@ const BLOCK: [Register; 5] = [
 const BLOCK_BYTES: usize = 12;
 /// Voltage and temperature stand side by side.
 const SLOW_BYTES: usize = 3;
+
+/// How long to wait for a port that another program has.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// All servos of a rig.
 #[derive(Debug)]
@@ -57,7 +60,7 @@ impl ServoBus {
     /// `Bus` if there is no such port or it is not a serial one.
     pub fn open(config: &ServoConfig, ids: &[u8], clock: Instant) -> Result<Self> {
         let port = find_port(&config.port)?;
-        let wire = Wire::open(&port, config.baud, config.reply_timeout)
+        let wire = open_patiently(&port, config)
             .map_err(|e| Error::Bus(format!("{}: {e} (hint: {})", port.display(), ports::hint(&e))))?;
         Ok(Self {
             wire: Some(wire),
@@ -393,6 +396,19 @@ impl ServoBus {
     fn note_event(&mut self, servo: Option<u8>, kind: EventKind, message: String) {
         let time_s = self.clock.elapsed().as_secs_f64();
         self.events.push(Event { time_s, kind, servo, message });
+    }
+}
+
+/// Opens a port as soon as nobody else has it: the watchman of a run that died may still be at work.
+fn open_patiently(port: &Path, config: &ServoConfig) -> std::io::Result<Wire> {
+    let start = Instant::now();
+    loop {
+        match Wire::open(port, config.baud, config.reply_timeout) {
+            Err(e) if e.kind() == std::io::ErrorKind::WouldBlock && start.elapsed() < PATIENCE => {
+                std::thread::sleep(PATIENCE / 50);
+            }
+            opened => return opened,
+        }
     }
 }
 
