@@ -29,6 +29,14 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
+    /// What is wrong, for a message that says itself that it is about the bus.
+    pub(crate) fn reason(self) -> String {
+        match self {
+            Self::Bus(why) => why,
+            other => other.to_string(),
+        }
+    }
+
     /// The bad input behind this error, if that is what it is.
     pub fn bad_input(&self) -> Option<&BadInput> {
         match self {

@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_base::{Recording, file};
 use serde::Serialize;
 
-use super::report::Page;
+use super::report::{Page, write_metrics};
 use super::shapes::{CommandAndTip, NamedShape};
 use super::{register_embedded_font, save};
 use crate::record::Row;
@@ -56,9 +56,7 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<()
         command: &meta.command,
         commit: &meta.commit,
     };
-    let mut json = serde_json::to_string_pretty(&metrics)?;
-    json.push('\n');
-    file::write_bytes(&folder.join("metrics.json"), json)?;
+    write_metrics(folder, &metrics)?;
 
     let mut page = Page::new(data.title, &meta.source, &meta.command);
     let mm = |[low, high]: [f64; 2]| format!("{:.2} to {:.2}", 1e3 * low, 1e3 * high);

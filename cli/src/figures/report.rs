@@ -63,11 +63,16 @@ pub(super) fn write(
         command: &meta.command,
         commit: &meta.commit,
     };
-    let mut json = serde_json::to_string_pretty(&metrics)?;
-    json.push('\n');
-    file::write_bytes(&folder.join("metrics.json"), json)?;
+    write_metrics(folder, &metrics)?;
     file::write_bytes(&folder.join("report.html"), html(&metrics, run.task.title(), figures))?;
     Ok(())
+}
+
+/// Writes `metrics.json`.
+pub(super) fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<()> {
+    let mut json = serde_json::to_string_pretty(metrics)?;
+    json.push('\n');
+    Ok(file::write_bytes(&folder.join("metrics.json"), json)?)
 }
 
 /// A report as it grows: one file with everything in it.

@@ -89,10 +89,13 @@ struct Job<'a> {
     out: PathBuf,
 }
 
+/// A trajectory whose recording is there.
+type Done<'a> = (Job<'a>, Recording);
+
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let source = Source::read(&arguments.rig)?;
-    let plan = read_plan(&arguments.plan)?;
+    let (plan, plan_text) = read_plan(&arguments.plan)?;
     check_against_rig(&plan, &source)?;
     let jobs = jobs(arguments, &plan)?;
     let folder = is_folder(&arguments.out).then_some(arguments.out.as_path());
@@ -108,23 +111,23 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     interrupt::listen()?;
     let mut summary = Summary::default();
-    for job in &there {
-        summary.add_there(job)?;
+    for (job, recording) in &there {
+        summary.add_there(job, recording);
     }
     let ended = if missing.is_empty() {
         Ok(())
     } else {
         let meta = |job: &Job<'_>, calibration: &Calibration| metadata(&source, arguments, job, calibration);
         match &source {
-            Source::Live(_) => live::record(&source, arguments, &missing, folder, &meta, &mut summary),
+            Source::Live { .. } => live::record(&source, arguments, &missing, folder, &meta, &mut summary),
             Source::Virtual { .. } => {
                 simulated::record(&source, arguments, &missing, folder, &meta, &mut summary)
             }
         }
     };
     if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
-        source.write_description(folder, &arguments.rig)?;
-        file::write_bytes(&folder.join("plan.toml"), plan_text(&arguments.plan)?)?;
+        source.write_description(folder)?;
+        file::write_bytes(&folder.join("plan.toml"), plan_text)?;
     }
     summary.sort();
     summary.print();
@@ -139,19 +142,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ended
 }
 
-fn read_plan(named: &str) -> anyhow::Result<Plan> {
+/// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
+fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
     if Path::new(named).extension().is_some() {
-        return Ok(Plan::read(named)?);
+        let text = file::read_text(Path::new(named))?;
+        return Ok((Plan::from_toml(&text, named)?, text));
     }
-    Ok(Plan::named(named)?)
-}
-
-/// The text of a plan, to go beside its data.
-fn plan_text(named: &str) -> anyhow::Result<Vec<u8>> {
-    match Plan::text(named) {
-        Some(text) => Ok(text.as_bytes().to_vec()),
-        None => Ok(file::read_bytes(Path::new(named))?),
-    }
+    let plan = Plan::named(named)?;
+    Ok((plan, Plan::text(named).unwrap_or_default().to_owned()))
 }
 
 /// Refuses a plan that would pass a limit of the rig, before anything moves.
@@ -239,7 +237,7 @@ fn is_folder(out: &Path) -> bool {
 }
 
 /// Separates the trajectories whose recordings are there from those that are missing.
-fn split_done(jobs: Vec<Job<'_>>) -> anyhow::Result<(Vec<Job<'_>>, Vec<Job<'_>>)> {
+fn split_done(jobs: Vec<Job<'_>>) -> anyhow::Result<(Vec<Done<'_>>, Vec<Job<'_>>)> {
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for job in jobs {
         if !job.out.exists() {
@@ -255,7 +253,7 @@ fn split_done(jobs: Vec<Job<'_>>) -> anyhow::Result<(Vec<Job<'_>>, Vec<Job<'_>>)
                 .hint("a measurement is never overwritten; move it away or choose another --out")
                 .into());
         }
-        there.push(job);
+        there.push((job, recording));
     }
     Ok((there, missing))
 }

@@ -10,7 +10,7 @@ use hysteron_rig::session::{RecordOptions, Session, events_path, journal_path, r
 use hysteron_rig::virtual_rig::SimulatedRig;
 use rayon::prelude::*;
 
-use super::source::{Source, switched_on};
+use super::source::Source;
 use super::summary::Summary;
 use super::{Arguments, Job};
 use crate::{interrupt, terminal};
@@ -27,7 +27,7 @@ pub fn record(
     summary: &mut Summary,
 ) -> anyhow::Result<()> {
     let Source::Virtual { rig, robot, .. } = source else { return Ok(()) };
-    let mut fresh = switched_on(robot, rig, arguments.seed);
+    let mut fresh = SimulatedRig::new(robot, rig, arguments.seed);
     let calibration = match &arguments.calibration {
         Some(path) => Calibration::read(path, rig)?,
         None => {

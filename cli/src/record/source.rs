@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, rig_file};
+use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
 
 /// How a virtual rig is named on the command line.
 const VIRTUAL: &str = "virtual:";
@@ -13,7 +13,12 @@ const VIRTUAL: &str = "virtual:";
 #[derive(Debug)]
 pub enum Source {
     /// On its ports.
-    Live(RigConfig),
+    Live {
+        /// Its rig file.
+        rig: RigConfig,
+        /// The text of that file.
+        text: String,
+    },
     /// In this process.
     Virtual {
         /// The rig file that goes with it.
@@ -31,7 +36,10 @@ impl Source {
     /// From `RIG.toml`, `virtual:PRESET`, `virtual:ROBOT.toml`, either of these with `/MEMBER` of its population.
     pub fn read(named: &Path) -> anyhow::Result<Self> {
         let Some(name) = named.to_str().and_then(|text| text.strip_prefix(VIRTUAL)) else {
-            return Ok(Self::Live(RigConfig::read(named)?));
+            let text = file::read_text(named)?;
+            let folder = named.parent().unwrap_or(Path::new(""));
+            let rig = RigConfig::from_toml(&text, folder).map_err(|bad| bad.within(named.display()))?;
+            return Ok(Self::Live { rig, text });
         };
         let (base, member) = match name.rsplit_once('/') {
             Some((base, member)) if member.bytes().all(|b| b.is_ascii_digit()) && !member.is_empty() => {
@@ -61,22 +69,22 @@ impl Source {
     /// What is written on the rig's file.
     pub fn rig(&self) -> &RigConfig {
         match self {
-            Self::Live(rig) | Self::Virtual { rig, .. } => rig,
+            Self::Live { rig, .. } | Self::Virtual { rig, .. } => rig,
         }
     }
 
     /// For the metadata of what it measures.
     pub fn description(&self) -> String {
         match self {
-            Self::Live(rig) => format!("rig {}", rig.name),
+            Self::Live { rig, .. } => format!("rig {}", rig.name),
             Self::Virtual { name, .. } => format!("virtual rig {name}"),
         }
     }
 
-    /// Writes the files that describe it beside a data set.
-    pub fn write_description(&self, folder: &Path, named: &Path) -> anyhow::Result<()> {
+    /// Writes the files that describe it beside a data set, as they were when it was read.
+    pub fn write_description(&self, folder: &Path) -> anyhow::Result<()> {
         match self {
-            Self::Live(_) => file::write_bytes(&folder.join("rig.toml"), file::read_bytes(named)?)?,
+            Self::Live { text, .. } => file::write_bytes(&folder.join("rig.toml"), text)?,
             Self::Virtual { text, robot, .. } => {
                 file::write_bytes(&folder.join("rig.toml"), rig_file(robot))?;
                 file::write_bytes(&folder.join("robot.toml"), text)?;
@@ -89,9 +97,4 @@ impl Source {
 /// Where the calibration of a rig on its ports is.
 pub fn calibration_path(rig: &RigConfig, named: Option<&PathBuf>) -> PathBuf {
     named.cloned().unwrap_or_else(|| rig.calibration.file.clone())
-}
-
-/// A virtual rig that has just been switched on.
-pub fn switched_on(robot: &VirtualRobot, rig: &RigConfig, seed: u64) -> SimulatedRig {
-    SimulatedRig::new(robot, rig, seed)
 }

@@ -85,8 +85,7 @@ impl Summary {
     }
 
     /// A trajectory that was there already.
-    pub fn add_there(&mut self, job: &Job<'_>) -> anyhow::Result<()> {
-        let recording = Recording::read(&job.out)?;
+    pub fn add_there(&mut self, job: &Job<'_>, recording: &Recording) {
         self.rows.push(Row {
             name: job.trajectory.name.clone(),
             role: job.trajectory.role.name(),
@@ -97,7 +96,6 @@ impl Summary {
             out: job.out.clone(),
             order: job.order,
         });
-        Ok(())
     }
 
     /// In the order of the plan, which threads do not keep.

@@ -6,9 +6,10 @@ use std::time::SystemTime;
 use hysteron_base::{BadInput, file};
 use hysteron_rig::LiveRig;
 use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::virtual_rig::SimulatedRig;
 
 use crate::interrupt;
-use crate::record::source::{Source, calibration_path, switched_on};
+use crate::record::source::{Source, calibration_path};
 use crate::terminal::say;
 use crate::watchman::Watchman;
 
@@ -49,7 +50,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut tell = |line: &str| say(line);
     let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let (calibration, out) = match &source {
-        Source::Live(rig) => {
+        Source::Live { rig, .. } => {
             let mut hardware = LiveRig::open(rig)?;
             let watchman = Watchman::start(&arguments.rig, rig)?;
             let found = calibrate(&mut hardware, rig, date, &interrupt::is_asked, &mut tell);
@@ -64,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 let expected = "a file for the calibration of a virtual rig";
                 return Err(BadInput::new("--out", expected, "none").into());
             };
-            let mut hardware = switched_on(robot, rig, arguments.seed);
+            let mut hardware = SimulatedRig::new(robot, rig, arguments.seed);
             (calibrate(&mut hardware, rig, date, &interrupt::is_asked, &mut tell)?, out)
         }
     };

@@ -90,8 +90,7 @@ impl ServoBus {
                     wrong.extend(deviations(&report, &rig.limits));
                     reports.push(report);
                 }
-                Err(Error::Bus(why)) => wrong.push(why),
-                Err(error) => wrong.push(error.to_string()),
+                Err(error) => wrong.push(error.reason()),
             }
         }
         if wrong.is_empty() {

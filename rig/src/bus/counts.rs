@@ -22,3 +22,16 @@ pub struct BusCounts {
     /// Times that the port was opened again.
     pub reopened: u64,
 }
+
+impl std::ops::AddAssign for BusCounts {
+    fn add_assign(&mut self, more: Self) {
+        self.instructions += more.instructions;
+        self.answers += more.answers;
+        self.timeouts += more.timeouts;
+        self.corrupt += more.corrupt;
+        self.refused += more.refused;
+        self.retries += more.retries;
+        self.lost += more.lost;
+        self.reopened += more.reopened;
+    }
+}

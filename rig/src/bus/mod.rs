@@ -89,11 +89,7 @@ impl ServoBus {
     pub fn counts(&self) -> BusCounts {
         let mut counts = self.counts;
         if let Some(wire) = &self.wire {
-            counts.instructions += wire.counts.instructions;
-            counts.answers += wire.counts.answers;
-            counts.timeouts += wire.counts.timeouts;
-            counts.corrupt += wire.counts.corrupt;
-            counts.refused += wire.counts.refused;
+            counts += wire.counts;
         }
         counts
     }
@@ -188,7 +184,6 @@ impl ServoBus {
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
     pub fn set_torque(&mut self, on: bool) -> Result<()> {
-        let watchdog = if on { (self.config.bus_watchdog / xl430::WATCHDOG_UNIT).round() as u32 } else { 0 };
         let mut failed = Vec::new();
         for id in self.ids.clone() {
             let switched = self
@@ -198,16 +193,16 @@ impl ServoBus {
             match switched {
                 Ok(found) if found == u32::from(on) => {}
                 Ok(_) => failed.push(format!("servo {id} did not switch")),
-                Err(Error::Bus(why)) => failed.push(why),
-                Err(error) => failed.push(error.to_string()),
+                Err(error) => failed.push(error.reason()),
             }
         }
+        let watchdog = (self.config.bus_watchdog / xl430::WATCHDOG_UNIT).round() as u32;
         if on && failed.is_empty() && watchdog > 0 {
             for id in self.ids.clone() {
                 self.write(id, xl430::BUS_WATCHDOG, watchdog)?;
             }
         }
-        if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
+        all_done(&failed)
     }
 
     /// Ends the bus watchdog of all servos, with their torque as it is.
@@ -219,13 +214,10 @@ impl ServoBus {
             .ids
             .clone()
             .into_iter()
-            .filter_map(|id| match self.write(id, xl430::BUS_WATCHDOG, 0) {
-                Ok(()) => None,
-                Err(Error::Bus(why)) => Some(why),
-                Err(error) => Some(error.to_string()),
-            })
+            .filter_map(|id| self.write(id, xl430::BUS_WATCHDOG, 0).err())
+            .map(Error::reason)
             .collect();
-        if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
+        all_done(&failed)
     }
 
     /// Appends what went wrong since the last call.
@@ -283,7 +275,7 @@ impl ServoBus {
         self.scratch.extend(range(address, count));
         self.scratch.extend(&ids);
         let parameters = std::mem::take(&mut self.scratch);
-        let mut troubles: Vec<(u8, Failure)> = Vec::new();
+        let mut troubles: Vec<Failure> = Vec::new();
         let sent = self.with_wire(|wire| {
             wire.send(BROADCAST, instruction::SYNC_READ, &parameters)?;
             let answered = ids.len() * (STATUS_BYTES + length);
@@ -297,13 +289,13 @@ impl ServoBus {
                     }
                     Err(Failure::Timeout) => break,
                     Err(failure @ Failure::Port(_)) => return Err(failure),
-                    Err(failure) => troubles.push((0, failure)),
+                    Err(failure) => troubles.push(failure),
                 }
             }
             Ok(())
         });
         self.scratch = parameters;
-        for (_, failure) in &troubles {
+        for failure in &troubles {
             self.note(None, failure);
         }
         let mut outcome = sent.map_err(|failure| Error::Bus(failure.to_string()));
@@ -371,13 +363,8 @@ impl ServoBus {
         let Some(wire) = &mut self.wire else { return Err(Failure::Port("closed".into())) };
         let done = transfer(wire);
         if let Err(failure @ Failure::Port(_)) = &done {
-            let counts = wire.counts;
+            self.counts += wire.counts;
             self.wire = None;
-            self.counts.instructions += counts.instructions;
-            self.counts.answers += counts.answers;
-            self.counts.timeouts += counts.timeouts;
-            self.counts.corrupt += counts.corrupt;
-            self.counts.refused += counts.refused;
             self.note(None, failure);
         }
         done
@@ -410,6 +397,11 @@ fn open_patiently(port: &Path, config: &ServoConfig) -> std::io::Result<Wire> {
             opened => return opened,
         }
     }
+}
+
+/// One error for all servos that failed.
+fn all_done(failed: &[String]) -> Result<()> {
+    if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
 }
 
 fn at(id: u8, register: Register, failure: &Failure) -> Error {

@@ -14,9 +14,7 @@ use crate::calibration::Calibration;
 use crate::config::{AtEnd, RigConfig, TrackerSource};
 use crate::tracker::Registration;
 use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSample, SlowSample, Violation};
-pub use record::{
-    Outcome, RecordOptions, channel_names, events_path, finish_journal, journal_path, record, recover,
-};
+pub use record::{Outcome, RecordOptions, events_path, journal_path, record, recover};
 pub use stats::{RunStats, StatsSummary};
 
 /// Cycles without an answer after which a servo counts as lost.

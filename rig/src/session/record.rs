@@ -49,7 +49,7 @@ pub fn journal_path(out: &Path) -> PathBuf {
 }
 
 /// Channels of a recording with `n` tendons, with or without a tracked tip.
-pub fn channel_names(n: usize, with_tip: bool) -> Vec<String> {
+fn channel_names(n: usize, with_tip: bool) -> Vec<String> {
     let numbered = |stem: &str, unit: &str| (1..=n).map(|k| format!("{stem}_{k}{unit}")).collect::<Vec<_>>();
     let mut names = numbered("stroke", "_m");
     names.extend(numbered("tick_goal", ""));
@@ -289,42 +289,39 @@ fn disk(error: std::io::Error) -> Error {
 ///
 /// # Errors
 /// If the journal holds no row, or a file cannot be written; the journal then stays.
-pub fn finish_journal(options: &RecordOptions, stats: &RunStats) -> Result<(usize, usize)> {
+fn finish_journal(options: &RecordOptions, stats: &RunStats) -> Result<(usize, usize)> {
     let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
-    convert(&journal_path(&options.out), &options.out, [("run.stats", summary)])
+    let journal = journal_path(&options.out);
+    let counts = convert(&journal, &options.out, ("run.stats", summary))?;
+    remove(&journal)?;
+    Ok(counts)
 }
 
 /// Ends a run without a single row: its log is all there is.
 fn discard_journal(options: &RecordOptions, events: &[Event]) -> Result<(usize, usize)> {
     let lines: String = events.iter().map(|event| line_of(event) + "\n").collect();
     hysteron_base::file::write_bytes(&events_path(&options.out), lines)?;
-    let journal = journal_path(&options.out);
-    std::fs::remove_file(&journal).map_err(|e| hysteron_base::Error::io(&journal, e))?;
+    remove(&journal_path(&options.out))?;
     Ok((0, 0))
+}
+
+fn remove(journal: &Path) -> Result<()> {
+    Ok(std::fs::remove_file(journal).map_err(|e| hysteron_base::Error::io(journal, e))?)
 }
 
 /// Turns a journal that a crash has left into a recording and its log; the journal stays.
 ///
 /// # Errors
-/// As [`finish_journal`].
+/// If the journal holds no row, or a file cannot be written.
 pub fn recover(journal: &Path, out: &Path) -> Result<(usize, usize)> {
-    convert_keeping(journal, out, [("run.recovered", "true".to_owned())])
+    convert(journal, out, ("run.recovered", "true".to_owned()))
 }
 
-fn convert<const N: usize>(journal: &Path, out: &Path, extra: [(&str, String); N]) -> Result<(usize, usize)> {
-    let counts = convert_keeping(journal, out, extra)?;
-    std::fs::remove_file(journal).map_err(|e| hysteron_base::Error::io(journal, e))?;
-    Ok(counts)
-}
-
-fn convert_keeping<const N: usize>(
-    journal: &Path,
-    out: &Path,
-    extra: [(&str, String); N],
-) -> Result<(usize, usize)> {
+/// The recording and the log of a journal, with one more pair of metadata.
+fn convert(journal: &Path, out: &Path, (key, value): (&str, String)) -> Result<(usize, usize)> {
     let Journal { recording, notes, .. } = Journal::read(journal)?;
     let mut meta = recording.meta().clone();
-    meta.extra.extend(extra.map(|(key, value)| (key.to_owned(), value)));
+    meta.extra.insert(key.to_owned(), value);
     let recording = Recording::new(
         recording.time().to_vec(),
         recording.channels().to_vec(),

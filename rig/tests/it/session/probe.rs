@@ -5,8 +5,7 @@ use hysteron_rig::bus::{BusCounts, ServoReport};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::virtual_rig::emulator::{
-    DeviceClock, Emulator, Fault, FaultKind, Format, Options, PoseDelivery, PoseFaults, PoseServer,
-    PoseServerSettings, Timing,
+    DeviceClock, Emulator, Fault, Format, Options, PoseDelivery, PoseServerSettings, Timing,
 };
 use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use hysteron_rig::{Event, Hardware, LiveRig, Pose, Result, ServoSample, SlowSample};
@@ -60,22 +59,10 @@ impl Rig {
         let emulator = Emulator::start(World::new(&robot, SEED), options).unwrap();
         let clock = DeviceClock { offset: 1000.0, drift: 2e-5 };
         let settings = PoseServerSettings { port: 0, device: "Tip".into(), clock, format: Format::Transform };
-        let server = PoseServer::start(settings).unwrap();
-        let address = server.address().to_string();
-        let faults = emulator.tracker_faults();
-        let is = move |kind| faults.is_active(kind);
-        let poses = PoseDelivery::start(emulator.world(), server, move || PoseFaults {
-            unplugged: is(FaultKind::UnplugTracker),
-            silent: is(FaultKind::TrackerDropout),
-            invalid: is(FaultKind::TrackerInvalid),
-            frozen: is(FaultKind::TrackerFreeze),
-            displaced: is(FaultKind::TrackerJump),
-            damaged: is(FaultKind::TrackerCorrupt),
-        })
-        .unwrap();
+        let (poses, address) = emulator.serve_poses(settings).unwrap();
         // A thread of a busy machine may be silent for longer than a servo should wait.
         let mut text = rig_file(&robot)
-            .replace("127.0.0.1:18944", &address)
+            .replace("127.0.0.1:18944", &address.to_string())
             .replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2000.0");
         for (from, to) in replace {
             assert!(text.contains(from), "{from}");
