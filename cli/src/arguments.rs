@@ -51,6 +51,7 @@ pub enum Verb {
     Mesh(crate::mesh::Arguments),
     Check(crate::check::Arguments),
     Record(crate::record::Arguments),
+    Identify(crate::identify::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),

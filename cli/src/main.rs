@@ -7,6 +7,8 @@ mod arguments;
 mod check;
 mod failure;
 mod figures;
+mod identify;
+mod inputs;
 mod interrupt;
 mod mesh;
 mod reach;
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         Verb::Mesh(arguments) => mesh::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
         Verb::Record(arguments) => record::run(arguments),
+        Verb::Identify(arguments) => identify::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });

@@ -151,16 +151,9 @@ struct EffectorQp {
 
 impl EffectorQp {
     fn new(twin: &Twin, projection: &Projection) -> Self {
-        let tip_row = |c: usize| {
-            let along = |column: &Vec<f64>| {
-                let carriers = twin.tip.nodes.iter().zip(&twin.tip.weights);
-                carriers.map(|(&node, w)| w * column.get(3 * node as usize + c).unwrap_or(&0.0)).sum()
-            };
-            projection.columns.iter().map(along).collect()
-        };
         Self {
             delassus: projection.delassus.clone(),
-            tip_rows: [tip_row(0), tip_row(1), tip_row(2)],
+            tip_rows: twin.tip_displacement_rows(projection),
             length: LONGEST_STROKE * twin.cables.rest_lengths.iter().copied().fold(f64::INFINITY, f64::min),
         }
     }

@@ -3,6 +3,7 @@
 mod anderson;
 mod balance;
 mod cable;
+pub mod coreact;
 mod error;
 mod inverse;
 mod layout;
@@ -16,6 +17,7 @@ mod rollout;
 mod state;
 mod step;
 mod tensions;
+mod tip;
 
 pub use cable::Cables;
 pub use error::{Error, Result};

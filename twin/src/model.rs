@@ -89,6 +89,8 @@ pub struct Twin {
     pub cables: Cables,
     /// Number of real tendons.
     pub n_primary: usize,
+    /// Fastest that an identified stroke of an auxiliary tendon may change [m/s]; infinite without a limit.
+    pub auxiliary_rate: f64,
     /// Constant loads on the nodes [N], model order.
     pub loads: Vec<[f64; 4]>,
     /// Moments on the body, beside the loads; a scene has none.
@@ -163,6 +165,7 @@ impl Twin {
             tendons: specs.collect(),
             cables,
             n_primary,
+            auxiliary_rate: scene.auxiliary.as_ref().map_or(f64::INFINITY, |layout| layout.stroke_rate),
             loads,
             couples: Vec::new(),
             tip,
@@ -173,11 +176,6 @@ impl Twin {
     /// The unloaded body: every node at rest, no tension, no load applied yet.
     pub fn rest(&self) -> TwinState {
         TwinState { positions: self.body.rest.clone(), tensions: vec![0.0; self.cables.len()], load: 0.0 }
-    }
-
-    /// Position of the tip [m].
-    pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
-        self.tip.at(&state.positions)
     }
 
     /// Stroke of every tendon [m].

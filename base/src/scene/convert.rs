@@ -163,6 +163,10 @@ fn auxiliary(typed: &typed::Auxiliary) -> Check<AuxiliaryLayout> {
             "auxiliary.stroke_max_mm",
             typed.stroke_max_mm,
         )?,
+        stroke_rate: match typed.stroke_rate_max_mm_s {
+            Some(rate) => positive("auxiliary.stroke_rate_max_mm_s", rate)?,
+            None => f64::INFINITY,
+        },
         attach_within: not_negative("auxiliary.attach_within_mm", typed.attach_within_mm)?,
     })
 }

@@ -178,6 +178,8 @@ pub struct AuxiliaryLayout {
     pub tension: Bounds,
     /// Pulled length [m].
     pub stroke: Bounds,
+    /// Fastest that an identified stroke may change [m/s], > 0; infinite where the scene has no limit.
+    pub stroke_rate: f64,
     /// How far outside the body a point may lie [m], >= 0.
     pub attach_within: f64,
 }

@@ -136,6 +136,7 @@ fn example_is_read_into_si() {
             drive: Drive::Free,
             tension: Bounds { min: -20.0, max: 20.0 },
             stroke: Bounds { min: 0.0, max: 0.0025 },
+            stroke_rate: f64::INFINITY,
             attach_within: 0.0002,
         }
     );

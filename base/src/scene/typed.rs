@@ -102,6 +102,7 @@ pub(super) struct Auxiliary {
     pub tension_max_n: f64,
     pub stroke_min_mm: f64,
     pub stroke_max_mm: f64,
+    pub stroke_rate_max_mm_s: Option<f64>,
     pub attach_within_mm: f64,
 }
 

@@ -170,6 +170,7 @@ fn points_outside_the_body_are_refused_by_name() {
             drive: Drive::Stroke,
             tension: Bounds { min: -10.0, max: 10.0 },
             stroke: Bounds { min: 0.0, max: 5e-3 },
+            stroke_rate: f64::INFINITY,
             attach_within: 1e-4,
         });
     });

@@ -19,6 +19,7 @@ fn layout() -> AuxiliaryLayout {
         drive: Drive::Stroke,
         tension: Bounds { min: -10.0, max: 10.0 },
         stroke: Bounds { min: 0.0, max: 5e-3 },
+        stroke_rate: f64::INFINITY,
         attach_within: 2e-4,
     }
 }

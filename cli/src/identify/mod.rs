@@ -1,0 +1,188 @@
+//! `hysteron identify`: recordings become strokes of virtual tendons.
+
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use hysteron_base::{BadInput, Metadata, Recording, Scene};
+use hysteron_twin::Twin;
+use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, Motion, Summary, identify};
+use rayon::prelude::*;
+
+use crate::inputs::{self, Input};
+use crate::{interrupt, terminal};
+
+const HELP: &str = "\
+Needs a scene with virtual tendons ([auxiliary]) and recordings of the robot at a fixed rate: time_s, stroke_1_mm, ... \
+and the measured tip, tip_x_mm, tip_y_mm, tip_z_mm, in the frame of the scene. A folder stands for all recordings in \
+it. Fit the scene to the robot first (hysteron fit-material): what physics can explain, no virtual tendon need.
+
+For every sample one QP finds the strokes of the virtual tendons that bring the twin's tip to the measured one, within \
+the scene's bounds on stroke, rate and tension (compensatory residual actuation). A virtual tendon's stroke is the one \
+that its tension would make on the straight body; zero does nothing.
+
+Writes to DIR, for every recording, one with strokes, measured tip, virtual strokes aux_01_m, ..., the twin's tip with \
+them (twin_x_m, ...) and without (bare_x_m, ...); in DIR/sensitivity what a stroke does to the tip; and report.html and \
+metrics.json. Recordings that are there already, made from the same file with the same options, are kept: run the \
+command again to go on.
+
+Examples, from the root of the repository:
+  hysteron record --rig virtual:typical --plan quick --out out/quick
+  hysteron identify meshes/tpu80/scene-coreact.toml out/quick --out out/quick/identified
+
+Exit codes: 0 done, 1 failed or interrupted (finished recordings are kept), 2 bad input.";
+
+/// Find the virtual tendons' strokes that make the twin follow measured tips (CoReAct)
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Scene file of the robot (scene.toml), with virtual tendons
+    scene: PathBuf,
+    /// Recordings, .parquet or .csv, or folders of them
+    #[arg(required = true, value_name = "REC")]
+    recordings: Vec<PathBuf>,
+    /// Folder to write to
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Weight of the squared strokes, over the mean squared effect of a stroke on the tip
+    #[arg(long, value_name = "GAMMA", default_value_t = 1e-3)]
+    regularisation: f64,
+    /// Match the tip's orientation too, where recorded: a radian counts as much as this distance
+    #[arg(long, value_name = "MM")]
+    orientation_mm: Option<f64>,
+    /// QPs per sample at most
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    rounds: usize,
+    /// Leave out recordings that cannot be used, and say so, instead of stopping
+    #[arg(long)]
+    skip_bad: bool,
+}
+
+/// A recording to identify and where its results go.
+struct Job {
+    input: Input,
+    motion: Motion,
+    meta: Metadata,
+    out: PathBuf,
+    sensitivity: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let options = options(arguments)?;
+    let scene = Scene::read(&arguments.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let auxiliary = Auxiliary::new(&twin)?;
+    let mut excluded = Vec::new();
+    let mut jobs = Vec::new();
+    for input in inputs::read(&arguments.recordings)? {
+        match Motion::new(&twin, &input.recording).map_err(|bad| bad.within(input.path.display())) {
+            Ok(motion) => jobs.push(job(arguments, &scene, input, motion)),
+            Err(bad) if arguments.skip_bad => {
+                tracing::warn!("left out: {bad}");
+                excluded.push(bad.to_string());
+            }
+            Err(bad) => return Err(bad.into()),
+        }
+    }
+    if jobs.is_empty() {
+        return Err(BadInput::new("recordings", "at least one that can be used", "none").into());
+    }
+    let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
+    let n_samples = |jobs: &[Job]| jobs.iter().map(|job| job.motion.len()).sum::<usize>();
+    tracing::info!(
+        "{}: {} recordings, {} samples, {} virtual tendons; {} recordings are there already",
+        scene.name,
+        there.len() + missing.len(),
+        n_samples(&there) + n_samples(&missing),
+        auxiliary.len(),
+        there.len(),
+    );
+    interrupt::listen()?;
+    let bar = terminal::progress(n_samples(&missing), 0);
+    let mut rows =
+        there.iter().map(|job| summary::Row::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
+    let found = Mutex::new(Vec::new());
+    missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+        let mut go_on = || {
+            bar.inc(1);
+            !interrupt::is_asked()
+        };
+        let start = std::time::Instant::now();
+        let result = identify(&twin, &auxiliary, &job.motion, &options, job.meta.clone(), &mut go_on);
+        let done = result
+            .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
+        let Some(done) = done else { return Ok(()) };
+        tracing::debug!(
+            "{}: {:.0} steps/s",
+            job.input.name,
+            job.motion.len() as f64 / start.elapsed().as_secs_f64()
+        );
+        done.sensitivities.write(&job.sensitivity)?;
+        done.recording.write(&job.out)?;
+        if let Ok(mut found) = found.lock() {
+            found.push(summary::Row { name: job.input.name.clone(), summary: done.summary });
+        }
+        Ok(())
+    })?;
+    bar.finish_and_clear();
+    rows.extend(found.into_inner().unwrap_or_default());
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    summary::print(&rows);
+    if interrupt::is_asked() {
+        anyhow::bail!(
+            "interrupted; {} of {} recordings are done; run it again to go on",
+            rows.len(),
+            there.len() + missing.len()
+        );
+    }
+    Ok(())
+}
+
+fn options(arguments: &Arguments) -> Result<IdentifyOptions, BadInput> {
+    let positive = |name: &str, value: f64| {
+        if value > 0.0 && value.is_finite() {
+            return Ok(value);
+        }
+        Err(BadInput::new(name, "a finite number > 0", value.to_string()))
+    };
+    if arguments.rounds == 0 {
+        return Err(BadInput::new("--rounds", "at least 1", "0"));
+    }
+    Ok(IdentifyOptions {
+        regularisation: positive("--regularisation", arguments.regularisation)?,
+        orientation: arguments
+            .orientation_mm
+            .map(|mm| positive("--orientation-mm", mm).map(|mm| 1e-3 * mm))
+            .transpose()?,
+        rounds: arguments.rounds,
+        ..IdentifyOptions::default()
+    })
+}
+
+fn job(arguments: &Arguments, scene: &Scene, input: Input, motion: Motion) -> Job {
+    let mut meta = input.recording.meta().clone();
+    meta.source = format!("virtual strokes of {} for {}", scene.name, meta.source);
+    meta.scene_hash = scene.hash.clone();
+    meta.commit = env!("HYSTERON_COMMIT").to_owned();
+    meta.command = terminal::command_line();
+    meta.extra.insert("identify.input_sha256".to_owned(), input.hash.clone());
+    let options = (arguments.regularisation, arguments.orientation_mm, arguments.rounds);
+    meta.extra.insert("identify.options".to_owned(), format!("{options:?}"));
+    let file = format!("{}.parquet", input.name);
+    let (out, sensitivity) = (arguments.out.join(&file), arguments.out.join("sensitivity").join(&file));
+    Job { input, motion, meta, out, sensitivity }
+}
+
+/// True where both results are there, from the same recording, scene and options.
+fn is_done(job: &Job) -> bool {
+    let is_same = |path: &Path| {
+        Recording::read(path).is_ok_and(|found| {
+            let keys = ["identify.input_sha256", "identify.options"];
+            found.meta().scene_hash == job.meta.scene_hash
+                && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
+        })
+    };
+    is_same(&job.out) && is_same(&job.sensitivity)
+}

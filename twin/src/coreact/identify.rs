@@ -1,0 +1,353 @@
+//! Identification: sample by sample, the auxiliary strokes that bring the twin's tip to the measured one.
+
+use hysteron_base::{BadInput, Channel, Metadata, Recording};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::problem::{Linearised, Sample, allowed, bound_of, pose, strokes_of};
+use super::{Auxiliary, Motion, Spread, Summary};
+use crate::model::{Target, Twin};
+use crate::qp::{QpStatus, RowQp, solve_rows};
+use crate::step::Stepper;
+use crate::{Error, Result, TwinState};
+
+/// How strokes are chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdentifyOptions {
+    /// γ of eq. 8 over the mean squared sensitivity of the tip to a stroke [-].
+    pub regularisation: f64,
+    /// What a radian between twin and robot counts against a metre [m]; `None` leaves orientations alone.
+    pub orientation: Option<f64>,
+    /// QPs of a sample at most: one, and more where the tip then misses by more than `tolerance`.
+    pub rounds: usize,
+    /// Distance that needs no further round [m].
+    pub tolerance: f64,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self { regularisation: 1e-3, orientation: None, rounds: 2, tolerance: 1e-5 }
+    }
+}
+
+/// Where the tip was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal {
+    /// Position [m].
+    pub position: [f64; 3],
+    /// Rotation since rest.
+    pub orientation: Option<UnitQuaternion<f64>>,
+}
+
+/// What a sample came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Tip of the twin [m].
+    pub tip: [f64; 3],
+    /// Its distance from the goal [m]; zero without one.
+    pub distance: f64,
+    /// What became of each QP.
+    pub statuses: Vec<QpStatus>,
+}
+
+/// A twin that follows measurements by its auxiliary tendons.
+#[derive(Debug)]
+pub struct Identifier<'a> {
+    twin: &'a Twin,
+    auxiliary: &'a Auxiliary,
+    options: IdentifyOptions,
+    stepper: Stepper,
+    state: TwinState,
+    /// Auxiliary strokes now (n_aux) [m].
+    strokes: Vec<f64>,
+    targets: Vec<Target>,
+    /// Length that makes QPs dimensionless: a thousandth of the longest tendon [m].
+    length: f64,
+    /// The last QP, for other solvers to try.
+    last: Option<RowQp>,
+}
+
+impl<'a> Identifier<'a> {
+    /// Starts from rest, all auxiliary strokes zero.
+    pub fn new(twin: &'a Twin, auxiliary: &'a Auxiliary, options: IdentifyOptions) -> Self {
+        Self {
+            twin,
+            auxiliary,
+            options,
+            stepper: Stepper::new(twin),
+            state: twin.rest(),
+            strokes: vec![0.0; auxiliary.len()],
+            targets: Vec::new(),
+            length: 1e-3 * twin.cables.rest_lengths.iter().copied().fold(0.0, f64::max),
+            last: None,
+        }
+    }
+
+    /// Auxiliary strokes now (n_aux) [m].
+    pub fn strokes(&self) -> &[f64] {
+        &self.strokes
+    }
+
+    /// The QP that was solved last.
+    pub fn last_qp(&self) -> Option<&RowQp> {
+        self.last.as_ref()
+    }
+
+    /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], and the tip to
+    /// its goal. Without a goal the auxiliary strokes stay.
+    ///
+    /// # Errors
+    /// Those of [`Stepper::step`].
+    pub fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
+        let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new() };
+        let allowed = allowed(self.auxiliary, &self.strokes, duration);
+        // At rest nothing is in balance yet: there is nothing to linearise.
+        let rounds = if self.state.load == 1.0 { self.options.rounds } else { 0 };
+        if let Some(goal) = goal {
+            for round in 0..rounds {
+                let found = self.solve(primary, goal, &allowed);
+                done.statuses.push(found.as_ref().map_or(QpStatus::Failed, |(_, status)| *status));
+                let Some((strokes, QpStatus::Solved)) = found else { break };
+                self.strokes = strokes;
+                self.balance(primary)?;
+                if round + 1 == rounds || self.distance(goal) <= self.options.tolerance {
+                    break;
+                }
+            }
+        }
+        if done.statuses.first() != Some(&QpStatus::Solved) {
+            self.balance(primary)?;
+        }
+        done.tip = self.twin.tip_of(&self.state);
+        done.distance = goal.map_or(0.0, |goal| self.distance(goal));
+        Ok(done)
+    }
+
+    /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-].
+    pub fn sensitivity(&mut self) -> Option<Vec<Vec<f64>>> {
+        let projection = self.stepper.projection(self.twin, &self.state)?;
+        Linearised::new(self.twin, projection, &self.state, None).sensitivity(self.twin, self.auxiliary)
+    }
+
+    fn balance(&mut self, primary: &[f64]) -> Result<()> {
+        self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
+        self.stepper.step(self.twin, &self.targets, &mut self.state)?;
+        Ok(())
+    }
+
+    /// Poses and solves the QP at the present equilibrium; `None` where there is no stiffness to linearise.
+    fn solve(
+        &mut self,
+        primary: &[f64],
+        goal: &Goal,
+        allowed: &[hysteron_base::Bounds],
+    ) -> Option<(Vec<f64>, QpStatus)> {
+        let weight = self.options.orientation.filter(|_| goal.orientation.is_some());
+        let error = self.error(goal, weight);
+        let made = self.twin.strokes_of(&self.state);
+        let missing: Vec<f64> = primary.iter().zip(&made).map(|(asked, made)| asked - made).collect();
+        let projection = self.stepper.projection(self.twin, &self.state)?;
+        let at = Linearised::new(self.twin, projection, &self.state, weight);
+        let sample = Sample {
+            error: &error,
+            missing: &missing,
+            strokes: &self.strokes,
+            allowed,
+            regularisation: self.options.regularisation,
+            length: self.length,
+        };
+        let qp = pose(self.twin, self.auxiliary, &at, &sample);
+        let (answer, status) = solve_rows(&qp);
+        let strokes = strokes_of(self.twin, &sample, &answer);
+        self.last = Some(qp);
+        Some((strokes, status))
+    }
+
+    /// From the tip to the goal, as the rows of [`Linearised`].
+    fn error(&self, goal: &Goal, weight: Option<f64>) -> Vec<f64> {
+        let tip = self.twin.tip_of(&self.state);
+        let mut error: Vec<f64> = (0..3).map(|c| goal.position[c] - tip[c]).collect();
+        if let (Some(weight), Some(orientation)) = (weight, goal.orientation) {
+            let turn = orientation * self.twin.tip_rotation_of(&self.state).inverse();
+            error.extend((weight * turn.scaled_axis()).iter());
+        }
+        error
+    }
+
+    fn distance(&self, goal: &Goal) -> f64 {
+        (Vector3::from(goal.position) - Vector3::from(self.twin.tip_of(&self.state))).norm()
+    }
+}
+
+/// Samples between two rows of sensitivities: they change with the shape, slowly.
+const SENSITIVITY_EVERY: usize = 20;
+
+/// An identified recording.
+#[derive(Debug, Clone)]
+pub struct Identification {
+    /// Strokes and measured tip as they came, `aux_kk_m` (s*), the twin's tip with them, `twin_x_m`.., and without,
+    /// `bare_x_m`..
+    pub recording: Recording,
+    /// ∂tip/∂s*, `sensitivity_x_kk_ratio`.. [-], every 20th sample.
+    pub sensitivities: Recording,
+    /// Counts and residuals.
+    pub summary: Summary,
+}
+
+/// Identifies all samples of a motion. `on_sample` is called after each and ends the run where it returns false.
+///
+/// # Errors
+/// Those of [`Stepper::step`], with the row; `Ok(None)` where `on_sample` ended it.
+pub fn identify(
+    twin: &Twin,
+    auxiliary: &Auxiliary,
+    motion: &Motion,
+    options: &IdentifyOptions,
+    mut meta: Metadata,
+    on_sample: &mut dyn FnMut() -> bool,
+) -> Result<Option<Identification>> {
+    let n = motion.len();
+    let mut identifier = Identifier::new(twin, auxiliary, *options);
+    let mut bare = Bare::new(twin, auxiliary);
+    let mut summary = Summary { samples: n, ..Summary::default() };
+    let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    let mut columns = Columns::default();
+    let mut sensitivities = Columns::default();
+    for i in 0..n {
+        let strokes_before = identifier.strokes.clone();
+        let primary = motion.strokes_at(i);
+        let goal = Goal {
+            position: motion.tips[i],
+            orientation: motion.orientations.as_ref().map(|orientations| orientations[i]),
+        };
+        let measured = (!motion.gap[i]).then_some(&goal);
+        let step = identifier.step(primary, measured, motion.step).map_err(|error| in_row(i, error))?;
+        let without = bare.step(primary).map_err(|error| in_row(i, error))?;
+        match measured {
+            Some(goal) => {
+                after.push(step.distance);
+                before.push((Vector3::from(goal.position) - Vector3::from(without)).norm());
+            }
+            None => summary.gaps += 1,
+        }
+        step.statuses.iter().for_each(|status| summary.count_status(*status));
+        let limits = allowed(auxiliary, &strokes_before, motion.step);
+        let bound =
+            |j: usize| bound_of(identifier.strokes[j], &limits[j], &auxiliary.bounds[j], identifier.length);
+        summary.count_bounds(&(0..auxiliary.len()).map(bound).collect::<Vec<_>>());
+        columns.push(
+            primary.iter().chain(&motion.tips[i]).chain(&identifier.strokes).chain(&step.tip).chain(&without),
+        );
+        if i % SENSITIVITY_EVERY == 0 {
+            let rows = identifier.sensitivity().ok_or_else(|| singular(i))?;
+            sensitivities.push(rows.iter().flatten());
+        }
+        if !on_sample() {
+            return Ok(None);
+        }
+    }
+    summary.before = Spread::of(before);
+    summary.after = Spread::of(after);
+    summary.share_at_bound = summary.share_at_bound.map(|count| count / (n * auxiliary.len()) as f64);
+    let summary_json = serde_json::to_string(&summary).unwrap_or_default();
+    meta.extra.insert("identify.summary".to_owned(), summary_json);
+    let time = |every: usize| (0..n).step_by(every).map(|i| i as f64 * motion.step).collect::<Vec<f64>>();
+    let recording = columns.into_recording(
+        time(1),
+        names(twin.n_primary, auxiliary.len()),
+        motion.gap.clone(),
+        meta.clone(),
+    )?;
+    let sensitivities = sensitivities.into_recording(
+        time(SENSITIVITY_EVERY),
+        sensitivity_names(auxiliary.len()),
+        Vec::new(),
+        meta,
+    )?;
+    Ok(Some(Identification { recording, sensitivities, summary }))
+}
+
+/// The twin without residual actuation.
+struct Bare<'a> {
+    twin: &'a Twin,
+    auxiliary: &'a Auxiliary,
+    stepper: Stepper,
+    state: TwinState,
+    targets: Vec<Target>,
+    strokes: Vec<f64>,
+}
+
+impl<'a> Bare<'a> {
+    fn new(twin: &'a Twin, auxiliary: &'a Auxiliary) -> Self {
+        let strokes = vec![0.0; auxiliary.len()];
+        Self {
+            twin,
+            auxiliary,
+            stepper: Stepper::new(twin),
+            state: twin.rest(),
+            targets: Vec::new(),
+            strokes,
+        }
+    }
+
+    fn step(&mut self, primary: &[f64]) -> Result<[f64; 3]> {
+        self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
+        self.stepper.step(self.twin, &self.targets, &mut self.state)?;
+        Ok(self.twin.tip_of(&self.state))
+    }
+}
+
+/// Rows that become channels.
+#[derive(Debug, Default)]
+struct Columns {
+    values: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn push<'a>(&mut self, row: impl Iterator<Item = &'a f64>) {
+        for (k, value) in row.enumerate() {
+            if self.values.len() == k {
+                self.values.push(Vec::new());
+            }
+            self.values[k].push(*value);
+        }
+    }
+
+    fn into_recording(
+        self,
+        time: Vec<f64>,
+        names: Vec<String>,
+        gap: Vec<bool>,
+        meta: Metadata,
+    ) -> Result<Recording> {
+        let channels = names.into_iter().zip(self.values).map(|(name, values)| Channel::new(name, values));
+        Ok(Recording::new(time, channels.collect(), gap, meta)?)
+    }
+}
+
+fn names(n_primary: usize, n_aux: usize) -> Vec<String> {
+    let axes = |of: &'static str| ["x", "y", "z"].map(|axis| format!("{of}_{axis}_m"));
+    let strokes = (1..=n_primary).map(|k| format!("stroke_{k}_m"));
+    let aux = (1..=n_aux).map(|k| format!("aux_{k:02}_m"));
+    strokes.chain(axes("tip")).chain(aux).chain(axes("twin")).chain(axes("bare")).collect()
+}
+
+fn sensitivity_names(n_aux: usize) -> Vec<String> {
+    let row =
+        |axis: &str| (1..=n_aux).map(|k| format!("sensitivity_{axis}_{k:02}_ratio")).collect::<Vec<_>>();
+    ["x", "y", "z"].into_iter().flat_map(row).collect()
+}
+
+fn in_row(row: usize, error: Error) -> Error {
+    match error {
+        Error::BadInput(bad) => bad.within(format!("row {}", row + 1)).into(),
+        Error::NoEquilibrium { reached, relative_residual, hint } => {
+            Error::NoEquilibrium { reached, relative_residual, hint: format!("row {}: {hint}", row + 1) }
+        }
+        other => other,
+    }
+}
+
+fn singular(row: usize) -> Error {
+    BadInput::new(format!("row {}", row + 1), "tendons that pull differently", "two that pull the same way")
+        .into()
+}

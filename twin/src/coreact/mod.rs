@@ -1,0 +1,19 @@
+//! Compensatory residual actuation (CoReAct, paper 003 section IV-B): virtual tendons that bring the twin's tip to
+//! where the robot's tip was measured.
+//!
+//! The paper enforces the strokes of all auxiliary tendons as equalities. Held at zero they would clamp the body:
+//! S(u, 0) would not be the bare twin that its eq. 5 says it is. So a stroke s_j is here the one that the tendon's
+//! tension alone makes on the straight body, T_j = s_j / c_j: zero does nothing, and the bounds on stroke, rate
+//! and tension (eqs. 15-17) are all boxes of one variable.
+
+mod auxiliary;
+mod identify;
+mod motion;
+mod problem;
+mod summary;
+
+pub use auxiliary::Auxiliary;
+pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, identify};
+pub use motion::Motion;
+pub use problem::Bound;
+pub use summary::{Spread, Summary};

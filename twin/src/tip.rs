@@ -1,0 +1,75 @@
+//! The tip as an effector: where it is, how it is turned, and what tensions do to both.
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::model::Twin;
+use crate::projection::Projection;
+use crate::state::TwinState;
+
+impl Twin {
+    /// Position of the tip [m].
+    pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
+        self.tip.at(&state.positions)
+    }
+
+    /// Rotation of the tip since rest: the one that brings its nodes' arms closest to what they are now (least
+    /// squares).
+    ///
+    /// # Reference
+    /// Kabsch (1976), A solution for the best rotation to relate two sets of vectors.
+    pub fn tip_rotation_of(&self, state: &TwinState) -> UnitQuaternion<f64> {
+        let (rest, now) = (self.tip_arms(&self.body.rest), self.tip_arms(&state.positions));
+        let covariance: Matrix3<f64> = rest.iter().zip(&now).map(|(rest, now)| now * rest.transpose()).sum();
+        let svd = covariance.svd(true, true);
+        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return UnitQuaternion::identity() };
+        // The least singular direction decides between rotation and reflection; a flat tip has none of its own.
+        let mut signs = Vector3::repeat(1.0);
+        signs[svd.singular_values.imin()] = (u * v_t).determinant().signum();
+        let rotation = u * Matrix3::from_diagonal(&signs) * v_t;
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation))
+    }
+
+    /// From the tip to each of its nodes [m].
+    fn tip_arms(&self, positions: &[[f64; 4]]) -> Vec<Vector3<f64>> {
+        let center = Vector3::from(self.tip.at(positions));
+        self.tip.nodes.iter().map(|&node| at(positions, node) - center).collect()
+    }
+
+    /// What the unit tension of each cable does to the tip: three rows of displacement [m/N], one column per
+    /// cable.
+    pub(crate) fn tip_displacement_rows(&self, projection: &Projection) -> [Vec<f64>; 3] {
+        std::array::from_fn(|c| {
+            let along = |column: &Vec<f64>| {
+                let carriers = self.tip.nodes.iter().zip(&self.tip.weights);
+                carriers.map(|(&node, weight)| weight * moved(column, node)[c]).sum()
+            };
+            projection.columns.iter().map(along).collect()
+        })
+    }
+
+    /// What the unit tension of each cable does to the tip's orientation: three rows of the rotation vector, in
+    /// space [rad/N]. The derivative of [`Self::tip_rotation_of`] for a tip that keeps its form.
+    pub(crate) fn tip_rotation_rows(&self, projection: &Projection, state: &TwinState) -> [Vec<f64>; 3] {
+        let arms = self.tip_arms(&state.positions);
+        let square: Matrix3<f64> =
+            arms.iter().map(|arm| Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()).sum();
+        let inverse = square.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let turn = |column: &Vec<f64>| -> Vector3<f64> {
+            let nodes = self.tip.nodes.iter().zip(&arms);
+            inverse * nodes.map(|(&node, arm)| arm.cross(&moved(column, node))).sum::<Vector3<f64>>()
+        };
+        let turns: Vec<Vector3<f64>> = projection.columns.iter().map(turn).collect();
+        std::array::from_fn(|c| turns.iter().map(|turn| turn[c]).collect())
+    }
+}
+
+fn at(positions: &[[f64; 4]], node: u32) -> Vector3<f64> {
+    let [x, y, z, _] = positions[node as usize];
+    Vector3::new(x, y, z)
+}
+
+/// Displacement of a node; clamped ones come after the free unknowns and do not move.
+fn moved(column: &[f64], node: u32) -> Vector3<f64> {
+    let first = 3 * node as usize;
+    column.get(first..first + 3).map_or_else(Vector3::zeros, Vector3::from_column_slice)
+}
