@@ -7,7 +7,7 @@ use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene};
 use hysteron_twin::Twin;
-use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, Motion, Summary, identify};
+use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, Motion, identify};
 use rayon::prelude::*;
 
 use crate::inputs::{self, Input};

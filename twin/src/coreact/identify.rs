@@ -143,7 +143,7 @@ impl<'a> Identifier<'a> {
     ) -> Option<(Vec<f64>, QpStatus)> {
         let weight = self.options.orientation.filter(|_| goal.orientation.is_some());
         let error = self.error(goal, weight);
-        let made = self.twin.strokes_of(&self.state);
+        let made = self.twin.commands_of(&self.state);
         let missing: Vec<f64> = primary.iter().zip(&made).map(|(asked, made)| asked - made).collect();
         let projection = self.stepper.projection(self.twin, &self.state)?;
         let at = Linearised::new(self.twin, projection, &self.state, weight);
