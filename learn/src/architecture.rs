@@ -1,0 +1,97 @@
+//! The shape of a network: LSTM layers one on the other, and a linear head.
+
+use hysteron_base::BadInput;
+use serde::{Deserialize, Serialize};
+
+/// Largest number of channels or layers that is believed, so that products of sizes cannot overflow.
+const LARGEST: usize = 1 << 20;
+
+/// What the head does after its linear map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Head {
+    /// Nothing.
+    Linear,
+    /// tanh, so that outputs stay in (-1, 1).
+    Tanh,
+}
+
+/// The shape of a network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Architecture {
+    /// Channels that enter.
+    pub inputs: usize,
+    /// Hidden units H of each layer.
+    pub hidden: usize,
+    /// LSTM layers.
+    pub layers: usize,
+    /// Channels that leave the head.
+    pub outputs: usize,
+    /// What the head does after its linear map.
+    pub head: Head,
+    /// Probability p that a value between two layers is zero while training; the others grow by 1/(1 - p).
+    pub dropout: f64,
+}
+
+/// A named part of a vector of parameters.
+pub(crate) struct Part {
+    pub name: String,
+    pub shape: Vec<usize>,
+}
+
+impl Part {
+    fn new(name: String, shape: &[usize]) -> Self {
+        Self { name, shape: shape.to_vec() }
+    }
+
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+}
+
+impl Architecture {
+    /// # Errors
+    /// `BadInput` unless every size is in 1..=2²⁰ and 0 <= dropout < 1.
+    pub(crate) fn check(&self) -> Result<(), BadInput> {
+        let sizes = [
+            ("inputs", self.inputs),
+            ("hidden", self.hidden),
+            ("layers", self.layers),
+            ("outputs", self.outputs),
+        ];
+        for (name, size) in sizes {
+            if !(1..=LARGEST).contains(&size) {
+                let place = format!("architecture: {name}");
+                return Err(BadInput::new(place, format!("1 to {LARGEST}"), size.to_string()));
+            }
+        }
+        if !(0.0..1.0).contains(&self.dropout) {
+            let found = self.dropout.to_string();
+            return Err(BadInput::new("architecture: dropout", "0 <= p < 1", found));
+        }
+        Ok(())
+    }
+
+    /// Channels that enter a layer.
+    pub(crate) fn layer_inputs(&self, layer: usize) -> usize {
+        if layer == 0 { self.inputs } else { self.hidden }
+    }
+
+    /// The parameters: for each layer, then for the head, the named parts of one vector, in order.
+    pub(crate) fn parts(&self) -> Vec<Vec<Part>> {
+        let h = self.hidden;
+        let layer = |l: usize| {
+            vec![
+                Part::new(format!("lstm.weight_ih_l{l}"), &[4 * h, self.layer_inputs(l)]),
+                Part::new(format!("lstm.weight_hh_l{l}"), &[4 * h, h]),
+                Part::new(format!("lstm.bias_l{l}"), &[4 * h]),
+            ]
+        };
+        let head = vec![
+            Part::new("head.weight".to_owned(), &[self.outputs, h]),
+            Part::new("head.bias".to_owned(), &[self.outputs]),
+        ];
+        (0..self.layers).map(layer).chain([head]).collect()
+    }
+}

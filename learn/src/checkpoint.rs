@@ -1,0 +1,92 @@
+//! A trained network with all that is needed to use it, in one file.
+
+use std::path::Path;
+
+use hysteron_base::BadInput;
+use serde_json::{Value, json};
+
+use crate::tensor_file::TensorFile;
+use crate::{Network, Normaliser, Result};
+
+const FORMAT: &str = "hysteron-checkpoint";
+const VERSION: u64 = 1;
+
+/// A trained network, what its inputs and outputs mean, and where it comes from.
+///
+/// One `.safetensors` file, laid out in `docs/learn.md`. Tensors are found by name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// What the network is for; a reader asks for one kind.
+    pub kind: String,
+    /// The weights.
+    pub network: Network,
+    /// The channels that enter, in order.
+    pub inputs: Normaliser,
+    /// The channels that leave, in order.
+    pub outputs: Normaliser,
+    /// Whatever else its user must know: data, seed, scores.
+    pub details: Value,
+}
+
+impl Checkpoint {
+    /// Writes the file; a half-written one is never seen.
+    ///
+    /// # Errors
+    /// `BadInput` if the normalisers have not the channels of the network, `File` if the file system refuses.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        self.check_channels()?;
+        let mut file = TensorFile::default();
+        file.put("kind", json!(self.kind));
+        file.put("architecture", json!(self.network.architecture()));
+        file.put("inputs", json!(self.inputs.channels));
+        file.put("outputs", json!(self.outputs.channels));
+        file.put("details", self.details.clone());
+        file.put(
+            "provenance",
+            json!({ "package": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") }),
+        );
+        file.put_network("", self.network.architecture(), &self.network.parameters);
+        file.write(path, FORMAT, VERSION)
+    }
+
+    /// Reads a checkpoint of this kind.
+    ///
+    /// # Errors
+    /// `BadInput` naming the file and what is wrong: not a checkpoint, another version, another kind, cut short
+    /// or damaged, a tensor missing or of another shape, a weight that is not finite, a range upside down.
+    pub fn read(path: &Path, kind: &str) -> Result<Self> {
+        let mut file = TensorFile::read(path, FORMAT, VERSION)?;
+        Ok(Self::from_file(&mut file, kind).map_err(|bad| bad.within(path.display()))?)
+    }
+
+    fn from_file(file: &mut TensorFile, kind: &str) -> std::result::Result<Self, BadInput> {
+        let found: String = file.take("kind")?;
+        if found != kind {
+            return Err(BadInput::new("kind", kind, found).hint("a network made for something else"));
+        }
+        let architecture = file.take("architecture")?;
+        let parameters = file.take_network("", &architecture)?;
+        let checkpoint = Self {
+            kind: found,
+            network: Network::from_parameters(architecture, parameters)?,
+            inputs: Normaliser::new(file.take("inputs")?).map_err(|bad| bad.within("inputs"))?,
+            outputs: Normaliser::new(file.take("outputs")?).map_err(|bad| bad.within("outputs"))?,
+            details: file.take("details")?,
+        };
+        checkpoint.check_channels()?;
+        Ok(checkpoint)
+    }
+
+    fn check_channels(&self) -> std::result::Result<(), BadInput> {
+        let architecture = self.network.architecture();
+        let sides =
+            [("inputs", architecture.inputs, &self.inputs), ("outputs", architecture.outputs, &self.outputs)];
+        for (place, expected, normaliser) in sides {
+            let found = normaliser.channels.len();
+            if found != expected {
+                return Err(BadInput::new(place, format!("{expected} channels"), found.to_string()));
+            }
+        }
+        Ok(())
+    }
+}

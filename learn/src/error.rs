@@ -1,0 +1,41 @@
+//! What can go wrong in `learn`.
+
+use hysteron_base::BadInput;
+
+/// What can go wrong in `learn`.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The input is wrong: the person who gave it can mend it.
+    #[error(transparent)]
+    BadInput(#[from] BadInput),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(hysteron_base::Error),
+    /// Training left the finite numbers; the weights are those before the step.
+    #[error(
+        "training step {step}: the {what} is {value} (hint: a lower learning rate, or clip the gradient)"
+    )]
+    NotFinite {
+        /// Steps done before this one.
+        step: u64,
+        /// The loss, or the norm of the gradient.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The tensor library or its device refused.
+    #[error("tensors: {0}")]
+    Tensors(String),
+}
+
+impl From<hysteron_base::Error> for Error {
+    fn from(error: hysteron_base::Error) -> Self {
+        match error {
+            hysteron_base::Error::BadInput(bad) => Self::BadInput(bad),
+            other => Self::File(other),
+        }
+    }
+}
+
+/// Result of a function in `learn`.
+pub type Result<T> = std::result::Result<T, Error>;

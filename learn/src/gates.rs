@@ -1,0 +1,205 @@
+//! The elementwise part of an LSTM step, fused; alone knows pulp.
+//!
+//! Every kernel is written once over registers of any width and dispatched at run time. All instruction sets
+//! do the same operations, so they agree bit for bit.
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// The unit of every kernel here: outputs that a matrix-vector product makes at a time.
+pub(crate) const PANEL: usize = 64;
+
+/// Beyond this the nearest `f32` to tanh is 1 to within one unit in the last place.
+const SATURATED: f32 = 7.998_811_7;
+/// Numerator and denominator of tanh(x) = x p(x²)/q(x²), highest power first: the minimax approximant of Eigen
+/// (`generic_fast_tanh_float`), within 5 units in the last place.
+const NUMERATOR: [f32; 7] = [
+    -2.760_768_5e-16,
+    2.000_188e-13,
+    -8.604_672e-11,
+    5.122_297e-8,
+    1.485_722_4e-5,
+    6.372_619_3e-4,
+    4.893_524_6e-3,
+];
+const DENOMINATOR: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
+
+#[inline(always)]
+fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: [f32; N], x: S::f32s) -> S::f32s {
+    let mut sum = simd.splat_f32s(coefficients[0]);
+    for c in &coefficients[1..] {
+        sum = simd.mul_add_f32s(sum, x, simd.splat_f32s(*c));
+    }
+    sum
+}
+
+#[inline(always)]
+fn tanh<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let x = simd.max_f32s(simd.splat_f32s(-SATURATED), simd.min_f32s(simd.splat_f32s(SATURATED), x));
+    let square = simd.mul_f32s(x, x);
+    let numerator = simd.mul_f32s(x, polynomial(simd, NUMERATOR, square));
+    simd.div_f32s(numerator, polynomial(simd, DENOMINATOR, square))
+}
+
+/// 1/(1 + exp(-x)) = (1 + tanh(x/2))/2.
+#[inline(always)]
+fn sigmoid<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let half = simd.splat_f32s(0.5);
+    simd.mul_add_f32s(half, tanh(simd, simd.mul_f32s(half, x)), half)
+}
+
+/// d σ (1 - σ): the derivative by x of what has the derivative d by σ(x).
+#[inline(always)]
+fn through_sigmoid<S: Simd>(simd: S, sigma: S::f32s, d: S::f32s) -> S::f32s {
+    simd.mul_f32s(d, simd.negate_mul_add_f32s(sigma, sigma, sigma))
+}
+
+/// Loads registers from a position on.
+#[derive(Clone, Copy)]
+struct Load<S> {
+    simd: S,
+    k: usize,
+}
+
+impl<S: Simd> Load<S> {
+    /// As many values as there are, up to a register; zeros after them.
+    #[inline(always)]
+    fn at(self, values: &[f32]) -> S::f32s {
+        self.simd.partial_load_f32s(&values[self.k..])
+    }
+}
+
+/// One step forward for some rows of H units: gates, cells, hidden states.
+pub(crate) struct Forward<'a> {
+    /// In: W_ih x + W_hh h + b. Out: i, f, g, o. [row][gate][unit].
+    pub gates: &'a mut [f32],
+    /// Cells before the step, [row][unit].
+    pub c_before: &'a [f32],
+    /// Out: c = f c_before + i g.
+    pub c: &'a mut [f32],
+    /// Out: h = o tanh c.
+    pub h: &'a mut [f32],
+    /// H.
+    pub hidden: usize,
+}
+
+impl Forward<'_> {
+    pub fn run(self) {
+        Arch::new().dispatch(self);
+    }
+}
+
+/// The four gates of a row.
+fn four(gates: &mut [f32], hidden: usize) -> [&mut [f32]; 4] {
+    let (i, rest) = gates.split_at_mut(hidden);
+    let (f, rest) = rest.split_at_mut(hidden);
+    let (g, o) = rest.split_at_mut(hidden);
+    [i, f, g, o]
+}
+
+impl WithSimd for Forward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let n = self.hidden;
+        let lanes = S::F32_LANES;
+        let rows = self.gates.chunks_exact_mut(4 * n).zip(self.c_before.chunks_exact(n));
+        let states = self.c.chunks_exact_mut(n).zip(self.h.chunks_exact_mut(n));
+        for ((gates, c_before), (c, h)) in rows.zip(states) {
+            let [i, f, g, o] = four(gates, n);
+            for k in (0..n).step_by(lanes) {
+                let load = Load { simd, k };
+                let vi = sigmoid(simd, load.at(i));
+                let vf = sigmoid(simd, load.at(f));
+                let vg = tanh(simd, load.at(g));
+                let vo = sigmoid(simd, load.at(o));
+                let kept = simd.mul_f32s(vf, load.at(c_before));
+                let vc = simd.mul_add_f32s(vi, vg, kept);
+                simd.partial_store_f32s(&mut i[k..], vi);
+                simd.partial_store_f32s(&mut f[k..], vf);
+                simd.partial_store_f32s(&mut g[k..], vg);
+                simd.partial_store_f32s(&mut o[k..], vo);
+                simd.partial_store_f32s(&mut c[k..], vc);
+                simd.partial_store_f32s(&mut h[k..], simd.mul_f32s(vo, tanh(simd, vc)));
+            }
+        }
+    }
+}
+
+/// One step back for some rows: from ∂L/∂h and ∂L/∂c after the step to those of the gates and of c before.
+pub(crate) struct Backward<'a> {
+    /// In: i, f, g, o. Out: ∂L/∂z, z what the gates were made from. [row][gate][unit].
+    pub gates: &'a mut [f32],
+    /// Cells before the step, [row][unit].
+    pub c_before: &'a [f32],
+    /// Cells after it.
+    pub c: &'a [f32],
+    /// ∂L/∂h from what comes after this layer.
+    pub dh_above: &'a [f32],
+    /// ∂L/∂h from the next step.
+    pub dh_next: &'a [f32],
+    /// In: ∂L/∂c from the next step. Out: for the step before.
+    pub dc: &'a mut [f32],
+    /// H.
+    pub hidden: usize,
+}
+
+impl Backward<'_> {
+    pub fn run(self) {
+        Arch::new().dispatch(self);
+    }
+}
+
+impl WithSimd for Backward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let n = self.hidden;
+        let one = simd.splat_f32s(1.0);
+        let rows = self.gates.chunks_exact_mut(4 * n).zip(self.dc.chunks_exact_mut(n));
+        for (row, (gates, dc)) in rows.enumerate() {
+            let [i, f, g, o] = four(gates, n);
+            let [c_before, c, dh_above, dh_next] = [self.c_before, self.c, self.dh_above, self.dh_next].map(
+                #[inline(always)]
+                |values| &values[row * n..][..n],
+            );
+            for k in (0..n).step_by(S::F32_LANES) {
+                let load = Load { simd, k };
+                let [vi, vf, vg, vo] = [load.at(i), load.at(f), load.at(g), load.at(o)];
+                let tanh_c = tanh(simd, load.at(c));
+                let dh = simd.add_f32s(load.at(dh_above), load.at(dh_next));
+                // ∂L/∂c = carried + ∂L/∂h o (1 - tanh² c)
+                let slope = simd.negate_mul_add_f32s(tanh_c, tanh_c, one);
+                let dc_now = simd.mul_add_f32s(simd.mul_f32s(dh, vo), slope, load.at(dc));
+                let di = through_sigmoid(simd, vi, simd.mul_f32s(dc_now, vg));
+                let df = through_sigmoid(simd, vf, simd.mul_f32s(dc_now, load.at(c_before)));
+                let do_ = through_sigmoid(simd, vo, simd.mul_f32s(dh, tanh_c));
+                let dg = simd.mul_f32s(simd.mul_f32s(dc_now, vi), simd.negate_mul_add_f32s(vg, vg, one));
+                simd.partial_store_f32s(&mut i[k..], di);
+                simd.partial_store_f32s(&mut f[k..], df);
+                simd.partial_store_f32s(&mut g[k..], dg);
+                simd.partial_store_f32s(&mut o[k..], do_);
+                simd.partial_store_f32s(&mut dc[k..], simd.mul_f32s(dc_now, vf));
+            }
+        }
+    }
+}
+
+/// out += A x for one column x, A in panels: for each [`PANEL`] outputs, for each column, their entries.
+pub(crate) fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (panel, out) in panels.chunks_exact(x.len()).zip(out.as_chunks_mut::<PANEL>().0) {
+                let mut sums = *out;
+                for (column, x) in panel.iter().zip(x) {
+                    for l in 0..PANEL {
+                        sums[l] = column[l].mul_add(*x, sums[l]);
+                    }
+                }
+                *out = sums;
+            }
+        },
+    );
+}

@@ -1,0 +1,287 @@
+//! The network as a candle graph; alone knows candle.
+//!
+//! On a processor an LSTM layer over a whole sequence is one operation with its own way back. On any other device
+//! it is candle's own cell, step by step.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use candle_core::{CpuStorage, CustomOp2, Device, Layout, Shape as Dims, Storage, Tensor, Var};
+use candle_nn::rnn::{LSTMConfig, LSTMState, RNN, lstm};
+use candle_nn::{Module, VarBuilder};
+
+use crate::batch::{Batch, Memory, Outputs};
+use crate::network::LayerWeights;
+use crate::sequence::{self, Shape, Tape};
+use crate::{Architecture, Error, Head, Network};
+
+impl From<candle_core::Error> for Error {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Tensors(error.to_string())
+    }
+}
+
+/// How layers are computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Cells {
+    /// A layer over the whole sequence at once; on a processor only.
+    Fused,
+    /// candle's own cell for every step.
+    Unrolled,
+}
+
+/// A device and what it reuses from batch to batch.
+#[derive(Debug)]
+pub(crate) struct Graph {
+    device: Device,
+    cells: Cells,
+    /// One for each layer.
+    tapes: Vec<Arc<Mutex<Tape>>>,
+}
+
+/// One forward pass.
+pub(crate) struct Pass {
+    parameters: Vec<Var>,
+    output: Tensor,
+}
+
+impl Graph {
+    /// The best device there is, with what is fastest on it.
+    pub fn new(architecture: &Architecture) -> candle_core::Result<Self> {
+        let device = Device::cuda_if_available(0)?;
+        let cells = if device.is_cpu() { Cells::Fused } else { Cells::Unrolled };
+        Ok(Self::with_cells(architecture, device, cells))
+    }
+
+    /// candle's own cells on the processor.
+    pub fn unrolled(architecture: &Architecture) -> Self {
+        Self::with_cells(architecture, Device::Cpu, Cells::Unrolled)
+    }
+
+    fn with_cells(architecture: &Architecture, device: Device, cells: Cells) -> Self {
+        let tapes = (0..architecture.layers).map(|_| Arc::default()).collect();
+        Self { device, cells, tapes }
+    }
+
+    /// Runs the batch; `memory` goes on. `masks` are what sequences are multiplied by on the way into the second
+    /// layer and so on; none without dropout.
+    pub fn forward(
+        &self,
+        network: &Network,
+        batch: &Batch<'_>,
+        memory: &mut Memory,
+        masks: &[Vec<f32>],
+    ) -> candle_core::Result<Pass> {
+        let architecture = network.architecture();
+        let parameters: Vec<Var> = network
+            .parameters
+            .iter()
+            .map(|values| Var::from_slice(values, values.len(), &self.device))
+            .collect::<candle_core::Result<_>>()?;
+        let n = batch.steps * batch.rows;
+        let mut x = Tensor::from_slice(batch.inputs, (n, architecture.inputs), &self.device)?;
+        for layer in 0..architecture.layers {
+            let shape = Shape {
+                steps: batch.steps,
+                rows: batch.rows,
+                inputs: architecture.layer_inputs(layer),
+                hidden: architecture.hidden,
+            };
+            if let Some(mask) = layer.checked_sub(1).and_then(|l| masks.get(l)) {
+                x = (x * Tensor::from_slice(mask, (n, architecture.hidden), &self.device)?)?;
+            }
+            let state = [&mut memory.h[layer], &mut memory.c[layer]];
+            x = match self.cells {
+                Cells::Fused => fused(shape, layer, &x, &parameters[layer], state, &self.tapes[layer])?,
+                Cells::Unrolled => unrolled(shape, &x, &parameters[layer], state)?,
+            };
+        }
+        if batch.outputs == Outputs::Last {
+            x = x.narrow(0, n - batch.rows, batch.rows)?;
+        }
+        let output = head(architecture, &x, &parameters[architecture.layers])?;
+        Ok(Pass { parameters, output })
+    }
+}
+
+impl Pass {
+    /// The outputs, row by row.
+    pub fn outputs(&self) -> candle_core::Result<Vec<f32>> {
+        self.output.flatten_all()?.to_vec1()
+    }
+
+    /// The gradient by each vector of parameters, from the one by the outputs.
+    pub fn gradients(self, d_outputs: &[f32]) -> candle_core::Result<Vec<Vec<f32>>> {
+        let d_outputs = Tensor::from_slice(d_outputs, self.output.shape(), self.output.device())?;
+        let gradients = (self.output * d_outputs)?.sum_all()?.backward()?;
+        let of = |parameter: &Var| match gradients.get(parameter) {
+            Some(gradient) => gradient.flatten_all()?.to_vec1(),
+            None => Ok(vec![0.0; parameter.elem_count()]),
+        };
+        self.parameters.iter().map(of).collect()
+    }
+}
+
+fn head(architecture: &Architecture, h: &Tensor, parameters: &Tensor) -> candle_core::Result<Tensor> {
+    let (outputs, hidden) = (architecture.outputs, architecture.hidden);
+    let weight = parameters.narrow(0, 0, outputs * hidden)?.reshape((outputs, hidden))?;
+    let bias = parameters.narrow(0, outputs * hidden, outputs)?;
+    let output = candle_nn::Linear::new(weight, Some(bias)).forward(h)?;
+    match architecture.head {
+        Head::Linear => Ok(output),
+        Head::Tanh => output.tanh(),
+    }
+}
+
+/// A layer by candle's own cell; `state` goes on.
+fn unrolled(
+    shape: Shape,
+    x: &Tensor,
+    parameters: &Tensor,
+    [h0, c0]: [&mut Vec<f32>; 2],
+) -> candle_core::Result<Tensor> {
+    let Shape { steps, rows, inputs, hidden } = shape;
+    let n_ih = 4 * hidden * inputs;
+    let n_hh = 4 * hidden * hidden;
+    let weights = [
+        ("weight_ih_l0", parameters.narrow(0, 0, n_ih)?.reshape((4 * hidden, inputs))?),
+        ("weight_hh_l0", parameters.narrow(0, n_ih, n_hh)?.reshape((4 * hidden, hidden))?),
+        ("bias_ih_l0", parameters.narrow(0, n_ih + n_hh, 4 * hidden)?),
+    ];
+    let weights = weights.into_iter().map(|(name, tensor)| (name.to_owned(), tensor)).collect();
+    let builder = VarBuilder::from_tensors(weights, candle_core::DType::F32, x.device());
+    let cell = lstm(inputs, hidden, LSTMConfig { b_hh_init: None, ..LSTMConfig::default() }, builder)?;
+    let tensor = |values: &[f32]| Tensor::from_slice(values, (rows, hidden), x.device());
+    let mut state = LSTMState::new(tensor(h0)?, tensor(c0)?);
+    let mut sequence = Vec::with_capacity(steps);
+    for t in 0..steps {
+        state = cell.step(&x.narrow(0, t * rows, rows)?, &state)?;
+        sequence.push(state.h.clone());
+    }
+    *h0 = state.h.flatten_all()?.to_vec1()?;
+    *c0 = state.c.flatten_all()?.to_vec1()?;
+    Tensor::cat(&sequence, 0)
+}
+
+/// A layer in one operation; `state` goes on.
+fn fused(
+    shape: Shape,
+    layer: usize,
+    x: &Tensor,
+    parameters: &Tensor,
+    [h0, c0]: [&mut Vec<f32>; 2],
+    tape: &Arc<Mutex<Tape>>,
+) -> candle_core::Result<Tensor> {
+    let operation = FusedLayer {
+        shape,
+        h0: h0.clone(),
+        c0: c0.clone(),
+        input_gradient: if layer == 0 { InputGradient::Unused } else { InputGradient::Wanted },
+        tape: tape.clone(),
+    };
+    let h = x.apply_op2(parameters, operation)?;
+    let last = (shape.steps - 1) * shape.rows;
+    *h0 = h.narrow(0, last, shape.rows)?.flatten_all()?.to_vec1()?;
+    c0.copy_from_slice(locked(tape).last_cells(shape));
+    Ok(h)
+}
+
+fn locked(tape: &Mutex<Tape>) -> MutexGuard<'_, Tape> {
+    tape.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[derive(Debug, PartialEq)]
+enum InputGradient {
+    Wanted,
+    /// The inputs of the first layer are data.
+    Unused,
+}
+
+/// From (inputs, parameters) to the sequence of hidden states; the memory before it is a constant.
+struct FusedLayer {
+    shape: Shape,
+    h0: Vec<f32>,
+    c0: Vec<f32>,
+    input_gradient: InputGradient,
+    tape: Arc<Mutex<Tape>>,
+}
+
+impl FusedLayer {
+    fn weights<'a>(&self, parameters: &'a [f32]) -> LayerWeights<'a> {
+        LayerWeights::new(parameters, self.shape.inputs, self.shape.hidden)
+    }
+}
+
+/// The values of a contiguous tensor.
+fn values<'a>(storage: &'a CpuStorage, layout: &Layout) -> candle_core::Result<&'a [f32]> {
+    let Some((from, to)) = layout.contiguous_offsets() else {
+        candle_core::bail!("an LSTM layer needs contiguous tensors")
+    };
+    Ok(&storage.as_slice()?[from..to])
+}
+
+/// What `work` makes of the values of some tensors on the processor.
+fn with_values<T, const N: usize>(
+    tensors: [&Tensor; N],
+    work: impl FnOnce([&[f32]; N]) -> T,
+) -> candle_core::Result<T> {
+    let guards = tensors.map(Tensor::storage_and_layout);
+    let mut slices: [&[f32]; N] = [&[]; N];
+    for (slice, (storage, layout)) in slices.iter_mut().zip(&guards) {
+        let Storage::Cpu(storage) = &**storage else {
+            candle_core::bail!("an LSTM layer in one operation needs the processor")
+        };
+        *slice = values(storage, layout)?;
+    }
+    Ok(work(slices))
+}
+
+impl CustomOp2 for FusedLayer {
+    fn name(&self) -> &'static str {
+        "lstm-layer"
+    }
+
+    fn cpu_fwd(
+        &self,
+        x: &CpuStorage,
+        x_layout: &Layout,
+        parameters: &CpuStorage,
+        parameters_layout: &Layout,
+    ) -> candle_core::Result<(CpuStorage, Dims)> {
+        let (x, parameters) = (values(x, x_layout)?, values(parameters, parameters_layout)?);
+        let mut h = vec![0.0; self.shape.n_states()];
+        let state = [&self.h0[..], &self.c0];
+        sequence::forward(self.shape, self.weights(parameters), x, state, &mut locked(&self.tape), &mut h);
+        let dims = Dims::from((self.shape.steps * self.shape.rows, self.shape.hidden));
+        Ok((CpuStorage::F32(h), dims))
+    }
+
+    fn bwd(
+        &self,
+        x: &Tensor,
+        parameters: &Tensor,
+        h: &Tensor,
+        dh: &Tensor,
+    ) -> candle_core::Result<(Option<Tensor>, Option<Tensor>)> {
+        let mut d_parameters = vec![0.0; parameters.elem_count()];
+        let mut dx = match self.input_gradient {
+            InputGradient::Wanted => Some(vec![0.0; x.elem_count()]),
+            InputGradient::Unused => None,
+        };
+        with_values([x, parameters, h, &dh.contiguous()?], |[x, parameters, h, dh]| {
+            let weights = self.weights(parameters);
+            let state = [&self.h0[..], &self.c0];
+            let tape = &mut locked(&self.tape);
+            sequence::backward(
+                self.shape,
+                weights,
+                [x, h, dh],
+                state,
+                tape,
+                &mut d_parameters,
+                dx.as_deref_mut(),
+            );
+        })?;
+        let dx = dx.map(|dx| Tensor::from_vec(dx, x.shape(), x.device())).transpose()?;
+        Ok((dx, Some(Tensor::from_vec(d_parameters, parameters.shape(), parameters.device())?)))
+    }
+}

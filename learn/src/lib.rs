@@ -1,0 +1,32 @@
+//! LSTM networks: training on a processor as fast as it multiplies, rollouts without tensors, checkpoints.
+//!
+//! A [`Network`] is plain named arrays. A [`Trainer`] turns them into a candle graph for each batch, whose only
+//! own operation is an LSTM layer over a whole sequence; a [`Runner`] steps one sample at a time. Arrays are `f32`
+//! and time-major: [step][row of the batch][channel]. Equations and file formats: `docs/learn.md`.
+
+mod adam;
+mod architecture;
+mod batch;
+mod checkpoint;
+mod error;
+mod gates;
+mod graph;
+#[cfg(test)]
+mod graph_tests;
+mod network;
+mod normaliser;
+mod product;
+mod runner;
+mod sequence;
+mod tensor_file;
+mod trainer;
+
+pub use adam::Adam;
+pub use architecture::{Architecture, Head};
+pub use batch::{Batch, Memory, Outputs};
+pub use checkpoint::Checkpoint;
+pub use error::{Error, Result};
+pub use network::Network;
+pub use normaliser::{ChannelRange, Normaliser};
+pub use runner::Runner;
+pub use trainer::Trainer;

@@ -1,0 +1,99 @@
+//! A network: plain arrays of weights.
+
+use hysteron_base::{BadInput, rng};
+use rand::RngExt;
+
+use crate::Architecture;
+use crate::architecture::Part;
+
+/// The weights of a network.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Network {
+    architecture: Architecture,
+    /// For each layer W_ih (4H × inputs), W_hh (4H × H), bias (4H) in one vector, row-major, gates in the order
+    /// input, forget, cell, output; then the head, weight (outputs × H) and bias (outputs).
+    pub(crate) parameters: Vec<Vec<f32>>,
+}
+
+impl Network {
+    /// A network with random weights: all from U(-1/√H, 1/√H), the defaults of PyTorch.
+    ///
+    /// The one bias of a layer is the sum of two such numbers, as it is where `bias_ih` and `bias_hh` are apart.
+    /// Nothing is added to the bias of the forget gate. Each tensor has its own random stream.
+    ///
+    /// # Errors
+    /// `BadInput` if a size is zero or beyond belief, or the dropout not in [0, 1).
+    pub fn new(architecture: &Architecture, seed: u64) -> crate::Result<Self> {
+        architecture.check()?;
+        let bound = 1.0 / (architecture.hidden as f32).sqrt();
+        let draw = |part: &Part| -> Vec<f32> {
+            let mut stream = rng(seed, &format!("learn/weights/{}", part.name));
+            let mut uniform = || stream.random_range(-bound..bound);
+            match part.name.starts_with("lstm.bias") {
+                true => (0..part.len()).map(|_| uniform() + uniform()).collect(),
+                false => (0..part.len()).map(|_| uniform()).collect(),
+            }
+        };
+        let parts = architecture.parts();
+        let parameters = parts.iter().map(|parts| parts.iter().flat_map(draw).collect()).collect();
+        Ok(Self { architecture: architecture.clone(), parameters })
+    }
+
+    /// A network with these parameters, as [`Network::parameters`] are laid out.
+    ///
+    /// # Errors
+    /// `BadInput` if the architecture is invalid or a value not finite, naming its tensor.
+    ///
+    /// # Panics
+    /// If the lengths are not those of the architecture.
+    pub(crate) fn from_parameters(
+        architecture: Architecture,
+        parameters: Vec<Vec<f32>>,
+    ) -> Result<Self, BadInput> {
+        architecture.check()?;
+        let parts = architecture.parts();
+        assert_eq!(parts.len(), parameters.len(), "vectors of parameters");
+        for (parts, values) in parts.iter().zip(&parameters) {
+            let mut rest = &values[..];
+            for part in parts {
+                let (tensor, after) = rest.split_at(part.len());
+                if let Some(bad) = tensor.iter().find(|v| !v.is_finite()) {
+                    return Err(BadInput::new(&part.name, "finite weights", bad.to_string()));
+                }
+                rest = after;
+            }
+            assert!(rest.is_empty(), "{} parameters too many", rest.len());
+        }
+        Ok(Self { architecture, parameters })
+    }
+
+    /// The shape of the network.
+    pub fn architecture(&self) -> &Architecture {
+        &self.architecture
+    }
+
+    /// Numbers that training changes.
+    pub fn n_parameters(&self) -> usize {
+        self.parameters.iter().map(Vec::len).sum()
+    }
+}
+
+/// The parameters of a layer, apart.
+#[derive(Clone, Copy)]
+pub(crate) struct LayerWeights<'a> {
+    /// 4H × inputs, row-major.
+    pub ih: &'a [f32],
+    /// 4H × H, row-major.
+    pub hh: &'a [f32],
+    /// 4H.
+    pub bias: &'a [f32],
+}
+
+impl<'a> LayerWeights<'a> {
+    pub fn new(parameters: &'a [f32], inputs: usize, hidden: usize) -> Self {
+        let (ih, rest) = parameters.split_at(4 * hidden * inputs);
+        let (hh, bias) = rest.split_at(4 * hidden * hidden);
+        assert_eq!(bias.len(), 4 * hidden, "bias of a layer");
+        Self { ih, hh, bias }
+    }
+}

@@ -1,0 +1,110 @@
+//! From physical values to those that a network likes, and back.
+
+use hysteron_base::BadInput;
+use serde::{Deserialize, Serialize};
+
+/// The range of a channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelRange {
+    /// Its name, as in recordings.
+    pub name: String,
+    /// Smallest value, in the unit of the channel.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+/// Maps channels to [-1, 1] by the ranges seen in training, and back; a constant channel maps to 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Normaliser {
+    /// The channels, in order.
+    pub channels: Vec<ChannelRange>,
+}
+
+impl Normaliser {
+    /// Channels with given ranges.
+    ///
+    /// # Errors
+    /// `BadInput` if a range is not finite or upside down, or a name comes twice.
+    pub fn new(channels: Vec<ChannelRange>) -> Result<Self, BadInput> {
+        for (k, channel) in channels.iter().enumerate() {
+            let ChannelRange { name, min, max } = channel;
+            // Also false for NaN, and for a width beyond the largest number.
+            if !(min <= max && (max - min).is_finite()) {
+                return Err(BadInput::new(name, "finite min <= max", format!("{min} to {max}")));
+            }
+            if channels[..k].iter().any(|other| other.name == *name) {
+                return Err(BadInput::new(name, "every channel once", "twice"));
+            }
+        }
+        Ok(Self { channels })
+    }
+
+    /// Ranges of samples, each with a value for each name.
+    ///
+    /// # Errors
+    /// `BadInput` if there are none, one has another number of values, or a value is not finite.
+    pub fn from_samples<'a>(
+        names: &[&str],
+        samples: impl IntoIterator<Item = &'a [f64]>,
+    ) -> Result<Self, BadInput> {
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut ranges = vec![none; names.len()];
+        for (k, sample) in samples.into_iter().enumerate() {
+            if sample.len() != names.len() {
+                let expected = format!("{} values", names.len());
+                return Err(BadInput::new(format!("sample {k}"), expected, sample.len().to_string()));
+            }
+            for ((range, value), name) in ranges.iter_mut().zip(sample).zip(names) {
+                if !value.is_finite() {
+                    let place = format!("sample {k}: {name}");
+                    return Err(BadInput::new(place, "a finite value", value.to_string()));
+                }
+                *range = (range.0.min(*value), range.1.max(*value));
+            }
+        }
+        if ranges.contains(&none) {
+            return Err(BadInput::new("samples", "at least one", "none"));
+        }
+        let channels = names.iter().zip(ranges);
+        Self::new(
+            channels.map(|(name, (min, max))| ChannelRange { name: (*name).to_owned(), min, max }).collect(),
+        )
+    }
+
+    /// Writes `values`, one for each channel, mapped to [-1, 1]; beyond where they are outside the ranges.
+    ///
+    /// # Panics
+    /// If either has another number of channels.
+    pub fn normalise_into(&self, values: &[f64], out: &mut [f32]) {
+        assert_eq!([values.len(), out.len()], [self.channels.len(); 2], "channels");
+        for ((channel, value), out) in self.channels.iter().zip(values).zip(out) {
+            let width = channel.max - channel.min;
+            *out = if width > 0.0 { (2.0 * (value - channel.min) / width - 1.0) as f32 } else { 0.0 };
+        }
+    }
+
+    /// Writes the physical values of normalised ones; a constant channel is its constant.
+    ///
+    /// # Panics
+    /// If either has another number of channels.
+    pub fn restore_into(&self, values: &[f32], out: &mut [f64]) {
+        assert_eq!([values.len(), out.len()], [self.channels.len(); 2], "channels");
+        for ((channel, value), out) in self.channels.iter().zip(values).zip(out) {
+            *out = channel.min + 0.5 * (f64::from(*value) + 1.0) * (channel.max - channel.min);
+        }
+    }
+
+    /// Whether a value lies further outside its range than this fraction of the range's width; NaN does.
+    ///
+    /// # Panics
+    /// If there is another number of channels.
+    pub fn is_outside(&self, values: &[f64], margin_fraction: f64) -> bool {
+        assert_eq!(values.len(), self.channels.len(), "channels");
+        self.channels.iter().zip(values).any(|(channel, value)| {
+            let margin = margin_fraction * (channel.max - channel.min);
+            !(channel.min - margin..=channel.max + margin).contains(value)
+        })
+    }
+}

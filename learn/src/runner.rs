@@ -1,0 +1,134 @@
+//! One sample at a time, without tensors or allocation.
+
+use crate::gates::{Forward, PANEL, multiply_add_panels};
+use crate::network::LayerWeights;
+use crate::{Head, Network};
+
+/// A matrix in panels of [`PANEL`] rows: for each panel, for each column, the entries of its rows.
+#[derive(Debug, Clone)]
+struct Panels(Vec<[f32; PANEL]>);
+
+impl Panels {
+    /// From a row-major matrix; the last panel is filled up with zeros.
+    fn new(matrix: &[f32], n_columns: usize) -> Self {
+        let panel = |rows: &[f32], column: usize| -> [f32; PANEL] {
+            std::array::from_fn(|r| rows.get(r * n_columns + column).copied().unwrap_or(0.0))
+        };
+        let panels = matrix.chunks(PANEL * n_columns);
+        Self(panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect())
+    }
+}
+
+/// `n` zeros, and more up to whole panels.
+fn padded(n: usize) -> Vec<f32> {
+    vec![0.0; n.next_multiple_of(PANEL)]
+}
+
+#[derive(Debug, Clone)]
+struct Layer {
+    from_input: Panels,
+    from_memory: Panels,
+    /// 4H, padded.
+    bias: Vec<f32>,
+    h: Vec<f32>,
+    c: Vec<f32>,
+}
+
+/// A network with its memory, stepped one sample at a time, for rollouts and controllers.
+///
+/// Steps as [`crate::Trainer::predict`] does for one row, to the round-off of `f32`.
+#[derive(Debug, Clone)]
+pub struct Runner {
+    inputs: usize,
+    hidden: usize,
+    layers: Vec<Layer>,
+    head: Panels,
+    /// As many as outputs, padded.
+    head_bias: Vec<f32>,
+    kind: Head,
+    /// 4H, padded.
+    gates: Vec<f32>,
+    /// H; cells before the step.
+    c_before: Vec<f32>,
+    /// As many as outputs, padded.
+    output: Vec<f32>,
+    n_outputs: usize,
+}
+
+impl Runner {
+    /// A runner with nothing remembered. Dropout does not act.
+    pub fn new(network: &Network) -> Self {
+        let architecture = network.architecture();
+        let hidden = architecture.hidden;
+        let pad = |values: &[f32]| {
+            let mut all = padded(values.len());
+            all[..values.len()].copy_from_slice(values);
+            all
+        };
+        let layer = |(l, parameters): (usize, &Vec<f32>)| {
+            let inputs = architecture.layer_inputs(l);
+            let weights = LayerWeights::new(parameters, inputs, hidden);
+            Layer {
+                from_input: Panels::new(weights.ih, inputs),
+                from_memory: Panels::new(weights.hh, hidden),
+                bias: pad(weights.bias),
+                h: vec![0.0; hidden],
+                c: vec![0.0; hidden],
+            }
+        };
+        let layers = network.parameters[..architecture.layers].iter().enumerate().map(layer).collect();
+        let (head, head_bias) =
+            network.parameters[architecture.layers].split_at(architecture.outputs * hidden);
+        Self {
+            inputs: architecture.inputs,
+            hidden,
+            layers,
+            head: Panels::new(head, hidden),
+            head_bias: pad(head_bias),
+            kind: architecture.head,
+            gates: padded(4 * hidden),
+            c_before: vec![0.0; hidden],
+            output: padded(architecture.outputs),
+            n_outputs: architecture.outputs,
+        }
+    }
+
+    /// One sample further: the outputs of the head.
+    ///
+    /// # Panics
+    /// If `input` has not as many channels as the network.
+    pub fn step(&mut self, input: &[f32]) -> &[f32] {
+        assert_eq!(input.len(), self.inputs, "channels of the input");
+        let mut x = input;
+        for layer in &mut self.layers {
+            self.gates.copy_from_slice(&layer.bias);
+            multiply_add_panels(&layer.from_input.0, x, &mut self.gates);
+            multiply_add_panels(&layer.from_memory.0, &layer.h, &mut self.gates);
+            self.c_before.copy_from_slice(&layer.c);
+            Forward {
+                gates: &mut self.gates[..4 * self.hidden],
+                c_before: &self.c_before,
+                c: &mut layer.c,
+                h: &mut layer.h,
+                hidden: self.hidden,
+            }
+            .run();
+            x = &layer.h;
+        }
+        self.output.copy_from_slice(&self.head_bias);
+        multiply_add_panels(&self.head.0, x, &mut self.output);
+        let output = &mut self.output[..self.n_outputs];
+        if self.kind == Head::Tanh {
+            output.iter_mut().for_each(|v| *v = v.tanh());
+        }
+        output
+    }
+
+    /// Forgets everything.
+    pub fn reset(&mut self) {
+        for layer in &mut self.layers {
+            layer.h.fill(0.0);
+            layer.c.fill(0.0);
+        }
+    }
+}

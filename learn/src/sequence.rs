@@ -1,0 +1,189 @@
+//! One LSTM layer over a whole sequence, forward and back through time, on plain arrays.
+//!
+//! The inputs of all steps go through W_ih in one product; only W_hh h runs step by step, for groups of rows
+//! that need nothing of each other. Going back, ∂L/∂z of all steps replaces the gates, and gradients of weights
+//! are one product over all steps. How the work is split depends on the shape alone, never on the number of
+//! threads. Equations: `docs/learn.md`.
+
+use rayon::prelude::*;
+
+use crate::gates::{Backward, Forward};
+use crate::network::LayerWeights;
+use crate::product::{multiply, multiply_add, rows};
+
+/// Rows (of all steps) that one task multiplies by W_ih: large for the product, small against the whole.
+const CHUNK: usize = 512;
+/// Tasks that share the gradient of the weights, by rows of it.
+const N_GRADIENT_TASKS: usize = 4;
+
+/// Sizes of a layer's sequence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Shape {
+    pub steps: usize,
+    pub rows: usize,
+    pub inputs: usize,
+    pub hidden: usize,
+}
+
+impl Shape {
+    /// Rows that run through the steps together: enough to multiply well, yet at least two groups to share.
+    fn group(&self) -> usize {
+        (self.rows / 2).clamp(8, 32)
+    }
+
+    /// Values in a sequence of hidden states.
+    pub fn n_states(&self) -> usize {
+        self.steps * self.rows * self.hidden
+    }
+}
+
+/// What the way back needs from the way forward; reused from batch to batch.
+#[derive(Debug, Default)]
+pub(crate) struct Tape {
+    /// i, f, g, o, then ∂L/∂z; [step][row][gate][unit].
+    gates: Vec<f32>,
+    /// c, [step][row][unit].
+    cells: Vec<f32>,
+}
+
+impl Tape {
+    /// Cells after the last step, [row][unit].
+    pub fn last_cells(&self, shape: Shape) -> &[f32] {
+        &self.cells[(shape.steps - 1) * shape.rows * shape.hidden..]
+    }
+}
+
+/// The parts of a [step][row][channel] array that each group of rows owns, step by step.
+fn by_group(values: &mut [f32], shape: Shape, n_channels: usize) -> Vec<Vec<&mut [f32]>> {
+    let mut groups: Vec<Vec<&mut [f32]>> = Vec::new();
+    groups.resize_with(shape.rows.div_ceil(shape.group()), Vec::new);
+    for step in values.chunks_exact_mut(shape.rows * n_channels) {
+        for (group, part) in groups.iter_mut().zip(step.chunks_mut(shape.group() * n_channels)) {
+            group.push(part);
+        }
+    }
+    groups
+}
+
+/// Runs the layer: writes h, [step][row][unit], and the tape.
+///
+/// `x` is [step][row][input]; `h0` and `c0`, [row][unit], are the memory before the first step.
+pub(crate) fn forward(
+    shape: Shape,
+    weights: LayerWeights<'_>,
+    x: &[f32],
+    [h0, c0]: [&[f32]; 2],
+    tape: &mut Tape,
+    h: &mut [f32],
+) {
+    let n = shape.hidden;
+    tape.gates.resize(4 * shape.n_states(), 0.0);
+    tape.cells.resize(shape.n_states(), 0.0);
+    let from_inputs = tape.gates.par_chunks_mut(CHUNK * 4 * n).zip(x.par_chunks(CHUNK * shape.inputs));
+    from_inputs.for_each(|(gates, x)| {
+        gates.chunks_exact_mut(4 * n).for_each(|row| row.copy_from_slice(weights.bias));
+        multiply_add(gates, rows(x, shape.inputs), rows(weights.ih, shape.inputs).transpose());
+    });
+    let group = shape.group() * n;
+    by_group(&mut tape.gates, shape, 4 * n)
+        .into_par_iter()
+        .zip(by_group(&mut tape.cells, shape, n))
+        .zip(by_group(h, shape, n))
+        .zip(h0.par_chunks(group).zip(c0.par_chunks(group)))
+        .for_each(|(((gates, mut cells), mut h), (h0, c0))| {
+            for (t, gates) in gates.into_iter().enumerate() {
+                let (h_before, h) = h.split_at_mut(t);
+                let (c_before, c) = cells.split_at_mut(t);
+                let h_before: &[f32] = h_before.last().map_or(h0, |h| h);
+                let c_before = c_before.last().map_or(c0, |c| c);
+                multiply_add(gates, rows(h_before, n), rows(weights.hh, n).transpose());
+                Forward { gates, c_before, c: c[0], h: h[0], hidden: n }.run();
+            }
+        });
+}
+
+/// Goes back through time after [`forward`]: writes the gradient by the parameters, as [`LayerWeights`] lie,
+/// and by the inputs. The gates on the tape are used up.
+///
+/// `h` is what `forward` wrote and `dh` the gradient by it.
+pub(crate) fn backward(
+    shape: Shape,
+    weights: LayerWeights<'_>,
+    [x, h, dh]: [&[f32]; 3],
+    [h0, c0]: [&[f32]; 2],
+    tape: &mut Tape,
+    d_parameters: &mut [f32],
+    dx: Option<&mut [f32]>,
+) {
+    let n = shape.hidden;
+    let Tape { gates, cells } = tape;
+    let groups = by_group(gates, shape, 4 * n);
+    groups.into_par_iter().enumerate().for_each(|(index, gates)| {
+        let first = index * shape.group() * n;
+        back_through_time(shape, weights.hh, gates, first, [cells, dh, c0]);
+    });
+    let dz = &gates[..];
+    gradient(shape, [dz, x, h, h0], d_parameters);
+    if let Some(dx) = dx {
+        let chunks = dx.par_chunks_mut(CHUNK * shape.inputs).zip(dz.par_chunks(CHUNK * 4 * n));
+        chunks.for_each(|(dx, dz)| multiply(dx, rows(dz, 4 * n), rows(weights.ih, shape.inputs)));
+    }
+}
+
+/// The steps of one group of rows, last to first; its values begin at `first` in every [row][unit] array.
+fn back_through_time(
+    shape: Shape,
+    weights_hh: &[f32],
+    gates: Vec<&mut [f32]>,
+    first: usize,
+    [cells, dh, c0]: [&[f32]; 3],
+) {
+    let n = shape.hidden;
+    let Some(size) = gates.first().map(|gates| gates.len() / 4) else { return };
+    let of_step = |values, t: usize| -> &[f32] {
+        let values: &[f32] = values;
+        &values[t * shape.rows * n + first..][..size]
+    };
+    let (mut dh_next, mut dc) = (vec![0.0; size], vec![0.0; size]);
+    for (t, gates) in gates.into_iter().enumerate().rev() {
+        let c_before = if t == 0 { &c0[first..][..size] } else { of_step(cells, t - 1) };
+        Backward {
+            gates: &mut *gates,
+            c_before,
+            c: of_step(cells, t),
+            dh_above: of_step(dh, t),
+            dh_next: &dh_next,
+            dc: &mut dc,
+            hidden: n,
+        }
+        .run();
+        multiply(&mut dh_next, rows(gates, 4 * n), rows(weights_hh, n));
+    }
+}
+
+/// ∂L/∂W_ih = Σ ∂L/∂z xᵀ, ∂L/∂W_hh = Σ ∂L/∂z h_beforeᵀ, ∂L/∂b = Σ ∂L/∂z, over all steps and rows.
+fn gradient(shape: Shape, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32]) {
+    let (n, inputs) = (shape.hidden, shape.inputs);
+    let (d_ih, rest) = d_parameters.split_at_mut(4 * n * inputs);
+    let (d_hh, d_bias) = rest.split_at_mut(4 * n * n);
+    let size = (4 * n).div_ceil(N_GRADIENT_TASKS);
+    let (dz_first, dz_later) = dz.split_at(shape.rows * 4 * n);
+    let h_before = &h[..h.len() - shape.rows * n];
+    d_ih.par_chunks_mut(size * inputs)
+        .zip(d_hh.par_chunks_mut(size * n))
+        .zip(d_bias.par_chunks_mut(size))
+        .enumerate()
+        .for_each(|(task, ((d_ih, d_hh), d_bias))| {
+            let (from, count) = (task * size, d_bias.len());
+            let part = |dz| rows(dz, 4 * n).subcols(from, count).transpose();
+            multiply(d_ih, part(dz), rows(x, inputs));
+            multiply(d_hh, part(dz_first), rows(h0, n));
+            multiply_add(d_hh, part(dz_later), rows(h_before, n));
+            d_bias.fill(0.0);
+            for dz in dz.chunks_exact(4 * n) {
+                for (sum, dz) in d_bias.iter_mut().zip(&dz[from..]) {
+                    *sum += dz;
+                }
+            }
+        });
+}
