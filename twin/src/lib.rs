@@ -4,6 +4,7 @@ mod anderson;
 mod balance;
 mod cable;
 mod error;
+pub mod fit;
 mod inverse;
 mod layout;
 mod model;
