@@ -28,7 +28,7 @@ const fn ten(suffix: &'static str, si_suffix: &'static str, exponent: i32) -> Un
 }
 
 /// Every unit known, each quantity with its SI unit first. The last two are plain numbers.
-const UNITS: [Unit; 36] = [
+const UNITS: [Unit; 38] = [
     ten("m", "m", 0),
     ten("cm", "m", -2),
     ten("mm", "m", -3),
@@ -36,6 +36,8 @@ const UNITS: [Unit; 36] = [
     ten("n", "n", 0),
     ten("mn", "n", -3),
     ten("kn", "n", 3),
+    ten("m_per_n", "m_per_n", 0),
+    ten("mm_per_n", "m_per_n", -3),
     ten("n_m", "n_m", 0),
     ten("n_mm", "n_m", -3),
     ten("pa", "pa", 0),

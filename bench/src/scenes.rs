@@ -140,7 +140,17 @@ pub fn tube(divisions: u32, order: Order) -> Tube {
 /// A tendon whose stroke is not bounded.
 pub fn tendon(name: String, points: Vec<[f64; 3]>, tension: Bounds) -> Tendon {
     let stroke = Bounds { min: -1.0, max: 1.0 };
-    Tendon { name, points, drive: Drive::Stroke, tension, stroke, attach_within: 3e-4, ring: 0.0 }
+    Tendon {
+        name,
+        points,
+        drive: Drive::Stroke,
+        tension,
+        stroke,
+        attach_within: 3e-4,
+        ring: 0.0,
+        compliance: 0.0,
+        zero: 0.0,
+    }
 }
 
 /// A twin clamped at the group `base` with its tip at the group `tip`.

@@ -49,7 +49,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn print_tendons(twin: &Twin) {
-    say("tendon             driven by   points   length [mm]   outside the body [mm]   tension [N]");
+    say(
+        "tendon             driven by   points   length [mm]   outside the body [mm]   tension [N]   stretch [mm/N]   zero [mm]",
+    );
     for j in 0..twin.n_primary {
         print_row(twin, &twin.tendons[j].name, j, j + 1);
     }
@@ -71,13 +73,19 @@ fn print_row(twin: &Twin, name: &str, first: usize, end: usize) {
         Drive::Free => "nothing",
     };
     say(format_args!(
-        "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {} to {}",
+        "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {:<14}{:<17}{}",
         n_points,
         1e3 * twin.cables.rest_lengths[first],
         1e3 * outside,
-        tendon.tension.min,
-        tendon.tension.max,
+        format!("{} to {}", tendon.tension.min, tendon.tension.max),
+        in_thousandths(tendon.compliance),
+        in_thousandths(tendon.zero),
     ));
+}
+
+/// A length in millimetres, or a compliance in millimetres per newton, without the noise of the conversion.
+fn in_thousandths(value: f64) -> f64 {
+    (1e9 * value).round() / 1e6 + 0.0
 }
 
 fn print_equations(twin: &Twin) -> anyhow::Result<()> {

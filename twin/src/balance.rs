@@ -2,7 +2,7 @@
 
 use hysteron_base::Law;
 
-use crate::cable::CableShape;
+use crate::cable::{CableShape, Cables};
 use crate::model::{Target, Twin};
 
 /// What a step must reach: for every cable a stroke, and the bounds its tension keeps to. A prescribed
@@ -30,7 +30,7 @@ impl Control {
         for (j, target) in targets.iter().enumerate() {
             let bounds = twin.tendons[j].tension;
             let (stroke, lowest, highest) = match *target {
-                Target::Stroke(stroke) => (stroke, bounds.min, bounds.max),
+                Target::Stroke(stroke) => (stroke + twin.tendons[j].zero, bounds.min, bounds.max),
                 Target::Tension(tension) => (0.0, tension, tension),
                 Target::Free => {
                     let least = bounds.clamp(0.0);
@@ -41,10 +41,15 @@ impl Control {
         }
     }
 
-    /// Energy of cable `j` with a missing stroke: the largest T × `missing` over its tensions [J].
-    pub fn clutch(&self, j: usize, missing: f64, strongest: f64) -> f64 {
+    /// Energy of cable `j` that stretches by `compliance` × T, with a missing stroke: the largest
+    /// T × `missing` - ½ `compliance` T² over its tensions [J].
+    pub fn clutch(&self, j: usize, missing: f64, compliance: f64, strongest: f64) -> f64 {
         let highest = self.highest[j].min(strongest.max(self.lowest[j]));
         let lowest = self.lowest[j].max(-strongest.max(-self.highest[j]));
+        if compliance > 0.0 {
+            let tension = (missing / compliance).clamp(lowest, highest);
+            return tension * (missing - 0.5 * compliance * tension);
+        }
         (lowest * missing).max(highest * missing)
     }
 
@@ -66,7 +71,7 @@ pub(crate) struct Balance {
     pub residual: Vec<f64>,
     /// Norm of `residual` over that of the applied forces [-].
     pub relative: f64,
-    /// Missing stroke of each cable, u - s [m]; zero where the tension is prescribed.
+    /// Missing stroke of each cable, u - s - C T [m]; zero where the tension is prescribed.
     pub missing: Vec<f64>,
     /// Largest violated stroke condition [m].
     pub violation: f64,
@@ -118,16 +123,16 @@ impl Balance {
         // Never relative to so little that the accuracy asked for would be below round-off.
         let strain = NEGLIGIBLE_STRAIN.max(ROUND_OFF / twin.accuracy.relative_residual);
         self.relative = out_of_balance.sqrt() / applied.sqrt().max(strain * self.stiffness_force);
-        self.compare_strokes(control, t);
+        self.compare_strokes(&twin.cables, control, t);
     }
 
     /// Measures the cables only, at nodes `x`.
     pub fn evaluate_strokes(&mut self, twin: &Twin, control: &Control, x: &[[f64; 4]], t: &[f64]) {
         twin.cables.measure(x, &mut self.shape);
-        self.compare_strokes(control, t);
+        self.compare_strokes(&twin.cables, control, t);
     }
 
-    fn compare_strokes(&mut self, control: &Control, t: &[f64]) {
+    fn compare_strokes(&mut self, cables: &Cables, control: &Control, t: &[f64]) {
         self.violation = 0.0;
         for j in 0..t.len() {
             if control.is_tension(j) {
@@ -138,7 +143,7 @@ impl Balance {
                 }
                 continue;
             }
-            let missing = control.strokes[j] - self.shape.strokes[j];
+            let missing = control.strokes[j] - self.shape.strokes[j] - cables.stretch(j, t);
             self.missing[j] = missing;
             let slack = t[j] <= control.lowest[j] && missing <= 0.0;
             let slips = t[j] >= control.highest[j] && missing >= 0.0;
@@ -151,7 +156,7 @@ impl Balance {
     }
 
     /// Potential energy of body, loads and cables at nodes `x`, for which strokes were evaluated [J], each
-    /// cable as a clutch that slips at its bounds: sup T (u - s) over the tensions it can have, at most
+    /// cable as a clutch that slips at its bounds: sup T (u - s) - ½ c T² over the tensions it can have, at most
     /// `strongest`. Its minimisers are the stable equilibria. `None` where forces have no potential.
     pub fn potential(&self, twin: &Twin, control: &Control, x: &[[f64; 4]], strongest: f64) -> Option<f64> {
         if twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty() {
@@ -164,7 +169,9 @@ impl Balance {
             }
         }
         let missing = control.strokes.iter().zip(&self.shape.strokes).map(|(asked, stroke)| asked - stroke);
-        Some(energy + missing.enumerate().map(|(j, e)| control.clutch(j, e, strongest)).sum::<f64>())
+        let compliance = |j| twin.cables.own_compliance(j);
+        let clutch = |(j, missing)| control.clutch(j, missing, compliance(j), strongest);
+        Some(energy + missing.enumerate().map(clutch).sum::<f64>())
     }
 
     /// True when forces and strokes meet the accuracy asked for.
@@ -198,12 +205,13 @@ mod tests {
     fn residual_is_gradient_of_potential() {
         let (mut scene, mesh) = scenes::robot();
         scene.gravity = [1.0, 2.0, -3.0];
+        scene.tendons[3].compliance = 1e-3;
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        // Pulled, released, driven by tension and held: as far off, each cable has the tension of its side.
+        // Pulled, released, driven by tension: as far off, each cable has the tension of its side. The last stretches.
         let targets =
             [Target::Stroke(2e-3), Target::Stroke(-2e-3), Target::Tension(1.5), Target::Stroke(1e-3)];
         let control = Control::new(&twin, &targets);
-        let (strongest, tensions) = (3.0, [3.0, 0.0, 1.5, 3.0]);
+        let (strongest, mut tensions) = (3.0, [3.0, 0.0, 1.5, 0.0]);
         let mut rng = hysteron_base::rng(1, "potential");
         let mut x = twin.body.rest.clone();
         for node in &mut x[..twin.body.n_free] {
@@ -213,6 +221,9 @@ mod tests {
         }
         let direction: Vec<f64> = (0..twin.body.n_unknowns()).map(|_| rng.random_range(-1.0..1.0)).collect();
         let mut balance = Balance::new(&twin);
+        balance.evaluate_strokes(&twin, &control, &x, &tensions);
+        tensions[3] = balance.missing[3] / twin.tendons[3].compliance;
+        assert!(tensions[3] > 0.1 && tensions[3] < strongest, "{tensions:?}");
         // Central differences: third derivatives are those over element sizes of 3 mm, (h / 3 mm)² = 1e-7;
         // round-off of 0.1 J over 2 h is 1e-11 N.
         let h = 1e-6;

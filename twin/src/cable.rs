@@ -2,7 +2,8 @@
 //!
 //! A cable is a frictionless polyline; its tension T is the same along it. Its *stroke* is how much it
 //! has been shortened, s(x) = L(rest) - L(x), so that a tension does the work T ds on the body, the rows
-//! J = ∂s/∂x map tensions to nodal forces Jᵀ T, and T ∂²L/∂x² adds to the stiffness.
+//! J = ∂s/∂x map tensions to nodal forces Jᵀ T, and T ∂²L/∂x² adds to the stiffness. A cable may stretch
+//! besides: what has been pulled at its end is s + C T.
 
 use hysteron_fem::{Embedding, FemModel, Stiffness, StiffnessPattern};
 
@@ -15,6 +16,9 @@ pub struct Cables {
     points: Vec<Carried>,
     /// Rest length of each cable [m].
     pub rest_lengths: Vec<f64>,
+    /// C, how much each cable stretches per tension: rows of (cable, compliance [m/N]), symmetric; a row is
+    /// empty where the cable keeps its length.
+    pub compliance: Vec<Vec<(usize, f64)>>,
 }
 
 /// A cable point: the nodes that carry it, with weights.
@@ -44,7 +48,8 @@ impl Cables {
             }
             starts.push(points.len());
         }
-        let mut new = Self { starts, points, rest_lengths: vec![0.0; cables.len()] };
+        let n = cables.len();
+        let mut new = Self { starts, points, rest_lengths: vec![0.0; n], compliance: vec![Vec::new(); n] };
         let mut shape = new.shape();
         new.measure(&model.rest, &mut shape);
         new.rest_lengths = shape.strokes.iter().map(|stroke| -stroke).collect();
@@ -59,6 +64,16 @@ impl Cables {
     /// True when there is none.
     pub fn is_empty(&self) -> bool {
         self.rest_lengths.is_empty()
+    }
+
+    /// Row j of C T: how much cable `j` is stretched [m].
+    pub fn stretch(&self, j: usize, tensions: &[f64]) -> f64 {
+        self.compliance[j].iter().map(|&(k, compliance)| compliance * tensions[k]).sum()
+    }
+
+    /// Diagonal entry j of C [m/N].
+    pub(crate) fn own_compliance(&self, j: usize) -> f64 {
+        self.compliance[j].iter().find(|(k, _)| *k == j).map_or(0.0, |(_, compliance)| *compliance)
     }
 
     /// Positions of the points of cable `j` when the nodes are at `x` [m].

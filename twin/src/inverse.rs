@@ -115,7 +115,7 @@ impl Stepper {
             }
         }
         Ok(ReachReport {
-            strokes: twin.strokes_of(state),
+            strokes: twin.commands_of(state),
             tip_error: error,
             is_reached: error <= goal.tolerance,
             rounds,
@@ -125,7 +125,7 @@ impl Stepper {
 
     /// The targets with free tendons held where they are.
     fn held_strokes(&self, twin: &Twin, targets: &[Target], state: &TwinState) -> Vec<Target> {
-        let strokes = twin.strokes_of(state);
+        let strokes = twin.commands_of(state);
         let held = |(j, target): (usize, &Target)| match target {
             Target::Free => Target::Stroke(strokes[j]),
             other => *other,
@@ -189,7 +189,7 @@ impl EffectorQp {
     fn solve(&self, twin: &Twin, goal: &TipGoal, targets: &[Target], state: &TwinState) -> Option<Vec<f64>> {
         let n = targets.len();
         let tip = twin.tip_of(state);
-        let strokes = twin.strokes_of(state);
+        let strokes = twin.commands_of(state);
         let unit: Vec<f64> = (0..n).map(|j| self.length / self.compliance(j)).collect();
         let row = |w: &[f64]| -> Vec<f64> { (0..n).map(|k| w[k] * unit[k] / self.length).collect() };
         let effector = self.tip_rows.each_ref().map(|w| row(w));
@@ -243,7 +243,7 @@ impl EffectorQp {
         part: f64,
         commands: &mut [Target],
     ) -> f64 {
-        let strokes = twin.strokes_of(state);
+        let strokes = twin.commands_of(state);
         let shortened = (self.length / (part * self.longest_stroke(increments))).min(1.0);
         for j in 0..targets.len() {
             if targets[j] == Target::Free {

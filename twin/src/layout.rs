@@ -23,6 +23,8 @@ pub fn auxiliary_tendons(layout: &AuxiliaryLayout) -> Vec<Tendon> {
                 stroke: layout.stroke,
                 attach_within: layout.attach_within,
                 ring: 0.0,
+                compliance: 0.0,
+                zero: 0.0,
             });
         }
     }

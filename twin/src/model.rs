@@ -11,7 +11,8 @@ use crate::{Result, TwinState};
 /// How one tendon is driven during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// Hold this stroke [m] while the tension stays within its bounds; slack (or slipping) otherwise.
+    /// Hold this stroke [m] at the pulled end, counted from the tendon's zero, while the tension stays within its
+    /// bounds; slack (or slipping) otherwise.
     Stroke(f64),
     /// Hold this tension [N].
     Tension(f64),
@@ -32,6 +33,10 @@ pub struct TendonSpec {
     pub stroke: Bounds,
     /// Farthest that a carrying point lies outside the body at rest [m].
     pub outside: f64,
+    /// How much it stretches per tension [m/N].
+    pub compliance: f64,
+    /// How far it is pulled when the target says stroke zero [m].
+    pub zero: f64,
 }
 
 /// Accuracy of a step.
@@ -131,7 +136,10 @@ impl Twin {
         let farthest =
             |points: &Vec<Embedding>| points.iter().map(|point| point.distance).fold(0.0, f64::max);
         let outside: Vec<f64> = cables.iter().map(farthest).collect();
-        let cables = Cables::new(&body, &cables);
+        let mut cables = Cables::new(&body, &cables);
+        for (j, tendon) in tendons.iter().enumerate().filter(|(_, tendon)| tendon.compliance > 0.0) {
+            cables.compliance[j].push((j, tendon.compliance));
+        }
         let tip = match &scene.tip {
             Tip::Group(group) => mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?),
             Tip::Point(point) => carried(&body, *point, ON_SURFACE, "tip.point_mm")?,
@@ -157,6 +165,8 @@ impl Twin {
             tension: tendon.tension,
             stroke: tendon.stroke,
             outside,
+            compliance: tendon.compliance,
+            zero: tendon.zero,
         });
         Ok(Self {
             body,
@@ -180,11 +190,28 @@ impl Twin {
         self.tip.at(&state.positions)
     }
 
-    /// Stroke of every tendon [m].
+    /// Stroke of every tendon [m]: how much shorter its way through the body has become. Geometry alone, without the
+    /// tendon's stretch and zero.
     pub fn strokes_of(&self, state: &TwinState) -> Vec<f64> {
         let mut shape = self.cables.shape();
         self.cables.measure(&state.positions, &mut shape);
         shape.strokes
+    }
+
+    /// What every tendon has been pulled at its end, s + C T [m].
+    pub(crate) fn pulled(&self, state: &TwinState) -> Vec<f64> {
+        let mut pulled = self.strokes_of(state);
+        for (j, stroke) in pulled.iter_mut().enumerate() {
+            *stroke += self.cables.stretch(j, &state.tensions);
+        }
+        pulled
+    }
+
+    /// The stroke that a servo shows for every tendon [m], stretch and zero included: as [`Target::Stroke`] these keep
+    /// the equilibrium where it is.
+    pub fn commands_of(&self, state: &TwinState) -> Vec<f64> {
+        let pulled = self.pulled(state);
+        pulled.iter().zip(&self.tendons).map(|(stroke, tendon)| stroke - tendon.zero).collect()
     }
 }
 

@@ -380,7 +380,8 @@ impl Newton {
             .map(|j| {
                 let change = twin.cables.row_times(&balance.shape, j, &self.displacement);
                 let missing = control.strokes[j] - balance.shape.strokes[j];
-                let clutch = |missing: f64| control.clutch(j, missing, strongest);
+                let compliance = twin.cables.own_compliance(j);
+                let clutch = |missing: f64| control.clutch(j, missing, compliance, strongest);
                 clutch(missing) - clutch(missing - change) - state.tensions[j] * change
             })
             .sum();

@@ -1,4 +1,5 @@
-//! The stiffness projected onto the cables: Y = K⁻¹ Jᵀ and the Delassus operator W = J Y (eq. 2).
+//! The stiffness projected onto the cables: Y = K⁻¹ Jᵀ and the Delassus operator W = J Y (eq. 2), to which the
+//! cables' own compliance C is added.
 
 use hysteron_fem::StiffnessFactor;
 
@@ -9,7 +10,7 @@ use crate::cable::{CableShape, Cables};
 pub(crate) struct Projection {
     /// Displacement of the free unknowns per tension [m/N], one column per cable.
     pub columns: Vec<Vec<f64>>,
-    /// W, row-major n × n, symmetric [m/N].
+    /// W + C, row-major n × n, symmetric [m/N].
     pub delassus: Vec<f64>,
 }
 
@@ -30,6 +31,11 @@ impl Projection {
                 let w = cables.row_times(shape, i, &self.columns[j]);
                 self.delassus[i * n + j] = w;
                 self.delassus[j * n + i] = w;
+            }
+        }
+        for (i, row) in cables.compliance.iter().enumerate() {
+            for &(j, compliance) in row {
+                self.delassus[i * n + j] += compliance;
             }
         }
     }

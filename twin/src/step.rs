@@ -116,7 +116,7 @@ impl Stepper {
         false
     }
 
-    /// Compliance of the tendons at `state`, the Delassus operator W = J K⁻¹ Jᵀ of the exact tangent in
+    /// Compliance of body and tendons at `state`, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact tangent in
     /// double precision [m/N]: row-major, one row and column per tendon.
     ///
     /// # Errors
@@ -140,7 +140,7 @@ impl Stepper {
     fn step_by_parts(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) -> Result<()> {
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
         let from = Control {
-            strokes: twin.strokes_of(state),
+            strokes: twin.pulled(state),
             lowest: state.tensions.clone(),
             highest: state.tensions.clone(),
             load: state.load,
@@ -217,7 +217,7 @@ pub(crate) fn check_targets(twin: &Twin, targets: &[Target]) -> Result<()> {
         let tendon = &twin.tendons[j].name;
         let length = twin.cables.rest_lengths[j];
         match *target {
-            Target::Stroke(stroke) if !(stroke.is_finite() && stroke < length) => {
+            Target::Stroke(stroke) if !(stroke.is_finite() && stroke + twin.tendons[j].zero < length) => {
                 let expected = format!("less than the tendon's length, {:.3} mm", 1e3 * length);
                 return Err(BadInput::new(
                     format!("stroke of tendon {tendon}"),

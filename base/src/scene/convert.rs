@@ -138,7 +138,10 @@ fn tendon(typed: typed::Tendon, number: usize) -> Check<Tendon> {
     );
     let attach_within = not_negative(&key("attach_within_mm"), typed.attach_within_mm)?;
     let ring = not_negative(&key("ring_mm"), typed.ring_mm.unwrap_or(0.0))?;
-    Ok(Tendon { name, points, drive: typed.drive, tension, stroke, attach_within, ring })
+    let compliance = not_negative(&key("compliance_mm_per_n"), typed.compliance_mm_per_n.unwrap_or(0.0))?;
+    let zero = finite(&key("zero_mm"), typed.zero_mm.unwrap_or(0.0))?;
+    let drive = typed.drive;
+    Ok(Tendon { name, points, drive, tension, stroke, attach_within, ring, compliance, zero })
 }
 
 fn auxiliary(typed: &typed::Auxiliary) -> Check<AuxiliaryLayout> {

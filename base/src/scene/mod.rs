@@ -153,6 +153,12 @@ pub struct Tendon {
     /// Radius of the circle around the tendon whose points carry each of its points [m], as a channel's
     /// wall does; zero for the point alone.
     pub ring: f64,
+    /// How much the tendon stretches per tension, from the servo to its end [m/N], >= 0; zero for one that keeps
+    /// its length.
+    pub compliance: f64,
+    /// How far the tendon has already been pulled when a recording says stroke zero [m]: positive for pretension,
+    /// negative for slack.
+    pub zero: f64,
 }
 
 /// Virtual tendons around the axis z, segment by segment; `twin` expands them (paper 003, section V-A b).

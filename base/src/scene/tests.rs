@@ -121,6 +121,8 @@ fn example_is_read_into_si() {
             stroke: Bounds { min: -0.01, max: 0.01 },
             attach_within: 0.01 / 1000.0,
             ring: 0.0,
+            compliance: 0.0,
+            zero: 0.0,
         }
     );
     assert_eq!(
@@ -149,6 +151,15 @@ fn optional_parts_may_be_left_out() {
     let scene = read(&text).unwrap();
     assert!(scene.tendons.is_empty() && scene.point_forces.is_empty() && scene.auxiliary.is_none());
     assert_eq!(scene.solver, Solver::default());
+}
+
+#[test]
+fn tendon_may_stretch_and_begin_pulled() {
+    let old = "attach_within_mm = 0.02";
+    assert_eq!(EXAMPLE.matches(old).count(), 1);
+    let scene =
+        read(&EXAMPLE.replace(old, &format!("{old}\ncompliance_mm_per_n = 0.03\nzero_mm = -0.5"))).unwrap();
+    assert_eq!((scene.tendons[1].compliance, scene.tendons[1].zero), (0.03 / 1000.0, -0.5 / 1000.0));
 }
 
 #[test]
@@ -206,6 +217,10 @@ fn scene_rejects_numbers_out_of_bounds() {
     rejects("attach_within_mm = 0.2\n", "attach_within_mm = -0.2\n", "auxiliary.attach_within_mm", "-0.2");
     rejects("attach_within_mm = 0.02", "attach_within_mm = -1", "tendon.p1.attach_within_mm", "-1.0");
     rejects("attach_within_mm = 0.02", "attach_within_mm = 0\nring_mm = -1", "tendon.p1.ring_mm", "-1.0");
+    let with = |typed: &str| format!("attach_within_mm = 0\n{typed}");
+    let compliance = "tendon.p1.compliance_mm_per_n";
+    rejects("attach_within_mm = 0.02", &with("compliance_mm_per_n = -0.1"), compliance, "-0.1");
+    rejects("attach_within_mm = 0.02", &with("zero_mm = nan"), "tendon.p1.zero_mm", "NaN");
     rejects("relative_residual = 1e-7", "relative_residual = 0", "solver.relative_residual", "0.0");
     rejects("relative_residual = 1e-7", "relative_residual = 1", "solver.relative_residual", "1.0");
     rejects("stroke_tolerance_mm = 1e-5", "stroke_tolerance_mm = 0", "solver.stroke_tolerance_mm", "0.0");

@@ -85,6 +85,8 @@ pub(super) struct Tendon {
     pub stroke_max_mm: f64,
     pub attach_within_mm: f64,
     pub ring_mm: Option<f64>,
+    pub compliance_mm_per_n: Option<f64>,
+    pub zero_mm: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

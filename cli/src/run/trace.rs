@@ -43,7 +43,7 @@ impl Trace {
         for (column, value) in self.tensions.iter_mut().zip(&state.tensions) {
             column.push(*value);
         }
-        for (column, value) in self.strokes.iter_mut().zip(twin.strokes_of(state)) {
+        for (column, value) in self.strokes.iter_mut().zip(twin.commands_of(state)) {
             column.push(value);
         }
     }

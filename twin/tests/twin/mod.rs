@@ -13,6 +13,7 @@ mod scale;
 pub mod scenes;
 mod slack;
 mod state;
+mod tendon;
 mod work;
 
 use hysteron_fem::Mesh;

@@ -68,5 +68,7 @@ pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
         stroke: Bounds { min: -0.01, max: 0.01 },
         attach_within: 1e-4,
         ring: 0.0,
+        compliance: 0.0,
+        zero: 0.0,
     }
 }
