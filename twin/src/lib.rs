@@ -5,6 +5,7 @@ mod balance;
 mod cable;
 pub mod coreact;
 mod error;
+pub mod fit;
 mod inverse;
 mod layout;
 mod model;

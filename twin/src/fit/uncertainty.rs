@@ -1,0 +1,156 @@
+//! What the outcome of a fit is worth: standard errors, correlation, and what the data does not determine.
+//!
+//! Everything is computed in places between the bounds, 0 to 1, where parameters of different units compare. A
+//! direction in them is undetermined if moving along it from bound to bound does not move the residuals, or if its
+//! standard error is that of a number drawn evenly between the bounds.
+
+use nalgebra::DMatrix;
+
+use super::least_squares::Parameter;
+
+/// What became of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Standing {
+    /// Fitted.
+    Fitted,
+    /// On one of its bounds.
+    AtBound,
+    /// Held at its start: the data does not determine it, or only together with the parameters named here.
+    Undetermined(Vec<String>),
+}
+
+/// A parameter after a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Name of the parameter.
+    pub name: String,
+    /// Where the search began [SI].
+    pub start: f64,
+    /// Where it ended [SI].
+    pub value: f64,
+    /// Standard error [SI], for a fitted one.
+    pub standard_error: Option<f64>,
+    /// What became of it.
+    pub standing: Standing,
+}
+
+/// Nearness to a bound that counts as on it [-].
+const ON_BOUND: f64 = 1e-4;
+/// Standard deviation of a number drawn evenly from 0 to 1.
+const EVEN: f64 = 0.2887;
+/// Share of a direction from which on a parameter is named with it.
+const NAMED: f64 = 0.3;
+
+/// Variance of the residuals.
+pub struct Spread {
+    /// Residual variance, already larger by how much neighbours repeat each other.
+    variance: f64,
+    /// How many independent residuals there are.
+    pub n_effective: f64,
+}
+
+impl Spread {
+    /// Of residuals after a fit of `n_parameters`. Each series counts as its length over its correlation time
+    /// 1 + 2 Σ ρ_k, summed until the correlation ρ_k first falls to zero.
+    pub fn new(series: &[Vec<f64>], n_parameters: usize) -> Self {
+        let n: usize = series.iter().map(Vec::len).sum();
+        let squares: f64 = series.iter().flatten().map(|r| r * r).sum();
+        let n_effective: f64 = series.iter().map(|r| r.len() as f64 / correlation_time(r)).sum();
+        let white = squares / (n - n_parameters) as f64;
+        Self { variance: white * n as f64 / n_effective, n_effective }
+    }
+}
+
+fn correlation_time(series: &[f64]) -> f64 {
+    let product = |lag: usize| series.iter().zip(&series[lag..]).map(|(a, b)| a * b).sum::<f64>();
+    let square = product(0);
+    let mut time = 1.0;
+    for lag in 1..series.len() / 2 {
+        let correlation = product(lag) / square;
+        if !(correlation > 0.0) {
+            break;
+        }
+        time += 2.0 * correlation;
+    }
+    time
+}
+
+/// Those of `free` that are off their bounds.
+pub fn inside(free: &[usize], places: &[f64]) -> Vec<usize> {
+    free.iter().copied().filter(|&k| (ON_BOUND..=1.0 - ON_BOUND).contains(&places[k])).collect()
+}
+
+/// Finds the parameter that stands most for a direction which moves the residuals by less than `smallest` (root mean
+/// square) from bound to bound: its position in `free`, and the parameters that share the direction.
+pub fn unseen(free: &[usize], columns: &[Vec<f64>], smallest: f64) -> Option<(usize, Vec<usize>)> {
+    let (singular, direction) = weakest(columns)?;
+    let effect = singular / (columns[0].len() as f64).sqrt();
+    (effect < smallest).then(|| most_of(&direction, free))
+}
+
+/// The same for a direction known no better than by its bounds.
+pub fn vague(free: &[usize], columns: &[Vec<f64>], spread: &Spread) -> Option<(usize, Vec<usize>)> {
+    let (singular, direction) = weakest(columns)?;
+    (spread.variance.sqrt() / singular > EVEN).then(|| most_of(&direction, free))
+}
+
+/// Least singular value of the matrix of these columns, with its direction.
+fn weakest(columns: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
+    let svd = triangle(columns)?.svd(false, true);
+    let least = svd.singular_values.imin();
+    let direction = svd.v_t?.row(least).iter().copied().collect();
+    Some((svd.singular_values[least], direction))
+}
+
+/// R of the QR factorisation: as good as the whole Jacobian, and small.
+fn triangle(columns: &[Vec<f64>]) -> Option<DMatrix<f64>> {
+    let n = columns.first()?.len();
+    Some(DMatrix::from_iterator(n, columns.len(), columns.iter().flatten().copied()).qr().r())
+}
+
+fn most_of(direction: &[f64], free: &[usize]) -> (usize, Vec<usize>) {
+    let largest = (0..direction.len()).max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()));
+    let at = largest.unwrap_or(0);
+    let shares = |&k: &usize| k != at && direction[k].abs() > NAMED;
+    (at, (0..direction.len()).filter(shares).map(|k| free[k]).collect())
+}
+
+/// Estimates and correlation. `fitted` are the parameters off their bounds with their columns, `held` the
+/// undetermined ones with those that share their direction; others are on a bound.
+pub fn estimates(
+    parameters: &[Parameter],
+    places: &[f64],
+    (fitted, columns): (&[usize], &[Vec<f64>]),
+    held: &[(usize, Vec<usize>)],
+    spread: &Spread,
+) -> (Vec<Estimate>, Vec<Vec<f64>>) {
+    // Covariance of the places: (JᵀJ)⁻¹ σ² = R⁻¹ R⁻ᵀ σ².
+    let inverse = triangle(columns).and_then(|r| r.try_inverse());
+    let covariance = inverse.map(|r| &r * r.transpose() * spread.variance);
+    let position = |k: usize| fitted.iter().position(|&f| f == k);
+    let entry = |a: usize, b: usize| Some(covariance.as_ref()?[(position(a)?, position(b)?)]);
+    let estimate = |(k, parameter): (usize, &Parameter)| {
+        let is_held = held.iter().find(|(h, _)| *h == k);
+        let value = if is_held.is_some() { parameter.start } else { parameter.value(places[k]) };
+        Estimate {
+            name: parameter.name.clone(),
+            start: parameter.start,
+            value,
+            standard_error: entry(k, k).map(|variance| variance.sqrt() * parameter.slope(value)),
+            standing: match (is_held, position(k)) {
+                (Some((_, with)), _) => {
+                    Standing::Undetermined(with.iter().map(|&w| parameters[w].name.clone()).collect())
+                }
+                (None, Some(_)) => Standing::Fitted,
+                (None, None) => Standing::AtBound,
+            },
+        }
+    };
+    let n = parameters.len();
+    let correlation = |a: usize, b: usize| {
+        let scale = (entry(a, a)? * entry(b, b)?).sqrt();
+        Some(entry(a, b)? / scale)
+    };
+    let row = |a: usize| (0..n).map(|b| correlation(a, b).unwrap_or(0.0)).collect();
+    (parameters.iter().enumerate().map(estimate).collect(), (0..n).map(row).collect())
+}
