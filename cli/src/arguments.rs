@@ -52,6 +52,7 @@ pub enum Verb {
     Check(crate::check::Arguments),
     Record(crate::record::Arguments),
     Identify(crate::identify::Arguments),
+    FitResidual(crate::fit_residual::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),

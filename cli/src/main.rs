@@ -7,6 +7,7 @@ mod arguments;
 mod check;
 mod failure;
 mod figures;
+mod fit_residual;
 mod identify;
 mod inputs;
 mod interrupt;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Verb::Check(arguments) => check::run(arguments),
         Verb::Record(arguments) => record::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
+        Verb::FitResidual(arguments) => fit_residual::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });

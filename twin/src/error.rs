@@ -14,6 +14,9 @@ pub enum Error {
     /// The body has no equilibrium factor, or a number is not finite.
     #[error(transparent)]
     Fem(#[from] hysteron_fem::Error),
+    /// A network could not be trained, read or written.
+    #[error(transparent)]
+    Learn(#[from] hysteron_learn::Error),
     /// The command cannot be balanced; the state is the last one that could.
     #[error(
         "no equilibrium found beyond {:.1} % of the step (relative residual {relative_residual:.1e}; hint: {hint})",
@@ -39,6 +42,7 @@ impl Error {
             Self::BadInput(bad) => Some(bad),
             Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
             Self::Fem(error) => error.bad_input(),
+            Self::Learn(hysteron_learn::Error::BadInput(bad)) => Some(bad),
             _ => None,
         }
     }

@@ -14,6 +14,7 @@ mod predictor;
 mod projection;
 pub mod qp;
 mod quasi_newton;
+pub mod residual;
 mod rollout;
 mod state;
 mod step;

@@ -16,4 +16,5 @@ pub use auxiliary::Auxiliary;
 pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, identify};
 pub use motion::Motion;
 pub use problem::Bound;
+pub(crate) use problem::allowed as allowed_strokes;
 pub use summary::{Spread, Summary};

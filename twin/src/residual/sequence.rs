@@ -1,0 +1,113 @@
+//! An identified recording as training sees it.
+
+use hysteron_base::{BadInput, Recording};
+
+/// One identified trajectory.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    /// Name in messages.
+    pub name: String,
+    /// Duration of a sample [s].
+    pub step: f64,
+    /// Primary strokes (n_samples × n_primary, row-major) [m].
+    pub strokes: Vec<f64>,
+    /// Number of primary tendons.
+    pub n_primary: usize,
+    /// Measured tip (n_samples) [m].
+    pub measured: Vec<[f64; 3]>,
+    /// Twin's tip with the identified strokes (n_samples) [m].
+    pub twin: Vec<[f64; 3]>,
+    /// Identified auxiliary strokes, one series per tendon [m].
+    pub auxiliary: Vec<Vec<f64>>,
+    /// True where the tip was filled in (n_samples).
+    pub gap: Vec<bool>,
+    /// Sensitivities, see [`crate::coreact::Identification`]; (axis, tendon) series at a lower rate [-].
+    sensitivities: [Vec<Vec<f64>>; 3],
+    /// Samples per row of the sensitivities.
+    every: usize,
+}
+
+impl Sequence {
+    /// Takes an identified recording and its sensitivities.
+    ///
+    /// # Errors
+    /// Channels that identification writes are missing, or the two do not belong together.
+    pub fn new(name: &str, recording: &Recording, sensitivities: &Recording) -> Result<Self, BadInput> {
+        let not_identified = |what: &str| {
+            BadInput::new(name, format!("a recording by hysteron identify, with {what}"), "none")
+                .hint("identify the recordings of the robot first")
+        };
+        let strokes = recording.strokes();
+        let axes = |stem: &str| -> Result<Vec<[f64; 3]>, BadInput> {
+            let channel = |axis: &str| recording.channel(&format!("{stem}_{axis}_m"));
+            let found = channel("x").zip(channel("y")).zip(channel("z"));
+            let ((x, y), z) = found.ok_or_else(|| not_identified(&format!("{stem}_x_m")))?;
+            Ok((0..x.len()).map(|i| [x[i], y[i], z[i]]).collect())
+        };
+        let auxiliary: Vec<Vec<f64>> = recording.aux().into_iter().map(<[f64]>::to_vec).collect();
+        if auxiliary.is_empty() {
+            return Err(not_identified("aux_01_m"));
+        }
+        let step = recording.rate_hz().map(f64::recip).ok_or_else(|| not_identified("a fixed rate"))?;
+        let every = recording.n_samples().div_ceil(sensitivities.n_samples());
+        let rows = |axis: &str| sensitivities.numbered(&format!("sensitivity_{axis}"), "ratio");
+        let rows =
+            ["x", "y", "z"].map(|axis| rows(axis).into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>());
+        if rows.iter().any(|rows| rows.len() != auxiliary.len()) {
+            return Err(not_identified("sensitivities of every virtual tendon"));
+        }
+        let n = recording.n_samples();
+        Ok(Self {
+            name: name.to_owned(),
+            step,
+            n_primary: strokes.len(),
+            strokes: (0..n).flat_map(|i| strokes.iter().map(move |values| values[i])).collect(),
+            measured: axes("tip")?,
+            twin: axes("twin")?,
+            auxiliary,
+            gap: recording.gap().to_vec(),
+            sensitivities: rows,
+            every,
+        })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.measured.len()
+    }
+
+    /// False: a recording has samples.
+    pub fn is_empty(&self) -> bool {
+        self.measured.is_empty()
+    }
+
+    /// Primary strokes of a sample [m].
+    pub fn strokes_at(&self, sample: usize) -> &[f64] {
+        &self.strokes[sample * self.n_primary..(sample + 1) * self.n_primary]
+    }
+
+    /// Auxiliary strokes of a sample [m].
+    pub fn auxiliary_at(&self, sample: usize) -> impl Iterator<Item = f64> + '_ {
+        self.auxiliary.iter().map(move |series| series[sample])
+    }
+
+    /// ∂tip/∂s in a sample, linear between those that were written (3 × n_aux) [-].
+    pub fn sensitivity_at(&self, sample: usize) -> [Vec<f64>; 3] {
+        let row = sample / self.every;
+        let part = (sample % self.every) as f64 / self.every as f64;
+        self.sensitivities.each_ref().map(|axis| {
+            let between = |series: &Vec<f64>| {
+                let next = series[(row + 1).min(series.len() - 1)];
+                series[row] + part * (next - series[row])
+            };
+            axis.iter().map(between).collect()
+        })
+    }
+
+    /// Sum over all rows of the sensitivities, and how many there are.
+    pub(super) fn sensitivity_sum(&self) -> ([Vec<f64>; 3], usize) {
+        let sums =
+            self.sensitivities.each_ref().map(|axis| axis.iter().map(|series| series.iter().sum()).collect());
+        (sums, self.sensitivities[0].first().map_or(0, Vec::len))
+    }
+}

@@ -1,0 +1,381 @@
+//! Fits the stateful design: truncated back-propagation through whole trajectories, the loss at the tip.
+//!
+//! With the identified strokes s* the twin's tip was y*, so near them it is y* + G (s - s*) (G = ∂y/∂s). The loss is
+//! the squared distance of that from the measured tip: what the network gets wrong counts by what it does, and no two
+//! strokes that do the same are told apart. All trajectories run side by side, pieces of them in order, with the
+//! memory handed on.
+
+use hysteron_base::{BadInput, rng};
+use hysteron_learn::{
+    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
+};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+use super::{Decoder, Design, Epoch, FeatureSpec, Features, ResidualModel, Sequence};
+use crate::Result;
+
+/// How to train.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StatefulOptions {
+    /// Hidden units of each layer.
+    pub hidden: usize,
+    /// LSTM layers.
+    pub layers: usize,
+    /// Most epochs.
+    pub epochs: usize,
+    /// Epochs without a better held-out error after which it ends.
+    pub patience: usize,
+    /// Samples of a piece: back-propagation goes no further.
+    pub piece: usize,
+    /// Step size of Adam at the start; it falls to a hundredth along half a cosine.
+    pub learning_rate: f64,
+    /// Plays as parts of the largest stroke.
+    pub plays: Vec<f64>,
+    /// Time constants of lags [s].
+    pub lags_s: Vec<f64>,
+    /// Whether the network sees the twin's tip.
+    pub feedback: bool,
+    /// Standard deviation of what is added to that tip while training [m], so that the loop forgets errors.
+    pub feedback_noise_m: f64,
+    /// Seed of weights and noise.
+    pub seed: u64,
+}
+
+impl Default for StatefulOptions {
+    fn default() -> Self {
+        Self {
+            hidden: 64,
+            layers: 1,
+            epochs: 60,
+            patience: 15,
+            piece: 200,
+            learning_rate: 5e-3,
+            plays: vec![0.01, 0.03, 0.08, 0.2, 0.5],
+            lags_s: vec![0.3, 3.0, 30.0],
+            feedback: true,
+            feedback_noise_m: 2e-4,
+            seed: 1,
+        }
+    }
+}
+
+/// A trajectory as arrays of the network.
+struct Prepared {
+    /// Normalised features of the strokes (n × n_of_strokes).
+    features: Vec<f32>,
+    /// Tip where the network says nothing, y* - G s*, less the measured one (n) [mm].
+    offset: Vec<[f32; 3]>,
+    /// What the network's outputs add to that: G D over the outputs' ranges (n, 3 × 3) [mm].
+    gain: Vec<[[f32; 3]; 3]>,
+    /// 0 where the tip was filled in.
+    weight: Vec<f32>,
+    /// Measured tip, normalised (n).
+    measured: Vec<[f32; 3]>,
+    /// Normalised tip per millimetre, by axis.
+    tip_scale: [f32; 3],
+    /// What the network sees as the tip (n), normalised; of the sample before.
+    feedback: Vec<[f32; 3]>,
+}
+
+/// Trains on `training`, keeps the weights that do best on `held_out`. `on_epoch` ends it where it returns false.
+///
+/// # Errors
+/// Sequences of different robots; auxiliary tendons that cannot move the tip; training that leaves finite numbers.
+pub fn fit_stateful(
+    training: &[Sequence],
+    held_out: &[Sequence],
+    scene_hash: &str,
+    options: &StatefulOptions,
+    on_epoch: &mut dyn FnMut(&Epoch) -> bool,
+) -> Result<ResidualModel> {
+    let first = check(training, held_out)?;
+    let decoder = Decoder::new(&mean_sensitivity(training))?;
+    let largest = training.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
+    let spec = FeatureSpec {
+        n_primary: first.n_primary,
+        plays_m: options.plays.iter().map(|part| part * largest).collect(),
+        lags_s: options.lags_s.clone(),
+        feedback: options.feedback,
+        step_s: first.step,
+    };
+    let inputs = input_ranges(training, &spec)?;
+    let outputs = output_ranges(training)?;
+    let prepare = |sequences: &[Sequence]| -> Vec<Prepared> {
+        sequences.iter().map(|sequence| prepare(sequence, &spec, &decoder, &inputs, &outputs)).collect()
+    };
+    let (mut seen, mut unseen) = (prepare(training), prepare(held_out));
+    let architecture = Architecture {
+        inputs: spec.len(),
+        hidden: options.hidden,
+        layers: options.layers,
+        outputs: 3,
+        head: Head::Linear,
+        dropout: 0.0,
+    };
+    let adam = Adam { learning_rate: options.learning_rate, clip_norm: Some(1.0), ..Adam::default() };
+    let mut trainer = Trainer::new(Network::new(&architecture, options.seed)?, adam, options.seed)?;
+    let mut best = (f64::INFINITY, 0, trainer.network().clone());
+    for epoch in 0..options.epochs {
+        let part = epoch as f64 / options.epochs as f64;
+        let rate = 0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos());
+        trainer.set_learning_rate(options.learning_rate * rate);
+        let training_mm = train_epoch(&mut trainer, &mut seen, &spec, options, epoch)?;
+        let held_out_mm = evaluate(&trainer, &mut unseen, &spec, options.piece)?;
+        if held_out_mm < best.0 {
+            best = (held_out_mm, epoch, trainer.network().clone());
+        }
+        let report = Epoch { number: epoch + 1, training_mm, held_out_mm, best_mm: best.0 };
+        if !on_epoch(&report) || epoch - best.1 >= options.patience {
+            break;
+        }
+    }
+    let names = |sequences: &[Sequence]| sequences.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
+    Ok(ResidualModel {
+        network: best.2,
+        inputs,
+        outputs,
+        n_aux: decoder.n_aux(),
+        step_s: spec.step_s,
+        design: Design::Stateful { features: spec, decoder },
+        scene_hash: scene_hash.to_owned(),
+        training: serde_json::json!({
+            "options": options, "trained_on": names(training), "held_out": names(held_out),
+            "held_out_rmse_mm": best.0, "epochs": best.1 + 1,
+        }),
+    })
+}
+
+/// The first training sequence, after making sure that all are of one robot.
+fn check<'a>(training: &'a [Sequence], held_out: &[Sequence]) -> std::result::Result<&'a Sequence, BadInput> {
+    let few = |what: &str| BadInput::new(what, "at least one identified recording", "none");
+    let first = training.first().ok_or_else(|| few("training"))?;
+    held_out.first().ok_or_else(|| few("held out").hint("early stopping needs trajectories of its own"))?;
+    for sequence in training.iter().chain(held_out) {
+        let sizes = |s: &Sequence| (s.n_primary, s.auxiliary.len());
+        if sizes(sequence) != sizes(first) {
+            let [expected, found] = [first, sequence].map(|s| {
+                let (tendons, auxiliary) = sizes(s);
+                format!("{tendons} tendons and {auxiliary} virtual ones")
+            });
+            return Err(BadInput::new(&sequence.name, expected, found));
+        }
+        if (sequence.step / first.step - 1.0).abs() > 0.01 {
+            let expected = format!("samples of {} s", first.step);
+            return Err(BadInput::new(&sequence.name, expected, format!("{} s", sequence.step)));
+        }
+    }
+    Ok(first)
+}
+
+fn mean_sensitivity(sequences: &[Sequence]) -> [Vec<f64>; 3] {
+    let n_aux = sequences[0].auxiliary.len();
+    let (mut mean, mut count) = ([vec![0.0; n_aux], vec![0.0; n_aux], vec![0.0; n_aux]], 0);
+    for sequence in sequences {
+        let (sums, n) = sequence.sensitivity_sum();
+        count += n;
+        for (mean, sum) in mean.iter_mut().flatten().zip(sums.iter().flatten()) {
+            *mean += sum;
+        }
+    }
+    mean.map(|axis| axis.into_iter().map(|sum| sum / count.max(1) as f64).collect())
+}
+
+fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Result<Normaliser, BadInput> {
+    let names = spec.names();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut samples = Vec::new();
+    for sequence in sequences {
+        let mut features = Features::new(spec);
+        for i in 0..sequence.len() {
+            features.append(sequence.strokes_at(i), &mut samples);
+            if spec.feedback {
+                samples.extend_from_slice(&sequence.measured[i]);
+            }
+        }
+    }
+    Normaliser::from_samples(&names, samples.chunks_exact(spec.len()))
+}
+
+/// Ranges of the tip displacement that the identified strokes made.
+fn output_ranges(sequences: &[Sequence]) -> std::result::Result<Normaliser, BadInput> {
+    let mut samples = Vec::new();
+    for sequence in sequences {
+        for i in 0..sequence.len() {
+            let g = sequence.sensitivity_at(i);
+            samples.extend(g.iter().map(|axis| by(axis, sequence.auxiliary_at(i))));
+        }
+    }
+    let names = ["residual_x_m", "residual_y_m", "residual_z_m"];
+    let ranges = Normaliser::from_samples(&names, samples.chunks_exact(3))?;
+    // A displacement that never changed still needs a range to be learned in.
+    let widened = |channel: ChannelRange| {
+        let least = 0.5e-6 - 0.5 * (channel.max - channel.min);
+        let wider = least.max(0.0);
+        ChannelRange { min: channel.min - wider, max: channel.max + wider, ..channel }
+    };
+    Normaliser::new(ranges.channels.into_iter().map(widened).collect())
+}
+
+fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {
+    axis.iter().zip(strokes).map(|(g, stroke)| g * stroke).sum()
+}
+
+fn prepare(
+    sequence: &Sequence,
+    spec: &FeatureSpec,
+    decoder: &Decoder,
+    inputs: &Normaliser,
+    outputs: &Normaliser,
+) -> Prepared {
+    let n = sequence.len();
+    let n_features = spec.n_of_strokes();
+    let mut features = Features::new(spec);
+    let (mut row, mut normalised) = (Vec::new(), vec![0.0f32; spec.len()]);
+    let mut prepared = Prepared {
+        features: Vec::with_capacity(n * n_features),
+        offset: Vec::with_capacity(n),
+        gain: Vec::with_capacity(n),
+        weight: sequence.gap.iter().map(|gap| f32::from(u8::from(!gap))).collect(),
+        measured: Vec::with_capacity(n),
+        tip_scale: [0.0; 3],
+        feedback: Vec::new(),
+    };
+    if spec.feedback {
+        for (scale, channel) in prepared.tip_scale.iter_mut().zip(&inputs.channels[n_features..]) {
+            *scale = (2e-3 / (channel.max - channel.min).max(f64::MIN_POSITIVE)) as f32;
+        }
+    }
+    for i in 0..n {
+        row.clear();
+        features.append(sequence.strokes_at(i), &mut row);
+        if spec.feedback {
+            row.extend_from_slice(&sequence.measured[i]);
+        }
+        inputs.normalise_into(&row, &mut normalised);
+        prepared.features.extend_from_slice(&normalised[..n_features]);
+        let tip = &normalised[n_features..];
+        prepared.measured.push(std::array::from_fn(|c| tip.get(c).copied().unwrap_or(0.0)));
+        let g = sequence.sensitivity_at(i);
+        let seen = decoder.seen_by(&g);
+        // A normalised output o means min + (o + 1)/2 (max - min).
+        let half = |c: usize| 0.5 * (outputs.channels[c].max - outputs.channels[c].min);
+        let middle = |c: usize| outputs.channels[c].min + half(c);
+        prepared.gain.push(seen.map(|row| std::array::from_fn(|c| (1e3 * row[c] * half(c)) as f32)));
+        prepared.offset.push(std::array::from_fn(|a| {
+            let constant: f64 = (0..3).map(|c| seen[a][c] * middle(c)).sum();
+            let undone = sequence.twin[i][a] - by(&g[a], sequence.auxiliary_at(i));
+            (1e3 * (undone + constant - sequence.measured[i][a])) as f32
+        }));
+    }
+    prepared.feedback = prepared.measured.clone();
+    prepared
+}
+
+/// Pieces of all trajectories side by side: inputs [step][row][channel].
+fn piece_inputs(
+    sequences: &[Prepared],
+    spec: &FeatureSpec,
+    start: usize,
+    steps: usize,
+    noise: &mut dyn FnMut() -> f32,
+) -> Vec<f32> {
+    let n_features = spec.n_of_strokes();
+    let mut inputs = Vec::with_capacity(steps * sequences.len() * spec.len());
+    for i in start..start + steps {
+        for sequence in sequences {
+            // After its end a trajectory stands still; its weight is zero there.
+            let i = i.min(sequence.offset.len() - 1);
+            inputs.extend_from_slice(&sequence.features[i * n_features..(i + 1) * n_features]);
+            if spec.feedback {
+                let tip = sequence.feedback[i.saturating_sub(1)];
+                inputs.extend((0..3).map(|c| tip[c] + noise() * sequence.tip_scale[c]));
+            }
+        }
+    }
+    inputs
+}
+
+/// Squared errors at the tip [mm²] summed over a piece, with their number and, where asked for, the gradient of
+/// their mean; leaves the tip of each sample in `feedback` for the next pass.
+fn tip_errors(
+    sequences: &mut [Prepared],
+    start: usize,
+    outputs: &[f32],
+    mut gradient: Option<&mut [f32]>,
+) -> (f64, f64) {
+    let n_rows = sequences.len();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (k, output) in outputs.as_chunks::<3>().0.iter().enumerate() {
+        let (i, row) = (start + k / n_rows, k % n_rows);
+        let sequence = &mut sequences[row];
+        if i >= sequence.offset.len() {
+            continue;
+        }
+        let (gain, offset, weight) = (&sequence.gain[i], sequence.offset[i], sequence.weight[i]);
+        let error: [f32; 3] =
+            std::array::from_fn(|a| offset[a] + (0..3).map(|c| gain[a][c] * output[c]).sum::<f32>());
+        sum += f64::from(weight * error.iter().map(|e| e * e).sum::<f32>());
+        count += f64::from(weight);
+        if let Some(gradient) = gradient.as_deref_mut() {
+            for c in 0..3 {
+                gradient[3 * k + c] = 2.0 * weight * (0..3).map(|a| gain[a][c] * error[a]).sum::<f32>();
+            }
+        }
+        let measured = sequence.measured[i];
+        sequence.feedback[i] = std::array::from_fn(|c| measured[c] + error[c] * sequence.tip_scale[c]);
+    }
+    if let Some(gradient) = gradient {
+        let scale = 1.0 / f64::max(count, 1.0) as f32;
+        gradient.iter_mut().for_each(|g| *g *= scale);
+    }
+    (sum, count)
+}
+
+/// One pass of training; gives the root mean square error [mm].
+///
+/// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is
+/// its own feedback.
+fn train_epoch(
+    trainer: &mut Trainer,
+    sequences: &mut [Prepared],
+    spec: &FeatureSpec,
+    options: &StatefulOptions,
+    epoch: usize,
+) -> Result<f64> {
+    let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
+    let mut memory = Memory::zeros(trainer.network().architecture(), sequences.len());
+    let mut stream = rng(options.seed, &format!("residual/noise/{epoch}"));
+    let width = (1e3 * options.feedback_noise_m * 12f64.sqrt()) as f32;
+    let mut noise = || width * (stream.random::<f32>() - 0.5);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for start in (0..longest).step_by(options.piece) {
+        let steps = options.piece.min(longest - start);
+        let inputs = piece_inputs(sequences, spec, start, steps, &mut noise);
+        let batch = Batch { inputs: &inputs, steps, rows: sequences.len(), outputs: Outputs::All };
+        trainer.step(&batch, &mut memory, |outputs, gradient| {
+            let (squares, n) = tip_errors(sequences, start, outputs, Some(gradient));
+            sum += squares;
+            count += n;
+            squares / f64::max(n, 1.0)
+        })?;
+    }
+    Ok((sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// Root mean square error [mm] without training; the tip seen is the network's own of the pass before.
+fn evaluate(trainer: &Trainer, sequences: &mut [Prepared], spec: &FeatureSpec, piece: usize) -> Result<f64> {
+    let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
+    let mut memory = Memory::zeros(trainer.network().architecture(), sequences.len());
+    let (mut sum, mut count) = (0.0, 0.0);
+    for start in (0..longest).step_by(piece) {
+        let steps = piece.min(longest - start);
+        let inputs = piece_inputs(sequences, spec, start, steps, &mut || 0.0);
+        let batch = Batch { inputs: &inputs, steps, rows: sequences.len(), outputs: Outputs::All };
+        let outputs = trainer.predict(&batch, &mut memory)?;
+        let (squares, n) = tip_errors(sequences, start, &outputs, None);
+        sum += squares;
+        count += n;
+    }
+    Ok((sum / f64::max(count, 1.0)).sqrt())
+}
