@@ -7,6 +7,7 @@ mod arguments;
 mod check;
 mod failure;
 mod figures;
+mod fit_material;
 mod interrupt;
 mod mesh;
 mod reach;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         Verb::Mesh(arguments) => mesh::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
         Verb::Record(arguments) => record::run(arguments),
+        Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });
