@@ -15,6 +15,8 @@ Examples, from the root of the repository; where hysteron is not installed, `car
       --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
       --layers 17 --out out/tube.msh
   hysteron record --rig virtual:typical --plan quick --out out/quick
+  hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
+      --out out/fitted/scene.toml --figures out/fitted
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -51,6 +53,7 @@ pub enum Verb {
     Mesh(crate::mesh::Arguments),
     Check(crate::check::Arguments),
     Record(crate::record::Arguments),
+    FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
     FitResidual(crate::fit_residual::Arguments),
     Rig(crate::rig::Arguments),

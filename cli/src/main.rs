@@ -7,6 +7,7 @@ mod arguments;
 mod check;
 mod failure;
 mod figures;
+mod fit_material;
 mod fit_residual;
 mod identify;
 mod inputs;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Verb::Mesh(arguments) => mesh::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
         Verb::Record(arguments) => record::run(arguments),
+        Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),

@@ -130,6 +130,16 @@ impl Stepper {
         Ok(newton.projection.delassus.clone())
     }
 
+    /// How the body moves per tension at `state`, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon, over
+    /// the unknowns of the free nodes, which come first in model order.
+    ///
+    /// # Errors
+    /// The tangent at `state` is singular.
+    pub fn displacements_per_tension(&mut self, twin: &Twin, state: &TwinState) -> Result<Vec<Vec<f64>>> {
+        self.delassus(twin, state)?;
+        Ok(self.newton.as_ref().map_or_else(Vec::new, |newton| newton.projection.columns.clone()))
+    }
+
     /// The projection with the stale factor, renewed at `state` where there is none: approximate.
     pub(crate) fn projection(&mut self, twin: &Twin, state: &TwinState) -> Option<&Projection> {
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);

@@ -5,6 +5,7 @@
 //! same on a machine without fonts; an SVG is shown in the viewer's own sans-serif.
 
 pub mod data_set;
+pub mod fit;
 mod lines;
 mod report;
 mod robot;

@@ -1,14 +1,13 @@
 //! The physical parameters of a scene from what its robot did.
 
-use hysteron_base::Scene;
+use hysteron_base::{BadInput, Scene};
 use hysteron_fem::Mesh;
 use nalgebra::{Matrix3, Vector3};
 
 use super::least_squares::{Fit, Options, least_squares};
 use super::motion::{Motion, distance, length_of};
-use super::quantity::{Candidate, Selected};
-use crate::{Result, Target, Twin, rollouts};
-use hysteron_base::BadInput;
+use super::quantity::Selected;
+use crate::{Result, Twin, rollouts};
 
 /// Where the measured tip is expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +45,7 @@ pub struct MaterialFit {
     /// The parameters, in the order they were selected.
     pub fit: Fit,
     /// The scene with them.
-    pub candidate: Candidate,
+    pub scene: Scene,
     /// Errors with the scene as given, and with the fitted one.
     pub errors: [AxisErrors; 2],
     /// Tips of both, in the frame of the measurement: by motion, by row [m].
@@ -74,15 +73,14 @@ pub fn fit_material(
     selected: &[Selected],
     options: &MaterialOptions,
 ) -> Result<MaterialFit> {
-    let start = Candidate::new(scene);
-    let before = follow(&start, mesh, motions)?;
+    let before = follow(scene, mesh, motions)?;
     match options.frame {
         Frame::Checked => check_frame(&Twin::new(scene, mesh)?, motions, &before)?,
         Frame::Trusted => {}
         Frame::Fitted => check_axes(motions)?,
     }
     let with = |values: &[f64]| {
-        let mut candidate = start.clone();
+        let mut candidate = scene.clone();
         for (selected, value) in selected.iter().zip(values) {
             (selected.quantity.set)(&mut candidate, selected.tendon, *value);
         }
@@ -113,22 +111,13 @@ pub fn fit_material(
     let (before, _) = placed(before);
     let errors = [errors(motions, &before), errors(motions, &after)];
     let turn = [0, 1, 2].map(|r| [0, 1, 2].map(|c| turn[(r, c)]));
-    Ok(MaterialFit { fit, candidate, errors, tips: [before, after], frame: (turn, shift.into()) })
+    Ok(MaterialFit { fit, scene: candidate, errors, tips: [before, after], frame: (turn, shift.into()) })
 }
 
-/// Tips of the candidate's twin through all motions: by motion, by row [m].
-fn follow(candidate: &Candidate, mesh: &Mesh, motions: &[Motion]) -> Result<Vec<Vec<[f64; 3]>>> {
-    let twin = Twin::new(&candidate.scene, mesh)?;
-    let shifted = |targets: &Vec<Target>| {
-        let zeros = candidate.zeros.iter().chain(std::iter::repeat(&0.0));
-        let shift = |(target, zero): (&Target, &f64)| match *target {
-            Target::Stroke(stroke) => Target::Stroke(stroke + zero),
-            other => other,
-        };
-        targets.iter().zip(zeros).map(shift).collect()
-    };
-    let sequences: Vec<Vec<Vec<Target>>> =
-        motions.iter().map(|motion| motion.targets.iter().map(shifted).collect()).collect();
+/// Tips of the scene's twin through all motions: by motion, by row [m].
+fn follow(scene: &Scene, mesh: &Mesh, motions: &[Motion]) -> Result<Vec<Vec<[f64; 3]>>> {
+    let twin = Twin::new(scene, mesh)?;
+    let sequences: Vec<_> = motions.iter().map(|motion| motion.targets.clone()).collect();
     rollouts(&twin, &twin.rest(), &sequences).into_iter().map(|done| Ok(done?.tips)).collect()
 }
 

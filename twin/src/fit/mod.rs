@@ -14,5 +14,5 @@ mod uncertainty;
 pub use least_squares::{Fit, Options, Parameter, Scale, least_squares};
 pub use material::{AxisErrors, Frame, MaterialFit, MaterialOptions, fit_material};
 pub use motion::Motion;
-pub use quantity::{Candidate, QUANTITIES, Quantity, Selected, select};
+pub use quantity::{QUANTITIES, Quantity, Selected, select};
 pub use uncertainty::{Estimate, Standing};

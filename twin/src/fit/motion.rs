@@ -71,9 +71,9 @@ impl Motion {
         let n_measured = tips.iter().flatten().count();
         if n_measured < FEWEST_ROWS || axes == [false; 3] {
             let expected = format!("at least {FEWEST_ROWS} rows between which robot and tip move");
-            let found = match axes {
-                [false, false, false] => "a tip that never moves".to_owned(),
-                _ => format!("{n_measured} of {}", recording.n_samples()),
+            let found = match n_measured {
+                FEWEST_ROWS.. => "a tip that never moves".to_owned(),
+                n => format!("{n} of {}", recording.n_samples()),
             };
             let hint = "rows count that differ by --every from the one before and are no gap";
             return Err(BadInput::new("recording", expected, found).hint(hint));

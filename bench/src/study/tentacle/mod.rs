@@ -4,13 +4,16 @@
 //! along the body. Markers sit on arms fixed to the sections, whose rotation is the best fit over points of the section.
 #![allow(clippy::print_stdout)] // this program prints tables
 
+mod fits;
+mod setup;
+
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use hysteron_base::{Bounds, Law, LengthUnit, Material};
 use hysteron_fem::{Embedding, FemModel, read_mesh};
 use hysteron_twin::{Stepper, Target, TwinState};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::json;
 
 use super::{data_folder, rms, write_metrics};
@@ -114,13 +117,14 @@ pub fn run(folder: &Path) -> Result<()> {
         cells.push(vec![name.into(), format!("{twin:.2}"), optional(own), optional(published)]);
     }
     print_cells(&cells);
+    let recorded = holds;
     let holds: Vec<_> = errors
         .iter()
         .map(|(number, is_b, error)| {
             json!({
                 "hold": number + 1,
                 "session": if *is_b { "B" } else { "A" },
-                "tensions_n": holds[*number].tensions,
+                "tensions_n": recorded[*number].tensions,
                 "marker_error_mm": error,
                 "rmse_mm": rms(*error),
             })
@@ -132,9 +136,12 @@ pub fn run(folder: &Path) -> Result<()> {
             json!({"over": name, "rmse_mm": twin, "own_rod_mm": own, "published_rod_mm": published})
         })
         .collect();
-    write_metrics(folder, "tentacle", json!({"holds": holds, "summary": summary}))
+    let (_, fitted) = fits::run(&fits::Bench::new(&recorded)?)?;
+    write_metrics(folder, "tentacle", json!({"holds": holds, "summary": summary, "fits": fitted}))
 }
 
+/// A static hold.
+#[derive(Clone)]
 struct Hold {
     tensions: [f64; 2],
     base: Vector3<f64>,
@@ -215,13 +222,23 @@ impl Markers {
         Self { arms }
     }
 
-    /// Markers in the mocap frame.
-    fn at(&self, state: &TwinState, base: Vector3<f64>) -> [Vector3<f64>; N_MARKERS] {
+    /// Markers in the mesh's axes, their arms turned by `twist` about the axis [rad].
+    fn in_body(&self, state: &TwinState, twist: f64) -> [Vector3<f64>; N_MARKERS] {
+        let twist = Rotation3::from_axis_angle(&Vector3::z_axis(), twist);
         std::array::from_fn(|m| {
             let (section, arm) = &self.arms[m];
             let (center, rotation) = section.pose(state);
-            let point = center + rotation * arm;
-            base + Vector3::from(BASE) + Vector3::new(point.y, point.z, point.x)
+            center + rotation * (twist * arm)
         })
     }
+
+    /// Markers in the mocap frame.
+    fn at(&self, state: &TwinState, base: Vector3<f64>) -> [Vector3<f64>; N_MARKERS] {
+        self.in_body(state, 0.0).map(|point| in_mocap(point, base))
+    }
+}
+
+/// A point in the mesh's axes, in the mocap frame.
+fn in_mocap(point: Vector3<f64>, base: Vector3<f64>) -> Vector3<f64> {
+    base + Vector3::from(BASE) + Vector3::new(point.y, point.z, point.x)
 }

@@ -1,0 +1,122 @@
+//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn.
+#![allow(clippy::print_stdout)] // this program prints tables
+
+use anyhow::{Context, Result};
+use hysteron_fem::{FemModel, Mesh};
+use hysteron_twin::fit::{Fit, Options, Standing, least_squares};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::setup::{Set, Setup, coarse_body};
+use super::{Hold, Markers, N_MARKERS};
+use crate::study::rms;
+use crate::table::print_cells;
+
+/// Root mean square by which a parameter must move the markers to count as seen [m].
+const SEEN: f64 = 1e-4;
+
+/// Errors of the markers in a hold [m].
+pub type Errors = [f64; N_MARKERS];
+
+/// The body and what is read off it.
+pub struct Bench {
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// The markers on it.
+    pub markers: Markers,
+    /// Holds of session B.
+    pub holds: Vec<Hold>,
+}
+
+impl Bench {
+    /// The coarse body with the holds to fit.
+    pub fn new(holds: &[Hold]) -> Result<Self> {
+        let mesh = coarse_body()?;
+        let twin = Setup::NOMINAL.twin(&mesh, &[])?;
+        let holds = holds.iter().filter(|hold| hold.is_session_b()).cloned().collect();
+        Ok(Self { markers: Markers::new(&twin.body as &FemModel), mesh, holds })
+    }
+
+    /// Errors of the markers in `holds`.
+    pub fn errors(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<[f64; 3 * N_MARKERS]>> {
+        let twin = setup.twin(&self.mesh, &[]).map_err(as_twin_error)?;
+        let states = setup.states(&twin, holds, &|_| Vec::new())?;
+        let error = |(state, hold): (_, &Hold)| {
+            let found = setup.markers(&self.markers, state, hold.base);
+            std::array::from_fn(|i| found[i / 3][i % 3] - hold.markers[i / 3][i % 3])
+        };
+        Ok(states.iter().zip(holds).map(error).collect())
+    }
+
+    fn fit(&self, set: Set, holds: &[Hold]) -> Result<Fit> {
+        let options = Options { huber: None, smallest_effect: SEEN, n_nuisance: 0, watch: &|_, _| true };
+        let residuals =
+            |values: &[f64]| Ok(self.errors(&set.setup(values), holds)?.iter().map(|e| e.to_vec()).collect());
+        Ok(least_squares(&set.parameters(), &options, residuals)?)
+    }
+}
+
+fn as_twin_error(error: anyhow::Error) -> hysteron_twin::Error {
+    hysteron_base::BadInput::new("tentacle", "a twin", error.to_string()).into()
+}
+
+/// Distances of the markers [m].
+pub fn distances(error: &[f64; 3 * N_MARKERS]) -> Errors {
+    std::array::from_fn(|m| (0..3).map(|c| error[3 * m + c].powi(2)).sum::<f64>().sqrt())
+}
+
+/// Mean over the markers of their RMSE over the holds, as published [m].
+pub fn mean_of_markers(errors: &[Errors]) -> f64 {
+    (0..N_MARKERS).map(|m| rms(errors.iter().map(|e| e[m]))).sum::<f64>() / N_MARKERS as f64
+}
+
+/// Fits every set, prints the tables; the fitted setups and the metrics.
+pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
+    let mut cells = vec![
+        ["fit on the eight holds", "p1 [mm]", "p2", "p3", "p4", "mean", "one hold left out"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let (mut setups, mut metrics) = (Vec::new(), Vec::new());
+    for set in Set::ALL {
+        let fit = bench.fit(set, &bench.holds)?;
+        let setup = set.setup(&fit.values());
+        let all: Vec<Errors> = bench.errors(&setup, &bench.holds)?.iter().map(distances).collect();
+        let left_out: Vec<Errors> = (0..bench.holds.len())
+            .into_par_iter()
+            .map(|out| -> Result<Errors> {
+                let mut rest = bench.holds.clone();
+                let hold = rest.remove(out);
+                let values = bench.fit(set, &rest)?.values();
+                let errors = bench.errors(&set.setup(&values), &[hold])?;
+                Ok(distances(errors.first().context("one hold")?))
+            })
+            .collect::<Result<_>>()?;
+        let of_marker = |m: usize| format!("{:.2}", 1e3 * rms(all.iter().map(|e| e[m])));
+        let mut row = vec![set.name().to_owned()];
+        row.extend((0..N_MARKERS).map(of_marker));
+        row.extend([&all, &left_out].map(|errors| format!("{:.2}", 1e3 * mean_of_markers(errors))));
+        cells.push(row);
+        metrics.push(json!({
+            "set": set.name(),
+            "mean_of_markers_rmse_mm": 1e3 * mean_of_markers(&all),
+            "left_out_mean_of_markers_rmse_mm": 1e3 * mean_of_markers(&left_out),
+            "converged": fit.is_converged,
+            "parameters": fit.estimates.iter().map(|estimate| json!({
+                "name": estimate.name,
+                "start": estimate.start,
+                "value": estimate.value,
+                "standard_error": estimate.standard_error,
+                "is_fitted": estimate.standing == Standing::Fitted,
+            })).collect::<Vec<_>>(),
+        }));
+        for estimate in &fit.estimates {
+            let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
+            println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
+        }
+        println!("{} ({} evaluations)\n", fit.ended, fit.evaluations);
+        setups.push(setup);
+    }
+    print_cells(&cells);
+    Ok((setups, Value::Array(metrics)))
+}

@@ -1,0 +1,226 @@
+//! What can be fitted of the tentacle, and its twin for given values.
+
+use anyhow::Result;
+use hysteron_base::{Bounds, Law, Material, Tendon};
+use hysteron_fem::{Layers, Mesh, Order, Tube};
+use hysteron_twin::fit::{Parameter, Scale};
+use hysteron_twin::{Stepper, Target, Twin, TwinState};
+use nalgebra::{Rotation3, Vector3};
+use rayon::prelude::*;
+
+use super::{Hold, Markers, N_MARKERS};
+use crate::scenes::{Setting, tendon, twin};
+
+/// Largest tension step of a fit [N].
+const TENSION_STEP: f64 = 0.8;
+/// Straight pieces of each tendon: some of its tension is lost from one to the next.
+const PIECES: usize = 4;
+const LINK: f64 = 0.305;
+
+/// The tentacle as it hangs in the room.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// Young's modulus [Pa], Poisson's ratio [-], density [kg/m³].
+    pub material: [f64; 3],
+    /// Turn of the robot against the mocap frame, a rotation vector in the mesh's axes [rad].
+    pub turn: [f64; 3],
+    /// Shift of the base [m], mesh axes.
+    pub shift: [f64; 3],
+    /// Gravity across the nominal axis [m/s²], mesh x and y.
+    pub across: [f64; 2],
+    /// Turn of the markers' arms about the axis [rad].
+    pub twist: f64,
+    /// Part of the tension that friction has taken at the end of a tendon [-].
+    pub loss: f64,
+    /// Bending by the way the body was cast, as a constant pair of tension at its surface [N], mesh x and y.
+    pub cast: [f64; 2],
+}
+
+/// Name, start, bounds, scale, and how it is set.
+type Line = (&'static str, f64, [f64; 2], Scale, fn(&mut Setup, f64));
+
+const THREE: [Line; 3] = [
+    ("Young's modulus [Pa]", 505e3, [50e3, 5e6], Scale::Logarithmic, |s, v| s.material[0] = v),
+    ("Poisson's ratio [-]", 0.45, [0.2, 0.49], Scale::Linear, |s, v| s.material[1] = v),
+    ("density [kg/m³]", 1500.0, [500.0, 4500.0], Scale::Logarithmic, |s, v| s.material[2] = v),
+];
+const FRAME: [Line; 9] = [
+    ("turn about x [rad]", 0.0, [-0.6, 0.6], Scale::Linear, |s, v| s.turn[0] = v),
+    ("turn about y [rad]", 0.0, [-0.6, 0.6], Scale::Linear, |s, v| s.turn[1] = v),
+    ("turn about z [rad]", 0.0, [-0.6, 0.6], Scale::Linear, |s, v| s.turn[2] = v),
+    ("shift along x [m]", 0.0, [-0.04, 0.04], Scale::Linear, |s, v| s.shift[0] = v),
+    ("shift along y [m]", 0.0, [-0.04, 0.04], Scale::Linear, |s, v| s.shift[1] = v),
+    ("shift along z [m]", 0.0, [-0.04, 0.04], Scale::Linear, |s, v| s.shift[2] = v),
+    ("gravity along x [m/s²]", 0.0, [-6.0, 6.0], Scale::Linear, |s, v| s.across[0] = v),
+    ("gravity along y [m/s²]", 0.0, [-6.0, 6.0], Scale::Linear, |s, v| s.across[1] = v),
+    ("turn of the arms [rad]", 0.0, [-0.8, 0.8], Scale::Linear, |s, v| s.twist = v),
+];
+const LOSS: [Line; 1] =
+    [("tension lost along a tendon [-]", 0.05, [0.0, 0.7], Scale::Linear, |s, v| s.loss = v)];
+
+/// Parameters that are fitted together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Set {
+    /// Modulus, Poisson's ratio, density.
+    Three,
+    /// And how robot, gravity and arms lie in the mocap frame.
+    Frame,
+    /// And the tension lost by friction.
+    Friction,
+}
+
+impl Set {
+    /// All of them, in the order of a table.
+    pub const ALL: [Self; 3] = [Self::Three, Self::Frame, Self::Friction];
+
+    /// For a table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Three => "E, nu, rho",
+            Self::Frame => "+ frame, gravity's direction, arms",
+            Self::Friction => "+ tension lost along the tendons",
+        }
+    }
+
+    fn lines(self) -> Vec<Line> {
+        match self {
+            Self::Three => THREE.to_vec(),
+            Self::Frame => [&THREE[..], &FRAME].concat(),
+            Self::Friction => [&THREE[..], &FRAME, &LOSS].concat(),
+        }
+    }
+
+    /// What is fitted.
+    pub fn parameters(self) -> Vec<Parameter> {
+        let parameter = |(name, start, [min, max], scale, _): Line| Parameter {
+            name: name.into(),
+            start,
+            bounds: Bounds { min, max },
+            scale,
+        };
+        self.lines().into_iter().map(parameter).collect()
+    }
+
+    /// The tentacle with these values.
+    pub fn setup(self, values: &[f64]) -> Setup {
+        let mut setup = Setup::NOMINAL;
+        self.lines().iter().zip(values).for_each(|((.., set), value)| set(&mut setup, *value));
+        setup
+    }
+}
+
+impl Setup {
+    /// Upstream's numbers.
+    pub const NOMINAL: Self = Self {
+        material: [505e3, 0.45, 1500.0],
+        turn: [0.0; 3],
+        shift: [0.0; 3],
+        across: [0.0; 2],
+        twist: 0.0,
+        loss: 0.0,
+        cast: [0.0; 2],
+    };
+
+    /// The twin, with further tendons behind the real ones.
+    pub fn twin(&self, mesh: &Mesh, further: &[Tendon]) -> Result<Twin> {
+        let [youngs_modulus, poisson_ratio, density] = self.material;
+        let material = Material { law: Law::Corotational, youngs_modulus, poisson_ratio, density };
+        let n_pieces = if self.loss > 0.0 { PIECES } else { 1 };
+        let mut tendons = Vec::new();
+        for degrees in [30.0f64, 150.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            for piece in 1..=n_pieces {
+                let end = LINK * piece as f64 / n_pieces as f64;
+                let points = (0..=10 * piece).map(|k| {
+                    let s = end * k as f64 / (10 * piece) as f64;
+                    let r = 0.0114 - 0.0295 * s;
+                    [r * cos, r * sin, s]
+                });
+                let bounds = Bounds { min: 0.0, max: 100.0 };
+                tendons.push(tendon(format!("{degrees} {piece}"), points.collect(), bounds));
+            }
+        }
+        tendons.extend_from_slice(further);
+        let [x, y] = self.across;
+        let along = (9.81f64.powi(2) - x * x - y * y).max(0.0).sqrt();
+        twin(Setting::TARGETS, material, mesh, tendons, [x, y, along])
+    }
+
+    /// Targets of the real tendons under these tensions [N]: a piece that ends earlier carries what is lost there.
+    pub fn targets(&self, tensions: [f64; 2]) -> Vec<Target> {
+        if self.loss == 0.0 {
+            return tensions.map(Target::Tension).to_vec();
+        }
+        let lost = self.loss / PIECES as f64;
+        let part = |piece: usize| if piece == PIECES { 1.0 - self.loss + lost } else { lost };
+        let pieces = |tension: f64| (1..=PIECES).map(move |piece| Target::Tension(tension * part(piece)));
+        tensions.into_iter().flat_map(pieces).collect()
+    }
+
+    /// Markers in the mocap frame.
+    pub fn markers(
+        &self,
+        markers: &Markers,
+        state: &TwinState,
+        base: Vector3<f64>,
+    ) -> [Vector3<f64>; N_MARKERS] {
+        let turn = Rotation3::from_scaled_axis(Vector3::from(self.turn));
+        let points = markers.in_body(state, self.twist);
+        points.map(|point| super::in_mocap(turn * point + Vector3::from(self.shift), base))
+    }
+
+    /// States of the twin in all `holds`, each tendon's in ascending tension. `further` gives the targets of the
+    /// tendons behind the real ones under given tensions.
+    pub fn states(
+        &self,
+        twin: &Twin,
+        holds: &[Hold],
+        further: &(dyn Fn([f64; 2]) -> Vec<Target> + Sync),
+    ) -> hysteron_twin::Result<Vec<TwinState>> {
+        let of = |tendon: usize| -> hysteron_twin::Result<Vec<(usize, TwinState)>> {
+            let mut order: Vec<usize> =
+                (0..holds.len()).filter(|&k| holds[k].tensions[tendon] > 0.0).collect();
+            order.sort_by(|&a, &b| holds[a].tensions[tendon].total_cmp(&holds[b].tensions[tendon]));
+            let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
+            let mut go = |tension: f64, state: &mut TwinState| {
+                let mut tensions = [0.0; 2];
+                tensions[tendon] = tension;
+                let targets = [self.targets(tensions), further(tensions)].concat();
+                stepper.step(twin, &targets, state)
+            };
+            go(0.0, &mut state)?;
+            let (mut from, mut states) = (0.0, Vec::new());
+            for k in order {
+                let rise = holds[k].tensions[tendon] - from;
+                let n = (rise / TENSION_STEP).ceil().max(1.0) as usize;
+                for i in 1..=n {
+                    go(from + rise * i as f64 / n as f64, &mut state)?;
+                }
+                from = holds[k].tensions[tendon];
+                states.push((k, state.clone()));
+            }
+            Ok(states)
+        };
+        let both: Vec<_> = (0..2).into_par_iter().map(of).collect::<hysteron_twin::Result<_>>()?;
+        let mut states = both.concat();
+        states.sort_by_key(|(k, _)| *k);
+        Ok(states.into_iter().map(|(_, state)| state).collect())
+    }
+}
+
+/// The body of `meshes/tentacle` with fewer elements: eight sides, quadratic, bending like the circles it stands for.
+pub fn coarse_body() -> Result<Mesh> {
+    let turn = std::f64::consts::FRAC_PI_4;
+    let wider = (3.0 * turn / (turn.sin() * (2.0 + turn.cos()))).powf(0.25);
+    let tube = Tube {
+        profile: [[0.0, 15.41e-3], [0.305, 6.42e-3], [0.360, 4.80e-3]].map(|[z, r]| [z, wider * r]).to_vec(),
+        bore_radius: 0.0,
+        channels: Vec::new(),
+        outer_divisions: 8,
+        bore_divisions: 0,
+        channel_divisions: 0,
+        layers: Layers::Count(30),
+        order: Order::Linear,
+    };
+    Ok(tube.mesh()?.to_quadratic())
+}

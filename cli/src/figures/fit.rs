@@ -1,0 +1,238 @@
+//! The report of a fit: parameters, errors, and the tip before and after over the measured one.
+
+use std::path::Path;
+
+use hysteron_base::file;
+use hysteron_twin::fit::Standing;
+use serde::Serialize;
+
+use super::lines::{Curve, TimeChart, TimePanel};
+use super::report::{Page, write_metrics};
+use super::sheet::COLORS;
+use super::{register_embedded_font, save};
+use crate::fit_material::{Outcome, digits, standing};
+use crate::terminal;
+
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    robot: &'a str,
+    scene_sha256: &'a str,
+    parameters: Vec<ParameterRow<'a>>,
+    /// Rows and columns in the order of the parameters; zero where one was not fitted.
+    correlation: &'a [Vec<f64>],
+    errors_before: Errors,
+    errors_after: Errors,
+    recordings: usize,
+    recordings_of_another_role: usize,
+    rows: usize,
+    rows_in_gaps: usize,
+    constant_channels: usize,
+    residuals: usize,
+    effective_residuals: f64,
+    iterations: usize,
+    evaluations: usize,
+    ended: &'a str,
+    converged: bool,
+    wall_s: f64,
+    command: &'a str,
+    commit: &'a str,
+}
+
+/// Everything in SI.
+#[derive(Serialize)]
+struct ParameterRow<'a> {
+    name: &'a str,
+    start: f64,
+    value: f64,
+    standard_error: Option<f64>,
+    lower_bound: f64,
+    upper_bound: f64,
+    is_at_bound: bool,
+    standing: String,
+}
+
+#[derive(Serialize)]
+struct Errors {
+    rmse_axes_m: [f64; 3],
+    rmse_distance_m: f64,
+}
+
+/// Writes the figures, `report.html` and `metrics.json` to `folder`.
+pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    let figures = [chart(outcome, Shown::Tips), chart(outcome, Shown::Errors)];
+    let drawn: Vec<_> =
+        figures.iter().map(|figure| save(folder, figure, with_png)).collect::<anyhow::Result<_>>()?;
+    let command = terminal::command_line();
+    let metrics = metrics(outcome, &command);
+    write_metrics(folder, &metrics)?;
+
+    let about = format!(
+        "Tip of {} in {} recordings, {} rows. Standard errors count {} residuals as {:.0} independent ones, for \
+         neighbouring samples err alike; they say nothing of what the model leaves out.",
+        metrics.robot, metrics.recordings, metrics.rows, metrics.residuals, metrics.effective_residuals,
+    );
+    let mut page = Page::new(&format!("{}: fitted parameters", metrics.robot), &about, &command);
+    page.table(&["Parameter", "Scene", "Fitted", "Standard error", "Bounds", "Standing"], rows(outcome));
+    let error_row = |name: &str, errors: &Errors| {
+        let mm =
+            errors.rmse_axes_m.iter().chain([&errors.rmse_distance_m]).map(|m| format!("{:.3}", 1e3 * m));
+        std::iter::once(name.to_owned()).chain(mm).collect::<Vec<_>>()
+    };
+    page.table(
+        &["RMSE of the tip [mm]", "x", "y", "z", "distance"],
+        [error_row("scene", &metrics.errors_before), error_row("fitted", &metrics.errors_after)],
+    );
+    page.table(&correlation_headings(&metrics), correlation_rows(&metrics));
+    page.list([
+        ("Search", metrics.ended.to_owned()),
+        ("Iterations", metrics.iterations.to_string()),
+        ("Evaluations", metrics.evaluations.to_string()),
+        ("Time [s]", format!("{:.1}", metrics.wall_s)),
+        ("Rows in gaps", metrics.rows_in_gaps.to_string()),
+        ("Constant channels left out", metrics.constant_channels.to_string()),
+        ("Recordings of another role left out", metrics.recordings_of_another_role.to_string()),
+    ]);
+    drawn.iter().for_each(|figure| page.figure(figure));
+    page.small(&format!("Scene {}.", metrics.scene_sha256));
+    file::write_bytes(&folder.join("report.html"), page.finish(metrics.commit))?;
+    Ok(())
+}
+
+fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
+    let fit = &outcome.found.fit;
+    let row = |(selected, estimate): (&hysteron_twin::fit::Selected, &'a hysteron_twin::fit::Estimate)| {
+        ParameterRow {
+            name: &estimate.name,
+            start: estimate.start,
+            value: estimate.value,
+            standard_error: estimate.standard_error,
+            lower_bound: selected.parameter.bounds.min,
+            upper_bound: selected.parameter.bounds.max,
+            is_at_bound: estimate.standing == Standing::AtBound,
+            standing: standing(&estimate.standing),
+        }
+    };
+    let errors = |k: usize| Errors {
+        rmse_axes_m: outcome.found.errors[k].axes,
+        rmse_distance_m: outcome.found.errors[k].distance,
+    };
+    let motions = outcome.motions;
+    Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        robot: &outcome.scene.name,
+        scene_sha256: &outcome.scene.hash,
+        parameters: outcome.selected.iter().zip(&fit.estimates).map(row).collect(),
+        correlation: &fit.correlation,
+        errors_before: errors(0),
+        errors_after: errors(1),
+        recordings: motions.len(),
+        recordings_of_another_role: outcome.n_other_role,
+        rows: motions.iter().map(|motion| motion.rows.len()).sum(),
+        rows_in_gaps: motions.iter().flat_map(|motion| &motion.tips).filter(|tip| tip.is_none()).count(),
+        constant_channels: motions.iter().flat_map(|motion| motion.axes).filter(|is_used| !is_used).count(),
+        residuals: fit.n_residuals,
+        effective_residuals: fit.n_effective,
+        iterations: fit.iterations,
+        evaluations: fit.evaluations,
+        ended: &fit.ended,
+        converged: fit.is_converged,
+        wall_s: outcome.wall_s,
+        command,
+        commit: env!("HYSTERON_COMMIT"),
+    }
+}
+
+/// Rows of the table of parameters, in the unit of their keys.
+fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
+    let row = |(selected, estimate): (&hysteron_twin::fit::Selected, &hysteron_twin::fit::Estimate)| {
+        let (key, factor) = selected.quantity.key;
+        let unit = key.trim_start_matches(selected.quantity.name).trim_start_matches('_');
+        let own = |value: f64| digits(factor * value);
+        let bounds = selected.parameter.bounds;
+        vec![
+            format!("{} [{}]", estimate.name, if unit.is_empty() { "-" } else { unit }),
+            own(estimate.start),
+            own(estimate.value),
+            estimate.standard_error.map_or("-".into(), own),
+            format!("{} to {}", own(bounds.min), own(bounds.max)),
+            standing(&estimate.standing),
+        ]
+    };
+    outcome.selected.iter().zip(&outcome.found.fit.estimates).map(row).collect()
+}
+
+fn correlation_headings<'a>(metrics: &'a Metrics) -> Vec<&'a str> {
+    std::iter::once("Correlation").chain(metrics.parameters.iter().map(|parameter| parameter.name)).collect()
+}
+
+fn correlation_rows(metrics: &Metrics) -> Vec<Vec<String>> {
+    let row = |(parameter, row): (&ParameterRow, &Vec<f64>)| {
+        let cells = row.iter().map(|value| format!("{value:.2}"));
+        std::iter::once(parameter.name.to_owned()).chain(cells).collect()
+    };
+    metrics.parameters.iter().zip(metrics.correlation).map(row).collect()
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Shown {
+    Tips,
+    Errors,
+}
+
+/// The measured rows of all recordings, one after the other, with a panel for each coordinate.
+fn chart(outcome: &Outcome, shown: Shown) -> TimeChart {
+    let (mut time, mut offset) = (Vec::new(), 0.0);
+    let mut values = [const { [const { Vec::new() }; 3] }; 3];
+    for (m, (motion, times)) in outcome.motions.iter().zip(&outcome.times).enumerate() {
+        for (row, measured) in motion.tips.iter().enumerate() {
+            let Some(measured) = measured else { continue };
+            time.push(offset + times[row] - times[0]);
+            for c in 0..3 {
+                let tips = [0, 1].map(|k| outcome.found.tips[k][m][row][c]);
+                let zero = if shown == Shown::Errors { measured[c] } else { 0.0 };
+                values[0][c].push(1e3 * measured[c]);
+                values[1][c].push(1e3 * (tips[0] - zero));
+                values[2][c].push(1e3 * (tips[1] - zero));
+            }
+        }
+        // A second between recordings keeps the times in order.
+        offset += times[times.len() - 1] - times[0] + 1.0;
+    }
+    let names = ["measured", "scene", "fitted"];
+    let colors = [COLORS[6], COLORS[4], COLORS[0]];
+    let first = if shown == Shown::Errors { 1 } else { 0 };
+    let panel = |c: usize| TimePanel {
+        label: format!("{} [mm]", ["x", "y", "z"][c]),
+        curves: (first..3)
+            .map(|k| Curve {
+                name: names[k].into(),
+                color: colors[k],
+                width: 1.2,
+                values: values[k][c].clone(),
+            })
+            .collect(),
+    };
+    let (name, title, caption) = match shown {
+        Shown::Tips => (
+            "overlay",
+            "Tip as measured, and of the twin before and after",
+            "Tip as measured, with the scene as given and with the fitted one; recordings one after the other.",
+        ),
+        Shown::Errors => (
+            "residuals",
+            "Error of the twin's tip",
+            "Tip of the twin less the measured one, before and after.",
+        ),
+    };
+    TimeChart {
+        name,
+        title: title.into(),
+        caption: caption.into(),
+        time,
+        panels: (0..3).map(panel).collect(),
+    }
+}

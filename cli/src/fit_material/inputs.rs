@@ -1,0 +1,68 @@
+//! What a fit reads: recordings, and which quantities to fit.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{BadInput, Bounds, Recording, file, typed};
+use hysteron_twin::Twin;
+use hysteron_twin::fit::Motion;
+use serde::Deserialize;
+
+const FORMAT: &str = "hysteron-fit";
+const VERSION: i64 = 1;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FitFile {
+    format: String,
+    version: i64,
+    /// Bounds by key; an empty list stands for the program's.
+    fit: BTreeMap<String, Vec<f64>>,
+}
+
+/// Names and bounds in a file.
+pub fn read_names(path: &Path) -> anyhow::Result<Vec<(String, Option<Bounds>)>> {
+    let text = file::read_text(path)?;
+    Ok(names(&text).map_err(|bad| bad.within(path.display()))?)
+}
+
+fn names(text: &str) -> Result<Vec<(String, Option<Bounds>)>, BadInput> {
+    let typed: FitFile = typed::parse(text)?;
+    typed::check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
+    let bounds = |(key, bounds): (String, Vec<f64>)| match bounds[..] {
+        [] => Ok((key, None)),
+        [min, max] if min < max => Ok((key, Some(Bounds { min, max }))),
+        _ => Err(BadInput::new(format!("fit.{key}"), "[smallest, largest] or []", format!("{bounds:?}"))),
+    };
+    typed.fit.into_iter().map(bounds).collect()
+}
+
+/// The motions in recordings of this role, with the times of their rows [s].
+pub fn read_motions(
+    paths: &[PathBuf],
+    role: Option<&str>,
+    twin: &Twin,
+    every: f64,
+) -> anyhow::Result<(Vec<Motion>, Vec<Vec<f64>>)> {
+    let (mut motions, mut times) = (Vec::new(), Vec::new());
+    for path in paths {
+        let recording = Recording::read(path)?;
+        let own = recording.meta().extra.get("plan.role");
+        if role.is_some_and(|role| own.is_none_or(|own| own != role)) {
+            continue;
+        }
+        let motion = Motion::new(twin, &recording, &path.display().to_string(), every)?;
+        for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
+            if !is_used {
+                tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());
+            }
+        }
+        times.push(motion.rows.iter().map(|&row| recording.time()[row]).collect());
+        motions.push(motion);
+    }
+    if motions.is_empty() {
+        let found = format!("none of {}", paths.len());
+        return Err(BadInput::new("--role", "the role of at least one recording", found).into());
+    }
+    Ok((motions, times))
+}

@@ -1,0 +1,259 @@
+//! `hysteron fit-material`: the physical parameters of a scene from recordings of its robot.
+
+mod inputs;
+mod scene_file;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context;
+use hysteron_base::{BadInput, Scene};
+use hysteron_twin::Twin;
+use hysteron_twin::fit::{
+    Frame, MaterialFit, MaterialOptions, Motion, Selected, Standing, fit_material, select,
+};
+
+use crate::figures::fit as report;
+use crate::interrupt;
+use crate::terminal::{self, say};
+
+const HELP: &str = "\
+Needs a scene and recordings of its robot (.parquet, .csv or .journal) in slow motion or at rest: the strokes or \
+tensions that drive the scene's tendons, and the tip (tip_x_mm, tip_y_mm, tip_z_mm). Samples marked as gaps are passed \
+through but not compared.
+
+What can be fitted, by name: youngs_modulus, poisson_ratio, density, zero (how far each tendon is already pulled at \
+stroke zero), common_zero (the same for all), compliance (of all tendons). A file gives bounds of your own, in the \
+unit of the key:
+  format = \"hysteron-fit\"
+  version = 1
+  [fit]
+  youngs_modulus_mpa = [5.0, 60.0]
+  zero_mm = [-1.0, 1.0]
+  compliance_mm_per_n = []        # the bounds of the program
+
+Writes a scene with the fitted values in place of the old ones, comments kept, and with --figures report.html and \
+metrics.json. What the recordings do not determine is held at the value of the scene, and the table says so: without \
+gravity and friction, strokes alone say nothing about the modulus.
+
+Examples, from the root of the repository:
+  hysteron record --rig virtual:typical --plan quick --out out/quick
+  hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
+      --out out/fitted/scene.toml --figures out/fitted
+  hysteron fit-material meshes/tpu80/scene.toml out/quick/circle.parquet \\
+      --fit zero --frame fit --out out/fitted/scene.toml
+
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written).";
+
+/// Fit modulus, zero offsets and the like to recordings
+///
+/// Finds the parameters with which the twin's tip comes nearest to the measured one, with standard errors.
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Scene file of the robot (scene.toml)
+    scene: PathBuf,
+    /// Recordings with commands and tip
+    #[arg(required = true, value_name = "REC")]
+    recordings: Vec<PathBuf>,
+    /// Scene file to write
+    #[arg(long, value_name = "SCENE")]
+    out: PathBuf,
+    /// Folder for figures, report.html and metrics.json
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[arg(long, requires = "figures")]
+    png: bool,
+    /// What to fit, by name
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_values_t = default_names())]
+    fit: Vec<String>,
+    /// File with what to fit and its bounds, in place of --fit
+    #[arg(long, value_name = "TOML", conflicts_with = "fit")]
+    fit_file: Option<PathBuf>,
+    /// Take only recordings made for this: training, validation or test
+    #[arg(long, value_name = "ROLE")]
+    role: Option<String>,
+    /// Leave out samples between which no stroke (or, under tension, no tip) has moved so far
+    #[arg(long, value_name = "MM", default_value_t = 0.3)]
+    every_mm: f64,
+    /// Error of a coordinate from which on it counts linearly rather than squared
+    #[arg(long, value_name = "MM")]
+    huber_mm: Option<f64>,
+    /// Frame of the measured tip: the scene's (a tip that rests elsewhere is refused), the scene's wherever the tip
+    /// rests, or one to be found
+    #[arg(long, value_enum, default_value_t = FrameChoice::Scene)]
+    frame: FrameChoice,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
+enum FrameChoice {
+    Scene,
+    Trust,
+    Fit,
+}
+
+impl From<FrameChoice> for Frame {
+    fn from(choice: FrameChoice) -> Self {
+        match choice {
+            FrameChoice::Scene => Self::Checked,
+            FrameChoice::Trust => Self::Trusted,
+            FrameChoice::Fit => Self::Fitted,
+        }
+    }
+}
+
+fn default_names() -> Vec<String> {
+    ["youngs_modulus", "zero", "compliance"].map(str::to_owned).to_vec()
+}
+
+/// Everything a report may show.
+pub struct Outcome<'a> {
+    /// The scene as given.
+    pub scene: &'a Scene,
+    /// What was compared.
+    pub motions: &'a [Motion],
+    /// Their times, by row that was kept [s].
+    pub times: Vec<Vec<f64>>,
+    /// What was fitted.
+    pub selected: &'a [Selected],
+    /// The outcome.
+    pub found: &'a MaterialFit,
+    /// Time it took [s].
+    pub wall_s: f64,
+    /// Recordings left out for their role.
+    pub n_other_role: usize,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    check_arguments(arguments)?;
+    let scene = Scene::read(&arguments.scene)?;
+    let names = match &arguments.fit_file {
+        Some(path) => inputs::read_names(path)?,
+        None => arguments.fit.iter().map(|name| (name.clone(), None)).collect(),
+    };
+    let selected = select(&scene, &names)?;
+    let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let twin = Twin::new(&scene, &mesh)?;
+    let every = 1e-3 * arguments.every_mm;
+    let (motions, times) =
+        inputs::read_motions(&arguments.recordings, arguments.role.as_deref(), &twin, every)?;
+    let n_other_role = arguments.recordings.len() - motions.len();
+    tracing::info!(
+        "{}: {} parameters, {} recordings, {} rows; {n_other_role} recordings of another role left out",
+        scene.name,
+        selected.len(),
+        motions.len(),
+        motions.iter().map(|motion| motion.rows.len()).sum::<usize>(),
+    );
+
+    interrupt::listen()?;
+    let bar = terminal::counter("evaluations");
+    let options = MaterialOptions {
+        frame: arguments.frame.into(),
+        huber: arguments.huber_mm.map(|mm| 1e-3 * mm),
+        watch: &|evaluations, rms| {
+            bar.set_position(evaluations as u64);
+            bar.set_message(format!("RMSE {:.3} mm per coordinate", 1e3 * rms));
+            !interrupt::is_asked()
+        },
+    };
+    let start = Instant::now();
+    let found = fit_material(&scene, &mesh, &motions, &selected, &options)?;
+    bar.finish_and_clear();
+    if interrupt::is_asked() {
+        anyhow::bail!("interrupted; nothing is written");
+    }
+    let outcome = Outcome {
+        scene: &scene,
+        motions: &motions,
+        times,
+        selected: &selected,
+        found: &found,
+        wall_s: start.elapsed().as_secs_f64(),
+        n_other_role,
+    };
+    tell(&outcome);
+    scene_file::write(&arguments.scene, &scene, &found.scene, &arguments.out)?;
+    if let Some(folder) = &arguments.figures {
+        report::write(folder, &outcome, arguments.png)
+            .with_context(|| format!("writing figures to {}", folder.display()))?;
+    }
+    say(arguments.out.display());
+    Ok(())
+}
+
+fn check_arguments(arguments: &Arguments) -> Result<(), BadInput> {
+    let lengths = [("--every-mm", Some(arguments.every_mm)), ("--huber-mm", arguments.huber_mm)];
+    for (name, length) in lengths {
+        if let Some(mm) = length.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
+            return Err(BadInput::new(name, "a length above 0", format!("{mm} mm")));
+        }
+    }
+    let shown = arguments.out.display().to_string();
+    if arguments.out.extension().is_none_or(|extension| extension != "toml") {
+        return Err(BadInput::new("--out", "a name ending in .toml", shown));
+    }
+    if let (Ok(a), Ok(b)) = (arguments.out.canonicalize(), arguments.scene.canonicalize())
+        && a == b
+    {
+        return Err(BadInput::new("--out", "another file than the scene", shown));
+    }
+    Ok(())
+}
+
+/// Prints the parameters and the errors.
+fn tell(outcome: &Outcome) {
+    let found = outcome.found;
+    say(format_args!("{:<26}{:>12}{:>12}{:>12}   {}", "parameter", "scene", "fitted", "± s.e.", "standing"));
+    for (selected, estimate) in outcome.selected.iter().zip(&found.fit.estimates) {
+        let (key, factor) = selected.quantity.key;
+        let unit = key.trim_start_matches(selected.quantity.name).trim_start_matches('_');
+        say(format_args!(
+            "{:<26}{:>12}{:>12}{:>12}   {}",
+            if unit.is_empty() { estimate.name.clone() } else { format!("{} [{unit}]", estimate.name) },
+            digits(factor * estimate.start),
+            digits(factor * estimate.value),
+            estimate.standard_error.map_or("-".into(), |error| digits(factor * error)),
+            standing(&estimate.standing),
+        ));
+    }
+    for (name, errors) in ["scene", "fitted"].iter().zip(&found.errors) {
+        let [x, y, z] = errors.axes.map(|error| 1e3 * error);
+        let distance = 1e3 * errors.distance;
+        say(format_args!("RMSE of the tip, {name}: x {x:.3}, y {y:.3}, z {z:.3}, distance {distance:.3} mm"));
+    }
+    let fit = &found.fit;
+    tracing::info!(
+        "{} in {:.1} s: {} iterations, {} evaluations; {} residuals worth {:.0} independent ones",
+        fit.ended,
+        outcome.wall_s,
+        fit.iterations,
+        fit.evaluations,
+        fit.n_residuals,
+        fit.n_effective,
+    );
+    if !fit.is_converged {
+        tracing::warn!("the search did not converge: {}", fit.ended);
+    }
+}
+
+/// A number of four digits.
+pub fn digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// What became of a parameter, for a reader.
+pub fn standing(standing: &Standing) -> String {
+    match standing {
+        Standing::Fitted => "fitted".into(),
+        Standing::AtBound => "at a bound".into(),
+        Standing::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
+        Standing::Undetermined(with) => format!("determined only together with {}, held", with.join(", ")),
+    }
+}

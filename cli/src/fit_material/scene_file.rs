@@ -1,0 +1,83 @@
+//! A scene file with other numbers in it: comments, order and everything else stay.
+
+use std::path::{Component, Path, PathBuf};
+
+use anyhow::Context;
+use hysteron_base::units::Unit;
+use hysteron_base::{Scene, file};
+use toml_edit::{DocumentMut, Item, TableLike, value};
+
+/// Digits of a fitted number: more than any fit knows.
+const DIGITS: usize = 6;
+
+/// Writes the scene file `from`, which says `old`, to `to` with the numbers of `new`.
+pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path) -> anyhow::Result<()> {
+    let mut text: DocumentMut = file::read_text(from)?.parse().context("reading the scene again")?;
+    let material = text.get_mut("material").and_then(Item::as_table_like_mut).context("no [material]")?;
+    for (stem, old, new) in [
+        ("youngs_modulus", old.material.youngs_modulus, new.material.youngs_modulus),
+        ("poisson_ratio", old.material.poisson_ratio, new.material.poisson_ratio),
+        ("density_kg_m3", old.material.density, new.material.density),
+    ] {
+        if new != old {
+            let key = material.iter().find(|(key, _)| key.starts_with(stem)).map(|(key, _)| key.to_owned());
+            set(material, &key.context("a key that was there")?, new);
+        }
+    }
+    let tendons = text.get_mut("tendon").and_then(Item::as_array_of_tables_mut);
+    let tendons = tendons.into_iter().flat_map(|tables| tables.iter_mut());
+    for ((table, old), new) in tendons.zip(&old.tendons).zip(&new.tendons) {
+        if new.zero != old.zero {
+            set(table, "zero_mm", new.zero);
+        }
+        if new.compliance != old.compliance {
+            set(table, "compliance_mm_per_n", new.compliance);
+        }
+    }
+    let mesh = relative(&new.mesh_path, to.parent().unwrap_or(Path::new("")))?;
+    let place = text.get_mut("mesh").and_then(Item::as_table_like_mut).context("no [mesh]")?;
+    replace(place, "file", value(mesh.to_string_lossy().into_owned()));
+
+    // What stands there must be a scene, with these numbers up to the digits written.
+    let text = text.to_string();
+    Scene::from_toml(&text, &to.display().to_string(), to.parent().unwrap_or(Path::new("")))?;
+    Ok(file::write_bytes(to, text)?)
+}
+
+/// Sets a number, in the unit of its key.
+fn set(table: &mut dyn TableLike, key: &str, si: f64) {
+    let own = Unit::of_name(key).map_or(si, |(_, unit)| unit.from_si(si));
+    let shown: f64 = format!("{own:.*e}", DIGITS - 1).parse().unwrap_or(own);
+    replace(table, key, value(shown));
+}
+
+/// Sets a key; the comment behind an old value stays.
+fn replace(table: &mut dyn TableLike, key: &str, mut new: Item) {
+    if let (Some(old), Some(new)) = (table.get(key).and_then(Item::as_value), new.as_value_mut()) {
+        *new.decor_mut() = old.decor().clone();
+    }
+    table.insert(key, new);
+}
+
+/// `path` as seen from `folder`.
+fn relative(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
+    let here = std::env::current_dir()?;
+    let whole = |path: &Path| {
+        let mut parts: Vec<Component> = Vec::new();
+        let joined = here.join(path);
+        for part in joined.components() {
+            match part {
+                Component::CurDir => {}
+                Component::ParentDir => {
+                    parts.pop();
+                }
+                other => parts.push(other),
+            }
+        }
+        parts.iter().collect::<PathBuf>()
+    };
+    let (path, folder) = (whole(path), whole(folder));
+    let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+    Ok(up.chain(path.components().skip(shared)).collect())
+}

@@ -1,0 +1,308 @@
+//! Parameters of a twin come back from recordings of it. Measuring and modelling are then the same program, so this
+//! checks the fit and not the physics; the cantilever is checked against a closed form.
+
+use hysteron_base::{Bounds, Channel, Drive, Metadata, Recording, Scene, Tip};
+use hysteron_fem::{Mesh, Order};
+use hysteron_twin::fit::{
+    Fit, Frame, MaterialFit, MaterialOptions, Motion, Options, Parameter, Scale, Standing, fit_material,
+    least_squares, select,
+};
+use hysteron_twin::{Result, Target, Twin, rollout};
+use rand::RngExt;
+
+use super::{assert_close, rng, scenes};
+
+const WATCH: &(dyn Fn(usize, f64) -> bool + Sync) = &|_, _| true;
+const OPTIONS: MaterialOptions<'_> = MaterialOptions { frame: Frame::Checked, huber: None, watch: WATCH };
+
+fn parameter(name: &str, start: f64, min: f64, max: f64, scale: Scale) -> Parameter {
+    Parameter { name: name.into(), start, bounds: Bounds { min, max }, scale }
+}
+
+fn curve(
+    parameters: &[Parameter],
+    huber: Option<f64>,
+    at: &[f64],
+    data: &[f64],
+    of: fn(&[f64], f64) -> f64,
+) -> Fit {
+    let options = Options { huber, smallest_effect: 1e-6, n_nuisance: 0, watch: WATCH };
+    let residuals = |p: &[f64]| {
+        Ok(vec![at.iter().zip(data).map(|(t, y)| of(p, *t) - y).collect()]) as Result<Vec<Vec<f64>>>
+    };
+    least_squares(parameters, &options, residuals).unwrap()
+}
+
+/// Sum of twelve even numbers less six: nearly normal, with variance one.
+fn normal(rng: &mut impl RngExt) -> f64 {
+    (0..12).map(|_| rng.random_range(0.0..1.0)).sum::<f64>() - 6.0
+}
+
+const DECAY: fn(&[f64], f64) -> f64 = |p, t| p[0] * (-t / p[1]).exp();
+
+#[test]
+fn standard_errors_cover_the_truth_as_often_as_they_say() {
+    let parameters = [
+        parameter("height", 1.0, 0.1, 20.0, Scale::Logarithmic),
+        parameter("time", 1.0, 0.1, 9.0, Scale::Linear),
+    ];
+    let at: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
+    let (mut rng, truth, n) = (rng("fit/coverage"), [3.0, 2.0], 200);
+    let mut inside = [0; 2];
+    for _ in 0..n {
+        let data: Vec<f64> = at.iter().map(|t| DECAY(&truth, *t) + 0.1 * normal(&mut rng)).collect();
+        let fit = curve(&parameters, None, &at, &data, DECAY);
+        for (k, estimate) in fit.estimates.iter().enumerate() {
+            inside[k] += i32::from((estimate.value - truth[k]).abs() < estimate.standard_error.unwrap());
+        }
+    }
+    // One standard error: 68.3 % of 200, ± 3 √(200 × 0.68 × 0.32) = 20; chance correlation of white residuals widens
+    // the errors by some 5 %, which adds 2.5 % of the cases.
+    for count in inside {
+        assert!((117..=162).contains(&count), "{count} of {n} within one standard error");
+    }
+}
+
+#[test]
+fn huber_forgives_outliers() {
+    let parameters = [
+        parameter("height", 1.0, 0.1, 20.0, Scale::Logarithmic),
+        parameter("time", 1.0, 0.1, 9.0, Scale::Linear),
+    ];
+    let at: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
+    let outlier = |i: usize| if i % 10 == 3 { 2.0 } else { 0.0 };
+    let data: Vec<f64> = at.iter().enumerate().map(|(i, t)| DECAY(&[3.0, 2.0], *t) + outlier(i)).collect();
+    let error =
+        |huber: Option<f64>| (curve(&parameters, huber, &at, &data, DECAY).estimates[0].value - 3.0).abs();
+    // A tenth of the rows pulls by at most its threshold: bias of the order 0.1 × 0.01 / 0.9, over the lever of the fit.
+    assert!(error(Some(0.01)) < 0.01 && error(None) > 0.05, "{} {}", error(Some(0.01)), error(None));
+}
+
+#[test]
+fn what_the_data_does_not_see_is_held_and_named() {
+    let three = |start: [f64; 3]| ["a", "b", "c"].map(str::to_owned).into_iter().zip(start);
+    let parameters: Vec<Parameter> = three([0.5, 0.4, 0.3])
+        .map(|(name, start)| parameter(&name, start, 0.0, 1.0, Scale::Linear))
+        .collect();
+    let at = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+    // Only a + b is seen, and c not at all.
+    let fit = curve(&parameters, None, &at, &[1.2; 6], |p, _| p[0] + p[1]);
+    let standing = |k: usize| &fit.estimates[k].standing;
+    assert_eq!(*standing(2), Standing::Undetermined(vec![]));
+    assert_eq!(fit.estimates[2].value, 0.3);
+    let held = if *standing(0) == Standing::Fitted { 1 } else { 0 };
+    assert_eq!(*standing(held), Standing::Undetermined(vec![fit.estimates[1 - held].name.clone()]));
+    // Linear: exact but for the search's tolerance.
+    assert_close("sum", fit.estimates[0].value + fit.estimates[1].value, 1.2, 1e-4);
+}
+
+#[test]
+fn parameter_beyond_its_bound_is_reported_on_it() {
+    let parameters = [parameter("height", 1.0, 0.1, 2.0, Scale::Linear)];
+    let at = [0.0, 1.0, 2.0, 3.0];
+    let fit = curve(&parameters, None, &at, &[3.0; 4], |p, _| p[0]);
+    assert_eq!(fit.estimates[0].standing, Standing::AtBound);
+    assert_eq!(fit.estimates[0].standard_error, None);
+    assert_close("bound", fit.estimates[0].value, 2.0, 2e-4);
+}
+
+#[test]
+fn start_out_of_bounds_is_refused() {
+    let parameters = [parameter("height", 3.0, 0.1, 2.0, Scale::Linear)];
+    let options = Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, watch: WATCH };
+    let error = least_squares(&parameters, &options, |_| Ok(vec![vec![0.0; 9]])).unwrap_err();
+    assert_eq!(error.bad_input().unwrap().place, "start of height");
+}
+
+/// Strokes of four antagonistic tendons through a figure of eight (n rows) [m].
+fn figure_of_eight(n: usize) -> Vec<[f64; 4]> {
+    let row = |i: usize| {
+        let angle = std::f64::consts::TAU * i as f64 / (n - 1) as f64;
+        let (x, y) = (1.5e-3 * angle.sin(), 1.0e-3 * (2.0 * angle).sin());
+        [x, y, -x, -y]
+    };
+    (0..n).map(row).collect()
+}
+
+/// A recording of the scene's twin under these strokes, with noise of `noise` on the tip [m].
+fn recording(scene: &Scene, mesh: &Mesh, strokes: &[[f64; 4]], noise: f64, seed: &str) -> Recording {
+    let twin = Twin::new(scene, mesh).unwrap();
+    let targets: Vec<Vec<Target>> = strokes.iter().map(|row| row.map(Target::Stroke).to_vec()).collect();
+    let mut rng = rng(seed);
+    let mut tips = rollout(&twin, &twin.rest(), &targets).unwrap().tips;
+    tips.iter_mut().flatten().for_each(|c| *c += noise * normal(&mut rng));
+    record(strokes, &tips)
+}
+
+fn record(strokes: &[[f64; 4]], tips: &[[f64; 3]]) -> Recording {
+    let time = (0..strokes.len()).map(|i| 0.1 * i as f64).collect();
+    let mut channels: Vec<Channel> = (0..4)
+        .map(|k| Channel::new(format!("stroke_{}_m", k + 1), strokes.iter().map(|row| row[k]).collect()))
+        .collect();
+    for (c, axis) in ["x", "y", "z"].iter().enumerate() {
+        channels.push(Channel::new(format!("tip_{axis}_m"), tips.iter().map(|tip| tip[c]).collect()));
+    }
+    Recording::new(time, channels, vec![], Metadata::default()).unwrap()
+}
+
+fn motion(scene: &Scene, mesh: &Mesh, recording: &Recording) -> Result<Motion> {
+    Motion::new(&Twin::new(scene, mesh).unwrap(), recording, "rec", 0.1e-3)
+}
+
+fn fitted(
+    scene: &Scene,
+    mesh: &Mesh,
+    recording: &Recording,
+    names: &[&str],
+    frame: Frame,
+) -> Result<MaterialFit> {
+    let motions = [motion(scene, mesh, recording)?];
+    let names: Vec<_> = names.iter().map(|name| ((*name).to_owned(), None)).collect();
+    fit_material(scene, mesh, &motions, &select(scene, &names)?, &MaterialOptions { frame, ..OPTIONS })
+}
+
+#[test]
+fn zeros_are_recovered_and_the_modulus_is_not() {
+    let (scene, mesh) = scenes::robot();
+    let mut truth = scene.clone();
+    for (tendon, zero) in truth.tendons.iter_mut().zip([0.3e-3, 0.1e-3, 0.2e-3, 0.4e-3]) {
+        tendon.zero = zero;
+    }
+    let (sigma, strokes) = (0.02e-3, figure_of_eight(60));
+    let recording = recording(&truth, &mesh, &strokes, sigma, "fit/zeros");
+    let found = fitted(&scene, &mesh, &recording, &["youngs_modulus", "zero"], Frame::Checked).unwrap();
+    let estimates = &found.fit.estimates;
+    assert_eq!(estimates[0].standing, Standing::Undetermined(vec![]));
+    assert_eq!(found.scene.material, scene.material);
+    for (estimate, tendon) in estimates[1..].iter().zip(&truth.tendons) {
+        // Four standard errors: one of four misses three in a hundred runs.
+        let error = estimate.standard_error.unwrap();
+        assert!(error < 0.1e-3, "{estimate:?}");
+        assert_close(&estimate.name, estimate.value, tendon.zero, 4.0 * error);
+    }
+    // What remains is the noise, less what seven parameters of 180 take.
+    assert_close("noise", found.errors[1].distance, 3f64.sqrt() * sigma, 0.2 * sigma * 3f64.sqrt());
+    assert!(found.errors[0].distance > 5.0 * found.errors[1].distance);
+}
+
+#[test]
+fn moved_tracker_is_refused_or_its_frame_found() {
+    let (scene, mesh) = scenes::robot();
+    let mut truth = scene.clone();
+    truth.tendons.iter_mut().zip([0.3e-3, 0.0, 0.0, 0.2e-3]).for_each(|(tendon, zero)| tendon.zero = zero);
+    let strokes = figure_of_eight(60);
+    let straight = recording(&truth, &mesh, &strokes, 0.01e-3, "fit/frame");
+    // A quarter turn about z and a shift.
+    let [x, y, z] = straight.tip().unwrap();
+    let tips: Vec<[f64; 3]> = (0..strokes.len()).map(|i| [0.02 - y[i], x[i], z[i]]).collect();
+    let moved = record(&strokes, &tips);
+    let error = fitted(&scene, &mesh, &moved, &["zero"], Frame::Checked).unwrap_err();
+    assert!(error.bad_input().unwrap().hint.contains("tracker"), "{error}");
+    let found = fitted(&scene, &mesh, &moved, &["zero"], Frame::Fitted).unwrap();
+    assert!(found.errors[1].distance < 0.03e-3, "{:?}", found.errors);
+    let (turn, _) = found.frame;
+    // Noise of 0.01 mm over a motion of centimetres.
+    assert_close("turn", turn[1][0], 1.0, 1e-3);
+}
+
+#[test]
+fn cantilever_under_known_tension_gives_its_modulus() {
+    // A short pull by a tendon along the whole length is an end moment M = T r, and the tip of a beam of constant
+    // curvature κ = M / (E I) lies at (1 - cos κL) / κ.
+    let (length, r) = (0.08, scenes::TENDON_RADIUS);
+    let mesh = scenes::tube(length, scenes::OUTER, 0.0025, 20, Order::Quadratic);
+    let mut scene = scenes::scene("cantilever", hysteron_base::Law::Corotational);
+    scene.tendons = vec![scenes::tendon(0, length, r, 20)];
+    scene.tendons[0].drive = Drive::Tension;
+    scene.tip = Tip::Group("tip".into());
+    let octagon = |radius: f64| {
+        // Second moment of a regular octagon with corners on the circle.
+        let a = std::f64::consts::FRAC_PI_4;
+        8.0 * radius.powi(4) * a.sin() * (2.0 + a.cos()) / 24.0
+    };
+    let (modulus, second_moment) = (8e6, octagon(scenes::OUTER) - octagon(0.0025));
+    let tensions: Vec<f64> = (0..12).map(|i| 0.02 * f64::from(i)).collect();
+    let tip = |tension: f64| {
+        let curvature = tension * r / (modulus * second_moment);
+        let angle = curvature * length;
+        if angle == 0.0 {
+            [0.0, 0.0, length]
+        } else {
+            [(1.0 - angle.cos()) / curvature, 0.0, angle.sin() / curvature]
+        }
+    };
+    let column = |c: usize| tensions.iter().map(|t| tip(*t)[c]).collect();
+    let channels = vec![
+        Channel::new("tension_1_n", tensions.clone()),
+        Channel::new("tip_x_m", column(0)),
+        Channel::new("tip_y_m", column(1)),
+        Channel::new("tip_z_m", column(2)),
+    ];
+    let time = (0..12).map(f64::from).collect();
+    let recording = Recording::new(time, channels, vec![], Metadata::default()).unwrap();
+    let twin = Twin::new(&scene, &mesh).unwrap();
+    let motions = [Motion::new(&twin, &recording, "rec", 1e-6).unwrap()];
+    assert_eq!(motions[0].axes, [true, false, true]);
+    let selected = select(&scene, &[("youngs_modulus".into(), None)]).unwrap();
+    let found = fit_material(&scene, &mesh, &motions, &selected, &OPTIONS).unwrap();
+    // Beam theory: the clamp hinders the section over one radius, r / L = 7 % of it hindered by ν² = 16 %.
+    assert_close("modulus", found.fit.estimates[0].value, modulus, 0.03 * modulus);
+}
+
+#[test]
+fn bad_recordings_are_refused() {
+    let (scene, mesh) = scenes::robot();
+    let strokes = figure_of_eight(60);
+    let good = recording(&scene, &mesh, &strokes, 0.0, "fit/bad");
+    let with = |change: &dyn Fn(&mut Vec<Channel>)| {
+        let mut channels = good.channels().to_vec();
+        change(&mut channels);
+        let n = channels[0].values.len();
+        let changed =
+            Recording::new(good.time()[..n].to_vec(), channels, vec![], Metadata::default()).unwrap();
+        motion(&scene, &mesh, &changed)
+    };
+    let refused = |change: &dyn Fn(&mut Vec<Channel>)| with(change).unwrap_err().bad_input().unwrap().clone();
+    let another = refused(&|channels| drop(channels.remove(3)));
+    assert!(another.place.contains("stroke") && another.hint.contains("another robot"), "{another}");
+    let units = refused(&|channels| channels[4].values.iter_mut().for_each(|v| *v = 1e3 * *v + 1.0));
+    assert!(units.hint.contains("unit"), "{units}");
+    let short = refused(&|channels| channels.iter_mut().for_each(|channel| channel.values.truncate(5)));
+    assert!(short.expected.contains("rows"), "{short}");
+    let frozen = refused(&|channels| channels[4..].iter_mut().for_each(|c| c.values.fill(0.01)));
+    assert!(frozen.found.contains("never moves"), "{frozen}");
+    let no_tip = refused(&|channels| channels.truncate(5));
+    assert!(no_tip.expected.contains("tip_y_m"), "{no_tip}");
+    let flat = with(&|channels| channels[5].values.fill(0.0)).unwrap();
+    assert_eq!(flat.axes, [true, false, true]);
+}
+
+#[test]
+fn gaps_are_passed_through_but_not_compared() {
+    let (scene, mesh) = scenes::robot();
+    let good = recording(&scene, &mesh, &figure_of_eight(60), 0.0, "fit/gaps");
+    let gap: Vec<bool> = (0..60).map(|i| i % 3 == 1).collect();
+    let gappy =
+        Recording::new(good.time().to_vec(), good.channels().to_vec(), gap.clone(), Metadata::default())
+            .unwrap();
+    let motion = motion(&scene, &mesh, &gappy).unwrap();
+    for (row, tip) in motion.rows.iter().zip(&motion.tips) {
+        assert_eq!(tip.is_none(), gap[*row]);
+    }
+}
+
+#[test]
+fn selection_is_checked() {
+    let (scene, _) = scenes::robot();
+    let place = |names: &[(&str, Option<Bounds>)]| {
+        let names: Vec<_> = names.iter().map(|(name, bounds)| ((*name).to_owned(), *bounds)).collect();
+        select(&scene, &names).err().map(|error| error.bad_input().unwrap().place.clone())
+    };
+    assert_eq!(place(&[("youngs_modulus_mpa", None), ("zero", None)]), None);
+    assert_eq!(place(&[("stiffness", None)]).as_deref(), Some("--fit"));
+    assert_eq!(place(&[("zero", None), ("common_zero", None)]).as_deref(), Some("--fit"));
+    assert_eq!(place(&[]).as_deref(), Some("--fit"));
+    let (inverted, elsewhere) = (Bounds { min: 2.0, max: 1.0 }, Bounds { min: 50.0, max: 60.0 });
+    assert_eq!(place(&[("youngs_modulus", Some(inverted))]).as_deref(), Some("bounds of youngs_modulus"));
+    assert_eq!(place(&[("youngs_modulus", Some(elsewhere))]).as_deref(), Some("start of youngs_modulus"));
+}
