@@ -4,6 +4,7 @@ mod anderson;
 mod balance;
 mod cable;
 mod error;
+mod friction;
 mod inverse;
 mod layout;
 mod model;
@@ -19,6 +20,7 @@ mod tensions;
 
 pub use cable::Cables;
 pub use error::{Error, Result};
+pub use friction::FrictionPoint;
 pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};

@@ -4,6 +4,7 @@ mod delassus;
 mod determinism;
 mod elastica;
 mod equilibrium;
+mod friction;
 mod layout;
 mod limit;
 mod qp;
