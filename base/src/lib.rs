@@ -18,6 +18,6 @@ pub use error::{BadInput, Error, Result};
 pub use recording::{Channel, Journal, JournalWriter, Metadata, Recording};
 pub use rng::rng;
 pub use scene::{
-    AuxiliaryLayout, Bounds, Drive, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
+    AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
 };
 pub use units::LengthUnit;

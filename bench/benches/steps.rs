@@ -13,8 +13,10 @@ const N_SAMPLE: usize = 50;
 
 fn steps(criterion: &mut Criterion) {
     let mesh = sofa_mesh().unwrap();
-    for n in [N_PRIMARY, N_TENDONS] {
-        let twin = sofa_scene(Setting::TARGETS, &mesh, n).unwrap();
+    for (n, setting) in
+        [(N_PRIMARY, Setting::TARGETS), (N_PRIMARY, Setting::RUBBING), (N_TENDONS, Setting::TARGETS)]
+    {
+        let twin = sofa_scene(setting, &mesh, n).unwrap();
         let targets = if n == N_PRIMARY {
             with_tensions(n, N_WARM + N_SAMPLE, 0.0)
         } else {
@@ -25,7 +27,11 @@ fn steps(criterion: &mut Criterion) {
             stepper.step(&twin, targets, &mut state).unwrap();
         }
         let mut worst = 0.0f64;
-        criterion.bench_function(&format!("step/circle/{n}/{N_SAMPLE} steps"), |bencher| {
+        let name = match twin.friction.len() {
+            0 => format!("step/circle/{n}/{N_SAMPLE} steps"),
+            points => format!("step/circle/{n} + {points} friction points/{N_SAMPLE} steps"),
+        };
+        criterion.bench_function(&name, |bencher| {
             bencher.iter_batched(
                 || (state.clone(), stepper.clone()),
                 |(mut state, mut stepper)| {

@@ -71,6 +71,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     let mesh = sofa_mesh()?;
     let few = sofa_scene(Setting::TARGETS, &mesh, N_PRIMARY)?;
     let many = sofa_scene(Setting::TARGETS, &mesh, N_TENDONS)?;
+    let rubbing = sofa_scene(Setting::RUBBING, &mesh, N_PRIMARY)?;
     let n = effort.n_steps;
     let circle = drive::with_tensions(N_PRIMARY, n, 0.0);
     let strokes = drive::with_strokes(&many, n)?;
@@ -85,6 +86,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
         ("4 + 36 tendons by stroke, noise on 4", &many, noisy(&strokes, N_PRIMARY), Some(700.0)),
         ("4 + 36 tendons by stroke, noise on 40", &many, noisy(&strokes, N_TENDONS), None),
         ("4 + 36 tendons by tension, noise on 4", &many, noisy(&tensions, N_PRIMARY), Some(700.0)),
+        ("4 tendons, 16 friction points", &rubbing, circle.clone(), Some(2000.0)),
     ];
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); drives.len()];
     let mut factorisation = f64::INFINITY;
@@ -122,7 +124,8 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
             let steps = run.seconds.len() as f64;
             details.push(json!({
                 "drive": name,
-                "n_tendons": twin.cables.len(),
+                "n_tendons": twin.tendons.len(),
+                "n_friction_points": twin.friction.len(),
                 "steps": steps,
                 "median_steps_per_s": percentile(&rates, 0.5),
                 "iterations_per_step": run.iterations as f64 / steps,

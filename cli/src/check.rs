@@ -44,8 +44,32 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     say(format_args!("mass {:.2} g, tip at ({:.3}, {:.3}, {:.3}) mm", 1e3 * mass, tip[0], tip[1], tip[2]));
     say("");
     print_tendons(&twin);
+    print_friction(&twin);
     say("");
     print_equations(&twin)
+}
+
+fn print_friction(twin: &Twin) {
+    if twin.backlash > 0.0 {
+        say(format_args!("backlash {} mm", in_thousandths(twin.backlash)));
+    }
+    for (j, tendon) in twin.tendons.iter().enumerate() {
+        let points = twin.friction.iter().filter(|point| point.tendon == j);
+        let sheath = points
+            .clone()
+            .filter(|point| point.first == 0)
+            .map(|point| format!("in the sheath, exponent {}, {} N; ", point.coefficient, point.constant));
+        let inside: Vec<_> = points.filter(|point| point.first > 0).collect();
+        let constant: f64 = inside.iter().map(|point| point.constant).sum();
+        let body = inside.first().map(|point| {
+            let n = inside.len();
+            format!("at {n} points of the body, coefficient {}, {constant} N in all", point.coefficient)
+        });
+        let parts: String = sheath.chain(body).collect();
+        if !parts.is_empty() {
+            say(format_args!("{} rubs {}", tendon.name, parts.trim_end_matches("; ")));
+        }
+    }
 }
 
 fn print_tendons(twin: &Twin) {
@@ -102,7 +126,7 @@ fn print_equations(twin: &Twin) -> anyhow::Result<()> {
     say(format_args!(
         "{} unknowns, {} tensions; factor: {name}, {:.1} MB",
         twin.body.n_unknowns(),
-        twin.tendons.len(),
+        twin.cables.len(),
         (factor.n_stored() * bytes) as f64 / 1e6,
     ));
     Ok(())

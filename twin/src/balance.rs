@@ -18,14 +18,14 @@ pub(crate) struct Control {
 
 impl Control {
     pub fn new(twin: &Twin, targets: &[Target]) -> Self {
-        let n = targets.len();
+        let n = twin.cables.len();
         let mut control =
             Self { strokes: vec![0.0; n], lowest: vec![0.0; n], highest: vec![0.0; n], load: 1.0 };
         control.set(twin, targets);
         control
     }
 
-    /// Replaces the targets.
+    /// Replaces the targets of the tendons; those of friction points stay.
     pub fn set(&mut self, twin: &Twin, targets: &[Target]) {
         for (j, target) in targets.iter().enumerate() {
             let bounds = twin.tendons[j].tension;
@@ -157,9 +157,11 @@ impl Balance {
 
     /// Potential energy of body, loads and cables at nodes `x`, for which strokes were evaluated [J], each
     /// cable as a clutch that slips at its bounds: sup T (u - s) - ½ c T² over the tensions it can have, at most
-    /// `strongest`. Its minimisers are the stable equilibria. `None` where forces have no potential.
+    /// `strongest`. Its minimisers are the stable equilibria. `None` where forces have no potential, and with friction,
+    /// where the cables of a tendon stretch together.
     pub fn potential(&self, twin: &Twin, control: &Control, x: &[[f64; 4]], strongest: f64) -> Option<f64> {
-        if twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty() {
+        let has_no_potential = twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty();
+        if has_no_potential || !twin.friction.is_empty() {
             return None;
         }
         let mut energy = twin.body.energy(x);

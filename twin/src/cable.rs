@@ -7,7 +7,7 @@
 
 use hysteron_fem::{Embedding, FemModel, Stiffness, StiffnessPattern};
 
-/// All cables of a robot, primary ones first. Never changes.
+/// All cables of a robot: primary ones first, then auxiliary ones, then those of friction. Never changes.
 #[derive(Debug, Clone)]
 pub struct Cables {
     /// First point of each cable, and one past the last point.
@@ -113,6 +113,19 @@ impl Cables {
             }
             shape.strokes[j] = self.rest_lengths[j] - length;
         }
+    }
+
+    /// Sum of the angles by which cable `j` turns at some of its inner points [rad].
+    pub(crate) fn turn(&self, shape: &CableShape, j: usize, points: std::ops::Range<usize>) -> f64 {
+        let positions = &shape.positions[self.range(j)];
+        let angle = |k: usize| {
+            let (a, _) = direction(&positions[k - 1], &positions[k]);
+            let (b, _) = direction(&positions[k], &positions[k + 1]);
+            // |a - b| and |a + b| are the sine and cosine of half the angle, twice.
+            let sum_of_squares = |sign: f64| (0..3).map(|c| (a[c] + sign * b[c]).powi(2)).sum::<f64>();
+            2.0 * sum_of_squares(-1.0).sqrt().atan2(sum_of_squares(1.0).sqrt())
+        };
+        points.map(angle).sum()
     }
 
     /// Adds Jᵀ T to nodal forces (model order).

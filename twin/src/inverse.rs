@@ -3,7 +3,7 @@
 //! At an equilibrium the drift is zero, and the QP in the tension increments λ reads
 //! min ½ |δ_e - goal|² + ½ λᵀRλ with δ = W λ, the strokes of stroke-driven tendons held, tensions and
 //! strokes of the free ones within their bounds. Its strokes are then commanded to the forward step,
-//! which knows slack tendons and large displacements; what the linearisation missed corrects the
+//! which knows slack tendons, friction and large displacements; what the linearisation missed corrects the
 //! effector rows of W (Broyden) for the next round.
 
 use hysteron_base::BadInput;
@@ -54,8 +54,8 @@ impl Stepper {
     /// whatever strokes that needs, the others keep their targets.
     ///
     /// # Errors
-    /// No free tendon; those of [`Stepper::step`]. A goal out of reach is not an error: see
-    /// [`ReachReport::is_reached`].
+    /// No free tendon; those of [`Stepper::step`]. A goal out of reach is not an error, nor one that friction keeps the
+    /// search from: see [`ReachReport::is_reached`].
     pub fn reach(
         &mut self,
         twin: &Twin,
@@ -180,7 +180,7 @@ impl EffectorQp {
     ///
     /// Unknowns are y_j = λ_j W_jj / length.
     fn solve(&self, twin: &Twin, goal: &TipGoal, targets: &[Target], state: &TwinState) -> Option<Vec<f64>> {
-        let n = targets.len();
+        let n = self.tip_rows[0].len();
         let tip = twin.tip_of(state);
         let strokes = twin.commands_of(state);
         let unit: Vec<f64> = (0..n).map(|j| self.length / self.compliance(j)).collect();
@@ -200,17 +200,22 @@ impl EffectorQp {
                     qp.hessian[i * n + j] += effector[c][i] * effector[c][j];
                 }
             }
+            // Friction points keep their jump, as if their tendons slipped on: held ones would allow no first move.
+            let Some(target) = targets.get(i) else {
+                qp.bounds.push([0.0; 2]);
+                continue;
+            };
             qp.hessian[i * n + i] += goal.regularisation;
             qp.linear[i] += goal.regularisation * state.tensions[i] / unit[i];
             let bounds = twin.tendons[i].tension;
             // On the verge of it counts as slack: else a held stroke would keep its tendon there.
             let slack = state.tensions[i] - bounds.min <= self.negligible_tension(i);
-            qp.bounds.push(match targets[i] {
+            qp.bounds.push(match target {
                 Target::Tension(_) => [0.0; 2],
                 Target::Stroke(_) if slack => [0.0; 2],
                 _ => [bounds.min, bounds.max].map(|bound| (bound - state.tensions[i]) / unit[i]),
             });
-            let held = match targets[i] {
+            let held = match target {
                 Target::Stroke(_) if !slack => [0.0; 2],
                 Target::Free => {
                     let bounds = twin.tendons[i].stroke;

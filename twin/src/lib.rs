@@ -6,6 +6,7 @@ mod cable;
 pub mod coreact;
 mod error;
 pub mod fit;
+mod friction;
 mod inverse;
 mod layout;
 mod model;
@@ -23,6 +24,7 @@ mod tip;
 
 pub use cable::Cables;
 pub use error::{Error, Result};
+pub use friction::FrictionPoint;
 pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};

@@ -5,6 +5,7 @@ use hysteron_fem::{Embedding, FemModel, Mesh};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::cable::Cables;
+use crate::friction::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
 use crate::{Result, TwinState};
 
@@ -90,8 +91,12 @@ pub struct Twin {
     pub body: FemModel,
     /// Tendons: `n_primary` real ones first, then the auxiliary ones.
     pub tendons: Vec<TendonSpec>,
-    /// Their geometry, in the same order.
+    /// Their geometry, in the same order, then one cable per friction point: its tendon from there on.
     pub cables: Cables,
+    /// Where the real tendons rub.
+    pub friction: Vec<FrictionPoint>,
+    /// How far a servo moves on reversal until its tendon follows [m].
+    pub backlash: f64,
     /// Number of real tendons.
     pub n_primary: usize,
     /// Fastest that an identified stroke of an auxiliary tendon may change [m/s]; infinite without a limit.
@@ -138,10 +143,14 @@ impl Twin {
         let farthest =
             |points: &Vec<Embedding>| points.iter().map(|point| point.distance).fold(0.0, f64::max);
         let outside: Vec<f64> = cables.iter().map(farthest).collect();
+        let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));
+        let friction: Vec<FrictionPoint> = friction.collect();
+        cables.extend(
+            friction.iter().map(|point| cables[point.tendon][point.first..].to_vec()).collect::<Vec<_>>(),
+        );
         let mut cables = Cables::new(&body, &cables);
-        for (j, tendon) in tendons.iter().enumerate().filter(|(_, tendon)| tendon.compliance > 0.0) {
-            cables.compliance[j].push((j, tendon.compliance));
-        }
+        let sheath_share = scene.friction.map_or(0.0, |friction| friction.sheath_compliance_share);
+        set_compliance(&mut cables, &tendons, &friction, sheath_share);
         let tip = match &scene.tip {
             Tip::Group(group) => mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?),
             Tip::Point(point) => carried(&body, *point, ON_SURFACE, "tip.point_mm")?,
@@ -174,6 +183,8 @@ impl Twin {
             body,
             tendons: specs.collect(),
             cables,
+            friction,
+            backlash: scene.friction.map_or(0.0, |friction| friction.backlash),
             n_primary,
             auxiliary_rate: scene.auxiliary.as_ref().map_or(f64::INFINITY, |layout| layout.stroke_rate),
             loads,
@@ -185,7 +196,18 @@ impl Twin {
 
     /// The unloaded body: every node at rest, no tension, no load applied yet.
     pub fn rest(&self) -> TwinState {
-        TwinState { positions: self.body.rest.clone(), tensions: vec![0.0; self.cables.len()], load: 0.0 }
+        TwinState {
+            positions: self.body.rest.clone(),
+            tensions: vec![0.0; self.cables.len()],
+            load: 0.0,
+            slides: vec![0.0; self.friction.len()],
+            plays: vec![0.0; self.n_plays()],
+        }
+    }
+
+    /// Number of tendons with backlash.
+    pub(crate) fn n_plays(&self) -> usize {
+        if self.backlash > 0.0 { self.n_primary } else { 0 }
     }
 
     /// Stroke of every tendon [m]: how much shorter its way through the body has become. Geometry alone, without the
@@ -193,7 +215,18 @@ impl Twin {
     pub fn strokes_of(&self, state: &TwinState) -> Vec<f64> {
         let mut shape = self.cables.shape();
         self.cables.measure(&state.positions, &mut shape);
+        shape.strokes.truncate(self.tendons.len());
         shape.strokes
+    }
+
+    /// Tension of tendon `j` at its pulled end, and behind each of its friction points [N].
+    pub fn tensions_along(&self, j: usize, state: &TwinState) -> Vec<f64> {
+        let mut along = vec![state.tensions[j]];
+        let jumps = self.friction.iter().zip(&state.tensions[self.tendons.len()..]);
+        for (_, jump) in jumps.filter(|(point, _)| point.tendon == j) {
+            along.push(along[along.len() - 1] + jump);
+        }
+        along
     }
 
     /// What every tendon has been pulled at its end, s + C T [m].

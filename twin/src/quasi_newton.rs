@@ -17,7 +17,7 @@ use crate::balance::{Balance, Control, move_nodes};
 use crate::model::Twin;
 use crate::predictor::Predictor;
 use crate::projection::Projection;
-use crate::qp::QpSolver;
+use crate::qp::{Place, QpSolver};
 use crate::step::{StepReport, TwinState};
 use crate::tensions::TensionStep;
 
@@ -52,8 +52,8 @@ pub(crate) struct QuasiNewton {
     /// K⁻¹ r.
     drift: Vec<f64>,
     command: Vec<f64>,
-    /// Which cables stood at a bound when history began.
-    at_bound: Vec<bool>,
+    /// Where each cable stood when history began.
+    places: Vec<Place>,
 }
 
 impl QuasiNewton {
@@ -78,7 +78,7 @@ impl QuasiNewton {
             step: vec![0.0; n + m],
             drift: vec![0.0; n],
             command: vec![0.0; m],
-            at_bound: vec![false; m],
+            places: vec![Place::Between; m],
         }
     }
 
@@ -121,7 +121,7 @@ impl QuasiNewton {
                 return false;
             }
             if balance.is_met(twin) {
-                self.finish(control, state, iteration);
+                self.finish(twin, control, state, iteration);
                 return true;
             }
             best = best.min(balance.relative);
@@ -164,10 +164,10 @@ impl QuasiNewton {
     /// Moves `state` to where the history expects the equilibrium, then onto the commanded strokes.
     fn predict(&mut self, twin: &Twin, control: &Control, state: &mut TwinState, balance: &mut Balance) {
         let (n, m) = (self.drift.len(), state.tensions.len());
-        self.write_command(control);
+        self.write_command(twin, control);
         self.step.fill(0.0);
-        let at_bound = &self.at_bound;
-        let counts = |j: usize| control.is_tension(j) || !at_bound[j];
+        let (places, n_tendons) = (&self.places, twin.tendons.len());
+        let counts = |j: usize| j >= n_tendons || control.is_tension(j) || places[j] == Place::Between;
         self.predictor.predict(&self.command, counts, &mut self.step);
         move_nodes(&mut state.positions, 1.0, &self.step[..n]);
         for j in 0..m {
@@ -208,10 +208,10 @@ impl QuasiNewton {
         combine_into(twin.body.isa, &self.tensions.increments, &self.columns, &mut self.step[..n]);
         for j in 0..m {
             self.step[n + j] = self.tensions.increments[j] * self.compliance(j);
-            let at_bound = self.tensions.qp.at_bound(j);
-            if self.at_bound[j] != at_bound {
+            let place = self.tensions.qp.places()[j];
+            if self.places[j] != place {
                 // The map has a kink here: pairs and states of the other side do not apply.
-                self.at_bound[j] = at_bound;
+                self.places[j] = place;
                 self.anderson.clear();
                 self.predictor.clear();
             }
@@ -242,23 +242,27 @@ impl QuasiNewton {
 
     /// W_jj [m/N].
     fn compliance(&self, j: usize) -> f64 {
-        self.projection.delassus[j * (self.at_bound.len() + 1)]
+        self.projection.delassus[j * (self.places.len() + 1)]
     }
 
-    fn write_command(&mut self, control: &Control) {
+    /// What the equilibrium is a smooth function of: strokes, and tensions times compliance where these are prescribed,
+    /// as at a friction point that slips.
+    fn write_command(&mut self, twin: &Twin, control: &Control) {
         for j in 0..self.command.len() {
-            self.command[j] = if control.is_tension(j) {
-                control.lowest[j] * self.compliance(j)
-            } else {
-                control.strokes[j]
+            let rubs = j >= twin.tendons.len();
+            self.command[j] = match self.places[j] {
+                Place::Upper if rubs => control.highest[j] * self.compliance(j),
+                Place::Lower if rubs => control.lowest[j] * self.compliance(j),
+                _ if control.is_tension(j) => control.lowest[j] * self.compliance(j),
+                _ => control.strokes[j],
             };
         }
     }
 
     /// Remembers the equilibrium and decides whether the factor is worth keeping.
-    fn finish(&mut self, control: &Control, state: &TwinState, iterations: usize) {
+    fn finish(&mut self, twin: &Twin, control: &Control, state: &TwinState, iterations: usize) {
         let n_free = self.drift.len() / 3;
-        self.write_command(control);
+        self.write_command(twin, control);
         let command = &self.command;
         self.predictor.push(|to_command, to_point| {
             to_command.copy_from_slice(command);

@@ -38,7 +38,7 @@ fn run(twin: &Twin, mut stepper: Stepper, start: &TwinState, commands: &[Vec<Tar
     for targets in commands {
         rollout.reports.push(stepper.step(twin, targets, &mut state)?);
         rollout.tips.push(twin.tip_of(&state));
-        rollout.tensions.push(state.tensions.clone());
+        rollout.tensions.push(state.tensions[..twin.tendons.len()].to_vec());
     }
     Ok(rollout)
 }

@@ -3,6 +3,7 @@
 use hysteron_base::BadInput;
 
 use crate::balance::{Balance, Control};
+use crate::friction::{bounds_into, change_of_bounds, hold, play, remember};
 use crate::model::{Target, Twin};
 use crate::newton::{Newton, Outcome, Search};
 use crate::projection::Projection;
@@ -15,6 +16,11 @@ const SMALLEST_PART: f64 = 1.0 / 4096.0;
 
 /// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
 const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
+
+/// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and how
+/// often at most: a jump then ends with the friction of its end.
+const LAGGING: f64 = 0.1;
+const MOST_REPEATS: usize = 8;
 
 /// What a step cost and how well it converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -61,19 +67,27 @@ pub struct Stepper {
     saved: TwinState,
     /// The equilibrium that the fast iteration's history ends with.
     last: TwinState,
+    /// Friction bounds at that equilibrium [N].
+    bounds: Vec<f64>,
+    /// What comes through the backlash in this step [m].
+    plays: Vec<f64>,
 }
 
 impl Stepper {
     /// Scratch for steps of `twin`.
     pub fn new(twin: &Twin) -> Self {
-        Self {
-            control: Control::new(twin, &vec![Target::Free; twin.cables.len()]),
+        let mut stepper = Self {
+            control: Control::new(twin, &vec![Target::Free; twin.tendons.len()]),
             balance: Balance::new(twin),
             quasi_newton: QuasiNewton::new(twin),
             newton: None,
             saved: twin.rest(),
             last: twin.rest(),
-        }
+            bounds: vec![0.0; twin.friction.len()],
+            plays: vec![0.0; twin.n_plays()],
+        };
+        stepper.measure_friction(twin, &twin.rest());
+        stepper
     }
 
     /// Moves `state` to the equilibrium under `targets` (one per tendon).
@@ -84,19 +98,63 @@ impl Stepper {
     /// [`Error::NoEquilibrium`]: `state` is then the last equilibrium on the way.
     pub fn step(&mut self, twin: &Twin, targets: &[Target], state: &mut TwinState) -> Result<StepReport> {
         check_targets(twin, targets)?;
-        self.control.set(twin, targets);
         let mut report = StepReport::default();
         if *state != self.last {
             check_state(twin, state)?;
             self.quasi_newton.forget();
+            self.measure_friction(twin, state);
         }
+        self.control.set(twin, targets);
+        self.plays.clone_from(&state.plays);
+        play(twin, targets, &mut self.plays, &mut self.control);
+        hold(twin, &state.slides, &self.bounds, &mut self.control);
+        let mut result = Ok(());
         if !self.step_at_once(twin, state, &mut report) {
-            self.step_by_parts(twin, state, &mut report)?;
+            result = self.step_by_parts(twin, state, &mut report);
         }
-        self.last.clone_from(state);
+        if result.is_ok() {
+            self.follow_friction(twin, state, &mut report);
+        }
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
-        Ok(report)
+        self.remember(twin, &result, state);
+        self.last.clone_from(state);
+        result.map(|()| report)
+    }
+
+    /// Friction bounds of the equilibrium `state`.
+    fn measure_friction(&mut self, twin: &Twin, state: &TwinState) {
+        if !twin.friction.is_empty() {
+            twin.cables.measure(&state.positions, &mut self.balance.shape);
+            bounds_into(twin, &self.balance.shape, &state.tensions, &mut self.bounds);
+        }
+    }
+
+    /// Makes a step again that has changed the friction bounds a lot, with those of where it led.
+    fn follow_friction(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) {
+        for repeat in 0..=MOST_REPEATS {
+            bounds_into(twin, &self.balance.shape, &state.tensions, &mut self.bounds);
+            if repeat == MOST_REPEATS || change_of_bounds(twin, &self.bounds, &self.control) <= LAGGING {
+                break;
+            }
+            let held = self.control.clone();
+            hold(twin, &state.slides, &self.bounds, &mut self.control);
+            if !self.step_at_once(twin, state, report) {
+                self.control = held;
+                self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
+                break;
+            }
+        }
+    }
+
+    /// Moves the memory of friction and backlash to the equilibrium `state`, at the end of a step or on the way where
+    /// `result` says that it failed.
+    fn remember(&mut self, twin: &Twin, result: &Result<()>, state: &mut TwinState) {
+        if result.is_err() {
+            self.measure_friction(twin, state);
+        }
+        state.plays.clone_from(&self.plays);
+        remember(twin, &self.control, &self.balance.shape, state);
     }
 
     /// The fast iteration, with history and the factor at hand, then without history and with a new factor;
@@ -117,7 +175,7 @@ impl Stepper {
     }
 
     /// Compliance of body and tendons at `state`, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact tangent in
-    /// double precision [m/N]: row-major, one row and column per tendon.
+    /// double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags stays as it is.
     ///
     /// # Errors
     /// The tangent at `state` is singular.
@@ -127,7 +185,9 @@ impl Stepper {
         self.control.load = 1.0;
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
         newton.linearise(twin, state, &self.balance, Search::Full)?;
-        Ok(newton.projection.delassus.clone())
+        let n = twin.tendons.len();
+        let rows = newton.projection.delassus.chunks(twin.cables.len().max(1)).take(n);
+        Ok(rows.flat_map(|row| &row[..n]).copied().collect())
     }
 
     /// How the body moves per tension at `state`, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon, over
@@ -149,8 +209,10 @@ impl Stepper {
     /// Newton's method on parts of the step, halved where it gets stuck.
     fn step_by_parts(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) -> Result<()> {
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
+        let mut strokes = twin.pulled(state);
+        strokes.extend_from_slice(&self.control.strokes[strokes.len()..]);
         let from = Control {
-            strokes: twin.pulled(state),
+            strokes,
             lowest: state.tensions.clone(),
             highest: state.tensions.clone(),
             load: state.load,
@@ -188,7 +250,15 @@ impl Stepper {
                     state.clone_from(&self.saved);
                     part *= 0.5;
                     if part < SMALLEST_PART {
-                        self.last.clone_from(state);
+                        if reached > 0.0 {
+                            let driven = |j: &usize| !self.control.is_tension(*j);
+                            for j in (0..self.plays.len()).filter(driven) {
+                                let (a, b) = (from.strokes[j], self.control.strokes[j]);
+                                self.plays[j] = a + reached * (b - a) - twin.tendons[j].zero;
+                            }
+                        } else {
+                            self.plays.clone_from(&state.plays);
+                        }
                         let hint =
                             "reduce the stroke, raise the tension bounds, or use a finer or quadratic mesh";
                         return Err(Error::NoEquilibrium { reached, relative_residual, hint: hint.into() });
@@ -201,16 +271,26 @@ impl Stepper {
 }
 
 fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
-    let (n_nodes, n_tendons) = (state.positions.len(), state.tensions.len());
-    if (n_nodes, n_tendons) != (twin.body.n_nodes(), twin.tendons.len()) {
-        let expected = format!("{} nodes and {} tendons", twin.body.n_nodes(), twin.tendons.len());
-        let found = format!("{n_nodes} and {n_tendons}");
+    let found = (state.positions.len(), state.tensions.len(), state.slides.len(), state.plays.len());
+    let expected = (twin.body.n_nodes(), twin.cables.len(), twin.friction.len(), twin.n_plays());
+    if found != expected {
+        let text = |(nodes, tensions, slides, plays): (usize, usize, usize, usize)| {
+            format!("{nodes} nodes, {tensions} tensions, {slides} friction points and {plays} plays")
+        };
+        let (expected, found) = (text(expected), text(found));
         return Err(BadInput::new("state", expected, found).hint("the state is of another robot").into());
     }
     twin.body.check_finite("position", &state.positions)?;
     if let Some(j) = state.tensions.iter().position(|tension| !tension.is_finite()) {
-        let place = format!("state: tension of tendon {}", twin.tendons[j].name);
+        let place = match twin.tendons.get(j) {
+            Some(tendon) => format!("state: tension of tendon {}", tendon.name),
+            None => format!("state: jump at friction point {}", j - twin.tendons.len() + 1),
+        };
         return Err(BadInput::new(place, "a finite number", state.tensions[j].to_string()).into());
+    }
+    if let Some(number) = state.slides.iter().chain(&state.plays).find(|number| !number.is_finite()) {
+        let place = "state: memory of friction and backlash";
+        return Err(BadInput::new(place, "finite numbers", number.to_string()).into());
     }
     if !(0.0..=1.0).contains(&state.load) {
         return Err(BadInput::new("state: load", "0 to 1", state.load.to_string()).into());

@@ -2,7 +2,9 @@
 //!
 //! Bounds are checked on the typed numbers, so a message shows what stands in the file and in its unit.
 
-use super::{AuxiliaryLayout, Bounds, Material, PointForce, Region, Scene, Solver, Tendon, Tip, typed};
+use super::{
+    AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, Tip, typed,
+};
 use crate::BadInput;
 use crate::typed::{check_header, count, finite, not_negative, positive, require, text, vector};
 use std::path::Path;
@@ -15,6 +17,7 @@ const VERSION: i64 = 1;
 /// More than any robot has; keeps a slip of the hand from filling the memory.
 const MOST_SEGMENTS: i64 = 1000;
 const MOST_CABLES: i64 = 100;
+const MOST_FRICTION_POINTS: i64 = 100;
 
 pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Check<Scene> {
     check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
@@ -27,6 +30,7 @@ pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Che
         }
         tendons.push(tendon);
     }
+    let friction = typed.friction.map(|typed| friction(&typed, &tendons)).transpose()?;
     let mut point_forces = Vec::new();
     for (i, force) in typed.point_force.into_iter().enumerate() {
         let key = format!("point_force[{}]", i + 1);
@@ -47,6 +51,7 @@ pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Che
         point_forces,
         tip: tip(typed.tip)?,
         tendons,
+        friction,
         auxiliary: typed.auxiliary.map(|typed| auxiliary(&typed)).transpose()?,
         solver: typed.solver.map_or(Ok(Solver::default()), |typed| solver(&typed))?,
     })
@@ -142,6 +147,43 @@ fn tendon(typed: typed::Tendon, number: usize) -> Check<Tendon> {
     let zero = finite(&key("zero_mm"), typed.zero_mm.unwrap_or(0.0))?;
     let drive = typed.drive;
     Ok(Tendon { name, points, drive, tension, stroke, attach_within, ring, compliance, zero })
+}
+
+fn friction(typed: &typed::Friction, tendons: &[Tendon]) -> Check<Friction> {
+    let number =
+        |key: &str, typed: Option<f64>| not_negative(&format!("friction.{key}"), typed.unwrap_or(0.0));
+    let points = typed.points.map(|points| count("friction.points", points, MOST_FRICTION_POINTS));
+    let share = typed.sheath_compliance_share.unwrap_or(0.0);
+    let friction = Friction {
+        coefficient: number("coefficient", typed.coefficient)?,
+        coulomb: number("coulomb_n", typed.coulomb_n)?,
+        points: points.transpose()?.unwrap_or(0),
+        sheath_exponent: number("sheath_exponent", typed.sheath_exponent)?,
+        sheath_coulomb: number("sheath_coulomb_n", typed.sheath_coulomb_n)?,
+        sheath_compliance_share: require(
+            "friction.sheath_compliance_share",
+            "0 <= x <= 1",
+            share,
+            (0.0..=1.0).contains(&share),
+        )?,
+        backlash: number("backlash_mm", typed.backlash_mm)?,
+    };
+    if friction.points == 0 && (friction.coefficient > 0.0 || friction.coulomb > 0.0) {
+        return Err(BadInput::new("friction.points", "places at which the tendons rub", "nothing")
+            .hint("points = 4 is enough for a circular bend"));
+    }
+    if friction.sheath_exponent > 0.0 || friction.sheath_coulomb > 0.0 {
+        if share == 0.0 {
+            return Err(BadInput::new("friction.sheath_compliance_share", "more than 0", "0.0")
+                .hint("friction after a tendon that does not stretch leaves the body as it is"));
+        }
+        if let Some(stiff) = tendons.iter().find(|tendon| tendon.compliance == 0.0) {
+            let place = format!("tendon.{}.compliance_mm_per_n", stiff.name);
+            return Err(BadInput::new(place, "more than 0", "0.0")
+                .hint("friction of the sheath needs a tendon that stretches"));
+        }
+    }
+    Ok(friction)
 }
 
 fn auxiliary(typed: &typed::Auxiliary) -> Check<AuxiliaryLayout> {

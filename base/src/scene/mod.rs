@@ -37,6 +37,8 @@ pub struct Scene {
     pub tip: Tip,
     /// Primary tendons, with different names.
     pub tendons: Vec<Tendon>,
+    /// How the primary tendons rub, if they do.
+    pub friction: Option<Friction>,
     /// Layout of the virtual tendons of CoReAct.
     pub auxiliary: Option<AuxiliaryLayout>,
     /// Numerical tolerances.
@@ -159,6 +161,27 @@ pub struct Tendon {
     /// How far the tendon has already been pulled when a recording says stroke zero [m]: positive for pretension,
     /// negative for slack.
     pub zero: f64,
+}
+
+/// How every primary tendon rubs between servo and tip. All numbers are finite and >= 0; a zero is no such effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// Coefficient of friction in the body's channels [-].
+    pub coefficient: f64,
+    /// Friction of a whole tendon in the body without tension [N].
+    pub coulomb: f64,
+    /// Places in the body at which a tendon rubs, at most as many as it has inner points; each stands for an equal share of these.
+    pub points: usize,
+    /// Friction coefficient times the whole turn of the sheath between servo and body [-]: of a tension T that moves
+    /// through it, T exp(-this) is left.
+    pub sheath_exponent: f64,
+    /// Friction in the sheath without tension [N].
+    pub sheath_coulomb: f64,
+    /// Share, 0 to 1, of a tendon's compliance that lies before the friction of the sheath; the rest lies along the
+    /// body [-].
+    pub sheath_compliance_share: f64,
+    /// How far a servo moves on reversal until its tendon follows [m].
+    pub backlash: f64,
 }
 
 /// Virtual tendons around the axis z, segment by segment; `twin` expands them (paper 003, section V-A b).

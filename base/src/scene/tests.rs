@@ -163,6 +163,71 @@ fn tendon_may_stretch_and_begin_pulled() {
     assert_eq!((scene.tendons[1].compliance, scene.tendons[1].zero), (0.03 / 1000.0, -0.5 / 1000.0));
 }
 
+const FRICTION: &str = r#"
+[friction]
+points = 4
+coefficient = 0.1
+coulomb_n = 0.2
+sheath_exponent = 0.15
+sheath_coulomb_n = 0.3
+sheath_compliance_share = 0.7
+backlash_mm = 0.25
+"#;
+
+/// The example with tendons that stretch, and friction after this change.
+fn with_friction(old: &str, new: &str) -> Result<Scene> {
+    let stretching =
+        EXAMPLE.replace("attach_within_mm = 0.0", "compliance_mm_per_n = 0.01\nattach_within_mm = 0.0");
+    assert_eq!(FRICTION.matches(old).count(), 1, "{old}");
+    read(&(stretching + &FRICTION.replace(old, new)))
+}
+
+#[test]
+fn friction_is_read_into_si() {
+    let friction = with_friction("points = 4", "points = 4").unwrap().friction;
+    let expected = Friction {
+        coefficient: 0.1,
+        coulomb: 0.2,
+        points: 4,
+        sheath_exponent: 0.15,
+        sheath_coulomb: 0.3,
+        sheath_compliance_share: 0.7,
+        backlash: 0.25 / 1000.0,
+    };
+    assert_eq!(friction, Some(expected));
+    assert_eq!(read(EXAMPLE).unwrap().friction, None);
+    // Each effect may be left out.
+    let alone = read(&format!("{EXAMPLE}[friction]\nbacklash_mm = 0.25\n")).unwrap().friction.unwrap();
+    assert_eq!((alone.points, alone.coefficient, alone.backlash), (0, 0.0, 0.25 / 1000.0));
+}
+
+#[test]
+fn scene_rejects_friction_that_cannot_be() {
+    let rejects = |old: &str, new: &str, place: &str, found: &str| match with_friction(old, new) {
+        Err(Error::BadInput(bad)) => {
+            assert_eq!((bad.place, bad.found), (format!("scene.toml: {place}"), found.to_owned()));
+        }
+        other => panic!("{old} -> {new}: {other:?}"),
+    };
+    rejects("points = 4", "points = 0", "friction.points", "0");
+    rejects("points = 4", "points = 101", "friction.points", "101");
+    rejects("points = 4\n", "", "friction.points", "nothing");
+    rejects("coefficient = 0.1", "coefficient = -0.1", "friction.coefficient", "-0.1");
+    rejects("\ncoulomb_n = 0.2", "\ncoulomb_n = inf", "friction.coulomb_n", "inf");
+    rejects("exponent = 0.15", "exponent = nan", "friction.sheath_exponent", "NaN");
+    rejects("sheath_coulomb_n = 0.3", "sheath_coulomb_n = -1", "friction.sheath_coulomb_n", "-1.0");
+    rejects("share = 0.7", "share = 1.1", "friction.sheath_compliance_share", "1.1");
+    rejects("share = 0.7", "share = 0", "friction.sheath_compliance_share", "0.0");
+    rejects("backlash_mm = 0.25", "backlash_mm = -0.25", "friction.backlash_mm", "-0.25");
+    match read(&(EXAMPLE.to_owned() + FRICTION)) {
+        Err(Error::BadInput(bad)) => {
+            assert_eq!(bad.place, "scene.toml: tendon.p0.compliance_mm_per_n");
+            assert!(bad.hint.contains("sheath"));
+        }
+        other => panic!("a sheath before tendons that do not stretch: {other:?}"),
+    }
+}
+
 #[test]
 fn clamp_may_be_a_box_and_tip_a_point() {
     let text = EXAMPLE

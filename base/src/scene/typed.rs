@@ -22,6 +22,7 @@ pub(super) struct SceneFile {
     pub tip: Tip,
     #[serde(default)]
     pub tendon: Vec<Tendon>,
+    pub friction: Option<Friction>,
     pub auxiliary: Option<Auxiliary>,
     pub solver: Option<Solver>,
 }
@@ -87,6 +88,18 @@ pub(super) struct Tendon {
     pub ring_mm: Option<f64>,
     pub compliance_mm_per_n: Option<f64>,
     pub zero_mm: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Friction {
+    pub points: Option<i64>,
+    pub coefficient: Option<f64>,
+    pub coulomb_n: Option<f64>,
+    pub sheath_exponent: Option<f64>,
+    pub sheath_coulomb_n: Option<f64>,
+    pub sheath_compliance_share: Option<f64>,
+    pub backlash_mm: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

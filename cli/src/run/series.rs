@@ -56,10 +56,10 @@ impl Series {
         self.list.add(time, 0, &body)?;
         if !twin.cables.is_empty() {
             let lines: Vec<Vec<[f64; 3]>> =
-                (0..twin.cables.len()).map(|j| twin.cables.polyline(j, &state.positions)).collect();
+                (0..twin.tendons.len()).map(|j| twin.cables.polyline(j, &state.positions)).collect();
             let strokes = twin.strokes_of(state);
             let line_data = [
-                Array { name: "tension_n", values: Values::Scalars(&state.tensions) },
+                Array { name: "tension_n", values: Values::Scalars(&state.tensions[..twin.tendons.len()]) },
                 Array { name: "stroke_m", values: Values::Scalars(&strokes) },
             ];
             write_polylines(&tendons, Polylines { lines: &lines, line_data: &line_data })?;

@@ -10,9 +10,12 @@ use super::{QpSolver, QpStatus};
 
 /// Where a variable stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
+pub enum Place {
+    /// Between its bounds.
     Between,
+    /// At the lower one.
     Lower,
+    /// At the upper one.
     Upper,
 }
 
@@ -81,9 +84,9 @@ impl BoxQp {
         self.factor_is_current = false;
     }
 
-    /// True for each variable that stood at a bound after the last solve.
-    pub fn at_bound(&self, j: usize) -> bool {
-        self.places[j] != Place::Between
+    /// Where each variable stood after the last solve.
+    pub fn places(&self) -> &[Place] {
+        &self.places
     }
 
     /// Solves for the stroke errors `b` [m] and bounds `lo <= x <= hi` [N]; writes the increments `x` [N].

@@ -8,7 +8,7 @@
 mod active_set;
 mod clarabel;
 
-pub use active_set::BoxQp;
+pub use active_set::{BoxQp, Place};
 pub use clarabel::{RowQp, solve_rows};
 
 /// What became of a QP. Only `Solved` may enter a dataset.

@@ -5,6 +5,7 @@ mod determinism;
 mod elastica;
 mod equilibrium;
 mod fit;
+mod friction;
 mod layout;
 mod limit;
 mod qp;

@@ -51,6 +51,7 @@ pub fn scene(name: &str, law: Law) -> Scene {
         point_forces: Vec::new(),
         tip: Tip::Group("tip".into()),
         tendons: Vec::new(),
+        friction: None,
         auxiliary: None,
         solver: Solver { relative_residual: 1e-8, stroke_tolerance: 1e-10 },
     }

@@ -67,9 +67,9 @@ fn state_of_another_scene_is_refused() {
 
 #[test]
 fn state_of_another_version_is_refused() {
-    let bad = complaint(|bytes| replace(bytes, "\"version\":1", "\"version\":2"));
+    let bad = complaint(|bytes| replace(bytes, "\"version\":2", "\"version\":3"));
     assert!(bad.place.ends_with("format"), "{bad}");
-    assert!(bad.found.ends_with(" 2"), "{bad}");
+    assert!(bad.found.ends_with(" 3"), "{bad}");
 }
 
 #[test]
