@@ -17,6 +17,7 @@ use hysteron_twin::{Stepper, Target, Twin};
 use serde_json::json;
 
 use crate::drive::{self, N_CIRCLE, N_RAMP};
+use crate::learn;
 use crate::measure::{Run, machine, peak_memory_mb, percentile, processor_seconds, shortest};
 use crate::rig;
 use crate::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
@@ -42,6 +43,8 @@ pub struct Effort {
     pub n_scaling_steps: usize,
     /// Time that is recorded from the emulated rig [s].
     pub recorded: f64,
+    /// Samples of the sequences that a network is trained on.
+    pub n_samples: usize,
 }
 
 impl Effort {
@@ -52,6 +55,7 @@ impl Effort {
         divisions: &[9, 16, 28, 41],
         n_scaling_steps: 100,
         recorded: 10.0,
+        n_samples: 200,
     };
     /// Shows that everything runs; the figures mean little.
     pub const QUICK: Self = Self {
@@ -60,6 +64,7 @@ impl Effort {
         divisions: &[9, 16],
         n_scaling_steps: 30,
         recorded: 5.0,
+        n_samples: 20,
     };
 }
 
@@ -147,6 +152,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);
     rows.extend(study::rig::rows(effort.recorded)?);
+    rows.extend(learn::rows(effort.repetitions, effort.n_samples)?);
     rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
     rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));
 

@@ -106,3 +106,60 @@ impl Moments {
         Self { mean: vec![0.0; len], square: vec![0.0; len] }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of a few operations in `f32`.
+    const TOL: f32 = 8.0 * f32::EPSILON;
+
+    #[test]
+    fn constant_gradients_move_weights_by_the_rate() {
+        // Then mean = (1 - β₁ᵗ) g and square = (1 - β₂ᵗ) g²: every step is α g/(|g| + ε).
+        let adam = Adam { learning_rate: 0.25, ..Adam::default() };
+        let (mut weights, mut moments) = ([1.0, 1.0, 1.0], Moments::zeros(3));
+        for step in 1..=8 {
+            adam.update(step, 1.0, &[3.0, -0.01, 0.0], &mut weights, &mut moments);
+            let moved = 0.25 * step as f32;
+            // Moments are small differences from 1 at first: (1 - β₂) is rounded to `f32` relative to 1e-3.
+            for (found, expected) in weights.iter().zip([1.0 - moved, 1.0 + moved, 1.0]) {
+                assert!((found - expected).abs() <= 100.0 * TOL, "step {step}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_second_step_is_that_of_the_paper() {
+        // Gradients 1 and -1 at β₁ = 0.5, β₂ = 0.75: mean -0.25/0.75, square 0.4375/0.4375.
+        let adam = Adam { learning_rate: 0.5, beta1: 0.5, beta2: 0.75, ..Adam::default() };
+        let (mut weight, mut moments) = ([0.0], Moments::zeros(1));
+        adam.update(1, 1.0, &[1.0], &mut weight, &mut moments);
+        assert!((weight[0] + 0.5).abs() <= TOL, "{}", weight[0]);
+        adam.update(2, 1.0, &[-1.0], &mut weight, &mut moments);
+        assert!((weight[0] - (-0.5 + 0.5 / 3.0)).abs() <= TOL, "{}", weight[0]);
+    }
+
+    #[test]
+    fn a_penalty_is_a_gradient_and_a_long_gradient_is_scaled() {
+        let adam = Adam { weight_decay: 0.5, clip_norm: Some(2.0), ..Adam::default() };
+        let (mut weight, mut moments) = ([4.0], Moments::zeros(1));
+        let scale = adam.scale(8.0);
+        assert!((scale - 0.25).abs() < 1e-6 && adam.scale(1.0) == 1.0, "{scale}");
+        adam.update(1, scale, &[8.0], &mut weight, &mut moments);
+        // g = 0.25 · 8 + 0.5 · 4, mean (1 - β₁) g; the scale is short by 1e-6/8.
+        assert!((moments.mean[0] - 0.4).abs() < 1e-6, "{}", moments.mean[0]);
+    }
+
+    #[test]
+    fn a_quadratic_is_minimised() {
+        let adam = Adam { learning_rate: 0.05, ..Adam::default() };
+        let (mut weights, mut moments) = ([3.0f32, -2.0], Moments::zeros(2));
+        for step in 1..=1000 {
+            let gradient = [weights[0] - 1.0, 40.0 * (weights[1] - 0.5)];
+            adam.update(step, 1.0, &gradient, &mut weights, &mut moments);
+        }
+        // A step is at most about the rate; it fades with the gradient.
+        assert!((weights[0] - 1.0).abs() < 1e-3 && (weights[1] - 0.5).abs() < 1e-3, "{weights:?}");
+    }
+}

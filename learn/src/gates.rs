@@ -203,3 +203,51 @@ pub(crate) fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut 
         },
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// tanh and the sigmoid of numbers.
+    struct Both<'a> {
+        x: &'a [f32],
+        tanh: &'a mut [f32],
+        sigmoid: &'a mut [f32],
+    }
+
+    impl WithSimd for Both<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            for k in (0..self.x.len()).step_by(S::F32_LANES) {
+                let x = Load { simd, k }.at(self.x);
+                simd.partial_store_f32s(&mut self.tanh[k..], tanh(simd, x));
+                simd.partial_store_f32s(&mut self.sigmoid[k..], sigmoid(simd, x));
+            }
+        }
+    }
+
+    #[test]
+    fn tanh_and_sigmoid_are_those_of_the_library() {
+        let steps = (-40_000..=40_000).map(|k| k as f32 * 5e-4);
+        let tiny = (-120..0).flat_map(|e| [2f32.powi(e), -2f32.powi(e)]);
+        let x: Vec<f32> = steps.chain(tiny).chain([1e30, -1e30, f32::MAX]).collect();
+        let (mut tanh, mut sigmoid) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        Arch::new().dispatch(Both { x: &x, tanh: &mut tanh, sigmoid: &mut sigmoid });
+        for ((x, tanh), sigmoid) in x.iter().map(|x| f64::from(*x)).zip(&tanh).zip(&sigmoid) {
+            let expected = x.tanh();
+            // Five units in the last place, each at most ε of the value; beyond saturation 1 - tanh < 2⁻²³.
+            let tol = 5.0 * f64::from(f32::EPSILON) * expected.abs();
+            assert!((f64::from(*tanh) - expected).abs() <= tol, "tanh {x}: {tanh} {expected}");
+            // Half of the error of tanh, and its own rounding.
+            let expected = 1.0 / (1.0 + (-x).exp());
+            let tol = (2.5 + 0.5) * f64::from(f32::EPSILON);
+            assert!((f64::from(*sigmoid) - expected).abs() <= tol, "sigmoid {x}: {sigmoid} {expected}");
+        }
+        // The portable set does the same operations.
+        let (mut again, mut unused) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        Arch::Scalar.dispatch(Both { x: &x, tanh: &mut again, sigmoid: &mut unused });
+        assert_eq!((again, unused), (tanh, sigmoid));
+    }
+}

@@ -108,3 +108,52 @@ impl Normaliser {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::*;
+
+    fn range(name: &str, min: f64, max: f64) -> ChannelRange {
+        ChannelRange { name: name.to_owned(), min, max }
+    }
+
+    #[test]
+    fn ends_map_to_ones_and_back() {
+        let samples = [[2.0, 7.0], [-1.0, 7.0], [0.5, 7.0]];
+        let rows = samples.iter().map(|sample| &sample[..]);
+        let normaliser = Normaliser::from_samples(&["a", "constant"], rows).unwrap();
+        assert_eq!(normaliser.channels, [range("a", -1.0, 2.0), range("constant", 7.0, 7.0)]);
+        for (values, expected) in
+            [([2.0, 7.0], [1.0, 0.0]), ([-1.0, 7.0], [-1.0, 0.0]), ([0.5, 7.0], [0.0, 0.0])]
+        {
+            let (mut normal, mut back) = ([9.0; 2], [9.0; 2]);
+            normaliser.normalise_into(&values, &mut normal);
+            normaliser.restore_into(&normal, &mut back);
+            assert_eq!((normal, back), (expected, values));
+        }
+    }
+
+    #[test]
+    fn outside_begins_beyond_the_margin() {
+        let normaliser = Normaliser::new(vec![range("a", -1.0, 1.0), range("constant", 7.0, 7.0)]).unwrap();
+        assert!(!normaliser.is_outside(&[1.0, 7.0], 0.0));
+        assert!(normaliser.is_outside(&[1.01, 7.0], 0.0));
+        assert!(!normaliser.is_outside(&[-1.49, 7.0], 0.25));
+        assert!(normaliser.is_outside(&[-1.51, 7.0], 0.25));
+        assert!(normaliser.is_outside(&[0.0, 7.01], 0.25));
+        assert!(normaliser.is_outside(&[f64::NAN, 7.0], 0.25));
+    }
+
+    #[test]
+    fn ranges_that_cannot_be_are_refused() {
+        for (min, max) in [(1.0, 0.0), (f64::NAN, 0.0), (0.0, f64::INFINITY), (f64::MIN, f64::MAX)] {
+            assert!(Normaliser::new(vec![range("a", min, max)]).is_err(), "{min} {max}");
+        }
+        assert!(Normaliser::new(vec![range("a", 0.0, 1.0), range("a", 0.0, 1.0)]).is_err());
+        for samples in [&[][..], &[&[1.0][..]], &[&[1.0, f64::NAN]]] {
+            assert!(Normaliser::from_samples(&["a", "b"], samples.iter().copied()).is_err(), "{samples:?}");
+        }
+    }
+}

@@ -176,3 +176,47 @@ fn clear_checksum(bytes: &mut [u8], stated: &str) -> std::result::Result<(), Bad
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::*;
+    use crate::{Head, Network};
+
+    fn architecture() -> Architecture {
+        Architecture { inputs: 1, hidden: 2, layers: 1, outputs: 1, head: Head::Linear, dropout: 0.0 }
+    }
+
+    /// A file with these tensors, read back and taken as a network.
+    fn network_of(change: impl FnOnce(&mut TensorFile)) -> String {
+        let network = Network::new(&architecture(), 1).unwrap();
+        let mut file = TensorFile::default();
+        file.put_network("", &architecture(), &network.parameters);
+        change(&mut file);
+        let mut found = TensorFile::from_bytes(file.to_bytes("f", 2), "f", 2).unwrap();
+        let parameters = found.take_network("", &architecture());
+        match parameters.and_then(|p| Network::from_parameters(architecture(), p)) {
+            Ok(found) => format!("the same: {}", found == network),
+            Err(bad) => bad.to_string(),
+        }
+    }
+
+    #[test]
+    fn tensors_are_found_by_name_and_checked() {
+        assert_eq!(network_of(|_| ()), "the same: true");
+        let found = network_of(|file| drop(file.tensors.remove("head.bias")));
+        assert_eq!(found, "head.bias: expected a tensor of the architecture, got nothing");
+        let found = network_of(|file| file.tensors.get_mut("lstm.weight_ih_l0").unwrap().0 = vec![1, 8]);
+        assert_eq!(found, "lstm.weight_ih_l0: expected the shape [8, 1], got [1, 8]");
+        let found = network_of(|file| file.tensors.get_mut("lstm.bias_l0").unwrap().1[3] = f32::NAN);
+        assert_eq!(found, "lstm.bias_l0: expected finite weights, got NaN");
+    }
+
+    #[test]
+    fn another_version_is_refused() {
+        let bytes = TensorFile::default().to_bytes("f", 2);
+        let bad = TensorFile::from_bytes(bytes, "f", 3).unwrap_err();
+        assert_eq!((&bad.place[..], &bad.expected[..], &bad.found[..]), ("version", "3", "2"));
+    }
+}

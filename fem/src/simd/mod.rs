@@ -1,4 +1,4 @@
-//! Explicit SIMD, through `pulp`: the only module of the workspace that names it; the kernels
+//! Explicit SIMD, through `pulp`: the only module of this crate that names it; the kernels
 //! of the elements see its traits through here.
 //!
 //! Every kernel is written once, generic over the instruction set, and dispatched at run time

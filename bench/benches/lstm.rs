@@ -1,0 +1,30 @@
+//! Training and stepping an LSTM: fused layers beside candle's own cells.
+#![allow(missing_docs)] // criterion's macros make undocumented functions
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use hysteron_bench::learn::{Training, runner};
+
+fn training(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("lstm/step/2x512");
+    group.sample_size(10);
+    for (name, mut training) in [
+        ("fused/64x20", Training::fused(20).unwrap()),
+        ("candle/64x20", Training::unrolled(20).unwrap()),
+        ("fused/64x200", Training::fused(200).unwrap()),
+    ] {
+        // From the same weights: the proof of equal work.
+        println!("    loss of {name} at first {:.6}", training.step().unwrap());
+        group.bench_function(name, |bencher| bencher.iter(|| training.step().unwrap()));
+    }
+    group.finish();
+}
+
+fn rollout(criterion: &mut Criterion) {
+    let mut runner = runner().unwrap();
+    criterion.bench_function("lstm/sample/2x128", |bencher| bencher.iter(|| runner.step(&[0.1; 7])[0]));
+    println!("    output {:.6}", runner.step(&[0.1; 7])[0]);
+}
+
+criterion_group!(benches, training, rollout);
+criterion_main!(benches);

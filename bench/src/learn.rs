@@ -1,0 +1,128 @@
+//! Networks: a step of training beside candle's own cells, and a step of a rollout.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use anyhow::Result;
+use hysteron_learn::{Adam, Architecture, Batch, Head, Memory, Network, Outputs, Runner, Trainer};
+
+use crate::measure::shortest;
+use crate::table::{Goal, Row};
+
+/// Sequences in a batch.
+const ROWS: usize = 64;
+
+/// A network that learns to follow a sum of two waves.
+#[derive(Debug)]
+pub struct Training {
+    trainer: Trainer,
+    inputs: Vec<f32>,
+    steps: usize,
+}
+
+impl Training {
+    /// 2 × 512 units, 2 inputs, 4 outputs: the controller's network; batches of 64 sequences of `steps` samples.
+    fn architecture() -> Architecture {
+        Architecture { inputs: 2, hidden: 512, layers: 2, outputs: 4, head: Head::Linear, dropout: 0.0 }
+    }
+
+    /// With fused layers.
+    ///
+    /// # Errors
+    /// A device refuses.
+    pub fn fused(steps: usize) -> Result<Self> {
+        let network = Network::new(&Self::architecture(), 1)?;
+        Ok(Self::with(Trainer::new(network, Adam::default(), 1)?, steps))
+    }
+
+    /// With candle's own cells.
+    ///
+    /// # Errors
+    /// As [`Training::fused`].
+    pub fn unrolled(steps: usize) -> Result<Self> {
+        let network = Network::new(&Self::architecture(), 1)?;
+        Ok(Self::with(Trainer::unrolled(network, Adam::default(), 1)?, steps))
+    }
+
+    fn with(trainer: Trainer, steps: usize) -> Self {
+        let wave = |k: usize| (0.1 * (k / (2 * ROWS)) as f32 + 0.37 * (k % (2 * ROWS)) as f32).sin();
+        Self { trainer, inputs: (0..steps * ROWS * 2).map(wave).collect(), steps }
+    }
+
+    /// One step of training: the loss before it.
+    ///
+    /// # Errors
+    /// Training diverged.
+    pub fn step(&mut self) -> Result<f64> {
+        let batch = Batch { inputs: &self.inputs, steps: self.steps, rows: ROWS, outputs: Outputs::All };
+        let mut memory = Memory::zeros(self.trainer.network().architecture(), ROWS);
+        let per_value = 1.0 / (self.steps * ROWS * 4) as f32;
+        let loss = |outputs: &[f32], d_outputs: &mut [f32]| {
+            let mut sum = 0.0;
+            for (k, (output, d)) in outputs.iter().zip(d_outputs).enumerate() {
+                let sample = k / 4;
+                let off = output - 0.5 * (self.inputs[2 * sample] + self.inputs[2 * sample + 1]);
+                *d = 2.0 * off * per_value;
+                sum += f64::from(off * off * per_value);
+            }
+            sum
+        };
+        Ok(self.trainer.step(&batch, &mut memory, loss)?)
+    }
+
+    /// One step: the loss before it, and how long it took [s].
+    fn timed(&mut self) -> Result<(f64, f64)> {
+        let start = Instant::now();
+        let loss = self.step()?;
+        Ok((loss, start.elapsed().as_secs_f64()))
+    }
+}
+
+/// A network of the size of the residual: 2 × 128 units, 7 inputs, 36 outputs.
+///
+/// # Errors
+/// None: the sizes are legal.
+pub fn runner() -> Result<Runner> {
+    let architecture =
+        Architecture { inputs: 7, hidden: 128, layers: 2, outputs: 36, head: Head::Linear, dropout: 0.0 };
+    Ok(Runner::new(&Network::new(&architecture, 1)?))
+}
+
+/// Training on sequences of `steps` samples, alternating with candle's cells; one sample of a rollout.
+///
+/// # Errors
+/// Training diverged.
+pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
+    let (mut fused, mut unrolled) = (Training::fused(steps)?, Training::unrolled(steps)?);
+    let (mut fast, mut slow, mut apart) = (f64::INFINITY, f64::INFINITY, 0.0f64);
+    // The second steps show that the first ones moved the weights alike.
+    for _ in 0..2 {
+        let (here, seconds) = fused.timed()?;
+        fast = fast.min(seconds);
+        let (there, seconds) = unrolled.timed()?;
+        slow = slow.min(seconds);
+        apart = apart.max((here / there - 1.0).abs());
+    }
+    drop(unrolled);
+    for _ in 0..repetitions {
+        fast = fast.min(fused.timed()?.1);
+    }
+    let mut runner = runner()?;
+    let input = [0.1; 7];
+    let hundred = || {
+        (0..100).for_each(|_| {
+            black_box(runner.step(&input));
+        });
+    };
+    let one = shortest(100, hundred) / 100.0;
+    let name = format!("LSTM 2 × 512, batch of {ROWS} × {steps}");
+    Ok(vec![
+        Row::new(format!("{name}: step of training"), fast, "s")
+            .against(slow, "candle's own cells, unrolled")
+            .goal(Goal::AtMost(3.0)),
+        Row::new(format!("{name}: candle's time over ours"), slow / fast, "-").goal(Goal::AtLeast(5.0)),
+        // Proof that both did the same work: rounding of sums over the batch.
+        Row::new(format!("{name}: losses of both apart"), apart, "-").goal(Goal::AtMost(1e-4)),
+        Row::new("LSTM 2 × 128: one sample", 1e6 * one, "µs").goal(Goal::AtMost(30.0)),
+    ])
+}
