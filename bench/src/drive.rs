@@ -38,7 +38,7 @@ pub fn with_tensions(n_tendons: usize, n_steps: usize, tension: f64) -> Vec<Vec<
 /// A step of the recording run fails.
 pub fn with_strokes(twin: &Twin, n_steps: usize) -> hysteron_twin::Result<Vec<Vec<Target>>> {
     let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
-    let natural = with_tensions(twin.cables.len(), n_steps, 0.5);
+    let natural = with_tensions(twin.tendons.len(), n_steps, 0.5);
     natural
         .iter()
         .enumerate()

@@ -104,7 +104,7 @@ impl Workplace {
     /// Copies scene and mesh into a new folder.
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["scene.toml", "scene-coreact.toml", "tpu80.msh"] {
+        for name in ["scene.toml", "scene-coreact.toml", "scene-friction.toml", "tpu80.msh"] {
             std::fs::copy(root().join("meshes/tpu80").join(name), folder.path().join(name)).unwrap();
         }
         Self(folder)

@@ -174,8 +174,8 @@ impl Stepper {
         false
     }
 
-    /// Compliance of body and tendons at `state`, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact tangent in
-    /// double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags stays as it is.
+    /// Compliance of body and tendons at `state`, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
+    /// tangent in double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags stays as it is.
     ///
     /// # Errors
     /// The tangent at `state` is singular.

@@ -170,7 +170,8 @@ pub struct Friction {
     pub coefficient: f64,
     /// Friction of a whole tendon in the body without tension [N].
     pub coulomb: f64,
-    /// Places in the body at which a tendon rubs, at most as many as it has inner points; each stands for an equal share of these.
+    /// Places in the body at which a tendon rubs, at most as many as it has inner points; each stands for an equal
+    /// share of these.
     pub points: usize,
     /// Friction coefficient times the whole turn of the sheath between servo and body [-]: of a tension T that moves
     /// through it, T exp(-this) is left.

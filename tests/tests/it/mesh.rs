@@ -81,6 +81,7 @@ fn every_scene_of_the_repository_is_fit() {
         "tpu80/scene-fine.toml",
         "tpu80/scene-quadratic.toml",
         "tpu80/scene-coreact.toml",
+        "tpu80/scene-friction.toml",
         "tentacle/scene.toml",
         "tentacle/scene-quadratic.toml",
     ] {

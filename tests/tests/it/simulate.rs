@@ -47,6 +47,26 @@ fn tip_goes_where_the_tendons_pull() {
 }
 
 #[test]
+fn tip_of_tendons_that_rub_lags_behind_its_reversal() {
+    let place = Workplace::new();
+    // Pulled by 4 mm and released again, in steps of 0.1 mm.
+    let row = |k: i32| format!("{k},{0},0,-{0},0\n", 0.1 * f64::from(40 - (k - 40).abs()));
+    let rows: String = (0..=80).map(row).collect();
+    place.write("pull.csv", format!("time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n{rows}"));
+    let bend = |scene: &str, out: &str| {
+        place.run(&["simulate", scene, "--strokes", "pull.csv", "--out", out]).succeeded();
+        recording(&place, out).tip().unwrap()[0].to_vec()
+    };
+    let (smooth, rubbing) = (bend("scene.toml", "smooth.csv"), bend("scene-friction.toml", "rubbing.csv"));
+    let widest = |tip: &[f64]| (0..40).map(|k| tip[80 - k] - tip[k]).fold(0.0, f64::max);
+    // Without friction both ways are one, to what 1e-6 of the forces bends.
+    assert!(widest(&smooth) < 1e-6, "{}", widest(&smooth));
+    assert!(widest(&rubbing) > 1e-4, "{}", widest(&rubbing));
+    let tensions = recording(&place, "rubbing.csv");
+    assert!(tensions.channel("tension_5_n").is_none(), "jumps are no tendons");
+}
+
+#[test]
 fn csv_and_parquet_hold_the_same() {
     let place = Workplace::new();
     place.write_circle("circle.csv", 40);
@@ -123,7 +143,15 @@ fn an_impossible_stroke_keeps_what_was_done() {
     }
     assert_eq!(
         names_in(place.path()),
-        ["pull.csv", "scene-coreact.toml", "scene.toml", "tip.partial.csv", "tip.state", "tpu80.msh"]
+        [
+            "pull.csv",
+            "scene-coreact.toml",
+            "scene-friction.toml",
+            "scene.toml",
+            "tip.partial.csv",
+            "tip.state",
+            "tpu80.msh"
+        ]
     );
     let partial = recording(&place, "tip.partial.csv");
     assert_eq!(partial.n_samples(), 10);

@@ -142,7 +142,7 @@ pub(super) fn strokes_of(twin: &Twin, sample: &Sample, answer: &[f64]) -> Vec<f6
 }
 
 /// Strokes allowed `duration` [s] after they were `before`, within `bounds` and the rate.
-pub(super) fn allowed(auxiliary: &Auxiliary, before: &[f64], duration: f64) -> Vec<Bounds> {
+pub(crate) fn allowed(auxiliary: &Auxiliary, before: &[f64], duration: f64) -> Vec<Bounds> {
     let reach = auxiliary.rate * duration;
     let of = |(bounds, &stroke): (&Bounds, &f64)| Bounds {
         min: bounds.clamp(stroke - reach),

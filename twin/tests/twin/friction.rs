@@ -57,6 +57,12 @@ fn geometry(robot: &Robot, j: usize) -> (Vec<f64>, Vec<f64>) {
     (lengths, turns)
 }
 
+/// Length of tendon `j` from its point `first` on, when the nodes are at `x` [m].
+fn way_behind(robot: &Robot, j: usize, first: usize, x: &[[f64; 4]]) -> f64 {
+    let line = robot.twin.cables.polyline(j, x);
+    line[first..].windows(2).map(|pair| distance(pair[0], pair[1])).sum()
+}
+
 #[test]
 fn tension_at_the_tip_follows_the_capstan_equation_to_first_order_in_the_step() {
     for points in [1, 3, 9] {
@@ -103,7 +109,12 @@ fn friction_beyond_all_tensions_holds_the_tendons_where_they_are() {
         plain.go(&bend(5e-5 * f64::from(k)));
     }
     assert!(rubbing.state.slides.iter().all(|slide| *slide == 0.0), "{:?}", rubbing.state.slides);
-    // Only the first of ten segments shortens: the bend is there, and so close to the clamp that little comes of it.
+    // Of ten segments only the first can shorten.
+    for point in &rubbing.twin.friction {
+        let length = |x: &[[f64; 4]]| way_behind(&rubbing, point.tendon, point.first, x);
+        let (now, before) = (length(&rubbing.state.positions), length(&rubbing.twin.body.rest));
+        assert_close("way behind a point", now, before, 1.1e-10);
+    }
     let (moved, free) = (distance(rubbing.tip(), rest), distance(plain.tip(), rest));
     assert!(moved > 1e-5 && (moved - free).abs() > 0.05 * free, "{moved} {free}");
 }
@@ -296,12 +307,8 @@ fn step_that_fails_leaves_the_memory_at_the_last_equilibrium() {
     let error = robot.stepper.step(&robot.twin, &squeezed, &mut robot.state).expect_err("no equilibrium");
     assert!(matches!(error, Error::NoEquilibrium { .. }), "{error}");
     // Tendons that keep their length have slid as far past a point as their way behind it is shorter.
-    let suffix = |j: usize, first: usize, x: &[[f64; 4]]| -> f64 {
-        let line = robot.twin.cables.polyline(j, x);
-        line[first..].windows(2).map(|pair| distance(pair[0], pair[1])).sum()
-    };
     for (point, slide) in robot.twin.friction.iter().zip(&robot.state.slides) {
-        let length = |x: &[[f64; 4]]| suffix(point.tendon, point.first, x);
+        let length = |x: &[[f64; 4]]| way_behind(&robot, point.tendon, point.first, x);
         let reached = length(&robot.twin.body.rest) - length(&robot.state.positions);
         assert_close("slide", *slide, reached, 1.1e-10);
     }

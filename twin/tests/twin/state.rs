@@ -73,6 +73,19 @@ fn state_of_another_version_is_refused() {
 }
 
 #[test]
+fn state_of_the_first_version_is_one_without_memory() {
+    let robot = bent();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("state.bin");
+    robot.state.write(&path, &robot.twin, HASH).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    replace(&mut bytes, "\"version\":2", "\"version\":1");
+    replace(&mut bytes, ",\"n_memory\":0", "");
+    std::fs::write(&path, bytes).unwrap();
+    assert_eq!(TwinState::read(&path, &robot.twin, HASH).unwrap(), robot.state);
+}
+
+#[test]
 fn other_files_are_refused() {
     for content in ["", "\n", "time_s,tip_x_m\n0,0\n", "{\"format\":\"hysteron-state\"}\n", "\u{0}\u{1}"] {
         let bad = complaint(|bytes| *bytes = content.as_bytes().to_vec());
