@@ -47,7 +47,12 @@ impl Bench {
     }
 
     /// Errors of the markers in these shapes.
-    fn errors_in(&self, setup: &Setup, states: &[TwinState], holds: &[Hold]) -> Vec<[f64; 3 * N_MARKERS]> {
+    pub fn errors_in(
+        &self,
+        setup: &Setup,
+        states: &[TwinState],
+        holds: &[Hold],
+    ) -> Vec<[f64; 3 * N_MARKERS]> {
         let error = |(state, hold): (&TwinState, &Hold)| {
             let found = setup.markers(&self.markers, state, hold.base);
             std::array::from_fn(|i| found[i / 3][i % 3] - hold.markers[i / 3][i % 3])

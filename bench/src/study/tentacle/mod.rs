@@ -5,12 +5,13 @@
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod fits;
+mod residual;
 mod setup;
 
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::{Bounds, Law, LengthUnit, Material};
+use hysteron_base::{Bounds, Law, LengthUnit, Material, Scene};
 use hysteron_fem::{Embedding, FemModel, read_mesh};
 use hysteron_twin::{Stepper, Target, TwinState};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -136,8 +137,17 @@ pub fn run(folder: &Path) -> Result<()> {
             json!({"over": name, "rmse_mm": twin, "own_rod_mm": own, "published_rod_mm": published})
         })
         .collect();
-    let (_, fitted) = fits::run(&fits::Bench::new(&recorded)?)?;
-    write_metrics(folder, "tentacle", json!({"holds": holds, "summary": summary, "fits": fitted}))
+    let bench = fits::Bench::new(&recorded)?;
+    let (setups, fitted) = fits::run(&bench)?;
+    let scene =
+        Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tentacle/scene-coreact.toml"))?;
+    let last = setups.last().context("no set")?;
+    let residual = residual::run(&bench, last, &scene)?;
+    write_metrics(
+        folder,
+        "tentacle",
+        json!({"holds": holds, "summary": summary, "fits": fitted, "residual_tensions": residual}),
+    )
 }
 
 /// A static hold.
