@@ -54,7 +54,7 @@ fn run() -> Result<()> {
                 "sofa" => sofa::run(&folder),
                 "convergence" => convergence::run(&folder, quick),
                 "sorosim" => sorosim::run(&folder, quick),
-                "tentacle" => tentacle::run(&folder),
+                "tentacle" => tentacle::run(&folder, quick),
                 "ftdcr" => ftdcr::run(&folder),
                 "rig" => rig::run(&folder, quick),
                 _ => bail!("no study {name:?}\n{USAGE}"),

@@ -155,3 +155,19 @@ fn metrics(folds: &[Fold]) -> Value {
         "pooled": METHODS.iter().enumerate().map(|(m, name)| json!({"method": name, "rmse_mm": pooled(folds, m)})).collect::<Vec<_>>(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folds_are_even_and_the_same_every_time() {
+        let fold_of = folds(66);
+        assert_eq!(fold_of, folds(66));
+        for fold in 0..N_FOLDS {
+            let n = fold_of.iter().filter(|of| **of == fold).count();
+            assert!((13..=14).contains(&n), "{n} patterns in fold {fold}");
+        }
+        assert_ne!(fold_of[..5], [0, 1, 2, 3, 4]);
+    }
+}

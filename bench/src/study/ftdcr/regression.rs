@@ -123,3 +123,41 @@ fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
 fn targets(tips: &[[f64; 3]]) -> DMatrix<f64> {
     DMatrix::from_fn(tips.len(), 3, |i, c| tips[i][c])
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+    use rand::RngExt;
+
+    /// Points of a function of three numbers, in eight groups.
+    fn points(n: usize) -> (Vec<Vec<f64>>, Tips, Vec<usize>) {
+        let mut rng = hysteron_base::rng(1, "regression");
+        let rows: Vec<Vec<f64>> =
+            (0..n).map(|_| (0..3).map(|_| rng.random_range(-1.0..1.0)).collect()).collect();
+        let tip =
+            |x: &Vec<f64>| [x[0] * x[1] * x[2] - x[2].powi(3), 4.0 + x[0] - 2.0 * x[1] * x[1], 3.0 * x[2]];
+        let tips = rows.iter().map(tip).collect();
+        (rows, tips, (0..n).map(|i| i % 8).collect())
+    }
+
+    fn largest_error(found: &[[f64; 3]], tips: &[[f64; 3]]) -> f64 {
+        found.iter().zip(tips).map(|(a, b)| crate::study::distance(*a, *b)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn cubic_regression_finds_a_cubic() {
+        let (rows, tips, groups) = points(400);
+        let found = cubic(&rows[..300], &tips[..300], &groups[..300], &rows[300..]).unwrap();
+        // The smallest ridge of the grid over 300 rows: 1e-2 / 300 of weights of order one.
+        assert!(largest_error(&found, &tips[300..]) < 1e-3);
+    }
+
+    #[test]
+    fn kernel_regression_follows_a_smooth_function() {
+        let (rows, tips, groups) = points(400);
+        let found = kernel(&rows[..300], &tips[..300], &groups[..300], &rows[300..]).unwrap();
+        // A tenth of the range, in the corners; the mean alone would miss by whole units.
+        assert!(largest_error(&found, &tips[300..]) < 0.5);
+    }
+}

@@ -12,9 +12,11 @@ use super::{Hold, Markers, N_MARKERS};
 use crate::scenes::{Setting, tendon, twin};
 
 /// Largest tension step of a fit [N].
-const TENSION_STEP: f64 = 0.8;
+const TENSION_STEP: f64 = 0.5;
 /// Straight pieces of each tendon: some of its tension is lost from one to the next.
 const PIECES: usize = 4;
+/// Segments of a whole tendon.
+const SEGMENTS: usize = 60;
 const LINK: f64 = 0.305;
 /// Radius of the circle that carries a tendon point [m]: a point alone would sink into one element.
 const RING: f64 = 1.5e-3;
@@ -138,8 +140,9 @@ impl Setup {
             let (sin, cos) = degrees.to_radians().sin_cos();
             for piece in 1..=n_pieces {
                 let end = LINK * piece as f64 / n_pieces as f64;
-                let points = (0..=10 * piece).map(|k| {
-                    let s = end * k as f64 / (10 * piece) as f64;
+                let n = SEGMENTS * piece / n_pieces;
+                let points = (0..=n).map(|k| {
+                    let s = end * k as f64 / n as f64;
                     let r = 0.0114 - 0.0295 * s;
                     [r * cos, r * sin, s]
                 });
