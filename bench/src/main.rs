@@ -55,7 +55,7 @@ fn run() -> Result<()> {
                 "convergence" => convergence::run(&folder, quick),
                 "sorosim" => sorosim::run(&folder, quick),
                 "tentacle" => tentacle::run(&folder, quick),
-                "ftdcr" => ftdcr::run(&folder),
+                "ftdcr" => ftdcr::run(&folder, quick),
                 "rig" => rig::run(&folder, quick),
                 _ => bail!("no study {name:?}\n{USAGE}"),
             }

@@ -27,11 +27,11 @@ const N_FOLDS: usize = 5;
 const METHODS: [&str; 4] =
     ["twin, fitted", "cubic regression", "kernel regression", "twin + kernel regression"];
 
-/// Runs the study; skipped by name where the recordings are not there.
+/// Runs the study, a quick one with the first fold and few rows to fit; skipped by name where the recordings are not there.
 ///
 /// # Errors
 /// The files cannot be read, or a fit fails.
-pub fn run(folder: &Path) -> Result<()> {
+pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let path = data_folder().join("ftdcr-v4/train.csv");
     if !path.exists() {
         println!("study ftdcr skipped: no {}", path.display());
@@ -39,8 +39,9 @@ pub fn run(folder: &Path) -> Result<()> {
     }
     let patterns = read_patterns(&path)?;
     let fold_of = folds(patterns.len());
-    let robot = Robot::read()?;
-    let folds: Vec<Fold> = (0..N_FOLDS)
+    let (n_folds, fit_rows) = if quick { (1, 24) } else { (N_FOLDS, 110) };
+    let robot = Robot::read(fit_rows)?;
+    let folds: Vec<Fold> = (0..n_folds)
         .into_par_iter()
         .map(|fold| {
             let (held, training): (Vec<_>, Vec<_>) =

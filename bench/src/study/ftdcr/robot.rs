@@ -14,8 +14,6 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::recording::{N_TENDONS, Pattern, Row};
 
-/// Rows of the training patterns that a fit uses at most: the twin has no memory, so any rows will do.
-const FIT_ROWS: usize = 110;
 /// Coordinate error from which on a row counts linearly [m].
 const HUBER: f64 = 5e-3;
 /// Longest stroke of a step [m].
@@ -26,6 +24,8 @@ pub struct Robot {
     scene: Scene,
     mesh: Mesh,
     parameters: Vec<Parameter>,
+    /// Rows of the training patterns that a fit uses at most: the twin has no memory, so any rows will do.
+    fit_rows: usize,
 }
 
 /// Parameters, and the frame of the marker.
@@ -60,7 +60,7 @@ impl Predicted {
 
 impl Robot {
     /// `meshes/ftdcr-v4`.
-    pub fn read() -> Result<Self> {
+    pub fn read(fit_rows: usize) -> Result<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/ftdcr-v4");
         let scene = Scene::read(folder.join("scene.toml"))?;
         let mesh = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
@@ -86,7 +86,7 @@ impl Robot {
             bounds: Bounds { min: 1e-6, max: 2e-3 },
             scale: Scale::Logarithmic,
         });
-        Ok(Self { scene, mesh, parameters })
+        Ok(Self { scene, mesh, parameters, fit_rows })
     }
 
     fn twin(&self, values: &[f64]) -> hysteron_twin::Result<Twin> {
@@ -107,7 +107,7 @@ impl Robot {
     /// Those of the fit.
     pub fn fit(&self, training: &[Pattern]) -> Result<Fitted> {
         let rows: Vec<&Row> = training.iter().flat_map(|pattern| &pattern.rows).collect();
-        let every = rows.len().div_ceil(FIT_ROWS);
+        let every = rows.len().div_ceil(self.fit_rows);
         let rows: Vec<&Row> = rows.into_iter().step_by(every).collect();
         let measured: Vec<Vector3<f64>> = rows.iter().map(|row| row.tip.into()).collect();
         let options =
