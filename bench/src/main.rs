@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use hysteron_bench::study::{convergence, rig, sofa, sorosim, tentacle};
+use hysteron_bench::study::{convergence, ftdcr, rig, sofa, sorosim, tentacle};
 use hysteron_bench::targets::{self, Effort};
 
 const USAGE: &str = "usage: hysteron-bench [--quick] [--out FOLDER]
-       hysteron-bench study sofa|convergence|sorosim|tentacle|rig [--quick] [--out FOLDER]
+       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|rig [--quick] [--out FOLDER]
 
 Without a study: measures every performance target and writes FOLDER/targets.json.
 A study compares with another program or a robot, or records from the emulated rig, and writes FOLDER/NAME/metrics.json.
 FOLDER is bench/ for the targets and out/ for the studies unless given.
-HYSTERON_DATA names the folder of recordings for sorosim and tentacle (default ../shared/data).";
+HYSTERON_DATA names the folder of recordings for sorosim, tentacle and ftdcr (default ../shared/data).";
 
 fn main() -> ExitCode {
     match run() {
@@ -54,7 +54,8 @@ fn run() -> Result<()> {
                 "sofa" => sofa::run(&folder),
                 "convergence" => convergence::run(&folder, quick),
                 "sorosim" => sorosim::run(&folder, quick),
-                "tentacle" => tentacle::run(&folder),
+                "tentacle" => tentacle::run(&folder, quick),
+                "ftdcr" => ftdcr::run(&folder, quick),
                 "rig" => rig::run(&folder, quick),
                 _ => bail!("no study {name:?}\n{USAGE}"),
             }

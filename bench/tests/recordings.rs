@@ -36,7 +36,7 @@ fn rod_shapes_agree_with_sorosim_within_one_per_cent_of_length() {
 
 #[test]
 fn tentacle_with_nominal_parameters_is_as_far_off_as_the_rod_model() {
-    let run = |folder: &Path| tentacle::run(folder).unwrap();
+    let run = |folder: &Path| tentacle::run(folder, true).unwrap();
     let Some(metrics) = metrics("tentacle", "tentacle/static_markers.csv", run) else { return };
     let row =
         metrics["summary"].as_array().unwrap().iter().find(|row| !row["published_rod_mm"].is_null()).unwrap();

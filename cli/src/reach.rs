@@ -53,5 +53,5 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let found = format!("{} mm", arguments.tolerance_mm);
         return Err(BadInput::new("--tolerance-mm", "a length above 0", found).into());
     }
-    carry_out(Task::Reach(tolerance), &arguments.goals, &arguments.options)
+    carry_out(Task::Reach(tolerance), &arguments.goals, &arguments.options, None)
 }

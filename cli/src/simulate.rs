@@ -33,11 +33,14 @@ pub struct Arguments {
     /// Recording with the strokes to follow, .parquet or .csv
     #[arg(long, value_name = "REC")]
     strokes: PathBuf,
+    /// Checkpoint by hysteron fit-residual: its network drives the virtual tendons, from the strokes and the twin's tip
+    #[arg(long, value_name = "CKPT")]
+    residual: Option<PathBuf>,
     #[command(flatten)]
     options: Options,
 }
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    carry_out(Task::Simulate, &arguments.strokes, &arguments.options)
+    carry_out(Task::Simulate, &arguments.strokes, &arguments.options, arguments.residual.as_deref())
 }

@@ -18,7 +18,32 @@ fn main() -> Result<()> {
 
     save(&folder.join("tentacle/tentacle.msh"), &rounded(tentacle(16, 90).mesh()?), Encoding::Ascii)?;
     let coarse = rounded(tentacle(12, 60).mesh()?);
-    save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)
+    save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)?;
+
+    let ftdcr = rounded(ftdcr_v4(6, 18).mesh()?);
+    save(&folder.join("ftdcr-v4/ftdcr-v4.msh"), &ftdcr.to_quadratic(), Encoding::Ascii)
+}
+
+/// Solid cylinder, its polygon as wide as to bend like the circle.
+fn ftdcr_v4(outer_divisions: u32, layers: u32) -> Tube {
+    let radius = wider(outer_divisions) * 5.5 * MM;
+    Tube {
+        profile: vec![[0.0, radius], [186.5 * MM, radius]],
+        bore_radius: 0.0,
+        channels: Vec::new(),
+        outer_divisions,
+        bore_divisions: 0,
+        channel_divisions: 0,
+        layers: Layers::Count(layers),
+        order: Order::Linear,
+    }
+}
+
+/// How much wider than a circle a polygon is with the same second moment of area:
+/// n R⁴ sin(2π/n) (2 + cos(2π/n)) / 24 = π r⁴ / 4.
+fn wider(divisions: u32) -> f64 {
+    let turn = TAU / f64::from(divisions);
+    (3.0 * turn / (turn.sin() * (2.0 + turn.cos()))).powf(0.25)
 }
 
 /// Tube of 80 mm with a bore and four tendon channels.
@@ -40,9 +65,7 @@ fn tpu80(outer_divisions: u32, bore_divisions: u32, channel_divisions: u32, laye
 /// Solid tapered body of two links. Its polygons bend like the circles they stand for: they have the same
 /// second moment of area.
 fn tentacle(outer_divisions: u32, layers: u32) -> Tube {
-    let turn = TAU / f64::from(outer_divisions);
-    // n R⁴ sin(2π/n) (2 + cos(2π/n)) / 24 = π r⁴ / 4.
-    let wider = (3.0 * turn / (turn.sin() * (2.0 + turn.cos()))).powf(0.25);
+    let wider = wider(outer_divisions);
     Tube {
         profile: [[0.0, 15.41], [305.0, 6.42], [360.0, 4.80]].map(|[z, r]| [z * MM, wider * r * MM]).to_vec(),
         bore_radius: 0.0,

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Drive, Recording};
+use hysteron_twin::coreact::Auxiliary;
 use hysteron_twin::{Target, TendonSpec, Twin, TwinState};
 
 use super::goals::Goals;
@@ -16,6 +17,8 @@ use super::goals::Goals;
 enum Course<'a> {
     Strokes(&'a [f64]),
     Tensions(&'a [f64]),
+    /// Strokes of a virtual tendon as CoReAct means them: each is a tension, by this many newtons per metre.
+    Residual(&'a [f64], f64),
     Constant(Target),
 }
 
@@ -23,6 +26,8 @@ enum Course<'a> {
 #[derive(Debug, Clone)]
 pub struct Command<'a> {
     courses: Vec<Course<'a>>,
+    /// Number of primary tendons.
+    pub n_primary: usize,
     /// Times [s].
     pub time: &'a [f64],
     /// True where the recording itself drives the auxiliary tendons.
@@ -82,12 +87,17 @@ impl<'a> Command<'a> {
         let aux = recording.aux();
         if !aux.is_empty() {
             check_count("aux", aux.len(), auxiliary)?;
-            courses.extend(aux.iter().map(|values| Course::Strokes(values)));
+            courses.extend(driven(twin, &aux)?);
         } else {
             courses.extend(auxiliary.iter().map(|tendon| Course::Constant(resting(tendon))));
         }
-        let command =
-            Self { courses, time: recording.time(), drives_auxiliary: !aux.is_empty(), goals: None };
+        let command = Self {
+            courses,
+            n_primary: twin.n_primary,
+            time: recording.time(),
+            drives_auxiliary: !aux.is_empty(),
+            goals: None,
+        };
         command.check_lengths(twin)?;
         Ok(command)
     }
@@ -98,14 +108,26 @@ impl<'a> Command<'a> {
         targets.extend(self.courses.iter().map(|course| match course {
             Course::Strokes(values) => Target::Stroke(values[row]),
             Course::Tensions(values) => Target::Tension(values[row]),
+            Course::Residual(values, stiffness) => Target::Tension(values[row] * stiffness),
             Course::Constant(target) => *target,
         }));
+    }
+
+    /// Strokes commanded to the primary tendons in sample `row` [m].
+    pub fn primary_strokes(&self, row: usize) -> Vec<f64> {
+        self.courses[..self.n_primary]
+            .iter()
+            .map_while(|course| match course {
+                Course::Strokes(values) => Some(values[row]),
+                _ => None,
+            })
+            .collect()
     }
 
     /// Stroke commanded to tendon `j` [m], if that is what it follows.
     pub fn strokes_of(&self, j: usize) -> Option<&'a [f64]> {
         match self.courses[j] {
-            Course::Strokes(values) => Some(values),
+            Course::Strokes(values) | Course::Residual(values, _) => Some(values),
             _ => None,
         }
     }
@@ -132,6 +154,7 @@ impl<'a> Command<'a> {
             match self.courses[j] {
                 Course::Strokes(values) => format!("{name} {:.3} mm", 1e3 * values[row]),
                 Course::Tensions(values) => format!("{name} {:.3} N", values[row]),
+                Course::Residual(values, _) => format!("{name} {:.3} mm", 1e3 * values[row]),
                 Course::Constant(_) => format!("{name} free"),
             }
         };
@@ -155,6 +178,34 @@ impl<'a> Command<'a> {
         }
         Ok(())
     }
+}
+
+/// The courses of auxiliary tendons that a recording drives: by stroke, or, where the scene drives them by tension, by
+/// the strokes that CoReAct knows.
+fn driven<'a>(twin: &Twin, aux: &[&'a [f64]]) -> Result<Vec<Course<'a>>, BadInput> {
+    let tendons = &twin.tendons[twin.n_primary..];
+    if tendons.iter().all(|tendon| tendon.drive != Drive::Tension) {
+        return Ok(aux.iter().map(|values| Course::Strokes(values)).collect());
+    }
+    let auxiliary = Auxiliary::new(twin).map_err(|error| {
+        error
+            .bad_input()
+            .cloned()
+            .unwrap_or_else(|| BadInput::new("scene", "virtual tendons", error.to_string()))
+    })?;
+    for (k, (values, bounds)) in aux.iter().zip(&auxiliary.bounds).enumerate() {
+        // Written and read again, a stroke at its bound may have lost its last digit.
+        let slack = 1e-9 * (bounds.max - bounds.min);
+        let outside = |value: &f64| *value < bounds.min - slack || *value > bounds.max + slack;
+        if let Some(row) = values.iter().position(outside) {
+            let expected = format!("{:.4} to {:.4} mm", 1e3 * bounds.min, 1e3 * bounds.max);
+            let place = format!("row {}: aux_{:02}_m", row + 1, k + 1);
+            return Err(BadInput::new(place, expected, format!("{:.4} mm", 1e3 * values[row]))
+                .hint("bounds of stroke and tension in the scene's [auxiliary]"));
+        }
+    }
+    let stiffness = auxiliary.compliances.iter().map(|compliance| compliance.recip());
+    Ok(aux.iter().zip(stiffness).map(|(values, stiffness)| Course::Residual(values, stiffness)).collect())
 }
 
 /// As many channels of this kind as tendons.

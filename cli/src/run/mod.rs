@@ -6,6 +6,7 @@
 
 mod command;
 mod goals;
+mod residual;
 mod series;
 mod summary;
 mod trace;
@@ -22,6 +23,7 @@ use hysteron_twin::{Stepper, Twin, TwinState};
 use crate::{figures, interrupt, terminal};
 use command::Command;
 pub use goals::Goals;
+use residual::{Network, Residual};
 use series::Series;
 pub use summary::Summary;
 use trace::Trace;
@@ -84,6 +86,12 @@ impl Task {
     }
 }
 
+/// What moves the robot from sample to sample.
+enum Driver<'a, 'b> {
+    Stepper(Box<Stepper>),
+    Network(&'a mut Residual<'b>),
+}
+
 /// How a run ended.
 enum End {
     Done,
@@ -109,8 +117,13 @@ pub struct Run<'a> {
     pub summary: &'a Summary,
 }
 
-/// Makes a run through the recording `input`.
-pub fn carry_out(task: Task, input: &Path, options: &Options) -> anyhow::Result<()> {
+/// Makes a run through the recording `input`, with the residual network of a checkpoint if there is one.
+pub fn carry_out(
+    task: Task,
+    input: &Path,
+    options: &Options,
+    checkpoint: Option<&Path>,
+) -> anyhow::Result<()> {
     let (partial, state_file) = check_out(&options.out, input, task)?;
     let scene = Scene::read(&options.scene)?;
     let samples = Recording::read(input)?;
@@ -121,7 +134,19 @@ pub fn carry_out(task: Task, input: &Path, options: &Options) -> anyhow::Result<
             Command::with_free_strokes(&twin, &samples, input, Goals::new(&samples, input, tolerance)?)?
         }
     };
-    let provenance = provenance(&scene, task, input)?;
+    let mut provenance = provenance(&scene, task, input)?;
+    let network = match checkpoint {
+        Some(path) => {
+            check_residual(options, &command)?;
+            provenance.extra.insert("residual_sha256".to_owned(), file::sha256_hex(&file::read_bytes(path)?));
+            Some(Network::read(path, &scene, &twin)?)
+        }
+        None => None,
+    };
+    let mut residual = match &network {
+        Some(network) => Some(Residual::new(network, &twin, sample_duration(&samples, input)?)?),
+        None => None,
+    };
 
     let mut trace = Trace::new(&twin, samples.n_samples());
     let mut state = match &options.from {
@@ -155,17 +180,32 @@ pub fn carry_out(task: Task, input: &Path, options: &Options) -> anyhow::Result<
     };
     let mut summary = Summary::default();
     let mut farthest = (trace.len(), state.clone());
-    let end = follow(&twin, &command, &mut state, &mut trace, &mut summary, &mut farthest, series.as_mut())?;
+    let mut driver = match &mut residual {
+        Some(residual) => Driver::Network(residual),
+        None => Driver::Stepper(Box::new(Stepper::new(&twin))),
+    };
+    let end = follow(
+        &twin,
+        &command,
+        &mut driver,
+        &mut state,
+        &mut trace,
+        &mut summary,
+        &mut farthest,
+        series.as_mut(),
+    )?;
     if let Some(mut series) = series {
         series.finish()?;
     }
 
     let is_complete = matches!(end, End::Done);
     let stopped_at = trace.len();
+    summary.extrapolated = residual.as_ref().map(Residual::extrapolated);
+    let further = residual.map_or_else(Vec::new, |residual| residual.into_channels(stopped_at));
     let recording = if stopped_at == 0 {
         None
     } else {
-        Some(trace.into_recording(&twin, &command, with_completeness(provenance, is_complete))?)
+        Some(trace.into_recording(&twin, &command, further, with_completeness(provenance, is_complete))?)
     };
     let (End::Done, Some(recording)) = (&end, &recording) else {
         state.write(&state_file, &twin, &scene.hash)?;
@@ -203,16 +243,17 @@ pub fn carry_out(task: Task, input: &Path, options: &Options) -> anyhow::Result<
 }
 
 /// Steps through the samples that `trace` does not have yet.
+#[expect(clippy::too_many_arguments, reason = "each is one of the things a run reads or writes")]
 fn follow(
     twin: &Twin,
     command: &Command,
+    driver: &mut Driver,
     state: &mut TwinState,
     trace: &mut Trace,
     summary: &mut Summary,
     farthest: &mut (usize, TwinState),
     mut series: Option<&mut Series>,
 ) -> anyhow::Result<End> {
-    let mut stepper = Stepper::new(twin);
     let mut targets = Vec::new();
     let rest = twin.tip_of(&twin.rest());
     let distance = |tip: [f64; 3]| (0..3).map(|c| (tip[c] - rest[c]).powi(2)).sum::<f64>();
@@ -227,12 +268,15 @@ fn follow(
             break;
         }
         command.targets_into(row, &mut targets);
-        let step = match &command.goals {
-            None => stepper.step(twin, &targets, state),
-            Some(goals) => stepper.reach(twin, &goals.tip_goal(row), &targets, state).map(|report| {
-                summary.rounds += report.rounds;
-                report.step
-            }),
+        let step = match (&command.goals, &mut *driver) {
+            (_, Driver::Network(residual)) => residual.step(&command.primary_strokes(row), state),
+            (None, Driver::Stepper(stepper)) => stepper.step(twin, &targets, state),
+            (Some(goals), Driver::Stepper(stepper)) => {
+                stepper.reach(twin, &goals.tip_goal(row), &targets, state).map(|report| {
+                    summary.rounds += report.rounds;
+                    report.step
+                })
+            }
         };
         match step {
             Ok(report) => summary.add(&report),
@@ -310,6 +354,35 @@ fn check_out(out: &Path, input: &Path, task: Task) -> Result<(PathBuf, PathBuf),
         return Err(BadInput::new("--out", format!("another file than --{}", task.input()), shown));
     }
     Ok((out.with_extension(format!("partial.{extension}")), out.with_extension("state")))
+}
+
+/// The network remembers, and its memory is not saved: a run with it starts from rest.
+fn check_residual(options: &Options, command: &Command) -> Result<(), BadInput> {
+    let start = if options.resume { Some("--resume") } else { options.from.as_ref().map(|_| "--from") };
+    if let Some(start) = start {
+        return Err(BadInput::new("--residual", "a run from rest", start)
+            .hint("the memory of the network is no part of a state"));
+    }
+    if command.primary_strokes(0).len() != command.n_primary {
+        return Err(BadInput::new(
+            "--residual",
+            "a scene that drives all tendons by stroke",
+            "another drive",
+        ));
+    }
+    if command.drives_auxiliary {
+        return Err(BadInput::new("aux columns", "none: the network drives the virtual tendons", "some")
+            .hint("leave out --residual to follow them"));
+    }
+    Ok(())
+}
+
+/// Duration of a sample [s], all the same.
+fn sample_duration(samples: &Recording, input: &Path) -> Result<f64, BadInput> {
+    samples.rate_hz().map(f64::recip).ok_or_else(|| {
+        BadInput::new(format!("{}: time_s", input.display()), "a fixed rate, for the network", "uneven steps")
+            .hint("resample the commands")
+    })
 }
 
 /// What the recording says about itself.

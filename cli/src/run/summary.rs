@@ -29,6 +29,9 @@ pub struct Summary {
     pub worst_relative_residual: f64,
     /// Largest error of a prescribed stroke [m].
     pub worst_stroke_error_m: f64,
+    /// Part of the samples in which the residual network left its training range, if there was one [-].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extrapolated: Option<f64>,
     /// Samples in the recording.
     pub samples: usize,
     /// Time from the first to the last sample [s].

@@ -68,11 +68,12 @@ impl Trace {
         Ok(())
     }
 
-    /// The recording, with the commanded strokes.
+    /// The recording, with the commanded strokes and `further` channels.
     pub fn into_recording(
         self,
         twin: &Twin,
         command: &Command,
+        further: Vec<Channel>,
         meta: Metadata,
     ) -> Result<Recording, BadInput> {
         let n = self.len();
@@ -98,6 +99,7 @@ impl Trace {
         for (k, values) in self.strokes.into_iter().enumerate() {
             channels.push(Channel::new(format!("measured_stroke_{}_m", k + 1), values));
         }
+        channels.extend(further);
         Recording::new(command.time[..n].to_vec(), channels, Vec::new(), meta)
     }
 }

@@ -10,12 +10,13 @@ fn folder(name: &str) -> PathBuf {
 }
 
 /// Size limits of every committed mesh: nodes, and worst radius ratio.
-const MESHES: [(&str, &str, usize, f64); 5] = [
+const MESHES: [(&str, &str, usize, f64); 6] = [
     ("tpu80", "tpu80.msh", 1000, 0.25),
     ("tpu80", "tpu80-fine.msh", 5000, 0.4),
     ("tpu80", "tpu80-quadratic.msh", 6000, 0.25),
     ("tentacle", "tentacle.msh", 4000, 0.6),
     ("tentacle", "tentacle-quadratic.msh", 5000, 0.5),
+    ("ftdcr-v4", "ftdcr-v4.msh", 1000, 0.5),
 ];
 
 #[test]

@@ -5,6 +5,7 @@
 mod bad_input;
 mod documents;
 mod emulate;
+mod fit_material;
 mod mesh;
 mod reach;
 mod record;

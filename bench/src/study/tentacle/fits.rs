@@ -1,13 +1,16 @@
 //! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn.
 #![allow(clippy::print_stdout)] // this program prints tables
 
+use std::sync::{Arc, Mutex};
+
 use anyhow::{Context, Result};
 use hysteron_fem::{FemModel, Mesh};
+use hysteron_twin::TwinState;
 use hysteron_twin::fit::{Fit, Options, Standing, least_squares};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::setup::{Set, Setup, coarse_body};
+use super::setup::{Key, Set, Setup, coarse_body};
 use super::{Hold, Markers, N_MARKERS};
 use crate::study::rms;
 use crate::table::print_cells;
@@ -37,21 +40,50 @@ impl Bench {
         Ok(Self { markers: Markers::new(&twin.body as &FemModel), mesh, holds })
     }
 
-    /// Errors of the markers in `holds`.
-    pub fn errors(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<[f64; 3 * N_MARKERS]>> {
+    /// Shapes in `holds`.
+    fn states(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<TwinState>> {
         let twin = setup.twin(&self.mesh, &[]).map_err(as_twin_error)?;
-        let states = setup.states(&twin, holds, &|_| Vec::new())?;
-        let error = |(state, hold): (_, &Hold)| {
+        setup.states(&twin, holds, &|_| Vec::new())
+    }
+
+    /// Errors of the markers in these shapes.
+    pub fn errors_in(
+        &self,
+        setup: &Setup,
+        states: &[TwinState],
+        holds: &[Hold],
+    ) -> Vec<[f64; 3 * N_MARKERS]> {
+        let error = |(state, hold): (&TwinState, &Hold)| {
             let found = setup.markers(&self.markers, state, hold.base);
             std::array::from_fn(|i| found[i / 3][i % 3] - hold.markers[i / 3][i % 3])
         };
-        Ok(states.iter().zip(holds).map(error).collect())
+        states.iter().zip(holds).map(error).collect()
+    }
+
+    /// Errors of the markers in `holds`.
+    pub fn errors(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<[f64; 3 * N_MARKERS]>> {
+        Ok(self.errors_in(setup, &self.states(setup, holds)?, holds))
     }
 
     fn fit(&self, set: Set, holds: &[Hold]) -> Result<Fit> {
         let options = Options { huber: None, smallest_effect: SEEN, n_nuisance: 0, watch: &|_, _| true };
-        let residuals =
-            |values: &[f64]| Ok(self.errors(&set.setup(values), holds)?.iter().map(|e| e.to_vec()).collect());
+        // Most parameters move only the markers: the shapes last computed serve them all.
+        let known: Mutex<Option<(Key, Arc<Vec<TwinState>>)>> = Mutex::new(None);
+        let residuals = |values: &[f64]| {
+            let setup = set.setup(values);
+            let last = known.lock().ok().and_then(|known| known.clone());
+            let states = match last {
+                Some((key, states)) if key == setup.key() => states,
+                _ => Arc::new(self.states(&setup, holds)?),
+            };
+            if let Ok(mut known) = known.lock() {
+                // Neighbours for differences come and go; what the next ones share is the middle.
+                if known.as_ref().is_none_or(|(key, _)| *key != setup.key()) {
+                    *known = Some((setup.key(), states.clone()));
+                }
+            }
+            Ok(self.errors_in(&setup, &states, holds).iter().map(|e| e.to_vec()).collect())
+        };
         Ok(least_squares(&set.parameters(), &options, residuals)?)
     }
 }

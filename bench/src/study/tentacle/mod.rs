@@ -1,16 +1,18 @@
-//! Fourteen holds of a silicone tentacle under known tension, with nominal parameters only.
+//! Fourteen holds of a silicone tentacle under known tension: with nominal parameters, with fitted ones, and with
+//! residual tensions on top.
 //!
 //! Frames: the mesh has the body along z; mocap x, y, z are the mesh's y, z, x. The robot hangs, gravity
 //! along the body. Markers sit on arms fixed to the sections, whose rotation is the best fit over points of the section.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod fits;
+mod residual;
 mod setup;
 
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::{Bounds, Law, LengthUnit, Material};
+use hysteron_base::{Bounds, Law, LengthUnit, Material, Scene};
 use hysteron_fem::{Embedding, FemModel, read_mesh};
 use hysteron_twin::{Stepper, Target, TwinState};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -34,11 +36,11 @@ const PUBLISHED: f64 = 36.8;
 /// A rod model of our own in the same frames [mm]: pooled and mean of markers over session B, pooled over all holds.
 const OWN_ROD: [f64; 3] = [47.8, 36.4, 42.0];
 
-/// Runs the study; skipped by name where the recordings are not there.
+/// Runs the study, a quick one with nominal parameters alone; skipped by name where the recordings are not there.
 ///
 /// # Errors
 /// The files cannot be read, or a hold has no equilibrium.
-pub fn run(folder: &Path) -> Result<()> {
+pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let path = data_folder().join("tentacle/static_markers.csv");
     if !path.exists() {
         println!("study tentacle skipped: no {}", path.display());
@@ -136,8 +138,20 @@ pub fn run(folder: &Path) -> Result<()> {
             json!({"over": name, "rmse_mm": twin, "own_rod_mm": own, "published_rod_mm": published})
         })
         .collect();
-    let (_, fitted) = fits::run(&fits::Bench::new(&recorded)?)?;
-    write_metrics(folder, "tentacle", json!({"holds": holds, "summary": summary, "fits": fitted}))
+    if quick {
+        return write_metrics(folder, "tentacle", json!({"holds": holds, "summary": summary}));
+    }
+    let bench = fits::Bench::new(&recorded)?;
+    let (setups, fitted) = fits::run(&bench)?;
+    let scene =
+        Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tentacle/scene-coreact.toml"))?;
+    let last = setups.last().context("no set")?;
+    let residual = residual::run(&bench, last, &scene)?;
+    write_metrics(
+        folder,
+        "tentacle",
+        json!({"holds": holds, "summary": summary, "fits": fitted, "residual_tensions": residual}),
+    )
 }
 
 /// A static hold.

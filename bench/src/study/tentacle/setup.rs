@@ -12,10 +12,17 @@ use super::{Hold, Markers, N_MARKERS};
 use crate::scenes::{Setting, tendon, twin};
 
 /// Largest tension step of a fit [N].
-const TENSION_STEP: f64 = 0.8;
+const TENSION_STEP: f64 = 0.5;
 /// Straight pieces of each tendon: some of its tension is lost from one to the next.
 const PIECES: usize = 4;
+/// Segments of a whole tendon.
+const SEGMENTS: usize = 60;
 const LINK: f64 = 0.305;
+/// Radius of the circle that carries a tendon point [m]: a point alone would sink into one element.
+const RING: f64 = 1.5e-3;
+
+/// What the shape of the body depends on.
+pub type Key = ([f64; 3], [f64; 2], f64);
 
 /// The tentacle as it hangs in the room.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,8 +39,6 @@ pub struct Setup {
     pub twist: f64,
     /// Part of the tension that friction has taken at the end of a tendon [-].
     pub loss: f64,
-    /// Bending by the way the body was cast, as a constant pair of tension at its surface [N], mesh x and y.
-    pub cast: [f64; 2],
 }
 
 /// Name, start, bounds, scale, and how it is set.
@@ -118,8 +123,12 @@ impl Setup {
         across: [0.0; 2],
         twist: 0.0,
         loss: 0.0,
-        cast: [0.0; 2],
     };
+
+    /// What the shape of the body depends on; the rest only moves the markers.
+    pub fn key(&self) -> Key {
+        (self.material, self.across, self.loss)
+    }
 
     /// The twin, with further tendons behind the real ones.
     pub fn twin(&self, mesh: &Mesh, further: &[Tendon]) -> Result<Twin> {
@@ -131,8 +140,9 @@ impl Setup {
             let (sin, cos) = degrees.to_radians().sin_cos();
             for piece in 1..=n_pieces {
                 let end = LINK * piece as f64 / n_pieces as f64;
-                let points = (0..=10 * piece).map(|k| {
-                    let s = end * k as f64 / (10 * piece) as f64;
+                let n = SEGMENTS * piece / n_pieces;
+                let points = (0..=n).map(|k| {
+                    let s = end * k as f64 / n as f64;
                     let r = 0.0114 - 0.0295 * s;
                     [r * cos, r * sin, s]
                 });
@@ -143,7 +153,7 @@ impl Setup {
         tendons.extend_from_slice(further);
         let [x, y] = self.across;
         let along = (9.81f64.powi(2) - x * x - y * y).max(0.0).sqrt();
-        twin(Setting::TARGETS, material, mesh, tendons, [x, y, along])
+        twin(Setting { ring: RING, ..Setting::TARGETS }, material, mesh, tendons, [x, y, along])
     }
 
     /// Targets of the real tendons under these tensions [N]: a piece that ends earlier carries what is lost there.
@@ -219,7 +229,7 @@ pub fn coarse_body() -> Result<Mesh> {
         outer_divisions: 8,
         bore_divisions: 0,
         channel_divisions: 0,
-        layers: Layers::Count(30),
+        layers: Layers::Count(45),
         order: Order::Linear,
     };
     Ok(tube.mesh()?.to_quadratic())
