@@ -52,6 +52,9 @@ pub struct Arguments {
     /// Hidden units of a layer [default: 64; paper: 128]
     #[arg(long, value_name = "N")]
     hidden: Option<usize>,
+    /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
+    #[arg(long)]
+    feedback: bool,
     /// Only every Nth window of the paper's design; 1 is published
     #[arg(long, value_name = "N", default_value_t = 1)]
     stride: usize,
@@ -112,6 +115,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let options = StatefulOptions {
                 epochs: arguments.epochs.unwrap_or(default.epochs),
                 hidden: arguments.hidden.unwrap_or(default.hidden),
+                feedback: arguments.feedback,
                 seed: arguments.seed,
                 ..default
             };

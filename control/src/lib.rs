@@ -1,4 +1,5 @@
-//! Command plans: what to command a robot with tendons, in tendon space; and the shape that the robot makes of it.
+//! Command plans: what to command a robot with tendons, in tendon space; the shape that the robot makes of it;
+//! and how close a prediction comes.
 //! Knows files, never the simulator.
 
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
@@ -6,6 +7,7 @@
 
 mod error;
 pub mod plan;
+pub mod score;
 pub mod shape;
 
 pub use error::{Error, Result};

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::file;
+use hysteron_control::score::AxisScore;
 use hysteron_control::shape::ShapeNumbers;
 use serde::Serialize;
 
@@ -180,6 +181,18 @@ fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
         ]
     });
     page.list(rows.into_iter().chain(goals));
+    if let Some(score) = &run.against_measured {
+        let percent =
+            |nrmse: Option<f64>| nrmse.map_or("-".to_owned(), |part| format!("{:.2}", 100.0 * part));
+        let row = |(axis, score): (&str, &AxisScore)| {
+            vec![axis.to_owned(), format!("{:.3}", 1e3 * score.rmse_m), percent(score.nrmse)]
+        };
+        let headings = ["Against the measured tip", "RMSE [mm]", "NRMSE [%]"];
+        page.table(&headings, ["x", "y", "z"].into_iter().zip(&score.axes).map(row));
+    }
+    if let Some(part) = run.extrapolated {
+        page.list([("Network outside its training range", format!("{:.1} % of the samples", 100.0 * part))]);
+    }
     if !run.tendons.is_empty() {
         let headings = ["Tendon", "Stroke [mm]", "Largest tension [N]", "At the lower tension bound"];
         let rows = run.tendons.iter().map(|tendon| {

@@ -11,6 +11,7 @@ use crate::run::Run;
 /// Pieces of the path that have a colour of their own.
 const PIECES: usize = 80;
 const GOALS: RGBColor = COLORS[5];
+const MEASURED: RGBColor = RGBColor(190, 194, 200);
 
 /// The path of the tip, coloured by time.
 pub struct TipPath {
@@ -18,6 +19,8 @@ pub struct TipPath {
     tip: [Vec<f64>; 3],
     /// Where it was to go (n_samples each) [mm].
     goals: Option<[Vec<f64>; 3]>,
+    /// Where the robot's own tip was measured (n_samples each) [mm].
+    measured: Option<[Vec<f64>; 3]>,
     /// First and last time [s].
     time: [f64; 2],
 }
@@ -30,14 +33,15 @@ impl TipPath {
         Ok(Self {
             tip: tip.map(super::millimetres),
             goals: run.goals.map(|goals| goals.positions().map(super::millimetres)),
+            measured: run.measured.map(|measured| measured.map(super::millimetres)),
             time: [time[0], time[time.len() - 1]],
         })
     }
 
     /// Range of everything shown along an axis [mm].
     fn range(&self, axis: usize) -> std::ops::Range<f64> {
-        let goals = self.goals.iter().flat_map(|goals| &goals[axis]);
-        padded(self.tip[axis].iter().chain(goals).copied())
+        let others = self.goals.iter().chain(&self.measured).flat_map(|path| &path[axis]);
+        padded(self.tip[axis].iter().chain(others).copied())
     }
 
     /// One view of two axes, its path in the middle.
@@ -60,6 +64,12 @@ impl TipPath {
             let apart = spaced(&seen(goals, axes), 2.0 * mm_per_px);
             let dots = apart.into_iter().map(|at| Circle::new(at, sheet.px(3.0), GOALS.filled()));
             chart.draw_series(dots)?;
+        }
+        if let Some(measured) = &self.measured {
+            let line = simplified(&seen(measured, axes), 0.15 * mm_per_px);
+            for run in between_sharp_turns(&line) {
+                chart.draw_series(LineSeries::new(run.iter().copied(), sheet.line(MEASURED, 3.0)))?;
+            }
         }
         let piece = points.len().div_ceil(PIECES).max(1);
         for start in (0..points.len()).step_by(piece) {
@@ -116,6 +126,7 @@ impl Figure for TipPath {
          Circle: first sample; triangle: last."
             .to_owned()
             + if self.goals.is_some() { " Blue dots below: the goals." } else { "" }
+            + if self.measured.is_some() { " Wide grey line below: the tip as measured on the robot." } else { "" }
     }
 
     fn size(&self) -> (u32, u32) {
@@ -131,6 +142,9 @@ impl Figure for TipPath {
         sheet.title("Path of the tip")?;
         if self.goals.is_some() {
             sheet.legend(&[("goals".into(), GOALS)])?;
+        }
+        if self.measured.is_some() {
+            sheet.legend(&[("measured".into(), MEASURED), ("twin".into(), ramp(0.5))])?;
         }
         let (width, height) = sheet.size();
         let main = (width - SIDE - 95.0, height - TOP - 10.0);

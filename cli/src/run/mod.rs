@@ -18,6 +18,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
+use hysteron_control::score::score;
 use hysteron_twin::{Stepper, Twin, TwinState};
 
 use crate::{figures, interrupt, terminal};
@@ -111,6 +112,8 @@ pub struct Run<'a> {
     pub recording: &'a Recording,
     /// Where the tip was to go, if that was asked.
     pub goals: Option<&'a Goals<'a>>,
+    /// Where the robot's own tip was measured under the same strokes, if it was: x, y and z (n_samples each) [m].
+    pub measured: Option<[&'a [f64]; 3]>,
     /// State in which the tip was farthest from rest, and its sample.
     pub farthest: (usize, &'a TwinState),
     /// Numbers of the run.
@@ -214,7 +217,9 @@ pub fn carry_out(
         }
         return Err(stopped(end, stopped_at, &twin, &command, &partial, &state_file));
     };
+    let measured = samples.tip().filter(|_| task == Task::Simulate);
     summary.finish(&twin, recording, command.goals.as_ref());
+    summary.against_measured = measured.zip(recording.tip()).map(|(tip, own)| score(tip, own, samples.gap()));
     recording.write(&options.out)?;
     if let Some(path) = &options.save_state {
         state.write(path, &twin, &scene.hash)?;
@@ -226,6 +231,7 @@ pub fn carry_out(
             scene: &scene,
             recording,
             goals: command.goals.as_ref(),
+            measured,
             farthest: (farthest.0, &farthest.1),
             summary: &summary,
         };

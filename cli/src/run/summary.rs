@@ -1,6 +1,7 @@
 //! The numbers of a run: cost, accuracy, and what the robot did.
 
 use hysteron_base::Recording;
+use hysteron_control::score::{AxisScore, PathScore};
 use hysteron_twin::{StepReport, Twin};
 use serde::Serialize;
 
@@ -42,6 +43,9 @@ pub struct Summary {
     pub tip_max_m: [f64; 3],
     /// One entry per primary tendon.
     pub tendons: Vec<TendonSummary>,
+    /// How close the tip came to the measured one, if the strokes came with one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub against_measured: Option<PathScore>,
     /// How the goals were met, if there were any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goals: Option<GoalSummary>,
@@ -155,10 +159,23 @@ impl Summary {
             format!("{} {:.2} to {:.2}", ["x", "y", "z"][c], 1e3 * self.tip_min_m[c], 1e3 * self.tip_max_m[c])
         };
         tracing::info!("tip range {}, {}, {} mm", axis(0), axis(1), axis(2));
+        if let Some(score) = &self.against_measured {
+            let cells = (0..3).map(|c| format!("{} {}", ["x", "y", "z"][c], axis_score(&score.axes[c])));
+            tracing::info!("against the measured tip: {}", cells.collect::<Vec<_>>().join(", "));
+        }
+        if let Some(part) = self.extrapolated {
+            tracing::info!("the network left its training range in {:.1} % of samples", 100.0 * part);
+        }
         if let Some(goals) = &self.goals {
             goals.log(self.samples, per_step(self.rounds));
         }
     }
+}
+
+/// RMSE in millimetres, and NRMSE in percent where there is one.
+pub fn axis_score(score: &AxisScore) -> String {
+    let share = score.nrmse.map_or(String::new(), |nrmse| format!(" ({:.2} %)", 100.0 * nrmse));
+    format!("{:.3} mm{share}", 1e3 * score.rmse_m)
 }
 
 impl GoalSummary {

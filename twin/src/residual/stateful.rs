@@ -47,8 +47,8 @@ impl Default for StatefulOptions {
         Self {
             hidden: 64,
             layers: 1,
-            epochs: 60,
-            patience: 15,
+            epochs: 300,
+            patience: 60,
             piece: 200,
             learning_rate: 5e-3,
             plays: vec![0.01, 0.03, 0.08, 0.2, 0.5],

@@ -1,0 +1,40 @@
+//! Writes QPs of an identification with their answers, one JSON object a line, for other solvers to try
+//! (`tests/peers/identification_qp_peer.py`): SCENE RECORDING COUNT.
+
+use std::io::Write;
+
+use hysteron_base::{Recording, Scene};
+use hysteron_twin::Twin;
+use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, Motion};
+use hysteron_twin::qp::solve_rows;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, recording, count] = &arguments[..] else { return Err("SCENE RECORDING COUNT".into()) };
+    let count: usize = count.parse()?;
+    let twin = Twin::from_scene(&Scene::read(scene)?)?;
+    let auxiliary = Auxiliary::new(&twin)?;
+    let motion = Motion::new(&twin, &Recording::read(recording)?)?;
+    let every = motion.len() / (count + 1);
+    let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
+    let mut identifier = Identifier::new(&twin, &auxiliary, options);
+    let mut out = std::io::stdout().lock();
+    for i in 0..motion.len() {
+        let goal = Goal { position: motion.tips[i], orientation: None };
+        identifier.step(motion.strokes_at(i), Some(&goal), motion.step)?;
+        // The first sample brings the twin into balance and has no QP.
+        let Some(qp) = identifier.last_qp().filter(|_| i % every == every - 1) else { continue };
+        let (answer, status) = solve_rows(qp);
+        let line = serde_json::json!({
+            "hessian": qp.hessian, "linear": qp.linear, "bounds": open(&qp.bounds), "rows": qp.rows,
+            "row_bounds": open(&qp.row_bounds), "answer": answer, "status": format!("{status:?}"),
+        });
+        writeln!(out, "{line}")?;
+    }
+    Ok(())
+}
+
+/// Bounds that JSON can hold: no number where there is none.
+fn open(bounds: &[[f64; 2]]) -> Vec<[Option<f64>; 2]> {
+    bounds.iter().map(|pair| pair.map(|bound| bound.is_finite().then_some(bound))).collect()
+}
