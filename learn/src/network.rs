@@ -16,6 +16,21 @@ pub struct Network {
 }
 
 impl Network {
+    /// Moves every weight by `part` of the way to that of a network of the same shape: a running mean of the weights of
+    /// a training, which does better than each of them.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    ///
+    /// # Reference
+    /// Polyak, Juditsky (1992), Acceleration of stochastic approximation by averaging.
+    pub fn approach(&mut self, other: &Self, part: f32) {
+        assert_eq!(self.architecture, other.architecture, "networks of one shape");
+        for (own, other) in self.parameters.iter_mut().flatten().zip(other.parameters.iter().flatten()) {
+            *own += part * (other - *own);
+        }
+    }
+
     /// A network with random weights: all from U(-1/√H, 1/√H), the defaults of PyTorch.
     ///
     /// The one bias of a layer is the sum of two such numbers, as it is where `bias_ih` and `bias_hh` are apart.

@@ -6,6 +6,7 @@
 
 pub mod data_set;
 pub mod fit;
+pub mod identification;
 mod lines;
 mod report;
 mod robot;

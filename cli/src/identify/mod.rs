@@ -1,6 +1,6 @@
 //! `hysteron identify`: recordings become strokes of virtual tendons.
 
-mod summary;
+pub mod summary;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -11,7 +11,7 @@ use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, Motion, identify};
 use rayon::prelude::*;
 
 use crate::inputs::{self, Input};
-use crate::{interrupt, terminal};
+use crate::{figures, interrupt, terminal};
 
 const HELP: &str = "\
 Needs a scene with virtual tendons ([auxiliary]) and recordings of the robot at a fixed rate: time_s, stroke_1_mm, ... \
@@ -130,6 +130,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     rows.extend(found.into_inner().unwrap_or_default());
     rows.sort_by(|a, b| a.name.cmp(&b.name));
     summary::print(&rows);
+    let title = format!("Virtual strokes of {}", scene.name);
+    figures::identification::write(&arguments.out, &title, &scene.hash, &rows, &excluded)?;
     if interrupt::is_asked() {
         anyhow::bail!(
             "interrupted; {} of {} recordings are done; run it again to go on",

@@ -30,6 +30,8 @@ pub struct StatefulOptions {
     pub piece: usize,
     /// Step size of Adam at the start; it falls to a hundredth along half a cosine.
     pub learning_rate: f64,
+    /// Width of the uniform noise on normalised inputs while training, against learning trajectories by heart.
+    pub input_noise: f64,
     /// Plays as parts of the largest stroke.
     pub plays: Vec<f64>,
     /// Time constants of lags [s].
@@ -47,13 +49,14 @@ impl Default for StatefulOptions {
         Self {
             hidden: 64,
             layers: 1,
-            epochs: 300,
+            epochs: 150,
             patience: 60,
             piece: 200,
-            learning_rate: 5e-3,
+            learning_rate: 2e-3,
+            input_noise: 1.0,
             plays: vec![0.01, 0.03, 0.08, 0.2, 0.5],
             lags_s: vec![0.3, 3.0, 30.0],
-            feedback: true,
+            feedback: false,
             feedback_noise_m: 2e-4,
             seed: 1,
         }
@@ -115,15 +118,16 @@ pub fn fit_stateful(
     };
     let adam = Adam { learning_rate: options.learning_rate, clip_norm: Some(1.0), ..Adam::default() };
     let mut trainer = Trainer::new(Network::new(&architecture, options.seed)?, adam, options.seed)?;
-    let mut best = (f64::INFINITY, 0, trainer.network().clone());
+    let mut mean = trainer.network().clone();
+    let mut best = (f64::INFINITY, 0, mean.clone());
     for epoch in 0..options.epochs {
         let part = epoch as f64 / options.epochs as f64;
         let rate = 0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos());
         trainer.set_learning_rate(options.learning_rate * rate);
-        let training_mm = train_epoch(&mut trainer, &mut seen, &spec, options, epoch)?;
-        let held_out_mm = evaluate(&trainer, &mut unseen, &spec, options.piece)?;
+        let training_mm = train_epoch(&mut trainer, &mut mean, &mut seen, &spec, options, epoch)?;
+        let held_out_mm = evaluate(&mean, &mut unseen, &spec, options.piece)?;
         if held_out_mm < best.0 {
-            best = (held_out_mm, epoch, trainer.network().clone());
+            best = (held_out_mm, epoch, mean.clone());
         }
         let report = Epoch { number: epoch + 1, training_mm, held_out_mm, best_mm: best.0 };
         if !on_epoch(&report) || epoch - best.1 >= options.patience {
@@ -278,6 +282,7 @@ fn piece_inputs(
     spec: &FeatureSpec,
     start: usize,
     steps: usize,
+    [input_noise, tip_noise]: [f32; 2],
     noise: &mut dyn FnMut() -> f32,
 ) -> Vec<f32> {
     let n_features = spec.n_of_strokes();
@@ -286,10 +291,11 @@ fn piece_inputs(
         for sequence in sequences {
             // After its end a trajectory stands still; its weight is zero there.
             let i = i.min(sequence.offset.len() - 1);
-            inputs.extend_from_slice(&sequence.features[i * n_features..(i + 1) * n_features]);
+            let features = &sequence.features[i * n_features..(i + 1) * n_features];
+            inputs.extend(features.iter().map(|value| value + input_noise * noise()));
             if spec.feedback {
                 let tip = sequence.feedback[i.saturating_sub(1)];
-                inputs.extend((0..3).map(|c| tip[c] + noise() * sequence.tip_scale[c]));
+                inputs.extend((0..3).map(|c| tip[c] + tip_noise * noise() * sequence.tip_scale[c]));
             }
         }
     }
@@ -338,6 +344,7 @@ fn tip_errors(
 /// its own feedback.
 fn train_epoch(
     trainer: &mut Trainer,
+    mean: &mut Network,
     sequences: &mut [Prepared],
     spec: &FeatureSpec,
     options: &StatefulOptions,
@@ -347,11 +354,12 @@ fn train_epoch(
     let mut memory = Memory::zeros(trainer.network().architecture(), sequences.len());
     let mut stream = rng(options.seed, &format!("residual/noise/{epoch}"));
     let width = (1e3 * options.feedback_noise_m * 12f64.sqrt()) as f32;
-    let mut noise = || width * (stream.random::<f32>() - 0.5);
+    let widths = [options.input_noise as f32, width];
+    let mut noise = || stream.random::<f32>() - 0.5;
     let (mut sum, mut count) = (0.0, 0.0);
     for start in (0..longest).step_by(options.piece) {
         let steps = options.piece.min(longest - start);
-        let inputs = piece_inputs(sequences, spec, start, steps, &mut noise);
+        let inputs = piece_inputs(sequences, spec, start, steps, widths, &mut noise);
         let batch = Batch { inputs: &inputs, steps, rows: sequences.len(), outputs: Outputs::All };
         trainer.step(&batch, &mut memory, |outputs, gradient| {
             let (squares, n) = tip_errors(sequences, start, outputs, Some(gradient));
@@ -359,18 +367,23 @@ fn train_epoch(
             count += n;
             squares / f64::max(n, 1.0)
         })?;
+        mean.approach(trainer.network(), AVERAGED);
     }
     Ok((sum / f64::max(count, 1.0)).sqrt())
 }
 
+/// Part of the running mean of the weights that each step renews: it reaches back over some epochs.
+const AVERAGED: f32 = 0.005;
+
 /// Root mean square error [mm] without training; the tip seen is the network's own of the pass before.
-fn evaluate(trainer: &Trainer, sequences: &mut [Prepared], spec: &FeatureSpec, piece: usize) -> Result<f64> {
+fn evaluate(network: &Network, sequences: &mut [Prepared], spec: &FeatureSpec, piece: usize) -> Result<f64> {
     let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
-    let mut memory = Memory::zeros(trainer.network().architecture(), sequences.len());
+    let trainer = Trainer::new(network.clone(), Adam::default(), 0)?;
+    let mut memory = Memory::zeros(network.architecture(), sequences.len());
     let (mut sum, mut count) = (0.0, 0.0);
     for start in (0..longest).step_by(piece) {
         let steps = piece.min(longest - start);
-        let inputs = piece_inputs(sequences, spec, start, steps, &mut || 0.0);
+        let inputs = piece_inputs(sequences, spec, start, steps, [0.0; 2], &mut || 0.0);
         let batch = Batch { inputs: &inputs, steps, rows: sequences.len(), outputs: Outputs::All };
         let outputs = trainer.predict(&batch, &mut memory)?;
         let (squares, n) = tip_errors(sequences, start, &outputs, None);
