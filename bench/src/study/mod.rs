@@ -1,6 +1,7 @@
 //! Comparisons with other programs and with real robots, and the whole chain in real time; each prints tables and writes `metrics.json`.
 
 pub mod convergence;
+pub mod coreact;
 pub mod ftdcr;
 pub mod rig;
 pub mod sofa;

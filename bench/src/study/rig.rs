@@ -140,7 +140,7 @@ fn plan_text(seconds: f64) -> String {
 }
 
 /// The program, built like this one and beside it.
-fn program() -> Result<PathBuf> {
+pub(super) fn program() -> Result<PathBuf> {
     let own = std::env::current_exe()?;
     // Of a test or benchmark: one folder further up.
     let folder = own.ancestors().skip(1).find(|folder| !folder.ends_with("deps")).context("no folder")?;
@@ -155,7 +155,7 @@ fn program() -> Result<PathBuf> {
 }
 
 /// Runs a command in silence; its words are in the error if it fails.
-fn call(command: &mut Command) -> Result<()> {
+pub(super) fn call(command: &mut Command) -> Result<()> {
     let output = command.stdin(Stdio::null()).output().with_context(|| format!("{command:?}"))?;
     let words = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "{command:?}: {}\n{words}", output.status);

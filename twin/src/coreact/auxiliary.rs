@@ -33,7 +33,7 @@ impl Auxiliary {
         }
         let rest = twin.rest();
         let delassus = Stepper::new(twin).delassus(twin, &rest)?;
-        let compliance = |j: usize| delassus[j * (twin.cables.len() + 1)];
+        let compliance = |j: usize| delassus[j * (twin.tendons.len() + 1)];
         let compliances: Vec<f64> = (twin.n_primary..twin.tendons.len()).map(compliance).collect();
         let bounds = tendons.iter().zip(&compliances).map(|(tendon, &compliance)| within(tendon, compliance));
         Ok(Self {
