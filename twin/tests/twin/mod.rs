@@ -1,5 +1,6 @@
 mod bad_input;
 mod campaign;
+mod coreact;
 mod delassus;
 mod determinism;
 mod elastica;

@@ -1,0 +1,245 @@
+//! Identification and the residual network, on a robot that is a twin with something more in it.
+
+use hysteron_base::{AuxiliaryLayout, Bounds, Channel, Drive, Metadata, Recording};
+use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, Motion, identify};
+use hysteron_twin::qp::QpStatus;
+use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
+use hysteron_twin::{Stepper, Target, Twin};
+
+use super::scenes;
+
+/// The robot of the tests with eight virtual tendons in four segments.
+fn twin() -> Twin {
+    let (mut scene, mesh) = scenes::robot();
+    scene.auxiliary = Some(AuxiliaryLayout {
+        segments: 4,
+        segment_length: 8e-3,
+        start: 4e-3,
+        radius: 5e-3,
+        cables_per_segment: 2,
+        first_plane: 0.0,
+        plane_step: std::f64::consts::FRAC_PI_2,
+        drive: Drive::Tension,
+        tension: Bounds { min: -20.0, max: 20.0 },
+        stroke: Bounds { min: -1e-3, max: 1e-3 },
+        stroke_rate: f64::INFINITY,
+        attach_within: 1e-3,
+    });
+    Twin::new(&scene, &mesh).expect("a good scene")
+}
+
+/// Strokes of a small circle, with antagonists paid out.
+fn strokes(i: usize) -> [f64; 4] {
+    let (sin, cos) = (0.05 * i as f64).sin_cos();
+    let ramp = 1e-3 * (i as f64 / 60.0).min(1.0);
+    [cos * ramp, sin * ramp, -cos * ramp, -sin * ramp]
+}
+
+/// A recording of a twin whose virtual tendons do what `secret` says: strokes (n_aux) [m] in a sample.
+fn recording(twin: &Twin, auxiliary: &Auxiliary, n: usize, secret: impl Fn(usize) -> Vec<f64>) -> Recording {
+    let (mut stepper, mut state, mut targets) = (Stepper::new(twin), twin.rest(), Vec::new());
+    let mut columns = vec![Vec::new(); 7];
+    for i in 0..n {
+        auxiliary.targets_into(&strokes(i), &secret(i), &mut targets);
+        stepper.step(twin, &targets, &mut state).expect("an equilibrium");
+        for (column, value) in columns.iter_mut().zip(strokes(i).iter().chain(&twin.tip_of(&state))) {
+            column.push(*value);
+        }
+    }
+    let names = ["stroke_1_m", "stroke_2_m", "stroke_3_m", "stroke_4_m", "tip_x_m", "tip_y_m", "tip_z_m"];
+    let channels = names.into_iter().zip(columns).map(|(name, values)| Channel::new(name, values)).collect();
+    let time = (0..n).map(|i| 0.01 * i as f64).collect();
+    Recording::new(time, channels, Vec::new(), Metadata::default()).expect("a recording")
+}
+
+/// Something slow and something that lags behind the strokes.
+fn lagging(n_aux: usize, i: usize) -> Vec<f64> {
+    let late = strokes(i.saturating_sub(8));
+    (0..n_aux).map(|k| 0.02 * late[k % 4] * if k % 2 == 0 { 1.0 } else { -1.0 }).collect()
+}
+
+#[test]
+fn tip_of_a_twin_with_secret_strokes_is_met() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let recording = recording(&twin, &auxiliary, 200, |i| lagging(auxiliary.len(), i));
+    let motion = Motion::new(&twin, &recording).unwrap();
+    let options = IdentifyOptions { regularisation: 1e-9, ..IdentifyOptions::default() };
+    let done =
+        identify(&twin, &auxiliary, &motion, &options, Metadata::default(), &mut || true).unwrap().unwrap();
+    // Two rounds of a linearisation with a stale factor, on moves of 0.1 mm.
+    assert!(done.summary.after.p99_m < 2e-6, "{:?}", done.summary.after);
+    assert!(done.summary.before.median_m > 20.0 * done.summary.after.p99_m, "{:?}", done.summary);
+    // The first sample brings the twin into balance and has no QP.
+    assert!(done.summary.qps[0] >= 199 && done.summary.qps[1..] == [0; 3], "{:?}", done.summary.qps);
+    assert_eq!(done.recording.aux().len(), auxiliary.len());
+}
+
+#[test]
+fn bounds_of_stroke_and_rate_hold_and_are_counted() {
+    let mut twin = twin();
+    twin.auxiliary_rate = 5e-4;
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let (mut identifier, far) = (Identifier::new(&twin, &auxiliary, IdentifyOptions::default()), 5e-3);
+    let tip = twin.tip_of(&twin.rest());
+    let goal = Goal { position: [tip[0] + far, tip[1], tip[2]], orientation: None };
+    let mut before = vec![0.0; auxiliary.len()];
+    let mut largest = 0.0f64;
+    for _ in 0..40 {
+        let step = identifier.step(&[0.0; 4], Some(&goal), 0.01).unwrap();
+        assert!(step.statuses.iter().all(|status| *status == QpStatus::Solved));
+        for (k, stroke) in identifier.strokes().iter().enumerate() {
+            assert!(auxiliary.bounds[k].contains(*stroke), "{stroke}");
+            // Round-off of a difference of strokes of a millimetre.
+            assert!((stroke - before[k]).abs() <= 5e-6 + 1e-15, "{} m", stroke - before[k]);
+            largest = largest.max((stroke - before[k]).abs());
+        }
+        before = identifier.strokes().to_vec();
+    }
+    assert!(largest > 4.9e-6, "a bound that never binds tests nothing: {largest}");
+}
+
+#[test]
+fn sensitivity_is_derivative_of_the_tip_by_strokes() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
+    // Pulled, so that tendons are taut.
+    let pulled = [2e-3, 1e-3, 0.0, 0.0];
+    for part in [0.25, 0.5, 0.75, 1.0, 1.0] {
+        identifier.step(&pulled.map(|stroke| part * stroke), None, 0.01).unwrap();
+    }
+    let sensitivity = identifier.sensitivity().unwrap();
+    let (mut stepper, mut targets) = (Stepper::new(&twin), Vec::new());
+    let mut tip = |k: usize, h: f64| {
+        let mut secret = vec![0.0; auxiliary.len()];
+        secret[k] = h;
+        auxiliary.targets_into(&pulled, &secret, &mut targets);
+        let mut state = twin.rest();
+        stepper.step(&twin, &targets, &mut state).unwrap();
+        twin.tip_of(&state)
+    };
+    let h = 2e-6;
+    for k in [0, 3, 6] {
+        let (ahead, behind) = (tip(k, h), tip(k, -h));
+        let size = (0..3).map(|c| ((ahead[c] - behind[c]) / (2.0 * h)).abs()).fold(0.0, f64::max);
+        for c in 0..3 {
+            let difference = (ahead[c] - behind[c]) / (2.0 * h);
+            // The projection is that of the warped rest stiffness, without the geometric terms of body and cables: it
+            // misses some percent where the body is bent and loaded.
+            assert!(
+                (sensitivity[c][k] - difference).abs() < 0.1 * size,
+                "{} {difference}",
+                sensitivity[c][k]
+            );
+        }
+        assert!(size > 0.1, "a derivative that tests nothing: {size}");
+    }
+}
+
+#[test]
+fn zero_strokes_leave_the_bare_twin() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let (bare_scene, mesh) = scenes::robot();
+    let bare = Twin::new(&bare_scene, &mesh).unwrap();
+    let (mut with, mut without) = ((Stepper::new(&twin), twin.rest()), (Stepper::new(&bare), bare.rest()));
+    let mut targets = Vec::new();
+    for i in 0..50 {
+        auxiliary.targets_into(&strokes(i), &vec![0.0; auxiliary.len()], &mut targets);
+        with.0.step(&twin, &targets, &mut with.1).unwrap();
+        without.0.step(&bare, &strokes(i).map(Target::Stroke), &mut without.1).unwrap();
+    }
+    let (a, b) = (twin.tip_of(&with.1), bare.tip_of(&without.1));
+    // Both are in balance to 1e-6 of their forces: some 1e-8 m at the tip.
+    assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-7), "{a:?} {b:?}");
+}
+
+#[test]
+fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let n = 400;
+    let recording = recording(&twin, &auxiliary, n, |i| lagging(auxiliary.len(), i));
+    let motion = Motion::new(&twin, &recording).unwrap();
+    let found =
+        identify(&twin, &auxiliary, &motion, &IdentifyOptions::default(), Metadata::default(), &mut || true);
+    let found = found.unwrap().unwrap();
+    let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
+    let options = StatefulOptions {
+        hidden: 16,
+        epochs: 60,
+        patience: 60,
+        piece: 100,
+        input_noise: 0.0,
+        ..Default::default()
+    };
+    // One recording for both: only that it can be learned and rolled out is asked here.
+    let sequences = [sequence];
+    let model = fit_stateful(&sequences, &sequences, "scene", &options, &mut |_| true).unwrap();
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("residual.safetensors");
+    model.write(&path).unwrap();
+    let model = ResidualModel::read(&path).unwrap();
+    let mut rollout = Rollout::new(&twin, &auxiliary, &model, 0.01).unwrap();
+    let (mut bare, mut with) = (0.0, 0.0);
+    let bare_tips = ["x", "y", "z"].map(|axis| found.recording.require(&format!("bare_{axis}_m")).unwrap());
+    for i in 0..n {
+        let step = rollout.step(&strokes(i)).unwrap();
+        for c in 0..3 {
+            with += (step.tip[c] - motion.tips[i][c]).powi(2);
+            bare += (bare_tips[c][i] - motion.tips[i][c]).powi(2);
+        }
+        assert!(
+            rollout.strokes().iter().zip(&auxiliary.bounds).all(|(stroke, bounds)| bounds.contains(*stroke))
+        );
+        assert!(!step.is_extrapolating, "row {i}");
+    }
+    assert!(with < 0.05 * bare, "{with} of {bare}");
+    // Twice the stroke is outside what it has seen.
+    assert!(rollout.step(&[2.5e-3, 0.0, -2.5e-3, 0.0]).unwrap().is_extrapolating);
+    // Another rate or robot is refused.
+    assert!(Rollout::new(&twin, &auxiliary, &model, 0.02).unwrap_err().to_string().contains("time_s"));
+    let wrong = model.check(3, auxiliary.len(), 0.01).unwrap_err();
+    assert!(wrong.to_string().contains("another robot"), "{wrong}");
+}
+
+#[test]
+fn recordings_of_something_else_are_refused() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let good = recording(&twin, &auxiliary, 120, |_| vec![0.0; auxiliary.len()]);
+    let remade = |change: &dyn Fn(&str, f64) -> Option<f64>, gap: Vec<bool>| {
+        let channels = good.channels().iter().filter_map(|channel| {
+            let values: Option<Vec<f64>> =
+                channel.values.iter().map(|value| change(&channel.name, *value)).collect();
+            Some(Channel::new(channel.name.clone(), values?))
+        });
+        let made =
+            Recording::new(good.time().to_vec(), channels.collect(), gap, Metadata::default()).unwrap();
+        Motion::new(&twin, &made).map(|_| ()).unwrap_err().to_string()
+    };
+    let other_robot = remade(&|name, value| (name != "stroke_4_m").then_some(value), Vec::new());
+    assert!(other_robot.contains("stroke columns: expected 4"), "{other_robot}");
+    let units =
+        remade(&|name, value| Some(if name.starts_with("stroke") { 1e3 * value } else { value }), Vec::new());
+    assert!(units.contains("less than the tendon's length"), "{units}");
+    let tip_units =
+        remade(&|name, value| Some(if name.starts_with("tip") { 1e3 * value } else { value }), Vec::new());
+    assert!(tip_units.contains("other units"), "{tip_units}");
+    let moved = remade(&|name, value| Some(if name == "tip_x_m" { value + 0.02 } else { value }), Vec::new());
+    assert!(moved.contains("was the tracker moved"), "{moved}");
+    let dead = remade(&|name, value| Some(if name == "tip_y_m" { 0.0 } else { value }), Vec::new());
+    assert!(dead.contains("tip_y_m"), "{dead}");
+    let gaps = remade(&|_, value| Some(value), vec![true; 120]);
+    assert!(gaps.contains("filled in"), "{gaps}");
+    let short = Recording::new(
+        good.time()[..50].to_vec(),
+        good.channels().iter().map(|c| Channel::new(c.name.clone(), c.values[..50].to_vec())).collect(),
+        Vec::new(),
+        Metadata::default(),
+    );
+    let short = Motion::new(&twin, &short.unwrap()).map(|_| ()).unwrap_err().to_string();
+    assert!(short.contains("at least 100"), "{short}");
+}
