@@ -40,10 +40,15 @@ impl Bench {
         Ok(Self { markers: Markers::new(&twin.body as &FemModel), mesh, holds })
     }
 
-    /// Shapes in `holds`.
-    fn states(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<TwinState>> {
+    /// Shapes in `holds`, from shapes `near` if there are any.
+    fn states(
+        &self,
+        setup: &Setup,
+        holds: &[Hold],
+        near: Option<&[TwinState]>,
+    ) -> hysteron_twin::Result<Vec<TwinState>> {
         let twin = setup.twin(&self.mesh, &[]).map_err(as_twin_error)?;
-        setup.states(&twin, holds, &|_| Vec::new())
+        setup.states(&twin, holds, near, &|_| Vec::new())
     }
 
     /// Errors of the markers in these shapes.
@@ -62,7 +67,7 @@ impl Bench {
 
     /// Errors of the markers in `holds`.
     pub fn errors(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<[f64; 3 * N_MARKERS]>> {
-        Ok(self.errors_in(setup, &self.states(setup, holds)?, holds))
+        Ok(self.errors_in(setup, &self.states(setup, holds, None)?, holds))
     }
 
     fn fit(&self, set: Set, holds: &[Hold]) -> Result<Fit> {
@@ -74,7 +79,10 @@ impl Bench {
             let last = known.lock().ok().and_then(|known| known.clone());
             let states = match last {
                 Some((key, states)) if key == setup.key() => states,
-                _ => Arc::new(self.states(&setup, holds)?),
+                last => {
+                    let near = last.as_ref().map(|(_, states)| states.as_slice());
+                    Arc::new(self.states(&setup, holds, near)?)
+                }
             };
             if let Ok(mut known) = known.lock() {
                 // Neighbours for differences come and go; what the next ones share is the middle.
@@ -114,6 +122,11 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
         let fit = bench.fit(set, &bench.holds)?;
         let setup = set.setup(&fit.values());
         let all: Vec<Errors> = bench.errors(&setup, &bench.holds)?.iter().map(distances).collect();
+        for estimate in &fit.estimates {
+            let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
+            println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
+        }
+        println!("{} ({} evaluations), {:.2} mm\n", fit.ended, fit.evaluations, 1e3 * mean_of_markers(&all));
         let left_out: Vec<Errors> = (0..bench.holds.len())
             .into_par_iter()
             .map(|out| -> Result<Errors> {
@@ -142,11 +155,6 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
                 "is_fitted": estimate.standing == Standing::Fitted,
             })).collect::<Vec<_>>(),
         }));
-        for estimate in &fit.estimates {
-            let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
-            println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
-        }
-        println!("{} ({} evaluations)\n", fit.ended, fit.evaluations);
         setups.push(setup);
     }
     print_cells(&cells);

@@ -180,13 +180,19 @@ impl Setup {
     }
 
     /// States of the twin in all `holds`, each tendon's in ascending tension. `further` gives the targets of the
-    /// tendons behind the real ones under given tensions.
+    /// tendons behind the real ones under given tensions. Holds are static: shapes `near`, one for each, save the way.
     pub fn states(
         &self,
         twin: &Twin,
         holds: &[Hold],
+        near: Option<&[TwinState]>,
         further: &(dyn Fn([f64; 2]) -> Vec<Target> + Sync),
     ) -> hysteron_twin::Result<Vec<TwinState>> {
+        if let Some(near) = near
+            && let Ok(states) = self.states_near(twin, holds, near, further)
+        {
+            return Ok(states);
+        }
         let of = |tendon: usize| -> hysteron_twin::Result<Vec<(usize, TwinState)>> {
             let mut order: Vec<usize> =
                 (0..holds.len()).filter(|&k| holds[k].tensions[tendon] > 0.0).collect();
@@ -215,6 +221,22 @@ impl Setup {
         let mut states = both.concat();
         states.sort_by_key(|(k, _)| *k);
         Ok(states.into_iter().map(|(_, state)| state).collect())
+    }
+
+    fn states_near(
+        &self,
+        twin: &Twin,
+        holds: &[Hold],
+        near: &[TwinState],
+        further: &(dyn Fn([f64; 2]) -> Vec<Target> + Sync),
+    ) -> hysteron_twin::Result<Vec<TwinState>> {
+        let mut stepper = Stepper::new(twin);
+        let mut step = |(hold, near): (&Hold, &TwinState)| {
+            let mut state = near.clone();
+            let targets = [self.targets(hold.tensions), further(hold.tensions)].concat();
+            stepper.step(twin, &targets, &mut state).map(|_| state)
+        };
+        holds.iter().zip(near).map(&mut step).collect()
     }
 }
 
