@@ -1,4 +1,5 @@
-//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn.
+//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn,
+//! those searches from the values found on all.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::sync::{Arc, Mutex};
@@ -70,7 +71,12 @@ impl Bench {
         Ok(self.errors_in(setup, &self.states(setup, holds, None)?, holds))
     }
 
-    fn fit(&self, set: Set, holds: &[Hold]) -> Result<Fit> {
+    /// Fits a set, from nominal values or from others.
+    fn fit(&self, set: Set, start: Option<&[f64]>, holds: &[Hold]) -> Result<Fit> {
+        let mut parameters = set.parameters();
+        if let Some(start) = start {
+            parameters.iter_mut().zip(start).for_each(|(parameter, value)| parameter.start = *value);
+        }
         let options = Options { huber: None, smallest_effect: SEEN, n_nuisance: 0, watch: &|_, _| true };
         // Most parameters move only the markers: the shapes last computed serve them all.
         let known: Mutex<Option<(Key, Arc<Vec<TwinState>>)>> = Mutex::new(None);
@@ -92,7 +98,7 @@ impl Bench {
             }
             Ok(self.errors_in(&setup, &states, holds).iter().map(|e| e.to_vec()).collect())
         };
-        Ok(least_squares(&set.parameters(), &options, residuals)?)
+        Ok(least_squares(&parameters, &options, residuals)?)
     }
 }
 
@@ -119,7 +125,7 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
     ];
     let (mut setups, mut metrics) = (Vec::new(), Vec::new());
     for set in Set::ALL {
-        let fit = bench.fit(set, &bench.holds)?;
+        let fit = bench.fit(set, None, &bench.holds)?;
         let setup = set.setup(&fit.values());
         let all: Vec<Errors> = bench.errors(&setup, &bench.holds)?.iter().map(distances).collect();
         for estimate in &fit.estimates {
@@ -127,12 +133,18 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
             println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
         }
         println!("{} ({} evaluations), {:.2} mm\n", fit.ended, fit.evaluations, 1e3 * mean_of_markers(&all));
+        // A search does not begin on a bound, where it would stay.
+        let inside: Vec<f64> = fit
+            .estimates
+            .iter()
+            .map(|e| if e.standing == Standing::AtBound { e.start } else { e.value })
+            .collect();
         let left_out: Vec<Errors> = (0..bench.holds.len())
             .into_par_iter()
             .map(|out| -> Result<Errors> {
                 let mut rest = bench.holds.clone();
                 let hold = rest.remove(out);
-                let values = bench.fit(set, &rest)?.values();
+                let values = bench.fit(set, Some(&inside), &rest)?.values();
                 let errors = bench.errors(&set.setup(&values), &[hold])?;
                 Ok(distances(errors.first().context("one hold")?))
             })

@@ -28,7 +28,7 @@ const DIFFERENCE: f64 = 1e-3;
 /// How the tensions of the virtual cables depend on the hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sharing {
-    /// The same in all holds.
+    /// One number: a hold has tensions of its own.
     Constant,
     /// A constant and a part for each newton of the real tendons.
     Linear,
@@ -190,23 +190,19 @@ pub fn run(bench: &Bench, setup: &Setup, scene: &Scene) -> Result<Value> {
         })
         .collect::<Result<_>>()?;
     rows.push(("each hold its own", mean_of_markers(&of(&errors)), None));
-    for (name, sharing) in
-        [("the same in all", Sharing::Constant), ("linear in the tensions", Sharing::Linear)]
-    {
-        let shared = Residual::new(bench, setup, &cables, sharing)?;
-        let unknowns = shared.identify(&bench.holds)?;
-        let all = shared.errors(&shared.states(&unknowns, &bench.holds, None)?, &bench.holds);
-        let left_out: Vec<[f64; N]> = (0..bench.holds.len())
-            .into_par_iter()
-            .map(|out| {
-                let mut rest = bench.holds.clone();
-                let hold = [rest.remove(out)];
-                let unknowns = shared.identify(&rest)?;
-                Ok(shared.errors(&shared.states(&unknowns, &hold, None)?, &hold)[0])
-            })
-            .collect::<Result<_>>()?;
-        rows.push((name, mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));
-    }
+    let shared = Residual::new(bench, setup, &cables, Sharing::Linear)?;
+    let unknowns = shared.identify(&bench.holds)?;
+    let all = shared.errors(&shared.states(&unknowns, &bench.holds, None)?, &bench.holds);
+    let left_out: Vec<[f64; N]> = (0..bench.holds.len())
+        .into_par_iter()
+        .map(|out| {
+            let mut rest = bench.holds.clone();
+            let hold = [rest.remove(out)];
+            let unknowns = shared.identify(&rest)?;
+            Ok(shared.errors(&shared.states(&unknowns, &hold, None)?, &hold)[0])
+        })
+        .collect::<Result<_>>()?;
+    rows.push(("linear in the tensions", mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));
     let mut cells = vec![
         ["residual tensions", "mean of the markers' RMSE [mm]", "one hold left out"]
             .map(str::to_owned)
