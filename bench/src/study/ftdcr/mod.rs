@@ -1,10 +1,13 @@
 //! A three-segment robot driven by nine strokes: tip error on patterns that were not fitted, in five folds.
 //!
-//! Beside each other: the twin with fitted zeros, compliance and angles of its tendons; static regressions of the tip
-//! on the strokes; and a regression of what the twin leaves. A pattern and its holds are never divided.
+//! Beside each other: a reduced model with fitted zeros, compliance and angles of its tendons; a regression of what it
+//! leaves; static regressions of the tip on the strokes; and the finite-element twin with the reduced model's
+//! parameters, on fewer rows. A pattern and its holds are never divided.
 #![allow(clippy::print_stdout)] // this program prints tables
 
+mod fit;
 mod recording;
+mod reduced;
 mod regression;
 mod robot;
 
@@ -18,16 +21,29 @@ use serde_json::{Value, json};
 
 use super::{data_folder, distance, rms, write_metrics};
 use crate::table::print_cells;
-use recording::{Pattern, read_patterns};
-use robot::{Fitted, Robot};
+use fit::Fitted;
+use recording::{Pattern, Row, read_patterns};
+use reduced::Shape;
+use robot::Robot;
 
 const N_FOLDS: usize = 5;
 
-/// What predicts the tip; another one is one more line in [`run`].
-const METHODS: [&str; 4] =
-    ["twin, fitted", "cubic regression", "kernel regression", "twin + kernel regression"];
+/// The reduced model is fitted to every third row, in a quick study to every twelfth.
+const FIT_EVERY: [usize; 2] = [3, 12];
+/// The finite-element twin goes to every twelfth row of a held-out pattern.
+const TWIN_EVERY: usize = 12;
 
-/// Runs the study, a quick one with the first fold and few rows to fit; skipped by name where the recordings are not there.
+/// What predicts the tip. The last two see the rows of the finite-element twin alone.
+const METHODS: [&str; 6] = [
+    "reduced model, fitted",
+    "reduced model + kernel regression",
+    "cubic regression",
+    "kernel regression",
+    "reduced model, on the twin's rows",
+    "FE twin, the reduced model's parameters",
+];
+
+/// Runs the study, a quick one with the first fold, fewer rows to fit and without the finite-element twin; skipped by name where the recordings are not there.
 ///
 /// # Errors
 /// The files cannot be read, or a fit fails.
@@ -39,8 +55,8 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     }
     let patterns = read_patterns(&path)?;
     let fold_of = folds(patterns.len());
-    let (n_folds, fit_rows) = if quick { (1, 24) } else { (N_FOLDS, 110) };
-    let robot = Robot::read(fit_rows)?;
+    let (n_folds, fit_every) = if quick { (1, FIT_EVERY[1]) } else { (N_FOLDS, FIT_EVERY[0]) };
+    let robot = if quick { None } else { Some(Robot::read()?) };
     let folds: Vec<Fold> = (0..n_folds)
         .into_par_iter()
         .map(|fold| {
@@ -49,7 +65,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
             let only = |pairs: Vec<(&Pattern, &usize)>| {
                 pairs.into_iter().map(|(p, _)| p.clone()).collect::<Vec<_>>()
             };
-            Fold::new(&robot, &only(training), &only(held))
+            Fold::new(robot.as_ref(), fit_every, &only(training), &only(held))
         })
         .collect::<Result<_>>()?;
     print(&folds);
@@ -75,46 +91,66 @@ struct Fold {
 }
 
 impl Fold {
-    fn new(robot: &Robot, training: &[Pattern], held: &[Pattern]) -> Result<Self> {
-        let fitted = robot.fit(training)?;
-        let [(known, bad), (new, worse)] = [robot.predict(&fitted, training)?, robot.predict(&fitted, held)?];
-        let strokes = |patterns: &[Pattern]| -> Vec<Vec<f64>> {
-            patterns.iter().flat_map(|p| &p.rows).map(|row| row.strokes.map(|s| 1e3 * s).to_vec()).collect()
-        };
-        let tips = |patterns: &[Pattern]| -> Vec<[f64; 3]> {
-            patterns.iter().flat_map(|p| &p.rows).map(|row| row.tip.map(|c| 1e3 * c)).collect()
-        };
-        let (known_strokes, new_strokes) = (strokes(training), strokes(held));
-        let (known_tips, measured) = (tips(training), tips(held));
+    fn new(robot: Option<&Robot>, fit_every: usize, training: &[Pattern], held: &[Pattern]) -> Result<Self> {
+        let fitted = Fitted::new(training, fit_every)?;
+        let [known_rows, new_rows] = [training, held].map(rows_of);
+        let [known_strokes, new_strokes] = [&known_rows, &new_rows]
+            .map(|rows| rows.iter().map(|row| row.strokes.map(|s| 1e3 * s).to_vec()).collect::<Vec<_>>());
+        let [known_tips, measured] = [&known_rows, &new_rows]
+            .map(|rows| rows.iter().map(|row| row.tip.map(|c| 1e3 * c)).collect::<Vec<_>>());
         let groups: Vec<usize> =
             training.iter().enumerate().flat_map(|(k, p)| std::iter::repeat_n(k, p.rows.len())).collect();
 
-        let twin: Vec<[f64; 3]> = new.iter().map(|row| row.tip).collect();
-        let left: Vec<[f64; 3]> = known
-            .iter()
-            .zip(&known_tips)
-            .map(|(row, tip)| std::array::from_fn(|c| tip[c] - row.tip[c]))
-            .collect();
-        let features =
-            |rows: &[robot::Predicted]| rows.iter().map(robot::Predicted::features).collect::<Vec<_>>();
-        let correction = regression::kernel(&features(&known), &left, &groups, &features(&new))?;
+        let [known, new] = [&known_rows, &new_rows]
+            .map(|rows| rows.iter().map(|row| fitted.model.shape(&row.strokes)).collect::<Vec<_>>());
+        let tips = |shapes: &[Shape]| shapes.iter().map(|s| fitted.measured(s.marker)).collect::<Vec<_>>();
+        let reduced = tips(&new);
+        let left: Vec<[f64; 3]> =
+            tips(&known).iter().zip(&known_tips).map(|(a, b)| std::array::from_fn(|c| b[c] - a[c])).collect();
+        let [known_features, new_features] = [features(&known, &known_rows), features(&new, &new_rows)];
+        let correction = regression::kernel(&known_features, &left, &groups, &new_features)?;
         let corrected =
-            twin.iter().zip(&correction).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
+            reduced.iter().zip(&correction).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
         let predictions: [Vec<[f64; 3]>; 4] = [
-            twin,
+            reduced,
+            corrected,
             regression::cubic(&known_strokes, &known_tips, &groups, &new_strokes)?,
             regression::kernel(&known_strokes, &known_tips, &groups, &new_strokes)?,
-            corrected,
         ];
         let error =
             |tips: &Vec<[f64; 3]>| tips.iter().zip(&measured).map(|(a, b)| distance(*a, *b)).collect();
+        let mut errors: Vec<Vec<f64>> = predictions.iter().map(error).collect();
+        let mut rows_without_equilibrium = 0;
+        if let Some(robot) = robot {
+            let rows: Vec<Vec<&Row>> =
+                held.iter().map(|pattern| pattern.rows.iter().step_by(TWIN_EVERY).collect()).collect();
+            let (tips, n_failed) = robot.predict(&fitted, &rows)?;
+            rows_without_equilibrium = n_failed;
+            let off = |(row, tip): (&&Row, [f64; 3])| distance(tip, row.tip.map(|c| 1e3 * c));
+            let all: Vec<&Row> = rows.concat();
+            let beside = all.iter().map(|row| fitted.measured(fitted.model.shape(&row.strokes).marker));
+            errors.push(all.iter().zip(beside).map(off).collect());
+            errors.push(all.iter().zip(tips).map(off).collect());
+        }
         Ok(Self {
             patterns: held.iter().map(|pattern| pattern.label.clone()).collect(),
             fitted,
-            errors: predictions.iter().map(error).collect(),
-            rows_without_equilibrium: bad + worse,
+            errors,
+            rows_without_equilibrium,
         })
     }
+}
+
+fn rows_of(patterns: &[Pattern]) -> Vec<&Row> {
+    patterns.iter().flat_map(|pattern| &pattern.rows).collect()
+}
+
+/// Coordinates for the regression of what the model leaves: marker, axis, tensions and strokes.
+fn features(shapes: &[Shape], rows: &[&Row]) -> Vec<Vec<f64>> {
+    let feature = |(shape, row): (&Shape, &&Row)| {
+        [shape.marker.as_slice(), shape.axis.as_slice(), &shape.tensions, &row.strokes].concat()
+    };
+    shapes.iter().zip(rows).map(feature).collect()
 }
 
 fn pooled(folds: &[Fold], method: usize) -> f64 {
@@ -126,7 +162,7 @@ fn print(folds: &[Fold]) {
     heading.extend((1..=folds.len()).map(|k| format!("fold {k}")));
     heading.push("all".into());
     let mut cells = vec![heading];
-    for (m, name) in METHODS.iter().enumerate() {
+    for (m, name) in METHODS.iter().take(folds[0].errors.len()).enumerate() {
         let mut row = vec![(*name).to_owned()];
         row.extend(folds.iter().map(|fold| format!("{:.2}", rms(fold.errors[m].iter().copied()))));
         row.push(format!("{:.2}", pooled(folds, m)));
@@ -153,7 +189,7 @@ fn metrics(folds: &[Fold]) -> Value {
     };
     json!({
         "folds": folds.iter().map(of_fold).collect::<Vec<_>>(),
-        "pooled": METHODS.iter().enumerate().map(|(m, name)| json!({"method": name, "rmse_mm": pooled(folds, m)})).collect::<Vec<_>>(),
+        "pooled": METHODS.iter().take(folds[0].errors.len()).enumerate().map(|(m, name)| json!({"method": name, "rmse_mm": pooled(folds, m)})).collect::<Vec<_>>(),
     })
 }
 

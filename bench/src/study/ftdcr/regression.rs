@@ -16,7 +16,7 @@ pub fn cubic(features: &[Vec<f64>], tips: &[[f64; 3]], groups: &[usize], new: &[
     let scale = Scale::of(features);
     let [known, new] =
         [features, new].map(|rows| rows.iter().map(|row| monomials(&scale.apply(row))).collect::<Vec<_>>());
-    let grid = [1e-2, 1e-1, 1.0, 10.0, 100.0].map(|ridge| [ridge, 0.0]);
+    let grid = [1e-2, 1e-1, 1.0, 10.0, 1e2, 1e3, 1e4, 1e5].map(|ridge| [ridge, 0.0]);
     chosen(&known, tips, groups, &new, &grid, |a, tips, b, [ridge, _]| {
         let x = matrix(a);
         let normal = x.transpose() * &x + DMatrix::identity(x.ncols(), x.ncols()) * ridge;

@@ -1,4 +1,5 @@
-//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn.
+//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn,
+//! those searches from the values found on all.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::sync::{Arc, Mutex};
@@ -40,10 +41,15 @@ impl Bench {
         Ok(Self { markers: Markers::new(&twin.body as &FemModel), mesh, holds })
     }
 
-    /// Shapes in `holds`.
-    fn states(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<TwinState>> {
+    /// Shapes in `holds`, from shapes `near` if there are any.
+    fn states(
+        &self,
+        setup: &Setup,
+        holds: &[Hold],
+        near: Option<&[TwinState]>,
+    ) -> hysteron_twin::Result<Vec<TwinState>> {
         let twin = setup.twin(&self.mesh, &[]).map_err(as_twin_error)?;
-        setup.states(&twin, holds, &|_| Vec::new())
+        setup.states(&twin, holds, near, &|_| Vec::new())
     }
 
     /// Errors of the markers in these shapes.
@@ -62,10 +68,15 @@ impl Bench {
 
     /// Errors of the markers in `holds`.
     pub fn errors(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<[f64; 3 * N_MARKERS]>> {
-        Ok(self.errors_in(setup, &self.states(setup, holds)?, holds))
+        Ok(self.errors_in(setup, &self.states(setup, holds, None)?, holds))
     }
 
-    fn fit(&self, set: Set, holds: &[Hold]) -> Result<Fit> {
+    /// Fits a set, from nominal values or from others.
+    fn fit(&self, set: Set, start: Option<&[f64]>, holds: &[Hold]) -> Result<Fit> {
+        let mut parameters = set.parameters();
+        if let Some(start) = start {
+            parameters.iter_mut().zip(start).for_each(|(parameter, value)| parameter.start = *value);
+        }
         let options = Options { huber: None, smallest_effect: SEEN, n_nuisance: 0, watch: &|_, _| true };
         // Most parameters move only the markers: the shapes last computed serve them all.
         let known: Mutex<Option<(Key, Arc<Vec<TwinState>>)>> = Mutex::new(None);
@@ -74,7 +85,10 @@ impl Bench {
             let last = known.lock().ok().and_then(|known| known.clone());
             let states = match last {
                 Some((key, states)) if key == setup.key() => states,
-                _ => Arc::new(self.states(&setup, holds)?),
+                last => {
+                    let near = last.as_ref().map(|(_, states)| states.as_slice());
+                    Arc::new(self.states(&setup, holds, near)?)
+                }
             };
             if let Ok(mut known) = known.lock() {
                 // Neighbours for differences come and go; what the next ones share is the middle.
@@ -84,7 +98,7 @@ impl Bench {
             }
             Ok(self.errors_in(&setup, &states, holds).iter().map(|e| e.to_vec()).collect())
         };
-        Ok(least_squares(&set.parameters(), &options, residuals)?)
+        Ok(least_squares(&parameters, &options, residuals)?)
     }
 }
 
@@ -111,15 +125,26 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
     ];
     let (mut setups, mut metrics) = (Vec::new(), Vec::new());
     for set in Set::ALL {
-        let fit = bench.fit(set, &bench.holds)?;
+        let fit = bench.fit(set, None, &bench.holds)?;
         let setup = set.setup(&fit.values());
         let all: Vec<Errors> = bench.errors(&setup, &bench.holds)?.iter().map(distances).collect();
+        for estimate in &fit.estimates {
+            let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
+            println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
+        }
+        println!("{} ({} evaluations), {:.2} mm\n", fit.ended, fit.evaluations, 1e3 * mean_of_markers(&all));
+        // A search does not begin on a bound, where it would stay.
+        let inside: Vec<f64> = fit
+            .estimates
+            .iter()
+            .map(|e| if e.standing == Standing::AtBound { e.start } else { e.value })
+            .collect();
         let left_out: Vec<Errors> = (0..bench.holds.len())
             .into_par_iter()
             .map(|out| -> Result<Errors> {
                 let mut rest = bench.holds.clone();
                 let hold = rest.remove(out);
-                let values = bench.fit(set, &rest)?.values();
+                let values = bench.fit(set, Some(&inside), &rest)?.values();
                 let errors = bench.errors(&set.setup(&values), &[hold])?;
                 Ok(distances(errors.first().context("one hold")?))
             })
@@ -142,11 +167,6 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
                 "is_fitted": estimate.standing == Standing::Fitted,
             })).collect::<Vec<_>>(),
         }));
-        for estimate in &fit.estimates {
-            let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
-            println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
-        }
-        println!("{} ({} evaluations)\n", fit.ended, fit.evaluations);
         setups.push(setup);
     }
     print_cells(&cells);

@@ -28,7 +28,7 @@ const DIFFERENCE: f64 = 1e-3;
 /// How the tensions of the virtual cables depend on the hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sharing {
-    /// The same in all holds.
+    /// One number: a hold has tensions of its own.
     Constant,
     /// A constant and a part for each newton of the real tendons.
     Linear,
@@ -68,9 +68,14 @@ impl<'a> Residual<'a> {
         (0..n).map(|j| self.cables[j].tension.clamp(tension(j))).collect()
     }
 
-    fn states(&self, unknowns: &[f64], holds: &[Hold]) -> hysteron_twin::Result<Vec<TwinState>> {
+    fn states(
+        &self,
+        unknowns: &[f64],
+        holds: &[Hold],
+        near: Option<&[TwinState]>,
+    ) -> hysteron_twin::Result<Vec<TwinState>> {
         let further = |applied| self.tensions(unknowns, applied).into_iter().map(Target::Tension).collect();
-        self.setup.states(&self.twin, holds, &further)
+        self.setup.states(&self.twin, holds, near, &further)
     }
 
     fn errors(&self, states: &[TwinState], holds: &[Hold]) -> Vec<[f64; N]> {
@@ -97,13 +102,13 @@ impl<'a> Residual<'a> {
     fn identify(&self, holds: &[Hold]) -> Result<Vec<f64>> {
         let n_blocks = self.sharing.factors([0.0; 2]).len();
         let mut unknowns = vec![0.0; n_blocks * self.cables.len()];
-        let mut states = self.states(&unknowns, holds)?;
+        let mut states = self.states(&unknowns, holds, None)?;
         let mut longest = 1.0;
         for _ in 0..ROUNDS {
             let before = self.cost(&unknowns, &self.errors(&states, holds));
             let step = self.correction(&unknowns, &states, holds, longest)?;
             let next: Vec<f64> = unknowns.iter().zip(&step).map(|(a, b)| a + b).collect();
-            match self.states(&next, holds) {
+            match self.states(&next, holds, Some(&states)) {
                 Ok(found) if self.cost(&next, &self.errors(&found, holds)) < before => {
                     (unknowns, states) = (next, found);
                 }
@@ -181,27 +186,23 @@ pub fn run(bench: &Bench, setup: &Setup, scene: &Scene) -> Result<Value> {
         .map(|hold| {
             let holds = std::slice::from_ref(hold);
             let unknowns = own.identify(holds)?;
-            Ok(own.errors(&own.states(&unknowns, holds)?, holds)[0])
+            Ok(own.errors(&own.states(&unknowns, holds, None)?, holds)[0])
         })
         .collect::<Result<_>>()?;
     rows.push(("each hold its own", mean_of_markers(&of(&errors)), None));
-    for (name, sharing) in
-        [("the same in all", Sharing::Constant), ("linear in the tensions", Sharing::Linear)]
-    {
-        let shared = Residual::new(bench, setup, &cables, sharing)?;
-        let unknowns = shared.identify(&bench.holds)?;
-        let all = shared.errors(&shared.states(&unknowns, &bench.holds)?, &bench.holds);
-        let left_out: Vec<[f64; N]> = (0..bench.holds.len())
-            .into_par_iter()
-            .map(|out| {
-                let mut rest = bench.holds.clone();
-                let hold = [rest.remove(out)];
-                let unknowns = shared.identify(&rest)?;
-                Ok(shared.errors(&shared.states(&unknowns, &hold)?, &hold)[0])
-            })
-            .collect::<Result<_>>()?;
-        rows.push((name, mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));
-    }
+    let shared = Residual::new(bench, setup, &cables, Sharing::Linear)?;
+    let unknowns = shared.identify(&bench.holds)?;
+    let all = shared.errors(&shared.states(&unknowns, &bench.holds, None)?, &bench.holds);
+    let left_out: Vec<[f64; N]> = (0..bench.holds.len())
+        .into_par_iter()
+        .map(|out| {
+            let mut rest = bench.holds.clone();
+            let hold = [rest.remove(out)];
+            let unknowns = shared.identify(&rest)?;
+            Ok(shared.errors(&shared.states(&unknowns, &hold, None)?, &hold)[0])
+        })
+        .collect::<Result<_>>()?;
+    rows.push(("linear in the tensions", mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));
     let mut cells = vec![
         ["residual tensions", "mean of the markers' RMSE [mm]", "one hold left out"]
             .map(str::to_owned)

@@ -13,8 +13,6 @@ use crate::scenes::{Setting, tendon, twin};
 
 /// Largest tension step of a fit [N].
 const TENSION_STEP: f64 = 0.5;
-/// Straight pieces of each tendon: some of its tension is lost from one to the next.
-const PIECES: usize = 4;
 /// Segments of a whole tendon.
 const SEGMENTS: usize = 60;
 const LINK: f64 = 0.305;
@@ -22,7 +20,7 @@ const LINK: f64 = 0.305;
 const RING: f64 = 1.5e-3;
 
 /// What the shape of the body depends on.
-pub type Key = ([f64; 3], [f64; 2], f64);
+pub type Key = ([f64; 3], [f64; 2]);
 
 /// The tentacle as it hangs in the room.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,8 +35,6 @@ pub struct Setup {
     pub across: [f64; 2],
     /// Turn of the markers' arms about the axis [rad].
     pub twist: f64,
-    /// Part of the tension that friction has taken at the end of a tendon [-].
-    pub loss: f64,
 }
 
 /// Name, start, bounds, scale, and how it is set.
@@ -60,8 +56,6 @@ const FRAME: [Line; 9] = [
     ("gravity along y [m/s²]", 0.0, [-6.0, 6.0], Scale::Linear, |s, v| s.across[1] = v),
     ("turn of the arms [rad]", 0.0, [-0.8, 0.8], Scale::Linear, |s, v| s.twist = v),
 ];
-const LOSS: [Line; 1] =
-    [("tension lost along a tendon [-]", 0.05, [0.0, 0.7], Scale::Linear, |s, v| s.loss = v)];
 
 /// Parameters that are fitted together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,20 +64,17 @@ pub enum Set {
     Three,
     /// And how robot, gravity and arms lie in the mocap frame.
     Frame,
-    /// And the tension lost by friction.
-    Friction,
 }
 
 impl Set {
     /// All of them, in the order of a table.
-    pub const ALL: [Self; 3] = [Self::Three, Self::Frame, Self::Friction];
+    pub const ALL: [Self; 2] = [Self::Three, Self::Frame];
 
     /// For a table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Three => "E, nu, rho",
             Self::Frame => "+ frame, gravity's direction, arms",
-            Self::Friction => "+ tension lost along the tendons",
         }
     }
 
@@ -91,7 +82,6 @@ impl Set {
         match self {
             Self::Three => THREE.to_vec(),
             Self::Frame => [&THREE[..], &FRAME].concat(),
-            Self::Friction => [&THREE[..], &FRAME, &LOSS].concat(),
         }
     }
 
@@ -122,49 +112,32 @@ impl Setup {
         shift: [0.0; 3],
         across: [0.0; 2],
         twist: 0.0,
-        loss: 0.0,
     };
 
     /// What the shape of the body depends on; the rest only moves the markers.
     pub fn key(&self) -> Key {
-        (self.material, self.across, self.loss)
+        (self.material, self.across)
     }
 
     /// The twin, with further tendons behind the real ones.
     pub fn twin(&self, mesh: &Mesh, further: &[Tendon]) -> Result<Twin> {
         let [youngs_modulus, poisson_ratio, density] = self.material;
         let material = Material { law: Law::Corotational, youngs_modulus, poisson_ratio, density };
-        let n_pieces = if self.loss > 0.0 { PIECES } else { 1 };
-        let mut tendons = Vec::new();
-        for degrees in [30.0f64, 150.0] {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            for piece in 1..=n_pieces {
-                let end = LINK * piece as f64 / n_pieces as f64;
-                let n = SEGMENTS * piece / n_pieces;
-                let points = (0..=n).map(|k| {
-                    let s = end * k as f64 / n as f64;
+        let mut tendons: Vec<Tendon> = [30.0f64, 150.0]
+            .map(|degrees| {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                let points = (0..=SEGMENTS).map(|k| {
+                    let s = LINK * k as f64 / SEGMENTS as f64;
                     let r = 0.0114 - 0.0295 * s;
                     [r * cos, r * sin, s]
                 });
-                let bounds = Bounds { min: 0.0, max: 100.0 };
-                tendons.push(tendon(format!("{degrees} {piece}"), points.collect(), bounds));
-            }
-        }
+                tendon(format!("tendon {degrees}"), points.collect(), Bounds { min: 0.0, max: 100.0 })
+            })
+            .to_vec();
         tendons.extend_from_slice(further);
         let [x, y] = self.across;
         let along = (9.81f64.powi(2) - x * x - y * y).max(0.0).sqrt();
         twin(Setting { ring: RING, ..Setting::TARGETS }, material, mesh, tendons, [x, y, along])
-    }
-
-    /// Targets of the real tendons under these tensions [N]: a piece that ends earlier carries what is lost there.
-    pub fn targets(&self, tensions: [f64; 2]) -> Vec<Target> {
-        if self.loss == 0.0 {
-            return tensions.map(Target::Tension).to_vec();
-        }
-        let lost = self.loss / PIECES as f64;
-        let part = |piece: usize| if piece == PIECES { 1.0 - self.loss + lost } else { lost };
-        let pieces = |tension: f64| (1..=PIECES).map(move |piece| Target::Tension(tension * part(piece)));
-        tensions.into_iter().flat_map(pieces).collect()
     }
 
     /// Markers in the mocap frame.
@@ -180,13 +153,19 @@ impl Setup {
     }
 
     /// States of the twin in all `holds`, each tendon's in ascending tension. `further` gives the targets of the
-    /// tendons behind the real ones under given tensions.
+    /// tendons behind the real ones under given tensions. Holds are static: shapes `near`, one for each, save the way.
     pub fn states(
         &self,
         twin: &Twin,
         holds: &[Hold],
+        near: Option<&[TwinState]>,
         further: &(dyn Fn([f64; 2]) -> Vec<Target> + Sync),
     ) -> hysteron_twin::Result<Vec<TwinState>> {
+        if let Some(near) = near
+            && let Ok(states) = self.states_near(twin, holds, near, further)
+        {
+            return Ok(states);
+        }
         let of = |tendon: usize| -> hysteron_twin::Result<Vec<(usize, TwinState)>> {
             let mut order: Vec<usize> =
                 (0..holds.len()).filter(|&k| holds[k].tensions[tendon] > 0.0).collect();
@@ -195,7 +174,7 @@ impl Setup {
             let mut go = |tension: f64, state: &mut TwinState| {
                 let mut tensions = [0.0; 2];
                 tensions[tendon] = tension;
-                let targets = [self.targets(tensions), further(tensions)].concat();
+                let targets = [tensions.map(Target::Tension).to_vec(), further(tensions)].concat();
                 stepper.step(twin, &targets, state)
             };
             go(0.0, &mut state)?;
@@ -216,9 +195,26 @@ impl Setup {
         states.sort_by_key(|(k, _)| *k);
         Ok(states.into_iter().map(|(_, state)| state).collect())
     }
+
+    fn states_near(
+        &self,
+        twin: &Twin,
+        holds: &[Hold],
+        near: &[TwinState],
+        further: &(dyn Fn([f64; 2]) -> Vec<Target> + Sync),
+    ) -> hysteron_twin::Result<Vec<TwinState>> {
+        let mut stepper = Stepper::new(twin);
+        let mut step = |(hold, near): (&Hold, &TwinState)| {
+            let mut state = near.clone();
+            let targets = [hold.tensions.map(Target::Tension).to_vec(), further(hold.tensions)].concat();
+            stepper.step(twin, &targets, &mut state).map(|_| state)
+        };
+        holds.iter().zip(near).map(&mut step).collect()
+    }
 }
 
-/// The body of `meshes/tentacle` with fewer elements: eight sides, quadratic, bending like the circles it stands for.
+/// The body of `meshes/tentacle` with fewer elements: eight sides, bending like the circles it stands for. Linear
+/// tetrahedra are too stiff in bending; a fitted modulus takes that up.
 pub fn coarse_body() -> Result<Mesh> {
     let turn = std::f64::consts::FRAC_PI_4;
     let wider = (3.0 * turn / (turn.sin() * (2.0 + turn.cos()))).powf(0.25);
@@ -232,5 +228,5 @@ pub fn coarse_body() -> Result<Mesh> {
         layers: Layers::Count(45),
         order: Order::Linear,
     };
-    Ok(tube.mesh()?.to_quadratic())
+    Ok(tube.mesh()?)
 }

@@ -1,0 +1,126 @@
+//! The reduced model fitted to patterns: zeros, turns and compliance of its tendons, and the frame of the measurement.
+//!
+//! Nine tendons at one radius cannot lie in three planes, so each segment's tendons may be turned about the axis. The
+//! frame is found in closed form at every step of the fit.
+
+use anyhow::Result;
+use hysteron_base::Bounds;
+use hysteron_twin::fit::{Options, Parameter, Scale, least_squares};
+use nalgebra::{Matrix3, Vector3};
+
+use super::recording::{N_TENDONS, Pattern, Row};
+use super::reduced::Reduced;
+
+/// Coordinate error from which on a row counts linearly [m].
+const HUBER: f64 = 5e-3;
+
+/// Parameters, and the frame of the measurement.
+pub struct Fitted {
+    /// Names of the parameters.
+    pub names: Vec<String>,
+    /// Their values.
+    pub values: Vec<f64>,
+    /// Why the search ended.
+    pub ended: String,
+    /// The model with these values.
+    pub model: Reduced,
+    turn: Matrix3<f64>,
+    shift: Vector3<f64>,
+}
+
+impl Fitted {
+    /// Fits to every `every`-th row of the patterns: the model has no memory, so any rows will do.
+    ///
+    /// # Errors
+    /// Those of the fit.
+    pub fn new(training: &[Pattern], every: usize) -> Result<Self> {
+        let rows: Vec<&Row> = training.iter().flat_map(|pattern| &pattern.rows).step_by(every).collect();
+        let measured: Vec<Vector3<f64>> = rows.iter().map(|row| row.tip.into()).collect();
+        let markers = |values: &[f64]| -> Vec<Vector3<f64>> {
+            let model = model(values);
+            rows.iter().map(|row| model.shape(&row.strokes).marker).collect()
+        };
+        let residuals = |values: &[f64]| {
+            let markers = markers(values);
+            let (turn, shift) = alignment(&markers, &measured);
+            let error =
+                |(from, to): (&Vector3<f64>, &Vector3<f64>)| (turn * from + shift - to).as_slice().to_vec();
+            Ok(markers.iter().zip(&measured).map(error).collect())
+        };
+        let options =
+            Options { huber: Some(HUBER), smallest_effect: 1e-4, n_nuisance: 6, watch: &|_, _| true };
+        let fit = least_squares(&parameters(), &options, residuals)?;
+        let values = fit.values();
+        let (turn, shift) = alignment(&markers(&values), &measured);
+        let names = fit.estimates.iter().map(|estimate| estimate.name.clone()).collect();
+        Ok(Self { names, model: model(&values), values, ended: fit.ended, turn, shift })
+    }
+
+    /// A point of the robot in the frame of the measurement [mm].
+    pub fn measured(&self, point: Vector3<f64>) -> [f64; 3] {
+        (1e3 * (self.turn * point + self.shift)).into()
+    }
+}
+
+fn parameters() -> Vec<Parameter> {
+    let parameter = |name: String, start: f64, half: f64| Parameter {
+        name,
+        start,
+        bounds: Bounds { min: start - half, max: start + half },
+        scale: Scale::Linear,
+    };
+    let mut parameters: Vec<Parameter> =
+        (0..N_TENDONS).map(|k| parameter(format!("zero of tendon {} [m]", k + 1), 0.0, 5e-3)).collect();
+    // Upstream's angles of the segments lie 0.50 and 1.01 rad beyond the first's. A turn of all is the frame's.
+    for (segment, start) in [(2, 0.5), (3, 1.0)] {
+        parameters.push(parameter(format!("turn of segment {segment}'s tendons [rad]"), start, 0.8));
+    }
+    // Steel rope of some 0.3 mm over half a metre: 0.1 mm/N.
+    parameters.push(Parameter {
+        name: "compliance of the tendons [m/N]".into(),
+        start: 1e-4,
+        bounds: Bounds { min: 1e-6, max: 1e-2 },
+        scale: Scale::Logarithmic,
+    });
+    parameters
+}
+
+fn model(values: &[f64]) -> Reduced {
+    Reduced {
+        zeros: std::array::from_fn(|k| values[k]),
+        turns: [0.0, values[N_TENDONS], values[N_TENDONS + 1]],
+        compliance: values[N_TENDONS + 2],
+    }
+}
+
+/// Turn and shift that bring `from` nearest to `to` (Kabsch, 1976).
+fn alignment(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> (Matrix3<f64>, Vector3<f64>) {
+    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let (a, b) = (mean(from), mean(to));
+    let moment: Matrix3<f64> = from.iter().zip(to).map(|(p, q)| (q - b) * (p - a).transpose()).sum();
+    let svd = moment.svd(true, true);
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return (Matrix3::identity(), b - a) };
+    let mut signs = Vector3::repeat(1.0);
+    signs[svd.singular_values.imin()] = (u.determinant() * v_t.determinant()).signum();
+    let turn = u * Matrix3::from_diagonal(&signs) * v_t;
+    (turn, b - turn * a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    #[test]
+    fn alignment_undoes_a_rigid_motion() {
+        let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.2, 0.7)).into_inner();
+        let shift = Vector3::new(0.1, -0.2, 0.3);
+        let from: Vec<Vector3<f64>> = [[0.1, 0.0, 0.2], [0.0, 0.3, 0.1], [-0.1, 0.1, 0.0], [0.2, 0.2, -0.1]]
+            .map(Vector3::from)
+            .to_vec();
+        let to: Vec<Vector3<f64>> = from.iter().map(|point| turn * point + shift).collect();
+        let (found, by) = alignment(&from, &to);
+        // Rounding of a singular value decomposition of numbers of order one.
+        assert!((found - turn).norm() < 1e-12 && (by - shift).norm() < 1e-12, "{found} {by}");
+    }
+}
