@@ -64,10 +64,11 @@ fn tip_of_a_twin_with_secret_strokes_is_met() {
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let recording = recording(&twin, &auxiliary, 200, |i| lagging(auxiliary.len(), i));
     let motion = Motion::new(&twin, &recording).unwrap();
-    let options = IdentifyOptions { regularisation: 1e-9, ..IdentifyOptions::default() };
+    let options =
+        IdentifyOptions { regularisation: 1e-6, rounds: 4, tolerance: 1e-7, ..IdentifyOptions::default() };
     let done =
         identify(&twin, &auxiliary, &motion, &options, Metadata::default(), &mut || true).unwrap().unwrap();
-    // Two rounds of a linearisation with a stale factor, on moves of 0.1 mm.
+    // Rounds of a linearisation that is off by a tenth or two, from moves of 0.1 mm: 1e-4 m times 0.2 to the fourth.
     assert!(done.summary.after.p99_m < 2e-6, "{:?}", done.summary.after);
     assert!(done.summary.before.median_m > 20.0 * done.summary.after.p99_m, "{:?}", done.summary);
     // The first sample brings the twin into balance and has no QP.
@@ -104,8 +105,8 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
     let twin = twin();
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
-    // Pulled, so that tendons are taut.
-    let pulled = [2e-3, 1e-3, 0.0, 0.0];
+    // Pulled a little, so that tendons are taut and the projection, which is that of the rest stiffness, still holds.
+    let pulled = [1e-4, 5e-5, 0.0, 0.0];
     for part in [0.25, 0.5, 0.75, 1.0, 1.0] {
         identifier.step(&pulled.map(|stroke| part * stroke), None, 0.01).unwrap();
     }
@@ -125,13 +126,9 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
         let size = (0..3).map(|c| ((ahead[c] - behind[c]) / (2.0 * h)).abs()).fold(0.0, f64::max);
         for c in 0..3 {
             let difference = (ahead[c] - behind[c]) / (2.0 * h);
-            // The projection is that of the warped rest stiffness, without the geometric terms of body and cables: it
-            // misses some percent where the body is bent and loaded.
-            assert!(
-                (sensitivity[c][k] - difference).abs() < 0.1 * size,
-                "{} {difference}",
-                sensitivity[c][k]
-            );
+            // The body turns by 0.01 rad, and the geometric terms left out are strains of 1e-3 of the stiffness.
+            let missed = (sensitivity[c][k] - difference).abs();
+            assert!(missed < 0.03 * size, "{} {difference} of {size}", sensitivity[c][k]);
         }
         assert!(size > 0.1, "a derivative that tests nothing: {size}");
     }
@@ -168,8 +165,8 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
     let options = StatefulOptions {
         hidden: 16,
-        epochs: 60,
-        patience: 60,
+        epochs: 400,
+        patience: 400,
         piece: 100,
         input_noise: 0.0,
         ..Default::default()
