@@ -67,7 +67,7 @@ mod tests {
         wrong[7] = 100.0;
         let found = score([&x, &y, &z], [&shifted, &wrong, &z], &gap);
         assert!((found.axes[0].rmse_m - 0.03).abs() < 1e-15);
-        assert!((found.axes[0].nrmse.unwrap() - 0.015).abs() < 1e-15);
+        assert!((found.axes[0].nrmse.expect("a range") - 0.015).abs() < 1e-15);
         assert_eq!(found.axes[1], AxisScore { rmse_m: 0.0, nrmse: Some(0.0) });
         assert_eq!(found.axes[2].nrmse, None);
         assert!((found.rmse_m - 0.03).abs() < 1e-15 && (found.max_m - 0.03).abs() < 1e-15);
@@ -82,6 +82,6 @@ mod tests {
         let found = score([&wave, &zero, &zero], [&zero, &zero, &zero], &vec![false; n]);
         assert!((found.axes[0].rmse_m - 0.5f64.sqrt()).abs() < 1e-12);
         // The range of the samples is 2: n is a multiple of 4.
-        assert!((found.axes[0].nrmse.unwrap() - 0.5 * 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((found.axes[0].nrmse.expect("a range") - 0.5 * 0.5f64.sqrt()).abs() < 1e-12);
     }
 }

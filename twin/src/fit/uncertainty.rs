@@ -67,7 +67,7 @@ fn correlation_time(series: &[f64]) -> f64 {
     let mut time = 1.0;
     for lag in 1..series.len() / 2 {
         let correlation = product(lag) / square;
-        if !(correlation > 0.0) {
+        if correlation.is_nan() || correlation <= 0.0 {
             break;
         }
         time += 2.0 * correlation;
