@@ -250,8 +250,9 @@ fn random_plan(n: usize) -> String {
         let frequency = draw(0.05, 0.15);
         text += &format!(
             "\n[[trajectory]]\nname = \"random-{k}\"\nrole = \"validation\"\nfamily = \"{family}\"\n\
-             amplitude_mm = {amplitude:.3}\nfrequency_hz = {frequency:.4}\norientation_deg = {:.1}\nattack_s = 10\n\
+             amplitude_mm = {amplitude:.3}\nfrequency_hz = {frequency:.4}\n{} = {:.1}\nattack_s = 10\n\
              sustain_s = {}\ndecay_s = 10\n",
+            if family == "circle" { "phase_deg" } else { "orientation_deg" },
             draw(0.0, 180.0),
             RANDOM_S - 23.32
         );
