@@ -1,5 +1,6 @@
 //! Quasi-static twin of a tendon-driven robot.
 
+mod alignment;
 mod anderson;
 mod balance;
 mod cable;
@@ -22,6 +23,7 @@ mod step;
 mod tensions;
 mod tip;
 
+pub use alignment::{alignment, nearest_rotation};
 pub use cable::Cables;
 pub use error::{Error, Result};
 pub use friction::FrictionPoint;

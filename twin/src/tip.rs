@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use crate::alignment::nearest_rotation;
 use crate::model::Twin;
 use crate::projection::Projection;
 use crate::state::TwinState;
@@ -14,19 +15,10 @@ impl Twin {
 
     /// Rotation of the tip since rest: the one that brings its nodes' arms closest to what they are now (least
     /// squares).
-    ///
-    /// # Reference
-    /// Kabsch (1976), A solution for the best rotation to relate two sets of vectors.
     pub fn tip_rotation_of(&self, state: &TwinState) -> UnitQuaternion<f64> {
         let (rest, now) = (self.tip_arms(&self.body.rest), self.tip_arms(&state.positions));
         let covariance: Matrix3<f64> = rest.iter().zip(&now).map(|(rest, now)| now * rest.transpose()).sum();
-        let svd = covariance.svd(true, true);
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return UnitQuaternion::identity() };
-        // The least singular direction decides between rotation and reflection; a flat tip has none of its own.
-        let mut signs = Vector3::repeat(1.0);
-        signs[svd.singular_values.imin()] = (u * v_t).determinant().signum();
-        let rotation = u * Matrix3::from_diagonal(&signs) * v_t;
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation))
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nearest_rotation(&covariance)))
     }
 
     /// From the tip to each of its nodes [m].

@@ -8,6 +8,8 @@ use hysteron_twin::Twin;
 use hysteron_twin::fit::Motion;
 use serde::Deserialize;
 
+use crate::inputs;
+
 const FORMAT: &str = "hysteron-fit";
 const VERSION: i64 = 1;
 
@@ -47,8 +49,7 @@ pub fn read_motions(
     let (mut motions, mut times) = (Vec::new(), Vec::new());
     for path in paths {
         let recording = Recording::read(path)?;
-        let own = recording.meta().extra.get("plan.role");
-        if role.is_some_and(|role| own.is_none_or(|own| own != role)) {
+        if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
             continue;
         }
         let motion = Motion::new(twin, &recording, &path.display().to_string(), every)?;

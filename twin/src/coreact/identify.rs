@@ -4,7 +4,7 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::problem::{Linearised, Sample, allowed, bound_of, pose, strokes_of};
-use super::{Auxiliary, Motion, Spread, Summary};
+use super::{Auxiliary, Bound, Motion, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::qp::{QpStatus, RowQp, solve_rows};
 use crate::step::Stepper;
@@ -47,6 +47,8 @@ pub struct Step {
     pub distance: f64,
     /// What became of each QP.
     pub statuses: Vec<QpStatus>,
+    /// The bound that each auxiliary stroke stands at, if any (n_aux).
+    pub bounds: Vec<Option<Bound>>,
 }
 
 /// A twin that follows measurements by its auxiliary tendons.
@@ -98,7 +100,7 @@ impl<'a> Identifier<'a> {
     /// # Errors
     /// Those of [`Stepper::step`].
     pub fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
-        let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new() };
+        let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
         let allowed = allowed(self.auxiliary, &self.strokes, duration);
         // At rest nothing is in balance yet: there is nothing to linearise.
         let rounds = if self.state.load == 1.0 { self.options.rounds } else { 0 };
@@ -117,6 +119,10 @@ impl<'a> Identifier<'a> {
         if done.statuses.first() != Some(&QpStatus::Solved) {
             self.balance(primary)?;
         }
+        let strokes = self.strokes.iter().zip(&allowed).zip(&self.auxiliary.bounds);
+        done.bounds = strokes
+            .map(|((stroke, allowed), whole)| bound_of(*stroke, allowed, whole, self.length))
+            .collect();
         done.tip = self.twin.tip_of(&self.state);
         done.distance = goal.map_or(0.0, |goal| self.distance(goal));
         Ok(done)
@@ -213,7 +219,6 @@ pub fn identify(
     let mut columns = Columns::default();
     let mut sensitivities = Columns::default();
     for i in 0..n {
-        let strokes_before = identifier.strokes.clone();
         let primary = motion.strokes_at(i);
         let goal = Goal {
             position: motion.tips[i],
@@ -230,10 +235,7 @@ pub fn identify(
             None => summary.gaps += 1,
         }
         step.statuses.iter().for_each(|status| summary.count_status(*status));
-        let limits = allowed(auxiliary, &strokes_before, motion.step);
-        let bound =
-            |j: usize| bound_of(identifier.strokes[j], &limits[j], &auxiliary.bounds[j], identifier.length);
-        summary.count_bounds(&(0..auxiliary.len()).map(bound).collect::<Vec<_>>());
+        summary.count_bounds(&step.bounds);
         columns.push(
             primary.iter().chain(&motion.tips[i]).chain(&identifier.strokes).chain(&step.tip).chain(&without),
         );

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::least_squares::{Fit, Options, least_squares};
 use super::motion::{Motion, distance, length_of};
 use super::quantity::Selected;
-use crate::{Result, Twin, rollouts};
+use crate::{Result, Twin, alignment, rollouts};
 
 /// Where the measured tip is expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +88,7 @@ pub fn fit_material(
     };
     let placed = |mut tips: Vec<Vec<[f64; 3]>>| {
         let frame = match options.frame {
-            Frame::Fitted => alignment(motions, &tips),
+            Frame::Fitted => frame_of(motions, &tips),
             _ => (Matrix3::identity(), Vector3::zeros()),
         };
         for tip in tips.iter_mut().flatten() {
@@ -167,24 +167,10 @@ fn motion_size(motions: &[Motion]) -> f64 {
 }
 
 /// The turn and shift that bring predicted tips nearest to the measured ones.
-///
-/// # Reference
-/// Kabsch (1976).
-fn alignment(motions: &[Motion], tips: &[Vec<[f64; 3]>]) -> (Matrix3<f64>, Vector3<f64>) {
-    let points: Vec<(Vector3<f64>, Vector3<f64>)> =
-        pairs(motions, tips).map(|(_, measured, tip)| (tip.into(), measured.into())).collect();
-    let n = points.len() as f64;
-    let from = points.iter().map(|(tip, _)| tip).sum::<Vector3<f64>>() / n;
-    let to = points.iter().map(|(_, measured)| measured).sum::<Vector3<f64>>() / n;
-    let moment: Matrix3<f64> =
-        points.iter().map(|(tip, measured)| (measured - to) * (tip - from).transpose()).sum();
-    let svd = moment.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return (Matrix3::identity(), to - from) };
-    let mut signs = Vector3::repeat(1.0);
-    // A turn, not a reflection: the weakest direction gives way.
-    signs[svd.singular_values.imin()] = (u.determinant() * v_t.determinant()).signum();
-    let turn = u * Matrix3::from_diagonal(&signs) * v_t;
-    (turn, to - turn * from)
+fn frame_of(motions: &[Motion], tips: &[Vec<[f64; 3]>]) -> (Matrix3<f64>, Vector3<f64>) {
+    let points = pairs(motions, tips).map(|(_, measured, tip)| (Vector3::from(tip), Vector3::from(measured)));
+    let (from, to): (Vec<_>, Vec<_>) = points.unzip();
+    alignment(&from, &to)
 }
 
 /// With nothing commanded, the measured tip must be near the twin's.

@@ -111,3 +111,33 @@ impl Sequence {
         (sums, self.sensitivities[0].first().map_or(0, Vec::len))
     }
 }
+
+/// The first training sequence, after making sure that all are of one robot.
+pub(super) fn first_of_one_robot<'a>(
+    training: &'a [Sequence],
+    held_out: &[Sequence],
+) -> Result<&'a Sequence, BadInput> {
+    let few = |what: &str| BadInput::new(what, "at least one identified recording", "none");
+    let first = training.first().ok_or_else(|| few("training"))?;
+    held_out.first().ok_or_else(|| few("held out").hint("early stopping needs trajectories of its own"))?;
+    for sequence in training.iter().chain(held_out) {
+        let sizes = |s: &Sequence| (s.n_primary, s.auxiliary.len());
+        if sizes(sequence) != sizes(first) {
+            let [expected, found] = [first, sequence].map(|s| {
+                let (tendons, auxiliary) = sizes(s);
+                format!("{tendons} tendons and {auxiliary} virtual ones")
+            });
+            return Err(BadInput::new(&sequence.name, expected, found));
+        }
+        if (sequence.step / first.step - 1.0).abs() > 0.01 {
+            let expected = format!("samples of {} s", first.step);
+            return Err(BadInput::new(&sequence.name, expected, format!("{} s", sequence.step)));
+        }
+    }
+    Ok(first)
+}
+
+/// Their names, for the provenance of a training.
+pub(super) fn names(sequences: &[Sequence]) -> Vec<String> {
+    sequences.iter().map(|sequence| sequence.name.clone()).collect()
+}

@@ -12,6 +12,7 @@ use hysteron_learn::{
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
+use super::sequence::{first_of_one_robot, names};
 use super::{Decoder, Design, Epoch, FeatureSpec, Features, ResidualModel, Sequence};
 use crate::Result;
 
@@ -92,7 +93,7 @@ pub fn fit_stateful(
     options: &StatefulOptions,
     on_epoch: &mut dyn FnMut(&Epoch) -> bool,
 ) -> Result<ResidualModel> {
-    let first = check(training, held_out)?;
+    let first = first_of_one_robot(training, held_out)?;
     let decoder = Decoder::new(&mean_sensitivity(training))?;
     let largest = training.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
     let spec = FeatureSpec {
@@ -134,7 +135,6 @@ pub fn fit_stateful(
             break;
         }
     }
-    let names = |sequences: &[Sequence]| sequences.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
     Ok(ResidualModel {
         network: best.2,
         inputs,
@@ -148,28 +148,6 @@ pub fn fit_stateful(
             "held_out_rmse_mm": best.0, "epochs": best.1 + 1,
         }),
     })
-}
-
-/// The first training sequence, after making sure that all are of one robot.
-fn check<'a>(training: &'a [Sequence], held_out: &[Sequence]) -> std::result::Result<&'a Sequence, BadInput> {
-    let few = |what: &str| BadInput::new(what, "at least one identified recording", "none");
-    let first = training.first().ok_or_else(|| few("training"))?;
-    held_out.first().ok_or_else(|| few("held out").hint("early stopping needs trajectories of its own"))?;
-    for sequence in training.iter().chain(held_out) {
-        let sizes = |s: &Sequence| (s.n_primary, s.auxiliary.len());
-        if sizes(sequence) != sizes(first) {
-            let [expected, found] = [first, sequence].map(|s| {
-                let (tendons, auxiliary) = sizes(s);
-                format!("{tendons} tendons and {auxiliary} virtual ones")
-            });
-            return Err(BadInput::new(&sequence.name, expected, found));
-        }
-        if (sequence.step / first.step - 1.0).abs() > 0.01 {
-            let expected = format!("samples of {} s", first.step);
-            return Err(BadInput::new(&sequence.name, expected, format!("{} s", sequence.step)));
-        }
-    }
-    Ok(first)
 }
 
 fn mean_sensitivity(sequences: &[Sequence]) -> [Vec<f64>; 3] {

@@ -8,6 +8,7 @@ use hysteron_learn::{
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
+use super::sequence::{first_of_one_robot, names};
 use super::{Design, Epoch, ResidualModel, Sequence};
 use crate::Result;
 
@@ -65,7 +66,7 @@ struct Prepared {
 /// `on_epoch` ends it where it returns false.
 ///
 /// # Errors
-/// No sequence; training that leaves finite numbers.
+/// Sequences of different robots, or none; training that leaves finite numbers.
 pub fn fit_windowed(
     training: &[Sequence],
     held_out: &[Sequence],
@@ -73,7 +74,7 @@ pub fn fit_windowed(
     options: &WindowedOptions,
     on_epoch: &mut dyn FnMut(&Epoch) -> bool,
 ) -> Result<ResidualModel> {
-    let first = training.first().ok_or_else(|| BadInput::new("training", "identified recordings", "none"))?;
+    let first = first_of_one_robot(training, held_out)?;
     let (inputs, outputs) = ranges(training, first)?;
     let prepare = |sequences: &[Sequence]| -> Vec<Prepared> {
         sequences.iter().map(|sequence| prepare(sequence, &inputs, &outputs)).collect()
@@ -145,7 +146,6 @@ pub fn fit_windowed(
             break;
         }
     }
-    let names = |sequences: &[Sequence]| sequences.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
     Ok(ResidualModel {
         network: best.2,
         inputs,

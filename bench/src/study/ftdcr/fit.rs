@@ -5,6 +5,7 @@
 
 use anyhow::Result;
 use hysteron_base::Bounds;
+use hysteron_twin::alignment;
 use hysteron_twin::fit::{Options, Parameter, Scale, least_squares};
 use nalgebra::{Matrix3, Vector3};
 
@@ -91,19 +92,6 @@ fn model(values: &[f64]) -> Reduced {
         turns: [0.0, values[N_TENDONS], values[N_TENDONS + 1]],
         compliance: values[N_TENDONS + 2],
     }
-}
-
-/// Turn and shift that bring `from` nearest to `to` (Kabsch, 1976).
-fn alignment(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> (Matrix3<f64>, Vector3<f64>) {
-    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-    let (a, b) = (mean(from), mean(to));
-    let moment: Matrix3<f64> = from.iter().zip(to).map(|(p, q)| (q - b) * (p - a).transpose()).sum();
-    let svd = moment.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return (Matrix3::identity(), b - a) };
-    let mut signs = Vector3::repeat(1.0);
-    signs[svd.singular_values.imin()] = (u.determinant() * v_t.determinant()).signum();
-    let turn = u * Matrix3::from_diagonal(&signs) * v_t;
-    (turn, b - turn * a)
 }
 
 #[cfg(test)]

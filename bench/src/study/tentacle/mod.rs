@@ -14,7 +14,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use hysteron_base::{Bounds, Law, LengthUnit, Material, Scene};
 use hysteron_fem::{Embedding, FemModel, read_mesh};
-use hysteron_twin::{Stepper, Target, TwinState};
+use hysteron_twin::{Stepper, Target, TwinState, nearest_rotation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::json;
 
@@ -214,11 +214,7 @@ impl Section {
         for (rest, moved) in self.rest.iter().zip(&moved) {
             moment += (moved - to) * (rest - from).transpose();
         }
-        // Of a flat set of points: the third direction follows from the other two.
-        let svd = moment.svd(true, true);
-        let (u, v_t) = (svd.u.unwrap_or_else(Matrix3::identity), svd.v_t.unwrap_or_else(Matrix3::identity));
-        let sign = (u.determinant() * v_t.determinant()).signum();
-        (moved[0], u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v_t)
+        (moved[0], nearest_rotation(&moment))
     }
 }
 
