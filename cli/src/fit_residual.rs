@@ -1,12 +1,14 @@
 //! `hysteron fit-residual`: the network that makes the twin show the robot's hysteresis.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hysteron_base::{BadInput, Recording, rng};
 use hysteron_twin::residual::{
-    Epoch, ResidualModel, Sequence, StatefulOptions, WindowedOptions, fit_stateful, fit_windowed,
+    Epoch, Sequence, StatefulOptions, WindowedOptions, fit_stateful, fit_windowed,
 };
+use indicatif::ProgressBar;
 use rand::seq::IndexedRandom;
 
 use crate::inputs::{self, Input};
@@ -19,7 +21,7 @@ for training (ellipses to check with, paths out of range) are left out.
 
 Two designs. stateful, the default, goes through whole trajectories with one cell update a sample; it sees strokes \
 through plays and lags, gives the tip displacement that is missing, and is fitted at the tip through the linearised \
-twin. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
+twin; three are trained, each stopped by other recordings, and their mean is taken. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
 
 Writes a checkpoint for `hysteron simulate --residual`: weights, ranges, design, which recordings were used and how \
 well it did. Ctrl-C ends the training and keeps the best weights so far.
@@ -52,6 +54,9 @@ pub struct Arguments {
     /// Hidden units of a layer [default: 64; paper: 128]
     #[arg(long, value_name = "N")]
     hidden: Option<usize>,
+    /// Networks whose mean is taken, each stopped by other recordings; the paper's design has one
+    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::new(3).unwrap_or(NonZeroUsize::MIN))]
+    members: NonZeroUsize,
     /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
     #[arg(long)]
     feedback: bool,
@@ -83,33 +88,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .iter()
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
         .collect();
-    let held_out = held_out(arguments, &usable)?;
-    let (held, seen): (Vec<&Input>, Vec<&Input>) =
-        usable.into_iter().partition(|input| held_out.contains(&input.name));
-    let sequences =
-        |inputs: &[&Input]| inputs.iter().map(|input| sequence(input)).collect::<anyhow::Result<Vec<_>>>();
-    let (training, held) = (sequences(&seen)?, sequences(&held)?);
-    tracing::info!(
-        "{} recordings to learn from, {} samples; {} to stop by: {}",
-        training.len(),
-        training.iter().map(Sequence::len).sum::<usize>(),
-        held.len(),
-        held_out.join(", "),
-    );
-    interrupt::listen()?;
-    let start = Instant::now();
-    let mut on_epoch = |epoch: &Epoch| {
-        tracing::info!(
-            "epoch {}: {:.3} mm, held out {:.3} mm, best {:.3} mm; {:.0} s",
-            epoch.number,
-            epoch.training_mm,
-            epoch.held_out_mm,
-            epoch.best_mm,
-            start.elapsed().as_secs_f64(),
-        );
-        !interrupt::is_asked()
+    let members = match arguments.design {
+        DesignName::Stateful => arguments.members.get(),
+        DesignName::Paper => 1,
     };
-    let model: ResidualModel = match arguments.design {
+    let held_out =
+        (0..members).map(|member| held_out(arguments, &usable, member)).collect::<Result<Vec<_>, _>>()?;
+    let sequences = usable.iter().map(|input| sequence(input)).collect::<anyhow::Result<Vec<_>>>()?;
+    let samples = sequences.iter().map(Sequence::len).sum::<usize>();
+    tracing::info!("{} recordings, {samples} samples", sequences.len());
+    for held_out in &held_out {
+        let names: Vec<&str> = held_out.iter().map(|&k| usable[k].name.as_str()).collect();
+        tracing::info!("a network that stops by {}", names.join(", "));
+    }
+    interrupt::listen()?;
+    let (model, bar) = match arguments.design {
         DesignName::Stateful => {
             let default = StatefulOptions::default();
             let options = StatefulOptions {
@@ -119,7 +112,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 seed: arguments.seed,
                 ..default
             };
-            fit_stateful(&training, &held, &scene_hash, &options, &mut on_epoch)?
+            let progress = Progress::new(members, options.epochs);
+            let on_epoch = |epoch: &Epoch| progress.show(epoch);
+            (fit_stateful(&sequences, &held_out, &scene_hash, &options, &on_epoch)?, progress.bar)
         }
         DesignName::Paper => {
             let default = WindowedOptions::default();
@@ -130,12 +125,49 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 seed: arguments.seed,
                 ..default
             };
-            fit_windowed(&training, &held, &scene_hash, &options, &mut on_epoch)?
+            let progress = Progress::new(1, options.epochs);
+            let on_epoch = |epoch: &Epoch| progress.show(epoch);
+            let is_held = |k: &usize| held_out[0].contains(k);
+            let (held, seen): (Vec<usize>, Vec<usize>) = (0..sequences.len()).partition(is_held);
+            let pick = |indices: Vec<usize>| -> Vec<Sequence> {
+                indices.into_iter().map(|k| sequences[k].clone()).collect()
+            };
+            let model = fit_windowed(&pick(seen), &pick(held), &scene_hash, &options, &on_epoch)?;
+            (model, progress.bar)
         }
     };
+    bar.finish_and_clear();
     model.write(&arguments.out)?;
     terminal::say(arguments.out.display());
     Ok(())
+}
+
+/// A bar over the epochs of all networks.
+struct Progress {
+    bar: ProgressBar,
+    start: Instant,
+}
+
+impl Progress {
+    fn new(members: usize, epochs: usize) -> Self {
+        Self { bar: terminal::progress("epochs", members * epochs, 0), start: Instant::now() }
+    }
+
+    /// False where the training is to end.
+    fn show(&self, epoch: &Epoch) -> bool {
+        self.bar.inc(1);
+        self.bar.set_message(format!("held out {:.3} mm", epoch.best_mm));
+        tracing::debug!(
+            "network {}, epoch {}: {:.3} mm, held out {:.3} mm, best {:.3} mm; {:.0} s",
+            epoch.member + 1,
+            epoch.number,
+            epoch.training_mm,
+            epoch.held_out_mm,
+            epoch.best_mm,
+            self.start.elapsed().as_secs_f64(),
+        );
+        !interrupt::is_asked()
+    }
 }
 
 /// The scene that all recordings were identified with.
@@ -153,8 +185,8 @@ fn common_scene(inputs: &[Input]) -> Result<String, BadInput> {
     }
 }
 
-/// Names of the recordings to stop by.
-fn held_out(arguments: &Arguments, usable: &[&Input]) -> Result<Vec<String>, BadInput> {
+/// The recordings that a network stops by, as indices.
+fn held_out(arguments: &Arguments, usable: &[&Input], member: usize) -> Result<Vec<usize>, BadInput> {
     let names: Vec<&str> = usable.iter().map(|input| input.name.as_str()).collect();
     if names.len() < 2 {
         let found = format!("{} for training", names.len());
@@ -165,20 +197,20 @@ fn held_out(arguments: &Arguments, usable: &[&Input]) -> Result<Vec<String>, Bad
         return Err(BadInput::new("--held-out", format!("of {}", names.join(", ")), unknown.clone()));
     }
     if !arguments.held_out.is_empty() {
-        return Ok(arguments.held_out.clone());
+        return Ok((0..names.len()).filter(|&k| arguments.held_out.contains(&usable[k].name)).collect());
     }
-    let family = |input: &Input| input.recording.meta().extra.get("plan.family").cloned().unwrap_or_default();
-    let mut families: Vec<String> = usable.iter().map(|input| family(input)).collect();
+    let family = |k: usize| usable[k].recording.meta().extra.get("plan.family").cloned().unwrap_or_default();
+    let mut families: Vec<String> = (0..names.len()).map(family).collect();
     families.sort();
     families.dedup();
-    let mut stream = rng(arguments.seed, "residual/held-out");
+    let mut stream = rng(arguments.seed, &format!("residual/held-out/{member}"));
     // A family of one is needed for training.
     let draw = |name: &String| {
-        let members: Vec<&&Input> = usable.iter().filter(|input| family(input) == *name).collect();
-        if members.len() < 2 { None } else { members.choose(&mut stream).map(|input| input.name.clone()) }
+        let members: Vec<usize> = (0..names.len()).filter(|&k| family(k) == *name).collect();
+        if members.len() < 2 { None } else { members.choose(&mut stream).copied() }
     };
-    let drawn: Vec<String> = families.iter().filter_map(draw).collect();
-    Ok(if drawn.is_empty() { vec![names[names.len() - 1].to_owned()] } else { drawn })
+    let drawn: Vec<usize> = families.iter().filter_map(draw).collect();
+    Ok(if drawn.is_empty() { vec![names.len() - 1] } else { drawn })
 }
 
 fn sequence(input: &Input) -> anyhow::Result<Sequence> {

@@ -38,15 +38,15 @@ pub fn start_log(verbosity: i8) {
 }
 
 /// A bar with rate and remaining time; drawn only in a terminal, and not when only warnings are wanted.
-pub fn progress(length: usize, done: usize) -> ProgressBar {
+pub fn progress(of: &str, length: usize, done: usize) -> ProgressBar {
     let target = if tracing::enabled!(tracing::Level::INFO) {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let template = "{wide_bar} {pos}/{len} samples, {per_sec}, {eta} left";
-    if let Ok(style) = ProgressStyle::with_template(template) {
+    let template = format!("{{wide_bar}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
         bar.set_style(style);
     }
     bar.set_position(done as u64);

@@ -3,8 +3,8 @@
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
-use crate::Architecture;
 use crate::architecture::Part;
+use crate::{Architecture, Head};
 
 /// The weights of a network.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +29,50 @@ impl Network {
         for (own, other) in self.parameters.iter_mut().flatten().zip(other.parameters.iter().flatten()) {
             *own += part * (other - *own);
         }
+    }
+
+    /// One network that gives the mean of what these give: their layers side by side, with nothing between them.
+    ///
+    /// # Errors
+    /// `BadInput` if there is none, if their shapes differ, or if their head is not linear.
+    pub fn mean_of(members: &[Self]) -> Result<Self, BadInput> {
+        let bad = |expected: &str, found: String| BadInput::new("networks to join", expected, found);
+        let one = &members.first().ok_or_else(|| bad("at least one", "none".to_owned()))?.architecture;
+        if one.head != Head::Linear || members.iter().any(|member| member.architecture != *one) {
+            let found = members.iter().map(|member| format!("{:?}", member.architecture)).collect::<Vec<_>>();
+            return Err(bad("one shape, with a linear head", found.join("; ")));
+        }
+        let (n, h) = (members.len(), one.hidden);
+        let architecture = Architecture { hidden: n * h, ..one.clone() };
+        let mut parameters: Vec<Vec<f32>> =
+            architecture.parts().iter().map(|parts| vec![0.0; parts.iter().map(Part::len).sum()]).collect();
+        for (m, member) in members.iter().enumerate() {
+            for (layer, joined) in parameters[..one.layers].iter_mut().enumerate() {
+                let inputs = one.layer_inputs(layer);
+                let own = LayerWeights::new(&member.parameters[layer], inputs, h);
+                // The first layers see the same inputs, the others those of their own member.
+                let all_inputs = architecture.layer_inputs(layer);
+                let shift = if layer == 0 { 0 } else { m * h };
+                let (ih, rest) = joined.split_at_mut(4 * n * h * all_inputs);
+                let (hh, bias) = rest.split_at_mut(4 * n * h * n * h);
+                for row in 0..4 * h {
+                    let to = row / h * n * h + m * h + row % h;
+                    let at = to * all_inputs + shift;
+                    ih[at..at + inputs].copy_from_slice(&own.ih[row * inputs..(row + 1) * inputs]);
+                    let at = to * n * h + m * h;
+                    hh[at..at + h].copy_from_slice(&own.hh[row * h..(row + 1) * h]);
+                    bias[to] = own.bias[row];
+                }
+            }
+            let (weight, bias) = parameters[one.layers].split_at_mut(one.outputs * n * h);
+            let (own, own_bias) = member.parameters[one.layers].split_at(one.outputs * h);
+            let part = 1.0 / n as f32;
+            for (k, (row, own)) in weight.chunks_exact_mut(n * h).zip(own.chunks_exact(h)).enumerate() {
+                row[m * h..(m + 1) * h].iter_mut().zip(own).for_each(|(to, from)| *to = part * from);
+                bias[k] += part * own_bias[k];
+            }
+        }
+        Ok(Self { architecture, parameters })
     }
 
     /// A network with random weights: all from U(-1/√H, 1/√H), the defaults of PyTorch.

@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         there.len(),
     );
     interrupt::listen()?;
-    let bar = terminal::progress(n_samples(&missing), 0);
+    let bar = terminal::progress("samples", n_samples(&missing), 0);
     let mut rows =
         there.iter().map(|job| summary::Row::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
     let found = Mutex::new(Vec::new());

@@ -60,7 +60,7 @@ impl Run<'_> {
         jobs: &[Job<'_>],
         summary: &mut Summary,
     ) -> (anyhow::Result<()>, bool) {
-        let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+        let bar = terminal::progress("samples", jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
         let mut before = 0;
         let mut end = (Ok(()), true);
         for job in jobs {

@@ -38,7 +38,7 @@ pub fn record(
     if let Some(folder) = folder {
         file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
     }
-    let bar = terminal::progress(jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+    let bar = terminal::progress("samples", jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
     let collected = Mutex::new(summary);
     let ended = jobs.par_iter().try_for_each(|job| {
         let mut hardware: SimulatedRig = fresh.clone();

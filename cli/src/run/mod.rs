@@ -264,7 +264,7 @@ fn follow(
     let rest = twin.tip_of(&twin.rest());
     let distance = |tip: [f64; 3]| (0..3).map(|c| (tip[c] - rest[c]).powi(2)).sum::<f64>();
     let mut largest = f64::NEG_INFINITY;
-    let bar = terminal::progress(command.time.len(), trace.len());
+    let bar = terminal::progress("samples", command.time.len(), trace.len());
     let start = Instant::now();
     let mut end = End::Done;
     let mut before = state.clone();

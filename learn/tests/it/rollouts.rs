@@ -1,6 +1,6 @@
 //! A runner and a sequence are the same network.
 
-use hysteron_learn::{Adam, Batch, Memory, Network, Outputs, Runner, Trainer};
+use hysteron_learn::{Adam, Architecture, Batch, Head, Memory, Network, Outputs, Runner, Trainer};
 
 use super::{architecture, uniform};
 
@@ -66,4 +66,26 @@ fn a_cleared_row_begins_anew() {
         assert_ne!(first[..2], second[..2], "row 0 remembers at step {step}");
         assert_eq!(first[2..], second[2..], "row 1 does not at step {step}");
     }
+}
+
+#[test]
+fn joined_networks_give_the_mean_of_their_outputs() {
+    let architecture = Architecture { head: Head::Linear, ..architecture(11, 2, 0.0) };
+    let members: Vec<Network> = (0..3).map(|seed| Network::new(&architecture, seed).unwrap()).collect();
+    let joined = Network::mean_of(&members).unwrap();
+    assert_eq!(joined.architecture().hidden, 33);
+    let (mut joined, mut runners) =
+        (Runner::new(&joined), members.iter().map(Runner::new).collect::<Vec<Runner>>());
+    for input in uniform("inputs", 40 * 3).chunks(3) {
+        let mut mean = [0.0f32; 2];
+        for runner in &mut runners {
+            mean.iter_mut().zip(runner.step(input)).for_each(|(mean, output)| *mean += output / 3.0);
+        }
+        for (found, expected) in joined.step(input).iter().zip(mean) {
+            assert!((found - expected).abs() <= TOL, "{found} {expected}");
+        }
+    }
+    let wider = Network::new(&Architecture { hidden: 12, ..architecture }, 1).unwrap();
+    assert!(Network::mean_of(&[members[0].clone(), wider]).is_err());
+    assert!(Network::mean_of(&[]).is_err());
 }

@@ -25,6 +25,8 @@ pub use windowed::{WindowedOptions, fit_windowed};
 
 /// What a training reports after an epoch, and what it asks.
 pub struct Epoch {
+    /// Which network of several, from 0.
+    pub member: usize,
     /// Epochs done, from 1.
     pub number: usize,
     /// Root mean square error on the training sequences [mm], as the design measures it.

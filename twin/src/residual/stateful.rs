@@ -9,8 +9,10 @@ use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
     Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
 };
-use rand::RngExt;
+use rand::{Rng, RngExt};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::sequence::{first_of_one_robot, names};
 use super::{Decoder, Design, Epoch, FeatureSpec, Features, ResidualModel, Sequence};
@@ -65,6 +67,7 @@ impl Default for StatefulOptions {
 }
 
 /// A trajectory as arrays of the network.
+#[derive(Clone)]
 struct Prepared {
     /// Normalised features of the strokes (n × n_of_strokes).
     features: Vec<f32>,
@@ -82,20 +85,23 @@ struct Prepared {
     feedback: Vec<[f32; 3]>,
 }
 
-/// Trains on `training`, keeps the weights that do best on `held_out`. `on_epoch` ends it where it returns false.
+/// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
+/// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
+/// others take out. Networks are trained in parallel; `on_epoch` ends a training where it returns false.
 ///
 /// # Errors
-/// Sequences of different robots; auxiliary tendons that cannot move the tip; training that leaves finite numbers.
+/// Sequences of different robots; a set of `held_out` without sequences, or with all of them; auxiliary tendons that
+/// cannot move the tip; training that leaves finite numbers.
 pub fn fit_stateful(
-    training: &[Sequence],
-    held_out: &[Sequence],
+    sequences: &[Sequence],
+    held_out: &[Vec<usize>],
     scene_hash: &str,
     options: &StatefulOptions,
-    on_epoch: &mut dyn FnMut(&Epoch) -> bool,
+    on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
 ) -> Result<ResidualModel> {
-    let first = first_of_one_robot(training, held_out)?;
-    let decoder = Decoder::new(&mean_sensitivity(training))?;
-    let largest = training.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
+    let first = first_of_one_robot(sequences, sequences)?;
+    let decoder = Decoder::new(&mean_sensitivity(sequences))?;
+    let largest = sequences.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
     let spec = FeatureSpec {
         n_primary: first.n_primary,
         plays_m: options.plays.iter().map(|part| part * largest).collect(),
@@ -103,12 +109,56 @@ pub fn fit_stateful(
         feedback: options.feedback,
         step_s: first.step,
     };
-    let inputs = input_ranges(training, &spec)?;
-    let outputs = output_ranges(training)?;
-    let prepare = |sequences: &[Sequence]| -> Vec<Prepared> {
-        sequences.iter().map(|sequence| prepare(sequence, &spec, &decoder, &inputs, &outputs)).collect()
+    let inputs = input_ranges(sequences, &spec)?;
+    let outputs = output_ranges(sequences)?;
+    let prepared: Vec<Prepared> =
+        sequences.iter().map(|sequence| prepare(sequence, &spec, &decoder, &inputs, &outputs)).collect();
+    let train = |(number, held_out): (usize, &Vec<usize>)| {
+        let (mut seen, mut unseen) = (Vec::new(), Vec::new());
+        for (k, prepared) in prepared.iter().enumerate() {
+            if held_out.contains(&k) { &mut unseen } else { &mut seen }.push(prepared.clone());
+        }
+        if seen.is_empty() || unseen.is_empty() {
+            let found = format!("{} and {}", seen.len(), unseen.len());
+            return Err(BadInput::new("sequences to learn from and to stop by", "some of each", found).into());
+        }
+        train_member(number, seen, unseen, &spec, options, on_epoch)
     };
-    let (mut seen, mut unseen) = (prepare(training), prepare(held_out));
+    let members = held_out.par_iter().enumerate().map(train).collect::<Result<Vec<Member>>>()?;
+    let report = |(member, held_out): (&Member, &Vec<usize>)| {
+        let held_out: Vec<&str> = held_out.iter().map(|&k| sequences[k].name.as_str()).collect();
+        json!({ "held_out": held_out, "held_out_rmse_mm": member.held_out_mm, "epochs": member.epochs })
+    };
+    let reports: Vec<_> = members.iter().zip(held_out).map(report).collect();
+    let networks: Vec<Network> = members.into_iter().map(|member| member.network).collect();
+    Ok(ResidualModel {
+        network: Network::mean_of(&networks)?,
+        inputs,
+        outputs,
+        n_aux: decoder.n_aux(),
+        step_s: spec.step_s,
+        design: Design::Stateful { features: spec, decoder },
+        scene_hash: scene_hash.to_owned(),
+        training: json!({ "options": options, "sequences": names(sequences), "members": reports }),
+    })
+}
+
+/// One trained network.
+struct Member {
+    network: Network,
+    held_out_mm: f64,
+    /// Epochs until it was best.
+    epochs: usize,
+}
+
+fn train_member(
+    number: usize,
+    mut seen: Vec<Prepared>,
+    mut unseen: Vec<Prepared>,
+    spec: &FeatureSpec,
+    options: &StatefulOptions,
+    on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
+) -> Result<Member> {
     let architecture = Architecture {
         inputs: spec.len(),
         hidden: options.hidden,
@@ -118,36 +168,27 @@ pub fn fit_stateful(
         dropout: 0.0,
     };
     let adam = Adam { learning_rate: options.learning_rate, clip_norm: Some(1.0), ..Adam::default() };
-    let mut trainer = Trainer::new(Network::new(&architecture, options.seed)?, adam, options.seed)?;
+    let seed = rng(options.seed, &format!("residual/member/{number}")).random();
+    let mut trainer = Trainer::new(Network::new(&architecture, seed)?, adam, seed)?;
     let mut mean = trainer.network().clone();
-    let mut best = (f64::INFINITY, 0, mean.clone());
+    let mut best = Member { network: mean.clone(), held_out_mm: f64::INFINITY, epochs: 0 };
     for epoch in 0..options.epochs {
         let part = epoch as f64 / options.epochs as f64;
         let rate = 0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos());
         trainer.set_learning_rate(options.learning_rate * rate);
-        let training_mm = train_epoch(&mut trainer, &mut mean, &mut seen, &spec, options, epoch)?;
-        let held_out_mm = evaluate(&mean, &mut unseen, &spec, options.piece)?;
-        if held_out_mm < best.0 {
-            best = (held_out_mm, epoch, mean.clone());
+        let mut stream = rng(seed, &format!("residual/noise/{epoch}"));
+        let training_mm = train_epoch(&mut trainer, &mut mean, &mut seen, spec, options, &mut stream)?;
+        let held_out_mm = evaluate(&mean, &mut unseen, spec, options.piece)?;
+        if held_out_mm < best.held_out_mm {
+            best = Member { network: mean.clone(), held_out_mm, epochs: epoch + 1 };
         }
-        let report = Epoch { number: epoch + 1, training_mm, held_out_mm, best_mm: best.0 };
-        if !on_epoch(&report) || epoch - best.1 >= options.patience {
+        let report =
+            Epoch { member: number, number: epoch + 1, training_mm, held_out_mm, best_mm: best.held_out_mm };
+        if !on_epoch(&report) || epoch + 1 - best.epochs >= options.patience {
             break;
         }
     }
-    Ok(ResidualModel {
-        network: best.2,
-        inputs,
-        outputs,
-        n_aux: decoder.n_aux(),
-        step_s: spec.step_s,
-        design: Design::Stateful { features: spec, decoder },
-        scene_hash: scene_hash.to_owned(),
-        training: serde_json::json!({
-            "options": options, "trained_on": names(training), "held_out": names(held_out),
-            "held_out_rmse_mm": best.0, "epochs": best.1 + 1,
-        }),
-    })
+    Ok(best)
 }
 
 fn mean_sensitivity(sequences: &[Sequence]) -> [Vec<f64>; 3] {
@@ -326,11 +367,10 @@ fn train_epoch(
     sequences: &mut [Prepared],
     spec: &FeatureSpec,
     options: &StatefulOptions,
-    epoch: usize,
+    stream: &mut impl Rng,
 ) -> Result<f64> {
     let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
     let mut memory = Memory::zeros(trainer.network().architecture(), sequences.len());
-    let mut stream = rng(options.seed, &format!("residual/noise/{epoch}"));
     let width = (1e3 * options.feedback_noise_m * 12f64.sqrt()) as f32;
     let widths = [options.input_noise as f32, width];
     let mut noise = || stream.random::<f32>() - 0.5;

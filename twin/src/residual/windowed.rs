@@ -72,7 +72,7 @@ pub fn fit_windowed(
     held_out: &[Sequence],
     scene_hash: &str,
     options: &WindowedOptions,
-    on_epoch: &mut dyn FnMut(&Epoch) -> bool,
+    on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
 ) -> Result<ResidualModel> {
     let first = first_of_one_robot(training, held_out)?;
     let (inputs, outputs) = ranges(training, first)?;
@@ -137,6 +137,7 @@ pub fn fit_windowed(
             best = (report_held, epoch, trainer.network().clone());
         }
         let report = Epoch {
+            member: 0,
             number: epoch + 1,
             training_mm: mm(sum, order.len()),
             held_out_mm: report_held,

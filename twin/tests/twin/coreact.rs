@@ -171,9 +171,9 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
         input_noise: 0.0,
         ..Default::default()
     };
-    // One recording for both: only that it can be learned and rolled out is asked here.
-    let sequences = [sequence];
-    let model = fit_stateful(&sequences, &sequences, "scene", &options, &mut |_| true).unwrap();
+    // The same recording twice: only that it can be learned and rolled out is asked here.
+    let sequences = [sequence.clone(), sequence];
+    let model = fit_stateful(&sequences, &[vec![0], vec![1]], "scene", &options, &|_| true).unwrap();
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("residual.safetensors");
