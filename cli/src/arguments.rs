@@ -55,6 +55,7 @@ pub enum Verb {
     Record(crate::record::Arguments),
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
+    Follow(crate::through::Arguments),
     FitResidual(crate::fit_residual::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]

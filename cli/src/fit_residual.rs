@@ -48,7 +48,7 @@ pub struct Arguments {
     /// Recordings to stop by, by name [default: one of every family, drawn by the seed]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     held_out: Vec<String>,
-    /// Epochs at most [default: 150; paper: 30]
+    /// Epochs at most [default: 100; paper: 30]
     #[arg(long, value_name = "N")]
     epochs: Option<usize>,
     /// Hidden units of a layer [default: 64; paper: 128]

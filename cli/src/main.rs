@@ -19,6 +19,7 @@ mod rig;
 mod run;
 mod simulate;
 mod terminal;
+mod through;
 mod watchman;
 
 use std::process::ExitCode;
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         Verb::Record(arguments) => record::run(arguments),
         Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
+        Verb::Follow(arguments) => through::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),

@@ -19,9 +19,9 @@ use crate::{interrupt, terminal};
 pub fn record(
     source: &Source,
     arguments: &Arguments,
-    jobs: &[Job<'_>],
+    jobs: &[Job],
     folder: Option<&Path>,
-    meta: &dyn Fn(&Job<'_>, &Calibration) -> Metadata,
+    meta: &dyn Fn(&Job, &Calibration) -> Metadata,
     summary: &mut Summary,
 ) -> anyhow::Result<()> {
     let rig = source.rig();
@@ -49,18 +49,13 @@ pub fn record(
 struct Run<'a> {
     rig: &'a RigConfig,
     calibration: &'a Calibration,
-    meta: &'a dyn Fn(&Job<'_>, &Calibration) -> Metadata,
+    meta: &'a dyn Fn(&Job, &Calibration) -> Metadata,
 }
 
 impl Run<'_> {
     /// Records one after the other. Also returns whether the torque is known to be as it shall be.
-    fn all(
-        &self,
-        hardware: &mut LiveRig,
-        jobs: &[Job<'_>],
-        summary: &mut Summary,
-    ) -> (anyhow::Result<()>, bool) {
-        let bar = terminal::progress("samples", jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+    fn all(&self, hardware: &mut LiveRig, jobs: &[Job], summary: &mut Summary) -> (anyhow::Result<()>, bool) {
+        let bar = terminal::progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
         let mut before = 0;
         let mut end = (Ok(()), true);
         for job in jobs {
@@ -74,7 +69,7 @@ impl Run<'_> {
                 }
                 Err(error) => (Err(error.into()), false),
             };
-            before += job.trajectory.n_samples();
+            before += job.commands.n_samples();
             if end.0.is_err() {
                 break;
             }
@@ -86,18 +81,18 @@ impl Run<'_> {
     fn one(
         &self,
         hardware: &mut LiveRig,
-        job: &Job<'_>,
+        job: &Job,
         progress: &mut dyn FnMut(usize),
     ) -> hysteron_rig::Result<Outcome> {
         let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
-        let session = Session::start(hardware, self.rig, self.calibration, job.trajectory.rate_hz)?;
+        let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
         record_one(session, &job.commands, &options, &interrupt::is_asked, progress)
     }
 }
 
 /// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
-fn ended(outcome: &Outcome, job: &Job<'_>) -> anyhow::Result<()> {
-    let name = &job.trajectory.name;
+fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
+    let name = &job.name;
     match &outcome.stopped {
         None if outcome.is_torque_settled => Ok(()),
         None => Err(anyhow::anyhow!("{name}: the torque could not be dealt with; switch the supply off")),

@@ -1,19 +1,19 @@
 //! `hysteron record`: a plan becomes recordings.
 
+mod jobs;
 mod live;
 mod simulated;
 pub mod source;
 mod summary;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use hysteron_base::{BadInput, Metadata, Recording, file};
-use hysteron_control::{Limits, Plan, Trajectory};
+use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::Calibration;
-use hysteron_rig::config::RigConfig;
 
 use crate::figures::data_set::{self, DataSet};
 use crate::{interrupt, terminal};
+use jobs::{Job, is_folder, split_done};
 use source::Source;
 pub use summary::Row;
 use summary::Summary;
@@ -26,7 +26,8 @@ virtual:typical, virtual:harsh, virtual:ROBOT.toml (a copy of a file in rig/pres
 
 PLAN is a plan file (control/README.md), or the name of one that is built in: quick (a minute: sinusoid, diagonal, \
 circle, square, ellipse) or paper (18 trajectories with 258 000 samples, and three to check with: 50 minutes). The \
-whole plan is checked against the rig's limits before anything moves.
+whole plan is checked against the rig's limits before anything moves. So are strokes of your own (--strokes): those of \
+`hysteron command` or `hysteron reach`, or any recording with stroke_1_mm, .. that begins and ends at rest.
 
 Writes one recording per trajectory: commanded strokes, positions, loads, the tip in the robot's frame, at the plan's \
 rate on one clock; rows that were filled in are marked. Beside them the log of events, and for a folder the plan, the \
@@ -55,8 +56,11 @@ pub struct Arguments {
     #[arg(long, value_name = "RIG")]
     rig: PathBuf,
     /// Plan file (.toml), or the name of a built-in plan
-    #[arg(long, value_name = "PLAN")]
-    plan: String,
+    #[arg(long, value_name = "PLAN", required_unless_present = "strokes")]
+    plan: Option<String>,
+    /// Strokes to carry out instead of a plan: recordings with stroke_1_m, .., or folders of them
+    #[arg(long, value_name = "REC", num_args = 1.., conflicts_with_all = ["plan", "only"])]
+    strokes: Vec<PathBuf>,
     /// Folder for the recordings; for a single trajectory also a file, .parquet or .csv
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
@@ -77,36 +81,21 @@ pub struct Arguments {
     png: bool,
 }
 
-/// Angles of tendons that differ by less than this are meant to be the same [rad].
-const SAME_ANGLE: f64 = 1e-3;
-
-/// One trajectory and where its recording goes.
-struct Job<'a> {
-    /// Place in the plan.
-    order: usize,
-    trajectory: &'a Trajectory,
-    commands: Recording,
-    out: PathBuf,
-}
-
-/// A trajectory whose recording is there.
-type Done<'a> = (Job<'a>, Recording);
-
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let source = Source::read(&arguments.rig)?;
-    let (plan, plan_text) = read_plan(&arguments.plan)?;
-    check_against_rig(&plan, &source)?;
-    let jobs = jobs(arguments, &plan)?;
+    let work = match &arguments.plan {
+        Some(plan) => jobs::of_plan(plan, arguments, &source)?,
+        None => jobs::of_strokes(arguments, &source)?,
+    };
     let folder = is_folder(&arguments.out).then_some(arguments.out.as_path());
-    let (there, missing) = split_done(jobs)?;
-    let n_samples: usize = missing.iter().map(|job| job.trajectory.n_samples()).sum();
+    let (there, missing) = split_done(work.jobs)?;
     tracing::info!(
-        "plan {}: {} trajectories, {} samples, {:.0} s; {} are there already",
-        plan.name,
+        "{}: {} trajectories, {} samples, {:.0} s; {} are there already",
+        work.name,
         there.len() + missing.len(),
-        n_samples,
-        missing.iter().map(|job| job.trajectory.duration()).sum::<f64>(),
+        missing.iter().map(|job| job.commands.n_samples()).sum::<usize>(),
+        missing.iter().map(|job| job.commands.n_samples() as f64 / job.rate_hz).sum::<f64>(),
         there.len(),
     );
     interrupt::listen()?;
@@ -117,7 +106,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let ended = if missing.is_empty() {
         Ok(())
     } else {
-        let meta = |job: &Job<'_>, calibration: &Calibration| metadata(&source, arguments, job, calibration);
+        let meta = |job: &Job, calibration: &Calibration| metadata(&source, arguments, job, calibration);
         match &source {
             Source::Live { .. } => live::record(&source, arguments, &missing, folder, &meta, &mut summary),
             Source::Virtual { .. } => {
@@ -127,14 +116,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
         source.write_description(folder)?;
-        file::write_bytes(&folder.join("plan.toml"), plan_text)?;
+        if let Some(text) = work.plan_text {
+            file::write_bytes(&folder.join("plan.toml"), text)?;
+        }
     }
     summary.sort();
     summary.print();
     if let Some(figures) = arguments.figures.as_deref().or(folder).filter(|_| summary.n_rows() > 0) {
         let recordings = summary.recordings()?;
         let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
-        let title = format!("{}: plan {}", source.description(), plan.name);
+        let title = format!("{}: {}", source.description(), work.name);
         let data = DataSet { title: &title, angles: &angles, rows: summary.rows(), recordings: &recordings };
         data_set::write(figures, &data, arguments.png)?;
         terminal::say(format_args!("report: {}", figures.join("report.html").display()));
@@ -142,124 +133,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ended
 }
 
-/// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
-fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
-    if Path::new(named).extension().is_some() {
-        let text = file::read_text(Path::new(named))?;
-        return Ok((Plan::from_toml(&text, named)?, text));
-    }
-    let plan = Plan::named(named)?;
-    Ok((plan, Plan::text(named).unwrap_or_default().to_owned()))
-}
-
-/// Refuses a plan that would pass a limit of the rig, before anything moves.
-fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
-    let rig = source.rig();
-    let n = plan.trajectories().first().map_or(0, |trajectory| trajectory.tendons.angles.len());
-    if n != rig.tendons.len() {
-        return Err(BadInput::new(
-            format!("plan {}: tendon_angles_deg", plan.name),
-            format!("{} tendons, as rig \"{}\" has", rig.tendons.len(), rig.name),
-            n.to_string(),
-        )
-        .into());
-    }
-    check_angles(plan, rig)?;
-    let limits = Limits {
-        stroke: hysteron_base::Bounds { min: rig.limits.stroke_min, max: rig.limits.stroke_max },
-        stroke_rate: rig.limits.stroke_rate_max,
-    };
-    plan.check(&limits).map_err(|error| {
-        anyhow::Error::new(error.within(format!("plan {} on rig \"{}\"", plan.name, rig.name)))
-    })
-}
-
-/// Refuses a plan made for tendons that run elsewhere.
-fn check_angles(plan: &Plan, rig: &RigConfig) -> Result<(), BadInput> {
-    let Some(trajectory) = plan.trajectories().first() else { return Ok(()) };
-    let angles = trajectory.tendons.angles.iter().zip(&rig.tendons).enumerate();
-    for (k, (planned, tendon)) in angles {
-        let apart = (planned - tendon.angle).sin().hypot((planned - tendon.angle).cos() - 1.0);
-        if apart > SAME_ANGLE {
-            return Err(BadInput::new(
-                format!("plan {}: tendon_angles_deg[{k}]", plan.name),
-                format!(
-                    "{:.1}, as tendon[{}].angle_deg of rig \"{}\"",
-                    tendon.angle.to_degrees(),
-                    k + 1,
-                    rig.name
-                ),
-                format!("{:.1}", planned.to_degrees()),
-            ));
-        }
-    }
-    Ok(())
-}
-
-fn jobs<'a>(arguments: &Arguments, plan: &'a Plan) -> anyhow::Result<Vec<Job<'a>>> {
-    let all = plan.trajectories();
-    if let Some(unknown) = arguments.only.iter().find(|name| all.iter().all(|t| t.name != **name)) {
-        let names: Vec<&str> = all.iter().map(|trajectory| trajectory.name.as_str()).collect();
-        return Err(
-            BadInput::new("--only", format!("of {}", names.join(", ")), format!("\"{unknown}\"")).into()
-        );
-    }
-    let chosen: Vec<(usize, &Trajectory)> = all
-        .iter()
-        .enumerate()
-        .filter(|(_, t)| arguments.only.is_empty() || arguments.only.contains(&t.name))
-        .collect();
-    let to_folder = is_folder(&arguments.out);
-    if !to_folder && chosen.len() != 1 {
-        return Err(BadInput::new(
-            format!("--out {}", arguments.out.display()),
-            format!("a folder, for {} trajectories", chosen.len()),
-            "a file",
-        )
-        .hint("or choose one of them with --only")
-        .into());
-    }
-    chosen
-        .into_iter()
-        .map(|(order, trajectory)| {
-            let out = if to_folder {
-                arguments.out.join(format!("{}.parquet", trajectory.name))
-            } else {
-                arguments.out.clone()
-            };
-            Ok(Job { order, trajectory, commands: trajectory.commands()?, out })
-        })
-        .collect()
-}
-
-fn is_folder(out: &Path) -> bool {
-    !matches!(out.extension().and_then(|ending| ending.to_str()), Some("parquet" | "csv"))
-}
-
-/// Separates the trajectories whose recordings are there from those that are missing.
-fn split_done(jobs: Vec<Job<'_>>) -> anyhow::Result<(Vec<Done<'_>>, Vec<Job<'_>>)> {
-    let (mut there, mut missing) = (Vec::new(), Vec::new());
-    for job in jobs {
-        if !job.out.exists() {
-            missing.push(job);
-            continue;
-        }
-        let recording = Recording::read(&job.out)?;
-        let key = "plan.sha256";
-        let (found, expected) = (recording.meta().extra.get(key), job.commands.meta().extra.get(key));
-        if found != expected || recording.n_samples() < job.commands.n_samples() {
-            let found = if found == expected { "an incomplete one" } else { "one of another plan" };
-            return Err(BadInput::new(job.out.display().to_string(), "a recording of this plan", found)
-                .hint("a measurement is never overwritten; move it away or choose another --out")
-                .into());
-        }
-        there.push((job, recording));
-    }
-    Ok((there, missing))
-}
-
 /// Provenance of a recording.
-fn metadata(source: &Source, arguments: &Arguments, job: &Job<'_>, calibration: &Calibration) -> Metadata {
+fn metadata(source: &Source, arguments: &Arguments, job: &Job, calibration: &Calibration) -> Metadata {
     let mut meta = job.commands.meta().clone();
     meta.scene_hash = String::new();
     meta.source = format!("{}, {}", source.description(), job.commands.meta().source);

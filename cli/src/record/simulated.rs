@@ -21,9 +21,9 @@ const DATE: &str = "simulated";
 pub fn record(
     source: &Source,
     arguments: &Arguments,
-    jobs: &[Job<'_>],
+    jobs: &[Job],
     folder: Option<&Path>,
-    meta: &(dyn Fn(&Job<'_>, &Calibration) -> Metadata + Sync),
+    meta: &(dyn Fn(&Job, &Calibration) -> Metadata + Sync),
     summary: &mut Summary,
 ) -> anyhow::Result<()> {
     let Source::Virtual { rig, robot, .. } = source else { return Ok(()) };
@@ -38,19 +38,19 @@ pub fn record(
     if let Some(folder) = folder {
         file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
     }
-    let bar = terminal::progress("samples", jobs.iter().map(|job| job.trajectory.n_samples()).sum(), 0);
+    let bar = terminal::progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
     let collected = Mutex::new(summary);
     let ended = jobs.par_iter().try_for_each(|job| {
         let mut hardware: SimulatedRig = fresh.clone();
         // The same rig on another day: its noise is another.
-        hardware.world_mut().reseed(arguments.seed, &job.trajectory.name);
+        hardware.world_mut().reseed(arguments.seed, &job.name);
         let options = RecordOptions { out: job.out.clone(), meta: meta(job, &calibration) };
         let journal = journal_path(&job.out);
         if journal.exists() {
             // A simulation can be repeated.
             std::fs::remove_file(&journal)?;
         }
-        let session = Session::start(&mut hardware, rig, &calibration, job.trajectory.rate_hz)?;
+        let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
         let outcome =
             record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |_| bar.inc(1))?;
         if let Some(stop) = &outcome.stopped {
@@ -59,7 +59,7 @@ pub fn record(
                 std::fs::remove_file(&job.out)?;
                 std::fs::remove_file(events_path(&job.out))?;
             }
-            anyhow::bail!("{}: {stop}", job.trajectory.name);
+            anyhow::bail!("{}: {stop}", job.name);
         }
         if let Ok(mut summary) = collected.lock() {
             summary.add(job, &outcome);

@@ -14,7 +14,7 @@ use crate::terminal::say;
 #[derive(Debug, Serialize)]
 pub struct Row {
     name: String,
-    role: &'static str,
+    role: String,
     rows: usize,
     filled_in: usize,
     events: usize,
@@ -43,7 +43,7 @@ impl Row {
         let timing = self.timing.as_ref().filter(|timing| timing.wire_ms > 0.0);
         vec![
             self.name.clone(),
-            self.role.to_owned(),
+            self.role.clone(),
             self.rows.to_string(),
             self.filled_in.to_string(),
             self.events.to_string(),
@@ -66,15 +66,15 @@ fn is_trouble(event: &Event) -> bool {
 
 impl Summary {
     /// A trajectory that was recorded now.
-    pub fn add(&mut self, job: &Job<'_>, outcome: &Outcome) {
+    pub fn add(&mut self, job: &Job, outcome: &Outcome) {
         let troubles: Vec<&Event> = outcome.events.iter().filter(|event| is_trouble(event)).collect();
         for event in &troubles {
             let servo = event.servo.map_or_else(String::new, |id| format!("servo {id}: "));
-            tracing::debug!("{}: {:.3} s: {servo}{}", job.trajectory.name, event.time_s, event.message);
+            tracing::debug!("{}: {:.3} s: {servo}{}", job.name, event.time_s, event.message);
         }
         self.rows.push(Row {
-            name: job.trajectory.name.clone(),
-            role: job.trajectory.role.name(),
+            name: job.name.clone(),
+            role: job.role.clone(),
             rows: outcome.n_rows,
             filled_in: outcome.n_gaps,
             events: troubles.len(),
@@ -85,10 +85,10 @@ impl Summary {
     }
 
     /// A trajectory that was there already.
-    pub fn add_there(&mut self, job: &Job<'_>, recording: &Recording) {
+    pub fn add_there(&mut self, job: &Job, recording: &Recording) {
         self.rows.push(Row {
-            name: job.trajectory.name.clone(),
-            role: job.trajectory.role.name(),
+            name: job.name.clone(),
+            role: job.role.clone(),
             rows: recording.n_samples(),
             filled_in: recording.gap().iter().filter(|gap| **gap).count(),
             events: 0,

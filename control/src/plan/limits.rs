@@ -2,7 +2,7 @@
 
 use super::{Plan, Trajectory};
 use crate::{Error, Result};
-use hysteron_base::{BadInput, Bounds};
+use hysteron_base::{BadInput, Bounds, Recording};
 
 /// What the strokes of a robot may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,36 +39,52 @@ impl Trajectory {
         if bound <= max && -bound >= min && self.stroke_rate_bound() <= limits.stroke_rate {
             return Ok(());
         }
-        let air = ROUNDING * self.stroke_bound();
-        let rate_air = ROUNDING * self.stroke_rate_bound();
-        let mut before = self.strokes_at(0.0);
-        let mut strokes = before.clone();
-        for i in 0..self.n_samples() {
-            let t = self.time(i);
-            self.strokes_into(t, &mut strokes);
-            for (k, stroke) in strokes.iter().enumerate() {
-                let is_within = min - air <= *stroke && *stroke <= max + air; // false for NaN too
-                if !is_within {
-                    let expected = format!("{:?} to {:?} mm", 1e3 * min, 1e3 * max);
-                    let bad = BadInput::new(self.place(k, t), expected, format!("{:.3} mm", 1e3 * stroke));
-                    return Err(Error::Stroke(bad.hint("a smaller amplitude_mm, or scale for all of them")));
-                }
-                let rate = (stroke - before[k]) * self.rate_hz;
-                if rate.abs() > limits.stroke_rate + rate_air {
-                    let expected = format!("a change of at most {:?} mm/s", 1e3 * limits.stroke_rate);
-                    let found = format!("{:.3} mm/s", 1e3 * rate);
-                    let bad = BadInput::new(self.place(k, t), expected, found);
-                    return Err(Error::StrokeRate(
-                        bad.hint("a smaller amplitude_mm or frequency_hz, or a longer attack_s or decay_s"),
-                    ));
-                }
-            }
-            std::mem::swap(&mut before, &mut strokes);
-        }
-        Ok(())
+        let hints = [
+            "a smaller amplitude_mm, or scale for all of them",
+            "a smaller amplitude_mm or frequency_hz, or a longer attack_s or decay_s",
+        ];
+        limits
+            .check_each(&self.commands()?, hints)
+            .map_err(|error| error.within(format!("trajectory {}", self.name)))
+    }
+}
+
+impl Limits {
+    /// Accepts commanded strokes, `stroke_1_m`, `stroke_2_m`, .., if every sample is within the limits, and every change
+    /// from one to the next.
+    ///
+    /// # Errors
+    /// `Stroke` or `StrokeRate` naming time, tendon, limit and value; the first one found. `BadInput` without a fixed
+    /// rate.
+    pub fn check_commands(&self, commands: &Recording) -> Result<()> {
+        self.check_each(commands, ["a smaller path", "a slower path"])
     }
 
-    fn place(&self, tendon: usize, t: f64) -> String {
-        format!("trajectory {}: t = {t:.3} s: stroke {}", self.name, tendon + 1)
+    fn check_each(&self, commands: &Recording, [smaller, slower]: [&str; 2]) -> Result<()> {
+        let Bounds { min, max } = self.stroke;
+        let (strokes, time) = (commands.strokes(), commands.time());
+        let rate_hz = commands
+            .rate_hz()
+            .ok_or_else(|| BadInput::new("time_s", "samples at a fixed rate", "uneven steps"))?;
+        let largest = strokes.iter().copied().flatten().fold(0.0f64, |max, stroke| max.max(stroke.abs()));
+        let air = ROUNDING * largest;
+        for i in 0..time.len() {
+            for (k, values) in strokes.iter().enumerate() {
+                let place = || format!("t = {:.3} s: stroke {}", time[i], k + 1);
+                let is_within = min - air <= values[i] && values[i] <= max + air; // false for NaN too
+                if !is_within {
+                    let expected = format!("{:?} to {:?} mm", 1e3 * min, 1e3 * max);
+                    let bad = BadInput::new(place(), expected, format!("{:.3} mm", 1e3 * values[i]));
+                    return Err(Error::Stroke(bad.hint(smaller)));
+                }
+                let rate = (values[i] - values[i.saturating_sub(1)]) * rate_hz;
+                if rate.abs() > self.stroke_rate + air * rate_hz {
+                    let expected = format!("a change of at most {:?} mm/s", 1e3 * self.stroke_rate);
+                    let bad = BadInput::new(place(), expected, format!("{:.3} mm/s", 1e3 * rate));
+                    return Err(Error::StrokeRate(bad.hint(slower)));
+                }
+            }
+        }
+        Ok(())
     }
 }

@@ -7,6 +7,7 @@ use super::problem::{Linearised, Sample, allowed, bound_of, pose, strokes_of};
 use super::{Auxiliary, Bound, Motion, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::qp::{QpStatus, RowQp, solve_rows};
+use crate::residual::{Bare, Plant};
 use crate::step::Stepper;
 use crate::{Error, Result, TwinState};
 
@@ -213,7 +214,7 @@ pub fn identify(
 ) -> Result<Option<Identification>> {
     let n = motion.len();
     let mut identifier = Identifier::new(twin, auxiliary, *options);
-    let mut bare = Bare::new(twin, auxiliary);
+    let mut bare = Bare::new(twin);
     let mut summary = Summary { samples: n, ..Summary::default() };
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
     let mut columns = Columns::default();
@@ -226,7 +227,7 @@ pub fn identify(
         };
         let measured = (!motion.gap[i]).then_some(&goal);
         let step = identifier.step(primary, measured, motion.step).map_err(|error| in_row(i, error))?;
-        let without = bare.step(primary).map_err(|error| in_row(i, error))?;
+        let without = bare.step(primary).map_err(|error| in_row(i, error))?.tip;
         match measured {
             Some(goal) => {
                 after.push(step.distance);
@@ -266,36 +267,6 @@ pub fn identify(
         meta,
     )?;
     Ok(Some(Identification { recording, sensitivities, summary }))
-}
-
-/// The twin without residual actuation.
-struct Bare<'a> {
-    twin: &'a Twin,
-    auxiliary: &'a Auxiliary,
-    stepper: Stepper,
-    state: TwinState,
-    targets: Vec<Target>,
-    strokes: Vec<f64>,
-}
-
-impl<'a> Bare<'a> {
-    fn new(twin: &'a Twin, auxiliary: &'a Auxiliary) -> Self {
-        let strokes = vec![0.0; auxiliary.len()];
-        Self {
-            twin,
-            auxiliary,
-            stepper: Stepper::new(twin),
-            state: twin.rest(),
-            targets: Vec::new(),
-            strokes,
-        }
-    }
-
-    fn step(&mut self, primary: &[f64]) -> Result<[f64; 3]> {
-        self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        self.stepper.step(self.twin, &self.targets, &mut self.state)?;
-        Ok(self.twin.tip_of(&self.state))
-    }
 }
 
 /// Rows that become channels.

@@ -9,6 +9,7 @@
 
 mod decoder;
 mod features;
+mod follower;
 mod model;
 mod rollout;
 mod sequence;
@@ -17,8 +18,9 @@ mod windowed;
 
 pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
+pub use follower::{Coordinates, FollowLimits, FollowStep, Follower};
 pub use model::{Design, ResidualModel};
-pub use rollout::{Rollout, RolloutStep};
+pub use rollout::{Bare, Plant, Rollout, RolloutStep};
 pub use sequence::Sequence;
 pub use stateful::{StatefulOptions, fit_stateful};
 pub use windowed::{WindowedOptions, fit_windowed};

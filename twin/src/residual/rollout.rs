@@ -27,6 +27,18 @@ pub struct RolloutStep {
     pub report: StepReport,
 }
 
+/// Something that goes on by one sample when its primary strokes are given.
+pub trait Plant {
+    /// Goes on by one sample of primary strokes (n_primary) [m].
+    ///
+    /// # Errors
+    /// Those of [`Stepper::step`].
+    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep>;
+
+    /// Shape and tensions now.
+    fn state(&self) -> &TwinState;
+}
+
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
 pub struct Rollout<'a> {
@@ -84,21 +96,41 @@ impl<'a> Rollout<'a> {
         })
     }
 
-    /// Shape and tensions now.
-    pub fn state(&self) -> &TwinState {
-        &self.state
-    }
-
     /// Auxiliary strokes now (n_aux) [m].
     pub fn strokes(&self) -> &[f64] {
         &self.strokes
     }
 
-    /// Goes on by one sample of primary strokes (n_primary) [m].
-    ///
-    /// # Errors
-    /// Those of [`Stepper::step`].
-    pub fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
+    /// From normalised inputs to outputs.
+    fn run_network(&mut self) {
+        let largest = LARGEST_OUTPUT as f32;
+        let outputs = match self.model.design {
+            Design::Stateful { .. } => self.runner.step(&self.normalised),
+            Design::Windowed { window } => {
+                if self.window.is_empty() {
+                    // Before the beginning there is nothing, which the paper pads with zeros.
+                    self.window.extend(std::iter::repeat_n(vec![0.0; self.normalised.len()], window));
+                }
+                let mut oldest = self.window.pop_front().unwrap_or_default();
+                oldest.copy_from_slice(&self.normalised);
+                self.window.push_back(oldest);
+                self.runner.reset();
+                let (last, before) = (self.window.len() - 1, &self.window);
+                for inputs in before.iter().take(last) {
+                    self.runner.step(inputs);
+                }
+                self.runner.step(&before[last])
+            }
+        };
+        for (kept, output) in self.bounded.iter_mut().zip(outputs) {
+            *kept = output.clamp(-largest, largest);
+        }
+        self.model.outputs.restore_into(&self.bounded, &mut self.outputs);
+    }
+}
+
+impl Plant for Rollout<'_> {
+    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
         self.inputs.clear();
         let sees_tip = match (&self.model.design, &mut self.features) {
             (Design::Stateful { features: spec, .. }, Some(features)) => {
@@ -135,31 +167,41 @@ impl<'a> Rollout<'a> {
         Ok(RolloutStep { tip: self.tip, is_extrapolating, report })
     }
 
-    /// From normalised inputs to outputs.
-    fn run_network(&mut self) {
-        let largest = LARGEST_OUTPUT as f32;
-        let outputs = match self.model.design {
-            Design::Stateful { .. } => self.runner.step(&self.normalised),
-            Design::Windowed { window } => {
-                if self.window.is_empty() {
-                    // Before the beginning there is nothing, which the paper pads with zeros.
-                    self.window.extend(std::iter::repeat_n(vec![0.0; self.normalised.len()], window));
-                }
-                let mut oldest = self.window.pop_front().unwrap_or_default();
-                oldest.copy_from_slice(&self.normalised);
-                self.window.push_back(oldest);
-                self.runner.reset();
-                let (last, before) = (self.window.len() - 1, &self.window);
-                for inputs in before.iter().take(last) {
-                    self.runner.step(inputs);
-                }
-                self.runner.step(&before[last])
-            }
-        };
-        for (kept, output) in self.bounded.iter_mut().zip(outputs) {
-            *kept = output.clamp(-largest, largest);
-        }
-        self.model.outputs.restore_into(&self.bounded, &mut self.outputs);
+    fn state(&self) -> &TwinState {
+        &self.state
+    }
+}
+
+/// A twin whose virtual tendons rest.
+#[derive(Debug, Clone)]
+pub struct Bare<'a> {
+    twin: &'a Twin,
+    resting: Vec<Target>,
+    stepper: Stepper,
+    state: TwinState,
+    targets: Vec<Target>,
+}
+
+impl<'a> Bare<'a> {
+    /// Starts from rest.
+    pub fn new(twin: &'a Twin) -> Self {
+        let resting = twin.tendons[twin.n_primary..].iter();
+        let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();
+        Self { twin, resting, stepper: Stepper::new(twin), state: twin.rest(), targets: Vec::new() }
+    }
+}
+
+impl Plant for Bare<'_> {
+    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
+        self.targets.clear();
+        self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));
+        self.targets.extend_from_slice(&self.resting);
+        let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
+        Ok(RolloutStep { tip: self.twin.tip_of(&self.state), is_extrapolating: false, report })
+    }
+
+    fn state(&self) -> &TwinState {
+        &self.state
     }
 }
 

@@ -52,8 +52,8 @@ impl Default for StatefulOptions {
         Self {
             hidden: 64,
             layers: 1,
-            epochs: 150,
-            patience: 60,
+            epochs: 100,
+            patience: 40,
             piece: 200,
             learning_rate: 2e-3,
             input_noise: 1.0,

@@ -1,0 +1,225 @@
+//! What is to be recorded: the trajectories of a plan, or strokes from files; checked before anything moves.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{BadInput, Bounds, Channel, Recording, file};
+use hysteron_control::{Limits, Plan};
+use hysteron_rig::config::RigConfig;
+
+use super::Arguments;
+use super::source::Source;
+use crate::inputs;
+
+/// Angles of tendons that differ by less than this are meant to be the same [rad].
+const SAME_ANGLE: f64 = 1e-3;
+/// A stroke that counts as none [m].
+const AT_REST: f64 = 1e-5;
+/// Metadata key: hash of the file that the strokes are from.
+const STROKES_KEY: &str = "strokes.sha256";
+
+/// One trajectory and where its recording goes.
+pub struct Job {
+    /// Place among all.
+    pub order: usize,
+    /// Name of the trajectory.
+    pub name: String,
+    /// What it is for; empty where nobody said.
+    pub role: String,
+    /// Samples per second [Hz].
+    pub rate_hz: f64,
+    /// Strokes, sample by sample.
+    pub commands: Recording,
+    /// Where its recording goes.
+    pub out: PathBuf,
+}
+
+/// Everything that is to be recorded.
+pub struct Work {
+    /// For people.
+    pub name: String,
+    /// The plan, if it is one.
+    pub plan_text: Option<String>,
+    /// Its trajectories.
+    pub jobs: Vec<Job>,
+}
+
+/// A trajectory whose recording is there.
+type Done = (Job, Recording);
+
+/// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
+fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
+    if Path::new(named).extension().is_some() {
+        let text = file::read_text(Path::new(named))?;
+        return Ok((Plan::from_toml(&text, named)?, text));
+    }
+    let plan = Plan::named(named)?;
+    Ok((plan, Plan::text(named).unwrap_or_default().to_owned()))
+}
+
+/// Refuses a plan that would pass a limit of the rig, before anything moves.
+fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
+    let rig = source.rig();
+    let n = plan.trajectories().first().map_or(0, |trajectory| trajectory.tendons.angles.len());
+    if n != rig.tendons.len() {
+        return Err(BadInput::new(
+            format!("plan {}: tendon_angles_deg", plan.name),
+            format!("{} tendons, as rig \"{}\" has", rig.tendons.len(), rig.name),
+            n.to_string(),
+        )
+        .into());
+    }
+    check_angles(plan, rig)?;
+    plan.check(&limits_of(rig)).map_err(|error| {
+        anyhow::Error::new(error.within(format!("plan {} on rig \"{}\"", plan.name, rig.name)))
+    })
+}
+
+/// Refuses a plan made for tendons that run elsewhere.
+fn check_angles(plan: &Plan, rig: &RigConfig) -> Result<(), BadInput> {
+    let Some(trajectory) = plan.trajectories().first() else { return Ok(()) };
+    let angles = trajectory.tendons.angles.iter().zip(&rig.tendons).enumerate();
+    for (k, (planned, tendon)) in angles {
+        let apart = (planned - tendon.angle).sin().hypot((planned - tendon.angle).cos() - 1.0);
+        if apart > SAME_ANGLE {
+            return Err(BadInput::new(
+                format!("plan {}: tendon_angles_deg[{k}]", plan.name),
+                format!(
+                    "{:.1}, as tendon[{}].angle_deg of rig \"{}\"",
+                    tendon.angle.to_degrees(),
+                    k + 1,
+                    rig.name
+                ),
+                format!("{:.1}", planned.to_degrees()),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The trajectories of a plan that are asked for.
+pub fn of_plan(named: &str, arguments: &Arguments, source: &Source) -> anyhow::Result<Work> {
+    let (plan, text) = read_plan(named)?;
+    check_against_rig(&plan, source)?;
+    let all = plan.trajectories();
+    if let Some(unknown) = arguments.only.iter().find(|name| all.iter().all(|t| t.name != **name)) {
+        let names: Vec<&str> = all.iter().map(|trajectory| trajectory.name.as_str()).collect();
+        return Err(
+            BadInput::new("--only", format!("of {}", names.join(", ")), format!("\"{unknown}\"")).into()
+        );
+    }
+    let is_chosen = |name: &String| arguments.only.is_empty() || arguments.only.contains(name);
+    let jobs = all.iter().enumerate().filter(|(_, trajectory)| is_chosen(&trajectory.name));
+    let jobs = jobs.map(|(order, trajectory)| {
+        Ok(Job {
+            order,
+            name: trajectory.name.clone(),
+            role: trajectory.role.name().to_owned(),
+            rate_hz: trajectory.rate_hz,
+            commands: trajectory.commands()?,
+            out: out_of(arguments, &trajectory.name),
+        })
+    });
+    let jobs = jobs.collect::<anyhow::Result<Vec<_>>>()?;
+    check_out(arguments, jobs.len(), "or choose one of them with --only")?;
+    Ok(Work { name: format!("plan {}", plan.name), plan_text: Some(text), jobs })
+}
+
+/// Strokes that somebody else found.
+pub fn of_strokes(arguments: &Arguments, source: &Source) -> anyhow::Result<Work> {
+    let (rig, mut jobs) = (source.rig(), Vec::new());
+    for (order, input) in inputs::read(&arguments.strokes)?.into_iter().enumerate() {
+        let place = input.path.display();
+        let strokes = input.recording.strokes();
+        if strokes.len() != rig.tendons.len() {
+            let expected = format!("{}, as rig \"{}\" has tendons", rig.tendons.len(), rig.name);
+            return Err(BadInput::new(
+                format!("{place}: stroke columns"),
+                expected,
+                strokes.len().to_string(),
+            )
+            .into());
+        }
+        limits_of(rig).check_commands(&input.recording).map_err(|error| error.within(place.to_string()))?;
+        let n = input.recording.n_samples();
+        for (k, values) in strokes.iter().enumerate() {
+            for (row, when) in [(0, "begin"), (n - 1, "end")] {
+                if values[row].abs() > AT_REST {
+                    let found = format!("{:.3} mm", 1e3 * values[row]);
+                    let place = format!("{place}: stroke_{}_m, row {}", k + 1, row + 1);
+                    return Err(BadInput::new(place, format!("0 mm: strokes {when} at rest"), found).into());
+                }
+            }
+        }
+        let channels = strokes.iter().enumerate();
+        let channels =
+            channels.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values.to_vec()));
+        let mut meta = input.recording.meta().clone();
+        meta.extra.insert(STROKES_KEY.to_owned(), input.hash.clone());
+        meta.source = format!("strokes of {}", input.name);
+        let time = input.recording.time();
+        let time = time.iter().map(|t| t - time[0]).collect();
+        jobs.push(Job {
+            order,
+            role: inputs::role(&meta).to_owned(),
+            rate_hz: input.recording.rate_hz().unwrap_or_default(),
+            commands: Recording::new(time, channels.collect(), Vec::new(), meta)?,
+            out: out_of(arguments, &input.name),
+            name: input.name,
+        });
+    }
+    check_out(arguments, jobs.len(), "give it one recording of strokes")?;
+    Ok(Work { name: "strokes".to_owned(), plan_text: None, jobs })
+}
+
+fn out_of(arguments: &Arguments, name: &str) -> PathBuf {
+    if is_folder(&arguments.out) {
+        arguments.out.join(format!("{name}.parquet"))
+    } else {
+        arguments.out.clone()
+    }
+}
+
+/// A file takes one trajectory.
+fn check_out(arguments: &Arguments, n: usize, hint: &str) -> Result<(), BadInput> {
+    if is_folder(&arguments.out) || n == 1 {
+        return Ok(());
+    }
+    let place = format!("--out {}", arguments.out.display());
+    Err(BadInput::new(place, format!("a folder, for {n} trajectories"), "a file").hint(hint))
+}
+
+fn limits_of(rig: &RigConfig) -> Limits {
+    Limits {
+        stroke: Bounds { min: rig.limits.stroke_min, max: rig.limits.stroke_max },
+        stroke_rate: rig.limits.stroke_rate_max,
+    }
+}
+
+/// Whether a name is that of a folder.
+pub fn is_folder(out: &Path) -> bool {
+    !matches!(out.extension().and_then(|ending| ending.to_str()), Some("parquet" | "csv"))
+}
+
+/// Separates the trajectories whose recordings are there from those that are missing.
+pub fn split_done(jobs: Vec<Job>) -> anyhow::Result<(Vec<Done>, Vec<Job>)> {
+    let (mut there, mut missing) = (Vec::new(), Vec::new());
+    for job in jobs {
+        if !job.out.exists() {
+            missing.push(job);
+            continue;
+        }
+        let recording = Recording::read(&job.out)?;
+        let key_of = |recording: &Recording| {
+            ["plan.sha256", STROKES_KEY].map(|key| recording.meta().extra.get(key).cloned())
+        };
+        let (found, expected) = (key_of(&recording), key_of(&job.commands));
+        if found != expected || recording.n_samples() < job.commands.n_samples() {
+            let found = if found == expected { "an incomplete one" } else { "one of other commands" };
+            return Err(BadInput::new(job.out.display().to_string(), "a recording of these commands", found)
+                .hint("a measurement is never overwritten; move it away or choose another --out")
+                .into());
+        }
+        there.push((job, recording));
+    }
+    Ok((there, missing))
+}

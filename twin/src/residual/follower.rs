@@ -1,0 +1,153 @@
+//! From a path to strokes through the calibrated twin: the twin's tip is steered along the path in closed loop, and the
+//! strokes that did it are what a robot without a tip sensor is told.
+//!
+//! Sample by sample u ← u + M (y* - y), with the goal y*, the tip y of the sample before, and M the inverse of what a
+//! command does to the tip at rest. M is wrong where the robot is bent, slack or sticking; the next sample sees what
+//! was missed, so hysteresis, which the twin remembers, is led around rather than modelled backwards.
+
+use hysteron_base::BadInput;
+use nalgebra::{Matrix2, Vector2};
+
+use super::{Bare, Plant};
+use crate::Result;
+use crate::model::Twin;
+
+/// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
+pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
+
+/// What a command must keep to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowLimits {
+    /// Largest |(a, b)| [m].
+    pub stroke: f64,
+    /// Fastest change of (a, b) [m/s].
+    pub rate: f64,
+}
+
+/// One sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowStep {
+    /// Tip of the twin [m].
+    pub tip: [f64; 3],
+    /// True where a limit kept the command from what it should have been.
+    pub is_limited: bool,
+    /// True where an input of the network was outside its training range.
+    pub is_extrapolating: bool,
+}
+
+/// A twin whose tip is steered.
+pub struct Follower<'a> {
+    plant: Box<dyn Plant + 'a>,
+    coordinates: Coordinates<'a>,
+    limits: FollowLimits,
+    /// M, (a, b) per tip in x and y [-].
+    inverse: Matrix2<f64>,
+    /// Duration of a sample [s].
+    duration: f64,
+    command: Vector2<f64>,
+    tip: [f64; 3],
+    strokes: Vec<f64>,
+}
+
+/// Part of the largest command at which its effect on the tip is measured: past slack, before large bends.
+const PROBED: f64 = 0.5;
+/// Steps of the probe: small enough for the fast iteration.
+const PROBE_STEPS: usize = 50;
+
+impl<'a> Follower<'a> {
+    /// Steers `plant`, a simulation with `twin` that is at rest, with samples of `duration` [s].
+    ///
+    /// # Errors
+    /// Limits that are not positive; commands that do not move the tip in x and y; those of [`Plant::step`].
+    pub fn new(
+        twin: &Twin,
+        plant: Box<dyn Plant + 'a>,
+        coordinates: Coordinates<'a>,
+        limits: FollowLimits,
+        duration: f64,
+    ) -> Result<Self> {
+        for (name, value) in [("largest stroke", limits.stroke), ("largest rate", limits.rate)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(BadInput::new(name, "above 0", value.to_string()).into());
+            }
+        }
+        let effect = effect_of(twin, coordinates, PROBED * limits.stroke)?;
+        let inverse = effect.try_inverse().filter(|m| m.iter().all(|value| value.is_finite()));
+        let inverse = inverse.ok_or_else(|| {
+            BadInput::new("tendons", "that move the tip in x and y", format!("{effect:.3} m/m"))
+        })?;
+        Ok(Self {
+            tip: twin.tip_of(plant.state()),
+            strokes: vec![0.0; twin.n_primary],
+            command: Vector2::zeros(),
+            plant,
+            coordinates,
+            limits,
+            inverse,
+            duration,
+        })
+    }
+
+    /// Strokes now (n_primary) [m].
+    pub fn strokes(&self) -> &[f64] {
+        &self.strokes
+    }
+
+    /// Goes on by one sample, towards `goal` in x and y [m].
+    ///
+    /// # Errors
+    /// Those of [`Plant::step`].
+    pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
+        let missing = Vector2::new(goal[0] - self.tip[0], goal[1] - self.tip[1]);
+        let change = self.inverse * missing;
+        let allowed = change.cap_magnitude(self.limits.rate * self.duration);
+        let command = (self.command + allowed).cap_magnitude(self.limits.stroke);
+        let is_limited = command != self.command + change;
+        self.go_to(command, is_limited)
+    }
+
+    /// Goes on by one sample, towards no strokes at all, as fast as the limits allow: the way home, at the end.
+    ///
+    /// # Errors
+    /// Those of [`Plant::step`].
+    pub fn step_home(&mut self) -> Result<FollowStep> {
+        let way = self.command.norm();
+        let left = f64::max(way - self.limits.rate * self.duration, 0.0);
+        self.go_to(self.command.cap_magnitude(left), false)
+    }
+
+    /// True where all strokes are zero.
+    pub fn is_home(&self) -> bool {
+        self.command == Vector2::zeros()
+    }
+
+    fn go_to(&mut self, command: Vector2<f64>, is_limited: bool) -> Result<FollowStep> {
+        self.command = command;
+        (self.coordinates)([command.x, command.y], &mut self.strokes);
+        let step = self.plant.step(&self.strokes)?;
+        self.tip = step.tip;
+        Ok(FollowStep { tip: step.tip, is_limited, is_extrapolating: step.is_extrapolating })
+    }
+}
+
+/// What (a, b) does to x and y of the tip [-]: secants of the bare twin, from -`amplitude` to `amplitude`.
+fn effect_of(twin: &Twin, coordinates: Coordinates, amplitude: f64) -> Result<Matrix2<f64>> {
+    let mut effect = Matrix2::zeros();
+    let mut strokes = vec![0.0; twin.n_primary];
+    for direction in 0..2 {
+        for sign in [-1.0, 1.0] {
+            let mut bare = Bare::new(twin);
+            for i in 1..=PROBE_STEPS {
+                let mut point = [0.0; 2];
+                point[direction] = sign * amplitude * i as f64 / PROBE_STEPS as f64;
+                coordinates(point, &mut strokes);
+                bare.step(&strokes)?;
+            }
+            let tip = twin.tip_of(bare.state());
+            for axis in 0..2 {
+                effect[(axis, direction)] += 0.5 * sign * tip[axis] / amplitude;
+            }
+        }
+    }
+    Ok(effect)
+}
