@@ -12,6 +12,8 @@ use super::fit::Fitted;
 use super::recording::{N_TENDONS, Row};
 use super::reduced::{MARKER, Reduced};
 
+/// Cables behind the tendons that hold the length of each segment.
+const N_AXIS: usize = 3;
 /// Longest stroke of a step [m].
 const STEP: f64 = 0.2e-3;
 /// Stroke beyond which a released tendon cannot become taut [m]: more than any other pulls.
@@ -87,7 +89,7 @@ impl<'a> Walk<'a> {
             let part = i as f64 / n as f64;
             let at = |k: usize| Target::Stroke(from[k] + part * (goal[k] - from[k]));
             let mut targets: Vec<Target> = (0..N_TENDONS).map(at).collect();
-            targets.push(Target::Stroke(0.0));
+            targets.extend([Target::Stroke(0.0); N_AXIS]);
             self.stepper.step(self.twin, &targets, &mut self.state)?;
         }
         self.strokes = goal;
@@ -96,7 +98,7 @@ impl<'a> Walk<'a> {
 
     /// The marker sits beyond the end, on the axis.
     fn marker(&self) -> Vector3<f64> {
-        let line = self.twin.cables.polyline(N_TENDONS, &self.state.positions);
+        let line = self.twin.cables.polyline(N_TENDONS + N_AXIS - 1, &self.state.positions);
         let [before, end] = [line[line.len() - 2], line[line.len() - 1]].map(Vector3::from);
         end + MARKER * (end - before).normalize()
     }
