@@ -38,6 +38,9 @@ impl Embedding {
             if distance < best.0 {
                 best = (distance, e);
             }
+            if distance == 0.0 {
+                break;
+            }
         }
         let (distance, e) = best;
         let l = barycentric(&corners(model, e), &target);

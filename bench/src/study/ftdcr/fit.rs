@@ -16,6 +16,7 @@ use super::reduced::Reduced;
 const HUBER: f64 = 5e-3;
 
 /// Parameters, and the frame of the measurement.
+#[derive(Debug, Clone)]
 pub struct Fitted {
     /// Names of the parameters.
     pub names: Vec<String>,
@@ -36,10 +37,29 @@ impl Fitted {
     /// Those of the fit.
     pub fn new(training: &[Pattern], every: usize) -> Result<Self> {
         let rows: Vec<&Row> = training.iter().flat_map(|pattern| &pattern.rows).step_by(every).collect();
+        Self::search(&parameters(), &rows, &vec![Vector3::zeros(); rows.len()])
+    }
+
+    /// Fits again from here, to `rows` alone, with `further` added to each marker of the reduced model [m]: what another
+    /// model with these parameters says beyond it. Repeated, this fits the other model (space mapping: Bandler et al.
+    /// 2004, IEEE Trans. Microwave Theory Tech. 52, with the correction of the output alone).
+    ///
+    /// # Errors
+    /// Those of the fit.
+    pub fn again(&self, rows: &[&Row], further: &[Vector3<f64>]) -> Result<Self> {
+        let mut parameters = parameters();
+        parameters.iter_mut().zip(&self.values).for_each(|(parameter, value)| parameter.start = *value);
+        Self::search(&parameters, rows, further)
+    }
+
+    fn search(parameters: &[Parameter], rows: &[&Row], further: &[Vector3<f64>]) -> Result<Self> {
         let measured: Vec<Vector3<f64>> = rows.iter().map(|row| row.tip.into()).collect();
         let markers = |values: &[f64]| -> Vec<Vector3<f64>> {
             let model = model(values);
-            rows.iter().map(|row| model.shape(&row.strokes).marker).collect()
+            rows.iter()
+                .zip(further)
+                .map(|(row, further)| model.shape(&row.strokes).marker + further)
+                .collect()
         };
         let residuals = |values: &[f64]| {
             let markers = markers(values);
@@ -50,11 +70,16 @@ impl Fitted {
         };
         let options =
             Options { huber: Some(HUBER), smallest_effect: 1e-4, n_nuisance: 6, watch: &|_, _| true };
-        let fit = least_squares(&parameters(), &options, residuals)?;
+        let fit = least_squares(parameters, &options, residuals)?;
         let values = fit.values();
         let (turn, shift) = alignment(&markers(&values), &measured);
         let names = fit.estimates.iter().map(|estimate| estimate.name.clone()).collect();
         Ok(Self { names, model: model(&values), values, ended: fit.ended, turn, shift })
+    }
+
+    /// A measured point in the frame of the robot [m].
+    pub fn in_robot(&self, tip: [f64; 3]) -> Vector3<f64> {
+        self.turn.transpose() * (Vector3::from(tip) - self.shift)
     }
 
     /// A point of the robot in the frame of the measurement [mm].
@@ -96,8 +121,44 @@ fn model(values: &[f64]) -> Reduced {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
     use nalgebra::Rotation3;
+
+    /// Rows of a robot with other parameters than the fit begins with, in its own frame.
+    fn rows() -> Vec<Row> {
+        let mut stream = hysteron_base::rng(1, "fit");
+        let mut stroke = || rand::RngExt::random_range(&mut stream, -4e-3..4e-3);
+        let strokes: Vec<[f64; N_TENDONS]> = (0..80).map(|_| std::array::from_fn(|_| stroke())).collect();
+        let model = model(&[&[0.3e-3; N_TENDONS][..], &[0.4, 1.1, 3e-4]].concat());
+        strokes.into_iter().map(|strokes| Row { strokes, tip: model.shape(&strokes).marker.into() }).collect()
+    }
+
+    #[test]
+    fn what_another_model_adds_is_no_error() {
+        let rows = rows();
+        let rows: Vec<&Row> = rows.iter().collect();
+        let pattern = Pattern { label: String::new(), rows: rows.iter().map(|row| (*row).clone()).collect() };
+        let fitted = Fitted::new(&[pattern], 1).unwrap();
+        let reduced = |row: &Row| fitted.model.shape(&row.strokes).marker;
+        // The other model bends the tip aside with the square of a stroke: half a millimetre and more.
+        let aside = |row: &Row| Vector3::x() * (40.0 * row.strokes[0].powi(2));
+        let bent: Vec<Row> = rows
+            .iter()
+            .map(|row| Row { tip: (Vector3::from(row.tip) + aside(row)).into(), ..(*row).clone() })
+            .collect();
+        let bent: Vec<&Row> = bent.iter().collect();
+        let further: Vec<Vector3<f64>> = bent.iter().map(|row| aside(row)).collect();
+        let again = fitted.again(&bent, &further).unwrap();
+        for row in &bent {
+            let found = reduced(row) + aside(row);
+            let [x, y, z] = again.measured(again.model.shape(&row.strokes).marker + aside(row));
+            let off = (Vector3::new(x, y, z) - 1e3 * Vector3::from(row.tip)).norm();
+            // The search ends where the sum of squares falls by less than 1e-5 of it: micrometres.
+            assert!(off < 0.02, "{off} mm, {found}");
+            assert!((again.in_robot(row.tip) - found).norm() < 1e-4);
+        }
+    }
 
     #[test]
     fn alignment_undoes_a_rigid_motion() {

@@ -25,7 +25,7 @@ type Bend = SVector<f64, 6>;
 /// The model with its parameters.
 #[derive(Debug, Clone)]
 pub struct Reduced {
-    /// Strokes at which the tendons of the straight robot become taut [m].
+    /// How far the tendons have already been pulled at stroke zero [m], as [`hysteron_base::Tendon::zero`].
     pub zeros: [f64; N_TENDONS],
     /// Turn of each segment's tendons about the axis [rad].
     pub turns: [f64; 3],
@@ -61,7 +61,7 @@ impl Reduced {
     /// The shape of least energy under these strokes [m].
     pub fn shape(&self, strokes: &[f64; N_TENDONS]) -> Shape {
         let rows = self.shortening();
-        let pull = SVector::<f64, N_TENDONS>::from_fn(|k, _| strokes[k] - self.zeros[k]);
+        let pull = SVector::<f64, N_TENDONS>::from_fn(|k, _| strokes[k] + self.zeros[k]);
         let stiffness = Bend::from_fn(|i, _| BENDING / LENGTHS[i / 2]);
         let stretch = |bend: &Bend| (pull - rows * bend).map(|s| s.max(0.0));
         let energy = |bend: &Bend| {

@@ -1,4 +1,4 @@
-//! The finite-element twin of the robot with the parameters of the reduced model.
+//! The finite-element twin of the robot, with the parameters of the reduced model or its own.
 
 use std::path::Path;
 
@@ -9,11 +9,13 @@ use hysteron_twin::{Error, Stepper, Target, Twin, TwinState};
 use nalgebra::{Rotation3, Vector3};
 
 use super::fit::Fitted;
-use super::recording::{N_TENDONS, Row};
+use super::recording::{N_TENDONS, Pattern, Row};
 use super::reduced::{MARKER, Reduced};
 
+/// Cables behind the tendons that hold the length of each segment.
+const N_AXIS: usize = 3;
 /// Longest stroke of a step [m].
-const STEP: f64 = 0.2e-3;
+const STEP: f64 = 0.3e-3;
 /// Stroke beyond which a released tendon cannot become taut [m]: more than any other pulls.
 const SLACK: f64 = 12e-3;
 
@@ -32,6 +34,7 @@ impl Robot {
         Ok(Self { scene, mesh })
     }
 
+    /// The twin with the parameters of the reduced model.
     fn twin(&self, model: &Reduced) -> Result<Twin> {
         let mut scene = self.scene.clone();
         for (k, tendon) in scene.tendons[..N_TENDONS].iter_mut().enumerate() {
@@ -41,6 +44,26 @@ impl Robot {
             tendon.points.iter_mut().for_each(|point| *point = (turn * Vector3::from(*point)).into());
         }
         Ok(Twin::new(&scene, &self.mesh)?)
+    }
+
+    /// The parameters with which the twin itself comes nearest to every `every`-th row of the patterns: the reduced model
+    /// moves them, the difference of the two models stays what it was with the reduced model's own.
+    ///
+    /// # Errors
+    /// Those of the twin and of the fit.
+    pub fn fit(&self, reduced: &Fitted, training: &[Pattern], every: usize) -> Result<Fitted> {
+        let twin = self.twin(&reduced.model)?;
+        let (mut rows, mut further) = (Vec::new(), Vec::new());
+        for pattern in training {
+            let mut walk = Walk::new(&twin);
+            for row in pattern.rows.iter().step_by(every) {
+                if walk.goes_to(row)? {
+                    rows.push(row);
+                    further.push(walk.marker() - reduced.model.shape(&row.strokes).marker);
+                }
+            }
+        }
+        reduced.again(&rows, &further)
     }
 
     /// Tips [mm] in these rows of patterns, each pattern from rest, and the number of rows without equilibrium, which keep the shape before.
@@ -53,10 +76,7 @@ impl Robot {
         for rows in patterns {
             let mut walk = Walk::new(&twin);
             for row in rows {
-                match walk.to(row) {
-                    Err(Error::NoEquilibrium { .. }) => n_failed += 1,
-                    other => other.context("a step of the twin")?,
-                }
+                n_failed += usize::from(!walk.goes_to(row)?);
                 tips.push(fitted.measured(walk.marker()));
             }
         }
@@ -64,39 +84,51 @@ impl Robot {
     }
 }
 
+/// Targets of the real tendons and of those along the axis as strokes [m]: a tendon released beyond `SLACK` is slack
+/// however it got there.
+fn primary(row: &Row) -> [f64; N_TENDONS + N_AXIS] {
+    std::array::from_fn(|k| if k < N_TENDONS { row.strokes[k].max(-SLACK) } else { 0.0 })
+}
+
+/// Strokes on the way from one row to the next, the last included, none longer than `STEP`.
+fn between(
+    from: [f64; N_TENDONS + N_AXIS],
+    to: [f64; N_TENDONS + N_AXIS],
+) -> impl Iterator<Item = [f64; N_TENDONS + N_AXIS]> {
+    let longest = from.iter().zip(&to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
+    let n = (longest / STEP).ceil().max(1.0) as usize;
+    (1..=n).map(move |i| std::array::from_fn(|k| from[k] + i as f64 / n as f64 * (to[k] - from[k])))
+}
+
 /// From row to row, in steps that are not too long.
 struct Walk<'a> {
     twin: &'a Twin,
     stepper: Stepper,
     state: TwinState,
-    strokes: [f64; N_TENDONS],
+    strokes: [f64; N_TENDONS + N_AXIS],
 }
 
 impl<'a> Walk<'a> {
     fn new(twin: &'a Twin) -> Self {
-        Self { twin, stepper: Stepper::new(twin), state: twin.rest(), strokes: [0.0; N_TENDONS] }
+        Self { twin, stepper: Stepper::new(twin), state: twin.rest(), strokes: [0.0; N_TENDONS + N_AXIS] }
     }
 
-    fn to(&mut self, row: &Row) -> hysteron_twin::Result<()> {
-        // Beyond this a tendon is slack however it got there.
-        let goal = row.strokes.map(|stroke| stroke.max(-SLACK));
-        let from = self.strokes;
-        let longest = (0..N_TENDONS).map(|k| (goal[k] - from[k]).abs()).fold(0.0, f64::max);
-        let n = (longest / STEP).ceil().max(1.0) as usize;
-        for i in 1..=n {
-            let part = i as f64 / n as f64;
-            let at = |k: usize| Target::Stroke(from[k] + part * (goal[k] - from[k]));
-            let mut targets: Vec<Target> = (0..N_TENDONS).map(at).collect();
-            targets.push(Target::Stroke(0.0));
-            self.stepper.step(self.twin, &targets, &mut self.state)?;
+    /// True if there is an equilibrium; the shape stays at the last one.
+    fn goes_to(&mut self, row: &Row) -> Result<bool> {
+        for strokes in between(self.strokes, primary(row)) {
+            let targets = strokes.map(Target::Stroke);
+            match self.stepper.step(self.twin, &targets, &mut self.state) {
+                Err(Error::NoEquilibrium { .. }) => return Ok(false),
+                other => other.context("a step of the twin")?,
+            };
+            self.strokes = strokes;
         }
-        self.strokes = goal;
-        Ok(())
+        Ok(true)
     }
 
     /// The marker sits beyond the end, on the axis.
     fn marker(&self) -> Vector3<f64> {
-        let line = self.twin.cables.polyline(N_TENDONS, &self.state.positions);
+        let line = self.twin.cables.polyline(N_TENDONS + N_AXIS - 1, &self.state.positions);
         let [before, end] = [line[line.len() - 2], line[line.len() - 1]].map(Vector3::from);
         end + MARKER * (end - before).normalize()
     }

@@ -19,6 +19,12 @@ use crate::table::print_cells;
 /// Root mean square by which a parameter must move the markers to count as seen [m].
 const SEEN: f64 = 1e-4;
 
+/// Shapes that are kept: those of a Jacobian and more.
+const KEPT: usize = 12;
+
+/// Shapes in the holds of a fit, and what they depend on.
+type Known = (Key, Arc<Vec<TwinState>>);
+
 /// Errors of the markers in a hold [m].
 pub type Errors = [f64; N_MARKERS];
 
@@ -66,36 +72,38 @@ impl Bench {
         states.iter().zip(holds).map(error).collect()
     }
 
-    /// Errors of the markers in `holds`.
-    pub fn errors(&self, setup: &Setup, holds: &[Hold]) -> hysteron_twin::Result<Vec<[f64; 3 * N_MARKERS]>> {
-        Ok(self.errors_in(setup, &self.states(setup, holds, None)?, holds))
-    }
-
-    /// Fits a set, from nominal values or from others.
-    fn fit(&self, set: Set, start: Option<&[f64]>, holds: &[Hold]) -> Result<Fit> {
+    /// Fits a set, from nominal values or from others with the shapes of a setup near them.
+    fn fit(&self, set: Set, start: Option<(&[f64], Known)>, holds: &[Hold]) -> Result<Fit> {
         let mut parameters = set.parameters();
-        if let Some(start) = start {
+        let mut begin = Vec::new();
+        if let Some((start, known)) = start {
             parameters.iter_mut().zip(start).for_each(|(parameter, value)| parameter.start = *value);
+            begin.push(known);
         }
         let options = Options { huber: None, smallest_effect: SEEN, n_nuisance: 0, watch: &|_, _| true };
-        // Most parameters move only the markers: the shapes last computed serve them all.
-        let known: Mutex<Option<(Key, Arc<Vec<TwinState>>)>> = Mutex::new(None);
+        // Most parameters move only the markers, and differences come back to the same middle: the shapes last computed
+        // serve them all.
+        let known: Mutex<Vec<Known>> = Mutex::new(begin);
         let residuals = |values: &[f64]| {
             let setup = set.setup(values);
-            let last = known.lock().ok().and_then(|known| known.clone());
-            let states = match last {
-                Some((key, states)) if key == setup.key() => states,
-                last => {
-                    let near = last.as_ref().map(|(_, states)| states.as_slice());
-                    Arc::new(self.states(&setup, holds, near)?)
+            let last = |matches: &dyn Fn(&Known) -> bool| {
+                known.lock().ok().and_then(|known| known.iter().rev().find(|known| matches(known)).cloned())
+            };
+            let states = match last(&|(key, _)| *key == setup.key()) {
+                Some((_, states)) => states,
+                None => {
+                    let near = last(&|_| true);
+                    let near = near.as_ref().map(|(_, states)| states.as_slice());
+                    let states = Arc::new(self.states(&setup, holds, near)?);
+                    if let Ok(mut known) = known.lock() {
+                        known.push((setup.key(), states.clone()));
+                        if known.len() > KEPT {
+                            known.remove(0);
+                        }
+                    }
+                    states
                 }
             };
-            if let Ok(mut known) = known.lock() {
-                // Neighbours for differences come and go; what the next ones share is the middle.
-                if known.as_ref().is_none_or(|(key, _)| *key != setup.key()) {
-                    *known = Some((setup.key(), states.clone()));
-                }
-            }
             Ok(self.errors_in(&setup, &states, holds).iter().map(|e| e.to_vec()).collect())
         };
         Ok(least_squares(&parameters, &options, residuals)?)
@@ -127,7 +135,8 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
     for set in Set::ALL {
         let fit = bench.fit(set, None, &bench.holds)?;
         let setup = set.setup(&fit.values());
-        let all: Vec<Errors> = bench.errors(&setup, &bench.holds)?.iter().map(distances).collect();
+        let states = bench.states(&setup, &bench.holds, None)?;
+        let all: Vec<Errors> = bench.errors_in(&setup, &states, &bench.holds).iter().map(distances).collect();
         for estimate in &fit.estimates {
             let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
             println!("{:<34}{:>12.4e} ± {error:<10} {:?}", estimate.name, estimate.value, estimate.standing);
@@ -144,9 +153,12 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
             .map(|out| -> Result<Errors> {
                 let mut rest = bench.holds.clone();
                 let hold = rest.remove(out);
-                let values = bench.fit(set, Some(&inside), &rest)?.values();
-                let errors = bench.errors(&set.setup(&values), &[hold])?;
-                Ok(distances(errors.first().context("one hold")?))
+                let mut near = states.clone();
+                let of_hold = near.remove(out);
+                let values = bench.fit(set, Some((&inside, (setup.key(), Arc::new(near)))), &rest)?.values();
+                let (setup, hold) = (set.setup(&values), [hold]);
+                let state = bench.states(&setup, &hold, Some(&[of_hold]))?;
+                Ok(distances(bench.errors_in(&setup, &state, &hold).first().context("one hold")?))
             })
             .collect::<Result<_>>()?;
         let of_marker = |m: usize| format!("{:.2}", 1e3 * rms(all.iter().map(|e| e[m])));

@@ -21,7 +21,7 @@ const N: usize = 3 * N_MARKERS;
 /// Weight of (1 N)² against (1 cm)² of a coordinate.
 const REGULARISATION: f64 = 1e-3;
 const CENTIMETRE: f64 = 1e-2;
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 5;
 /// Change of the body along a column for the difference of the markers [N].
 const DIFFERENCE: f64 = 1e-3;
 
@@ -51,12 +51,16 @@ struct Residual<'a> {
     twin: Twin,
     cables: Vec<Tendon>,
     sharing: Sharing,
+    /// Shapes in the bench's holds while the cables do nothing.
+    bare: Vec<TwinState>,
 }
 
 impl<'a> Residual<'a> {
     fn new(bench: &'a Bench, setup: &'a Setup, cables: &[Tendon], sharing: Sharing) -> Result<Self> {
         let twin = setup.twin(&bench.mesh, cables)?;
-        Ok(Self { bench, setup, twin, cables: cables.to_vec(), sharing })
+        let idle = |_| vec![Target::Tension(0.0); cables.len()];
+        let bare = setup.states(&twin, &bench.holds, None, &idle)?;
+        Ok(Self { bench, setup, twin, cables: cables.to_vec(), sharing, bare })
     }
 
     /// Tensions of the cables for the unknowns, within their bounds.
@@ -72,10 +76,10 @@ impl<'a> Residual<'a> {
         &self,
         unknowns: &[f64],
         holds: &[Hold],
-        near: Option<&[TwinState]>,
+        near: &[TwinState],
     ) -> hysteron_twin::Result<Vec<TwinState>> {
         let further = |applied| self.tensions(unknowns, applied).into_iter().map(Target::Tension).collect();
-        self.setup.states(&self.twin, holds, near, &further)
+        self.setup.states(&self.twin, holds, Some(near), &further)
     }
 
     fn errors(&self, states: &[TwinState], holds: &[Hold]) -> Vec<[f64; N]> {
@@ -98,24 +102,25 @@ impl<'a> Residual<'a> {
         Ok(columns[first..].iter().map(along).collect())
     }
 
-    /// Unknowns that bring the markers of `holds` to where they were measured.
-    fn identify(&self, holds: &[Hold]) -> Result<Vec<f64>> {
+    /// Unknowns that bring the markers of `holds` to where they were measured, and the shapes there; `near` are the
+    /// shapes while the cables do nothing.
+    fn identify(&self, holds: &[Hold], near: &[TwinState]) -> Result<(Vec<f64>, Vec<TwinState>)> {
         let n_blocks = self.sharing.factors([0.0; 2]).len();
         let mut unknowns = vec![0.0; n_blocks * self.cables.len()];
-        let mut states = self.states(&unknowns, holds, None)?;
+        let mut states = near.to_vec();
         let mut longest = 1.0;
         for _ in 0..ROUNDS {
             let before = self.cost(&unknowns, &self.errors(&states, holds));
             let step = self.correction(&unknowns, &states, holds, longest)?;
             let next: Vec<f64> = unknowns.iter().zip(&step).map(|(a, b)| a + b).collect();
-            match self.states(&next, holds, Some(&states)) {
+            match self.states(&next, holds, &states) {
                 Ok(found) if self.cost(&next, &self.errors(&found, holds)) < before => {
                     (unknowns, states) = (next, found);
                 }
                 _ => longest *= 0.3,
             }
         }
-        Ok(unknowns)
+        Ok((unknowns, states))
     }
 
     fn cost(&self, unknowns: &[f64], errors: &[[f64; N]]) -> f64 {
@@ -183,23 +188,24 @@ pub fn run(bench: &Bench, setup: &Setup, scene: &Scene) -> Result<Value> {
     let errors: Vec<[f64; N]> = bench
         .holds
         .par_iter()
-        .map(|hold| {
+        .zip(&own.bare)
+        .map(|(hold, bare)| {
             let holds = std::slice::from_ref(hold);
-            let unknowns = own.identify(holds)?;
-            Ok(own.errors(&own.states(&unknowns, holds, None)?, holds)[0])
+            let (_, states) = own.identify(holds, std::slice::from_ref(bare))?;
+            Ok(own.errors(&states, holds)[0])
         })
         .collect::<Result<_>>()?;
     rows.push(("each hold its own", mean_of_markers(&of(&errors)), None));
     let shared = Residual::new(bench, setup, &cables, Sharing::Linear)?;
-    let unknowns = shared.identify(&bench.holds)?;
-    let all = shared.errors(&shared.states(&unknowns, &bench.holds, None)?, &bench.holds);
+    let (_, states) = shared.identify(&bench.holds, &shared.bare)?;
+    let all = shared.errors(&states, &bench.holds);
     let left_out: Vec<[f64; N]> = (0..bench.holds.len())
         .into_par_iter()
         .map(|out| {
-            let mut rest = bench.holds.clone();
-            let hold = [rest.remove(out)];
-            let unknowns = shared.identify(&rest)?;
-            Ok(shared.errors(&shared.states(&unknowns, &hold, None)?, &hold)[0])
+            let (mut rest, mut near) = (bench.holds.clone(), shared.bare.clone());
+            let (hold, bare) = ([rest.remove(out)], [near.remove(out)]);
+            let (unknowns, _) = shared.identify(&rest, &near)?;
+            Ok(shared.errors(&shared.states(&unknowns, &hold, &bare)?, &hold)[0])
         })
         .collect::<Result<_>>()?;
     rows.push(("linear in the tensions", mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));

@@ -14,7 +14,7 @@ use crate::scenes::{Setting, tendon, twin};
 /// Largest tension step of a fit [N].
 const TENSION_STEP: f64 = 0.5;
 /// Segments of a whole tendon.
-const SEGMENTS: usize = 60;
+const SEGMENTS: usize = 30;
 const LINK: f64 = 0.305;
 /// Radius of the circle that carries a tendon point [m]: a point alone would sink into one element.
 const RING: f64 = 1.5e-3;
