@@ -94,6 +94,18 @@ pub fn vague(free: &[usize], columns: &[Vec<f64>], spread: &Spread) -> Option<(u
     (spread.variance.sqrt() / singular > EVEN).then(|| most_of(&direction, free))
 }
 
+/// Condition number of the matrix of these columns, each scaled to length one; one without columns.
+pub fn condition(columns: &[Vec<f64>]) -> f64 {
+    let scaled = |column: &Vec<f64>| {
+        let length = column.iter().map(|value| value * value).sum::<f64>().sqrt();
+        column.iter().map(|value| value / length.max(f64::MIN_POSITIVE)).collect()
+    };
+    let scaled: Vec<Vec<f64>> = columns.iter().map(scaled).collect();
+    let Some(triangle) = triangle(&scaled) else { return 1.0 };
+    let singular = triangle.singular_values();
+    singular.max() / singular.min()
+}
+
 /// Least singular value of the matrix of these columns, with its direction.
 fn weakest(columns: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
     let svd = triangle(columns)?.svd(false, true);
