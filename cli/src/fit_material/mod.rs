@@ -20,11 +20,12 @@ use crate::terminal::{self, say};
 const HELP: &str = "\
 Needs a scene and recordings of its robot (.parquet, .csv or .journal) in slow motion or at rest: the strokes or \
 tensions that drive the scene's tendons, and the tip (tip_x_mm, tip_y_mm, tip_z_mm). Samples marked as gaps are passed \
-through but not compared.
+through but not compared. A recording is followed from its beginning, for friction remembers; --steps shortens it.
 
 What can be fitted, by name: youngs_modulus, poisson_ratio, density, zero (how far each tendon is already pulled at \
-stroke zero), common_zero (the same for all), compliance (of all tendons). A file gives bounds of your own, in the \
-unit of the key:
+stroke zero), common_zero (the same for all), compliance (of all tendons); and of a scene that has [friction], \
+coefficient and coulomb (in the body), sheath_exponent, sheath_coulomb, sheath_compliance_share, backlash. A file gives \
+bounds of your own, in the unit of the key:
   format = \"hysteron-fit\"
   version = 1
   [fit]
@@ -34,7 +35,8 @@ unit of the key:
 
 Writes a scene with the fitted values in place of the old ones, comments kept, and with --figures report.html and \
 metrics.json. What the recordings do not determine is held at the value of the scene, and the table says so: without \
-gravity and friction, strokes alone say nothing about the modulus.
+gravity and friction, strokes alone say nothing about the modulus. It also says which parameters the tip hardly tells \
+apart: mostly coefficient from coulomb, in the body as in the sheath. With friction use small steps (--step-mm 0.1).
 
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick

@@ -166,3 +166,19 @@ pub fn estimates(
     let row = |a: usize| (0..n).map(|b| correlation(a, b).unwrap_or(0.0)).collect();
     (parameters.iter().enumerate().map(estimate).collect(), (0..n).map(row).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::condition;
+
+    #[test]
+    fn condition_is_that_of_the_angle_between_columns() {
+        // Two directions at angle φ, of any length: √((1 + |cos φ|) / (1 - |cos φ|)).
+        let angle: f64 = 0.3;
+        let columns = [vec![2.0, 0.0, 0.0], vec![0.0, 5.0 * angle.sin(), -5.0 * angle.cos()]];
+        assert!((condition(&columns) - 1.0).abs() < 1e-12);
+        let columns = [vec![0.0, 0.0, 2.0], columns[1].clone()];
+        let expected = ((1.0 + angle.cos()) / (1.0 - angle.cos())).sqrt();
+        assert!((condition(&columns) - expected).abs() < 1e-9, "{} {expected}", condition(&columns));
+    }
+}
