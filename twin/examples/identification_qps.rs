@@ -4,9 +4,9 @@
 use std::io::Write;
 
 use hysteron_base::{Recording, Scene};
-use hysteron_twin::Twin;
-use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, Motion};
+use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions};
 use hysteron_twin::qp::solve_rows;
+use hysteron_twin::{Motion, Twin};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: usize = count.parse()?;
     let twin = Twin::from_scene(&Scene::read(scene)?)?;
     let auxiliary = Auxiliary::new(&twin)?;
-    let motion = Motion::new(&twin, &Recording::read(recording)?)?;
+    let motion = Motion::for_identification(&twin, &Recording::read(recording)?, recording)?;
     let every = motion.len() / (count + 1);
     let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
     let mut identifier = Identifier::new(&twin, &auxiliary, options);

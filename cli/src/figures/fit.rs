@@ -27,7 +27,9 @@ struct Metrics<'a> {
     recordings: usize,
     recordings_of_another_role: usize,
     rows: usize,
-    rows_in_gaps: usize,
+    /// Of an evaluation.
+    steps: usize,
+    condition: f64,
     constant_channels: usize,
     residuals: usize,
     effective_residuals: f64,
@@ -91,7 +93,8 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
         ("Iterations", metrics.iterations.to_string()),
         ("Evaluations", metrics.evaluations.to_string()),
         ("Time [s]", format!("{:.1}", metrics.wall_s)),
-        ("Rows in gaps", metrics.rows_in_gaps.to_string()),
+        ("Steps of an evaluation", metrics.steps.to_string()),
+        ("Condition number of the Jacobian, columns of length one", format!("{:.1}", metrics.condition)),
         ("Constant channels left out", metrics.constant_channels.to_string()),
         ("Recordings of another role left out", metrics.recordings_of_another_role.to_string()),
     ]);
@@ -119,7 +122,7 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
         rmse_axes_m: outcome.found.errors[k].axes,
         rmse_distance_m: outcome.found.errors[k].distance,
     };
-    let motions = outcome.motions;
+    let (motions, courses) = (outcome.motions, &outcome.found.courses);
     Metrics {
         format: "hysteron-metrics",
         version: 1,
@@ -131,8 +134,9 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
         errors_after: errors(1),
         recordings: motions.len(),
         recordings_of_another_role: outcome.n_other_role,
-        rows: motions.iter().map(|motion| motion.rows.len()).sum(),
-        rows_in_gaps: motions.iter().flat_map(|motion| &motion.tips).filter(|tip| tip.is_none()).count(),
+        rows: courses.iter().flat_map(|course| &course.tips).flatten().count(),
+        steps: courses.iter().map(|course| course.samples.len()).sum(),
+        condition: fit.condition,
         constant_channels: motions.iter().flat_map(|motion| motion.axes).filter(|is_used| !is_used).count(),
         residuals: fit.n_residuals,
         effective_residuals: fit.n_effective,
@@ -187,10 +191,12 @@ enum Shown {
 fn chart(outcome: &Outcome, shown: Shown) -> TimeChart {
     let (mut time, mut offset) = (Vec::new(), 0.0);
     let mut values = [const { [const { Vec::new() }; 3] }; 3];
-    for (m, (motion, times)) in outcome.motions.iter().zip(&outcome.times).enumerate() {
-        for (row, measured) in motion.tips.iter().enumerate() {
+    for (m, (motion, course)) in outcome.motions.iter().zip(&outcome.found.courses).enumerate() {
+        let times: Vec<f64> =
+            course.samples.iter().map(|&sample| motion.time[sample] - motion.time[0]).collect();
+        for (row, measured) in course.tips.iter().enumerate() {
             let Some(measured) = measured else { continue };
-            time.push(offset + times[row] - times[0]);
+            time.push(offset + times[row]);
             for c in 0..3 {
                 let tips = [0, 1].map(|k| outcome.found.tips[k][m][row][c]);
                 let zero = if shown == Shown::Errors { measured[c] } else { 0.0 };
@@ -200,7 +206,7 @@ fn chart(outcome: &Outcome, shown: Shown) -> TimeChart {
             }
         }
         // A second between recordings keeps the times in order.
-        offset += times[times.len() - 1] - times[0] + 1.0;
+        offset += times[times.len() - 1] + 1.0;
     }
     let names = ["measured", "scene", "fitted"];
     let colors = [COLORS[6], COLORS[4], COLORS[0]];

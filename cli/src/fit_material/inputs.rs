@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Bounds, Recording, file, typed};
-use hysteron_twin::Twin;
-use hysteron_twin::fit::Motion;
+use hysteron_twin::{Motion, Twin};
 use serde::Deserialize;
 
 use crate::inputs;
@@ -39,31 +38,25 @@ fn names(text: &str) -> Result<Vec<(String, Option<Bounds>)>, BadInput> {
     typed.fit.into_iter().map(bounds).collect()
 }
 
-/// The motions in recordings of this role, with the times of their rows [s].
-pub fn read_motions(
-    paths: &[PathBuf],
-    role: Option<&str>,
-    twin: &Twin,
-    every: f64,
-) -> anyhow::Result<(Vec<Motion>, Vec<Vec<f64>>)> {
-    let (mut motions, mut times) = (Vec::new(), Vec::new());
+/// The motions in recordings of this role.
+pub fn read_motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<Motion>> {
+    let mut motions = Vec::new();
     for path in paths {
         let recording = Recording::read(path)?;
         if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
             continue;
         }
-        let motion = Motion::new(twin, &recording, &path.display().to_string(), every)?;
+        let motion = Motion::new(twin, &recording, &path.display().to_string())?;
         for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
             if !is_used {
                 tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());
             }
         }
-        times.push(motion.rows.iter().map(|&row| recording.time()[row]).collect());
         motions.push(motion);
     }
     if motions.is_empty() {
         let found = format!("none of {}", paths.len());
         return Err(BadInput::new("--role", "the role of at least one recording", found).into());
     }
-    Ok((motions, times))
+    Ok(motions)
 }

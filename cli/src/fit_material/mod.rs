@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use anyhow::Context;
 use hysteron_base::{BadInput, Scene};
-use hysteron_twin::Twin;
 use hysteron_twin::fit::{
-    Frame, MaterialFit, MaterialOptions, Motion, Selected, Standing, fit_material, select,
+    Fit, Frame, MaterialFit, MaterialOptions, Selected, Standing, Stepping, fit_material, select,
 };
+use hysteron_twin::{Motion, Twin};
 
 use crate::figures::fit as report;
 use crate::interrupt;
@@ -20,11 +20,12 @@ use crate::terminal::{self, say};
 const HELP: &str = "\
 Needs a scene and recordings of its robot (.parquet, .csv or .journal) in slow motion or at rest: the strokes or \
 tensions that drive the scene's tendons, and the tip (tip_x_mm, tip_y_mm, tip_z_mm). Samples marked as gaps are passed \
-through but not compared.
+through but not compared. A recording is followed from its beginning, for friction remembers; --steps shortens it.
 
 What can be fitted, by name: youngs_modulus, poisson_ratio, density, zero (how far each tendon is already pulled at \
-stroke zero), common_zero (the same for all), compliance (of all tendons). A file gives bounds of your own, in the \
-unit of the key:
+stroke zero), common_zero (the same for all), compliance (of all tendons); and of a scene that has [friction], \
+coefficient and coulomb (in the body), sheath_exponent, sheath_coulomb, sheath_compliance_share, backlash. A file gives \
+bounds of your own, in the unit of the key:
   format = \"hysteron-fit\"
   version = 1
   [fit]
@@ -34,7 +35,8 @@ unit of the key:
 
 Writes a scene with the fitted values in place of the old ones, comments kept, and with --figures report.html and \
 metrics.json. What the recordings do not determine is held at the value of the scene, and the table says so: without \
-gravity and friction, strokes alone say nothing about the modulus.
+gravity and friction, strokes alone say nothing about the modulus. It also says which parameters the tip hardly tells \
+apart: mostly coefficient from coulomb, in the body as in the sheath. With friction use small steps (--step-mm 0.1).
 
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick
@@ -74,9 +76,15 @@ pub struct Arguments {
     /// Take only recordings made for this: training, validation or test
     #[arg(long, value_name = "ROLE")]
     role: Option<String>,
-    /// Leave out samples between which no stroke (or, under tension, no tip) has moved so far
+    /// Step through samples between which a stroke (or, under tension, the tip) has moved so far
+    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    step_mm: f64,
+    /// Compare the tip where a stroke has moved so far since it was compared last
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     every_mm: f64,
+    /// Most steps of an evaluation, shared evenly by the recordings: of each, the beginning
+    #[arg(long, value_name = "N", default_value_t = 6000)]
+    steps: usize,
     /// Error of a coordinate from which on it counts linearly rather than squared
     #[arg(long, value_name = "MM")]
     huber_mm: Option<f64>,
@@ -113,8 +121,6 @@ pub struct Outcome<'a> {
     pub scene: &'a Scene,
     /// What was compared.
     pub motions: &'a [Motion],
-    /// Their times, by row that was kept [s].
-    pub times: Vec<Vec<f64>>,
     /// What was fitted.
     pub selected: &'a [Selected],
     /// The outcome.
@@ -136,22 +142,25 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let selected = select(&scene, &names)?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
-    let every = 1e-3 * arguments.every_mm;
-    let (motions, times) =
-        inputs::read_motions(&arguments.recordings, arguments.role.as_deref(), &twin, every)?;
+    let motions = inputs::read_motions(&arguments.recordings, arguments.role.as_deref(), &twin)?;
     let n_other_role = arguments.recordings.len() - motions.len();
     tracing::info!(
-        "{}: {} parameters, {} recordings, {} rows; {n_other_role} recordings of another role left out",
+        "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role left out",
         scene.name,
         selected.len(),
         motions.len(),
-        motions.iter().map(|motion| motion.rows.len()).sum::<usize>(),
+        motions.iter().map(|motion| motion.len()).sum::<usize>(),
     );
 
     interrupt::listen()?;
     let bar = terminal::counter("evaluations");
     let options = MaterialOptions {
         frame: arguments.frame.into(),
+        stepping: Stepping {
+            step: 1e-3 * arguments.step_mm,
+            every: 1e-3 * arguments.every_mm,
+            most: arguments.steps,
+        },
         huber: arguments.huber_mm.map(|mm| 1e-3 * mm),
         watch: &|evaluations, rms| {
             bar.set_position(evaluations as u64);
@@ -168,7 +177,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = Outcome {
         scene: &scene,
         motions: &motions,
-        times,
         selected: &selected,
         found: &found,
         wall_s: start.elapsed().as_secs_f64(),
@@ -185,7 +193,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn check_arguments(arguments: &Arguments) -> Result<(), BadInput> {
-    let lengths = [("--every-mm", Some(arguments.every_mm)), ("--huber-mm", arguments.huber_mm)];
+    let lengths = [
+        ("--step-mm", Some(arguments.step_mm)),
+        ("--every-mm", Some(arguments.every_mm)),
+        ("--huber-mm", arguments.huber_mm),
+    ];
     for (name, length) in lengths {
         if let Some(mm) = length.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
             return Err(BadInput::new(name, "a length above 0", format!("{mm} mm")));
@@ -225,17 +237,33 @@ fn tell(outcome: &Outcome) {
         say(format_args!("RMSE of the tip, {name}: x {x:.3}, y {y:.3}, z {z:.3}, distance {distance:.3} mm"));
     }
     let fit = &found.fit;
+    tell_collinear(fit);
     tracing::info!(
-        "{} in {:.1} s: {} iterations, {} evaluations; {} residuals worth {:.0} independent ones",
+        "{} in {:.1} s: {} iterations, {} evaluations of {} steps; {} residuals worth {:.0} independent ones",
         fit.ended,
         outcome.wall_s,
         fit.iterations,
         fit.evaluations,
+        found.courses.iter().map(|course| course.samples.len()).sum::<usize>(),
         fit.n_residuals,
         fit.n_effective,
     );
     if !fit.is_converged {
         tracing::warn!("the search did not converge: {}", fit.ended);
+    }
+}
+
+/// Correlation from which on two parameters are said to be told apart badly.
+const CORRELATED: f64 = 0.9;
+
+/// Prints which parameters the recordings hardly tell apart.
+fn tell_collinear(fit: &Fit) {
+    say(format_args!("condition of the Jacobian, columns of length one: {:.1}", fit.condition));
+    let names = fit.estimates.iter().map(|estimate| &estimate.name);
+    for (k, (name, row)) in names.clone().zip(&fit.correlation).enumerate() {
+        for (other, value) in names.clone().zip(row).take(k).filter(|(_, value)| value.abs() > CORRELATED) {
+            say(format_args!("hardly told apart: {other} and {name}, correlation {value:.2}"));
+        }
     }
 }
 

@@ -34,6 +34,21 @@ pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path) -> anyhow::Result
             set(table, "compliance_mm_per_n", new.compliance);
         }
     }
+    if let (Some(old), Some(new)) = (&old.friction, &new.friction) {
+        let friction = text.get_mut("friction").and_then(Item::as_table_like_mut).context("no [friction]")?;
+        for (key, old, new) in [
+            ("coefficient", old.coefficient, new.coefficient),
+            ("coulomb_n", old.coulomb, new.coulomb),
+            ("sheath_exponent", old.sheath_exponent, new.sheath_exponent),
+            ("sheath_coulomb_n", old.sheath_coulomb, new.sheath_coulomb),
+            ("sheath_compliance_share", old.sheath_compliance_share, new.sheath_compliance_share),
+            ("backlash_mm", old.backlash, new.backlash),
+        ] {
+            if new != old {
+                set(friction, key, new);
+            }
+        }
+    }
     let mesh = relative(&new.mesh_path, to.parent().unwrap_or(Path::new("")))?;
     let place = text.get_mut("mesh").and_then(Item::as_table_like_mut).context("no [mesh]")?;
     replace(place, "file", value(mesh.to_string_lossy().into_owned()));

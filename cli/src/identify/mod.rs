@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene};
-use hysteron_twin::Twin;
-use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, Motion, identify};
+use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, identify};
+use hysteron_twin::{Motion, Twin};
 use rayon::prelude::*;
 
 use crate::inputs::{self, Input};
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut excluded = Vec::new();
     let mut jobs = Vec::new();
     for input in inputs::read(&arguments.recordings)? {
-        match Motion::new(&twin, &input.recording).map_err(|bad| bad.within(input.path.display())) {
+        match Motion::for_identification(&twin, &input.recording, &input.path.display().to_string()) {
             Ok(motion) => jobs.push(job(arguments, &scene, input, motion)),
             Err(bad) if arguments.skip_bad => {
                 tracing::warn!("left out: {bad}");

@@ -4,8 +4,9 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::problem::{Linearised, Sample, allowed, bound_of, pose, strokes_of};
-use super::{Auxiliary, Bound, Motion, Spread, Summary};
+use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
+use crate::motion::Motion;
 use crate::qp::{QpStatus, RowQp, solve_rows};
 use crate::residual::{Bare, Plant};
 use crate::step::Stepper;

@@ -8,13 +8,11 @@
 
 mod auxiliary;
 mod identify;
-mod motion;
 mod problem;
 mod summary;
 
 pub use auxiliary::Auxiliary;
 pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, identify};
-pub use motion::Motion;
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
 pub use summary::{Spread, Summary};

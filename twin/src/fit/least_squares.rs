@@ -60,6 +60,9 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Correlation of the estimates, for those with a standard error; n × n, zero elsewhere [-].
     pub correlation: Vec<Vec<f64>>,
+    /// Condition number of the Jacobian of the fitted ones, its columns of length one: from 30 on some can hardly be
+    /// told apart (Belsley, Kuh, Welsch, 1980) [-].
+    pub condition: f64,
     /// Root mean square of the residuals at the start and at the end.
     pub rms: [f64; 2],
     /// Jacobians computed.
@@ -158,6 +161,7 @@ where
 {
     parameters.iter().try_for_each(Parameter::check)?;
     let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
+    let mut places = start.clone();
     let first = residuals(&parameters.iter().map(|p| p.start).collect::<Vec<_>>())?;
     let n_residuals = first.iter().map(Vec::len).sum::<usize>();
     if n_residuals <= parameters.len() + options.n_nuisance {
@@ -186,7 +190,7 @@ where
     }
     let mut iterations = 1;
     loop {
-        let found = problem.search(&start, &free)?;
+        let found = problem.search(&places, &free)?;
         iterations += found.iterations;
         let series = problem.evaluate(&found.places)?.unwrap_or_else(|| first.clone());
         let inside = uncertainty::inside(&free, &found.places);
@@ -199,6 +203,7 @@ where
             return Ok(Fit {
                 estimates,
                 correlation,
+                condition: uncertainty::condition(&columns),
                 rms: [rms(&first), rms(&series)],
                 iterations,
                 evaluations: problem.evaluations.load(Ordering::Relaxed),
@@ -209,6 +214,8 @@ where
             });
         };
         free.retain(|&k| k != inside[at]);
+        places = found.places;
+        places[inside[at]] = start[inside[at]];
         held.push((inside[at], with));
     }
 }
@@ -275,6 +282,7 @@ impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'_, F> {
             free,
             angles: DVector::from_iterator(free.len(), free.iter().map(angle)),
             iterations: AtomicUsize::new(0),
+            last: Mutex::new(None),
             failure: Mutex::new(None),
         };
         if free.is_empty() {
@@ -306,6 +314,8 @@ struct Search<'a, F> {
     free: &'a [usize],
     angles: DVector<f64>,
     iterations: AtomicUsize,
+    /// Places and residuals that were asked for last: a Jacobian is wanted where the residuals were.
+    last: Mutex<Option<(Vec<f64>, Vec<Vec<f64>>)>>,
     failure: Mutex<Option<Error>>,
 }
 
@@ -353,12 +363,11 @@ impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> LeastSquaresProblem<f64, Dyn
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let series = self.keep(self.problem.evaluate(&self.places()))?;
+        let places = self.places();
+        let series = self.keep(self.problem.evaluate(&places))?;
         let n = self.problem.n_residuals;
-        let flat = match series {
-            Some(series) => series.concat(),
-            None => vec![self.problem.failed; n],
-        };
+        let flat = series.as_ref().map_or_else(|| vec![self.problem.failed; n], |series| series.concat());
+        *self.last.lock().ok()? = series.map(|series| (places, series));
         let residuals = DVector::from_vec(flat);
         self.goes_on(residuals.norm() / (n as f64).sqrt()).then_some(residuals)
     }
@@ -366,7 +375,11 @@ impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> LeastSquaresProblem<f64, Dyn
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         self.iterations.fetch_add(1, Ordering::Relaxed);
         let places = self.places();
-        let series = self.keep(self.problem.evaluate(&places))??;
+        let last = self.last.lock().ok()?.take().filter(|(at, _)| *at == places);
+        let series = match last {
+            Some((_, series)) => series,
+            None => self.keep(self.problem.evaluate(&places))??,
+        };
         let mut columns = self.keep(self.problem.columns(&places, self.free, &series))?;
         for (column, angle) in columns.iter_mut().zip(self.angles.iter()) {
             column.iter_mut().for_each(|value| *value *= 0.5 * angle.cos());

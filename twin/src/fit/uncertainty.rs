@@ -94,6 +94,18 @@ pub fn vague(free: &[usize], columns: &[Vec<f64>], spread: &Spread) -> Option<(u
     (spread.variance.sqrt() / singular > EVEN).then(|| most_of(&direction, free))
 }
 
+/// Condition number of the matrix of these columns, each scaled to length one; one without columns.
+pub fn condition(columns: &[Vec<f64>]) -> f64 {
+    let scaled = |column: &Vec<f64>| {
+        let length = column.iter().map(|value| value * value).sum::<f64>().sqrt();
+        column.iter().map(|value| value / length.max(f64::MIN_POSITIVE)).collect()
+    };
+    let scaled: Vec<Vec<f64>> = columns.iter().map(scaled).collect();
+    let Some(triangle) = triangle(&scaled) else { return 1.0 };
+    let singular = triangle.singular_values();
+    singular.max() / singular.min()
+}
+
 /// Least singular value of the matrix of these columns, with its direction.
 fn weakest(columns: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
     let svd = triangle(columns)?.svd(false, true);
@@ -153,4 +165,20 @@ pub fn estimates(
     };
     let row = |a: usize| (0..n).map(|b| correlation(a, b).unwrap_or(0.0)).collect();
     (parameters.iter().enumerate().map(estimate).collect(), (0..n).map(row).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::condition;
+
+    #[test]
+    fn condition_is_that_of_the_angle_between_columns() {
+        // Two directions at angle φ, of any length: √((1 + |cos φ|) / (1 - |cos φ|)).
+        let angle: f64 = 0.3;
+        let columns = [vec![2.0, 0.0, 0.0], vec![0.0, 5.0 * angle.sin(), -5.0 * angle.cos()]];
+        assert!((condition(&columns) - 1.0).abs() < 1e-12);
+        let columns = [vec![0.0, 0.0, 2.0], columns[1].clone()];
+        let expected = ((1.0 + angle.cos()) / (1.0 - angle.cos())).sqrt();
+        assert!((condition(&columns) - expected).abs() < 1e-9, "{} {expected}", condition(&columns));
+    }
 }

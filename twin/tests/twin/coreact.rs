@@ -1,10 +1,10 @@
 //! Identification and the residual network, on a robot that is a twin with something more in it.
 
 use hysteron_base::{AuxiliaryLayout, Bounds, Channel, Drive, Metadata, Recording};
-use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, Motion, identify};
+use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
-use hysteron_twin::{Stepper, Target, Twin};
+use hysteron_twin::{Motion, Stepper, Target, Twin};
 
 use super::scenes;
 
@@ -63,7 +63,7 @@ fn tip_of_a_twin_with_secret_strokes_is_met() {
     let twin = twin();
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let recording = recording(&twin, &auxiliary, 200, |i| lagging(auxiliary.len(), i));
-    let motion = Motion::new(&twin, &recording).unwrap();
+    let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
     let options =
         IdentifyOptions { regularisation: 1e-6, rounds: 4, tolerance: 1e-7, ..IdentifyOptions::default() };
     let done =
@@ -158,7 +158,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let n = 400;
     let recording = recording(&twin, &auxiliary, n, |i| lagging(auxiliary.len(), i));
-    let motion = Motion::new(&twin, &recording).unwrap();
+    let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
     let found =
         identify(&twin, &auxiliary, &motion, &IdentifyOptions::default(), Metadata::default(), &mut || true);
     let found = found.unwrap().unwrap();
@@ -215,7 +215,7 @@ fn recordings_of_something_else_are_refused() {
         });
         let made =
             Recording::new(good.time().to_vec(), channels.collect(), gap, Metadata::default()).unwrap();
-        Motion::new(&twin, &made).map(|_| ()).unwrap_err().to_string()
+        Motion::for_identification(&twin, &made, "rec").map(|_| ()).unwrap_err().to_string()
     };
     let other_robot = remade(&|name, value| (name != "stroke_4_m").then_some(value), Vec::new());
     assert!(other_robot.contains("stroke columns: expected 4"), "{other_robot}");
@@ -224,7 +224,7 @@ fn recordings_of_something_else_are_refused() {
     assert!(units.contains("less than the tendon's length"), "{units}");
     let tip_units =
         remade(&|name, value| Some(if name.starts_with("tip") { 1e3 * value } else { value }), Vec::new());
-    assert!(tip_units.contains("other units"), "{tip_units}");
+    assert!(tip_units.contains("is the unit"), "{tip_units}");
     let moved = remade(&|name, value| Some(if name == "tip_x_m" { value + 0.02 } else { value }), Vec::new());
     assert!(moved.contains("was the tracker moved"), "{moved}");
     let dead = remade(&|name, value| Some(if name == "tip_y_m" { 0.0 } else { value }), Vec::new());
@@ -237,6 +237,7 @@ fn recordings_of_something_else_are_refused() {
         Vec::new(),
         Metadata::default(),
     );
-    let short = Motion::new(&twin, &short.unwrap()).map(|_| ()).unwrap_err().to_string();
+    let short =
+        Motion::for_identification(&twin, &short.unwrap(), "rec").map(|_| ()).unwrap_err().to_string();
     assert!(short.contains("at least 100"), "{short}");
 }

@@ -1,19 +1,21 @@
 //! Parameters of a twin come back from recordings of it. Measuring and modelling are then the same program, so this
 //! checks the fit and not the physics; the cantilever is checked against a closed form.
 
-use hysteron_base::{Bounds, Channel, Drive, Metadata, Recording, Scene, Tip};
+use hysteron_base::{Bounds, Channel, Drive, Friction, Metadata, Recording, Scene, Tip};
 use hysteron_fem::{Mesh, Order};
 use hysteron_twin::fit::{
-    Fit, Frame, MaterialFit, MaterialOptions, Motion, Options, Parameter, Scale, Standing, fit_material,
-    least_squares, select,
+    Course, Fit, Frame, MaterialFit, MaterialOptions, Options, Parameter, Scale, Standing, Stepping, courses,
+    fit_material, least_squares, select,
 };
-use hysteron_twin::{Result, Target, Twin, rollout};
+use hysteron_twin::{Motion, Result, Target, Twin, rollout};
 use rand::RngExt;
 
 use super::{assert_close, rng, scenes};
 
 const WATCH: &(dyn Fn(usize, f64) -> bool + Sync) = &|_, _| true;
-const OPTIONS: MaterialOptions<'_> = MaterialOptions { frame: Frame::Checked, huber: None, watch: WATCH };
+const STEPPING: Stepping = Stepping { step: 0.1e-3, every: 0.1e-3, most: usize::MAX };
+const OPTIONS: MaterialOptions<'_> =
+    MaterialOptions { frame: Frame::Checked, stepping: STEPPING, huber: None, watch: WATCH };
 
 fn parameter(name: &str, start: f64, min: f64, max: f64, scale: Scale) -> Parameter {
     Parameter { name: name.into(), start, bounds: Bounds { min, max }, scale }
@@ -146,7 +148,7 @@ fn record(strokes: &[[f64; 4]], tips: &[[f64; 3]]) -> Recording {
 }
 
 fn motion(scene: &Scene, mesh: &Mesh, recording: &Recording) -> Result<Motion> {
-    Motion::new(&Twin::new(scene, mesh).unwrap(), recording, "rec", 0.1e-3)
+    Motion::new(&Twin::new(scene, mesh).unwrap(), recording, "rec")
 }
 
 fn fitted(
@@ -241,10 +243,12 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     let time = (0..12).map(f64::from).collect();
     let recording = Recording::new(time, channels, vec![], Metadata::default()).unwrap();
     let twin = Twin::new(&scene, &mesh).unwrap();
-    let motions = [Motion::new(&twin, &recording, "rec", 1e-6).unwrap()];
+    let motions = [Motion::new(&twin, &recording, "rec").unwrap()];
     assert_eq!(motions[0].axes, [true, false, true]);
     let selected = select(&scene, &[("youngs_modulus".into(), None)]).unwrap();
-    let found = fit_material(&scene, &mesh, &motions, &selected, &OPTIONS).unwrap();
+    let stepping = Stepping { step: 1e-6, every: 1e-6, ..STEPPING };
+    let options = MaterialOptions { stepping, ..OPTIONS };
+    let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();
     // Beam theory: the clamp hinders the section over one radius, r / L = 7 % of it hindered by ν² = 16 %.
     assert_close("modulus", found.fit.estimates[0].value, modulus, 0.03 * modulus);
 }
@@ -260,7 +264,8 @@ fn bad_recordings_are_refused() {
         let n = channels[0].values.len();
         let changed =
             Recording::new(good.time()[..n].to_vec(), channels, vec![], Metadata::default()).unwrap();
-        motion(&scene, &mesh, &changed)
+        let motion = motion(&scene, &mesh, &changed)?;
+        courses(std::slice::from_ref(&motion), &STEPPING).map(|_| motion)
     };
     let refused = |change: &dyn Fn(&mut Vec<Channel>)| with(change).unwrap_err().bad_input().unwrap().clone();
     let another = refused(&|channels| drop(channels.remove(3)));
@@ -286,9 +291,66 @@ fn gaps_are_passed_through_but_not_compared() {
         Recording::new(good.time().to_vec(), good.channels().to_vec(), gap.clone(), Metadata::default())
             .unwrap();
     let motion = motion(&scene, &mesh, &gappy).unwrap();
-    for (row, tip) in motion.rows.iter().zip(&motion.tips) {
-        assert_eq!(tip.is_none(), gap[*row]);
+    let course = Course::new(&motion, &STEPPING, usize::MAX).unwrap();
+    for (sample, tip) in course.samples.iter().zip(&course.tips) {
+        assert_eq!(tip.is_none(), gap[*sample]);
     }
+}
+
+#[test]
+fn course_steps_by_stroke_from_the_beginning() {
+    let (scene, mesh) = scenes::robot();
+    let strokes = figure_of_eight(400);
+    let motion = motion(&scene, &mesh, &recording(&scene, &mesh, &strokes, 0.0, "fit/course")).unwrap();
+    let stepping = Stepping { step: 0.1e-3, every: 0.3e-3, most: 80 };
+    let whole = Course::new(&motion, &stepping, usize::MAX).unwrap();
+    let apart =
+        |a: usize, b: usize| (0..4).map(|k| (strokes[a][k] - strokes[b][k]).abs()).fold(0.0, f64::max);
+    let farthest = (1..400).map(|i| apart(i, i - 1)).fold(0.0, f64::max);
+    for pair in whole.samples.windows(2) {
+        let moved = apart(pair[0], pair[1]);
+        assert!((stepping.step..=stepping.step + farthest).contains(&moved), "{moved}");
+    }
+    let compared: Vec<usize> =
+        whole.samples.iter().zip(&whole.tips).filter(|(_, tip)| tip.is_some()).map(|(s, _)| *s).collect();
+    assert!(compared.len() < whole.samples.len() / 2);
+    assert!(compared.windows(2).all(|pair| apart(pair[0], pair[1]) >= stepping.every));
+    // Two motions share the steps.
+    let half = &courses(&[motion.clone(), motion], &stepping).unwrap()[1];
+    assert_eq!(half.samples[..], whole.samples[..40]);
+}
+
+#[test]
+fn friction_and_backlash_come_back() {
+    let (mut truth, mesh) = scenes::robot();
+    truth.tendons.iter_mut().for_each(|tendon| (tendon.compliance, tendon.zero) = (0.02e-3, 0.2e-3));
+    let friction = Friction {
+        points: 3,
+        coefficient: 0.2,
+        coulomb: 0.0,
+        sheath_exponent: 0.0,
+        sheath_coulomb: 0.0,
+        sheath_compliance_share: 0.0,
+        backlash: 0.1e-3,
+    };
+    truth.friction = Some(friction);
+    let strokes: Vec<[f64; 4]> = figure_of_eight(240).into_iter().cycle().take(400).collect();
+    let recording = recording(&truth, &mesh, &strokes, 0.01e-3, "fit/friction");
+    let mut scene = truth.clone();
+    scene.friction = Some(Friction { coefficient: 0.05, backlash: 0.02e-3, ..friction });
+    let motions = [motion(&scene, &mesh, &recording).unwrap()];
+    let names = ["coefficient", "backlash"].map(|name| (name.to_owned(), None));
+    // Every sample is a step: friction knows only what it has seen.
+    let stepping = Stepping { step: 0.0, ..STEPPING };
+    let options = MaterialOptions { stepping, ..OPTIONS };
+    let found = fit_material(&scene, &mesh, &motions, &select(&scene, &names).unwrap(), &options).unwrap();
+    for (estimate, expected) in found.fit.estimates.iter().zip([0.2, 0.1e-3]) {
+        // Four standard errors; a tenth of the value or less says that the recording does tell both.
+        let error = estimate.standard_error.unwrap();
+        assert!(error < 0.1 * expected, "{estimate:?}");
+        assert_close(&estimate.name, estimate.value, expected, 4.0 * error);
+    }
+    assert!(found.fit.condition > 1.0 && found.fit.condition < 30.0, "{}", found.fit.condition);
 }
 
 #[test]
@@ -302,6 +364,8 @@ fn selection_is_checked() {
     assert_eq!(place(&[("stiffness", None)]).as_deref(), Some("--fit"));
     assert_eq!(place(&[("zero", None), ("common_zero", None)]).as_deref(), Some("--fit"));
     assert_eq!(place(&[]).as_deref(), Some("--fit"));
+    // This robot has no friction.
+    assert_eq!(place(&[("backlash", None)]).as_deref(), Some("--fit"));
     let (inverted, elsewhere) = (Bounds { min: 2.0, max: 1.0 }, Bounds { min: 50.0, max: 60.0 });
     assert_eq!(place(&[("youngs_modulus", Some(inverted))]).as_deref(), Some("bounds of youngs_modulus"));
     assert_eq!(place(&[("youngs_modulus", Some(elsewhere))]).as_deref(), Some("start of youngs_modulus"));
