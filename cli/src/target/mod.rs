@@ -26,7 +26,7 @@ smooth start and end, and back. x and y count; z is free unless given. Curves wi
 
 Writes a recording: time_s, tip_x_m, tip_y_m (and tip_z_m), relative to rest; its metadata say when the curve begins \
 and ends, which is what `hysteron evaluate` measures. With --scene, the twin of that robot is first taken along the \
-curve, a goal every millimetre, within the bounds of stroke and tension; where part of it is out of reach, the error \
+curve, a goal every millimetre or 150 in all, within the bounds of stroke and tension; where part of it is out of reach, the error \
 says how much, --figures shows where, and no recording is written.
 
 Example, from the root of the repository

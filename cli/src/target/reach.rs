@@ -8,8 +8,10 @@ use serde::Serialize;
 use crate::run::resting;
 use crate::{interrupt, terminal};
 
-/// Distance of the goals along the curve, and on the way to it [m].
+/// Smallest distance of the goals along the curve, and on the way to it [m]; larger on a long curve, which then has
+/// so many goals.
 const SPACING: f64 = 1e-3;
+const MOST_GOALS: f64 = 150.0;
 /// As `hysteron reach`: enough to choose among strokes that reach a goal alike, too little to hold the tip back.
 const REGULARISATION: f64 = 1e-6;
 
@@ -53,8 +55,9 @@ impl Reach {
             .collect();
         let mut state = twin.rest();
         let rest = twin.tip_of(&state);
-        let curve = target.outline.evenly(SPACING);
-        let way = way_to(curve[0]);
+        let spacing = SPACING.max(target.outline.length() / MOST_GOALS);
+        let curve = target.outline.evenly(spacing);
+        let way = way_to(curve[0], spacing);
         let mut reach = Self::none(scene, tolerance, curve.len());
         let mut stepper = Stepper::new(&twin);
         interrupt::listen()?;
@@ -131,7 +134,7 @@ impl Reach {
 }
 
 /// Goals from rest to the beginning of a curve, without its ends.
-fn way_to(start: Goal) -> Vec<Goal> {
-    let n = (start.iter().map(|c| c * c).sum::<f64>().sqrt() / SPACING).ceil() as usize;
+fn way_to(start: Goal, spacing: f64) -> Vec<Goal> {
+    let n = (start.iter().map(|c| c * c).sum::<f64>().sqrt() / spacing).ceil() as usize;
     (1..n).map(|i| start.map(|c| c * i as f64 / n as f64)).collect()
 }

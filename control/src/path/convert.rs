@@ -41,6 +41,8 @@ pub(super) struct Valid {
 
 /// A curve before it is placed.
 struct Drawn {
+    /// Where it stands, for messages.
+    place: String,
     family: &'static str,
     points: Vec<Point>,
     is_closed: bool,
@@ -67,18 +69,21 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
     let (sin, cos) = rotation.sin_cos();
     let placed =
         |[x, y, z]: Point| [centre[0] + cos * x - sin * y, centre[1] + sin * x + cos * y, centre[2] + z];
-    let within = |bad: BadInput| bad.within("curve");
+    let within = |bad: BadInput| bad.within(&drawn.place);
     let mut outline = Outline::new(drawn.points, drawn.is_closed).map_err(within)?.mapped(placed)?;
     if typed.direction == Some(Direction::Clockwise) {
         outline = outline.reversed()?;
     }
-    if outline.points().len() > MOST_POINTS && !drawn.may_cross {
-        let found = outline.points().len().to_string();
-        return Err(BadInput::new("curve", format!("at most {MOST_POINTS} points"), found).into());
+    let n_points = outline.points().len();
+    if n_points > MOST_POINTS && !drawn.may_cross {
+        let found = n_points.to_string();
+        return Err(BadInput::new(drawn.place, format!("at most {MOST_POINTS} points"), found).into());
     }
-    if let Some([x, y]) = outline.crossing().filter(|_| !drawn.may_cross) {
+    if !drawn.may_cross
+        && let Some([x, y]) = outline.crossing()
+    {
         let found = format!("a crossing at ({:.2}, {:.2}) mm", 1e3 * x, 1e3 * y);
-        return Err(BadInput::new("curve", "a line that does not cross itself", found)
+        return Err(BadInput::new(drawn.place, "a line that does not cross itself", found)
             .hint("may_cross = true in [curve] allows it")
             .into());
     }
@@ -188,6 +193,7 @@ fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
     // What is required was found above.
     let size = typed.size_mm.map_or(Ok(0.0), |size| positive("curve.size_mm", size))?;
     let drawn = |points, is_closed, may_cross| Drawn {
+        place: "curve".to_owned(),
         family,
         points,
         is_closed,
@@ -220,7 +226,12 @@ fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
             let name = typed.file.as_deref().unwrap_or_default();
             let (points, is_closed, is_planar, file) = outline_file(name, folder)?;
             let is_closed = typed.closed.unwrap_or(is_closed);
-            Drawn { is_planar, file, ..drawn(points, is_closed, typed.may_cross.unwrap_or(false)) }
+            Drawn {
+                is_planar,
+                file,
+                place: folder.join(name).display().to_string(),
+                ..drawn(points, is_closed, typed.may_cross.unwrap_or(false))
+            }
         }
     })
 }
