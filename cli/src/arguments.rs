@@ -18,7 +18,7 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
       --out out/fitted/scene.toml --figures out/fitted
   hysteron target circle:40 --out out/circle40.parquet
-  hysteron evaluate --target circle:42 out/circle40.parquet
+  hysteron evaluate --target circle:38 out/circle40.parquet
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 

@@ -25,9 +25,9 @@ defines all. CV is the deviation of the repeats over their mean.
 Prints one line per recording. Writes to DIR metrics.json, and report.html with the target dashed and the paths coloured \
 by their distance from it.
 
-Example, from the root of the repository: a target compared with itself, and with a smaller one
+Example, from the root of the repository: a path that is 2 mm too wide
   hysteron target circle:40 --out out/circle40.parquet
-  hysteron evaluate --target circle:42 out/circle40.parquet --whole --out out/evaluated
+  hysteron evaluate --target circle:38 out/circle40.parquet --out out/evaluated
 
 Exit codes: 0 done, 1 failed, 2 bad input.";
 
