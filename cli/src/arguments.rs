@@ -17,6 +17,8 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron record --rig virtual:typical --plan quick --out out/quick
   hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
       --out out/fitted/scene.toml --figures out/fitted
+  hysteron target circle:40 --out out/circle40.parquet
+  hysteron evaluate --target circle:38 out/circle40.parquet
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -57,6 +59,8 @@ pub enum Verb {
     Identify(crate::identify::Arguments),
     Follow(crate::through::Arguments),
     FitResidual(crate::fit_residual::Arguments),
+    Target(crate::target::Arguments),
+    Evaluate(crate::evaluate::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod check;
+mod evaluate;
 mod failure;
 mod figures;
 mod fit_material;
@@ -18,6 +19,7 @@ mod record;
 mod rig;
 mod run;
 mod simulate;
+mod target;
 mod terminal;
 mod through;
 mod watchman;
@@ -40,6 +42,8 @@ fn main() -> ExitCode {
         Verb::Identify(arguments) => identify::run(arguments),
         Verb::Follow(arguments) => through::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
+        Verb::Target(arguments) => target::run(arguments),
+        Verb::Evaluate(arguments) => evaluate::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });

@@ -6,9 +6,12 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod error;
+pub mod path;
 pub mod plan;
 pub mod score;
 pub mod shape;
+pub mod tracking;
 
 pub use error::{Error, Result};
+pub use path::TargetPath;
 pub use plan::{Limits, Plan, Trajectory};

@@ -17,8 +17,8 @@ use crate::{Error, Result, TwinState};
 /// What the tip should reach, and how exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TipGoal {
-    /// Position [m].
-    pub position: [f64; 3],
+    /// Position [m]; a coordinate that is `None` may be anything.
+    pub position: [Option<f64>; 3],
     /// Distance that counts as reached [m].
     pub tolerance: f64,
     /// Weight of the squared tensions, as displacements of their own tendons, against the squared tip
@@ -31,7 +31,7 @@ pub struct TipGoal {
 pub struct ReachReport {
     /// Stroke of every tendon [m]: commanding these gives the same equilibrium.
     pub strokes: Vec<f64>,
-    /// Distance of the tip from the goal [m].
+    /// Distance of the tip from the goal, in the coordinates that it has [m].
     pub tip_error: f64,
     /// True within the tolerance; otherwise the bounds leave no way closer.
     pub is_reached: bool,
@@ -68,7 +68,7 @@ impl Stepper {
                 .hint("drive = \"free\" lets the inverse problem choose a tendon's stroke")
                 .into());
         }
-        if let Some(found) = goal.position.iter().find(|c| !c.is_finite()) {
+        if let Some(found) = goal.position.iter().flatten().find(|c| !c.is_finite()) {
             return Err(BadInput::new("goal", "finite coordinates", found.to_string()).into());
         }
         check_targets(twin, targets)?;
@@ -136,7 +136,9 @@ impl Stepper {
 
 fn distance(goal: &TipGoal, twin: &Twin, state: &TwinState) -> f64 {
     let tip = twin.tip_of(state);
-    (0..3).map(|c| (goal.position[c] - tip[c]).powi(2)).sum::<f64>().sqrt()
+    let squares =
+        goal.position.iter().zip(tip).filter_map(|(goal, tip)| Some((goal.as_ref()? - tip).powi(2)));
+    squares.sum::<f64>().sqrt()
 }
 
 /// W of the tendons and of the tip at some configuration.
@@ -195,7 +197,8 @@ impl EffectorQp {
         };
         for i in 0..n {
             for c in 0..3 {
-                qp.linear[i] -= effector[c][i] * (goal.position[c] - tip[c]) / self.length;
+                let Some(position) = goal.position[c] else { continue };
+                qp.linear[i] -= effector[c][i] * (position - tip[c]) / self.length;
                 for j in 0..n {
                     qp.hessian[i * n + j] += effector[c][i] * effector[c][j];
                 }

@@ -13,7 +13,9 @@ mod robot;
 mod shapes;
 mod sheet;
 mod simplify;
+pub mod target;
 mod tip;
+pub mod tracking;
 
 use std::path::Path;
 

@@ -247,7 +247,7 @@ fn tensions<'a>(recording: &'a Recording, tendon: &TendonSpec, number: usize) ->
 }
 
 /// The target of a tendon that nothing drives.
-fn resting(tendon: &TendonSpec) -> Target {
+pub fn resting(tendon: &TendonSpec) -> Target {
     match tendon.drive {
         Drive::Stroke => Target::Stroke(tendon.stroke.clamp(0.0)),
         Drive::Tension => Target::Tension(tendon.tension.clamp(0.0)),

@@ -43,7 +43,7 @@ impl<'a> Goals<'a> {
     /// The goal of sample `row`.
     pub fn tip_goal(&self, row: usize) -> TipGoal {
         TipGoal {
-            position: self.positions.map(|values| values[row]),
+            position: self.positions.map(|values| Some(values[row])),
             tolerance: self.tolerance,
             regularisation: REGULARISATION,
         }

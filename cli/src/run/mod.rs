@@ -23,6 +23,7 @@ use hysteron_twin::{Stepper, Twin, TwinState};
 
 use crate::{figures, interrupt, terminal};
 use command::Command;
+pub use command::resting;
 pub use goals::Goals;
 use residual::{Network, Residual};
 use series::Series;

@@ -38,7 +38,7 @@ impl Envelope {
 }
 
 /// A smooth step from 0 at `part` = 0 to 1 at `part` = 1, flat at both; its slope is at most π/2.
-pub(super) fn rise(part: f64) -> f64 {
+pub(crate) fn rise(part: f64) -> f64 {
     0.5 - 0.5 * (PI * part.clamp(0.0, 1.0)).cos()
 }
 

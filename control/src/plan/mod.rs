@@ -16,6 +16,7 @@ use hysteron_base::{BadInput, file};
 use std::path::Path;
 
 pub use envelope::Envelope;
+pub(crate) use envelope::rise;
 pub use limits::Limits;
 pub use motion::{Direction, Family, Motion};
 pub use trajectory::{Role, Tendons, Trajectory};

@@ -11,4 +11,5 @@ mod reach;
 mod record;
 mod repository;
 mod simulate;
+mod target;
 mod virtual_rig;

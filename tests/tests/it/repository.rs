@@ -29,7 +29,7 @@ fn the_main_job_runs_in_full() {
 fn help_teaches_every_verb() {
     let help = run(root(), &["--help"]).succeeded().stdout;
     assert!(help.contains("Exit codes"));
-    for verb in ["simulate", "mesh", "check"] {
+    for verb in ["simulate", "mesh", "check", "target", "evaluate"] {
         assert!(help.contains(verb), "{verb}");
         let help = run(root(), &[verb, "--help"]).succeeded().stdout;
         for part in ["Exit codes", "Example", &format!("hysteron {verb} ")] {
@@ -57,11 +57,11 @@ fn examples_of_the_help_run_as_typed() {
         }
     }
     let mut n_run = 0;
-    for verb in [&["simulate"][..], &["mesh"], &["check"], &["rig", "emulate"]] {
+    for verb in [&["simulate"][..], &["mesh"], &["check"], &["rig", "emulate"], &["target"], &["evaluate"]] {
         for example in examples(&run(root(), &[verb, &["--help"]].concat()).succeeded().stdout) {
             run(folder.path(), &example.iter().map(String::as_str).collect::<Vec<_>>()).succeeded();
             n_run += 1;
         }
     }
-    assert_eq!(n_run, 7);
+    assert_eq!(n_run, 10);
 }

@@ -7,7 +7,7 @@ use rand::RngExt;
 use super::{Robot, check_report, distance, rng, scenes, strokes, tolerance};
 
 fn goal(position: [f64; 3]) -> TipGoal {
-    TipGoal { position, tolerance: 1e-6, regularisation: 1e-6 }
+    TipGoal { position: position.map(Some), tolerance: 1e-6, regularisation: 1e-6 }
 }
 
 #[test]
@@ -41,6 +41,22 @@ fn reached_goal_is_the_forward_answer_to_its_strokes() {
 }
 
 #[test]
+fn a_coordinate_that_is_left_free_takes_what_the_others_need() {
+    let mut robot = Robot::new(&scenes::robot());
+    let mut maker = Robot::new(&scenes::robot());
+    maker.go(&strokes(&[2e-3, 1e-3, -1e-2, -1e-2]));
+    let [x, y, z] = maker.tip();
+    let free = TipGoal { position: [Some(x), Some(y), None], ..goal([x, y, z]) };
+    let report =
+        robot.stepper.reach(&robot.twin, &free, &[Target::Free; 4], &mut robot.state).expect("an answer");
+    let tip = robot.tip();
+    assert!(report.is_reached, "{report:?}");
+    assert!(((tip[0] - x).hypot(tip[1] - y) - report.tip_error).abs() < 1e-12);
+    // Bent as far, with tensions of its own choice: lower or higher by no more than a pull of all shortens it.
+    assert!((tip[2] - z).abs() < 1e-3 && tip[2] != z, "{tip:?} {z}");
+}
+
+#[test]
 fn bounds_are_kept_and_far_goals_approached() {
     let (mut scene, mesh) = scenes::robot();
     for tendon in &mut scene.tendons {
@@ -49,11 +65,12 @@ fn bounds_are_kept_and_far_goals_approached() {
     }
     let mut robot = Robot::new(&(scene, mesh));
     let start = robot.twin.tip_of(&robot.state);
-    let goal = goal([0.03, 0.0, 0.02]);
+    let place = [0.03, 0.0, 0.02];
+    let goal = goal(place);
     let report =
         robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).expect("an answer");
     assert!(!report.is_reached && report.tip_error > 1e-3, "{report:?}");
-    assert!(report.tip_error < distance(start, goal.position) - 1e-3, "{report:?}");
+    assert!(report.tip_error < distance(start, place) - 1e-3, "{report:?}");
     for (tension, stroke) in robot.state.tensions.iter().zip(&report.strokes) {
         assert!((0.0..=3.0).contains(tension), "{report:?}");
         assert!(*stroke <= 2e-3 + 1e-9 && *stroke >= -0.01 - 1e-9, "{report:?}");

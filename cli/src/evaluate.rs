@@ -1,0 +1,178 @@
+//! `hysteron evaluate`: how closely recorded tips followed a target.
+
+use std::path::PathBuf;
+
+use hysteron_control::TargetPath;
+use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};
+use serde::Serialize;
+
+use crate::{figures, inputs, terminal};
+
+const HELP: &str = "\
+Needs a target (a file of `hysteron target --help`, a recording of one, or a curve with its size in mm, as circle:40) \
+and recordings of a tip, ours or not: .parquet or .csv with the columns time_s, tip_x_mm and tip_y_mm. A folder stands \
+for all recordings in it. Several recordings count as repeats of one experiment.
+
+A recording begins when the target does, and only the times of the curve count, not the way to it; with --whole, all \
+samples do. The tip is in the robot's frame, where it rests on the axis at x = y = 0; with --relative-to-rest it is \
+measured from its mean over the target's rest at the beginning.
+
+RMSE goes from 2000 points of the target to the nearest points of the path, NRMSE is that over the target's range, each \
+per axis and averaged over x and y; IoU is the overlap of both polygons (paper 003, eqs. 19, 21, 22). Chamfer, \
+Hausdorff and discrete Fréchet distance, the RMSE at the same times and the lag stand beside them; docs/control.md \
+defines all. CV is the deviation of the repeats over their mean.
+
+Prints one line per recording. Writes to DIR metrics.json, and report.html with the target dashed and the paths coloured \
+by their distance from it.
+
+Example, from the root of the repository: a path that is 2 mm too wide
+  hysteron target circle:40 --out out/circle40.parquet
+  hysteron evaluate --target circle:38 out/circle40.parquet --out out/evaluated
+
+Exit codes: 0 done, 1 failed, 2 bad input.";
+
+/// Measure how closely recorded tips followed a target path
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Target: a file, or FAMILY:SIZE_MM
+    #[arg(long, value_name = "PATH")]
+    target: String,
+    /// Recordings, .parquet or .csv, or folders of them; repeats of one experiment
+    #[arg(required = true, value_name = "REC")]
+    recordings: Vec<PathBuf>,
+    /// Folder for report.html, metrics.json and figures
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[arg(long, requires = "out")]
+    png: bool,
+    /// All samples are the curve, whatever their times; without lag and RMSE at the same times
+    #[arg(long)]
+    whole: bool,
+    /// Measure the tip from where it rested at the beginning
+    #[arg(long, conflicts_with = "whole")]
+    relative_to_rest: bool,
+}
+
+/// One recording and what it came to.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// SHA-256 of its file.
+    pub sha256: String,
+    /// What it says of itself.
+    pub source: String,
+    /// Its numbers.
+    #[serde(flatten)]
+    pub score: TrackingScore,
+    /// Its path, in the target's frame.
+    #[serde(skip)]
+    pub tracked: Tracked,
+}
+
+/// One metric: its heading, the factor to what is shown, digits, and where it stands.
+pub struct Metric {
+    /// Heading, with unit.
+    pub heading: &'static str,
+    /// Key in `metrics.json`.
+    pub key: &'static str,
+    scale: f64,
+    digits: usize,
+    of: fn(&TrackingScore) -> Option<f64>,
+}
+
+/// What is shown, in order.
+pub const METRICS: [Metric; 8] = [
+    metric("RMSE [mm]", "rmse_m", 1e3, 3, |score| Some(score.rmse_m)),
+    metric("NRMSE [%]", "nrmse", 100.0, 2, |score| score.nrmse),
+    metric("IoU", "iou", 1.0, 4, |score| score.iou),
+    metric("Chamfer [mm]", "chamfer_m", 1e3, 3, |score| Some(score.chamfer_m)),
+    metric("Hausdorff [mm]", "hausdorff_m", 1e3, 3, |score| Some(score.hausdorff_m)),
+    metric("Fréchet [mm]", "frechet_m", 1e3, 3, |score| Some(score.frechet_m)),
+    metric("Aligned RMSE [mm]", "aligned_rmse_m", 1e3, 3, |score| score.aligned_rmse_m),
+    metric("Lag [ms]", "lag_s", 1e3, 0, |score| score.lag_s),
+];
+
+const fn metric(
+    heading: &'static str,
+    key: &'static str,
+    scale: f64,
+    digits: usize,
+    of: fn(&TrackingScore) -> Option<f64>,
+) -> Metric {
+    Metric { heading, key, scale, digits, of }
+}
+
+impl Metric {
+    /// A value as shown; a dash where there is none.
+    fn cell(&self, value: Option<f64>) -> String {
+        value.map_or("-".to_owned(), |value| format!("{:.*}", self.digits, self.scale * value))
+    }
+
+    /// Its mean and spread over repeats.
+    pub fn repeatability(&self, rows: &[Row]) -> Option<Repeatability> {
+        let scores: Vec<TrackingScore> = rows.iter().map(|row| row.score).collect();
+        repeatability(&scores, self.of)
+    }
+}
+
+/// The table, without its headings: a row per recording, and for repeats their mean and variation.
+pub fn cells(rows: &[Row]) -> Vec<Vec<String>> {
+    let line = |name: &str, cell: &dyn Fn(&Metric) -> String| {
+        [name.to_owned()].into_iter().chain(METRICS.iter().map(cell)).collect::<Vec<_>>()
+    };
+    let mut table: Vec<Vec<String>> =
+        rows.iter().map(|row| line(&row.name, &|metric| metric.cell((metric.of)(&row.score)))).collect();
+    if rows.len() > 1 {
+        let of = |metric: &Metric| metric.repeatability(rows);
+        let percent = |part: f64| format!("{:.1} %", 100.0 * part);
+        table.push(line("mean", &|metric| metric.cell(of(metric).map(|it| it.mean))));
+        table.push(line("CV", &|metric| {
+            of(metric).and_then(|it| it.variation).map_or("-".to_owned(), percent)
+        }));
+    }
+    table
+}
+
+/// Headings of [`cells`].
+pub fn headings() -> Vec<&'static str> {
+    ["Recording"].into_iter().chain(METRICS.iter().map(|metric| metric.heading)).collect()
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let target = TargetPath::open(&arguments.target)?;
+    let part = if arguments.whole { Part::Whole } else { Part::AtTheSameTimes };
+    let origin = if arguments.relative_to_rest { Origin::Rest } else { Origin::Frame };
+    let mut rows = Vec::new();
+    for input in inputs::read(&arguments.recordings)? {
+        let tracked = Tracked::new(&target, &input.recording, part, origin)
+            .map_err(|bad| bad.within(input.path.display()))?;
+        rows.push(Row {
+            name: input.name,
+            sha256: input.hash,
+            source: input.recording.meta().source.clone(),
+            score: score(&target, &tracked),
+            tracked,
+        });
+    }
+    if let Some(folder) = &arguments.out {
+        figures::tracking::write(folder, &target, &rows, arguments.png)?;
+    }
+    print(&rows);
+    Ok(())
+}
+
+/// Prints the table in columns.
+fn print(rows: &[Row]) {
+    let headings = headings().into_iter().map(str::to_owned).collect();
+    let table: Vec<Vec<String>> = [headings].into_iter().chain(cells(rows)).collect();
+    let width = |column: usize| table.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
+    for row in &table {
+        let numbers = row.iter().zip(&widths).skip(1).map(|(cell, width)| format!("  {cell:>width$}"));
+        terminal::say(format!("{:<width$}{}", row[0], numbers.collect::<String>(), width = widths[0]));
+    }
+}

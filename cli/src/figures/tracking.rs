@@ -1,0 +1,265 @@
+//! The report of an evaluation: targets dashed, what became of them coloured by error (paper 003, Figs. 4 to 6).
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use hysteron_base::file;
+use hysteron_control::TargetPath;
+use hysteron_control::tracking::{Repeatability, errors};
+use plotters::prelude::*;
+use serde::Serialize;
+
+use super::report::{Page, write_metrics};
+use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
+use super::simplify::simplified;
+use super::tip::between_sharp_turns;
+use super::{Figure, register_embedded_font, save};
+use crate::evaluate::{METRICS, Row, cells, headings};
+use crate::terminal;
+
+pub const TARGET: RGBColor = COLORS[0];
+/// Side of the square inside a pair of axes, height of the line above it, room between columns [px].
+const SIDE: f64 = 240.0;
+const ABOVE: f64 = 26.0;
+const TOP: f64 = 38.0;
+const COLUMN: f64 = LEFT + SIDE + 16.0;
+const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
+const BAR: f64 = 90.0;
+const MOST_COLUMNS: usize = 3;
+/// Recordings that are drawn at most.
+const MOST_PANELS: usize = 12;
+/// Colours that are told apart along a path.
+const SHADES: f64 = 24.0;
+
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    target: Target<'a>,
+    recordings: &'a [Row],
+    /// By metric, over the recordings.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    repeatability: BTreeMap<&'static str, Repeatability>,
+    command: &'a str,
+    commit: &'a str,
+}
+
+#[derive(Serialize)]
+struct Target<'a> {
+    name: &'a str,
+    family: &'a str,
+    sha256: &'a str,
+    length_m: f64,
+    laps: usize,
+}
+
+/// Writes the figure, `report.html` and `metrics.json` to `folder`.
+pub fn write(folder: &Path, target: &TargetPath, rows: &[Row], with_png: bool) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
+    let repeats = METRICS.iter().filter_map(|metric| Some((metric.key, metric.repeatability(rows)?)));
+    let metrics = Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        target: Target {
+            name: &target.name,
+            family: &target.family,
+            sha256: &target.hash,
+            length_m: target.outline.length(),
+            laps: target.laps().count(),
+        },
+        recordings: rows,
+        repeatability: repeats.collect(),
+        command: &command,
+        commit,
+    };
+    write_metrics(folder, &metrics)?;
+    let figure = save(folder, &Overlay::new(target, rows), with_png)?;
+    let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
+                 over x and y, and polygon IoU as in paper 003, section V-B; definitions in docs/control.md.";
+    let mut page = Page::new(&format!("Target {}", target.name), about, &command);
+    page.table(&headings(), cells(rows));
+    page.figure(&figure);
+    let source = |row: &Row| vec![row.name.clone(), row.source.clone(), row.sha256.clone()];
+    page.table(&["Recording", "Source", "SHA-256"], rows.iter().map(source));
+    page.small(&format!("Target {}.", target.hash));
+    file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    Ok(())
+}
+
+/// Target and paths over each other, one pair of axes per recording.
+struct Overlay {
+    /// The target's curve [mm].
+    target: Vec<(f64, f64)>,
+    panels: Vec<Panel>,
+    /// How many were left out.
+    n_left_out: usize,
+}
+
+struct Panel {
+    name: String,
+    /// Path [mm], and distance of each point from the target [mm].
+    path: Vec<(f64, f64)>,
+    errors: Vec<f64>,
+}
+
+impl Overlay {
+    fn new(target: &TargetPath, rows: &[Row]) -> Self {
+        let panel = |row: &Row| Panel {
+            name: row.name.clone(),
+            path: row.tracked.curve().iter().map(|[x, y]| (1e3 * x, 1e3 * y)).collect(),
+            errors: super::millimetres(&errors(target, &row.tracked)),
+        };
+        Self {
+            target: target.outline.points().iter().map(|p| (1e3 * p[0], 1e3 * p[1])).collect(),
+            panels: rows.iter().take(MOST_PANELS).map(panel).collect(),
+            n_left_out: rows.len().saturating_sub(MOST_PANELS),
+        }
+    }
+
+    fn columns(&self) -> usize {
+        self.panels.len().min(MOST_COLUMNS)
+    }
+}
+
+/// Middle and half the side of a square around all points, with some air.
+pub fn square_around<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> ([f64; 2], f64) {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for (x, y) in points {
+        low = [low[0].min(*x), low[1].min(*y)];
+        high = [high[0].max(*x), high[1].max(*y)];
+    }
+    let half = 0.54 * (high[0] - low[0]).max(high[1] - low[1]).max(1e-3);
+    ([0, 1].map(|c| 0.5 * (low[c] + high[c])), half)
+}
+
+impl Figure for Overlay {
+    fn name(&self) -> &'static str {
+        "tracking"
+    }
+
+    fn caption(&self) -> String {
+        let more = match self.n_left_out {
+            0 => String::new(),
+            n => format!(" {n} more are in the table."),
+        };
+        format!(
+            "Target, dashed, and path of the tip on it, coloured by its distance from the target; all axes have one \
+             scale.{more}"
+        )
+    }
+
+    fn size(&self) -> (u32, u32) {
+        let rows = self.panels.len().div_ceil(self.columns());
+        let width = (COLUMN * self.columns() as f64 + BAR).max(480.0);
+        (width as u32, (TOP + ROW * rows as f64 + 6.0) as u32)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        sheet.title("Target and tip")?;
+        let paths = self.panels.iter().flat_map(|panel| &panel.path);
+        let ([x, y], half) = square_around(self.target.iter().chain(paths));
+        let largest =
+            self.panels.iter().flat_map(|panel| &panel.errors).fold(1e-6, |most: f64, e| most.max(*e));
+        let mm_per_px = 2.0 * half / SIDE;
+        for (k, panel) in self.panels.iter().enumerate() {
+            let (row, column) = (k / self.columns(), k % self.columns());
+            let (left, top) = (4.0 + COLUMN * column as f64, TOP + ROW * row as f64);
+            let most = panel.errors.iter().copied().fold(0.0, f64::max);
+            sheet.text(
+                &format!("{}: at most {} mm off", panel.name, number(most)),
+                left + LEFT,
+                top + 12.0,
+            )?;
+            let part = sheet.part(left, top + ABOVE, LEFT + SIDE, SIDE + BELOW);
+            let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
+            for (shade, line) in shades(panel, largest) {
+                let fewer = simplified(&line, 0.15 * mm_per_px);
+                for run in between_sharp_turns(&fewer) {
+                    chart.draw_series(LineSeries::new(run.iter().copied(), part.line(ramp(shade), 2.2)))?;
+                }
+            }
+            for dash in dashes(&self.target, 5.0 * mm_per_px) {
+                chart.draw_series(LineSeries::new(dash, part.line(TARGET, 1.2)))?;
+            }
+        }
+        let bar = sheet.part(COLUMN * self.columns() as f64 + 12.0, TOP + ABOVE, BAR - 12.0, SIDE);
+        bar.color_bar("error [mm]", 0.0, largest)
+    }
+}
+
+/// Pieces of a path of one shade each, 0 to 1 for errors from 0 to `largest`.
+fn shades(panel: &Panel, largest: f64) -> Vec<(f64, Vec<(f64, f64)>)> {
+    let level = |i: usize| (0.5 * (panel.errors[i] + panel.errors[i + 1]) / largest * SHADES).floor();
+    let mut pieces: Vec<(f64, Vec<(f64, f64)>)> = Vec::new();
+    let mut last = f64::NAN;
+    for i in 0..panel.path.len() - 1 {
+        if level(i) != last {
+            last = level(i);
+            pieces.push(((last + 0.5) / SHADES, vec![panel.path[i]]));
+        }
+        if let Some((_, line)) = pieces.last_mut() {
+            line.push(panel.path[i + 1]);
+        }
+    }
+    pieces
+}
+
+/// Every other piece of this length of a line.
+pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<Vec<(f64, f64)>> {
+    let mut dashes = vec![vec![line[0]]];
+    let (mut is_drawn, mut left) = (true, length);
+    for pair in line.windows(2) {
+        let (mut from, to) = (pair[0], pair[1]);
+        loop {
+            let rest = (to.0 - from.0).hypot(to.1 - from.1);
+            let part = if rest > 0.0 { (left / rest).min(1.0) } else { 1.0 };
+            let at = (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1));
+            if let (true, Some(dash)) = (is_drawn, dashes.last_mut()) {
+                dash.push(at);
+            }
+            left -= part * rest;
+            from = at;
+            if part >= 1.0 && left > 0.0 {
+                break;
+            }
+            (is_drawn, left) = (!is_drawn, length);
+            if is_drawn {
+                dashes.push(vec![at]);
+            }
+        }
+    }
+    dashes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_cover_half_of_a_line() {
+        let line = [(0.0, 0.0), (3.0, 0.0), (3.0, 5.0)];
+        let drawn = dashes(&line, 1.0);
+        assert_eq!(drawn.len(), 4);
+        assert_eq!(drawn[1], [(2.0, 0.0), (3.0, 0.0)]);
+        let length = |dash: &Vec<(f64, f64)>| {
+            dash.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).sum::<f64>()
+        };
+        assert!((drawn.iter().map(length).sum::<f64>() - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn every_piece_of_a_path_is_drawn_in_its_shade() {
+        let path: Vec<(f64, f64)> = (0..10).map(|i| (f64::from(i), 0.0)).collect();
+        let errors = path.iter().map(|(x, _)| if *x < 5.0 { 0.0 } else { 1.0 }).collect();
+        let pieces = shades(&Panel { name: String::new(), path, errors }, 1.0);
+        // Low, the step between, high.
+        let ends: Vec<(f64, f64)> =
+            pieces.iter().map(|(_, line)| (line[0].0, line[line.len() - 1].0)).collect();
+        assert_eq!(ends, [(0.0, 4.0), (4.0, 5.0), (5.0, 9.0)]);
+        assert!(pieces[0].0 < pieces[1].0 && pieces[1].0 < pieces[2].0);
+    }
+}

@@ -1,0 +1,24 @@
+//! Metrics of pairs of curves, for other programs to check (`tests/peers/tracking_metrics_peer.py`): one JSON object
+//! `{"a": [[x, y], …], "b": …}` a line comes in, one with the metrics goes out.
+
+use std::io::{BufRead, Write};
+
+use hysteron_control::tracking::{Point, chamfer, frechet, hausdorff, iou};
+
+#[derive(serde::Deserialize)]
+struct Pair {
+    a: Vec<Point>,
+    b: Vec<Point>,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut out = std::io::stdout().lock();
+    for line in std::io::stdin().lock().lines() {
+        let Pair { a, b } = serde_json::from_str(&line?)?;
+        let metrics = serde_json::json!({
+            "iou": iou(&a, &b), "hausdorff": hausdorff(&a, &b), "chamfer": chamfer(&a, &b), "frechet": frechet(&a, &b),
+        });
+        writeln!(out, "{metrics}")?;
+    }
+    Ok(())
+}

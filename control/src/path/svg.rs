@@ -1,0 +1,171 @@
+//! Outlines as SVG, from any drawing program; the only module that knows roxmltree, kurbo and svgtypes.
+//!
+//! One shape is read: a path of one piece, a polygon, polyline, circle, ellipse or rectangle, with the transforms
+//! on it and around it. Its size is that of the drawing: where `width` of the drawing is in mm, cm, in, pt or pc, a
+//! unit of `viewBox` is that width over the one of the view box; without view box it is a CSS pixel, 25.4 / 96 mm.
+//! A drawing that gives its width in pixels, in percent or not at all has no size, and is refused. y points down in
+//! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands says nothing: its bounding box is centred.
+
+use super::outline::Point;
+use hysteron_base::BadInput;
+use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, RoundedRect, Shape};
+use roxmltree::{Document, Node, ParsingOptions};
+use std::fmt::Display;
+use std::str::FromStr;
+use svgtypes::{Length, LengthUnit, PointsParser, Transform, ViewBox};
+
+type Check<T> = Result<T, BadInput>;
+
+/// Largest distance of a curve from the lines that stand for it [m].
+const FLATNESS: f64 = 1e-6;
+const PIXEL: f64 = 25.4e-3 / 96.0;
+const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "circle", "ellipse", "rect", "line"];
+/// What is in these is not drawn where it stands.
+const HIDDEN: [&str; 7] = ["defs", "symbol", "clipPath", "mask", "marker", "pattern", "linearGradient"];
+
+/// The points [m] of the one outline in a drawing, centred, and whether it is closed.
+pub(super) fn read(text: &str) -> Check<(Vec<Point>, bool)> {
+    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options)
+        .map_err(|error| BadInput::new("SVG", "a well-formed drawing", error.to_string()))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "svg" {
+        return Err(BadInput::new(
+            "SVG",
+            "an element <svg> around all",
+            format!("<{}>", root.tag_name().name()),
+        ));
+    }
+    let unit = unit(&root)?;
+    let shapes: Vec<Node> = root.descendants().filter(is_shape).collect();
+    let [shape] = shapes[..] else {
+        return Err(BadInput::new("SVG", "one shape", format!("{} of them", shapes.len())).hint(
+            "path, polygon, polyline, circle, ellipse or rect; leave only the outline in the drawing",
+        ));
+    };
+    let path = path(&shape)?;
+    let mut transform = Affine::scale_non_uniform(unit, -unit);
+    let around: Vec<Node> = shape.ancestors().collect();
+    for node in around.iter().rev() {
+        if let Some(text) = node.attribute("transform") {
+            let t: Transform = parsed(node, "transform", text)?;
+            transform *= Affine::new([t.a, t.b, t.c, t.d, t.e, t.f]);
+        }
+    }
+    let (points, is_closed) = points(&(transform * path))?;
+    Ok((points, is_closed || ["circle", "ellipse", "rect"].contains(&shape.tag_name().name())))
+}
+
+fn is_shape(node: &Node) -> bool {
+    SHAPES.contains(&node.tag_name().name())
+        && !node.ancestors().any(|outer| HIDDEN.contains(&outer.tag_name().name()))
+}
+
+/// Metres in a unit of the drawing.
+fn unit(root: &Node) -> Check<f64> {
+    let no_size = |found: &str| {
+        BadInput::new("SVG: width", "the width of the drawing in mm, cm, in, pt or pc", found)
+            .hint("set the size of the page in the drawing program, as in width=\"80mm\"")
+    };
+    let width = side(root, "width")?.ok_or_else(|| no_size(root.attribute("width").unwrap_or("nothing")))?;
+    let Some(text) = root.attribute("viewBox") else { return Ok(PIXEL) };
+    let view: ViewBox = parsed(root, "viewBox", text)?;
+    let unit = width / view.w;
+    if let Some(height) = side(root, "height")?
+        && (height / view.h - unit).abs() > 1e-2 * unit
+    {
+        let found = format!("{} mm by {} mm over {} by {}", 1e3 * width, 1e3 * height, view.w, view.h);
+        return Err(BadInput::new("SVG: viewBox", "one scale in width and height", found));
+    }
+    Ok(unit)
+}
+
+/// Width or height of the drawing [m], where it says a length.
+fn side(root: &Node, name: &str) -> Check<Option<f64>> {
+    let Some(text) = root.attribute(name) else { return Ok(None) };
+    let Length { number, unit } = parsed(root, name, text)?;
+    let unit = match unit {
+        LengthUnit::Mm => 1e-3,
+        LengthUnit::Cm => 1e-2,
+        LengthUnit::In => 25.4e-3,
+        LengthUnit::Pt => 25.4e-3 / 72.0,
+        LengthUnit::Pc => 25.4e-3 / 6.0,
+        _ => return Ok(None),
+    };
+    if number > 0.0 {
+        return Ok(Some(number * unit));
+    }
+    Err(BadInput::new(format!("SVG: {name}"), "a length > 0", text))
+}
+
+/// A shape in units of the drawing.
+fn path(shape: &Node) -> Check<BezPath> {
+    const FINE: f64 = 1e-6; // of a circle's arcs as Bézier curves; flattened later
+    let number = |name: &str| match shape.attribute(name) {
+        None => Ok(0.0),
+        Some(text) => match parsed(shape, name, text)? {
+            Length { number, unit: LengthUnit::None | LengthUnit::Px } => Ok(number),
+            _ => Err(BadInput::new(place(shape, name), "a number without unit", text)),
+        },
+    };
+    Ok(match shape.tag_name().name() {
+        "path" => {
+            let text = shape.attribute("d").unwrap_or_default();
+            BezPath::from_svg(text).map_err(|error| not_svg(shape, "d", text, &error))?
+        }
+        name @ ("polygon" | "polyline") => {
+            let text = shape.attribute("points").unwrap_or_default();
+            let mut path = BezPath::new();
+            for (i, point) in PointsParser::from(text).enumerate() {
+                path.push(if i == 0 { PathEl::MoveTo(point.into()) } else { PathEl::LineTo(point.into()) });
+            }
+            if name == "polygon" && !path.is_empty() {
+                path.close_path();
+            }
+            path
+        }
+        "circle" => Circle::new((number("cx")?, number("cy")?), number("r")?).to_path(FINE),
+        "ellipse" => {
+            let (centre, radii) = ((number("cx")?, number("cy")?), (number("rx")?, number("ry")?));
+            Ellipse::new(centre, radii, 0.0).to_path(FINE)
+        }
+        "rect" => {
+            let (x, y) = (number("x")?, number("y")?);
+            let (right, below) = (x + number("width")?, y + number("height")?);
+            RoundedRect::new(x, y, right, below, number("rx")?).to_path(FINE)
+        }
+        name => return Err(BadInput::new("SVG", "a shape with corners or curves", format!("<{name}>"))),
+    })
+}
+
+/// Points of a path in metres, its bounding box centred.
+fn points(path: &BezPath) -> Check<(Vec<Point>, bool)> {
+    if !path.is_finite() {
+        return Err(BadInput::new("SVG", "finite coordinates", "others"));
+    }
+    let pieces = path.elements().iter().filter(|element| matches!(element, PathEl::MoveTo(_))).count();
+    if pieces != 1 {
+        return Err(BadInput::new("SVG: path", "a line in one piece", format!("{pieces} pieces"))
+            .hint("one M at the beginning of d; break the path apart in the drawing program"));
+    }
+    let (box_, mut points, mut is_closed) = (path.bounding_box(), Vec::new(), false);
+    let centre = box_.center();
+    kurbo::flatten(path, FLATNESS, |element| match element {
+        PathEl::MoveTo(p) | PathEl::LineTo(p) => points.push([p.x - centre.x, p.y - centre.y, 0.0]),
+        _ => is_closed = true,
+    });
+    Ok((points, is_closed))
+}
+
+fn place(node: &Node, name: &str) -> String {
+    format!("SVG: {}.{name}", node.tag_name().name())
+}
+
+fn parsed<T: FromStr<Err: Display>>(node: &Node, name: &str, text: &str) -> Check<T> {
+    text.parse().map_err(|error| not_svg(node, name, text, &error))
+}
+
+fn not_svg(node: &Node, name: &str, text: &str, error: &dyn Display) -> BadInput {
+    let shown: String = text.chars().take(60).collect();
+    BadInput::new(place(node, name), "what SVG 1.1 allows there", format!("\"{shown}\" ({error})"))
+}
