@@ -61,7 +61,7 @@ impl Reach {
         let mut reach = Self::none(scene, tolerance, curve.len());
         let mut stepper = Stepper::new(&twin);
         interrupt::listen()?;
-        let bar = terminal::progress(way.len() + curve.len(), 0);
+        let bar = terminal::progress("goals", way.len() + curve.len(), 0);
         for (i, goal) in way.iter().chain(&curve).enumerate() {
             if interrupt::is_asked() {
                 anyhow::bail!("interrupted; nothing was written");
