@@ -17,6 +17,9 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron record --rig virtual:typical --plan quick --out out/quick
   hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
       --out out/fitted/scene.toml --figures out/fitted
+  hysteron train out/quick --out out/quick/inverse.safetensors
+  hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
+      --out out/quick/commands.parquet
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -56,6 +59,8 @@ pub enum Verb {
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
     FitResidual(crate::fit_residual::Arguments),
+    Train(crate::train::Arguments),
+    Command(crate::command::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod check;
+mod command;
 mod failure;
 mod figures;
 mod fit_material;
@@ -19,6 +20,7 @@ mod rig;
 mod run;
 mod simulate;
 mod terminal;
+mod train;
 mod watchman;
 
 use std::process::ExitCode;
@@ -38,6 +40,8 @@ fn main() -> ExitCode {
         Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
+        Verb::Train(arguments) => train::run(arguments),
+        Verb::Command(arguments) => command::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });

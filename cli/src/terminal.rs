@@ -37,16 +37,21 @@ pub fn start_log(verbosity: i8) {
         .init();
 }
 
-/// A bar with rate and remaining time; drawn only in a terminal, and not when only warnings are wanted.
+/// A bar of samples with rate and remaining time; drawn only in a terminal, and not when only warnings are wanted.
 pub fn progress(length: usize, done: usize) -> ProgressBar {
+    progress_in("samples", length, done)
+}
+
+/// As [`progress`], of something else.
+pub fn progress_in(unit: &str, length: usize, done: usize) -> ProgressBar {
     let target = if tracing::enabled!(tracing::Level::INFO) {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let template = "{wide_bar} {pos}/{len} samples, {per_sec}, {eta} left";
-    if let Ok(style) = ProgressStyle::with_template(template) {
+    let template = format!("{{wide_bar}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
         bar.set_style(style);
     }
     bar.set_position(done as u64);

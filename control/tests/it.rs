@@ -1,5 +1,8 @@
-//! Facts that hold for any plan: bounds, rest, and no text that makes the reader panic.
+//! Facts that hold for any plan: bounds, rest, and no text that makes the reader panic. And the inverse controller.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+#[path = "it/inverse.rs"]
+mod inverse;
 
 use hysteron_control::{Error, Plan, Trajectory};
 use proptest::prelude::*;
