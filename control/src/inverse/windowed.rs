@@ -142,15 +142,12 @@ fn output_ranges(data: &Dataset) -> Check<Normaliser> {
         &names,
         data.training.iter().flat_map(|one| one.strokes.chunks_exact(data.n_tendons)),
     )?;
-    ranges.channels.iter().map(moving).collect::<Check<Vec<()>>>()?;
-    Ok(ranges)
-}
-
-fn moving(channel: &ChannelRange) -> Check<()> {
-    if channel.max > channel.min {
-        return Ok(());
+    match ranges.channels.iter().find(|channel| channel.min == channel.max) {
+        Some(ChannelRange { name, min, .. }) => {
+            Err(BadInput::new(name, "a stroke that changes", format!("{min} m throughout")))
+        }
+        None => Ok(ranges),
     }
-    Err(BadInput::new(&channel.name, "a stroke that changes", format!("{} m throughout", channel.min)))
 }
 
 /// A trajectory, normalised.
