@@ -2,6 +2,7 @@
 
 use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
 use rand::seq::IndexedRandom;
+use serde::Serialize;
 
 use crate::Limits;
 
@@ -9,7 +10,8 @@ use crate::Limits;
 const SAME_STEP: f64 = 0.01;
 
 /// Where strokes and tip come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Origin {
     /// A rig, 𝓓_real; the virtual rig counts.
     Real,

@@ -7,7 +7,7 @@ use hysteron_learn::{Adam, Network, Trainer, Training};
 use serde_json::{Value, json};
 
 use super::{Dataset, Demonstration, InverseModel};
-use crate::Result;
+use crate::{Error, Result};
 
 /// What a training reports after an epoch.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,10 +123,7 @@ pub(super) fn run(
             break;
         }
     }
-    let (network, epoch, _) = training.best().ok_or_else(|| {
-        BadInput::new("training", "at least one epoch", "none that came to its end")
-            .hint("nothing is kept yet")
-    })?;
+    let (network, epoch, _) = training.best().ok_or(Error::NothingTrained)?;
     let network = network.clone();
     // Judged by themselves, not by what the training came to after them.
     let judged = Training::new(Trainer::new(network.clone(), Adam::default(), seed)?, None);
@@ -154,8 +151,9 @@ fn resumed(path: &Path, identity: &Value) -> Result<Training> {
 /// What is trained on what, for a file to go on from and for the checkpoint.
 pub(super) fn identity(design: &str, options: Value, data: &Dataset) -> Value {
     let listed = |all: &[Demonstration]| -> Vec<Value> {
-        let one = |one: &Demonstration| json!({ "name": one.name, "sha256": one.hash, "origin": format!("{:?}", one.origin).to_lowercase() });
-        all.iter().map(one).collect()
+        let entry =
+            |one: &Demonstration| json!({ "name": one.name, "sha256": one.hash, "origin": one.origin });
+        all.iter().map(entry).collect()
     };
     json!({
         "design": design, "options": options,
