@@ -41,7 +41,7 @@ fn recording(index: u64, meta: Metadata) -> Recording {
         };
         time.iter().map(|&t| at(t)).collect()
     };
-    let quarter = if index % 2 == 0 { 0.5 } else { -0.5 } * std::f64::consts::PI;
+    let quarter = if index.is_multiple_of(2) { 0.5 } else { -0.5 } * std::f64::consts::PI;
     let commanded = [axis(0.0, size), axis(quarter, aspect * size)];
     let mut tip = |strokes: &[f64]| -> Vec<f64> {
         let mut behind = 0.0f64;
@@ -149,12 +149,11 @@ fn windows_of_a_command_are_those_of_the_training() {
     assert!((root_mean(&streamed) - held_out).abs() < 1e-4 * held_out, "{streamed:?} {held_out}");
 }
 
+/// A design with its data and options.
+type Fit<'a> = &'a dyn Fn(&mut Session<'_>) -> hysteron_control::Result<Fitted>;
+
 /// Trains until `epochs` are done, with a file to go on from.
-fn until(
-    epochs: usize,
-    file: &Path,
-    fit: &dyn Fn(&mut Session<'_>) -> hysteron_control::Result<Fitted>,
-) -> Fitted {
+fn until(epochs: usize, file: &Path, fit: Fit<'_>) -> Fitted {
     let mut progress = |progress: &Progress| match progress {
         Progress::Epoch(epoch) => epoch.number < epochs,
         // Ends in the middle of the epoch after.
@@ -170,10 +169,9 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     let file = folder.path().join("h.training");
     let stateful = StatefulOptions { epochs: 4, ..quick() };
     let windowed = tiny();
-    let fits: [&dyn Fn(&mut Session<'_>) -> hysteron_control::Result<Fitted>; 2] =
-        [&|session| fit_stateful(&data, &stateful, session), &|session| {
-            fit_windowed(&data, &windowed, session)
-        }];
+    let fits: [Fit<'_>; 2] = [&|session| fit_stateful(&data, &stateful, session), &|session| {
+        fit_windowed(&data, &windowed, session)
+    }];
     for fit in fits {
         let whole = fit(&mut Session { file: None, progress: &mut |_| true }).unwrap();
         let part = until(2, &file, fit);
