@@ -50,7 +50,7 @@ pub struct Arguments {
     /// A recording to stop by, by name; may be given several times [default: one of every family, drawn by the seed]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     held_out: Vec<String>,
-    /// Epochs at most [default: 60; paper: 30]
+    /// Epochs at most [default: 30]
     #[arg(long, value_name = "N")]
     epochs: Option<usize>,
     /// Hidden units of a layer [default: 128; paper: 512]

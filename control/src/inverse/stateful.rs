@@ -59,7 +59,7 @@ impl Default for StatefulOptions {
         Self {
             hidden: 128,
             layers: 1,
-            epochs: 60,
+            epochs: 30,
             patience: 20,
             piece: 200,
             learning_rate: 2e-3,
