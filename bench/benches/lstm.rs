@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hysteron_bench::learn::{Training, runner};
+use hysteron_bench::learn::{Stepped, Training, runner};
 
 fn training(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("lstm/step/2x512");
@@ -21,9 +21,14 @@ fn training(criterion: &mut Criterion) {
 }
 
 fn rollout(criterion: &mut Criterion) {
-    let mut runner = runner().unwrap();
-    criterion.bench_function("lstm/sample/2x128", |bencher| bencher.iter(|| runner.step(&[0.1; 7])[0]));
-    println!("    output {:.6}", runner.step(&[0.1; 7])[0]);
+    for (name, stepped, inputs) in [
+        ("lstm/sample/2x128", Stepped::Residual, &[0.1; 7][..]),
+        ("lstm/sample/2x512", Stepped::Controller, &[0.1; 2]),
+    ] {
+        let mut runner = runner(stepped).unwrap();
+        criterion.bench_function(name, |bencher| bencher.iter(|| runner.step(inputs)[0]));
+        println!("    output {:.6}", runner.step(inputs)[0]);
+    }
 }
 
 criterion_group!(benches, training, rollout);

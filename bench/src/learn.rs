@@ -71,24 +71,55 @@ impl Training {
     }
 
     /// One step: the loss before it, and how long it took [s].
-    fn timed(&mut self) -> Result<(f64, f64)> {
+    ///
+    /// # Errors
+    /// Training diverged.
+    pub fn timed(&mut self) -> Result<(f64, f64)> {
         let start = Instant::now();
         let loss = self.step()?;
         Ok((loss, start.elapsed().as_secs_f64()))
     }
 }
 
-/// A network of the size of the residual: 2 × 128 units, 7 inputs, 36 outputs.
+/// What is stepped one sample at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stepped {
+    /// A network of the size of the residual: 2 × 128 units, 7 inputs, 36 outputs.
+    Residual,
+    /// The controller's network: 2 × 512 units, 2 inputs, 4 outputs.
+    Controller,
+}
+
+/// A network with nothing remembered.
 ///
 /// # Errors
 /// None: the sizes are legal.
-pub fn runner() -> Result<Runner> {
-    let architecture =
-        Architecture { inputs: 7, hidden: 128, layers: 2, outputs: 36, head: Head::Linear, dropout: 0.0 };
+pub fn runner(stepped: Stepped) -> Result<Runner> {
+    let architecture = match stepped {
+        Stepped::Residual => {
+            Architecture { inputs: 7, hidden: 128, layers: 2, outputs: 36, head: Head::Linear, dropout: 0.0 }
+        }
+        Stepped::Controller => Training::architecture(),
+    };
     Ok(Runner::new(&Network::new(&architecture, 1)?))
 }
 
-/// Training on sequences of `steps` samples, alternating with candle's cells; one sample of a rollout.
+/// Time of one sample on one core [s].
+fn sample_seconds(stepped: Stepped) -> Result<f64> {
+    let mut runner = runner(stepped)?;
+    let inputs = match stepped {
+        Stepped::Residual => &[0.1; 7][..],
+        Stepped::Controller => &[0.1; 2],
+    };
+    let hundred = || {
+        (0..100).for_each(|_| {
+            black_box(runner.step(inputs));
+        });
+    };
+    Ok(shortest(100, hundred) / 100.0)
+}
+
+/// Training on sequences of `steps` samples, alternating with candle's cells; one sample of a rollout and of a controller.
 ///
 /// # Errors
 /// Training diverged.
@@ -107,14 +138,6 @@ pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
     for _ in 0..repetitions {
         fast = fast.min(fused.timed()?.1);
     }
-    let mut runner = runner()?;
-    let input = [0.1; 7];
-    let hundred = || {
-        (0..100).for_each(|_| {
-            black_box(runner.step(&input));
-        });
-    };
-    let one = shortest(100, hundred) / 100.0;
     let name = format!("LSTM 2 × 512, batch of {ROWS} × {steps}");
     Ok(vec![
         Row::new(format!("{name}: step of training"), fast, "s")
@@ -123,6 +146,9 @@ pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
         Row::new(format!("{name}: candle's time over ours"), slow / fast, "-").goal(Goal::AtLeast(5.0)),
         // Proof that both did the same work: rounding of sums over the batch.
         Row::new(format!("{name}: losses of both apart"), apart, "-").goal(Goal::AtMost(1e-4)),
-        Row::new("LSTM 2 × 128: one sample", 1e6 * one, "µs").goal(Goal::AtMost(30.0)),
+        Row::new("LSTM 2 × 128: one sample", 1e6 * sample_seconds(Stepped::Residual)?, "µs")
+            .goal(Goal::AtMost(30.0)),
+        Row::new("LSTM 2 × 512: one sample", 1e3 * sample_seconds(Stepped::Controller)?, "ms")
+            .goal(Goal::AtMost(0.3)),
     ])
 }

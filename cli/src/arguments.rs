@@ -19,6 +19,9 @@ Examples, from the root of the repository; where hysteron is not installed, `car
       --out out/fitted/scene.toml --figures out/fitted
   hysteron target circle:40 --out out/circle40.parquet
   hysteron evaluate --target circle:38 out/circle40.parquet
+  hysteron train out/quick --out out/quick/inverse.safetensors
+  hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
+      --out out/quick/commands.parquet
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -57,10 +60,11 @@ pub enum Verb {
     Record(crate::record::Arguments),
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
-    Follow(crate::through::Arguments),
     FitResidual(crate::fit_residual::Arguments),
     Target(crate::target::Arguments),
     Evaluate(crate::evaluate::Arguments),
+    Train(crate::train::Arguments),
+    Command(crate::command::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod check;
+mod command;
 mod evaluate;
 mod failure;
 mod figures;
@@ -21,7 +22,7 @@ mod run;
 mod simulate;
 mod target;
 mod terminal;
-mod through;
+mod train;
 mod watchman;
 
 use std::process::ExitCode;
@@ -40,10 +41,11 @@ fn main() -> ExitCode {
         Verb::Record(arguments) => record::run(arguments),
         Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
-        Verb::Follow(arguments) => through::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
         Verb::Target(arguments) => target::run(arguments),
         Verb::Evaluate(arguments) => evaluate::run(arguments),
+        Verb::Train(arguments) => train::run(arguments),
+        Verb::Command(arguments) => command::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });

@@ -11,6 +11,12 @@ pub enum Error {
     /// A file could not be read or written.
     #[error(transparent)]
     File(#[from] hysteron_base::Error),
+    /// A network could not be trained, read or written.
+    #[error(transparent)]
+    Learn(#[from] hysteron_learn::Error),
+    /// A training was ended before its first epoch was done.
+    #[error("the training was ended before its first epoch was done: nothing is kept")]
+    NothingTrained,
     /// A plan commands a stroke beyond its limit.
     #[error(transparent)]
     Stroke(BadInput),
@@ -29,8 +35,9 @@ impl Error {
             Self::BadInput(bad)
             | Self::Stroke(bad)
             | Self::StrokeRate(bad)
+            | Self::Learn(hysteron_learn::Error::BadInput(bad))
             | Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
-            Self::File(_) => None,
+            Self::File(_) | Self::Learn(_) | Self::NothingTrained => None,
         }
     }
 
@@ -40,7 +47,7 @@ impl Error {
             Self::BadInput(bad) => Self::BadInput(bad.within(outer)),
             Self::Stroke(bad) => Self::Stroke(bad.within(outer)),
             Self::StrokeRate(bad) => Self::StrokeRate(bad.within(outer)),
-            Self::File(_) => self,
+            Self::File(_) | Self::Learn(_) | Self::NothingTrained => self,
         }
     }
 }

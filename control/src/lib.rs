@@ -1,11 +1,12 @@
 //! Command plans: what to command a robot with tendons, in tendon space; the shape that the robot makes of it;
-//! and how close a prediction comes.
+//! the inverse controller that follows a path of the tip; and how close a prediction comes.
 //! Knows files, never the simulator.
 
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod error;
+pub mod inverse;
 pub mod path;
 pub mod plan;
 pub mod score;

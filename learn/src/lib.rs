@@ -20,6 +20,7 @@ mod runner;
 mod sequence;
 mod tensor_file;
 mod trainer;
+mod training;
 
 pub use adam::Adam;
 pub use architecture::{Architecture, Head};
@@ -30,3 +31,4 @@ pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};
 pub use runner::Runner;
 pub use trainer::Trainer;
+pub use training::Training;

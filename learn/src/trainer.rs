@@ -11,8 +11,8 @@ use crate::graph::Graph;
 use crate::tensor_file::TensorFile;
 use crate::{Adam, Architecture, Batch, Error, Memory, Network, Result};
 
-const FORMAT: &str = "hysteron-training";
-const VERSION: u64 = 1;
+pub(crate) const FORMAT: &str = "hysteron-training";
+pub(crate) const VERSION: u64 = 1;
 
 /// A network in training.
 #[derive(Debug)]
@@ -75,8 +75,18 @@ impl Trainer {
     /// # Errors
     /// `BadInput` if batch or memory do not fit the network or an input is not finite.
     pub fn predict(&self, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
-        batch.check(self.network.architecture(), memory)?;
-        Ok(self.graph.forward(&self.network, batch, memory, &[])?.outputs()?)
+        self.predict_with(&self.network, batch, memory)
+    }
+
+    /// As [`Trainer::predict`], with other weights of the same shape.
+    pub(crate) fn predict_with(
+        &self,
+        network: &Network,
+        batch: &Batch<'_>,
+        memory: &mut Memory,
+    ) -> Result<Vec<f32>> {
+        batch.check(network.architecture(), memory)?;
+        Ok(self.graph.forward(network, batch, memory, &[])?.outputs()?)
     }
 
     /// One step of training; gives the value of the loss before it.
@@ -137,10 +147,16 @@ impl Trainer {
     /// `File` if the file system refuses.
     pub fn save(&self, path: &Path, details: &Value) -> Result<()> {
         let mut file = TensorFile::default();
+        file.put("details", details.clone());
+        self.put_into(&mut file);
+        file.write(path, FORMAT, VERSION)
+    }
+
+    /// Everything needed to go on.
+    pub(crate) fn put_into(&self, file: &mut TensorFile) {
         file.put("architecture", json!(self.network.architecture()));
         file.put("adam", json!(self.adam));
         file.put("dropout", json!({ "seed": self.seed, "steps": self.steps }));
-        file.put("details", details.clone());
         file.put_network("", self.network.architecture(), &self.network.parameters);
         let [mean, square]: [Vec<Vec<f32>>; 2] = [
             self.moments.iter().map(|m| m.mean.clone()).collect(),
@@ -148,7 +164,6 @@ impl Trainer {
         ];
         file.put_network("adam.mean.", self.network.architecture(), &mean);
         file.put_network("adam.square.", self.network.architecture(), &square);
-        file.write(path, FORMAT, VERSION)
     }
 
     /// Goes on from a file by [`Trainer::save`]: the next steps are bit for bit those of the trainer that wrote
@@ -159,16 +174,21 @@ impl Trainer {
     pub fn load(path: &Path) -> Result<(Self, Value)> {
         let within = |bad: BadInput| bad.within(path.display());
         let mut file = TensorFile::read(path, FORMAT, VERSION)?;
-        let architecture: Architecture = file.take("architecture").map_err(within)?;
-        let adam: Adam = file.take("adam").map_err(within)?;
         let details = file.take("details").map_err(within)?;
-        let Dropout { seed, steps } = file.take("dropout").map_err(within)?;
-        let mut parameters = |prefix| file.take_network(prefix, &architecture).map_err(within);
+        Ok((Self::take_from(&mut file).map_err(|error| error.within(path.display()))?, details))
+    }
+
+    /// The inverse of [`Trainer::put_into`].
+    pub(crate) fn take_from(file: &mut TensorFile) -> Result<Self> {
+        let architecture: Architecture = file.take("architecture")?;
+        let adam: Adam = file.take("adam")?;
+        let Dropout { seed, steps } = file.take("dropout")?;
+        let mut parameters = |prefix| file.take_network(prefix, &architecture);
         let network = Network::from_parameters(architecture.clone(), parameters("")?)?;
         let moments = parameters("adam.mean.")?.into_iter().zip(parameters("adam.square.")?);
         let moments = moments.map(|(mean, square)| Moments { mean, square }).collect();
         let trainer = Self::new(network, adam, seed)?;
-        Ok((Self { steps, moments, ..trainer }, details))
+        Ok(Self { steps, moments, ..trainer })
     }
 }
 

@@ -3,6 +3,8 @@
 
 #[path = "it/checkpoints.rs"]
 mod checkpoints;
+#[path = "it/epochs.rs"]
+mod epochs;
 #[path = "it/rollouts.rs"]
 mod rollouts;
 #[path = "it/threads.rs"]

@@ -4,6 +4,7 @@
 //! show it. The same code draws the PNG. Text is measured with an embedded font (`assets/`), so a figure is the
 //! same on a machine without fonts; an SVG is shown in the viewer's own sans-serif.
 
+pub mod commands;
 pub mod data_set;
 pub mod fit;
 pub mod identification;

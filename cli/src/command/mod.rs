@@ -1,0 +1,215 @@
+//! `hysteron command`: strokes for a path of the tip, by a trained inverse controller or through the robot's twin.
+
+mod through;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, file};
+use hysteron_control::inverse::InverseModel;
+use hysteron_control::{Limits, TargetPath};
+
+use crate::{figures, interrupt, terminal};
+
+const HELP: &str = "\
+Two ways. With a checkpoint by `hysteron train`, a network says the strokes, one cell update a sample. With --scene, \
+the robot's twin goes along the path and its tip is steered, sample by sample; the strokes that did it are the answer. \
+That takes longer, needs no training for paths, and where the checkpoint is by `hysteron fit-residual`, the twin shows \
+the robot's hysteresis, and the strokes take it back. Without a checkpoint the twin is the nominal one.
+
+PATH is a target (`hysteron target --help`: circle:40, a .toml, an .svg) or a recording (.parquet or .csv) with \
+tip_x_mm and tip_y_mm (or in m), at the rate of the training.
+
+Writes a recording with a stroke for every tendon, from no strokes and back to none, the path as target_x_m and \
+target_y_m, with --scene where the twin's tip went (twin_x_m, ...), and two flags: extrapolating, where the network \
+left what it was trained on, and limited, where a limit held a stroke back. Strokes stay within the range of the \
+training and change no faster than there, or within the limits given. Carry them out with `hysteron record --strokes`.
+
+Examples, from the root of the repository:
+  hysteron record --rig virtual:typical --plan quick --out out/quick
+  hysteron train out/quick --out out/quick/inverse.safetensors
+  hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
+      --out out/quick/commands.parquet --figures out/quick/commands
+  hysteron command --scene meshes/tpu80/scene.toml --target circle:30 --out out/quick/nominal.parquet
+
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
+
+/// Find the strokes that bring the tip along a path (EDIC)
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Checkpoint by hysteron train; with --scene, by hysteron fit-residual
+    #[arg(value_name = "CKPT", required_unless_present = "scene")]
+    checkpoint: Option<PathBuf>,
+    /// Path that the tip shall follow
+    #[arg(long, value_name = "PATH")]
+    target: String,
+    /// Recording to write, .parquet or .csv
+    #[arg(long, value_name = "REC")]
+    out: PathBuf,
+    /// Steer the twin of this scene along the path
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<PathBuf>,
+    /// Smallest stroke [default: that of the training; with --scene, the opposite of the largest]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "scene")]
+    stroke_min_mm: Option<f64>,
+    /// Largest stroke [default: that of the training; with --scene 12]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    stroke_max_mm: Option<f64>,
+    /// Fastest change of a stroke [default: that of the training; with --scene 12]
+    #[arg(long, value_name = "MM/S")]
+    stroke_rate_max_mm_s: Option<f64>,
+    /// Folder for a figure of the strokes
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+}
+
+/// Where the tip shall go.
+struct Target {
+    /// Times (n_samples) [s].
+    time: Vec<f64>,
+    /// Duration of a sample [s].
+    step: f64,
+    /// x and y (n_samples) [m].
+    path: Vec<[f64; 2]>,
+}
+
+/// Strokes for a path, and what is recorded beside them: as many samples as the path has, or some more for the way home.
+struct Answer {
+    /// By tendon, then by sample [m].
+    strokes: Vec<Vec<f64>>,
+    /// Tip of the twin, if it was asked: x, y and z [m].
+    twin: Option<[Vec<f64>; 3]>,
+    /// 1 where a limit held a stroke back.
+    limited: Vec<f64>,
+    /// 1 where a network left its training range.
+    extrapolating: Vec<f64>,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let target = read_target(&arguments.target)?;
+    interrupt::listen()?;
+    let n = target.path.len();
+    let bar = terminal::progress("samples", n, 0);
+    let mut progress = |done: usize| {
+        bar.set_position(done as u64);
+        !interrupt::is_asked()
+    };
+    let answer = match &arguments.scene {
+        Some(scene) => through::strokes(scene, arguments, &target, &mut progress)?,
+        None => by_network(arguments, &target, &mut progress)?,
+    };
+    bar.finish_and_clear();
+    if answer.limited.len() < n {
+        bail!("interrupted after {} of {n} samples; nothing is written", answer.limited.len());
+    }
+    let part = |flags: &[f64]| 100.0 * flags.iter().sum::<f64>() / flags.len() as f64;
+    tracing::info!("{n} samples: {:.1} % held back by a limit", part(&answer.limited));
+    let extrapolating = part(&answer.extrapolating);
+    if extrapolating > 0.0 {
+        tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");
+    }
+    let recording = recording(arguments, &target, answer)?;
+    recording.write(&arguments.out)?;
+    if let Some(folder) = &arguments.figures {
+        figures::commands::write(folder, &recording)?;
+    }
+    terminal::say(arguments.out.display());
+    Ok(())
+}
+
+/// Time in which a network's strokes come from none at the beginning, and go back at the end [s].
+const FADED_S: f64 = 0.5;
+
+/// By an inverse controller.
+fn by_network(
+    arguments: &Arguments,
+    target: &Target,
+    progress: &mut dyn FnMut(usize) -> bool,
+) -> anyhow::Result<Answer> {
+    let model = InverseModel::read(arguments.checkpoint.as_deref().unwrap_or(Path::new("")))?;
+    model.check_step(target.step).map_err(|bad| bad.within(&arguments.target))?;
+    let commands = model.command(&target.path, limits(&model, arguments), progress)?;
+    let n = commands.steps.len();
+    let n_tendons = commands.strokes.len() / n.max(1);
+    let part = |i: usize| (i.min(n - 1 - i) as f64 * target.step / FADED_S).min(1.0);
+    let stroke = |k: usize| (0..n).map(|i| part(i) * commands.strokes[i * n_tendons + k]).collect();
+    Ok(Answer {
+        strokes: (0..n_tendons).map(stroke).collect(),
+        twin: None,
+        limited: commands.steps.iter().map(|step| f64::from(u8::from(step.is_limited))).collect(),
+        extrapolating: commands.steps.iter().map(|step| f64::from(u8::from(step.is_extrapolating))).collect(),
+    })
+}
+
+/// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m` at a fixed rate.
+fn read_target(named: &str) -> anyhow::Result<Target> {
+    let path = Path::new(named);
+    let is_recording = match path.extension().and_then(|ending| ending.to_str()) {
+        Some("parquet") => true,
+        Some("csv") => file::read_text(path)?.contains("time_"),
+        _ => false,
+    };
+    let recording =
+        if is_recording { Recording::read(path)? } else { TargetPath::open(named)?.recording()? };
+    let within = |bad: BadInput| bad.within(named);
+    let [x, y] = ["tip_x_m", "tip_y_m"].map(|name| recording.require(name).map_err(within));
+    let (x, y) = (x?, y?);
+    let rate = recording
+        .rate_hz()
+        .ok_or_else(|| within(BadInput::new("time_s", "a fixed rate", "uneven steps").hint("resample it")))?;
+    let path = x.iter().zip(y).map(|(&x, &y)| [x, y]).collect();
+    Ok(Target { time: recording.time().to_vec(), step: rate.recip(), path })
+}
+
+/// Those of the training, but for the ones given.
+fn limits(model: &InverseModel, arguments: &Arguments) -> Limits {
+    let given = |mm: Option<f64>, otherwise: f64| mm.map_or(otherwise, |mm| 1e-3 * mm);
+    let Limits { stroke, stroke_rate } = model.limits;
+    Limits {
+        stroke: Bounds {
+            min: given(arguments.stroke_min_mm, stroke.min),
+            max: given(arguments.stroke_max_mm, stroke.max),
+        },
+        stroke_rate: given(arguments.stroke_rate_max_mm_s, stroke_rate),
+    }
+}
+
+fn recording(arguments: &Arguments, target: &Target, answer: Answer) -> anyhow::Result<Recording> {
+    let n = answer.limited.len();
+    let held_back = answer.limited.iter().filter(|flag| **flag > 0.0).count();
+    let strokes = answer.strokes.into_iter().enumerate();
+    let mut channels: Vec<Channel> =
+        strokes.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
+    // On the way home the path stands at its end.
+    let last = target.path.len() - 1;
+    for (c, name) in ["target_x_m", "target_y_m"].into_iter().enumerate() {
+        channels.push(Channel::new(name, (0..n).map(|i| target.path[i.min(last)][c]).collect()));
+    }
+    let axes =
+        answer.twin.into_iter().flat_map(|tip| ["twin_x_m", "twin_y_m", "twin_z_m"].into_iter().zip(tip));
+    channels.extend(axes.map(|(name, values)| Channel::new(name, values)));
+    channels.push(Channel::new("extrapolating", answer.extrapolating));
+    channels.push(Channel::new("limited", answer.limited));
+    let hash = |path: &Path| -> anyhow::Result<String> { Ok(file::sha256_hex(&file::read_bytes(path)?)) };
+    let mut extra = BTreeMap::from([("limited_samples".to_owned(), held_back.to_string())]);
+    for (key, path) in [("checkpoint_sha256", &arguments.checkpoint), ("scene_sha256", &arguments.scene)] {
+        if let Some(path) = path {
+            extra.insert(key.to_owned(), hash(path)?);
+        }
+    }
+    let by = arguments.checkpoint.as_ref().or(arguments.scene.as_ref());
+    let meta = Metadata {
+        commit: env!("HYSTERON_COMMIT").to_owned(),
+        source: by
+            .map_or_else(String::new, |by| format!("strokes by {} for {}", by.display(), arguments.target)),
+        command: terminal::command_line(),
+        extra,
+        ..Metadata::default()
+    };
+    let start = target.time[0];
+    let time = (0..n).map(|i| start + i as f64 * target.step).collect();
+    Ok(Recording::new(time, channels, Vec::new(), meta)?)
+}

@@ -1,0 +1,229 @@
+//! Strokes for a path: the stateful design sample by sample, the paper's window by window.
+
+use hysteron_base::BadInput;
+use hysteron_learn::{Adam, Batch, Memory, Outputs, Runner, Trainer};
+
+use super::model::check_limits;
+use super::smooth::{PathPoint, smooth};
+use super::windowed::{gather, normalised_path};
+use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression};
+use crate::{Limits, Result};
+
+/// Part of a training range by which inputs may leave it before they count as extrapolation.
+const MARGIN: f64 = 0.02;
+/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
+const LARGEST_OUTPUT: f32 = 1.25;
+/// Windows that go through the network side by side.
+const BATCH: usize = 256;
+
+/// What a sample of a path asks of the tendons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// True where the path leaves what was seen in training.
+    pub is_extrapolating: bool,
+    /// True where a stroke was held back by a limit.
+    pub is_limited: bool,
+}
+
+/// Strokes for a whole path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Commands {
+    /// Strokes (n_samples × n_tendons) [m].
+    pub strokes: Vec<f64>,
+    /// What each sample met (n_samples).
+    pub steps: Vec<Step>,
+}
+
+/// The stateful design on a path, one cell update a sample.
+#[derive(Debug, Clone)]
+pub struct Controller<'a> {
+    model: &'a InverseModel,
+    regression: &'a StaticRegression,
+    features: Features,
+    runner: Runner,
+    path: Vec<PathPoint>,
+    limiter: Limiter,
+    /// Samples done.
+    n_done: usize,
+    raw: Vec<f64>,
+    normalised: Vec<f32>,
+    bounded: Vec<f32>,
+    correction: Vec<f64>,
+}
+
+impl<'a> Controller<'a> {
+    /// At the beginning of a path [m], with nothing remembered.
+    ///
+    /// # Errors
+    /// A path without samples or with one that is not finite; limits that leave nothing; a model of the paper's design.
+    pub fn new(model: &'a InverseModel, path: &[[f64; 2]], limits: Limits) -> Check<Self> {
+        let Design::Stateful { features, regression } = &model.design else {
+            return Err(BadInput::new("checkpoint: design", "stateful", "the paper's"));
+        };
+        Ok(Self {
+            model,
+            regression,
+            path: smoothed_path(path, features)?,
+            features: Features::new(features),
+            runner: Runner::new(&model.network),
+            limiter: Limiter::new(limits, model)?,
+            n_done: 0,
+            raw: Vec::with_capacity(model.inputs.channels.len()),
+            normalised: vec![0.0; model.inputs.channels.len()],
+            bounded: vec![0.0; model.n_tendons],
+            correction: vec![0.0; model.n_tendons],
+        })
+    }
+
+    /// Strokes of the last step (n_tendons) [m].
+    pub fn strokes(&self) -> &[f64] {
+        &self.limiter.strokes
+    }
+
+    /// One sample further; none at the end of the path. Does not allocate.
+    pub fn step(&mut self) -> Option<Step> {
+        let point = self.path.get(self.n_done)?;
+        self.regression.strokes_into(point.position, &mut self.limiter.wanted);
+        self.raw.clear();
+        self.features.append(&self.path, self.n_done, &self.limiter.wanted, &mut self.raw);
+        let is_extrapolating =
+            is_outside(self.model, point.position) || self.model.inputs.is_outside(&self.raw, MARGIN);
+        self.model.inputs.normalise_into(&self.raw, &mut self.normalised);
+        let outputs = self.runner.step(&self.normalised);
+        bound(outputs, &mut self.bounded);
+        self.model.outputs.restore_into(&self.bounded, &mut self.correction);
+        for (stroke, correction) in self.limiter.wanted.iter_mut().zip(&self.correction) {
+            *stroke += correction;
+        }
+        let is_limited = self.limiter.apply(self.n_done == 0);
+        self.n_done += 1;
+        Some(Step { is_extrapolating, is_limited })
+    }
+}
+
+fn is_outside(model: &InverseModel, point: [f64; 2]) -> bool {
+    model.workspace.is_outside(point, MARGIN * model.workspace.width())
+}
+
+fn bound(outputs: &[f32], bounded: &mut [f32]) {
+    for (kept, output) in bounded.iter_mut().zip(outputs) {
+        *kept = output.clamp(-LARGEST_OUTPUT, LARGEST_OUTPUT);
+    }
+}
+
+fn smoothed_path(path: &[[f64; 2]], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
+    check_path(path)?;
+    let half = (spec.half_width_s / spec.step_s).round() as usize;
+    Ok(smooth(path, &vec![false; path.len()], spec.step_s, spec.smoothing, half))
+}
+
+fn check_path(path: &[[f64; 2]]) -> Check<()> {
+    if path.is_empty() {
+        return Err(BadInput::new("target", "at least one sample", "none"));
+    }
+    match path.iter().position(|point| !point.iter().all(|v| v.is_finite())) {
+        Some(i) => {
+            Err(BadInput::new(format!("target: sample {i}"), "finite positions", format!("{:?}", path[i])))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Keeps strokes within their range, and their changes within their rate.
+#[derive(Debug, Clone)]
+struct Limiter {
+    limits: Limits,
+    /// Largest change in a sample [m].
+    largest_change: f64,
+    /// Asked for (n_tendons) [m].
+    wanted: Vec<f64>,
+    /// Allowed (n_tendons) [m].
+    strokes: Vec<f64>,
+}
+
+impl Limiter {
+    fn new(limits: Limits, model: &InverseModel) -> Check<Self> {
+        check_limits(&limits)?;
+        let zeros = vec![0.0; model.n_tendons];
+        let largest_change = limits.stroke_rate * model.step_s;
+        Ok(Self { limits, largest_change, wanted: zeros.clone(), strokes: zeros })
+    }
+
+    /// Goes as far towards the wanted strokes as allowed; the first sample may begin anywhere in the range. True where
+    /// one was held back.
+    fn apply(&mut self, is_first: bool) -> bool {
+        let mut is_limited = false;
+        let largest = if is_first { f64::INFINITY } else { self.largest_change };
+        for (stroke, &wanted) in self.strokes.iter_mut().zip(&self.wanted) {
+            let within = wanted.clamp(self.limits.stroke.min, self.limits.stroke.max);
+            let allowed = within.clamp(*stroke - largest, *stroke + largest);
+            is_limited |= allowed != wanted;
+            *stroke = allowed;
+        }
+        is_limited
+    }
+}
+
+impl InverseModel {
+    /// Strokes for a path at the rate of the training [m]. `progress` gets the samples done and ends it where it returns
+    /// false: the result is then shorter.
+    ///
+    /// # Errors
+    /// Those of [`Controller::new`], but for the design.
+    pub fn command(
+        &self,
+        path: &[[f64; 2]],
+        limits: Limits,
+        progress: &mut dyn FnMut(usize) -> bool,
+    ) -> Result<Commands> {
+        match self.design {
+            Design::Stateful { .. } => {
+                let mut controller = Controller::new(self, path, limits)?;
+                let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
+                while let Some(step) = controller.step() {
+                    commands.strokes.extend(controller.strokes());
+                    commands.steps.push(step);
+                    if !progress(commands.steps.len()) {
+                        break;
+                    }
+                }
+                Ok(commands)
+            }
+            Design::Windowed { window } => self.command_windows(path, window, limits, progress),
+        }
+    }
+
+    fn command_windows(
+        &self,
+        path: &[[f64; 2]],
+        window: usize,
+        limits: Limits,
+        progress: &mut dyn FnMut(usize) -> bool,
+    ) -> Result<Commands> {
+        check_path(path)?;
+        let mut limiter = Limiter::new(limits, self)?;
+        let trainer = Trainer::new(self.network.clone(), Adam::default(), 0)?;
+        let normalised = normalised_path(path, &self.inputs);
+        let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
+        let mut bounded = vec![0.0; self.n_tendons];
+        for start in (0..path.len()).step_by(BATCH) {
+            let ends = start..(start + BATCH).min(path.len());
+            let inputs = gather(ends.clone().map(|end| (&normalised[..], end)), window);
+            let batch = Batch { inputs: &inputs, steps: window, rows: ends.len(), outputs: Outputs::Last };
+            let outputs =
+                trainer.predict(&batch, &mut Memory::zeros(self.network.architecture(), ends.len()))?;
+            for (i, outputs) in ends.zip(outputs.chunks_exact(self.n_tendons)) {
+                bound(outputs, &mut bounded);
+                self.outputs.restore_into(&bounded, &mut limiter.wanted);
+                let is_limited = limiter.apply(i == 0);
+                let is_extrapolating = is_outside(self, path[i]) || self.inputs.is_outside(&path[i], MARGIN);
+                commands.strokes.extend(&limiter.strokes);
+                commands.steps.push(Step { is_extrapolating, is_limited });
+            }
+            if !progress(commands.steps.len()) {
+                break;
+            }
+        }
+        Ok(commands)
+    }
+}

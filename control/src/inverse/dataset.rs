@@ -1,0 +1,218 @@
+//! What the controller learns from: recordings of commanded strokes and the tip that they made.
+
+use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
+use rand::seq::IndexedRandom;
+use serde::Serialize;
+
+use crate::Limits;
+
+/// Largest difference of a sample's duration that still counts as the same rate [-].
+const SAME_STEP: f64 = 0.01;
+
+/// Where strokes and tip come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// A rig, 𝓓_real; the virtual rig counts.
+    Real,
+    /// A twin, 𝓓_syn.
+    Synthetic,
+}
+
+/// One recorded trajectory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Demonstration {
+    /// Name in messages and options.
+    pub name: String,
+    /// SHA-256 of its file.
+    pub hash: String,
+    /// From a rig or from a twin.
+    pub origin: Origin,
+    /// The rig or the scene that it is of, as hashes; empty where the recording does not say.
+    pub robot: String,
+    /// Family of its plan; empty where the recording does not say.
+    pub family: String,
+    /// Duration of a sample [s].
+    pub step: f64,
+    /// Tip (n_samples), x and y [m].
+    pub tip: Vec<[f64; 2]>,
+    /// True where the sample was filled in (n_samples).
+    pub gap: Vec<bool>,
+    /// Number of tendons.
+    pub n_tendons: usize,
+    /// Strokes (n_samples × n_tendons) [m].
+    pub strokes: Vec<f64>,
+    /// ∂(tip x, tip y)/∂stroke (n_samples × 2 × n_tendons) [-]; empty where it was not recorded.
+    pub jacobian: Vec<f64>,
+}
+
+impl Demonstration {
+    /// Takes a recording with `tip_x_m`, `tip_y_m`, `stroke_1_m`, …; and the twin's local Jacobian where there are
+    /// `tip_x_per_stroke_1_ratio`, …, `tip_y_per_stroke_1_ratio`, ….
+    ///
+    /// # Errors
+    /// Channels are missing, the rate is not fixed, or the Jacobian has not all tendons.
+    pub fn new(name: &str, hash: &str, recording: &Recording) -> Result<Self, BadInput> {
+        let within = |bad: BadInput| bad.within(name);
+        let (x, y) = (recording.require("tip_x_m"), recording.require("tip_y_m"));
+        let (x, y) = (x.map_err(within)?, y.map_err(within)?);
+        recording.require("stroke_1_m").map_err(within)?;
+        let strokes = recording.strokes();
+        let rate = recording.rate_hz().ok_or_else(|| {
+            BadInput::new(format!("{name}: time_s"), "a fixed rate", "uneven steps").hint("resample it")
+        })?;
+        let n = recording.n_samples();
+        let axes = ["tip_x_per_stroke", "tip_y_per_stroke"].map(|stem| recording.numbered(stem, "ratio"));
+        if axes.iter().any(|axis| ![0, strokes.len()].contains(&axis.len())) || axes[0].len() != axes[1].len()
+        {
+            let expected = format!("tip_x_per_stroke_k_ratio and tip_y_… of {} tendons", strokes.len());
+            let found = format!("{} and {}", axes[0].len(), axes[1].len());
+            return Err(BadInput::new(name, expected, found));
+        }
+        let jacobian = |i: usize| axes.iter().flatten().map(move |series| series[i]);
+        let (origin, robot) = robot_of(recording.meta());
+        Ok(Self {
+            name: name.to_owned(),
+            hash: hash.to_owned(),
+            origin,
+            robot,
+            family: recording.meta().extra.get("plan.family").cloned().unwrap_or_default(),
+            step: rate.recip(),
+            tip: x.iter().zip(y).map(|(&x, &y)| [x, y]).collect(),
+            gap: recording.gap().to_vec(),
+            n_tendons: strokes.len(),
+            strokes: (0..n).flat_map(|i| strokes.iter().map(move |series| series[i])).collect(),
+            jacobian: (0..n).flat_map(jacobian).collect(),
+        })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.tip.len()
+    }
+
+    /// False: a recording has samples.
+    pub fn is_empty(&self) -> bool {
+        self.tip.is_empty()
+    }
+
+    /// Strokes of a sample [m].
+    pub fn strokes_at(&self, sample: usize) -> &[f64] {
+        &self.strokes[sample * self.n_tendons..(sample + 1) * self.n_tendons]
+    }
+}
+
+/// A rig leaves its hash, a twin that of its scene; what was identified on a rig's recording has both and is the rig's.
+fn robot_of(meta: &Metadata) -> (Origin, String) {
+    let of = |key: &str| meta.extra.get(key).map_or("", String::as_str);
+    let rig = [of("rig.sha256"), of("virtual.robot")];
+    match (rig, &meta.scene_hash[..]) {
+        (["", _], scene) if !scene.is_empty() => (Origin::Synthetic, scene.to_owned()),
+        ([hash, ""], _) => (Origin::Real, hash.to_owned()),
+        ([hash, robot], _) => (Origin::Real, format!("{hash} {robot}")),
+    }
+}
+
+/// Demonstrations of one robot, split by whole trajectories.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    /// To learn from.
+    pub training: Vec<Demonstration>,
+    /// To stop by; never learned from.
+    pub validation: Vec<Demonstration>,
+    /// Duration of a sample [s].
+    pub step: f64,
+    /// Number of tendons.
+    pub n_tendons: usize,
+}
+
+impl Dataset {
+    /// Splits demonstrations: those named in `held_out` are validated on; without names one of every family, drawn by
+    /// `seed` from the real ones if there are any.
+    ///
+    /// # Errors
+    /// Fewer than two demonstrations, none left to learn from, a name that is not among them, or different robots,
+    /// rates or numbers of tendons.
+    pub fn new(all: Vec<Demonstration>, held_out: &[String], seed: u64) -> Result<Self, BadInput> {
+        check_alike(&all)?;
+        let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
+        if let Some(unknown) = held_out.iter().find(|name| !names.contains(&name.as_str())) {
+            return Err(BadInput::new("held out", format!("of {}", names.join(", ")), unknown));
+        }
+        let held_out = if held_out.is_empty() { drawn(&all, seed) } else { held_out.to_vec() };
+        let (step, n_tendons) = (all[0].step, all[0].n_tendons);
+        let (validation, training): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|one| held_out.contains(&one.name));
+        if training.is_empty() {
+            return Err(BadInput::new("held out", "some recordings left to learn from", "all of them"));
+        }
+        Ok(Self { training, validation, step, n_tendons })
+    }
+
+    /// How many demonstrations to learn from have this origin.
+    pub fn count(&self, origin: Origin) -> usize {
+        self.training.iter().filter(|one| one.origin == origin).count()
+    }
+
+    /// The robots that it is of, rig before scene.
+    pub fn robots(&self) -> Vec<String> {
+        let all = || self.training.iter().chain(&self.validation);
+        let of = |origin| all().find(|one| one.origin == origin).map(|one| one.robot.clone());
+        [Origin::Real, Origin::Synthetic].into_iter().filter_map(of).collect()
+    }
+
+    /// What the strokes to learn from reach, and how fast they change.
+    pub fn limits(&self) -> Limits {
+        let values = self.training.iter().flat_map(|one| &one.strokes);
+        let stroke = values.fold(Bounds { min: f64::INFINITY, max: f64::NEG_INFINITY }, |bounds, &stroke| {
+            Bounds { min: bounds.min.min(stroke), max: bounds.max.max(stroke) }
+        });
+        let n = self.n_tendons;
+        let changes = self.training.iter().flat_map(|one| {
+            one.strokes.iter().zip(&one.strokes[n..]).map(|(before, after)| (after - before).abs())
+        });
+        Limits { stroke, stroke_rate: changes.fold(0.0, f64::max) / self.step }
+    }
+}
+
+fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
+    if all.len() < 2 {
+        return Err(BadInput::new("recordings", "at least two", all.len().to_string())
+            .hint("the network must stop by a trajectory that it does not learn from"));
+    }
+    let first = &all[0];
+    for one in all {
+        let same_origin = all.iter().find(|other| other.origin == one.origin).unwrap_or(one);
+        if one.robot != same_origin.robot {
+            let expected = format!("recordings of one robot, {} as {}", same_origin.robot, same_origin.name);
+            return Err(BadInput::new(&one.name, expected, &one.robot));
+        }
+        if one.n_tendons != first.n_tendons {
+            let expected = format!("{} tendons, as {}", first.n_tendons, first.name);
+            return Err(BadInput::new(&one.name, expected, one.n_tendons.to_string()));
+        }
+        if (one.step / first.step - 1.0).abs() > SAME_STEP {
+            let expected = format!("{:.4} Hz, as {}", first.step.recip(), first.name);
+            return Err(
+                BadInput::new(&one.name, expected, format!("{:.4} Hz", one.step.recip())).hint("resample it")
+            );
+        }
+    }
+    Ok(())
+}
+
+/// One of every family that has more than one, or the last of all.
+fn drawn(all: &[Demonstration], seed: u64) -> Vec<String> {
+    let real: Vec<&Demonstration> = all.iter().filter(|one| one.origin == Origin::Real).collect();
+    let candidates = if real.is_empty() { all.iter().collect() } else { real };
+    let mut families: Vec<&str> = candidates.iter().map(|one| one.family.as_str()).collect();
+    families.sort_unstable();
+    families.dedup();
+    let mut stream = rng(seed, "inverse/held-out");
+    let draw = |family: &&str| {
+        let members: Vec<&&Demonstration> = candidates.iter().filter(|one| one.family == *family).collect();
+        if members.len() < 2 { None } else { members.choose(&mut stream).map(|one| one.name.clone()) }
+    };
+    let drawn: Vec<String> = families.iter().filter_map(draw).collect();
+    if drawn.is_empty() { vec![candidates[candidates.len() - 1].name.clone()] } else { drawn }
+}

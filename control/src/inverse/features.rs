@@ -1,0 +1,146 @@
+//! What the stateful network sees of a path.
+//!
+//! The path is known before it is followed, so features look ahead: where the tip shall be, how fast and in which
+//! direction it shall go, now and a few tenths of a second later. A measured tip carries noise, so positions and rates
+//! come from straight lines through the samples around. Friction remembers through play operators, material through
+//! first-order lags: both are given, of the strokes that the static regression asks for.
+
+use hysteron_actuator::Play;
+use hysteron_base::BadInput;
+use serde::{Deserialize, Serialize};
+
+use super::smooth::{PathPoint, Smoothing};
+
+/// Which features there are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FeatureSpec {
+    /// Duration of a sample [s].
+    pub step_s: f64,
+    /// Number of tendons.
+    pub n_tendons: usize,
+    /// Which samples a line is drawn through.
+    pub smoothing: Smoothing,
+    /// Half the time that a line spans [s].
+    pub half_width_s: f64,
+    /// How far ahead the path is seen [s].
+    pub horizons_s: Vec<f64>,
+    /// Speed at which the direction counts about half; below, noise decides it [m/s].
+    pub slow_m_s: f64,
+    /// Widths of the plays [m].
+    pub plays_m: Vec<f64>,
+    /// Time constants of the lags [s].
+    pub lags_s: Vec<f64>,
+}
+
+impl FeatureSpec {
+    /// # Errors
+    /// `BadInput` naming a time or width that cannot be.
+    pub(super) fn check(&self) -> Result<(), BadInput> {
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        let all = |values: &[f64]| values.iter().all(|v| positive(*v));
+        let checks = [
+            ("step_s", positive(self.step_s), "a duration > 0"),
+            (
+                "half_width_s",
+                self.half_width_s >= self.step_s && self.half_width_s < 10.0,
+                "one sample to 10 s",
+            ),
+            ("slow_m_s", positive(self.slow_m_s), "a speed > 0"),
+            (
+                "horizons_s",
+                all(&self.horizons_s) && self.horizons_s.iter().all(|h| *h < 100.0),
+                "0 < s < 100",
+            ),
+            ("plays_m", all(&self.plays_m), "widths > 0"),
+            ("lags_s", all(&self.lags_s), "times > 0"),
+        ];
+        match checks.iter().find(|(_, fits, _)| !fits) {
+            Some((name, _, expected)) => Err(BadInput::new(*name, *expected, format!("{self:?}"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Names of all features, in order.
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            ["tip_x_m", "tip_y_m", "rate_x_m_s", "rate_y_m_s", "direction_x_ratio", "direction_y_ratio"]
+                .map(str::to_owned)
+                .to_vec();
+        for h in 1..=self.horizons_s.len() {
+            names.extend(["x_m", "y_m", "rate_x_m_s", "rate_y_m_s"].map(|what| format!("ahead_{h}_{what}")));
+        }
+        for k in 1..=self.n_tendons {
+            names.extend((1..=self.plays_m.len()).map(|p| format!("play_{p}_{k}_m")));
+            names.extend((1..=self.lags_s.len()).map(|p| format!("lag_{p}_{k}_m")));
+        }
+        names
+    }
+}
+
+/// The features of a path, sample by sample.
+#[derive(Debug, Clone)]
+pub struct Features {
+    spec: FeatureSpec,
+    /// Horizons [samples].
+    ahead: Vec<usize>,
+    /// Part of the way that each lag goes in a sample.
+    fading: Vec<f64>,
+    /// For each tendon, its plays; none before the first sample.
+    plays: Vec<Play>,
+    /// For each tendon, its lagging strokes [m].
+    lags: Vec<f64>,
+}
+
+impl Features {
+    /// Before the first sample.
+    pub fn new(spec: &FeatureSpec) -> Self {
+        let n = spec.n_tendons;
+        Self {
+            ahead: spec.horizons_s.iter().map(|h| (h / spec.step_s).round() as usize).collect(),
+            fading: spec.lags_s.iter().map(|time| 1.0 - (-spec.step_s / time).exp()).collect(),
+            plays: Vec::with_capacity(n * spec.plays_m.len()),
+            lags: Vec::with_capacity(n * spec.lags_s.len()),
+            spec: spec.clone(),
+        }
+    }
+
+    /// Appends the features of sample `i` of a smoothed path to `out`; after its end it stands still. Samples come in
+    /// order. `strokes` (n_tendons) are those of the static regression [m].
+    pub fn append(&mut self, path: &[PathPoint], i: usize, strokes: &[f64], out: &mut Vec<f64>) {
+        let PathPoint { position, rate } = path[i];
+        out.extend(position);
+        out.extend(rate);
+        let speed = rate[0].hypot(rate[1]).hypot(self.spec.slow_m_s);
+        out.extend(rate.map(|v| v / speed));
+        for ahead in &self.ahead {
+            let then = path.get(i + ahead).copied();
+            let then = then.unwrap_or(PathPoint { position: path[path.len() - 1].position, rate: [0.0; 2] });
+            out.extend([0, 1].map(|c| then.position[c] - position[c]));
+            out.extend(then.rate);
+        }
+        if i == 0 {
+            self.begin(strokes);
+        }
+        let (n_plays, n_lags) = (self.spec.plays_m.len(), self.spec.lags_s.len());
+        for (k, &stroke) in strokes.iter().enumerate() {
+            for play in &mut self.plays[k * n_plays..(k + 1) * n_plays] {
+                out.push(play.follow(stroke) - stroke);
+            }
+            // Exact for a stroke that is constant over the sample.
+            for (lag, part) in self.lags[k * n_lags..(k + 1) * n_lags].iter_mut().zip(&self.fading) {
+                *lag += part * (stroke - *lag);
+                out.push(*lag - stroke);
+            }
+        }
+    }
+
+    fn begin(&mut self, strokes: &[f64]) {
+        self.plays.clear();
+        self.lags.clear();
+        for &stroke in strokes {
+            self.plays.extend(self.spec.plays_m.iter().map(|&width| Play::new(width, stroke)));
+            self.lags.extend(self.spec.lags_s.iter().map(|_| stroke));
+        }
+    }
+}

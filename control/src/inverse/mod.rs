@@ -1,0 +1,34 @@
+//! The inverse controller h (EDIC, paper 003, section IV-C): from where the tip shall be to the strokes that bring it there,
+//! learned from recordings of a rig and of a twin alike.
+//!
+//! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_stateful`]) sees features of the path,
+//! ahead included, through whole trajectories with one cell update a sample, and corrects a static regression.
+
+mod controller;
+mod dataset;
+mod features;
+mod fit;
+mod loss;
+mod model;
+mod regression;
+mod smooth;
+mod stateful;
+mod windowed;
+mod workspace;
+
+use hysteron_base::BadInput;
+
+pub use controller::{Commands, Controller, Step};
+pub use dataset::{Dataset, Demonstration, Origin};
+pub use features::{FeatureSpec, Features};
+pub use fit::{Epoch, Fitted, Progress, Session};
+pub use loss::LossWeights;
+pub use model::{Design, InverseModel};
+pub use regression::StaticRegression;
+pub use smooth::{PathPoint, Smoothing};
+pub use stateful::{StatefulOptions, fit_stateful};
+pub use windowed::{WindowedOptions, fit_windowed};
+pub use workspace::Workspace;
+
+/// Result of a check that has no file to fail on.
+type Check<T> = std::result::Result<T, BadInput>;

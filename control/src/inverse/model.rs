@@ -1,0 +1,179 @@
+//! A trained controller with everything its use needs.
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, Bounds};
+use hysteron_learn::{Checkpoint, Network, Normaliser};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::{Check, FeatureSpec, StaticRegression, Workspace};
+use crate::{Limits, Result};
+
+/// How a path becomes the network's inputs, and its outputs strokes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Design {
+    /// The paper's: a window of positions in, strokes out (eq. 12).
+    Windowed {
+        /// Samples of a window.
+        window: usize,
+    },
+    /// Features of the path in, one cell update a sample, corrections of a static regression out.
+    Stateful {
+        /// What the network sees.
+        features: FeatureSpec,
+        /// What its outputs correct.
+        regression: StaticRegression,
+    },
+}
+
+/// The inverse controller h.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InverseModel {
+    /// Weights.
+    pub network: Network,
+    /// Channels that enter.
+    pub inputs: Normaliser,
+    /// Channels that leave.
+    pub outputs: Normaliser,
+    /// How they are made and used.
+    pub design: Design,
+    /// Number of tendons.
+    pub n_tendons: usize,
+    /// Duration of a sample [s].
+    pub step_s: f64,
+    /// What the strokes of the training reached.
+    pub limits: Limits,
+    /// Where the tip was in training.
+    pub workspace: Workspace,
+    /// Hashes of the rig and the scene that it was trained for.
+    pub robots: Vec<String>,
+    /// Data, seed, scores, command.
+    pub training: Value,
+}
+
+const KIND: &str = "inverse";
+
+/// Largest difference of a sample's duration from that of the training.
+const SAME_STEP: f64 = 0.01;
+
+/// What a checkpoint holds beside the network.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Details {
+    design: Design,
+    n_tendons: usize,
+    step_s: f64,
+    stroke_min_m: f64,
+    stroke_max_m: f64,
+    stroke_rate_max_m_s: f64,
+    workspace: Workspace,
+    robots_sha256: Vec<String>,
+    training: Value,
+}
+
+impl InverseModel {
+    /// Writes a checkpoint.
+    ///
+    /// # Errors
+    /// Refusals of the file system.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let details = Details {
+            design: self.design.clone(),
+            n_tendons: self.n_tendons,
+            step_s: self.step_s,
+            stroke_min_m: self.limits.stroke.min,
+            stroke_max_m: self.limits.stroke.max,
+            stroke_rate_max_m_s: self.limits.stroke_rate,
+            workspace: self.workspace.clone(),
+            robots_sha256: self.robots.clone(),
+            training: self.training.clone(),
+        };
+        let (network, inputs, outputs) = (self.network.clone(), self.inputs.clone(), self.outputs.clone());
+        Checkpoint { kind: KIND.into(), network, inputs, outputs, details: json!(details) }.write(path)?;
+        Ok(())
+    }
+
+    /// Reads a checkpoint.
+    ///
+    /// # Errors
+    /// Not a checkpoint, not of an inverse controller, damaged, or parts that do not fit each other.
+    pub fn read(path: &Path) -> Result<Self> {
+        let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
+        let within = |bad: BadInput| bad.within(format!("{}: details", path.display()));
+        let details: Details = serde_json::from_value(details).map_err(|error| {
+            within(BadInput::new("", "those of an inverse controller", error.to_string()))
+        })?;
+        let model = Self {
+            network,
+            inputs,
+            outputs,
+            design: details.design,
+            n_tendons: details.n_tendons,
+            step_s: details.step_s,
+            limits: Limits {
+                stroke: Bounds { min: details.stroke_min_m, max: details.stroke_max_m },
+                stroke_rate: details.stroke_rate_max_m_s,
+            },
+            workspace: details.workspace,
+            robots: details.robots_sha256,
+            training: details.training,
+        };
+        model.check().map_err(within)?;
+        Ok(model)
+    }
+
+    /// That the parts fit each other.
+    fn check(&self) -> Check<()> {
+        let n_inputs = match &self.design {
+            Design::Windowed { window } if *window > 0 => 2,
+            Design::Windowed { .. } => return Err(BadInput::new("window", "at least one sample", "0")),
+            Design::Stateful { features, regression } => {
+                features.check()?;
+                if [features.n_tendons, regression.n_tendons()] != [self.n_tendons; 2] {
+                    let found = format!("{} and {}", features.n_tendons, regression.n_tendons());
+                    return Err(BadInput::new("design", format!("{} tendons", self.n_tendons), found));
+                }
+                features.names().len()
+            }
+        };
+        let found = [self.inputs.channels.len(), self.outputs.channels.len()];
+        if found != [n_inputs, self.n_tendons] {
+            let expected = format!("{n_inputs} inputs and {} outputs", self.n_tendons);
+            return Err(BadInput::new("design", expected, format!("{found:?}")));
+        }
+        check_limits(&self.limits)
+    }
+
+    /// Refuses a path at another rate.
+    ///
+    /// # Errors
+    /// `BadInput` with both.
+    pub fn check_step(&self, step: f64) -> Check<()> {
+        if (step / self.step_s - 1.0).abs() > SAME_STEP {
+            let expected = format!("samples of {} s, as in training", self.step_s);
+            return Err(BadInput::new("time_s", expected, format!("{step} s")).hint("resample the target"));
+        }
+        Ok(())
+    }
+
+    /// Size of the network in words, `2 x 512`.
+    pub fn size(&self) -> String {
+        let architecture = self.network.architecture();
+        format!("{} x {}", architecture.layers, architecture.hidden)
+    }
+}
+
+/// Refuses limits that leave nothing or are not numbers.
+pub(super) fn check_limits(limits: &Limits) -> Check<()> {
+    let Bounds { min, max } = limits.stroke;
+    if !(min <= max && (max - min).is_finite()) {
+        return Err(BadInput::new("strokes", "finite min <= max", format!("{min} to {max} m")));
+    }
+    if !(limits.stroke_rate > 0.0 && limits.stroke_rate.is_finite()) {
+        let found = format!("{} m/s", limits.stroke_rate);
+        return Err(BadInput::new("stroke rate", "a rate > 0", found));
+    }
+    Ok(())
+}

@@ -1,0 +1,157 @@
+//! Positions and rates of a noisy tip, and what follows from them at once: static regression and workspace.
+
+use hysteron_base::BadInput;
+use serde::{Deserialize, Serialize};
+
+use super::{Dataset, Demonstration, StaticRegression, Workspace};
+
+/// Which samples a line is drawn through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Smoothing {
+    /// As many before as after.
+    Centred,
+    /// The sample and those before: for a path that is not known in advance.
+    Causal,
+}
+
+/// Position and rate of a tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathPoint {
+    /// Position [m].
+    pub position: [f64; 2],
+    /// Rate [m/s].
+    pub rate: [f64; 2],
+}
+
+/// Smooths a path [m]: a straight line through the samples around each, over twice `half` samples, which leaves out
+/// those in `gap` unless there are no two others.
+pub(super) fn smooth(
+    path: &[[f64; 2]],
+    gap: &[bool],
+    step: f64,
+    smoothing: Smoothing,
+    half: usize,
+) -> Vec<PathPoint> {
+    let (before, after) = match smoothing {
+        Smoothing::Centred => (half, half),
+        Smoothing::Causal => (2 * half, 0),
+    };
+    let line = |i: usize| {
+        let around = i.saturating_sub(before)..(i + after + 1).min(path.len());
+        let there = around.clone().filter(|&j| !gap[j]);
+        if there.clone().count() >= 2 {
+            line_through(there, i, path, step)
+        } else {
+            line_through(around, i, path, step)
+        }
+    };
+    (0..path.len()).map(line).collect()
+}
+
+/// The line of least squares through some samples, at sample `i`.
+fn line_through(samples: impl Iterator<Item = usize>, i: usize, path: &[[f64; 2]], step: f64) -> PathPoint {
+    let (mut n, mut t1, mut t2, mut p, mut tp) = (0.0, 0.0, 0.0, [0.0; 2], [0.0; 2]);
+    for j in samples {
+        let t = (j as f64 - i as f64) * step;
+        (n, t1, t2) = (n + 1.0, t1 + t, t2 + t * t);
+        for c in 0..2 {
+            p[c] += path[j][c];
+            tp[c] += t * path[j][c];
+        }
+    }
+    let spread = n * t2 - t1 * t1;
+    let rate = [0, 1].map(|c| if spread > 0.0 { (n * tp[c] - t1 * p[c]) / spread } else { 0.0 });
+    PathPoint { position: [0, 1].map(|c| (p[c] - rate[c] * t1) / n), rate }
+}
+
+/// The paths of a data set, smoothed.
+pub(super) struct Smoothed {
+    /// Of the training.
+    pub training: Vec<Vec<PathPoint>>,
+    /// Of the validation.
+    pub validation: Vec<Vec<PathPoint>>,
+    /// Strokes without memory, fitted to the training.
+    pub regression: StaticRegression,
+    /// Root mean square error of each of its strokes on the validation [mm].
+    pub regression_mm: Vec<f64>,
+    /// Where the tip was in training.
+    pub workspace: Workspace,
+}
+
+/// Smooths all paths and fits what has no memory.
+pub(super) fn smoothed(data: &Dataset, smoothing: Smoothing, half_width: f64) -> Result<Smoothed, BadInput> {
+    let half = (half_width / data.step).round() as usize;
+    let paths = |all: &[Demonstration]| -> Vec<Vec<PathPoint>> {
+        all.iter().map(|one| smooth(&one.tip, &one.gap, data.step, smoothing, half)).collect()
+    };
+    let (training, validation) = (paths(&data.training), paths(&data.validation));
+    let regression = StaticRegression::new(&data.training, &training)?;
+    let mut squares = vec![0.0; data.n_tendons];
+    let mut strokes = vec![0.0; data.n_tendons];
+    let mut count = 0.0;
+    for (one, path) in data.validation.iter().zip(&validation) {
+        for (i, point) in path.iter().enumerate().filter(|(i, _)| !one.gap[*i]) {
+            regression.strokes_into(point.position, &mut strokes);
+            for ((sum, found), stroke) in squares.iter_mut().zip(&strokes).zip(one.strokes_at(i)) {
+                *sum += (1e3 * (found - stroke)).powi(2);
+            }
+            count += 1.0;
+        }
+    }
+    let workspace = Workspace::new(training.iter().flatten().map(|point| point.position).collect());
+    let regression_mm = squares.into_iter().map(|sum| f64::sqrt(sum / f64::max(count, 1.0))).collect();
+    Ok(Smoothed { training, validation, regression, regression_mm, workspace })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Positions on a line, and what is measured of them.
+    fn line(n: usize) -> Vec<[f64; 2]> {
+        (0..n).map(|i| [2.0 * i as f64, -0.5 * i as f64]).collect()
+    }
+
+    #[test]
+    fn a_straight_path_comes_through_unchanged() {
+        for smoothing in [Smoothing::Centred, Smoothing::Causal] {
+            let path = line(30);
+            let found = smooth(&path, &[false; 30], 0.1, smoothing, 5);
+            for (i, (point, expected)) in found.iter().zip(&path).enumerate() {
+                // Round-off of sums of some ten values of about 60.
+                let off = (0..2).map(|c| (point.position[c] - expected[c]).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-12, "{smoothing:?} {i}: {off}");
+                // One sample has no rate.
+                let is_alone = smoothing == Smoothing::Causal && i == 0;
+                let rate = if is_alone { [0.0; 2] } else { [20.0, -5.0] };
+                assert!(
+                    (0..2).all(|c| (point.rate[c] - rate[c]).abs() < 1e-11),
+                    "{smoothing:?} {i}: {point:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn causal_smoothing_does_not_look_ahead() {
+        let (mut path, gap) = (line(30), [false; 30]);
+        let before = smooth(&path, &gap, 0.1, Smoothing::Causal, 5);
+        path[20] = [100.0, 100.0];
+        let after = smooth(&path, &gap, 0.1, Smoothing::Causal, 5);
+        assert_eq!(before[..20], after[..20]);
+        assert_ne!(before[20], after[20]);
+    }
+
+    #[test]
+    fn samples_that_were_filled_in_do_not_count() {
+        let (mut path, mut gap) = (line(30), [false; 30]);
+        let clean = smooth(&path, &gap, 0.1, Smoothing::Centred, 5);
+        (path[12], gap[12]) = ([1e6, -1e6], true);
+        let found = smooth(&path, &gap, 0.1, Smoothing::Centred, 5);
+        for (point, expected) in found.iter().zip(&clean) {
+            // As above: both are the line.
+            assert!((0..2).all(|c| (point.position[c] - expected.position[c]).abs() < 1e-12));
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! Our controller: features of the path in, one cell update a sample, corrections of a static regression out.
+//!
+//! Trained by truncated back-propagation through whole trajectories, which run side by side, pieces of them in order,
+//! with the memory handed on. The weights kept are a running mean.
+
+use hysteron_base::{BadInput, rng};
+use hysteron_learn::{
+    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Training,
+};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::fit::{Fitted, Lesson, Session, identity, run};
+use super::loss::{Loss, LossWeights, Row};
+use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
+use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, InverseModel, StaticRegression};
+use crate::Result;
+
+/// How to train.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StatefulOptions {
+    /// Hidden units of each layer.
+    pub hidden: usize,
+    /// LSTM layers.
+    pub layers: usize,
+    /// Most epochs.
+    pub epochs: usize,
+    /// Epochs without a better held-out error after which it ends.
+    pub patience: usize,
+    /// Samples of a piece: back-propagation goes no further.
+    pub piece: usize,
+    /// Step size of Adam at the start; it falls to a hundredth along half a cosine.
+    pub learning_rate: f64,
+    /// Width of the uniform noise on normalised inputs while training, against learning trajectories by heart.
+    pub input_noise: f64,
+    /// Part of the running mean of the weights that each step renews.
+    pub renewed: f32,
+    /// Which samples positions and rates come from.
+    pub smoothing: Smoothing,
+    /// Half the time that they span [s].
+    pub half_width_s: f64,
+    /// How far ahead the path is seen [s]; with [`Smoothing::Causal`] and none, a path need not be known in advance.
+    pub horizons_s: Vec<f64>,
+    /// Speed at which the direction counts about half [m/s].
+    pub slow_m_s: f64,
+    /// Plays as parts of the largest stroke.
+    pub plays: Vec<f64>,
+    /// Time constants of lags [s].
+    pub lags_s: Vec<f64>,
+    /// Weights of the terms of the loss.
+    pub loss: LossWeights,
+    /// Seed of weights and noise.
+    pub seed: u64,
+}
+
+impl Default for StatefulOptions {
+    fn default() -> Self {
+        Self {
+            hidden: 128,
+            layers: 1,
+            epochs: 30,
+            patience: 20,
+            piece: 200,
+            learning_rate: 2e-3,
+            input_noise: 0.3,
+            renewed: 0.005,
+            smoothing: Smoothing::Centred,
+            half_width_s: 0.1,
+            horizons_s: vec![0.1, 0.2, 0.4],
+            slow_m_s: 1e-3,
+            plays: vec![0.02, 0.05, 0.12, 0.3, 0.6],
+            lags_s: vec![0.3, 3.0, 30.0],
+            loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, least_pull_m: 0.0 },
+            seed: 1,
+        }
+    }
+}
+
+impl StatefulOptions {
+    fn check(&self) -> Check<()> {
+        for (name, n) in [("epochs", self.epochs), ("patience", self.patience), ("piece", self.piece)] {
+            if n == 0 {
+                return Err(BadInput::new(name, "at least 1", "0"));
+            }
+        }
+        let LossWeights { tip, smooth_s, pull, least_pull_m } = self.loss;
+        let not_negative =
+            [("tip", tip), ("smooth_s", smooth_s), ("pull", pull), ("least_pull_m", least_pull_m)];
+        for (name, value) in not_negative.into_iter().chain([("input_noise", self.input_noise)]) {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(BadInput::new(name, "a finite number >= 0", value.to_string()));
+            }
+        }
+        if !(self.renewed > 0.0 && self.renewed <= 1.0) {
+            return Err(BadInput::new("renewed", "0 < part <= 1", self.renewed.to_string()));
+        }
+        Ok(())
+    }
+
+    fn features(&self, data: &Dataset) -> Check<FeatureSpec> {
+        let largest =
+            data.training.iter().flat_map(|one| &one.strokes).fold(0.0f64, |max, s| max.max(s.abs()));
+        let spec = FeatureSpec {
+            step_s: data.step,
+            n_tendons: data.n_tendons,
+            smoothing: self.smoothing,
+            half_width_s: self.half_width_s,
+            horizons_s: self.horizons_s.clone(),
+            slow_m_s: self.slow_m_s,
+            plays_m: self.plays.iter().map(|part| part * largest).collect(),
+            lags_s: self.lags_s.clone(),
+        };
+        spec.check()?;
+        Ok(spec)
+    }
+}
+
+/// Trains, see [`StatefulOptions`].
+///
+/// # Errors
+/// Options out of range, a tip that does not move, a file to go on from that belongs to another training, training that
+/// leaves finite numbers.
+pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Session<'_>) -> Result<Fitted> {
+    options.check()?;
+    let spec = options.features(data)?;
+    let Smoothed { training, validation, regression, regression_mm, workspace } =
+        smoothed(data, spec.smoothing, spec.half_width_s)?;
+    let seen: Vec<Raw> = training.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
+    let unseen: Vec<Raw> = validation.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
+    let inputs = input_ranges(&seen, &spec)?;
+    let outputs = output_ranges(&data.training, &seen)?;
+    let rows = |all: &[Demonstration], raw: &[Raw]| -> Vec<Row> {
+        all.iter().zip(raw).map(|(one, raw)| raw.row(one, &inputs, &outputs)).collect()
+    };
+    let gain: Vec<f32> = outputs.channels.iter().map(|c| (500.0 * (c.max - c.min)) as f32).collect();
+    let mut lesson = Trajectories {
+        options,
+        seen: rows(&data.training, &seen),
+        unseen: rows(&data.validation, &unseen),
+        loss: Loss::new(&options.loss, gain, data.step),
+        n_inputs: inputs.channels.len(),
+    };
+    let architecture = Architecture {
+        inputs: lesson.n_inputs,
+        hidden: options.hidden,
+        layers: options.layers,
+        outputs: data.n_tendons,
+        head: Head::Linear,
+        dropout: 0.0,
+    };
+    let network = Network::new(&architecture, options.seed)?;
+    let mut training = identity("stateful", json!(options), data);
+    let outcome = run(&mut lesson, network, options.seed, &training, session)?;
+    training["epochs"] = json!(outcome.epoch);
+    training["held_out_stroke_rmse_mm"] = json!(outcome.held_out_mm);
+    training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
+    let model = InverseModel {
+        network: outcome.network,
+        inputs,
+        outputs,
+        design: Design::Stateful { features: spec, regression },
+        n_tendons: data.n_tendons,
+        step_s: data.step,
+        limits: data.limits(),
+        workspace,
+        robots: data.robots(),
+        training,
+    };
+    Ok(Fitted { model, held_out_mm: outcome.held_out_mm, regression_mm, is_finished: outcome.is_finished })
+}
+
+/// A trajectory before it is normalised.
+struct Raw {
+    /// Features (n × inputs).
+    features: Vec<f64>,
+    /// Strokes of the static regression (n × n_tendons) [m].
+    regression: Vec<f64>,
+}
+
+impl Raw {
+    fn new(path: &[PathPoint], spec: &FeatureSpec, regression: &StaticRegression) -> Self {
+        let mut raw = Self { features: Vec::new(), regression: vec![0.0; path.len() * spec.n_tendons] };
+        let mut features = Features::new(spec);
+        for (i, strokes) in raw.regression.chunks_exact_mut(spec.n_tendons).enumerate() {
+            regression.strokes_into(path[i].position, strokes);
+            features.append(path, i, strokes, &mut raw.features);
+        }
+        raw
+    }
+
+    fn row(&self, one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> Row {
+        let n_inputs = inputs.channels.len();
+        let mut features = vec![0.0; self.features.len()];
+        for (raw, out) in self.features.chunks_exact(n_inputs).zip(features.chunks_exact_mut(n_inputs)) {
+            inputs.normalise_into(raw, out);
+        }
+        let middle = outputs.channels.iter().map(|c| 0.5 * (c.min + c.max)).cycle();
+        let offset = self.regression.iter().zip(&one.strokes).zip(middle);
+        let mean = |i: usize| one.strokes_at(i).iter().sum::<f64>() / one.n_tendons as f64;
+        Row {
+            features,
+            offset: offset
+                .map(|((found, stroke), middle)| (1e3 * (found + middle - stroke)) as f32)
+                .collect(),
+            pull: (0..one.len()).map(|i| (1e3 * mean(i)) as f32).collect(),
+            jacobian: one.jacobian.iter().map(|&j| j as f32).collect(),
+            weight: one.gap.iter().map(|&gap| if gap { 0.0 } else { 1.0 }).collect(),
+        }
+    }
+}
+
+fn input_ranges(seen: &[Raw], spec: &FeatureSpec) -> Check<Normaliser> {
+    let names = spec.names();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Normaliser::from_samples(&names, seen.iter().flat_map(|raw| raw.features.chunks_exact(names.len())))
+}
+
+/// Ranges of what the static regression misses.
+fn output_ranges(all: &[Demonstration], seen: &[Raw]) -> Check<Normaliser> {
+    let n = all[0].n_tendons;
+    let names: Vec<String> = (1..=n).map(|k| format!("correction_{k}_m")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let missing: Vec<f64> = all
+        .iter()
+        .zip(seen)
+        .flat_map(|(one, raw)| one.strokes.iter().zip(&raw.regression).map(|(stroke, found)| stroke - found))
+        .collect();
+    let ranges = Normaliser::from_samples(&names, missing.chunks_exact(n))?;
+    // Strokes that the regression finds exactly still need a range to be learned in.
+    let widened = |channel: ChannelRange| {
+        let wider = (0.5e-6 - 0.5 * (channel.max - channel.min)).max(0.0);
+        ChannelRange { min: channel.min - wider, max: channel.max + wider, ..channel }
+    };
+    Normaliser::new(ranges.channels.into_iter().map(widened).collect())
+}
+
+struct Trajectories<'a> {
+    options: &'a StatefulOptions,
+    seen: Vec<Row>,
+    unseen: Vec<Row>,
+    loss: Loss,
+    n_inputs: usize,
+}
+
+impl Trajectories<'_> {
+    /// Pieces of all rows side by side: inputs [step][row][channel]. After its end a trajectory stands still; its weight
+    /// is zero there.
+    fn piece(&self, rows: &[Row], start: usize, steps: usize, noise: &mut dyn FnMut() -> f32) -> Vec<f32> {
+        let n = self.n_inputs;
+        let mut inputs = Vec::with_capacity(steps * rows.len() * n);
+        for i in start..start + steps {
+            for row in rows {
+                let i = i.min(row.len() - 1);
+                inputs.extend(row.features[i * n..(i + 1) * n].iter().map(|value| value + noise()));
+            }
+        }
+        inputs
+    }
+
+    /// First sample and number of samples of each piece.
+    fn pieces(&self, rows: &[Row]) -> Vec<(usize, usize)> {
+        let longest = rows.iter().map(Row::len).max().unwrap_or(0);
+        let piece = self.options.piece;
+        (0..longest).step_by(piece).map(|start| (start, piece.min(longest - start))).collect()
+    }
+}
+
+impl Lesson for Trajectories<'_> {
+    fn epochs(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn patience(&self) -> usize {
+        self.options.patience
+    }
+
+    fn adam(&self, epoch: usize) -> Adam {
+        let part = epoch as f64 / self.options.epochs as f64;
+        let falling = 0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos());
+        Adam { learning_rate: self.options.learning_rate * falling, clip_norm: Some(1.0), ..Adam::default() }
+    }
+
+    fn renewed(&self) -> Option<f32> {
+        Some(self.options.renewed)
+    }
+
+    fn train(
+        &mut self,
+        training: &mut Training,
+        epoch: usize,
+        on_step: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<Option<f64>> {
+        let rows = self.seen.len();
+        let mut memory = Memory::zeros(training.network().architecture(), rows);
+        let mut stream = rng(self.options.seed, &format!("inverse/noise/{epoch}"));
+        let width = self.options.input_noise as f32;
+        let mut noise = || width * (stream.random::<f32>() - 0.5);
+        let pieces = self.pieces(&self.seen);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (k, &(start, steps)) in pieces.iter().enumerate() {
+            let inputs = self.piece(&self.seen, start, steps, &mut noise);
+            let batch = Batch { inputs: &inputs, steps, rows, outputs: Outputs::All };
+            training.step(&batch, &mut memory, |outputs, gradient| {
+                let sums = self.loss.evaluate(&self.seen, start, outputs, gradient);
+                sum += sums.loss;
+                count += sums.count;
+                sums.loss / f64::max(sums.count, 1.0)
+            })?;
+            if !on_step(k + 1, pieces.len()) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(sum / f64::max(count, 1.0)))
+    }
+
+    fn validate(&self, training: &Training) -> Result<Vec<f64>> {
+        let rows = self.unseen.len();
+        let mut memory = Memory::zeros(training.network().architecture(), rows);
+        let mut squares = vec![0.0; self.loss.gain.len()];
+        let mut count = 0.0;
+        for (start, steps) in self.pieces(&self.unseen) {
+            let inputs = self.piece(&self.unseen, start, steps, &mut || 0.0);
+            let batch = Batch { inputs: &inputs, steps, rows, outputs: Outputs::All };
+            let outputs = training.predict(&batch, &mut memory)?;
+            let sums = self.loss.evaluate(&self.unseen, start, &outputs, &mut vec![0.0; outputs.len()]);
+            squares.iter_mut().zip(&sums.squares).for_each(|(sum, square)| *sum += square);
+            count += sums.count;
+        }
+        Ok(squares.into_iter().map(|sum| sum / f64::max(count, 1.0)).collect())
+    }
+}

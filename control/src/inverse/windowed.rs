@@ -1,0 +1,344 @@
+//! The paper's controller, as published (section V-B c): windows of 200 samples of the tip's x and y, 2 × 512 units with
+//! dropout, linear head to all strokes, mean squared error, Adam with a step size that falls in stairs.
+
+use hysteron_base::{BadInput, rng};
+use hysteron_learn::{
+    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Training,
+};
+use rand::seq::SliceRandom;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::fit::{Fitted, Lesson, Session, identity, mean, run};
+use super::smooth::{Smoothed, Smoothing, smoothed};
+use super::{Check, Dataset, Demonstration, Design, InverseModel};
+use crate::Result;
+
+/// How to train; the defaults are published, but for the stairs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WindowedOptions {
+    /// Samples of a window.
+    pub window: usize,
+    /// Samples between the ends of two windows; 1 is published.
+    pub stride: usize,
+    /// Hidden units of each layer.
+    pub hidden: usize,
+    /// LSTM layers.
+    pub layers: usize,
+    /// Dropout between layers.
+    pub dropout: f64,
+    /// Epochs.
+    pub epochs: usize,
+    /// Windows of a step.
+    pub batch: usize,
+    /// Step size of Adam at the start.
+    pub learning_rate: f64,
+    /// Epochs of a stair; the paper names a StepLR and not its numbers.
+    pub stair: usize,
+    /// What the step size is multiplied by from stair to stair.
+    pub stair_factor: f64,
+    /// Weight decay of Adam.
+    pub weight_decay: f64,
+    /// Seed of weights, order and dropout.
+    pub seed: u64,
+}
+
+/// Half the time over which the tip is smoothed for the static regression and the workspace; the network sees it as it is.
+const HALF_WIDTH_S: f64 = 0.1;
+
+impl Default for WindowedOptions {
+    fn default() -> Self {
+        Self {
+            window: 200,
+            stride: 1,
+            hidden: 512,
+            layers: 2,
+            dropout: 0.1,
+            epochs: 30,
+            batch: 256,
+            learning_rate: 1e-3,
+            stair: 10,
+            stair_factor: 0.5,
+            weight_decay: 1e-4,
+            seed: 1,
+        }
+    }
+}
+
+impl WindowedOptions {
+    fn architecture(&self, n_tendons: usize) -> Architecture {
+        Architecture {
+            inputs: 2,
+            hidden: self.hidden,
+            layers: self.layers,
+            outputs: n_tendons,
+            head: Head::Linear,
+            dropout: self.dropout,
+        }
+    }
+
+    fn check(&self) -> Check<()> {
+        let counts = [
+            ("window", self.window),
+            ("stride", self.stride),
+            ("epochs", self.epochs),
+            ("batch", self.batch),
+            ("stair", self.stair),
+        ];
+        match counts.iter().find(|(_, n)| *n == 0) {
+            Some((name, _)) => Err(BadInput::new(*name, "at least 1", "0")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Trains, see [`WindowedOptions`].
+///
+/// # Errors
+/// Options out of range, a file to go on from that belongs to another training, training that leaves finite numbers.
+pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Session<'_>) -> Result<Fitted> {
+    options.check()?;
+    let Smoothed { regression_mm, workspace, .. } = smoothed(data, Smoothing::Centred, HALF_WIDTH_S)?;
+    let (inputs, outputs) = (input_ranges(data)?, output_ranges(data)?);
+    let prepare = |all: &[Demonstration]| -> Vec<Prepared> {
+        all.iter().map(|one| prepare(one, &inputs, &outputs)).collect()
+    };
+    let mut lesson = Windows {
+        half_width_mm: outputs.channels.iter().map(|c| 500.0 * (c.max - c.min)).collect(),
+        seen: prepare(&data.training),
+        unseen: prepare(&data.validation),
+        options,
+    };
+    let network = Network::new(&options.architecture(data.n_tendons), options.seed)?;
+    let mut training = identity("paper", json!(options), data);
+    let outcome = run(&mut lesson, network, options.seed, &training, session)?;
+    training["epochs"] = json!(outcome.epoch);
+    training["held_out_stroke_rmse_mm"] = json!(outcome.held_out_mm);
+    training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
+    let model = InverseModel {
+        network: outcome.network,
+        inputs,
+        outputs,
+        design: Design::Windowed { window: options.window },
+        n_tendons: data.n_tendons,
+        step_s: data.step,
+        limits: data.limits(),
+        workspace,
+        robots: data.robots(),
+        training,
+    };
+    Ok(Fitted { model, held_out_mm: outcome.held_out_mm, regression_mm, is_finished: outcome.is_finished })
+}
+
+fn input_ranges(data: &Dataset) -> Check<Normaliser> {
+    let tips = data.training.iter().flat_map(|one| one.tip.iter().map(|tip| &tip[..]));
+    Normaliser::from_samples(&["tip_x_m", "tip_y_m"], tips)
+}
+
+fn output_ranges(data: &Dataset) -> Check<Normaliser> {
+    let names: Vec<String> = (1..=data.n_tendons).map(|k| format!("stroke_{k}_m")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let ranges = Normaliser::from_samples(
+        &names,
+        data.training.iter().flat_map(|one| one.strokes.chunks_exact(data.n_tendons)),
+    )?;
+    match ranges.channels.iter().find(|channel| channel.min == channel.max) {
+        Some(ChannelRange { name, min, .. }) => {
+            Err(BadInput::new(name, "a stroke that changes", format!("{min} m throughout")))
+        }
+        None => Ok(ranges),
+    }
+}
+
+/// A trajectory, normalised.
+struct Prepared {
+    /// Tip (n × 2).
+    inputs: Vec<f32>,
+    /// Strokes (n × n_tendons).
+    targets: Vec<f32>,
+    /// Samples that were measured, where windows may end.
+    ends: Vec<usize>,
+}
+
+fn prepare(one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> Prepared {
+    let mut prepared = Prepared {
+        inputs: normalised_path(&one.tip, inputs),
+        targets: vec![0.0; one.strokes.len()],
+        ends: (0..one.len()).filter(|&i| !one.gap[i]).collect(),
+    };
+    for (i, target) in prepared.targets.chunks_exact_mut(one.n_tendons).enumerate() {
+        outputs.normalise_into(one.strokes_at(i), target);
+    }
+    prepared
+}
+
+/// A path as the network sees it (n × 2).
+pub(super) fn normalised_path(path: &[[f64; 2]], inputs: &Normaliser) -> Vec<f32> {
+    let mut values = vec![0.0; 2 * path.len()];
+    for (tip, out) in path.iter().zip(values.chunks_exact_mut(2)) {
+        inputs.normalise_into(tip, out);
+    }
+    values
+}
+
+/// Appends windows side by side, [step][row][channel]: each ends in a sample of a normalised path, with zeros before
+/// its beginning.
+pub(super) fn gather<'a>(
+    windows: impl Iterator<Item = (&'a [f32], usize)> + Clone,
+    window: usize,
+) -> Vec<f32> {
+    let n_rows = windows.clone().count();
+    let mut values = vec![0.0; window * n_rows * 2];
+    for (row, (path, end)) in windows.enumerate() {
+        for step in 0..window {
+            let Some(i) = (end + 1 + step).checked_sub(window) else { continue };
+            let at = (step * n_rows + row) * 2;
+            values[at..at + 2].copy_from_slice(&path[2 * i..2 * i + 2]);
+        }
+    }
+    values
+}
+
+struct Windows<'a> {
+    options: &'a WindowedOptions,
+    seen: Vec<Prepared>,
+    unseen: Vec<Prepared>,
+    /// From normalised errors of each stroke to millimetres.
+    half_width_mm: Vec<f64>,
+}
+
+impl Windows<'_> {
+    /// Trajectory and last sample of each window.
+    fn of(&self, all: &[Prepared]) -> Vec<(usize, usize)> {
+        let ends = |(k, one): (usize, &Prepared)| {
+            one.ends.iter().step_by(self.options.stride).map(move |&end| (k, end)).collect::<Vec<_>>()
+        };
+        all.iter().enumerate().flat_map(ends).collect()
+    }
+
+    /// Inputs and targets of some windows.
+    fn batch(&self, all: &[Prepared], windows: &[(usize, usize)]) -> (Vec<f32>, Vec<f32>) {
+        let n = self.half_width_mm.len();
+        let rows = windows.iter().map(|&(k, end)| (&all[k].inputs[..], end));
+        let targets = windows.iter().flat_map(|&(k, end)| &all[k].targets[end * n..(end + 1) * n]);
+        (gather(rows, self.options.window), targets.copied().collect())
+    }
+}
+
+impl Lesson for Windows<'_> {
+    fn epochs(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn patience(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn adam(&self, epoch: usize) -> Adam {
+        let stairs = i32::try_from(epoch / self.options.stair).unwrap_or(i32::MAX);
+        Adam {
+            learning_rate: self.options.learning_rate * self.options.stair_factor.powi(stairs),
+            weight_decay: self.options.weight_decay,
+            ..Adam::default()
+        }
+    }
+
+    fn renewed(&self) -> Option<f32> {
+        None
+    }
+
+    fn train(
+        &mut self,
+        training: &mut Training,
+        epoch: usize,
+        on_step: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<Option<f64>> {
+        let mut windows = self.of(&self.seen);
+        windows.shuffle(&mut rng(self.options.seed, &format!("inverse/order/{epoch}")));
+        let n_steps = windows.len().div_ceil(self.options.batch);
+        let mut sum = 0.0;
+        for (k, windows) in windows.chunks(self.options.batch).enumerate() {
+            let (inputs, targets) = self.batch(&self.seen, windows);
+            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
+            let batch = Batch {
+                inputs: &inputs,
+                steps: self.options.window,
+                rows: windows.len(),
+                outputs: Outputs::Last,
+            };
+            let loss = training.step(&batch, &mut memory, |found, gradient| {
+                let scale = 1.0 / found.len() as f32;
+                let mut squares = 0.0;
+                for ((found, target), gradient) in found.iter().zip(&targets).zip(gradient) {
+                    squares += f64::from((found - target).powi(2));
+                    *gradient = 2.0 * scale * (found - target);
+                }
+                squares * f64::from(scale)
+            })?;
+            sum += loss * windows.len() as f64;
+            if !on_step(k + 1, n_steps) {
+                return Ok(None);
+            }
+        }
+        let squares: Vec<f64> = self.half_width_mm.iter().map(|mm| mm * mm).collect();
+        Ok(Some(mean(&squares) * sum / windows.len().max(1) as f64))
+    }
+
+    fn validate(&self, training: &Training) -> Result<Vec<f64>> {
+        let windows = self.of(&self.unseen);
+        let n = self.half_width_mm.len();
+        let mut squares = vec![0.0; n];
+        for windows in windows.chunks(self.options.batch) {
+            let (inputs, targets) = self.batch(&self.unseen, windows);
+            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
+            let batch = Batch {
+                inputs: &inputs,
+                steps: self.options.window,
+                rows: windows.len(),
+                outputs: Outputs::Last,
+            };
+            let found = training.predict(&batch, &mut memory)?;
+            for (k, (found, target)) in found.iter().zip(&targets).enumerate() {
+                squares[k % n] += (self.half_width_mm[k % n] * f64::from(found - target)).powi(2);
+            }
+        }
+        Ok(squares.into_iter().map(|sum| sum / windows.len().max(1) as f64).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_network_is_the_published_one() {
+        // Section V-B c: windows of 200 × 2, two layers of 512 with dropout 0.1, linear head to 4 strokes. Parameters by
+        // hand: 4·512·(2 + 512 + 1) + 4·512·(512 + 512 + 1) + 4·(512 + 1).
+        let options = WindowedOptions::default();
+        let architecture = options.architecture(4);
+        assert_eq!((options.window, options.batch, options.epochs), (200, 256, 30));
+        assert_eq!((architecture.dropout, architecture.head), (0.1, Head::Linear));
+        assert_eq!(Network::new(&architecture, 1).map(|n| n.n_parameters()).ok(), Some(3_155_972));
+    }
+
+    #[test]
+    fn windows_end_in_their_sample_and_begin_with_zeros() {
+        let path: Vec<f32> = (1..=8).map(|v| v as f32).collect();
+        let windows = [(&path[..], 1), (&path[..], 3)];
+        // Steps of both rows: x, y; x, y.
+        let expected = [0.0, 0.0, 3.0, 4.0, 1.0, 2.0, 5.0, 6.0, 3.0, 4.0, 7.0, 8.0];
+        assert_eq!(gather(windows.iter().copied(), 3), expected);
+    }
+
+    #[test]
+    fn the_step_size_falls_in_stairs() {
+        let lesson = Windows {
+            options: &WindowedOptions::default(),
+            seen: Vec::new(),
+            unseen: Vec::new(),
+            half_width_mm: Vec::new(),
+        };
+        let rates = [0, 9, 10, 29].map(|epoch| lesson.adam(epoch).learning_rate);
+        assert_eq!(rates, [1e-3, 1e-3, 5e-4, 2.5e-4]);
+    }
+}
