@@ -5,19 +5,16 @@
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, Result};
 use hysteron_base::rng;
 use rand::RngExt;
 use serde_json::{Value, json};
 
-use super::rig::{call, program};
+use super::chain::{Chain, TESTS};
 use super::{rms, write_metrics};
 use crate::table::print_cells;
 
-/// Held-out trajectories of the plan `paper`.
-const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
 /// The twin without and with friction.
 const SCENES: [(&str, &str); 2] =
     [("twin", "scene-typical.toml"), ("friction", "scene-typical-friction.toml")];
@@ -45,30 +42,24 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     } else {
         Size { seeds: 5, epochs: None, n_random: N_RANDOM, tests: &TESTS }
     };
-    let study = Study { program: program()?, folder: folder.to_owned() };
-    study.record("typical", "paper", "data")?;
-    let training = study.training_recordings()?;
+    let study = Study { chain: Chain::new(folder)? };
+    study.chain.record("typical", "paper", "data")?;
+    let training = study.chain.training_recordings()?;
     let mut rows = Vec::new();
     for (name, scene) in SCENES {
         rows.push(study.evaluate(name, scene, &[None], size.tests)?);
-        let identified = study.identify(name, scene, &training)?;
-        let models = study.train(name, &identified, size.seeds, size.epochs)?;
+        let identified = study.chain.identify(name, scene, &training)?;
+        let models = study.chain.train(name, &identified, size.seeds, size.epochs)?;
         let models: Vec<Option<&Path>> = models.iter().map(|path| Some(path.as_path())).collect();
         rows.push(study.evaluate(&format!("{name} + CoReAct"), scene, &models, size.tests)?);
     }
-    let paper = study.train_paper(&study.folder.join("identified-twin"), size.epochs)?;
+    let paper = study.train_paper(&folder.join("identified-twin"), size.epochs)?;
     rows.push(study.evaluate("twin + paper's network", SCENES[0].1, &[Some(&paper)], size.tests)?);
     print(&rows, size.tests);
-    let stability = study.stability(&study.folder.join("twin-1.safetensors"), size.n_random)?;
+    let stability = study.stability(&folder.join("twin-1.safetensors"), size.n_random)?;
     println!("{}", stability.text);
     let ladder: Vec<Value> = rows.iter().map(LadderRow::json).collect();
     write_metrics(folder, "coreact", json!({ "ladder": ladder, "stability": stability.json }))
-}
-
-/// The program and where it works.
-struct Study {
-    program: PathBuf,
-    folder: PathBuf,
 }
 
 /// NRMSE of x and y on each test, one for each seed [%].
@@ -85,78 +76,20 @@ impl LadderRow {
     }
 }
 
+/// The chain, and what is asked of it.
+struct Study {
+    chain: Chain,
+}
+
 impl Study {
-    fn hysteron(&self, arguments: &[&str]) -> Result<()> {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        call(Command::new(&self.program).args(arguments).current_dir(root))
-    }
-
-    /// A path of this study as an argument: the program works in the root of the repository.
-    fn path(&self, name: &str) -> Result<String> {
-        std::fs::create_dir_all(&self.folder)?;
-        Ok(self.folder.canonicalize()?.join(name).display().to_string())
-    }
-
-    fn record(&self, preset: &str, plan: &str, name: &str) -> Result<()> {
-        self.hysteron(&[
-            "record",
-            "--rig",
-            &format!("virtual:{preset}"),
-            "--plan",
-            plan,
-            "--out",
-            &self.path(name)?,
-        ])
-    }
-
-    fn training_recordings(&self) -> Result<Vec<String>> {
-        let mut names = Vec::new();
-        for entry in std::fs::read_dir(self.path("data")?)? {
-            let path = entry?.path();
-            let is_recording = path.extension().is_some_and(|ending| ending == "parquet");
-            if is_recording && !TESTS.iter().any(|test| path.file_stem().is_some_and(|stem| stem == *test)) {
-                names.push(path.display().to_string());
-            }
-        }
-        names.sort();
-        Ok(names)
-    }
-
-    fn identify(&self, name: &str, scene: &str, recordings: &[String]) -> Result<String> {
-        let out = self.path(&format!("identified-{name}"))?;
-        let scene = format!("meshes/tpu80/{scene}");
-        let mut arguments = vec!["identify", &scene, "--rounds", "1", "--out", &out];
-        arguments.extend(recordings.iter().map(String::as_str));
-        self.hysteron(&arguments)?;
-        Ok(out)
-    }
-
-    fn train(&self, name: &str, identified: &str, seeds: u64, epochs: Option<&str>) -> Result<Vec<PathBuf>> {
-        let mut models = Vec::new();
-        for seed in 1..=seeds {
-            let out = self.path(&format!("{name}-{seed}.safetensors"))?;
-            let seed = seed.to_string();
-            let mut arguments = vec!["fit-residual", identified, "--seed", &seed, "--out", &out];
-            arguments.extend(epochs.iter().flat_map(|epochs| ["--epochs", epochs]));
-            self.once(&out, &arguments)?;
-            models.push(PathBuf::from(out));
-        }
-        Ok(models)
-    }
-
     fn train_paper(&self, identified: &Path, epochs: Option<&str>) -> Result<PathBuf> {
-        let out = self.path("paper.safetensors")?;
+        let out = self.chain.path("paper.safetensors")?;
         let identified = identified.canonicalize()?.display().to_string();
         let mut arguments =
             vec!["fit-residual", &identified, "--design", "paper", "--stride", PAPER_STRIDE, "--out", &out];
         arguments.extend(epochs.iter().flat_map(|epochs| ["--epochs", epochs]));
-        self.once(&out, &arguments)?;
+        self.chain.once(&out, &arguments)?;
         Ok(PathBuf::from(out))
-    }
-
-    /// Runs the program unless what it writes is there.
-    fn once(&self, out: &str, arguments: &[&str]) -> Result<()> {
-        if Path::new(out).exists() { Ok(()) } else { self.hysteron(arguments) }
     }
 
     /// Rolls out every model on every test.
@@ -169,7 +102,7 @@ impl Study {
     ) -> Result<LadderRow> {
         let mut row = LadderRow { name: name.to_owned(), nrmse: Vec::new() };
         for test in tests {
-            let strokes = self.path(&format!("data/{test}.parquet"))?;
+            let strokes = self.chain.path(&format!("data/{test}.parquet"))?;
             let mut nrmse = [Vec::new(), Vec::new()];
             for model in models {
                 let stem = model
@@ -188,27 +121,30 @@ impl Study {
 
     /// Simulates and gives back its `metrics.json`.
     fn simulate(&self, scene: &str, strokes: &str, model: Option<&Path>, name: &str) -> Result<Value> {
-        let (scene, out, figures) =
-            (format!("meshes/tpu80/{scene}"), self.path(&format!("{name}.parquet"))?, self.path(name)?);
+        let (scene, out, figures) = (
+            format!("meshes/tpu80/{scene}"),
+            self.chain.path(&format!("{name}.parquet"))?,
+            self.chain.path(name)?,
+        );
         let model = model.map(|path| path.display().to_string());
         let mut arguments =
             vec!["simulate", &scene, "--strokes", strokes, "--out", &out, "--figures", &figures];
         arguments.extend(model.iter().flat_map(|path| ["--residual", path]));
         let metrics = Path::new(&figures).join("metrics.json");
         if !metrics.exists() {
-            self.hysteron(&arguments)?;
+            self.chain.hysteron(&arguments)?;
         }
         Ok(serde_json::from_slice(&std::fs::read(metrics)?)?)
     }
 
     /// Rollouts on random plans, half of them within the amplitudes of training and half up to 20 % beyond.
     fn stability(&self, model: &Path, n: usize) -> Result<Stability> {
-        let plan = self.path("random.toml")?;
+        let plan = self.chain.path("random.toml")?;
         std::fs::write(&plan, random_plan(n))?;
-        self.record("typical", &plan, &format!("random-{n}"))?;
+        self.chain.record("typical", &plan, &format!("random-{n}"))?;
         let (mut worse, mut gains) = (Vec::new(), Vec::new());
         for k in 0..n {
-            let strokes = self.path(&format!("random-{n}/random-{k}.parquet"))?;
+            let strokes = self.chain.path(&format!("random-{n}/random-{k}.parquet"))?;
             let rmse = |model: Option<&Path>, name: &str| -> Result<f64> {
                 let found = self.simulate(SCENES[0].1, &strokes, model, &format!("stability/{name}-{k}"))?;
                 found.pointer("/run/against_measured/rmse_m").and_then(Value::as_f64).context("no RMSE")

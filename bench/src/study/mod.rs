@@ -1,7 +1,9 @@
 //! Comparisons with other programs and with real robots, and the whole chain in real time; each prints tables and writes `metrics.json`.
 
+pub mod chain;
 pub mod convergence;
 pub mod coreact;
+pub mod edic;
 pub mod ftdcr;
 pub mod rig;
 pub mod sofa;

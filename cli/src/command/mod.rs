@@ -54,7 +54,7 @@ pub struct Arguments {
     /// Smallest stroke [default: that of the training; with --scene, the opposite of the largest]
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "scene")]
     stroke_min_mm: Option<f64>,
-    /// Largest stroke [default: that of the training; with --scene 12]
+    /// Largest stroke [default: that of the training; with --scene 16]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     stroke_max_mm: Option<f64>,
     /// Fastest change of a stroke [default: that of the training; with --scene 12]

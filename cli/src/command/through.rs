@@ -12,7 +12,7 @@ use hysteron_twin::residual::{Bare, FollowLimits, FollowStep, Follower, Plant, R
 use super::{Answer, Arguments, Target};
 
 /// Largest stroke, where none is given [mm], and fastest change [mm/s].
-const LIMITS: [f64; 2] = [12.0, 12.0];
+const LIMITS: [f64; 2] = [16.0, 12.0];
 
 /// Steers the twin along the path and back to no strokes. `progress` ends it where it returns false.
 pub fn strokes(

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 mod bad_input;
+mod command;
 mod documents;
 mod emulate;
 mod fit_material;

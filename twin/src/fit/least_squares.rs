@@ -307,6 +307,9 @@ impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'_, F> {
     }
 }
 
+/// Parameters, and the residuals there by recording.
+type Evaluated = (Vec<f64>, Vec<Vec<f64>>);
+
 /// The problem as `levenberg-marquardt` sees it: in angles, for the free parameters alone.
 struct Search<'a, F> {
     problem: &'a Problem<'a, F>,
@@ -315,7 +318,7 @@ struct Search<'a, F> {
     angles: DVector<f64>,
     iterations: AtomicUsize,
     /// Places and residuals that were asked for last: a Jacobian is wanted where the residuals were.
-    last: Mutex<Option<(Vec<f64>, Vec<Vec<f64>>)>>,
+    last: Mutex<Option<Evaluated>>,
     failure: Mutex<Option<Error>>,
 }
 

@@ -6,6 +6,7 @@ mod determinism;
 mod elastica;
 mod equilibrium;
 mod fit;
+mod follower;
 mod friction;
 mod layout;
 mod limit;

@@ -1,0 +1,115 @@
+//! The program, stage by stage, with everything kept in a folder: a study goes on where it was stopped.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::Result;
+
+use super::rig::{call, program};
+
+/// Held-out trajectories of the plan `paper`.
+pub const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
+
+/// The program and where it works.
+pub struct Chain {
+    program: PathBuf,
+    folder: PathBuf,
+}
+
+impl Chain {
+    /// Builds the program.
+    ///
+    /// # Errors
+    /// It cannot be built.
+    pub fn new(folder: &Path) -> Result<Self> {
+        Ok(Self { program: program()?, folder: folder.to_owned() })
+    }
+
+    /// Runs it, from the root of the repository.
+    ///
+    /// # Errors
+    /// It fails.
+    pub fn hysteron(&self, arguments: &[&str]) -> Result<()> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        call(Command::new(&self.program).args(arguments).current_dir(root))
+    }
+
+    /// Runs it unless what it writes is there.
+    ///
+    /// # Errors
+    /// It fails.
+    pub fn once(&self, out: &str, arguments: &[&str]) -> Result<()> {
+        if Path::new(out).exists() { Ok(()) } else { self.hysteron(arguments) }
+    }
+
+    /// A path of the study as an argument: the program works in the root of the repository.
+    ///
+    /// # Errors
+    /// Refusals of the file system.
+    pub fn path(&self, name: &str) -> Result<String> {
+        std::fs::create_dir_all(&self.folder)?;
+        Ok(self.folder.canonicalize()?.join(name).display().to_string())
+    }
+
+    /// Records a plan on a virtual rig, into `name`.
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn record(&self, preset: &str, plan: &str, name: &str) -> Result<()> {
+        let rig = format!("virtual:{preset}");
+        self.hysteron(&["record", "--rig", &rig, "--plan", plan, "--out", &self.path(name)?])
+    }
+
+    /// The recordings of the plan `paper` in `data` that are to learn from.
+    ///
+    /// # Errors
+    /// Refusals of the file system.
+    pub fn training_recordings(&self) -> Result<Vec<String>> {
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(self.path("data")?)? {
+            let path = entry?.path();
+            let is_recording = path.extension().is_some_and(|ending| ending == "parquet");
+            if is_recording && !TESTS.iter().any(|test| path.file_stem().is_some_and(|stem| stem == *test)) {
+                names.push(path.display().to_string());
+            }
+        }
+        names.sort();
+        Ok(names)
+    }
+
+    /// Identifies recordings with a scene of the robot, into `identified-NAME`.
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn identify(&self, name: &str, scene: &str, recordings: &[String]) -> Result<String> {
+        let out = self.path(&format!("identified-{name}"))?;
+        let scene = format!("meshes/tpu80/{scene}");
+        let mut arguments = vec!["identify", &scene, "--rounds", "1", "--out", &out];
+        arguments.extend(recordings.iter().map(String::as_str));
+        self.hysteron(&arguments)?;
+        Ok(out)
+    }
+
+    /// Trains a residual network for each seed, as `NAME-SEED.safetensors`.
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn train(
+        &self,
+        name: &str,
+        identified: &str,
+        seeds: u64,
+        epochs: Option<&str>,
+    ) -> Result<Vec<PathBuf>> {
+        let mut models = Vec::new();
+        for seed in 1..=seeds {
+            let out = self.path(&format!("{name}-{seed}.safetensors"))?;
+            let seed = seed.to_string();
+            let mut arguments = vec!["fit-residual", identified, "--seed", &seed, "--out", &out];
+            arguments.extend(epochs.iter().flat_map(|epochs| ["--epochs", epochs]));
+            self.once(&out, &arguments)?;
+            models.push(PathBuf::from(out));
+        }
+        Ok(models)
+    }
+}

@@ -1,0 +1,57 @@
+//! Steering a twin along a path, and doing it again with the strokes alone.
+
+use hysteron_twin::residual::{Bare, FollowLimits, Follower, Plant};
+
+use super::scenes;
+
+const LIMITS: FollowLimits = FollowLimits { stroke: 2e-3, rate: 5e-3 };
+
+fn coordinates([a, b]: [f64; 2], strokes: &mut [f64]) {
+    strokes.copy_from_slice(&[a, b, -a, -b]);
+}
+
+#[test]
+fn a_goal_that_stands_is_reached_and_its_strokes_lead_there_again() {
+    let (scene, mesh) = scenes::robot();
+    let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
+    let mut follower = Follower::new(&twin, Box::new(Bare::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
+    let (goal, mut done) = ([1.5e-3, -1e-3], Vec::new());
+    for _ in 0..150 {
+        let step = follower.step(goal).unwrap();
+        done.push((follower.strokes().to_vec(), step.tip));
+    }
+    let tip = done[149].1;
+    // What is missing shrinks by a factor each sample: nothing but the accuracy of a step is left, some 1e-8 m.
+    assert!((tip[0] - goal[0]).hypot(tip[1] - goal[1]) < 1e-7, "{tip:?}");
+    let mut again = Bare::new(&twin);
+    let mut before = vec![0.0; 4];
+    for (strokes, tip) in &done {
+        let found = again.step(strokes).unwrap().tip;
+        assert!((0..3).all(|c| (found[c] - tip[c]).abs() < 1e-7), "{found:?} {tip:?}");
+        let moved = (strokes[0] - before[0]).hypot(strokes[1] - before[1]);
+        assert!(moved <= LIMITS.rate * 0.01 * (1.0 + 1e-12), "{moved}");
+        before.clone_from(strokes);
+    }
+}
+
+#[test]
+fn limits_hold_and_the_way_home_ends_without_strokes() {
+    let (scene, mesh) = scenes::robot();
+    let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
+    let mut follower = Follower::new(&twin, Box::new(Bare::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
+    // Ten times the length of the robot cannot be reached.
+    let steps: Vec<_> = (0..100).map(|_| follower.step([1.0, 0.0]).unwrap()).collect();
+    assert!(steps.iter().all(|step| step.is_limited));
+    assert!((follower.strokes()[0] - LIMITS.stroke).abs() < 1e-12);
+    let mut n = 0;
+    while !follower.is_home() {
+        follower.step_home().unwrap();
+        n += 1;
+    }
+    // 2 mm at 5 mm/s in steps of 0.05 mm, one more for rounding.
+    assert!((40..=41).contains(&n), "{n}");
+    assert_eq!(follower.strokes(), [0.0; 4]);
+    for wrong in [FollowLimits { stroke: 0.0, ..LIMITS }, FollowLimits { rate: f64::NAN, ..LIMITS }] {
+        assert!(Follower::new(&twin, Box::new(Bare::new(&twin)), &coordinates, wrong, 0.01).is_err());
+    }
+}
