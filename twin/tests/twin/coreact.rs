@@ -3,7 +3,7 @@
 use hysteron_base::{AuxiliaryLayout, Bounds, Channel, Drive, Metadata, Recording};
 use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::qp::QpStatus;
-use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
+use hysteron_twin::residual::{Plant, ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
 use hysteron_twin::{Motion, Stepper, Target, Twin};
 
 use super::scenes;

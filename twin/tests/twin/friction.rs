@@ -328,7 +328,7 @@ fn goals_are_approached_as_far_as_friction_lets_the_search() {
     let mut robot = Robot::new(&scene);
     robot.go(&[Target::Free; 4]);
     let goal = TipGoal { position: maker.tip().map(Some), tolerance: 1e-6, regularisation: 1e-6 };
-    let start = distance(robot.tip(), goal.position);
+    let start = distance(robot.tip(), maker.tip());
     let report = robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).unwrap();
     println!("goal with friction: {:.1e} m left of {start:.1e} m", report.tip_error);
     // The linearisation lets the tendons slip; of the way, what they hold at the end is left.
