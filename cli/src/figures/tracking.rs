@@ -233,7 +233,7 @@ pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<Vec<(f64, f64)>> {
         }
     }
     // One that would begin where the line ends.
-    dashes.retain(|dash| dash.len() > 1);
+    dashes.retain(|dash| dash[0] != dash[dash.len() - 1]);
     dashes
 }
 
