@@ -34,7 +34,7 @@ fn every_bound_rejects() {
         (("servo_id = 2", "servo_id = 253"), "tendon[2].servo_id"),
         (("pulley_radius_mm = 10.0", "pulley_radius_mm = nan"), "tendon[1].pulley_radius_mm"),
         (("rate_hz = 80.0", "rate_hz = inf"), "tracker.rate_hz"),
-        (("stroke_min_mm = -12.0", "stroke_min_mm = 12.0"), "limits.stroke_min_mm"),
+        (("stroke_min_mm = -16.0", "stroke_min_mm = 16.0"), "limits.stroke_min_mm"),
         (("lag_max_mm = 3.0", "lag_max_mm = 0.0"), "limits.lag_max_mm"),
         (("load_max_percent = 70.0", "load_max_percent = 101.0"), "limits.load_max_percent"),
         (("voltage_min_v = 9.5", "voltage_min_v = 15.0"), "limits.voltage_min_v"),
