@@ -126,6 +126,6 @@ fn a_recording_of_another_plan_is_not_overwritten() {
     };
     record("quick").succeeded();
     let bytes = std::fs::read(place.path().join("one.parquet")).unwrap();
-    assert!(record("paper").error(2).contains("one of another plan"));
+    assert!(record("paper").error(2).contains("one of other commands"));
     assert!(std::fs::read(place.path().join("one.parquet")).unwrap() == bytes);
 }

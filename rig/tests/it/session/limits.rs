@@ -34,7 +34,7 @@ fn a_circle_within_its_limits_passes_none() {
 
 #[test]
 fn commands_out_of_bounds_go_back_to_rest() {
-    let stroke = [("stroke_max_mm = 12.0", "stroke_max_mm = 0.5")];
+    let stroke = [("stroke_max_mm = 16.0", "stroke_max_mm = 0.5")];
     trips(&stroke, Mishap::None, "stroke, commanded", Retreat::ToRest);
     let rate = [
         ("stroke_rate_max_mm_s = 12.0", "stroke_rate_max_mm_s = 1.5"),
@@ -61,7 +61,7 @@ const UNLIMITED: [(&str, &str); 3] = [
 fn a_pulley_that_something_pulls_trips_whatever_is_limited() {
     let [rate, load, lag] = UNLIMITED;
     let stroke =
-        [("stroke_max_mm = 12.0", "stroke_max_mm = 2.3"), ("stroke_min_mm = -12.0", "stroke_min_mm = -2.3")];
+        [("stroke_max_mm = 16.0", "stroke_max_mm = 2.3"), ("stroke_min_mm = -16.0", "stroke_min_mm = -2.3")];
     trips(&[rate, load, lag, stroke[0], stroke[1]], PULLED, "stroke, measured", Retreat::ToRest);
     trips(&[load, lag], PULLED, "stroke rate, measured", Retreat::ToRest);
     trips(&[rate, load], PULLED, "lag", Retreat::LetGo);
