@@ -21,7 +21,7 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron evaluate --target circle:38 out/circle40.parquet
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
-      --out out/quick/commands.parquet
+      --out out/commands/ellipse.parquet
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 

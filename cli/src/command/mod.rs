@@ -30,8 +30,8 @@ Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
-      --out out/quick/commands.parquet --figures out/quick/commands
-  hysteron command --scene meshes/tpu80/scene.toml --target circle:30 --out out/quick/nominal.parquet
+      --out out/commands/ellipse.parquet --figures out/commands
+  hysteron command --scene meshes/tpu80/scene.toml --target circle:30 --out out/commands/nominal.parquet
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
 
