@@ -13,6 +13,7 @@ mod gates;
 mod graph;
 #[cfg(test)]
 mod graph_tests;
+mod loss;
 mod network;
 mod normaliser;
 mod product;
@@ -22,11 +23,12 @@ mod tensor_file;
 mod trainer;
 mod training;
 
-pub use adam::Adam;
+pub use adam::{Adam, half_cosine};
 pub use architecture::{Architecture, Head};
 pub use batch::{Batch, Memory, Outputs};
 pub use checkpoint::Checkpoint;
 pub use error::{Error, Result};
+pub use loss::mean_squared_error;
 pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};
 pub use runner::Runner;

@@ -73,6 +73,18 @@ impl Normaliser {
         )
     }
 
+    /// The same ranges, but none narrower than `least`: what never changed in the samples can still be learned.
+    ///
+    /// # Errors
+    /// As [`Normaliser::new`].
+    pub fn widened(self, least: f64) -> Result<Self, BadInput> {
+        let widened = |channel: ChannelRange| {
+            let wider = (0.5 * least - 0.5 * (channel.max - channel.min)).max(0.0);
+            ChannelRange { min: channel.min - wider, max: channel.max + wider, ..channel }
+        };
+        Self::new(self.channels.into_iter().map(widened).collect())
+    }
+
     /// Writes `values`, one for each channel, mapped to [-1, 1]; beyond where they are outside the ranges.
     ///
     /// # Panics

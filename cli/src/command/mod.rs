@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, file};
 use hysteron_control::inverse::InverseModel;
+use hysteron_control::path::is_recording;
 use hysteron_control::{Limits, TargetPath};
 
 use crate::{figures, interrupt, terminal};
@@ -147,13 +148,8 @@ fn by_network(
 /// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m` at a fixed rate.
 fn read_target(named: &str) -> anyhow::Result<Target> {
     let path = Path::new(named);
-    let is_recording = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("parquet") => true,
-        Some("csv") => file::read_text(path)?.contains("time_"),
-        _ => false,
-    };
     let recording =
-        if is_recording { Recording::read(path)? } else { TargetPath::open(named)?.recording()? };
+        if is_recording(path)? { Recording::read(path)? } else { TargetPath::open(named)?.recording()? };
     let within = |bad: BadInput| bad.within(named);
     let [x, y] = ["tip_x_m", "tip_y_m"].map(|name| recording.require(name).map_err(within));
     let (x, y) = (x?, y?);

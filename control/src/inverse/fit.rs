@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Adam, Network, Trainer, Training};
+use hysteron_learn::{Adam, Network, Normaliser, Trainer, Training};
 use serde_json::{Value, json};
 
-use super::{Dataset, Demonstration, InverseModel};
+use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
 use crate::{Error, Result};
 
 /// What a training reports after an epoch.
@@ -87,6 +87,40 @@ pub(super) struct Outcome {
     /// Root mean square error of each stroke held out [mm].
     pub held_out_mm: Vec<f64>,
     pub is_finished: bool,
+}
+
+/// What a controller is made of beside its network.
+pub(super) struct Parts {
+    pub inputs: Normaliser,
+    pub outputs: Normaliser,
+    pub design: Design,
+    pub workspace: Workspace,
+    /// Root mean square error of the static regression for each stroke held out [mm].
+    pub regression_mm: Vec<f64>,
+}
+
+impl Outcome {
+    /// The controller; `identity` is that of the training.
+    pub fn into_fitted(self, data: &Dataset, identity: Value, parts: Parts) -> Fitted {
+        let Parts { inputs, outputs, design, workspace, regression_mm } = parts;
+        let mut training = identity;
+        training["epochs"] = json!(self.epoch);
+        training["held_out_stroke_rmse_mm"] = json!(self.held_out_mm);
+        training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
+        let model = InverseModel {
+            network: self.network,
+            inputs,
+            outputs,
+            design,
+            n_tendons: data.n_tendons,
+            step_s: data.step,
+            limits: data.limits(),
+            workspace,
+            robots: data.robots(),
+            training,
+        };
+        Fitted { model, held_out_mm: self.held_out_mm, regression_mm, is_finished: self.is_finished }
+    }
 }
 
 /// Trains `network`, or goes on from the session's file. `identity` says what is trained on what: a file with another

@@ -5,16 +5,16 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Training,
+    Adam, Architecture, Batch, Head, Memory, Network, Normaliser, Outputs, Training, half_cosine,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::fit::{Fitted, Lesson, Session, identity, run};
+use super::fit::{Fitted, Lesson, Parts, Session, identity, run};
 use super::loss::{Loss, LossWeights, Row};
 use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
-use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, InverseModel, StaticRegression};
+use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
 use crate::Result;
 
 /// How to train.
@@ -150,24 +150,19 @@ pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Ses
         dropout: 0.0,
     };
     let network = Network::new(&architecture, options.seed)?;
-    let mut training = identity("stateful", json!(options), data);
+    let training = identity("stateful", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;
-    training["epochs"] = json!(outcome.epoch);
-    training["held_out_stroke_rmse_mm"] = json!(outcome.held_out_mm);
-    training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
-    let model = InverseModel {
-        network: outcome.network,
-        inputs,
-        outputs,
-        design: Design::Stateful { features: spec, regression },
-        n_tendons: data.n_tendons,
-        step_s: data.step,
-        limits: data.limits(),
-        workspace,
-        robots: data.robots(),
+    Ok(outcome.into_fitted(
+        data,
         training,
-    };
-    Ok(Fitted { model, held_out_mm: outcome.held_out_mm, regression_mm, is_finished: outcome.is_finished })
+        Parts {
+            inputs,
+            outputs,
+            design: Design::Stateful { features: spec, regression },
+            workspace,
+            regression_mm,
+        },
+    ))
 }
 
 /// A trajectory before it is normalised.
@@ -226,13 +221,8 @@ fn output_ranges(all: &[Demonstration], seen: &[Raw]) -> Check<Normaliser> {
         .zip(seen)
         .flat_map(|(one, raw)| one.strokes.iter().zip(&raw.regression).map(|(stroke, found)| stroke - found))
         .collect();
-    let ranges = Normaliser::from_samples(&names, missing.chunks_exact(n))?;
     // Strokes that the regression finds exactly still need a range to be learned in.
-    let widened = |channel: ChannelRange| {
-        let wider = (0.5e-6 - 0.5 * (channel.max - channel.min)).max(0.0);
-        ChannelRange { min: channel.min - wider, max: channel.max + wider, ..channel }
-    };
-    Normaliser::new(ranges.channels.into_iter().map(widened).collect())
+    Normaliser::from_samples(&names, missing.chunks_exact(n))?.widened(1e-6)
 }
 
 struct Trajectories<'a> {
@@ -277,8 +267,11 @@ impl Lesson for Trajectories<'_> {
 
     fn adam(&self, epoch: usize) -> Adam {
         let part = epoch as f64 / self.options.epochs as f64;
-        let falling = 0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos());
-        Adam { learning_rate: self.options.learning_rate * falling, clip_norm: Some(1.0), ..Adam::default() }
+        Adam {
+            learning_rate: self.options.learning_rate * half_cosine(part),
+            clip_norm: Some(1.0),
+            ..Adam::default()
+        }
     }
 
     fn renewed(&self) -> Option<f32> {

@@ -4,14 +4,15 @@
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
     Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Training,
+    mean_squared_error,
 };
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::fit::{Fitted, Lesson, Session, identity, mean, run};
+use super::fit::{Fitted, Lesson, Parts, Session, identity, mean, run};
 use super::smooth::{Smoothed, Smoothing, smoothed};
-use super::{Check, Dataset, Demonstration, Design, InverseModel};
+use super::{Check, Dataset, Demonstration, Design};
 use crate::Result;
 
 /// How to train; the defaults are published, but for the stairs.
@@ -110,24 +111,19 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
         options,
     };
     let network = Network::new(&options.architecture(data.n_tendons), options.seed)?;
-    let mut training = identity("paper", json!(options), data);
+    let training = identity("paper", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;
-    training["epochs"] = json!(outcome.epoch);
-    training["held_out_stroke_rmse_mm"] = json!(outcome.held_out_mm);
-    training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
-    let model = InverseModel {
-        network: outcome.network,
-        inputs,
-        outputs,
-        design: Design::Windowed { window: options.window },
-        n_tendons: data.n_tendons,
-        step_s: data.step,
-        limits: data.limits(),
-        workspace,
-        robots: data.robots(),
+    Ok(outcome.into_fitted(
+        data,
         training,
-    };
-    Ok(Fitted { model, held_out_mm: outcome.held_out_mm, regression_mm, is_finished: outcome.is_finished })
+        Parts {
+            inputs,
+            outputs,
+            design: Design::Windowed { window: options.window },
+            workspace,
+            regression_mm,
+        },
+    ))
 }
 
 fn input_ranges(data: &Dataset) -> Check<Normaliser> {
@@ -266,15 +262,8 @@ impl Lesson for Windows<'_> {
                 rows: windows.len(),
                 outputs: Outputs::Last,
             };
-            let loss = training.step(&batch, &mut memory, |found, gradient| {
-                let scale = 1.0 / found.len() as f32;
-                let mut squares = 0.0;
-                for ((found, target), gradient) in found.iter().zip(&targets).zip(gradient) {
-                    squares += f64::from((found - target).powi(2));
-                    *gradient = 2.0 * scale * (found - target);
-                }
-                squares * f64::from(scale)
-            })?;
+            let loss = training
+                .step(&batch, &mut memory, |found, gradient| mean_squared_error(found, &targets, gradient))?;
             sum += loss * windows.len() as f64;
             if !on_step(k + 1, n_steps) {
                 return Ok(None);

@@ -63,6 +63,18 @@ pub struct TargetPath {
     bounds: Vec<usize>,
 }
 
+/// Whether a file is a recording: Parquet, or CSV with a column of times; an outline in CSV has none.
+///
+/// # Errors
+/// `File` if it cannot be read.
+pub fn is_recording(path: &Path) -> Result<bool> {
+    Ok(match path.extension().and_then(|ending| ending.to_str()) {
+        Some("parquet") => true,
+        Some("csv") => file::read_text(path)?.contains("time_"),
+        _ => false,
+    })
+}
+
 impl TargetPath {
     /// The target that a person names: the file of one (.toml), an outline (.svg, or .csv with x and y), a recording
     /// of one (.parquet, or .csv with time_s), or a curve and its size in mm, as `circle:40`.
@@ -74,9 +86,8 @@ impl TargetPath {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("toml") => Self::read(path),
             Some("svg") => Self::outline_file(path),
-            Some("csv") if file::read_text(path)?.contains("time_") => Self::read_recording(path),
+            Some("csv" | "parquet") if is_recording(path)? => Self::read_recording(path),
             Some("csv") => Self::outline_file(path),
-            Some("parquet") => Self::read_recording(path),
             _ => Self::named(named),
         }
     }

@@ -78,7 +78,7 @@ impl Limits {
                     return Err(Error::Stroke(bad.hint(smaller)));
                 }
                 let rate = (values[i] - values[i.saturating_sub(1)]) * rate_hz;
-                if rate.abs() > self.stroke_rate + air * rate_hz {
+                if rate.abs() > self.stroke_rate * (1.0 + ROUNDING) {
                     let expected = format!("a change of at most {:?} mm/s", 1e3 * self.stroke_rate);
                     let bad = BadInput::new(place(), expected, format!("{:.3} mm/s", 1e3 * rate));
                     return Err(Error::StrokeRate(bad.hint(slower)));

@@ -7,7 +7,7 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
+    Adam, Architecture, Batch, Head, Memory, Network, Normaliser, Outputs, Trainer, half_cosine,
 };
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
@@ -174,8 +174,7 @@ fn train_member(
     let mut best = Member { network: mean.clone(), held_out_mm: f64::INFINITY, epochs: 0 };
     for epoch in 0..options.epochs {
         let part = epoch as f64 / options.epochs as f64;
-        let rate = 0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos());
-        trainer.set_learning_rate(options.learning_rate * rate);
+        trainer.set_learning_rate(options.learning_rate * half_cosine(part));
         let mut stream = rng(seed, &format!("residual/noise/{epoch}"));
         let training_mm = train_epoch(&mut trainer, &mut mean, &mut seen, spec, options, &mut stream)?;
         let held_out_mm = evaluate(&mean, &mut unseen, spec, options.piece)?;
@@ -230,14 +229,8 @@ fn output_ranges(sequences: &[Sequence]) -> std::result::Result<Normaliser, BadI
         }
     }
     let names = ["residual_x_m", "residual_y_m", "residual_z_m"];
-    let ranges = Normaliser::from_samples(&names, samples.chunks_exact(3))?;
     // A displacement that never changed still needs a range to be learned in.
-    let widened = |channel: ChannelRange| {
-        let least = 0.5e-6 - 0.5 * (channel.max - channel.min);
-        let wider = least.max(0.0);
-        ChannelRange { min: channel.min - wider, max: channel.max + wider, ..channel }
-    };
-    Normaliser::new(ranges.channels.into_iter().map(widened).collect())
+    Normaliser::from_samples(&names, samples.chunks_exact(3))?.widened(1e-6)
 }
 
 fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {

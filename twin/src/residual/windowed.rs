@@ -4,6 +4,7 @@
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
     Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
+    mean_squared_error,
 };
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
@@ -111,13 +112,7 @@ pub fn fit_windowed(
             let entering =
                 Batch { inputs: &values, steps: options.window, rows: batch.len(), outputs: Outputs::Last };
             let loss = trainer.step(&entering, &mut memory, |found, gradient| {
-                let scale = 1.0 / found.len() as f32;
-                let mut squares = 0.0;
-                for ((found, target), gradient) in found.iter().zip(&targets).zip(gradient) {
-                    squares += f64::from((found - target).powi(2));
-                    *gradient = 2.0 * scale * (found - target);
-                }
-                squares * f64::from(scale)
+                mean_squared_error(found, &targets, gradient)
             })?;
             sum += loss * batch.len() as f64;
         }
