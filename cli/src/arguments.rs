@@ -22,6 +22,8 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
       --out out/commands/ellipse.parquet
+  hysteron generate meshes/tpu80/scene.toml --plan quick --out out/bare
+  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --target circle:30 --out out/nominal
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -61,10 +63,12 @@ pub enum Verb {
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
     FitResidual(crate::fit_residual::Arguments),
+    Generate(crate::generate::Arguments),
     Target(crate::target::Arguments),
     Evaluate(crate::evaluate::Arguments),
     Train(crate::train::Arguments),
     Command(crate::command::Arguments),
+    Track(crate::track::Arguments),
     Rig(crate::rig::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),

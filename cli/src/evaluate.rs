@@ -1,6 +1,6 @@
 //! `hysteron evaluate`: how closely recorded tips followed a target.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};
@@ -53,6 +53,14 @@ pub struct Arguments {
     /// Measure the tip from where it rested at the beginning
     #[arg(long, conflicts_with = "whole")]
     relative_to_rest: bool,
+}
+
+impl Arguments {
+    /// Recordings of one target, with a report in `out`.
+    pub fn of(target: &str, recordings: Vec<PathBuf>, out: &Path, png: bool) -> Self {
+        let (target, out) = (target.to_owned(), Some(out.to_owned()));
+        Self { target, recordings, out, png, whole: false, relative_to_rest: false }
+    }
 }
 
 /// One recording and what it came to.

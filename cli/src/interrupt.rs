@@ -5,9 +5,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
+static IS_LISTENING: AtomicBool = AtomicBool::new(false);
 
-/// Starts listening for Ctrl-C and for a polite request to end (SIGTERM).
+/// Starts listening for Ctrl-C and for a polite request to end (SIGTERM); once, however often it is called.
 pub fn listen() -> anyhow::Result<()> {
+    if IS_LISTENING.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     ctrlc::set_handler(|| {
         if ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(1);
