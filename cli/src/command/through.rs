@@ -5,9 +5,9 @@ use std::path::Path;
 
 use hysteron_base::Scene;
 use hysteron_control::plan::Tendons;
-use hysteron_twin::Twin;
 use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{Bare, FollowLimits, FollowStep, Follower, Plant, ResidualModel, Rollout};
+use hysteron_twin::residual::{FollowLimits, FollowStep, Follower, ResidualModel, Rollout};
+use hysteron_twin::{Bare, Plant, Twin};
 
 use super::{Answer, Arguments, Target};
 

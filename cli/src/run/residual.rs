@@ -4,8 +4,8 @@ use std::path::Path;
 
 use hysteron_base::{BadInput, Channel, Scene};
 use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{Plant, ResidualModel, Rollout};
-use hysteron_twin::{StepReport, Twin, TwinState};
+use hysteron_twin::residual::{ResidualModel, Rollout};
+use hysteron_twin::{Plant, StepReport, Twin, TwinState};
 
 /// A network and the tendons that it drives.
 pub struct Network {
