@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_twin::Twin;
 use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{Bare, Plant, ResidualModel, Rollout};
+use hysteron_twin::residual::{ResidualModel, Rollout};
+use hysteron_twin::{Bare, Plant, Twin};
 
 /// A network and the tendons that it drives.
 pub struct Network {

@@ -20,7 +20,7 @@ pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
 pub use follower::{Coordinates, FollowLimits, FollowStep, Follower};
 pub use model::{Design, ResidualModel};
-pub use rollout::{Bare, Plant, Rollout, RolloutStep};
+pub use rollout::Rollout;
 pub use sequence::Sequence;
 pub use stateful::{StatefulOptions, fit_stateful};
 pub use windowed::{WindowedOptions, fit_windowed};

@@ -8,39 +8,14 @@ use hysteron_learn::Runner;
 use super::{Design, Features, ResidualModel};
 use crate::coreact::{Auxiliary, allowed_strokes};
 use crate::model::{Target, Twin};
-use crate::step::{StepReport, Stepper};
+use crate::plant::{Plant, PlantStep};
+use crate::step::Stepper;
 use crate::{Result, TwinState};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
 const MARGIN: f64 = 0.02;
 /// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
 const LARGEST_OUTPUT: f64 = 1.25;
-
-/// One sample of a rollout.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RolloutStep {
-    /// Tip [m].
-    pub tip: [f64; 3],
-    /// True where an input of the network was outside its training range.
-    pub is_extrapolating: bool,
-    /// What the twin's step cost.
-    pub report: StepReport,
-}
-
-/// Something that goes on by one sample when its primary strokes are given.
-pub trait Plant {
-    /// Goes on by one sample of primary strokes (n_primary) [m].
-    ///
-    /// # Errors
-    /// Those of [`Stepper::step`].
-    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep>;
-
-    /// Shape and tensions now.
-    fn state(&self) -> &TwinState;
-
-    /// See [`Stepper::tip_per_stroke`].
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]>;
-}
 
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
@@ -133,7 +108,7 @@ impl<'a> Rollout<'a> {
 }
 
 impl Plant for Rollout<'_> {
-    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
+    fn step(&mut self, primary: &[f64]) -> Result<PlantStep> {
         self.inputs.clear();
         let sees_tip = match (&self.model.design, &mut self.features) {
             (Design::Stateful { features: spec, .. }, Some(features)) => {
@@ -167,44 +142,7 @@ impl Plant for Rollout<'_> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
         self.tip = self.twin.tip_of(&self.state);
-        Ok(RolloutStep { tip: self.tip, is_extrapolating, report })
-    }
-
-    fn state(&self) -> &TwinState {
-        &self.state
-    }
-
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(self.twin, &self.state)
-    }
-}
-
-/// A twin whose virtual tendons rest.
-#[derive(Debug, Clone)]
-pub struct Bare<'a> {
-    twin: &'a Twin,
-    resting: Vec<Target>,
-    stepper: Stepper,
-    state: TwinState,
-    targets: Vec<Target>,
-}
-
-impl<'a> Bare<'a> {
-    /// Starts from rest.
-    pub fn new(twin: &'a Twin) -> Self {
-        let resting = twin.tendons[twin.n_primary..].iter();
-        let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();
-        Self { twin, resting, stepper: Stepper::new(twin), state: twin.rest(), targets: Vec::new() }
-    }
-}
-
-impl Plant for Bare<'_> {
-    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
-        self.targets.clear();
-        self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));
-        self.targets.extend_from_slice(&self.resting);
-        let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
-        Ok(RolloutStep { tip: self.twin.tip_of(&self.state), is_extrapolating: false, report })
+        Ok(PlantStep { tip: self.tip, is_extrapolating, report })
     }
 
     fn state(&self) -> &TwinState {
