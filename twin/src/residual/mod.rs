@@ -7,6 +7,7 @@
 //! (three numbers, spread over the tendons by a fixed map), and is fitted to the measured tip through the linearised
 //! twin, ∂y/∂s of the identification.
 
+mod adaptation;
 mod decoder;
 mod features;
 mod follower;
@@ -16,6 +17,7 @@ mod sequence;
 mod stateful;
 mod windowed;
 
+pub use adaptation::{AdaptOptions, Adaptation};
 pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
 pub use follower::{Coordinates, FollowLimits, FollowStep, Follower};

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use hysteron_base::BadInput;
 use hysteron_learn::Runner;
 
-use super::{Design, Features, ResidualModel};
+use super::adaptation::{Filter, terms_into};
+use super::{AdaptOptions, Adaptation, Design, Features, ResidualModel};
 use crate::coreact::{Auxiliary, allowed_strokes};
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
@@ -37,6 +38,10 @@ pub struct Rollout<'a> {
     bounded: Vec<f32>,
     outputs: Vec<f64>,
     targets: Vec<Target>,
+    /// Terms of the correction.
+    terms: Vec<f64>,
+    /// What learns the correction, if anything does.
+    filter: Option<Filter>,
 }
 
 impl<'a> Rollout<'a> {
@@ -51,8 +56,12 @@ impl<'a> Rollout<'a> {
         step: f64,
     ) -> std::result::Result<Self, BadInput> {
         model.check(twin.n_primary, auxiliary.len(), step)?;
+        Ok(Self::at_rest(twin, auxiliary, model))
+    }
+
+    fn at_rest(twin: &'a Twin, auxiliary: &'a Auxiliary, model: &'a ResidualModel) -> Self {
         let state = twin.rest();
-        Ok(Self {
+        Self {
             tip: twin.tip_of(&state),
             runner: Runner::new(&model.network),
             features: match &model.design {
@@ -67,11 +76,48 @@ impl<'a> Rollout<'a> {
             bounded: vec![0.0; model.outputs.channels.len()],
             outputs: vec![0.0; model.outputs.channels.len()],
             targets: Vec::new(),
+            terms: Vec::new(),
+            filter: None,
             state,
             twin,
             auxiliary,
             model,
-        })
+        }
+    }
+
+    /// Back to rest; what was learned stays.
+    pub fn restart(&mut self) {
+        let filter = self.filter.take();
+        *self = Self { filter, ..Self::at_rest(self.twin, self.auxiliary, self.model) };
+    }
+
+    /// Lets the correction of the network learn, from where the model has it.
+    ///
+    /// # Errors
+    /// The paper's design, which has none.
+    pub fn adapt(&mut self, options: AdaptOptions) -> std::result::Result<(), BadInput> {
+        let Design::Stateful { features, .. } = &self.model.design else {
+            return Err(BadInput::new("checkpoint", "a stateful network", "the paper's design")
+                .hint("only the stateful design has a correction that can learn"));
+        };
+        self.filter = Some(Filter::new(features, self.model.adaptation.as_ref(), options));
+        Ok(())
+    }
+
+    /// Learns from where the robot's tip was measured in this sample [m], if it is to learn.
+    pub fn learn(&mut self, measured: [f64; 3]) {
+        if let Some(filter) = &mut self.filter {
+            filter.update(&self.terms, std::array::from_fn(|c| measured[c] - self.tip[c]));
+        }
+    }
+
+    /// The model with what has been learned.
+    pub fn adapted(&self) -> ResidualModel {
+        ResidualModel { adaptation: self.correction().cloned(), ..self.model.clone() }
+    }
+
+    fn correction(&self) -> Option<&Adaptation> {
+        self.filter.as_ref().map(Filter::adaptation).or(self.model.adaptation.as_ref())
     }
 
     /// Auxiliary strokes now (n_aux) [m].
@@ -128,11 +174,14 @@ impl Plant for Rollout<'_> {
         self.run_network();
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
         match &self.model.design {
-            Design::Stateful { decoder, .. } => {
+            Design::Stateful { features, decoder } => {
                 let [x, y, z] = self.outputs[..] else {
                     return Err(three_outputs(self.outputs.len()).into());
                 };
-                decoder.strokes_into([x, y, z], &mut self.strokes);
+                terms_into(features, &self.inputs, &mut self.terms);
+                let [dx, dy, dz] =
+                    self.correction().map_or([0.0; 3], |correction| correction.displacement(&self.terms));
+                decoder.strokes_into([x + dx, y + dy, z + dz], &mut self.strokes);
             }
             Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
         }
