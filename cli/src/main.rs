@@ -15,11 +15,13 @@ mod identify;
 mod inputs;
 mod interrupt;
 mod mesh;
+mod paths;
 mod reach;
 mod record;
 mod rig;
 mod run;
 mod simulate;
+mod study;
 mod target;
 mod terminal;
 mod train;
@@ -47,6 +49,8 @@ fn main() -> ExitCode {
         Verb::Train(arguments) => train::run(arguments),
         Verb::Command(arguments) => command::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
+        Verb::Run(arguments) => study::run(arguments, &program.passed_on()),
+        Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on()),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });
     match done {

@@ -47,7 +47,7 @@ pub struct Work {
 type Done = (Job, Recording);
 
 /// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
-fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
+pub fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
     if Path::new(named).extension().is_some() {
         let text = file::read_text(Path::new(named))?;
         return Ok((Plan::from_toml(&text, named)?, text));
@@ -57,7 +57,7 @@ fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
 }
 
 /// Refuses a plan that would pass a limit of the rig, before anything moves.
-fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
+pub fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
     let rig = source.rig();
     let n = plan.trajectories().first().map_or(0, |trajectory| trajectory.tendons.angles.len());
     if n != rig.tendons.len() {
