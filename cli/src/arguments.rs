@@ -5,6 +5,7 @@ use clap::{ArgAction, Parser, Subcommand};
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
   hysteron demo
+  hysteron run cli/studies/paper.toml
   hysteron check meshes/tpu80/scene.toml
   hysteron simulate meshes/tpu80/scene.toml \\
       --strokes meshes/tpu80/strokes-circle.csv \\
@@ -23,6 +24,8 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
       --out out/commands/ellipse.parquet
+  hysteron generate meshes/tpu80/scene.toml --plan quick --out out/bare
+  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --target circle:30 --out out/nominal
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -62,10 +65,12 @@ pub enum Verb {
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
     FitResidual(crate::fit_residual::Arguments),
+    Generate(crate::generate::Arguments),
     Target(crate::target::Arguments),
     Evaluate(crate::evaluate::Arguments),
     Train(crate::train::Arguments),
     Command(crate::command::Arguments),
+    Track(crate::track::Arguments),
     Rig(crate::rig::Arguments),
     Run(crate::study::Arguments),
     Demo(crate::study::demo::Arguments),
@@ -84,7 +89,11 @@ impl Program {
     pub fn passed_on(&self) -> Vec<String> {
         let times = |option: &str, count: u8| vec![option.to_owned(); usize::from(count)];
         let threads = self.threads.iter().flat_map(|n| ["--threads".to_owned(), n.to_string()]);
-        times("--verbose", self.verbose).into_iter().chain(times("--quiet", self.quiet)).chain(threads).collect()
+        times("--verbose", self.verbose)
+            .into_iter()
+            .chain(times("--quiet", self.quiet))
+            .chain(threads)
+            .collect()
     }
 
     /// Limits the threads of everything that follows.

@@ -1,6 +1,6 @@
 //! `hysteron evaluate`: how closely recorded tips followed a target.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::BadInput;
 use hysteron_control::TargetPath;
@@ -55,6 +55,14 @@ pub struct Arguments {
     /// Measure the tip from where it rested at the beginning
     #[arg(long, conflicts_with = "whole")]
     relative_to_rest: bool,
+}
+
+impl Arguments {
+    /// Recordings of one target, with a report in `out`.
+    pub fn of(target: &str, recordings: Vec<PathBuf>, out: &Path, png: bool) -> Self {
+        let (target, out) = (target.to_owned(), Some(out.to_owned()));
+        Self { target, recordings, out, png, whole: false, relative_to_rest: false }
+    }
 }
 
 /// One recording and what it came to.
@@ -157,7 +165,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// Measures recordings of a target.
-pub fn rows(target: &TargetPath, inputs: Vec<Input>, part: Part, origin: Origin) -> Result<Vec<Row>, BadInput> {
+pub fn rows(
+    target: &TargetPath,
+    inputs: Vec<Input>,
+    part: Part,
+    origin: Origin,
+) -> Result<Vec<Row>, BadInput> {
     let row = |input: Input| {
         let tracked = Tracked::new(target, &input.recording, part, origin)
             .map_err(|bad| bad.within(input.path.display()))?;

@@ -2,12 +2,16 @@
 //!
 //! Files are renamed into place when they are whole, so even the second leaves no part of one.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 static TIMES_ASKED: AtomicUsize = AtomicUsize::new(0);
+static IS_LISTENING: AtomicBool = AtomicBool::new(false);
 
-/// Starts listening for Ctrl-C and for a polite request to end (SIGTERM).
+/// Starts listening for Ctrl-C and for a polite request to end (SIGTERM); once, however often it is called.
 pub fn listen() -> anyhow::Result<()> {
+    if IS_LISTENING.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     ctrlc::set_handler(|| {
         if TIMES_ASKED.fetch_add(1, Ordering::Relaxed) > 0 {
             std::process::exit(1);

@@ -11,11 +11,14 @@ mod failure;
 mod figures;
 mod fit_material;
 mod fit_residual;
+mod generate;
 mod identify;
 mod inputs;
 mod interrupt;
 mod mesh;
+mod network;
 mod paths;
+mod plan;
 mod reach;
 mod record;
 mod rig;
@@ -24,6 +27,7 @@ mod simulate;
 mod study;
 mod target;
 mod terminal;
+mod track;
 mod train;
 mod watchman;
 
@@ -44,10 +48,12 @@ fn main() -> ExitCode {
         Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
+        Verb::Generate(arguments) => generate::run(arguments),
         Verb::Target(arguments) => target::run(arguments),
         Verb::Evaluate(arguments) => evaluate::run(arguments),
         Verb::Train(arguments) => train::run(arguments),
         Verb::Command(arguments) => command::run(arguments),
+        Verb::Track(arguments) => track::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
         Verb::Run(arguments) => study::run(arguments, &program.passed_on()),
         Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on()),

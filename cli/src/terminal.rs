@@ -81,11 +81,11 @@ pub fn shown(arguments: impl Iterator<Item = String>) -> String {
     let mut arguments = arguments.peekable();
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
-            "--threads" => {
+            "--threads" | "--shard" => {
                 arguments.next();
             }
             "--verbose" | "--quiet" => {}
-            text if text.starts_with("--threads=") => {}
+            text if text.starts_with("--threads=") || text.starts_with("--shard=") => {}
             text if text.len() > 1
                 && text.starts_with('-')
                 && text[1..].bytes().all(|byte| matches!(byte, b'v' | b'q')) => {}
@@ -109,8 +109,19 @@ mod tests {
 
     #[test]
     fn command_line_keeps_what_shapes_the_result() {
-        let typed =
-            ["-v", "simulate", "my scene.toml", "--threads", "2", "--out", "a.csv", "-qq", "--threads=3"];
+        let typed = [
+            "-v",
+            "simulate",
+            "my scene.toml",
+            "--threads",
+            "2",
+            "--shard",
+            "1/2",
+            "--out",
+            "a.csv",
+            "-qq",
+            "--threads=3",
+        ];
         let line = shown(typed.into_iter().map(str::to_owned));
         assert_eq!(line, "hysteron simulate 'my scene.toml' --out a.csv");
     }

@@ -21,6 +21,7 @@ pub mod residual;
 mod rollout;
 mod state;
 mod step;
+pub mod synthetic;
 mod tensions;
 mod tip;
 

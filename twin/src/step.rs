@@ -200,6 +200,26 @@ impl Stepper {
         Ok(self.newton.as_ref().map_or_else(Vec::new, |newton| newton.projection.columns.clone()))
     }
 
+    /// What a small change of each primary stroke does to the tip where the last step ended, ∂y/∂s [-]: three rows, one
+    /// column per primary tendon, zero for a slack one or one driven by tension. Friction that sticks goes on sticking,
+    /// and virtual tendons keep their tensions. The stiffness is that of the step's factor, a few steps old at most.
+    ///
+    /// `None` where the body has no stiffness or two tendons pull the same way.
+    pub fn tip_per_stroke(&mut self, twin: &Twin, state: &TwinState) -> Option<[Vec<f64>; 3]> {
+        let control = &self.control;
+        let is_held =
+            |&j: &usize| control.lowest[j] < state.tensions[j] && state.tensions[j] < control.highest[j];
+        let held: Vec<usize> = (0..state.tensions.len()).filter(is_held).collect();
+        let of_held = twin.tip_per_held_stroke(self.projection(twin, state)?, &held)?;
+        Some(of_held.map(|row| {
+            let mut all = vec![0.0; twin.n_primary];
+            for (value, &j) in row.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
+                all[j] = *value;
+            }
+            all
+        }))
+    }
+
     /// The projection with the stale factor, renewed at `state` where there is none: approximate.
     pub(crate) fn projection(&mut self, twin: &Twin, state: &TwinState) -> Option<&Projection> {
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);

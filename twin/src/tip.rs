@@ -1,6 +1,6 @@
 //! The tip as an effector: where it is, how it is turned, and what tensions do to both.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::alignment::nearest_rotation;
 use crate::model::Twin;
@@ -37,6 +37,21 @@ impl Twin {
             };
             projection.columns.iter().map(along).collect()
         })
+    }
+
+    /// What a change of each `held` stroke does to the tip while the others stay, ∂y/∂s = W_e,h W_h,h⁻¹: three rows of
+    /// displacement [-], one column per held cable. `None` where held cables pull the same way.
+    pub(crate) fn tip_per_held_stroke(
+        &self,
+        projection: &Projection,
+        held: &[usize],
+    ) -> Option<[Vec<f64>; 3]> {
+        let (n, n_cables) = (held.len(), projection.columns.len());
+        let among = DMatrix::from_fn(n, n, |a, b| projection.delassus[held[a] * n_cables + held[b]]);
+        let factor = among.cholesky()?;
+        let per_tension = self.tip_displacement_rows(projection);
+        let row = |row: &Vec<f64>| factor.solve(&DVector::from_fn(n, |a, _| row[held[a]]));
+        Some(per_tension.each_ref().map(|one| row(one).iter().copied().collect()))
     }
 
     /// What the unit tension of each cable does to the tip's orientation: three rows of the rotation vector, in

@@ -40,18 +40,11 @@ Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written und
 #[derive(Debug, clap::Args)]
 #[command(after_help = HELP)]
 pub struct Arguments {
-    /// Checkpoint by hysteron train; with --scene, by hysteron fit-residual
-    #[arg(value_name = "CKPT", required_unless_present = "scene")]
-    checkpoint: Option<PathBuf>,
-    /// Path that the tip shall follow
-    #[arg(long, value_name = "PATH")]
-    target: String,
+    #[command(flatten)]
+    way: Way,
     /// Recording to write, .parquet or .csv
     #[arg(long, value_name = "REC")]
     out: PathBuf,
-    /// Steer the twin of this scene along the path
-    #[arg(long, value_name = "SCENE")]
-    scene: Option<PathBuf>,
     /// Smallest stroke [default: that of the training; with --scene, the opposite of the largest]
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "scene")]
     stroke_min_mm: Option<f64>,
@@ -64,6 +57,29 @@ pub struct Arguments {
     /// Folder for a figure of the strokes
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
+}
+
+/// From a path to strokes: which path, and by what.
+#[derive(Debug, clap::Args)]
+pub struct Way {
+    /// Checkpoint by hysteron train; with --scene, by hysteron fit-residual
+    #[arg(value_name = "CKPT", required_unless_present = "scene")]
+    checkpoint: Option<PathBuf>,
+    /// Path that the tip shall follow
+    #[arg(long, value_name = "PATH")]
+    pub target: String,
+    /// Steer the twin of this scene along the path
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<PathBuf>,
+}
+
+/// Limits that stand instead of those of a training [m, m/s].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given {
+    /// Smallest and largest stroke.
+    pub stroke: [Option<f64>; 2],
+    /// Fastest change of a stroke.
+    pub rate: Option<f64>,
 }
 
 /// Where the tip shall go.
@@ -90,29 +106,12 @@ struct Answer {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let target = read_target(&arguments.target)?;
-    interrupt::listen()?;
-    let n = target.path.len();
-    let bar = terminal::progress("samples", n, 0);
-    let mut progress = |done: usize| {
-        bar.set_position(done as u64);
-        !interrupt::is_asked()
+    let metres = |mm: Option<f64>| mm.map(|mm| 1e-3 * mm);
+    let given = Given {
+        stroke: [arguments.stroke_min_mm, arguments.stroke_max_mm].map(metres),
+        rate: metres(arguments.stroke_rate_max_mm_s),
     };
-    let answer = match &arguments.scene {
-        Some(scene) => through::strokes(scene, arguments, &target, &mut progress)?,
-        None => by_network(arguments, &target, &mut progress)?,
-    };
-    bar.finish_and_clear();
-    if answer.limited.len() < n {
-        bail!("interrupted after {} of {n} samples; nothing is written", answer.limited.len());
-    }
-    let part = |flags: &[f64]| 100.0 * flags.iter().sum::<f64>() / flags.len() as f64;
-    tracing::info!("{n} samples: {:.1} % held back by a limit", part(&answer.limited));
-    let extrapolating = part(&answer.extrapolating);
-    if extrapolating > 0.0 {
-        tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");
-    }
-    let recording = recording(arguments, &target, answer)?;
+    let recording = arguments.way.strokes(&given)?;
     recording.write(&arguments.out)?;
     if let Some(folder) = &arguments.figures {
         figures::commands::write(folder, &recording)?;
@@ -121,18 +120,50 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+impl Way {
+    /// Strokes for the path, and what is recorded beside them.
+    pub fn strokes(&self, given: &Given) -> anyhow::Result<Recording> {
+        let target = read_target(&self.target)?;
+        interrupt::listen()?;
+        let n = target.path.len();
+        let bar = terminal::progress("samples", n, 0);
+        let mut progress = |done: usize| {
+            bar.set_position(done as u64);
+            !interrupt::is_asked()
+        };
+        let answer = match &self.scene {
+            Some(scene) => {
+                through::strokes(scene, self.checkpoint.as_deref(), given, &target, &mut progress)?
+            }
+            None => by_network(self, given, &target, &mut progress)?,
+        };
+        bar.finish_and_clear();
+        if answer.limited.len() < n {
+            bail!("interrupted after {} of {n} samples; nothing is written", answer.limited.len());
+        }
+        let part = |flags: &[f64]| 100.0 * flags.iter().sum::<f64>() / flags.len() as f64;
+        tracing::info!("{n} samples: {:.1} % held back by a limit", part(&answer.limited));
+        let extrapolating = part(&answer.extrapolating);
+        if extrapolating > 0.0 {
+            tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");
+        }
+        recording(self, &target, answer)
+    }
+}
+
 /// Time in which a network's strokes come from none at the beginning, and go back at the end [s].
 const FADED_S: f64 = 0.5;
 
 /// By an inverse controller.
 fn by_network(
-    arguments: &Arguments,
+    way: &Way,
+    given: &Given,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
-    let model = InverseModel::read(arguments.checkpoint.as_deref().unwrap_or(Path::new("")))?;
-    model.check_step(target.step).map_err(|bad| bad.within(&arguments.target))?;
-    let commands = model.command(&target.path, limits(&model, arguments), progress)?;
+    let model = InverseModel::read(way.checkpoint.as_deref().unwrap_or(Path::new("")))?;
+    model.check_step(target.step).map_err(|bad| bad.within(&way.target))?;
+    let commands = model.command(&target.path, limits(&model, given), progress)?;
     let n = commands.steps.len();
     let n_tendons = commands.strokes.len() / n.max(1);
     let part = |i: usize| (i.min(n - 1 - i) as f64 * target.step / FADED_S).min(1.0);
@@ -161,19 +192,16 @@ fn read_target(named: &str) -> anyhow::Result<Target> {
 }
 
 /// Those of the training, but for the ones given.
-fn limits(model: &InverseModel, arguments: &Arguments) -> Limits {
-    let given = |mm: Option<f64>, otherwise: f64| mm.map_or(otherwise, |mm| 1e-3 * mm);
-    let Limits { stroke, stroke_rate } = model.limits;
+fn limits(model: &InverseModel, given: &Given) -> Limits {
+    let Limits { stroke: Bounds { min, max }, stroke_rate } = model.limits;
+    let [lowest, highest] = given.stroke;
     Limits {
-        stroke: Bounds {
-            min: given(arguments.stroke_min_mm, stroke.min),
-            max: given(arguments.stroke_max_mm, stroke.max),
-        },
-        stroke_rate: given(arguments.stroke_rate_max_mm_s, stroke_rate),
+        stroke: Bounds { min: lowest.unwrap_or(min), max: highest.unwrap_or(max) },
+        stroke_rate: given.rate.unwrap_or(stroke_rate),
     }
 }
 
-fn recording(arguments: &Arguments, target: &Target, answer: Answer) -> anyhow::Result<Recording> {
+fn recording(way: &Way, target: &Target, answer: Answer) -> anyhow::Result<Recording> {
     let n = answer.limited.len();
     let held_back = answer.limited.iter().filter(|flag| **flag > 0.0).count();
     let strokes = answer.strokes.into_iter().enumerate();
@@ -191,16 +219,15 @@ fn recording(arguments: &Arguments, target: &Target, answer: Answer) -> anyhow::
     channels.push(Channel::new("limited", answer.limited));
     let hash = |path: &Path| -> anyhow::Result<String> { Ok(file::sha256_hex(&file::read_bytes(path)?)) };
     let mut extra = BTreeMap::from([("limited_samples".to_owned(), held_back.to_string())]);
-    for (key, path) in [("checkpoint_sha256", &arguments.checkpoint), ("scene_sha256", &arguments.scene)] {
+    for (key, path) in [("checkpoint_sha256", &way.checkpoint), ("scene_sha256", &way.scene)] {
         if let Some(path) = path {
             extra.insert(key.to_owned(), hash(path)?);
         }
     }
-    let by = arguments.checkpoint.as_ref().or(arguments.scene.as_ref());
+    let by = way.checkpoint.as_ref().or(way.scene.as_ref());
     let meta = Metadata {
         commit: env!("HYSTERON_COMMIT").to_owned(),
-        source: by
-            .map_or_else(String::new, |by| format!("strokes by {} for {}", by.display(), arguments.target)),
+        source: by.map_or_else(String::new, |by| format!("strokes by {} for {}", by.display(), way.target)),
         command: terminal::command_line(),
         extra,
         ..Metadata::default()

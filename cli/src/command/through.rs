@@ -1,49 +1,39 @@
 //! Strokes for a path through the twin, with its residual network or without.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
 use hysteron_base::Scene;
 use hysteron_control::plan::Tendons;
 use hysteron_twin::Twin;
-use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{Bare, FollowLimits, FollowStep, Follower, Plant, ResidualModel, Rollout};
+use hysteron_twin::residual::{FollowLimits, FollowStep, Follower};
 
-use super::{Answer, Arguments, Target};
+use super::{Answer, Given, Target};
+use crate::network::{Network, plant};
+use crate::plan::angles_of;
 
-/// Largest stroke, where none is given [mm], and fastest change [mm/s].
-const LIMITS: [f64; 2] = [16.0, 12.0];
+/// Largest stroke, where none is given [m], and fastest change [m/s].
+const LIMITS: [f64; 2] = [16e-3, 12e-3];
 
 /// Steers the twin along the path and back to no strokes. `progress` ends it where it returns false.
 pub fn strokes(
     scene: &Path,
-    arguments: &Arguments,
+    checkpoint: Option<&Path>,
+    given: &Given,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
     let scene = Scene::read(scene)?;
     let twin = Twin::from_scene(&scene)?;
-    let model = arguments.checkpoint.as_deref().map(ResidualModel::read).transpose()?;
-    let auxiliary = model.as_ref().map(|_| Auxiliary::new(&twin)).transpose()?;
-    let plant: Box<dyn Plant> = match model.as_ref().zip(auxiliary.as_ref()) {
-        Some((model, auxiliary)) => {
-            if model.scene_hash != scene.hash {
-                tracing::warn!("the network was trained with another scene than {}", scene.name);
-            }
-            Box::new(Rollout::new(&twin, auxiliary, model, target.step)?)
-        }
-        None => Box::new(Bare::new(&twin)),
-    };
-    let tendons = Tendons { angles: angles(&scene), release: 1.0, co_contraction: 0.0 };
+    let network = checkpoint.map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let tendons = Tendons { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };
     let coordinates = |point: [f64; 2], strokes: &mut [f64]| {
         for (k, stroke) in strokes.iter_mut().enumerate() {
             *stroke = tendons.stroke(k, point);
         }
     };
-    let limits = FollowLimits {
-        stroke: 1e-3 * arguments.stroke_max_mm.unwrap_or(LIMITS[0]),
-        rate: 1e-3 * arguments.stroke_rate_max_mm_s.unwrap_or(LIMITS[1]),
-    };
+    let limits =
+        FollowLimits { stroke: given.stroke[1].unwrap_or(LIMITS[0]), rate: given.rate.unwrap_or(LIMITS[1]) };
+    let plant = plant(network.as_ref(), &twin, target.step)?;
     let mut follower = Follower::new(&twin, plant, &coordinates, limits, target.step)?;
     let mut answer = Answer {
         strokes: vec![Vec::new(); twin.n_primary],
@@ -80,10 +70,4 @@ impl Answer {
         self.limited.push(f64::from(u8::from(step.is_limited)));
         self.extrapolating.push(f64::from(u8::from(step.is_extrapolating)));
     }
-}
-
-/// Where about the body the tendons run [rad], at their beginning.
-fn angles(scene: &Scene) -> Vec<f64> {
-    let angle = |point: [f64; 3]| point[1].atan2(point[0]).rem_euclid(TAU);
-    scene.tendons.iter().map(|tendon| angle(tendon.points[0])).collect()
 }

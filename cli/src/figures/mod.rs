@@ -5,6 +5,7 @@
 //! same on a machine without fonts; an SVG is shown in the viewer's own sans-serif.
 
 pub mod commands;
+pub mod coverage;
 pub mod data_set;
 pub mod fit;
 pub mod identification;
@@ -75,8 +76,7 @@ fn register_embedded_font() -> anyhow::Result<()> {
 
 /// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.
 fn command_and_tip(run: &Run) -> Option<CommandAndTip> {
-    let angle = |tendon: &hysteron_base::Tendon| tendon.points[0][1].atan2(tendon.points[0][0]);
-    let angles: Vec<f64> = run.scene.tendons.iter().map(angle).collect();
+    let angles = crate::plan::angles_of(run.scene);
     match run.task {
         Task::Simulate => CommandAndTip::new(&angles, &[(&run.scene.name, run.recording)]).ok(),
         Task::Reach(_) => None,

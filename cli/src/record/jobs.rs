@@ -2,16 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Bounds, Channel, Recording, file};
+use hysteron_base::{BadInput, Bounds, Channel, Recording};
 use hysteron_control::{Limits, Plan};
 use hysteron_rig::config::RigConfig;
 
 use super::Arguments;
 use super::source::Source;
-use crate::inputs;
+use crate::{inputs, plan};
 
-/// Angles of tendons that differ by less than this are meant to be the same [rad].
-const SAME_ANGLE: f64 = 1e-3;
 /// A stroke that counts as none [m].
 const AT_REST: f64 = 1e-5;
 /// Metadata key: hash of the file that the strokes are from.
@@ -46,59 +44,19 @@ pub struct Work {
 /// A trajectory whose recording is there.
 type Done = (Job, Recording);
 
-/// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
-pub fn read_plan(named: &str) -> anyhow::Result<(Plan, String)> {
-    if Path::new(named).extension().is_some() {
-        let text = file::read_text(Path::new(named))?;
-        return Ok((Plan::from_toml(&text, named)?, text));
-    }
-    let plan = Plan::named(named)?;
-    Ok((plan, Plan::text(named).unwrap_or_default().to_owned()))
-}
-
 /// Refuses a plan that would pass a limit of the rig, before anything moves.
 pub fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
     let rig = source.rig();
-    let n = plan.trajectories().first().map_or(0, |trajectory| trajectory.tendons.angles.len());
-    if n != rig.tendons.len() {
-        return Err(BadInput::new(
-            format!("plan {}: tendon_angles_deg", plan.name),
-            format!("{} tendons, as rig \"{}\" has", rig.tendons.len(), rig.name),
-            n.to_string(),
-        )
-        .into());
-    }
-    check_angles(plan, rig)?;
+    let angles: Vec<f64> = rig.tendons.iter().map(|tendon| tendon.angle).collect();
+    plan::check_tendons(plan, &angles, &format!("rig \"{}\"", rig.name))?;
     plan.check(&limits_of(rig)).map_err(|error| {
         anyhow::Error::new(error.within(format!("plan {} on rig \"{}\"", plan.name, rig.name)))
     })
 }
 
-/// Refuses a plan made for tendons that run elsewhere.
-fn check_angles(plan: &Plan, rig: &RigConfig) -> Result<(), BadInput> {
-    let Some(trajectory) = plan.trajectories().first() else { return Ok(()) };
-    let angles = trajectory.tendons.angles.iter().zip(&rig.tendons).enumerate();
-    for (k, (planned, tendon)) in angles {
-        let apart = (planned - tendon.angle).sin().hypot((planned - tendon.angle).cos() - 1.0);
-        if apart > SAME_ANGLE {
-            return Err(BadInput::new(
-                format!("plan {}: tendon_angles_deg[{k}]", plan.name),
-                format!(
-                    "{:.1}, as tendon[{}].angle_deg of rig \"{}\"",
-                    tendon.angle.to_degrees(),
-                    k + 1,
-                    rig.name
-                ),
-                format!("{:.1}", planned.to_degrees()),
-            ));
-        }
-    }
-    Ok(())
-}
-
 /// The trajectories of a plan that are asked for.
 pub fn of_plan(named: &str, arguments: &Arguments, source: &Source) -> anyhow::Result<Work> {
-    let (plan, text) = read_plan(named)?;
+    let (plan, text) = plan::read(named)?;
     check_against_rig(&plan, source)?;
     let all = plan.trajectories();
     if let Some(unknown) = arguments.only.iter().find(|name| all.iter().all(|t| t.name != **name)) {

@@ -6,7 +6,7 @@ mod simulated;
 pub mod source;
 mod summary;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::Calibration;
@@ -79,6 +79,29 @@ pub struct Arguments {
     /// Write each figure as .png too
     #[arg(long)]
     png: bool,
+}
+
+impl Arguments {
+    /// Strokes of one recording, on a rig, into one file.
+    pub fn of_strokes(
+        rig: &Path,
+        strokes: &Path,
+        out: &Path,
+        calibration: Option<PathBuf>,
+        seed: u64,
+    ) -> Self {
+        Self {
+            rig: rig.to_owned(),
+            plan: None,
+            strokes: vec![strokes.to_owned()],
+            out: out.to_owned(),
+            only: Vec::new(),
+            calibration,
+            seed,
+            figures: None,
+            png: false,
+        }
+    }
 }
 
 /// Carries out the verb.

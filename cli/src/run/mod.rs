@@ -21,11 +21,12 @@ use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::score::score;
 use hysteron_twin::{Stepper, Twin, TwinState};
 
+use crate::network::Network;
 use crate::{figures, interrupt, terminal};
 use command::Command;
 pub use command::resting;
 pub use goals::Goals;
-use residual::{Network, Residual};
+use residual::Residual;
 use series::Series;
 pub use summary::Summary;
 use trace::Trace;

@@ -1,32 +1,10 @@
 //! A run with the residual network: it drives the virtual tendons, and what it did is recorded.
 
-use std::path::Path;
-
-use hysteron_base::{BadInput, Channel, Scene};
-use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{Plant, ResidualModel, Rollout};
+use hysteron_base::{BadInput, Channel};
+use hysteron_twin::residual::{Plant, Rollout};
 use hysteron_twin::{StepReport, Twin, TwinState};
 
-/// A network and the tendons that it drives.
-pub struct Network {
-    model: ResidualModel,
-    auxiliary: Auxiliary,
-}
-
-impl Network {
-    /// Reads a checkpoint for the robot of `scene`.
-    pub fn read(path: &Path, scene: &Scene, twin: &Twin) -> anyhow::Result<Self> {
-        let model = ResidualModel::read(path)?;
-        let auxiliary = Auxiliary::new(twin)?;
-        model
-            .check(twin.n_primary, auxiliary.len(), model.step_s)
-            .map_err(|bad| bad.within(path.display()))?;
-        if model.scene_hash != scene.hash {
-            tracing::warn!("{}: trained with another scene than {}", path.display(), scene.name);
-        }
-        Ok(Self { model, auxiliary })
-    }
-}
+use crate::network::Network;
 
 /// A closed-loop rollout and its trace.
 pub struct Residual<'a> {
@@ -40,9 +18,8 @@ pub struct Residual<'a> {
 impl<'a> Residual<'a> {
     /// From rest, for samples `step` [s] apart.
     pub fn new(network: &'a Network, twin: &'a Twin, step: f64) -> Result<Self, BadInput> {
-        let n_aux = network.auxiliary.len();
-        let rollout = Rollout::new(twin, &network.auxiliary, &network.model, step)?;
-        Ok(Self { rollout, strokes: vec![Vec::new(); n_aux], extrapolating: Vec::new() })
+        let strokes = vec![Vec::new(); network.n_aux()];
+        Ok(Self { rollout: network.rollout(twin, step)?, strokes, extrapolating: Vec::new() })
     }
 
     /// Goes on by one sample and leaves the equilibrium in `state`.

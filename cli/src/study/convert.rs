@@ -1,5 +1,6 @@
 //! The one conversion from what was typed to what is valid; reads everything that a study names, before anything runs.
 
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -14,7 +15,8 @@ use hysteron_twin::fit::select;
 use super::stage::Argument;
 use super::{PlanChoice, Rig, SceneChoice, Study, Target, Track, Way, typed};
 use crate::paths::plain;
-use crate::record::jobs::{check_against_rig, read_plan};
+use crate::plan;
+use crate::record::jobs::check_against_rig;
 use crate::record::source::Source;
 
 const FORMAT: (&str, i64) = ("hysteron-study", 1);
@@ -38,17 +40,23 @@ fn valid(text: &str, folder: &Path) -> anyhow::Result<Study> {
     check_parts(&typed)?;
     let name = folder_name("name", &typed.name)?;
     let (rig, source) = rig(&typed.rig, folder).context("rig")?;
-    let (plan, recorded) = plan(&typed.plan, folder, &source).context("plan")?;
+    let (choice, recorded) = named_plan(&typed.plan, folder).context("plan")?;
+    check_against_rig(&recorded, &source).context("plan")?;
     if typed.residual.is_some() || typed.train.is_some() {
-        enough(&plan, &recorded)?;
+        enough(&choice, &recorded)?;
     }
     let scene = scene(&typed, folder, &source).context("scene")?;
     if let Some(calibrate) = &typed.calibrate {
         check_calibration(calibrate, &recorded, &scene.1)?;
     }
     let generate = typed.generate.map(|generate| -> anyhow::Result<PlanChoice> {
-        let (choice, more) = self::plan(&generate.plan, folder, &source).context("generate.plan")?;
-        let again = more.trajectories().iter().find(|one| recorded.trajectories().iter().any(|it| it.name == one.name));
+        let (choice, more) = named_plan(&generate.plan, folder).context("generate.plan")?;
+        let angles = plan::angles_of(&scene.1);
+        plan::check_tendons(&more, &angles, &format!("scene {}", scene.1.name)).context("generate.plan")?;
+        let again = more
+            .trajectories()
+            .iter()
+            .find(|one| recorded.trajectories().iter().any(|it| it.name == one.name));
         match again {
             None => Ok(choice),
             Some(again) => Err(BadInput::new(
@@ -63,7 +71,7 @@ fn valid(text: &str, folder: &Path) -> anyhow::Result<Study> {
         name,
         seed: typed.seed,
         rig,
-        plan,
+        plan: choice,
         scene: scene.0,
         calibrate: typed.calibrate,
         identify: typed.identify,
@@ -85,7 +93,8 @@ fn folder_name(key: &str, typed: &str) -> Result<String, BadInput> {
 
 fn check_numbers(typed: &typed::StudyFile) -> Result<(), BadInput> {
     let calibrate = typed.calibrate.as_ref();
-    let (identify, residual, train) = (typed.identify.as_ref(), typed.residual.as_ref(), typed.train.as_ref());
+    let (identify, residual, train) =
+        (typed.identify.as_ref(), typed.residual.as_ref(), typed.train.as_ref());
     let whole = [
         ("calibrate.steps", calibrate.and_then(|it| it.steps)),
         ("identify.rounds", identify.and_then(|it| it.rounds)),
@@ -135,7 +144,8 @@ fn rig(typed: &str, folder: &Path) -> anyhow::Result<(Rig, Source)> {
     let argument = match typed.strip_prefix("virtual:") {
         None => Argument::file(&resolved(folder, typed)),
         Some(robot) => {
-            let (base, member) = robot.rsplit_once('/').filter(|(base, _)| base.ends_with(".toml")).unwrap_or((robot, ""));
+            let (base, member) =
+                robot.rsplit_once('/').filter(|(base, _)| base.ends_with(".toml")).unwrap_or((robot, ""));
             if base.ends_with(".toml") {
                 let path = resolved(folder, base);
                 let member = if member.is_empty() { String::new() } else { format!("/{member}") };
@@ -151,24 +161,21 @@ fn rig(typed: &str, folder: &Path) -> anyhow::Result<(Rig, Source)> {
         }
     };
     let source = Source::read(Path::new(&argument.typed))?;
-    let limits = &source.rig().limits;
     let rig = Rig {
         argument,
         description: source.description(),
         is_virtual: matches!(source, Source::Virtual { .. }),
         first_angle: source.rig().tendons.first().map_or(0.0, |tendon| tendon.angle),
-        stroke_max: limits.stroke_max.min(-limits.stroke_min),
     };
     Ok((rig, source))
 }
 
-fn plan(typed: &str, folder: &Path, source: &Source) -> anyhow::Result<(PlanChoice, Plan)> {
+fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, Plan)> {
     let argument = match Path::new(typed).extension() {
         Some(_) => Argument::file(&resolved(folder, typed)),
         None => Argument::word(typed),
     };
-    let (plan, _) = read_plan(&argument.typed)?;
-    check_against_rig(&plan, source)?;
+    let (plan, _) = plan::read(&argument.typed)?;
     let of = |is_training: bool| {
         let chosen = plan.trajectories().iter().filter(|one| (one.role == Role::Training) == is_training);
         chosen.map(|one: &Trajectory| (one.name.clone(), one.n_samples())).collect()
@@ -189,16 +196,26 @@ fn enough(choice: &PlanChoice, plan: &Plan) -> Result<(), BadInput> {
 fn scene(typed: &typed::StudyFile, folder: &Path, source: &Source) -> anyhow::Result<(SceneChoice, Scene)> {
     let path = resolved(folder, &typed.scene);
     let scene = Scene::read(&path)?;
-    let n = source.rig().tendons.len();
-    if scene.tendons.len() != n {
-        let expected = format!("{n} tendons, as rig \"{}\" has", source.rig().name);
-        return Err(BadInput::new(path.display().to_string(), expected, scene.tendons.len().to_string()).into());
-    }
+    check_tendons(&scene, source)?;
     let twin = Twin::from_scene(&scene)?;
     if typed.identify.is_some() {
         Auxiliary::new(&twin)?;
     }
     Ok((SceneChoice { mesh: plain(&scene.mesh_path), path, robot: scene.name.clone() }, scene))
+}
+
+/// Refuses a scene whose tendons run elsewhere than the rig's.
+fn check_tendons(scene: &Scene, source: &Source) -> Result<(), BadInput> {
+    let shown = |angles: Vec<f64>| {
+        angles.iter().map(|angle| format!("{:.0}", angle.to_degrees())).collect::<Vec<_>>().join(", ")
+    };
+    let rig = source.rig().tendons.iter().map(|tendon| tendon.angle.rem_euclid(TAU)).collect();
+    let [rig, scene] = [rig, plan::angles_of(scene)].map(shown);
+    if rig == scene {
+        return Ok(());
+    }
+    let expected = format!("tendons at {rig} deg, as rig \"{}\" has", source.rig().name);
+    Err(BadInput::new("tendon", expected, format!("at {scene} deg")))
 }
 
 fn check_calibration(typed: &typed::Calibrate, plan: &Plan, scene: &Scene) -> anyhow::Result<()> {
@@ -231,7 +248,9 @@ fn track(typed: typed::Track, folder: &Path) -> anyhow::Result<Track> {
         let key = format!("track.targets[{}]", k + 1);
         let target = target(named, folder).with_context(|| key.clone())?;
         if targets.iter().any(|earlier| earlier.name == target.name) {
-            return Err(BadInput::new(key, "a target of another name", format!("\"{}\" again", target.name)).into());
+            return Err(
+                BadInput::new(key, "a target of another name", format!("\"{}\" again", target.name)).into()
+            );
         }
         targets.push(target);
     }
@@ -244,7 +263,8 @@ fn track(typed: typed::Track, folder: &Path) -> anyhow::Result<Track> {
 }
 
 fn target(typed: &str, folder: &Path) -> anyhow::Result<Target> {
-    let has_ending = ["toml", "svg", "csv", "parquet"].map(|it| Path::new(typed).extension().is_some_and(|e| e == it));
+    let has_ending =
+        ["toml", "svg", "csv", "parquet"].map(|it| Path::new(typed).extension().is_some_and(|e| e == it));
     let (argument, name) = if has_ending.contains(&true) {
         let path = resolved(folder, typed);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

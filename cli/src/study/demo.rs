@@ -7,9 +7,10 @@ use hysteron_base::{BadInput, file};
 use super::carry_out;
 
 /// The files of the study, by their path in its folder.
-const FILES: [(&str, &[u8]); 4] = [
+const FILES: [(&str, &[u8]); 5] = [
     (STUDY, include_bytes!("../../studies/demo/study.toml")),
     ("plan.toml", include_bytes!("../../studies/demo/plan.toml")),
+    ("more.toml", include_bytes!("../../studies/demo/more.toml")),
     ("robot/scene.toml", include_bytes!("../../../meshes/tpu80/scene-typical.toml")),
     ("robot/tpu80.msh", include_bytes!("../../../meshes/tpu80/tpu80.msh")),
 ];
@@ -24,7 +25,7 @@ friction.
 Writes DIR/report.html, to open in a browser, DIR/metrics.json, and what every stage wrote. Ctrl-C at any time: the same \
 command goes on.
 
-Then change DIR/study.toml, and carry out your own:
+Examples, in any folder; the second after you have changed a number in the study:
   hysteron demo
   hysteron run out/demo/study.toml
 

@@ -5,9 +5,9 @@
 
 mod convert;
 pub mod demo;
-mod plan;
 mod runner;
 mod stage;
+mod stages;
 mod stamp;
 mod typed;
 
@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{figures, terminal};
 use runner::Runner;
-pub use plan::{DATA, PREDICTED, folder};
 pub use stage::Stage;
+pub use stages::{DATA, PREDICTED, STROKES, folder, repeat};
 
 const HELP: &str = "\
 STUDY is a file that says what to do; every part but the first may be left out. Paths in it are relative to it.
@@ -113,8 +113,6 @@ pub struct Rig {
     pub is_virtual: bool,
     /// Where about the body its first tendon runs [rad].
     pub first_angle: f64,
-    /// Largest stroke to either side [m].
-    stroke_max: f64,
 }
 
 /// A plan as `hysteron record` takes it.
@@ -196,7 +194,7 @@ pub fn run(arguments: &Arguments, passed_on: &[String]) -> anyhow::Result<()> {
 fn carry_out(file: &Path, out: Option<&Path>, passed_on: &[String]) -> anyhow::Result<()> {
     let study = Study::read(file)?;
     let out = out.map_or_else(|| Path::new("out").join(&study.name), Path::to_owned);
-    let stages = plan::stages(&study, &out);
+    let stages = stages::stages(&study, &out);
     Runner::new(&out, passed_on)?.run(&stages)?;
     figures::study::write(&out, &study, &stages)?;
     terminal::say(format_args!("report: {}", out.join("report.html").display()));

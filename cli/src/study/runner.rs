@@ -1,6 +1,5 @@
 //! Carries out the stages of a study, one after the other, each as a process of its own.
 
-use std::ffi::OsString;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
@@ -38,7 +37,10 @@ impl<'a> Runner<'a> {
         match lock.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                tracing::warn!("another run of this study, or its last stage, is still at work in {}; waiting for its end", out.display());
+                tracing::warn!(
+                    "another run of this study, or its last stage, is still at work in {}; waiting for its end",
+                    out.display()
+                );
                 lock.lock()?;
             }
             Err(TryLockError::Error(error)) => return Err(error).context(place.display().to_string()),
@@ -51,6 +53,9 @@ impl<'a> Runner<'a> {
         interrupt::count()?;
         for (k, stage) in stages.iter().enumerate() {
             let of = format!("[{}/{}] {}", k + 1, stages.len(), stage.name);
+            if interrupt::is_asked() {
+                bail!("{of}: interrupted; the same command goes on from here");
+            }
             let stamp = Stamp::begun(stage)?;
             let earlier = Stamp::read(self.out, stage);
             let standing = stamp.standing(earlier.as_ref(), self.out, stage)?;
@@ -77,18 +82,18 @@ impl<'a> Runner<'a> {
         for step in &stage.steps {
             say(format_args!("      {}", step.shown()));
             let status = self.status_of(step)?;
-            if interrupt::times_asked() > 0 {
+            if interrupt::is_asked() {
                 bail!("interrupted; the same command goes on from here");
             }
             if status.success() {
                 continue;
             }
-            if status.code().is_some() && step.on_refusal == OnRefusal::Note {
-                tracing::warn!("the rig did not carry these strokes out; the report says so");
-                stamp.is_refused = true;
-                break;
+            match &step.on_refusal {
+                OnRefusal::NoteWith(strokes) if status.code().is_some() && strokes.exists() => {
+                    tracing::warn!("the rig did not carry these strokes out; the report says so");
+                }
+                _ => return Err(CommandFailed(status.code()).into()),
             }
-            return Err(CommandFailed(status.code()).into());
         }
         stamp.seconds = start.elapsed().as_secs_f64();
         stamp.finished(self.out, stage)
@@ -97,7 +102,7 @@ impl<'a> Runner<'a> {
     /// Runs a command to its end. Ctrl-C is passed on to it, each as often as it comes.
     fn status_of(&self, step: &Step) -> anyhow::Result<ExitStatus> {
         let mut command = Command::new(&self.program);
-        command.args(self.passed_on).args(step.arguments.iter().map(|argument| OsString::from(&argument.typed)));
+        command.args(self.passed_on).args(step.arguments.iter().map(|argument| &argument.typed));
         // Nobody reads from it; it holds the lock.
         command.stdin(self.lock.try_clone()?);
         apart(&mut command);

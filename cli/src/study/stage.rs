@@ -38,17 +38,18 @@ impl Argument {
 pub struct Step {
     /// Verb and arguments.
     pub arguments: Vec<Argument>,
-    /// Whether the stage ends here, without an error, if the command is refused.
+    /// What it means if it fails.
     pub on_refusal: OnRefusal,
 }
 
 /// What a command that fails means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OnRefusal {
     /// The study ends.
     Fail,
-    /// A simulated rig does not carry these strokes out, today or tomorrow: that is a result.
-    Note,
+    /// Where this file, the strokes, was written, a simulated rig does not carry them out, today or tomorrow: that is a
+    /// result.
+    NoteWith(PathBuf),
 }
 
 impl Step {

@@ -30,8 +30,6 @@ pub struct Stamp {
     inputs: Vec<(String, String)>,
     /// Path in the folder of the stage, and SHA-256, of all files that it wrote; none while it is not finished.
     outputs: Option<BTreeMap<String, String>>,
-    /// Whether the rig refused the strokes.
-    pub is_refused: bool,
     /// Time that it took [s].
     pub seconds: f64,
 }
@@ -71,7 +69,6 @@ impl Stamp {
             commands: keys.collect(),
             inputs,
             outputs: None,
-            is_refused: false,
             seconds: 0.0,
         })
     }
@@ -98,12 +95,6 @@ impl Stamp {
     /// Whether the stage came to its end, from whatever.
     pub fn is_finished(&self) -> bool {
         self.outputs.is_some()
-    }
-
-    /// Whether both have the same commands.
-    pub fn has_commands_of(&self, stage: &Stage) -> bool {
-        let keys = stage.steps.iter().map(|step| step.arguments.iter().map(|argument| &argument.key));
-        self.commands.len() == stage.steps.len() && self.commands.iter().zip(keys).all(|(a, b)| a.iter().eq(b))
     }
 
     /// How a stage stands whose stamp would be `self` now, and was `earlier`.
@@ -176,7 +167,9 @@ pub fn make_room(
         Some(file) => {
             let place = folder.display().to_string();
             let found = format!("{}, which this study did not write", file.display());
-            Err(BadInput::new(place, "no files yet", found).hint("move it away, or choose another --out").into())
+            Err(BadInput::new(place, "no files yet", found)
+                .hint("move it away, or choose another --out")
+                .into())
         }
     }
 }
@@ -205,7 +198,7 @@ fn remove_unfinished(folder: &Path) -> anyhow::Result<()> {
 }
 
 fn place(out: &Path, stage: &Stage) -> PathBuf {
-    out.join("stages").join(format!("{}.json", stage.name.replace(' ', "-")))
+    out.join("stages").join(format!("{}.json", stage.name.replace(' ', ".")))
 }
 
 /// SHA-256 of all files in a folder and those in it, by their path in it.

@@ -53,6 +53,12 @@ impl Workspace {
         span(0).max(span(1))
     }
 
+    /// Its area [m²].
+    pub fn area(&self) -> f64 {
+        let Some(&first) = self.corners_m.first() else { return 0.0 };
+        self.corners_m.windows(2).map(|pair| 0.5 * turn(first, pair[0], pair[1])).sum()
+    }
+
     /// Whether a point lies further than `margin` outside [m]; a hull without area has no inside, and neither has NaN.
     pub fn is_outside(&self, point: [f64; 2], margin: f64) -> bool {
         let n = self.corners_m.len();
@@ -73,6 +79,7 @@ mod tests {
         let grid = (0..25).map(|k| [f64::from(k % 5), f64::from(k / 5)]).collect();
         let workspace = Workspace::new(grid);
         assert_eq!(workspace.width(), 4.0);
+        assert_eq!(workspace.area(), 16.0);
         assert_eq!(workspace.corners_m, [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]);
         for (point, is_outside) in
             [([2.0, 2.0], false), ([4.4, 2.0], false), ([4.6, 2.0], true), ([f64::NAN, 2.0], true)]

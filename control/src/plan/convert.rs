@@ -1,5 +1,6 @@
 //! The one conversion from what was typed to what is valid, and every bound of a plan.
 
+use super::draw::drawn;
 use super::typed::Family as Typed;
 use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Tendons, Trajectory, typed};
 use hysteron_base::typed::{check_header, finite, not_negative, positive, require, text};
@@ -40,11 +41,15 @@ pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
         stroke: Bounds { min: -stroke_max, max: stroke_max },
         stroke_rate: positive("stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s)?,
     };
-    if typed.trajectory.is_empty() {
-        return Err(BadInput::new("trajectory", "at least one [[trajectory]]", "none"));
+    let mut all = typed.trajectory;
+    for (i, draw) in typed.draw.iter().enumerate() {
+        all.extend(drawn(i, draw, typed.seed)?);
+    }
+    if all.is_empty() {
+        return Err(BadInput::new("trajectory", "at least one [[trajectory]] or [[draw]]", "none"));
     }
     let mut trajectories: Vec<Trajectory> = Vec::new();
-    for (i, typed_one) in typed.trajectory.into_iter().enumerate() {
+    for (i, typed_one) in all.into_iter().enumerate() {
         let key = format!("trajectory[{}].name", i + 1);
         let own = file_name(&key, &typed_one.name)?;
         if trajectories.iter().any(|earlier| earlier.name == own) {

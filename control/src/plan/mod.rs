@@ -5,6 +5,7 @@
 //! one segment bends in two directions: s_k = a cos φ_k + b sin φ_k.
 
 mod convert;
+mod draw;
 mod envelope;
 mod limits;
 mod motion;
@@ -21,9 +22,13 @@ pub use limits::Limits;
 pub use motion::{Direction, Family, Motion};
 pub use trajectory::{Role, Tendons, Trajectory};
 
-/// Plans that are part of the program, by name: `paper` is the data set of paper 003, `quick` a minute of it.
-const BUILT_IN: [(&str, &str); 2] =
-    [("paper", include_str!("../../plans/paper.toml")), ("quick", include_str!("../../plans/quick.toml"))];
+/// Plans that are part of the program, by name: `paper` is the data set of paper 003, `quick` a minute of it, `synthetic`
+/// what paper 003 lets a twin do besides.
+const BUILT_IN: [(&str, &str); 3] = [
+    ("paper", include_str!("../../plans/paper.toml")),
+    ("quick", include_str!("../../plans/quick.toml")),
+    ("synthetic", include_str!("../../plans/synthetic.toml")),
+];
 
 /// Trajectories to command one after the other, valid and in SI.
 #[derive(Debug, Clone, PartialEq)]

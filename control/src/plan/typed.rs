@@ -22,6 +22,8 @@ pub(super) struct PlanFile {
     pub stroke_rate_max_mm_s: f64,
     #[serde(default)]
     pub trajectory: Vec<Trajectory>,
+    #[serde(default)]
+    pub draw: Vec<Draw>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -49,4 +51,20 @@ pub(super) enum Family {
     Circle,
     Square,
     Ellipse,
+}
+
+/// Trajectories drawn from ranges, each `[smallest, largest]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Draw {
+    pub name: String,
+    pub role: Role,
+    pub family: Family,
+    pub count: i64,
+    pub amplitude_mm: [f64; 2],
+    pub period_s: [f64; 2],
+    pub aspect: Option<[f64; 2]>,
+    pub attack_s: f64,
+    pub sustain_s: f64,
+    pub decay_s: f64,
 }

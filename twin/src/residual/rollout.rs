@@ -37,6 +37,9 @@ pub trait Plant {
 
     /// Shape and tensions now.
     fn state(&self) -> &TwinState;
+
+    /// See [`Stepper::tip_per_stroke`].
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]>;
 }
 
 /// A twin with its residual network.
@@ -170,6 +173,10 @@ impl Plant for Rollout<'_> {
     fn state(&self) -> &TwinState {
         &self.state
     }
+
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
+        self.stepper.tip_per_stroke(self.twin, &self.state)
+    }
 }
 
 /// A twin whose virtual tendons rest.
@@ -202,6 +209,10 @@ impl Plant for Bare<'_> {
 
     fn state(&self) -> &TwinState {
         &self.state
+    }
+
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
+        self.stepper.tip_per_stroke(self.twin, &self.state)
     }
 }
 

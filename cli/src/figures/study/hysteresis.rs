@@ -31,7 +31,12 @@ pub struct Hysteresis {
 impl Hysteresis {
     /// The tip of the measured and of the two simulated recordings of a trajectory, along the direction of the first
     /// tendon [rad], over that tendon's stroke. `None` where one has no tip.
-    pub fn new(trajectory: &str, direction: f64, measured: &Recording, simulated: [&Recording; 2]) -> Option<Self> {
+    pub fn new(
+        trajectory: &str,
+        direction: f64,
+        measured: &Recording,
+        simulated: [&Recording; 2],
+    ) -> Option<Self> {
         let stroke = *measured.strokes().first()?;
         let path = |recording: &Recording| {
             let [x, y, _] = recording.tip()?;
@@ -77,7 +82,8 @@ impl Figure for Hysteresis {
             let left = 4.0 + COLUMN * k as f64;
             sheet.text(["without the network", "with the network"][k], left + LEFT, TOP + 12.0)?;
             let part = sheet.part(left, TOP + ABOVE, LEFT + WIDTH, HEIGHT + BELOW);
-            let mut chart = part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
+            let mut chart =
+                part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
             for (path, color, width) in [(&self.robot, ROBOT, 4.0), (twin, TWIN[k], 1.3)] {
                 // Compared where both axes have one scale; a sixth of a pixel is not seen.
                 let even: Path = path.iter().map(|(x, y)| (*x, aspect * y)).collect();

@@ -17,7 +17,7 @@ use super::report::{Page, write_metrics};
 use super::{Drawn, register_embedded_font, save, tracking};
 use crate::evaluate::{self, Row};
 use crate::inputs;
-use crate::study::{DATA, PREDICTED, Stage, Study, Target, Track, Way, folder};
+use crate::study::{DATA, PREDICTED, STROKES, Stage, Study, Target, Track, Way, folder, repeat};
 use crate::terminal;
 use hysteresis::Hysteresis;
 
@@ -157,11 +157,11 @@ fn tracked<'a>(out: &Path, track: &'a Track) -> anyhow::Result<Vec<Tracked<'a>>>
 /// What one way came to on one target.
 fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> anyhow::Result<Tracked<'a>> {
     let folder = out.join(folder(target, way));
-    let strokes = Recording::read(folder.join("strokes.parquet"))?;
+    let strokes = Recording::read(folder.join(STROKES))?;
     let part = |flag: &str| {
         strokes.channel(flag).map_or(0.0, |values| values.iter().sum::<f64>() / values.len() as f64)
     };
-    let tips: Vec<PathBuf> = (1..=repeats).map(|k| folder.join("tips").join(format!("{k}.parquet"))).collect();
+    let tips: Vec<PathBuf> = (1..=repeats).map(|k| folder.join(repeat(k))).collect();
     // A rig that refused one of them has not carried out the whole.
     let rows = if tips.iter().all(|tip| tip.exists()) {
         evaluate::rows(&target.path, inputs::read(&tips)?, Part::AtTheSameTimes, Origin::Frame)?
@@ -186,24 +186,22 @@ fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]
     page.paragraph(words::TWIN);
     let (measured, simulated) = read_predicted(out, &first.trajectory)?;
     let [without, with] = &simulated;
-    if let Some(figure) = Hysteresis::new(&first.trajectory, study.rig.first_angle, &measured, [without, with]) {
+    if let Some(figure) =
+        Hysteresis::new(&first.trajectory, study.rig.first_angle, &measured, [without, with])
+    {
         page.figure(&save(&out.join("figures"), &figure, false)?);
     }
     let percent = |score: &PathScore| -> String {
-        let part = |c: usize| score.axes[c].nrmse.map_or("-".to_owned(), |part| format!("{:.1}", 100.0 * part));
+        let part =
+            |c: usize| score.axes[c].nrmse.map_or("-".to_owned(), |part| format!("{:.1}", 100.0 * part));
         format!("{}, {}", part(0), part(1))
     };
     let row = |it: &Predicted| {
         let mm = |score: &PathScore| format!("{:.2}", 1e3 * score.rmse_m);
         vec![it.trajectory.clone(), mm(&it.without), mm(&it.with), percent(&it.without), percent(&it.with)]
     };
-    let headings = [
-        "Not learned from",
-        "RMSE without [mm]",
-        "with [mm]",
-        "NRMSE of x, y without [%]",
-        "with [%]",
-    ];
+    let headings =
+        ["Not learned from", "RMSE without [mm]", "with [mm]", "NRMSE of x, y without [%]", "with [%]"];
     page.table(&headings, predicted.iter().map(row));
     Ok(())
 }
@@ -220,7 +218,8 @@ fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]
         };
         let rows: Vec<Row> = ways.iter().filter_map(first).collect();
         if !rows.is_empty() {
-            let mut drawn: Drawn = tracking::overlay(&out.join("figures").join(&target.name), &target.path, &rows)?;
+            let mut drawn: Drawn =
+                tracking::overlay(&out.join("figures").join(&target.name), &target.path, &rows)?;
             drawn.caption = format!("{}. {}", target.path.name, drawn.caption);
             page.figure(&drawn);
         }

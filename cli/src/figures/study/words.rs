@@ -122,7 +122,8 @@ pub fn stages(stages: &[Stage]) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = stages.iter().filter(|stage| !is_tracking(stage)).map(row).collect();
     let n = stages.iter().filter(is_tracking).count();
     if n > 0 {
-        let about = format!("strokes for a path are found, carried out and measured: {n} times, paths by ways");
+        let about =
+            format!("strokes for a path are found, carried out and measured: {n} times, paths by ways");
         rows.push(vec!["track".to_owned(), about]);
     }
     rows

@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_control::TargetPath;
-
 use super::stage::{Argument, OnRefusal, Outdated, Restart, Stage, Step};
 use super::{Study, Target, Track, Way};
 
@@ -11,8 +9,10 @@ use super::{Study, Target, Track, Way};
 pub const DATA: &str = "data";
 /// What the calibrated twin makes of the trajectories to check with, with its network and without.
 pub const PREDICTED: [&str; 2] = ["predicted/with", "predicted/without"];
-/// Everything about a tracked path, by target and way.
-pub const TRACKED: &str = "tracked";
+/// Everything about tracked paths, by target and way.
+const TRACKED: &str = "tracked";
+/// Strokes that were found for a path.
+pub const STROKES: &str = "strokes.parquet";
 
 /// Guesses of what takes how long on two cores [s], for a first word on the time left: by sample, and where something
 /// is learned by sample and epoch.
@@ -43,7 +43,7 @@ pub fn stages(study: &Study, out: &Path) -> Vec<Stage> {
     stages.extend(planner.predict());
     stages.extend(planner.generate());
     stages.extend(planner.train());
-    for track in &study.track {
+    if let Some(track) = &study.track {
         for target in &track.targets {
             stages.extend(track.ways.iter().map(|way| planner.track(track, target, *way)));
         }
@@ -138,7 +138,11 @@ impl Planner<'_> {
 
     fn record(&self) -> Stage {
         let Study { rig, plan, seed, .. } = self.study;
-        let step = step("record").word("--rig").with(rig.argument.clone()).word("--plan").with(plan.argument.clone());
+        let step = step("record")
+            .word("--rig")
+            .with(rig.argument.clone())
+            .word("--plan")
+            .with(plan.argument.clone());
         let step = step.option("--seed", Some(seed)).word("--out").with(self.written(DATA));
         let about = "the rig moves through the plan; strokes and tip are recorded";
         let n = Self::samples(&plan.training) + Self::samples(&plan.checks);
@@ -175,7 +179,8 @@ impl Planner<'_> {
         }
         let step = step.option("--rounds", identify.rounds).word("--out").with(self.written("identified"));
         let about = "virtual tendons are found that pull the twin's tip to the measured one";
-        let guess = PER_IDENTIFIED * identify.rounds.unwrap_or(2) as f64 * Self::samples(&self.study.plan.training);
+        let guess =
+            PER_IDENTIFIED * identify.rounds.unwrap_or(2) as f64 * Self::samples(&self.study.plan.training);
         let stage = self.stage("identify", "identified", about, step, guess);
         Some(Stage { restart: Restart::GoesOn, ..stage })
     }
@@ -190,7 +195,8 @@ impl Planner<'_> {
             .option("--seed", Some(self.study.seed))
             .word("--out")
             .with(self.written("residual/network.safetensors"));
-        let about = "a network learns what the virtual tendons do, so that the twin shows hysteresis by itself";
+        let about =
+            "a network learns what the virtual tendons do, so that the twin shows hysteresis by itself";
         let epochs = (residual.epochs.unwrap_or(100) * residual.members.unwrap_or(3)) as f64;
         let guess = PER_RESIDUAL_EPOCH * epochs * Self::samples(&self.study.plan.training);
         Some(self.stage("fit-residual", "residual", about, step, guess))
@@ -224,7 +230,8 @@ impl Planner<'_> {
     fn generate(&self) -> Option<Stage> {
         let plan = self.study.generate.as_ref()?;
         let step = step("generate").with(self.scene()).word("--residual").with(self.checkpoint());
-        let step = step.word("--plan").with(plan.argument.clone()).word("--out").with(self.written("generated"));
+        let step = step.word("--plan").with(plan.argument.clone()).word("--real").with(self.made(DATA));
+        let step = step.word("--out").with(self.written("generated"));
         let about = "the calibrated twin makes more recordings, of motions that the rig never did";
         let guess = PER_SIMULATED * Self::samples(&plan.training);
         let stage = self.stage("generate", "generated", about, step, guess);
@@ -254,49 +261,41 @@ impl Planner<'_> {
     /// Strokes for a target in one way, carried out as often as asked, and measured.
     fn track(&self, track: &Track, target: &Target, way: Way) -> Stage {
         let folder = folder(target, way);
-        let strokes = folder.join("strokes.parquet");
-        let command = step("command");
-        let command = match way {
-            Way::Nominal => self.within_limits(command.word("--scene").with(self.nominal_scene())),
-            Way::Twin => self.within_limits(command.with(self.checkpoint()).word("--scene").with(self.scene())),
-            Way::Network => command.with(self.made("inverse/network.safetensors")),
+        let step = step("track").word("--rig").with(self.study.rig.argument.clone());
+        let step = match way {
+            Way::Nominal => step.word("--scene").with(self.nominal_scene()),
+            Way::Twin => step.with(self.checkpoint()).word("--scene").with(self.scene()),
+            Way::Network => step.with(self.made("inverse/network.safetensors")),
         };
-        let command = command.word("--target").with(target.argument.clone());
-        let mut steps = vec![command.word("--out").with(self.written(&strokes))];
-        for repeat in 1..=track.repeats as u64 {
-            let record = step("record").word("--rig").with(self.study.rig.argument.clone());
-            let record = record.word("--strokes").with(self.written(&strokes));
-            // Another day than that of the data.
-            let record = record.option("--seed", Some(self.study.seed.wrapping_add(repeat)));
-            let tip = folder.join("tips").join(format!("{repeat}.parquet"));
-            let record = record.word("--out").with(self.written(tip));
-            let on_refusal = if self.study.rig.is_virtual { OnRefusal::Note } else { OnRefusal::Fail };
-            steps.push(Step { on_refusal, ..record });
-        }
-        let evaluate = step("evaluate").word("--target").with(target.argument.clone());
-        let evaluate = evaluate.with(self.written(folder.join("tips"))).word("--out");
-        steps.push(evaluate.with(self.written(folder.join("evaluated"))));
-        let n = n_samples(&target.path);
-        Stage {
-            name: format!("track {} {}", target.name, way.name()),
-            about: about(target, way),
-            folder,
-            steps,
-            restart: Restart::GoesOn,
-            outdated: self.outdated(),
-            guess: n * (track.repeats as f64 * self.per_recorded() + if way == Way::Network { 0.0 } else { PER_LED }),
-        }
-    }
-
-    /// The twin is led within the limits of the rig that shall follow.
-    fn within_limits(&self, command: Step) -> Step {
-        command.option("--stroke-max-mm", Some(1e3 * self.study.rig.stroke_max))
+        let step = step
+            .word("--target")
+            .with(target.argument.clone())
+            .option("--repeats", Some(track.repeats))
+            // Other days than that of the data.
+            .option("--seed", Some(self.study.seed.wrapping_add(1)))
+            .word("--out")
+            .with(self.written(&folder));
+        let on_refusal = if self.study.rig.is_virtual {
+            OnRefusal::NoteWith(self.out.join(&folder).join(STROKES))
+        } else {
+            OnRefusal::Fail
+        };
+        let led = if way == Way::Network { 0.0 } else { PER_LED };
+        let guess = (led + track.repeats as f64 * self.per_recorded()) * target.path.points().len() as f64;
+        let name = format!("track {} {}", target.name, way.name());
+        let stage = self.stage(&name, folder, &about(target, way), Step { on_refusal, ..step }, guess);
+        Stage { restart: Restart::GoesOn, outdated: self.outdated(), ..stage }
     }
 }
 
 /// Where a target tracked in one way is, in the folder of the study.
 pub fn folder(target: &Target, way: Way) -> PathBuf {
     Path::new(TRACKED).join(&target.name).join(way.name())
+}
+
+/// What a repeat is called, from 1.
+pub fn repeat(number: usize) -> String {
+    format!("repeat-{number}.parquet")
 }
 
 fn about(target: &Target, way: Way) -> String {
@@ -306,8 +305,4 @@ fn about(target: &Target, way: Way) -> String {
         Way::Network => "by the inverse network",
     };
     format!("{}: strokes {how}, carried out and measured", target.argument.typed)
-}
-
-fn n_samples(path: &TargetPath) -> f64 {
-    path.points().len() as f64
 }

@@ -1,0 +1,193 @@
+//! `hysteron generate`: a plan carried out by the calibrated twin, as data to learn from.
+
+mod card;
+mod shard;
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
+use hysteron_control::Trajectory;
+use hysteron_twin::Twin;
+use hysteron_twin::synthetic::{Outcome, synthesise};
+use rayon::prelude::*;
+
+pub use card::{Card, Row, tip_of};
+use shard::Shard;
+
+use crate::network::{Network, plant};
+use crate::{figures, inputs, interrupt, plan, terminal};
+
+const HELP: &str = "\
+Needs a scene and a plan: a file (docs in control/README.md) or a name, `synthetic` (the 25 trajectories of paper 003, \
+387 000 samples), `paper`, `quick`. With --residual, a checkpoint by `hysteron fit-residual`, the twin shows the robot's \
+hysteresis; without one it is the bare twin.
+
+Writes to DIR a recording for every trajectory, as a rig would (stroke_1_m, ..., tip_x_m, ...), with tensions, with what a \
+small change of a stroke does to the tip (tip_x_per_stroke_1_ratio, ...), which `hysteron train` makes use of, and with \
+extrapolating, 1 where the network left its training range; and report.html and metrics.json, the card of the data set. A \
+trajectory that the twin cannot do (no equilibrium, a tendon at its largest tension, a tip that jumps) is left out as a \
+whole, and counted.
+
+Trajectories that are there already, from the same plan, scene and checkpoint, are kept: run the command again to go on. \
+For several machines, --shard 1/3, 2/3 and 3/3 make a third of the trajectories each, the same bytes as without it; put \
+their files into one folder, and run it once more for the card of all.
+
+Examples, from the root of the repository:
+  hysteron generate meshes/tpu80/scene.toml --plan quick --out out/bare
+  hysteron generate meshes/tpu80/scene-typical.toml --residual out/quick/residual.safetensors \\
+      --out out/synthetic --real out/quick
+
+Exit codes: 0 done, 1 failed or interrupted (finished trajectories are kept), 2 bad input.";
+
+/// Let the calibrated twin carry out a plan: synthetic data
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// Scene file of the robot (scene.toml)
+    scene: PathBuf,
+    /// Checkpoint by hysteron fit-residual
+    #[arg(long, value_name = "CKPT")]
+    residual: Option<PathBuf>,
+    /// Plan file (.toml), or the name of a built-in plan
+    #[arg(long, value_name = "PLAN", default_value = "synthetic")]
+    plan: String,
+    /// Folder to write to
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Only the I-th of N parts of the trajectories
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Recordings of the robot, or folders of them, to compare with on the card
+    #[arg(long, value_name = "REC", num_args = 1..)]
+    real: Vec<PathBuf>,
+    /// Write the figure as .png too
+    #[arg(long)]
+    png: bool,
+}
+
+/// A trajectory and where it goes.
+struct Job<'a> {
+    trajectory: &'a Trajectory,
+    commands: Recording,
+    meta: Metadata,
+    out: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let scene = Scene::read(&arguments.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let (plan, text) = plan::read(&arguments.plan)?;
+    plan::check_tendons(&plan, &plan::angles_of(&scene), &format!("scene {}", scene.name))?;
+    let network = arguments.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let real = if arguments.real.is_empty() { Vec::new() } else { inputs::read(&arguments.real)? };
+    let jobs = plan.trajectories().iter().enumerate();
+    let jobs = jobs.filter(|(k, _)| arguments.shard.is_none_or(|shard| shard.has(*k)));
+    let jobs = jobs.map(|(_, one)| job(arguments, &scene, network.as_ref(), one));
+    let (there, missing): (Vec<Job>, Vec<Job>) =
+        jobs.collect::<anyhow::Result<Vec<_>>>()?.into_iter().partition(is_done);
+    let n_samples = missing.iter().map(|job| job.commands.n_samples()).sum();
+    tracing::info!(
+        "{}, plan {}: {} trajectories, {n_samples} samples to do; {} are there already",
+        scene.name,
+        plan.name,
+        there.len() + missing.len(),
+        there.len(),
+    );
+    interrupt::listen()?;
+    let bar = terminal::progress("samples", n_samples, 0);
+    let mut rows =
+        there.iter().map(|job| made(job, Recording::read(&job.out)?)).collect::<anyhow::Result<_>>()?;
+    let found = Mutex::new(Vec::new());
+    missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+        let rate = job.trajectory.rate_hz;
+        let mut plant = plant(network.as_ref(), &twin, rate.recip())?;
+        let mut go_on = || {
+            bar.inc(1);
+            !interrupt::is_asked()
+        };
+        let row = match synthesise(&twin, &mut *plant, &job.commands, job.meta.clone(), &mut go_on)? {
+            Outcome::Ended => return Ok(()),
+            Outcome::Made(recording) => {
+                recording.write(&job.out)?;
+                made(job, recording)?
+            }
+            Outcome::Dropped(sample, why) => {
+                let why = format!("{why} at {:.2} s", sample as f64 / rate);
+                tracing::warn!("{}: left out: {why}", job.trajectory.name);
+                Row::dropped(job.trajectory, why)
+            }
+        };
+        if let Ok(mut found) = found.lock() {
+            found.push(row);
+        }
+        Ok(())
+    })?;
+    bar.finish_and_clear();
+    let n_jobs = there.len() + missing.len();
+    finish(arguments, (&scene, &plan.name, &text), rows_in_order(&mut rows, found), &real, n_jobs)
+}
+
+fn rows_in_order(rows: &mut Vec<Row>, found: Mutex<Vec<Row>>) -> Vec<Row> {
+    rows.extend(found.into_inner().unwrap_or_default());
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    std::mem::take(rows)
+}
+
+/// The card and what is said.
+fn finish(
+    arguments: &Arguments,
+    (scene, plan, text): (&Scene, &str, &str),
+    rows: Vec<Row>,
+    real: &[inputs::Input],
+    n_jobs: usize,
+) -> anyhow::Result<()> {
+    if interrupt::is_asked() {
+        anyhow::bail!("interrupted; {} of {n_jobs} trajectories are done; run it again to go on", rows.len());
+    }
+    let card = Card::new(scene, plan, rows, real);
+    file::write_bytes(&arguments.out.join("plan.toml"), text)?;
+    figures::coverage::write(&arguments.out, &card, real, arguments.png)?;
+    card.print();
+    if card.made == 0 {
+        anyhow::bail!("the twin can do none of the trajectories (hint: smaller amplitudes)");
+    }
+    terminal::say(format_args!("report: {}", arguments.out.join("report.html").display()));
+    Ok(())
+}
+
+fn job<'a>(
+    arguments: &Arguments,
+    scene: &Scene,
+    network: Option<&Network>,
+    trajectory: &'a Trajectory,
+) -> anyhow::Result<Job<'a>> {
+    let commands = trajectory.commands()?;
+    let mut meta = commands.meta().clone();
+    meta.source = format!("twin {}, {}", scene.name, meta.source);
+    meta.scene_hash.clone_from(&scene.hash);
+    meta.commit = env!("HYSTERON_COMMIT").to_owned();
+    meta.command = terminal::command_line();
+    if let Some(network) = network {
+        meta.extra.insert(NETWORK.to_owned(), network.hash.clone());
+    }
+    Ok(Job { trajectory, commands, meta, out: arguments.out.join(format!("{}.parquet", trajectory.name)) })
+}
+
+/// Metadata key: hash of the residual network's checkpoint.
+const NETWORK: &str = "residual.sha256";
+
+/// True where the trajectory is there, from the same plan, scene and network.
+fn is_done(job: &Job) -> bool {
+    let is_same = |found: &Recording| {
+        let keys = ["plan.sha256", NETWORK];
+        found.meta().scene_hash == job.meta.scene_hash
+            && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
+    };
+    Path::new(&job.out).exists() && Recording::read(&job.out).is_ok_and(|found| is_same(&found))
+}
+
+fn made(job: &Job, recording: Recording) -> anyhow::Result<Row> {
+    Row::made(job.trajectory, recording).map_err(|bad: BadInput| bad.within(job.out.display()).into())
+}

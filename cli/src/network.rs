@@ -1,0 +1,54 @@
+//! The residual network of a twin, read and ready to be rolled out.
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, Scene, file};
+use hysteron_twin::Twin;
+use hysteron_twin::coreact::Auxiliary;
+use hysteron_twin::residual::{Bare, Plant, ResidualModel, Rollout};
+
+/// A network and the tendons that it drives.
+pub struct Network {
+    /// SHA-256 of its checkpoint.
+    pub hash: String,
+    model: ResidualModel,
+    auxiliary: Auxiliary,
+}
+
+impl Network {
+    /// Reads a checkpoint for the robot of `scene`.
+    pub fn read(path: &Path, scene: &Scene, twin: &Twin) -> anyhow::Result<Self> {
+        let hash = file::sha256_hex(&file::read_bytes(path)?);
+        let model = ResidualModel::read(path)?;
+        let auxiliary = Auxiliary::new(twin)?;
+        model
+            .check(twin.n_primary, auxiliary.len(), model.step_s)
+            .map_err(|bad| bad.within(path.display()))?;
+        if model.scene_hash != scene.hash {
+            tracing::warn!("{}: trained with another scene than {}", path.display(), scene.name);
+        }
+        Ok(Self { hash, model, auxiliary })
+    }
+
+    /// Number of virtual tendons.
+    pub fn n_aux(&self) -> usize {
+        self.auxiliary.len()
+    }
+
+    /// A closed loop at rest, for samples `step` [s] apart.
+    pub fn rollout<'a>(&'a self, twin: &'a Twin, step: f64) -> Result<Rollout<'a>, BadInput> {
+        Rollout::new(twin, &self.auxiliary, &self.model, step)
+    }
+}
+
+/// What stands for the robot: its twin with the network, or where there is none the bare one; at rest.
+pub fn plant<'a>(
+    network: Option<&'a Network>,
+    twin: &'a Twin,
+    step: f64,
+) -> Result<Box<dyn Plant + 'a>, BadInput> {
+    Ok(match network {
+        Some(network) => Box::new(network.rollout(twin, step)?),
+        None => Box::new(Bare::new(twin)),
+    })
+}

@@ -1,0 +1,66 @@
+//! Trajectories drawn from ranges: many of a kind, from one entry of the plan file.
+//!
+//! The range of the amplitude is cut into as many parts as there are trajectories, and each draws its own from one part:
+//! whatever the seed, small and large ones are there. Everything else is drawn evenly.
+
+use super::Direction;
+use super::typed::{Draw, Family, Trajectory};
+use hysteron_base::typed::count;
+use hysteron_base::{BadInput, rng};
+use rand::RngExt;
+
+/// More than a person means.
+const MOST: i64 = 100_000;
+
+/// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random stream of
+/// its own, by its name.
+pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajectory>, BadInput> {
+    let key = |key: &str| format!("draw[{}].{key}", index + 1);
+    let n = count(&key("count"), draw.count, MOST)?;
+    let ranges = [
+        ("amplitude_mm", Some(draw.amplitude_mm)),
+        ("period_s", Some(draw.period_s)),
+        ("aspect", draw.aspect),
+    ];
+    for (name, range) in ranges {
+        if let Some([min, max]) = range {
+            // False for NaN too.
+            let is_range = min > 0.0 && min <= max && max.is_finite();
+            if !is_range {
+                let found = format!("[{min:?}, {max:?}]");
+                return Err(BadInput::new(key(name), "[smallest, largest], both above 0", found));
+            }
+        }
+    }
+    Ok((0..n).map(|k| one(draw, seed, k, n)).collect())
+}
+
+/// The `k`-th of `n`.
+fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
+    let name = format!("{}-{}", draw.name, k + 1);
+    let mut stream = rng(seed, &format!("plan/draw/{name}"));
+    let mut part = || stream.random_range(0.0..1.0);
+    let within = |[min, max]: [f64; 2], part: f64| min + part * (max - min);
+    let amplitude_mm = within(draw.amplitude_mm, (k as f64 + part()) / n as f64);
+    let period_s = within(draw.period_s, part());
+    let aspect = draw.aspect.map(|range| within(range, part()));
+    let angles = [part(), part()].map(|part| 360.0 * part);
+    let is_clockwise = part() < 0.5;
+    let has_direction = draw.family != Family::Sinusoid;
+    let direction = if is_clockwise { Direction::Clockwise } else { Direction::CounterClockwise };
+    Trajectory {
+        name,
+        role: draw.role,
+        family: draw.family,
+        amplitude_mm,
+        frequency_hz: None,
+        period_s: Some(period_s),
+        phase_deg: Some(angles[0]),
+        orientation_deg: (draw.family != Family::Circle).then_some(angles[1]),
+        aspect,
+        direction: has_direction.then_some(direction),
+        attack_s: draw.attack_s,
+        sustain_s: draw.sustain_s,
+        decay_s: draw.decay_s,
+    }
+}
