@@ -4,6 +4,8 @@ use clap::{ArgAction, Parser, Subcommand};
 
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
+  hysteron demo
+  hysteron run cli/studies/paper.toml
   hysteron check meshes/tpu80/scene.toml
   hysteron simulate meshes/tpu80/scene.toml \\
       --strokes meshes/tpu80/strokes-circle.csv \\
@@ -71,6 +73,8 @@ pub enum Verb {
     Command(crate::command::Arguments),
     Track(crate::track::Arguments),
     Rig(crate::rig::Arguments),
+    Run(crate::study::Arguments),
+    Demo(crate::study::demo::Arguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),
 }
@@ -80,6 +84,17 @@ impl Program {
     pub fn verbosity(&self) -> i8 {
         let of = |count: u8| i8::try_from(count).unwrap_or(i8::MAX);
         1i8.saturating_add(of(self.verbose)).saturating_sub(of(self.quiet))
+    }
+
+    /// The options of all verbs, for a program that this one starts.
+    pub fn passed_on(&self) -> Vec<String> {
+        let times = |option: &str, count: u8| vec![option.to_owned(); usize::from(count)];
+        let threads = self.threads.iter().flat_map(|n| ["--threads".to_owned(), n.to_string()]);
+        times("--verbose", self.verbose)
+            .into_iter()
+            .chain(times("--quiet", self.quiet))
+            .chain(threads)
+            .collect()
     }
 
     /// Limits the threads of everything that follows.

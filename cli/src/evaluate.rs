@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_base::BadInput;
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};
 use serde::Serialize;
 
-use crate::{figures, inputs, terminal};
+use crate::inputs::{self, Input};
+use crate::{figures, terminal};
 
 const HELP: &str = "\
 Needs a target (a file of `hysteron target --help`, a recording of one, or a curve with its size in mm, as circle:40) \
@@ -64,7 +66,7 @@ impl Arguments {
 }
 
 /// One recording and what it came to.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Row {
     /// Its name.
     pub name: String,
@@ -154,23 +156,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let target = TargetPath::open(&arguments.target)?;
     let part = if arguments.whole { Part::Whole } else { Part::AtTheSameTimes };
     let origin = if arguments.relative_to_rest { Origin::Rest } else { Origin::Frame };
-    let mut rows = Vec::new();
-    for input in inputs::read(&arguments.recordings)? {
-        let tracked = Tracked::new(&target, &input.recording, part, origin)
-            .map_err(|bad| bad.within(input.path.display()))?;
-        rows.push(Row {
-            name: input.name,
-            sha256: input.hash,
-            source: input.recording.meta().source.clone(),
-            score: score(&target, &tracked),
-            tracked,
-        });
-    }
+    let rows = rows(&target, inputs::read(&arguments.recordings)?, part, origin)?;
     if let Some(folder) = &arguments.out {
         figures::tracking::write(folder, &target, &rows, arguments.png)?;
     }
     print(&rows);
     Ok(())
+}
+
+/// Measures recordings of a target.
+pub fn rows(
+    target: &TargetPath,
+    inputs: Vec<Input>,
+    part: Part,
+    origin: Origin,
+) -> Result<Vec<Row>, BadInput> {
+    let row = |input: Input| {
+        let tracked = Tracked::new(target, &input.recording, part, origin)
+            .map_err(|bad| bad.within(input.path.display()))?;
+        Ok(Row {
+            name: input.name,
+            sha256: input.hash,
+            source: input.recording.meta().source.clone(),
+            score: score(target, &tracked),
+            tracked,
+        })
+    };
+    inputs.into_iter().map(row).collect()
 }
 
 /// Prints the table in columns.

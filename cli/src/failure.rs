@@ -2,12 +2,33 @@
 
 use hysteron_base::BadInput;
 
+/// A command that this program had started failed, and has said why.
+#[derive(Debug)]
+pub struct CommandFailed(
+    /// Its exit code; none if a signal ended it.
+    pub Option<i32>,
+);
+
+impl std::fmt::Display for CommandFailed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Some(code) => write!(f, "the command failed (exit code {code}) and has said why above"),
+            None => write!(f, "the command was killed"),
+        }
+    }
+}
+
+impl std::error::Error for CommandFailed {}
+
 /// 2 where the input is to blame, 1 otherwise.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
     if error.chain().any(is_bad_input) { 2 } else { 1 }
 }
 
 fn is_bad_input(cause: &(dyn std::error::Error + 'static)) -> bool {
+    if let Some(CommandFailed(code)) = cause.downcast_ref() {
+        return *code == Some(2);
+    }
     if let Some(error) = cause.downcast_ref::<hysteron_twin::Error>() {
         return error.bad_input().is_some();
     }

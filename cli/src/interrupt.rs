@@ -2,9 +2,9 @@
 //!
 //! Files are renamed into place when they are whole, so even the second leaves no part of one.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+static TIMES_ASKED: AtomicUsize = AtomicUsize::new(0);
 static IS_LISTENING: AtomicBool = AtomicBool::new(false);
 
 /// Starts listening for Ctrl-C and for a polite request to end (SIGTERM); once, however often it is called.
@@ -13,14 +13,27 @@ pub fn listen() -> anyhow::Result<()> {
         return Ok(());
     }
     ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::Relaxed) {
+        if TIMES_ASKED.fetch_add(1, Ordering::Relaxed) > 0 {
             std::process::exit(1);
         }
     })?;
     Ok(())
 }
 
+/// As [`listen`], but the program only counts: it passes them on, and ends when those have ended that it started.
+pub fn count() -> anyhow::Result<()> {
+    ctrlc::set_handler(|| {
+        TIMES_ASKED.fetch_add(1, Ordering::Relaxed);
+    })?;
+    Ok(())
+}
+
 /// True once the person has asked to stop.
 pub fn is_asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    times_asked() > 0
+}
+
+/// How often the person has asked to stop.
+pub fn times_asked() -> usize {
+    TIMES_ASKED.load(Ordering::Relaxed)
 }

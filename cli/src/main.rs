@@ -18,12 +18,14 @@ mod inputs;
 mod interrupt;
 mod mesh;
 mod network;
+mod paths;
 mod plan;
 mod reach;
 mod record;
 mod rig;
 mod run;
 mod simulate;
+mod study;
 mod target;
 mod terminal;
 mod track;
@@ -55,6 +57,8 @@ fn main() -> ExitCode {
         Verb::Command(arguments) => command::run(arguments),
         Verb::Track(arguments) => track::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
+        Verb::Run(arguments) => study::run(arguments, &program.passed_on()),
+        Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on()),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });
     match done {

@@ -75,7 +75,8 @@ pub fn command_line() -> String {
     shown(std::env::args().skip(1))
 }
 
-fn shown(arguments: impl Iterator<Item = String>) -> String {
+/// A command line of this program as a person would type it.
+pub fn shown(arguments: impl Iterator<Item = String>) -> String {
     let mut line = String::from("hysteron");
     let mut arguments = arguments.peekable();
     while let Some(argument) = arguments.next() {

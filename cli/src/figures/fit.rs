@@ -37,7 +37,6 @@ struct Metrics<'a> {
     evaluations: usize,
     ended: &'a str,
     converged: bool,
-    wall_s: f64,
     command: &'a str,
     commit: &'a str,
 }
@@ -92,7 +91,6 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
         ("Search", metrics.ended.to_owned()),
         ("Iterations", metrics.iterations.to_string()),
         ("Evaluations", metrics.evaluations.to_string()),
-        ("Time [s]", format!("{:.1}", metrics.wall_s)),
         ("Steps of an evaluation", metrics.steps.to_string()),
         ("Condition number of the Jacobian, columns of length one", format!("{:.1}", metrics.condition)),
         ("Constant channels left out", metrics.constant_channels.to_string()),
@@ -144,7 +142,6 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
         evaluations: fit.evaluations,
         ended: &fit.ended,
         converged: fit.is_converged,
-        wall_s: outcome.wall_s,
         command,
         commit: env!("HYSTERON_COMMIT"),
     }

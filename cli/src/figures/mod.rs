@@ -15,6 +15,7 @@ mod robot;
 mod shapes;
 mod sheet;
 mod simplify;
+pub mod study;
 pub mod target;
 mod tip;
 pub mod tracking;

@@ -90,6 +90,22 @@ impl Page {
         ))
     }
 
+    /// A heading.
+    pub(super) fn heading(&mut self, text: &str) {
+        self.0.push_str(&format!("<h2>{}</h2>\n", escaped(text)));
+    }
+
+    /// A paragraph.
+    pub(super) fn paragraph(&mut self, text: &str) {
+        self.0.push_str(&format!("<p>{}</p>\n", escaped(text)));
+    }
+
+    /// Lines of code that are shown when asked for.
+    pub(super) fn details(&mut self, summary: &str, code: &str) {
+        let [summary, code] = [summary, code].map(escaped);
+        self.0.push_str(&format!("<details>\n<summary>{summary}</summary>\n<pre>{code}</pre>\n</details>\n"));
+    }
+
     /// A table with a row of headings.
     pub(super) fn table(&mut self, headings: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
         self.0.push_str("<table>\n<tr>");

@@ -13,7 +13,7 @@ use super::report::{Page, write_metrics};
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
-use super::{Figure, register_embedded_font, save};
+use super::{Drawn, Figure, register_embedded_font, save};
 use crate::evaluate::{METRICS, Row, cells, headings};
 use crate::terminal;
 
@@ -85,6 +85,11 @@ pub fn write(folder: &Path, target: &TargetPath, rows: &[Row], with_png: bool) -
     page.small(&format!("Target {}.", target.hash));
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
     Ok(())
+}
+
+/// Writes the figure alone, as `tracking.svg`, to `folder`.
+pub(super) fn overlay(folder: &Path, target: &TargetPath, rows: &[Row]) -> anyhow::Result<Drawn> {
+    save(folder, &Overlay::new(target, rows), false)
 }
 
 /// Target and paths over each other, one pair of axes per recording.

@@ -7,6 +7,8 @@ use hysteron_base::units::Unit;
 use hysteron_base::{Scene, file};
 use toml_edit::{DocumentMut, Item, TableLike, value};
 
+use crate::paths::plain;
+
 /// Digits of a fitted number: more than any fit knows.
 const DIGITS: usize = 6;
 
@@ -77,21 +79,7 @@ fn replace(table: &mut dyn TableLike, key: &str, mut new: Item) {
 /// `path` as seen from `folder`.
 fn relative(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     let here = std::env::current_dir()?;
-    let whole = |path: &Path| {
-        let mut parts: Vec<Component> = Vec::new();
-        let joined = here.join(path);
-        for part in joined.components() {
-            match part {
-                Component::CurDir => {}
-                Component::ParentDir => {
-                    parts.pop();
-                }
-                other => parts.push(other),
-            }
-        }
-        parts.iter().collect::<PathBuf>()
-    };
-    let (path, folder) = (whole(path), whole(folder));
+    let (path, folder) = (plain(&here.join(path)), plain(&here.join(folder)));
     let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
     let up = folder.components().skip(shared).map(|_| Component::ParentDir);
     Ok(up.chain(path.components().skip(shared)).collect())

@@ -1,6 +1,6 @@
 //! `hysteron record`: a plan becomes recordings.
 
-mod jobs;
+pub mod jobs;
 mod live;
 mod simulated;
 pub mod source;

@@ -1,9 +1,9 @@
 //! What a recording session came to, for the terminal, the report and `metrics.json`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::Recording;
-use hysteron_rig::session::{Outcome, StatsSummary};
+use hysteron_rig::session::{Outcome, StatsSummary, events_path};
 use hysteron_rig::{Event, EventKind};
 use serde::Serialize;
 
@@ -38,9 +38,9 @@ impl Row {
         "Bus, median (wire) [ms]",
     ];
 
-    /// The row for people. A simulated clock is never late.
+    /// The row for people.
     pub fn cells(&self) -> Vec<String> {
-        let timing = self.timing.as_ref().filter(|timing| timing.wire_ms > 0.0);
+        let timing = self.timing.as_ref();
         vec![
             self.name.clone(),
             self.role.clone(),
@@ -64,6 +64,12 @@ fn is_trouble(event: &Event) -> bool {
     event.kind != EventKind::Run
 }
 
+/// The log beside a recording; empty where it was not kept.
+fn events_beside(out: &Path) -> Vec<Event> {
+    let text = std::fs::read_to_string(events_path(out)).unwrap_or_default();
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+}
+
 impl Summary {
     /// A trajectory that was recorded now.
     pub fn add(&mut self, job: &Job, outcome: &Outcome) {
@@ -78,7 +84,8 @@ impl Summary {
             rows: outcome.n_rows,
             filled_in: outcome.n_gaps,
             events: troubles.len(),
-            timing: Some(outcome.stats.summary()),
+            // A simulated clock is never late.
+            timing: Some(outcome.stats.summary()).filter(|timing| timing.wire_ms > 0.0),
             out: job.out.clone(),
             order: job.order,
         });
@@ -91,7 +98,7 @@ impl Summary {
             role: job.role.clone(),
             rows: recording.n_samples(),
             filled_in: recording.gap().iter().filter(|gap| **gap).count(),
-            events: 0,
+            events: events_beside(&job.out).iter().filter(|event| is_trouble(event)).count(),
             timing: None,
             out: job.out.clone(),
             order: job.order,

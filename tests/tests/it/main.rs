@@ -12,5 +12,6 @@ mod reach;
 mod record;
 mod repository;
 mod simulate;
+mod study;
 mod target;
 mod virtual_rig;

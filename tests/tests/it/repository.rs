@@ -29,7 +29,7 @@ fn the_main_job_runs_in_full() {
 fn help_teaches_every_verb() {
     let help = run(root(), &["--help"]).succeeded().stdout;
     assert!(help.contains("Exit codes"));
-    for verb in ["simulate", "mesh", "check", "target", "evaluate"] {
+    for verb in ["simulate", "mesh", "check", "target", "evaluate", "run", "demo"] {
         assert!(help.contains(verb), "{verb}");
         let help = run(root(), &[verb, "--help"]).succeeded().stdout;
         for part in ["Exit codes", "Example", &format!("hysteron {verb} ")] {

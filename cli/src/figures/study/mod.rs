@@ -1,0 +1,229 @@
+//! The report of a study: what was done, what came of it, in words for somebody who sees it for the first time.
+//!
+//! Everything in it comes from the files of the stages, and nothing from the clock: a study that was interrupted ends
+//! with the same bytes.
+
+mod hysteresis;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{Recording, file};
+use hysteron_control::score::{PathScore, score};
+use hysteron_control::tracking::{Origin, Part};
+use serde::Serialize;
+
+use super::report::{Page, write_metrics};
+use super::{Drawn, register_embedded_font, save, tracking};
+use crate::evaluate::{self, Row};
+use crate::inputs;
+use crate::study::{DATA, PREDICTED, STROKES, Stage, Study, Target, Track, Way, folder, repeat};
+use crate::terminal;
+use hysteresis::Hysteresis;
+
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    study: &'a str,
+    robot: &'a str,
+    rig: &'a str,
+    is_virtual: bool,
+    seed: u64,
+    predicted: &'a [Predicted],
+    tracked: &'a [Tracked<'a>],
+    stages: Vec<StageLine<'a>>,
+    command: &'a str,
+    commit: &'a str,
+}
+
+#[derive(Serialize)]
+struct StageLine<'a> {
+    name: &'a str,
+    commands: Vec<String>,
+}
+
+/// A trajectory that the twin has not learned from.
+#[derive(Serialize)]
+struct Predicted {
+    trajectory: String,
+    /// Of the twin without its network.
+    without: PathScore,
+    /// With it.
+    with: PathScore,
+}
+
+/// A target in one way.
+#[derive(Serialize)]
+struct Tracked<'a> {
+    target: &'a str,
+    way: Way,
+    /// One for each repeat; none where the rig did not carry the strokes out.
+    rmse_m: Vec<f64>,
+    nrmse: Vec<Option<f64>>,
+    iou: Vec<Option<f64>>,
+    /// Part of the samples in which a limit held a stroke back.
+    held_back: f64,
+    /// Part of the samples in which a network left its training range.
+    extrapolating: f64,
+    #[serde(skip)]
+    rows: Vec<Row>,
+}
+
+impl Tracked<'_> {
+    fn is_carried_out(&self) -> bool {
+        !self.rows.is_empty()
+    }
+}
+
+/// Writes the figures, `report.html` and `metrics.json` to the folder of the study.
+pub fn write(out: &Path, study: &Study, stages: &[Stage]) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    let predicted = predicted(out, study)?;
+    let tracked = study.track.as_ref().map_or(Ok(Vec::new()), |track| tracked(out, track))?;
+    let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
+    let line = |stage: &'_ Stage| stage.steps.iter().map(|step| step.shown()).collect();
+    let lines = stages.iter().map(|stage| StageLine { name: &stage.name, commands: line(stage) });
+    let metrics = Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        study: &study.name,
+        robot: &study.scene.robot,
+        rig: &study.rig.description,
+        is_virtual: study.rig.is_virtual,
+        seed: study.seed,
+        predicted: &predicted,
+        tracked: &tracked,
+        stages: lines.collect(),
+        command: &command,
+        commit,
+    };
+    write_metrics(out, &metrics)?;
+
+    let mut page = Page::new(&format!("Study {}", study.name), words::ABOUT, &command);
+    page.paragraph(&words::rig(study));
+    if let Some(track) = &study.track {
+        words::outcome(&mut page, track, &tracked);
+    }
+    page.heading("What was done");
+    page.table(&["Stage", "What it does"], words::stages(stages));
+    if study.has_residual() {
+        show_twin(&mut page, out, study, &predicted)?;
+    }
+    if let Some(track) = &study.track {
+        show_tracking(&mut page, out, track, &tracked)?;
+    }
+    words::files(&mut page, stages, out);
+    file::write_bytes(&out.join("report.html"), page.finish(commit))?;
+    Ok(())
+}
+
+fn recording_of(out: &Path, trajectory: &str) -> PathBuf {
+    out.join(DATA).join(format!("{trajectory}.parquet"))
+}
+
+/// A trajectory as measured, and by the twin without its network and with it.
+fn read_predicted(out: &Path, trajectory: &str) -> anyhow::Result<(Recording, [Recording; 2])> {
+    let simulated = |kind: &str| Recording::read(out.join(kind).join(trajectory).join("tip.parquet"));
+    let [with, without] = PREDICTED.map(simulated);
+    Ok((Recording::read(recording_of(out, trajectory))?, [without?, with?]))
+}
+
+fn predicted(out: &Path, study: &Study) -> anyhow::Result<Vec<Predicted>> {
+    let checks = if study.has_residual() { &study.plan.checks[..] } else { &[] };
+    let mut all = Vec::new();
+    for (trajectory, _) in checks {
+        let (measured, simulated) = read_predicted(out, trajectory)?;
+        let whole: Vec<bool> = vec![false; measured.n_samples()];
+        let gap = if measured.gap().is_empty() { &whole } else { measured.gap() };
+        let [without, with] = simulated.each_ref().map(|it| Some(score(measured.tip()?, it.tip()?, gap)));
+        if let (Some(without), Some(with)) = (without, with) {
+            all.push(Predicted { trajectory: trajectory.clone(), without, with });
+        }
+    }
+    Ok(all)
+}
+
+fn tracked<'a>(out: &Path, track: &'a Track) -> anyhow::Result<Vec<Tracked<'a>>> {
+    let mut all = Vec::new();
+    for target in &track.targets {
+        for way in &track.ways {
+            all.push(tracked_in(out, target, *way, track.repeats)?);
+        }
+    }
+    Ok(all)
+}
+
+/// What one way came to on one target.
+fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> anyhow::Result<Tracked<'a>> {
+    let folder = out.join(folder(target, way));
+    let strokes = Recording::read(folder.join(STROKES))?;
+    let part = |flag: &str| {
+        strokes.channel(flag).map_or(0.0, |values| values.iter().sum::<f64>() / values.len() as f64)
+    };
+    let tips: Vec<PathBuf> = (1..=repeats).map(|k| folder.join(repeat(k))).collect();
+    // A rig that refused one of them has not carried out the whole.
+    let rows = if tips.iter().all(|tip| tip.exists()) {
+        evaluate::rows(&target.path, inputs::read(&tips)?, Part::AtTheSameTimes, Origin::Frame)?
+    } else {
+        Vec::new()
+    };
+    Ok(Tracked {
+        target: &target.path.name,
+        way,
+        rmse_m: rows.iter().map(|row| row.score.rmse_m).collect(),
+        nrmse: rows.iter().map(|row| row.score.nrmse).collect(),
+        iou: rows.iter().map(|row| row.score.iou).collect(),
+        held_back: part("limited"),
+        extrapolating: part("extrapolating"),
+        rows,
+    })
+}
+
+fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]) -> anyhow::Result<()> {
+    let Some(first) = predicted.first() else { return Ok(()) };
+    page.heading("What the twin has learned");
+    page.paragraph(words::TWIN);
+    let (measured, simulated) = read_predicted(out, &first.trajectory)?;
+    let [without, with] = &simulated;
+    if let Some(figure) =
+        Hysteresis::new(&first.trajectory, study.rig.first_angle, &measured, [without, with])
+    {
+        page.figure(&save(&out.join("figures"), &figure, false)?);
+    }
+    let percent = |score: &PathScore| -> String {
+        let part =
+            |c: usize| score.axes[c].nrmse.map_or("-".to_owned(), |part| format!("{:.1}", 100.0 * part));
+        format!("{}, {}", part(0), part(1))
+    };
+    let row = |it: &Predicted| {
+        let mm = |score: &PathScore| format!("{:.2}", 1e3 * score.rmse_m);
+        vec![it.trajectory.clone(), mm(&it.without), mm(&it.with), percent(&it.without), percent(&it.with)]
+    };
+    let headings =
+        ["Not learned from", "RMSE without [mm]", "with [mm]", "NRMSE of x, y without [%]", "with [%]"];
+    page.table(&headings, predicted.iter().map(row));
+    Ok(())
+}
+
+fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]) -> anyhow::Result<()> {
+    page.heading("Paths that nobody has learned");
+    page.paragraph(words::TRACKING);
+    words::tracking_table(page, track, tracked);
+    for (target, ways) in track.targets.iter().zip(tracked.chunks(track.ways.len())) {
+        // The first day of each way, side by side.
+        let first = |it: &Tracked| {
+            let row = it.rows.first()?;
+            Some(Row { name: it.way.name().to_owned(), ..row.clone() })
+        };
+        let rows: Vec<Row> = ways.iter().filter_map(first).collect();
+        if !rows.is_empty() {
+            let mut drawn: Drawn =
+                tracking::overlay(&out.join("figures").join(&target.name), &target.path, &rows)?;
+            drawn.caption = format!("{}. {}", target.path.name, drawn.caption);
+            page.figure(&drawn);
+        }
+    }
+    words::glossary(page);
+    Ok(())
+}

@@ -1,0 +1,142 @@
+//! What the report of a study says in words, and its tables.
+
+use std::path::Path;
+
+use super::Tracked;
+use crate::figures::report::Page;
+use crate::study::{Stage, Study, Track, Way};
+
+pub const ABOUT: &str = "A soft robot is bent by tendons. Pull one and let go again, and the tip does not come back the \
+way it went: tendons rub and stretch, the material creeps. That is hysteresis, and it spoils every path that is computed \
+without it. A study records the robot, teaches its digital twin the same hysteresis, and lets the twin say which strokes \
+lead the tip along a path. Then the strokes are carried out, without looking at the tip, and what the tip did is measured.";
+
+pub const TWIN: &str = "The twin is a finite-element model of the body and its tendons. By itself it bends without \
+friction, and comes back the way it went. Virtual tendons along the body are then given the strokes that bring the \
+twin's tip to the measured one, and a network learns when they pull how much. What follows is a trajectory that was kept \
+aside.";
+
+pub const TRACKING: &str = "For each path the strokes were found beforehand, in each of these ways, and carried out open \
+loop: no sensor corrects the tip on its way. Paths are dashed; the tip is coloured by its distance from the path.";
+
+/// Says what measured.
+pub fn rig(study: &Study) -> String {
+    let (rig, robot) = (&study.rig.description, &study.scene.robot);
+    if study.rig.is_virtual {
+        format!(
+            "The robot is {robot} on the {rig}: a simulation of servos, tendons, body and tracker, with friction, slack, \
+             creep and noise that the twin knows nothing of. No hardware was involved, and nothing here says how well \
+             a real robot does."
+        )
+    } else {
+        format!("The robot is {robot} on the {rig}, measured.")
+    }
+}
+
+/// How a way to strokes is called.
+fn explained(way: Way) -> &'static str {
+    match way {
+        Way::Nominal => "nominal: the twin as it is, nothing learned",
+        Way::Twin => "twin: the calibrated twin with its network",
+        Way::Network => "network: the inverse network",
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn shown(value: Option<f64>, scale: f64, digits: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{:.digits$}", scale * value))
+}
+
+/// RMSE, NRMSE and IoU of all repeats of these.
+fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [String; 3] {
+    [
+        shown(mean(tracked.clone().flat_map(|it| it.rmse_m.iter().copied())), 1e3, 2),
+        shown(mean(tracked.clone().flat_map(|it| it.nrmse.iter().flatten().copied())), 100.0, 2),
+        shown(mean(tracked.flat_map(|it| it.iou.iter().flatten().copied())), 1.0, 3),
+    ]
+}
+
+/// What came of it, in a table of one line per way: the mean over the paths that all ways carried out.
+pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
+    let common: Vec<&[Tracked]> =
+        tracked.chunks(track.ways.len()).filter(|ways| ways.iter().all(Tracked::is_carried_out)).collect();
+    page.heading("What came of it");
+    if common.is_empty() {
+        page.paragraph("No path was carried out in all ways; the table below says which were.");
+        return;
+    }
+    page.paragraph(&format!(
+        "Distance of the tip from the path, over {} that the rig carried out in every way: the smaller RMSE and NRMSE, and \
+         the nearer IoU to 1, the better.",
+        if common.len() == 1 { "the one path".to_owned() } else { format!("the {} paths", common.len()) },
+    ));
+    let row = |(k, way): (usize, &Way)| {
+        let [rmse, nrmse, iou] = numbers(common.iter().map(move |ways| &ways[k]));
+        vec![explained(*way).to_owned(), rmse, nrmse, iou]
+    };
+    page.table(&["Strokes by", "RMSE [mm]", "NRMSE [%]", "IoU"], track.ways.iter().enumerate().map(row));
+}
+
+/// The table of all paths and ways.
+pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
+    let percent = |part: f64| format!("{:.1}", 100.0 * part);
+    let row = |it: &Tracked| {
+        let mut cells = vec![it.target.to_owned(), it.way.name().to_owned()];
+        if it.is_carried_out() {
+            cells.extend(numbers(std::iter::once(it)));
+        } else {
+            cells.extend(["not carried out", "", ""].map(str::to_owned));
+        }
+        cells.extend([percent(it.held_back), percent(it.extrapolating)]);
+        cells
+    };
+    let headings =
+        ["Path", "Strokes by", "RMSE [mm]", "NRMSE [%]", "IoU", "Held back [%]", "Beyond training [%]"];
+    page.table(&headings, tracked.iter().map(row));
+    if track.repeats > 1 {
+        page.paragraph(&format!("Means over {} repeats; the figures show the first.", track.repeats));
+    }
+}
+
+/// What the columns mean.
+pub fn glossary(page: &mut Page) {
+    let rows = [
+        ("RMSE", "root mean square distance from points of the path to the tip's nearest, mean of x and y"),
+        ("NRMSE", "the same over the width of the path"),
+        ("IoU", "overlap of what the path and the tip enclose, over what they cover together: 1 is the same"),
+        ("Held back", "samples in which a stroke or its rate would have passed a limit"),
+        ("Beyond training", "samples in which a network was asked for what it had never seen"),
+        ("Not carried out", "the rig stopped, or would not begin: its load or strokes passed a limit"),
+    ];
+    page.list(rows.map(|(name, text)| (name, text.to_owned())));
+}
+
+/// Name and purpose of every stage; those of tracking as one.
+pub fn stages(stages: &[Stage]) -> Vec<Vec<String>> {
+    let is_tracking = |stage: &&Stage| stage.name.starts_with("track ");
+    let row = |stage: &Stage| vec![stage.name.clone(), stage.about.clone()];
+    let mut rows: Vec<Vec<String>> = stages.iter().filter(|stage| !is_tracking(stage)).map(row).collect();
+    let n = stages.iter().filter(is_tracking).count();
+    if n > 0 {
+        let about =
+            format!("strokes for a path are found, carried out and measured: {n} times, paths by ways");
+        rows.push(vec!["track".to_owned(), about]);
+    }
+    rows
+}
+
+/// Where everything is, and how it was made.
+pub fn files(page: &mut Page, stages: &[Stage], out: &Path) {
+    page.heading("By hand");
+    page.paragraph(&format!(
+        "Every stage is a command that you can type; each wrote to a folder of its own in {}. Change a number in the study \
+         and run it again: only what depends on it is done again.",
+        out.display()
+    ));
+    let commands = stages.iter().flat_map(|stage| &stage.steps).map(|step| step.shown());
+    page.details("All commands", &commands.collect::<Vec<_>>().join("\n"));
+}

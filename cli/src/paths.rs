@@ -1,0 +1,36 @@
+//! Paths as people read them.
+
+use std::path::{Component, Path, PathBuf};
+
+/// The path without `.`, and without `..` behind a folder: `a/../b` is `b`. Links are not looked at.
+pub fn plain(path: &Path) -> PathBuf {
+    let mut parts: Vec<Component> = Vec::new();
+    for part in path.components() {
+        match (part, parts.last()) {
+            (Component::CurDir, _) | (Component::ParentDir, Some(Component::RootDir)) => {}
+            (Component::ParentDir, Some(Component::Normal(_))) => {
+                parts.pop();
+            }
+            _ => parts.push(part),
+        }
+    }
+    parts.iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_go_where_a_folder_stands_before_them() {
+        for (typed, expected) in [
+            ("cli/studies/../../meshes/tpu80", "meshes/tpu80"),
+            ("./a/./b", "a/b"),
+            ("../a", "../a"),
+            ("a/../../b", "../b"),
+            ("/a/../../b", "/b"),
+        ] {
+            assert_eq!(plain(Path::new(typed)), Path::new(expected), "{typed}");
+        }
+    }
+}

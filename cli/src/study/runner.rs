@@ -1,0 +1,174 @@
+//! Carries out the stages of a study, one after the other, each as a process of its own.
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use hysteron_base::file;
+
+use super::stage::{OnRefusal, Stage, Step};
+use super::stamp::{Stamp, Standing, make_room};
+use crate::failure::CommandFailed;
+use crate::interrupt;
+use crate::terminal::say;
+
+/// A stage that works is looked after so often.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// See the module.
+pub struct Runner<'a> {
+    out: &'a Path,
+    program: PathBuf,
+    passed_on: &'a [String],
+    /// Held while the study runs, by the stage at work too: it is let go when the last of them ends, however it ends.
+    lock: File,
+    /// Guessed and measured time of the stages done in this run [s].
+    pace: [f64; 2],
+}
+
+impl<'a> Runner<'a> {
+    /// Takes hold of the folder of a study; waits for a stage that an earlier run has left behind.
+    pub fn new(out: &'a Path, passed_on: &'a [String]) -> anyhow::Result<Self> {
+        let place = out.join("stages").join("lock");
+        file::write_bytes(&out.join("stages").join("README"), README)?;
+        let lock = File::options().create(true).truncate(false).write(true).read(true).open(&place)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                tracing::warn!(
+                    "another run of this study, or its last stage, is still at work in {}; waiting for its end",
+                    out.display()
+                );
+                lock.lock()?;
+            }
+            Err(TryLockError::Error(error)) => return Err(error).context(place.display().to_string()),
+        }
+        Ok(Self { out, program: std::env::current_exe()?, passed_on, lock, pace: [0.0; 2] })
+    }
+
+    /// Brings all stages to their end.
+    pub fn run(mut self, stages: &[Stage]) -> anyhow::Result<()> {
+        interrupt::count()?;
+        for (k, stage) in stages.iter().enumerate() {
+            let of = format!("[{}/{}] {}", k + 1, stages.len(), stage.name);
+            if interrupt::is_asked() {
+                bail!("{of}: interrupted; the same command goes on from here");
+            }
+            let stamp = Stamp::begun(stage)?;
+            let earlier = Stamp::read(self.out, stage);
+            let standing = stamp.standing(earlier.as_ref(), self.out, stage)?;
+            if standing == Standing::Done {
+                say(format_args!("{of}: unchanged"));
+                continue;
+            }
+            say(format_args!("{of}: {}{}", stage.about, why(&standing)));
+            say(format_args!("      about {} left", duration(self.left(&stages[k..]))));
+            make_room(self.out, stage, &standing, earlier.as_ref())?;
+            stamp.write(self.out, stage)?;
+            let stamp = self.carry_out(stage, stamp).with_context(|| of.clone())?;
+            say(format_args!("      done in {}", duration(stamp.seconds)));
+            self.pace[0] += stage.guess;
+            self.pace[1] += stamp.seconds;
+            stamp.write(self.out, stage)?;
+        }
+        Ok(())
+    }
+
+    /// Runs all commands of a stage; its stamp then says what they wrote.
+    fn carry_out(&self, stage: &Stage, mut stamp: Stamp) -> anyhow::Result<Stamp> {
+        let start = Instant::now();
+        for step in &stage.steps {
+            say(format_args!("      {}", step.shown()));
+            let status = self.status_of(step)?;
+            if interrupt::is_asked() {
+                bail!("interrupted; the same command goes on from here");
+            }
+            if status.success() {
+                continue;
+            }
+            match &step.on_refusal {
+                OnRefusal::NoteWith(strokes) if status.code().is_some() && strokes.exists() => {
+                    tracing::warn!("the rig did not carry these strokes out; the report says so");
+                }
+                _ => return Err(CommandFailed(status.code()).into()),
+            }
+        }
+        stamp.seconds = start.elapsed().as_secs_f64();
+        stamp.finished(self.out, stage)
+    }
+
+    /// Runs a command to its end. Ctrl-C is passed on to it, each as often as it comes.
+    fn status_of(&self, step: &Step) -> anyhow::Result<ExitStatus> {
+        let mut command = Command::new(&self.program);
+        command.args(self.passed_on).args(step.arguments.iter().map(|argument| &argument.typed));
+        // Nobody reads from it; it holds the lock.
+        command.stdin(self.lock.try_clone()?);
+        apart(&mut command);
+        let mut child = command.spawn().with_context(|| self.program.display().to_string())?;
+        let mut passed_on = 0;
+        loop {
+            if let Some(status) = child.try_wait()? {
+                return Ok(status);
+            }
+            while passed_on < interrupt::times_asked() {
+                ask_to_stop(&mut child)?;
+                passed_on += 1;
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+    }
+
+    /// Time that the stages from here on will take [s]: as long as last time, or as guessed and paced by those done.
+    fn left(&self, stages: &[Stage]) -> f64 {
+        let pace = if self.pace[0] > 0.0 { self.pace[1] / self.pace[0] } else { 1.0 };
+        let of = |stage: &Stage| match Stamp::read(self.out, stage).filter(|stamp| stamp.is_finished()) {
+            Some(stamp) => stamp.seconds,
+            None => pace * stage.guess,
+        };
+        stages.iter().map(of).sum()
+    }
+}
+
+/// Ctrl-C in the terminal reaches this program alone, which passes it on.
+#[cfg(unix)]
+fn apart(command: &mut Command) {
+    use std::os::unix::process::CommandExt;
+    command.process_group(0);
+}
+
+#[cfg(not(unix))]
+fn apart(_: &mut Command) {}
+
+#[cfg(unix)]
+fn ask_to_stop(child: &mut Child) -> anyhow::Result<()> {
+    Ok(rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::INT)?)
+}
+
+#[cfg(not(unix))]
+fn ask_to_stop(child: &mut Child) -> anyhow::Result<()> {
+    Ok(child.kill()?)
+}
+
+/// Why a stage is done that was done before.
+fn why(standing: &Standing) -> String {
+    match standing {
+        Standing::Done | Standing::New => String::new(),
+        Standing::Begun => " (goes on)".to_owned(),
+        Standing::Damaged(files) => format!(" (again: {} is gone or was changed)", files.join(", ")),
+        Standing::Outdated(what) => format!(" (again: {what} changed)"),
+    }
+}
+
+/// A time for people.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 99.5 => format!("{s:.0} s"),
+        s if s < 5940.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+const README: &str = "\
+Stamps of the stages of a study: what each was made from and what it wrote. Remove one, and its stage is done again.\n";
