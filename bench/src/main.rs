@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use hysteron_bench::study::{convergence, coreact, edic, ftdcr, rig, sofa, sorosim, tentacle};
+use hysteron_bench::study::{adaptation, convergence, coreact, edic, ftdcr, rig, sofa, sorosim, tentacle};
 use hysteron_bench::targets::{self, Effort};
 
 const USAGE: &str = "usage: hysteron-bench [--quick] [--out FOLDER]
-       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|rig|coreact|edic [--quick] [--out FOLDER]
+       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|rig|coreact|edic|adaptation [--quick] [--out FOLDER]
 
 Without a study: measures every performance target and writes FOLDER/targets.json.
 A study compares with another program or a robot, or records from the emulated rig, and writes FOLDER/NAME/metrics.json.
@@ -59,6 +59,7 @@ fn run() -> Result<()> {
                 "rig" => rig::run(&folder, quick),
                 "coreact" => coreact::run(&folder, quick),
                 "edic" => edic::run(&folder, quick),
+                "adaptation" => adaptation::run(&folder, quick),
                 _ => bail!("no study {name:?}\n{USAGE}"),
             }
         }

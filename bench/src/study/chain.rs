@@ -3,12 +3,31 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use serde_json::Value;
 
 use super::rig::{call, program};
 
 /// Held-out trajectories of the plan `paper`.
 pub const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
+
+/// How strokes are found: by a network alone, or by steering the twin of a scene, with its network or without.
+#[derive(Debug, Clone, Copy)]
+pub struct Strokes<'a> {
+    /// Scene file.
+    pub scene: Option<&'a str>,
+    /// Checkpoint.
+    pub model: Option<&'a str>,
+}
+
+/// How closely the tip of one repeat followed its target.
+#[derive(Debug, Clone, Copy)]
+pub struct Followed {
+    /// NRMSE [%].
+    pub nrmse_percent: f64,
+    /// Overlap [-].
+    pub iou: f64,
+}
 
 /// The program and where it works.
 pub struct Chain {
@@ -111,5 +130,37 @@ impl Chain {
             models.push(PathBuf::from(out));
         }
         Ok(models)
+    }
+
+    /// Follows a target on a rig, several times from the day `seed` on, into `name`; nothing where the rig would not carry
+    /// the strokes out: the program has said why, so far because of the servos' load on a far path.
+    ///
+    /// # Errors
+    /// Refusals of the file system, metrics that are none.
+    pub fn track(
+        &self,
+        rig: &str,
+        strokes: Strokes,
+        target: &str,
+        [repeats, seed]: [u64; 2],
+        name: &str,
+    ) -> Result<Option<Vec<Followed>>> {
+        let out = self.path(name)?;
+        let [repeats, seed] = [repeats, seed].map(|number| number.to_string());
+        let mut arguments = vec!["-q", "--threads", "1", "track", "--rig", rig, "--target", target];
+        arguments.extend(["--repeats", &repeats, "--seed", &seed, "--out", &out]);
+        arguments.extend(strokes.scene.iter().flat_map(|scene| ["--scene", scene]));
+        arguments.extend(strokes.model);
+        let metrics = Path::new(&out).join("metrics.json");
+        if !metrics.exists() && self.hysteron(&arguments).is_err() {
+            return Ok(None);
+        }
+        let found: Value = serde_json::from_slice(&std::fs::read(metrics)?)?;
+        let rows = found["recordings"].as_array().context("no recordings in metrics.json")?;
+        let row = |row: &Value| -> Result<Followed> {
+            let number = |key: &str| row[key].as_f64().with_context(|| format!("no {key} in metrics.json"));
+            Ok(Followed { nrmse_percent: 100.0 * number("nrmse")?, iou: number("iou")? })
+        };
+        rows.iter().map(row).collect::<Result<Vec<_>>>().map(Some)
     }
 }

@@ -7,11 +7,11 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::Chain;
+use super::chain::{Chain, Followed, Strokes};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -56,20 +56,23 @@ struct Way {
     model: Option<&'static str>,
 }
 
-const WAYS: [Way; 4] = [
-    Way { name: "nominal twin", scene: Some("scene-typical.toml"), model: None },
+/// Scene of the twin that makes synthetic data, and the name of its residual networks.
+const GENERATOR: [&str; 2] = ["scene-typical-friction.toml", "friction"];
+/// The inverse network that learns from them too.
+const HYBRID: &str = "hybrid";
+
+const WAYS: [Way; 5] = [
+    Way { name: "fitted twin", scene: Some("scene-typical.toml"), model: None },
     Way { name: "network, recorded data", scene: None, model: Some("inverse") },
+    Way { name: "network, hybrid data", scene: None, model: Some(HYBRID) },
     Way { name: "calibrated twin", scene: Some("scene-typical.toml"), model: Some("twin") },
-    Way { name: "+ friction", scene: Some("scene-typical-friction.toml"), model: Some("friction") },
+    Way { name: "+ friction", scene: Some(GENERATOR[0]), model: Some(GENERATOR[1]) },
 ];
 
-/// One way on one path, for every seed; nothing where the rig would not carry the strokes out.
-struct Cell {
-    nrmse_percent: Vec<f64>,
-    iou: Vec<f64>,
-}
+/// One way on one path, for every seed and repeat; empty where the rig would not carry the strokes out.
+type Cell = Vec<Followed>;
 
-/// Runs the study on the virtual rig's `typical`; quick: one seed, one path.
+/// Runs the study on the virtual rig's `typical`, five repeats of five seeds; quick: one of one, one path.
 ///
 /// # Errors
 /// A stage fails.
@@ -79,28 +82,35 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     chain.record("typical", "paper", "data")?;
     let training = chain.training_recordings()?;
     for way in WAYS.iter() {
-        match (way.scene, way.model) {
-            (Some(scene), Some(model)) => {
-                let identified = chain.identify(model, scene, &training)?;
-                chain.train(model, &identified, seeds, None)?;
-            }
-            (None, Some(model)) => train_inverse(&chain, model, &training, seeds)?,
-            (_, None) => {}
+        if let (Some(scene), Some(model)) = (way.scene, way.model) {
+            let identified = chain.identify(model, scene, &training)?;
+            chain.train(model, &identified, seeds, None)?;
         }
+    }
+    for seed in 1..=seeds {
+        let synthetic = generate(&chain, seed)?;
+        train_inverse(&chain, "inverse", seed, &training)?;
+        train_inverse(&chain, HYBRID, seed, &[&training[..], &[synthetic]].concat())?;
     }
     let paths = &IDEALS[..if quick { 1 } else { IDEALS.len() }];
     let rows = paths
         .par_iter()
         .map(|ideal| {
-            WAYS.iter().map(|way| track(&chain, way, ideal.path, seeds)).collect::<Result<Vec<Cell>>>()
+            WAYS.iter()
+                .map(|way| track(&chain, way, ideal.path, [seeds, seeds]))
+                .collect::<Result<Vec<Cell>>>()
         })
         .collect::<Result<Vec<Vec<Cell>>>>()?;
     print(paths, &rows);
     let json_row = |(ideal, cells): (&Ideal, &Vec<Cell>)| {
-        let ways = WAYS.iter().zip(cells);
-        let ways = ways.map(
-            |(way, cell)| json!({ "way": way.name, "nrmse_percent": cell.nrmse_percent, "iou": cell.iou }),
-        );
+        let all = |cell: &Cell, of: fn(&Followed) -> f64| cell.iter().map(of).collect::<Vec<f64>>();
+        let ways = WAYS.iter().zip(cells).map(|(way, cell)| {
+            json!({
+                "way": way.name,
+                "nrmse_percent": all(cell, |one| one.nrmse_percent),
+                "iou": all(cell, |one| one.iou),
+            })
+        });
         json!({
             "path": ideal.path, "paper_nrmse_percent": ideal.paper_nrmse, "paper_iou": ideal.paper_iou,
             "ways": ways.collect::<Vec<Value>>(),
@@ -110,80 +120,66 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     write_metrics(folder, "edic", json!({ "paths": json_rows }))
 }
 
-fn train_inverse(chain: &Chain, model: &str, training: &[String], seeds: u64) -> Result<()> {
-    for seed in 1..=seeds {
-        let (out, seed) = (chain.path(&format!("{model}-{seed}.safetensors"))?, seed.to_string());
-        let mut arguments = vec!["train", "--seed", &seed, "--out", &out];
-        arguments.extend(training.iter().map(String::as_str));
-        chain.once(&out, &arguments)?;
-    }
-    Ok(())
+/// The calibrated twin of a seed does the plan `synthetic`.
+fn generate(chain: &Chain, seed: u64) -> Result<String> {
+    let [scene, model] = GENERATOR;
+    let (out, scene) = (chain.path(&format!("synthetic-{seed}"))?, format!("meshes/tpu80/{scene}"));
+    let model = chain.path(&format!("{model}-{seed}.safetensors"))?;
+    chain.hysteron(&["generate", &scene, "--residual", &model, "--out", &out])?;
+    Ok(out)
 }
 
-/// Strokes by this way for every seed, each carried out on a day of the rig of its own, and measured together.
-fn track(chain: &Chain, way: &Way, target: &str, seeds: u64) -> Result<Cell> {
+fn train_inverse(chain: &Chain, model: &str, seed: u64, recordings: &[String]) -> Result<()> {
+    let (out, seed) = (chain.path(&format!("{model}-{seed}.safetensors"))?, seed.to_string());
+    let mut arguments = vec!["train", "--seed", &seed, "--out", &out];
+    arguments.extend(recordings.iter().map(String::as_str));
+    chain.once(&out, &arguments)
+}
+
+/// Strokes by this way for every seed, each carried out several times, and measured.
+fn track(chain: &Chain, way: &Way, target: &str, [seeds, repeats]: [u64; 2]) -> Result<Cell> {
     let stem = format!("tracked/{}-{}", way.name.replace([' ', ',', '+'], ""), target.replace(':', ""));
-    let mut tips = Vec::new();
+    let scene = way.scene.map(|scene| format!("meshes/tpu80/{scene}"));
+    let mut cell = Vec::new();
     for seed in 1..=seeds {
-        let strokes = chain.path(&format!("{stem}/strokes/{seed}.parquet"))?;
-        let tip = chain.path(&format!("{stem}/tips/{seed}.parquet"))?;
-        let scene = way.scene.map(|scene| format!("meshes/tpu80/{scene}"));
         let model = way.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;
-        let mut arguments = vec!["-q", "--threads", "1", "command", "--target", target, "--out", &strokes];
-        arguments.extend(scene.iter().flat_map(|scene| ["--scene", scene]));
-        arguments.extend(model.as_deref());
-        chain.once(&strokes, &arguments)?;
-        let day = seed.to_string();
-        let record = ["-q", "record", "--rig", "virtual:typical", "--strokes", &strokes, "--seed", &day];
-        // The program has said why; so far the servos' load is what a far path ends at.
-        if chain.once(&tip, &[&record[..], &["--out", &tip]].concat()).is_err() {
-            return Ok(Cell { nrmse_percent: Vec::new(), iou: Vec::new() });
+        let strokes = Strokes { scene: scene.as_deref(), model: model.as_deref() };
+        let days = [repeats, 100 * seed];
+        match chain.track("virtual:typical", strokes, target, days, &format!("{stem}/{seed}"))? {
+            Some(followed) => cell.extend(followed),
+            None => return Ok(Vec::new()),
         }
-        tips.push(tip);
     }
-    let report = chain.path(&format!("{stem}/report"))?;
-    let mut arguments = vec!["-q", "evaluate", "--target", target, "--out", &report];
-    arguments.extend(tips.iter().map(String::as_str));
-    let metrics = Path::new(&report).join("metrics.json");
-    if !metrics.exists() {
-        chain.hysteron(&arguments)?;
-    }
-    let found: Value = serde_json::from_slice(&std::fs::read(metrics)?)?;
-    let recordings = found["recordings"].as_array().context("no recordings in metrics.json")?;
-    let number = |key: &str| -> Result<Vec<f64>> {
-        recordings
-            .iter()
-            .map(|row| row[key].as_f64().with_context(|| format!("no {key} in metrics.json")))
-            .collect()
-    };
-    Ok(Cell {
-        nrmse_percent: number("nrmse")?.into_iter().map(|part| 100.0 * part).collect(),
-        iou: number("iou")?,
-    })
+    Ok(cell)
 }
 
 fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let shown = |pairs: Vec<[f64; 2]>| match pairs.len() {
-        0 => "-".to_owned(),
-        _ => {
-            let [nrmse, iou] = [0, 1].map(|c| mean(&pairs.iter().map(|pair| pair[c]).collect::<Vec<f64>>()));
-            format!("{nrmse:.2}, {iou:.3}")
-        }
-    };
-    let pairs = |cell: &Cell| -> Vec<[f64; 2]> {
-        cell.nrmse_percent.iter().zip(&cell.iou).map(|(nrmse, iou)| [*nrmse, *iou]).collect()
-    };
-    let paper = |ideal: &Ideal| [ideal.paper_nrmse, ideal.paper_iou];
     let mut cells = vec![vec!["NRMSE [%], IoU".to_owned(), "paper's EDIC".to_owned()]];
     cells[0].extend(WAYS.iter().map(|way| way.name.to_owned()));
+    let paper = |ideal: &Ideal| Followed { nrmse_percent: ideal.paper_nrmse, iou: ideal.paper_iou };
     for (ideal, row) in paths.iter().zip(rows) {
-        let mut line = vec![ideal.path.to_owned(), shown(vec![paper(ideal)])];
-        line.extend(row.iter().map(|cell| shown(pairs(cell))));
+        let mut line = vec![ideal.path.to_owned(), shown(&[paper(ideal)])];
+        line.extend(row.iter().map(|cell| shown(cell)));
         cells.push(line);
     }
-    let mut line = vec!["mean of those tracked".to_owned(), shown(paths.iter().map(paper).collect())];
-    line.extend((0..WAYS.len()).map(|way| shown(rows.iter().flat_map(|row| pairs(&row[way])).collect())));
+    let mut line =
+        vec!["mean of those tracked".to_owned(), shown(&paths.iter().map(paper).collect::<Vec<_>>())];
+    let of_way = |way: usize| rows.iter().flat_map(|row| row[way].iter().copied()).collect::<Vec<_>>();
+    line.extend((0..WAYS.len()).map(|way| shown(&of_way(way))));
     cells.push(line);
     print_cells(&cells);
+}
+
+/// Mean and deviation.
+fn shown(all: &[Followed]) -> String {
+    if all.is_empty() {
+        return "-".to_owned();
+    }
+    let spread = |of: fn(&Followed) -> f64| {
+        let mean = all.iter().map(of).sum::<f64>() / all.len() as f64;
+        let square = all.iter().map(|one| (of(one) - mean).powi(2)).sum::<f64>() / all.len() as f64;
+        (mean, square.sqrt())
+    };
+    let (nrmse, iou) = (spread(|one| one.nrmse_percent), spread(|one| one.iou));
+    format!("{:.2} ± {:.2}, {:.3} ± {:.3}", nrmse.0, nrmse.1, iou.0, iou.1)
 }

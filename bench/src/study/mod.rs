@@ -1,5 +1,6 @@
 //! Comparisons with other programs and with real robots, and the whole chain in real time; each prints tables and writes `metrics.json`.
 
+pub mod adaptation;
 pub mod chain;
 pub mod convergence;
 pub mod coreact;

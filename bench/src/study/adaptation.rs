@@ -1,0 +1,111 @@
+//! A robot that changes, and a minute of data after which its twin has followed: tendons tensioned anew, friction grown, a
+//! load added.
+//!
+//! Works in the folder of the study `edic`, whose first residual network it takes. Targets are followed on the robot as it
+//! was, on the changed one, and there again with a network that has learned from a minute of it.
+#![allow(clippy::print_stdout)] // this program prints tables
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use hysteron_base::file;
+use hysteron_rig::virtual_rig::VirtualRobot;
+use serde_json::{Value, json};
+
+use super::chain::{Chain, Strokes};
+use super::write_metrics;
+use crate::table::print_cells;
+
+/// A change of the preset `typical`, by lines of its file.
+struct Change {
+    name: &'static str,
+    lines: &'static [(&'static str, &'static str)],
+}
+
+const CHANGES: [Change; 3] = [
+    Change {
+        name: "tensioned anew",
+        lines: &[("slack_mm = [0.05, 0.10, 0.0, 0.08]", "slack_mm = [0.45, 0.0, 0.3, 0.2]")],
+    },
+    Change {
+        name: "friction grown",
+        lines: &[
+            ("friction_coefficient = 0.22", "friction_coefficient = 0.33"),
+            ("friction_force_n = 0.10", "friction_force_n = 0.25"),
+        ],
+    },
+    Change {
+        name: "load added",
+        lines: &[("tip_load_n = [0.0, 0.0, 0.0]", "tip_load_n = [0.10, -0.05, -0.10]")],
+    },
+];
+
+const TARGETS: [&str; 3] = ["circle:40", "diamond:60", "lissajous:60"];
+const SCENE: &str = "meshes/tpu80/scene-typical-friction.toml";
+
+/// Runs the study; quick: one target.
+///
+/// # Errors
+/// A stage fails.
+pub fn run(folder: &Path, quick: bool) -> Result<()> {
+    let (chain, targets) = (Chain::new(folder)?, &TARGETS[..if quick { 1 } else { TARGETS.len() }]);
+    chain.record("typical", "paper", "data")?;
+    let identified =
+        chain.identify("friction", "scene-typical-friction.toml", &chain.training_recordings()?)?;
+    chain.train("friction", &identified, 1, None)?;
+    let old = chain.path("friction-1.safetensors")?;
+    let mut rows = Vec::new();
+    for change in &CHANGES {
+        let stem = format!("adapted/{}", change.name.replace(' ', "-"));
+        let rig = format!("virtual:{}", changed(&chain, change, &stem)?);
+        let minute = chain.path(&format!("{stem}/minute"))?;
+        chain.hysteron(&["record", "--rig", &rig, "--plan", "quick", "--out", &minute])?;
+        let new = chain.path(&format!("{stem}/residual.safetensors"))?;
+        chain.once(&new, &["adapt", &old, "--scene", SCENE, &minute, "--out", &new])?;
+        for target in targets {
+            let follow = |rig: &str, model: &str, when: &str| -> Result<Option<f64>> {
+                let strokes = Strokes { scene: Some(SCENE), model: Some(model) };
+                let name = format!("{stem}/{}/{when}", target.replace(':', ""));
+                let found = chain.track(rig, strokes, target, [1, 1], &name)?;
+                Ok(found.map(|repeats| repeats[0].nrmse_percent))
+            };
+            let found = [
+                follow("virtual:typical", &old, "as-it-was")?,
+                follow(&rig, &old, "changed")?,
+                follow(&rig, &new, "adapted")?,
+            ];
+            rows.push((change.name, *target, found));
+        }
+    }
+    print(&rows);
+    let row = |(change, target, [was, changed, adapted]): &(&str, &str, [Option<f64>; 3])| {
+        json!({
+            "change": change, "target": target,
+            "nrmse_percent": { "as it was": was, "changed": changed, "adapted": adapted },
+        })
+    };
+    write_metrics(folder, "adaptation", json!({ "rows": rows.iter().map(row).collect::<Vec<Value>>() }))
+}
+
+/// Writes the file of the changed robot.
+fn changed(chain: &Chain, change: &Change, stem: &str) -> Result<String> {
+    let mut text = VirtualRobot::preset_text("typical").unwrap_or_default().to_owned();
+    for (from, to) in change.lines {
+        ensure!(text.contains(from), "the preset has no line {from}");
+        text = text.replace(from, to);
+    }
+    let path = chain.path(&format!("{stem}/robot.toml"))?;
+    file::write_bytes(Path::new(&path), text)?;
+    Ok(path)
+}
+
+fn print(rows: &[(&str, &str, [Option<f64>; 3])]) {
+    let heading = ["Change", "Target", "NRMSE [%] before", "after the change", "after a minute of data"];
+    let mut cells = vec![heading.map(str::to_owned).to_vec()];
+    for (change, target, found) in rows {
+        let number = |value: &Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+        let names = [change, target].map(|name| (*name).to_owned());
+        cells.push(names.into_iter().chain(found.iter().map(number)).collect());
+    }
+    print_cells(&cells);
+}
