@@ -46,12 +46,12 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Weight of the squared strokes, over the mean squared effect of a stroke on the tip
-    #[arg(long, value_name = "GAMMA", default_value_t = 1e-3)]
+    #[arg(long, value_name = "GAMMA", default_value_t = 1e-4)]
     regularisation: f64,
     /// Match the tip's orientation too, where recorded: a radian counts as much as this distance
     #[arg(long, value_name = "MM")]
     orientation_mm: Option<f64>,
-    /// QPs per sample at most
+    /// Rounds of QP and simulation per sample at most
     #[arg(long, value_name = "N", default_value_t = 2)]
     rounds: usize,
     /// Leave out recordings that cannot be used, and say so, instead of stopping

@@ -1,9 +1,9 @@
 //! Identification: sample by sample, the auxiliary strokes that bring the twin's tip to the measured one.
 
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{DVector, UnitQuaternion, Vector3};
 
-use super::problem::{Linearised, Problem, Sample, allowed, bound_of, others};
+use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of, others};
 use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
@@ -19,15 +19,15 @@ pub struct IdentifyOptions {
     pub regularisation: f64,
     /// What a radian between twin and robot counts against a metre [m]; `None` leaves orientations alone.
     pub orientation: Option<f64>,
-    /// QPs of a sample at most: one, and more where the tip then misses by more than `tolerance`.
+    /// Rounds of a sample at most: one, and more where the tip is then elsewhere than the linearised twin said.
     pub rounds: usize,
-    /// Distance that needs no further round [m].
+    /// Distance of the two that needs no further round [m].
     pub tolerance: f64,
 }
 
 impl Default for IdentifyOptions {
     fn default() -> Self {
-        Self { regularisation: 1e-3, orientation: None, rounds: 2, tolerance: 1e-5 }
+        Self { regularisation: 1e-4, orientation: None, rounds: 2, tolerance: 1e-5 }
     }
 }
 
@@ -112,11 +112,13 @@ impl<'a> Identifier<'a> {
         if let Some(goal) = goal {
             for round in 0..rounds {
                 let found = self.solve(primary, goal, &allowed);
-                done.statuses.push(found.as_ref().map_or(QpStatus::Failed, |(_, status)| *status));
-                let Some((strokes, QpStatus::Solved)) = found else { break };
-                self.strokes = strokes;
+                done.statuses.push(found.as_ref().map_or(QpStatus::Failed, |answer| answer.status));
+                let Some(answer) = found.filter(|answer| answer.status == QpStatus::Solved) else { break };
+                self.strokes = answer.strokes;
                 self.balance(primary)?;
-                if round + 1 == rounds || self.distance(goal) <= self.options.tolerance {
+                if round + 1 == rounds
+                    || (DVector::from_vec(self.error(goal)) - answer.left).norm() <= self.options.tolerance
+                {
                     break;
                 }
             }
@@ -136,7 +138,13 @@ impl<'a> Identifier<'a> {
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-].
     pub fn sensitivity(&mut self) -> Option<Vec<Vec<f64>>> {
         let held = |(_, j): &(usize, usize)| self.stepper.is_held(*j, &self.state);
-        let held: Vec<usize> = others(self.twin).enumerate().filter(held).map(|(a, _)| a).collect();
+        let slip = std::env::var_os("HSLIP").is_some();
+        let held: Vec<usize> = others(self.twin)
+            .enumerate()
+            .filter(|(_, j)| !slip || *j < self.twin.n_primary)
+            .filter(held)
+            .map(|(a, _)| a)
+            .collect();
         let projection = self.stepper.projection(self.twin, &self.state)?;
         let at = Linearised::new(self.twin, self.auxiliary, projection, &self.state, None);
         let gain = at.gain(&held)?;
@@ -151,9 +159,9 @@ impl<'a> Identifier<'a> {
 
     /// The auxiliary strokes for this sample, by the twin linearised where it is now; `None` where there is no
     /// stiffness to linearise.
-    fn solve(&mut self, primary: &[f64], goal: &Goal, allowed: &[Bounds]) -> Option<(Vec<f64>, QpStatus)> {
-        let weight = self.options.orientation.filter(|_| goal.orientation.is_some());
-        let error = self.error(goal, weight);
+    fn solve(&mut self, primary: &[f64], goal: &Goal, allowed: &[Bounds]) -> Option<Answer> {
+        let weight = self.weight(goal);
+        let error = self.error(goal);
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory, &mut self.state)?;
         self.problem.set_conditions(self.twin, &conditions, &self.state);
@@ -169,19 +177,28 @@ impl<'a> Identifier<'a> {
     }
 
     /// From the tip to the goal, as the rows of [`Linearised`].
-    fn error(&self, goal: &Goal, weight: Option<f64>) -> Vec<f64> {
+    fn error(&self, goal: &Goal) -> Vec<f64> {
         let tip = self.twin.tip_of(&self.state);
         let mut error: Vec<f64> = (0..3).map(|c| goal.position[c] - tip[c]).collect();
-        if let (Some(weight), Some(orientation)) = (weight, goal.orientation) {
+        if let (Some(weight), Some(orientation)) = (self.weight(goal), goal.orientation) {
             let turn = orientation * self.twin.tip_rotation_of(&self.state).inverse();
             error.extend((weight * turn.scaled_axis()).iter());
         }
         error
     }
 
-    fn distance(&self, goal: &Goal) -> f64 {
-        (Vector3::from(goal.position) - Vector3::from(self.twin.tip_of(&self.state))).norm()
+    /// What a radian counts, where the orientation does.
+    fn weight(&self, goal: &Goal) -> Option<f64> {
+        self.options.orientation.filter(|_| goal.orientation.is_some())
     }
+
+    fn distance(&self, goal: &Goal) -> f64 {
+        distance(goal.position, self.twin.tip_of(&self.state))
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (Vector3::from(a) - Vector3::from(b)).norm()
 }
 
 /// Samples between two rows of sensitivities: they change with the shape, slowly.
@@ -220,19 +237,15 @@ pub fn identify(
     let mut sensitivities = Columns::default();
     for i in 0..n {
         let primary = motion.strokes_at(i);
-        let goal = Goal {
-            position: motion.tips[i],
-            orientation: motion.orientations.as_ref().map(|orientations| orientations[i]),
-        };
-        let measured = (!motion.gap[i]).then_some(&goal);
-        let step = identifier.step(primary, measured, motion.step).map_err(|error| in_row(i, error))?;
+        let orientation = motion.orientations.as_ref().map(|orientations| orientations[i]);
+        let goal = (!motion.gap[i]).then_some(Goal { position: motion.tips[i], orientation });
+        let step = identifier.step(primary, goal.as_ref(), motion.step).map_err(|error| in_row(i, error))?;
         let without = bare.step(primary).map_err(|error| in_row(i, error))?.tip;
-        match measured {
-            Some(goal) => {
-                after.push(step.distance);
-                before.push((Vector3::from(goal.position) - Vector3::from(without)).norm());
-            }
-            None => summary.gaps += 1,
+        if let Some(goal) = goal {
+            after.push(step.distance);
+            before.push(distance(goal.position, without));
+        } else {
+            summary.gaps += 1;
         }
         step.statuses.iter().for_each(|status| summary.count_status(*status));
         summary.count_bounds(&step.bounds);

@@ -129,6 +129,15 @@ pub(super) struct Sample<'a> {
     pub length: f64,
 }
 
+/// What came of a sample.
+pub(super) struct Answer {
+    /// Auxiliary strokes, within what is allowed (n_aux) [m].
+    pub strokes: Vec<f64>,
+    /// How far the tip will be from its goal then, as the tip rows [m].
+    pub left: DVector<f64>,
+    pub status: QpStatus,
+}
+
 /// Solves samples; scratch.
 #[derive(Debug, Clone)]
 pub(super) struct Problem {
@@ -170,7 +179,7 @@ impl Problem {
     }
 
     /// The best auxiliary strokes, within what is allowed; `None` where held cables pull the same way.
-    pub fn solve(&mut self, at: &Linearised, sample: &Sample) -> Option<(Vec<f64>, QpStatus)> {
+    pub fn solve(&mut self, at: &Linearised, sample: &Sample) -> Option<Answer> {
         self.contact.set_matrix(at.among.as_slice());
         let n_aux = sample.strokes.len();
         let gamma = sample.regularisation * at.by_strokes.norm_squared() / n_aux as f64;
@@ -210,7 +219,11 @@ impl Problem {
             }
         }
         let moved = sample.strokes.iter().zip(change.iter()).map(|(stroke, change)| stroke + change);
-        Some((moved.zip(sample.allowed).map(|(stroke, allowed)| allowed.clamp(stroke)).collect(), status))
+        Some(Answer {
+            strokes: moved.zip(sample.allowed).map(|(stroke, allowed)| allowed.clamp(stroke)).collect(),
+            left: error - follow.tip,
+            status,
+        })
     }
 
     /// Where the other cables stand, and how far the tip goes, when the auxiliary strokes change.
