@@ -7,6 +7,7 @@ mod command;
 mod documents;
 mod emulate;
 mod fit_material;
+mod generate;
 mod mesh;
 mod reach;
 mod record;

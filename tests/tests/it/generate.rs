@@ -1,0 +1,141 @@
+//! Data by a twin, and a twin that goes on learning.
+
+use hysteron_base::Recording;
+use hysteron_tests::Workplace;
+
+/// Three short trajectories, one fixed and two drawn.
+const PLAN: &str = r#"
+format = "hysteron-plan"
+version = 1
+name = "short"
+seed = 5
+rate_hz = 100
+tendon_angles_deg = [0, 90, 180, 270]
+release = 1.0
+rest_before_s = 0.1
+rest_after_s = 0.1
+stroke_max_mm = 6
+stroke_rate_max_mm_s = 20
+
+[[trajectory]]
+name = "line"
+role = "training"
+family = "sinusoid"
+amplitude_mm = 3
+frequency_hz = 0.5
+orientation_deg = 0
+attack_s = 0.5
+sustain_s = 1
+decay_s = 0.5
+
+[[draw]]
+name = "wide"
+role = "training"
+family = "circle"
+count = 2
+amplitude_mm = [2, 5]
+period_s = [2, 3]
+attack_s = 0.5
+sustain_s = 1
+decay_s = 0.5
+"#;
+
+#[test]
+fn parts_made_on_several_machines_are_the_whole() {
+    let place = Workplace::new();
+    place.write("short.toml", PLAN);
+    let generate = ["generate", "scene.toml", "--plan", "short.toml", "--out", "data"];
+    place.run(&generate).succeeded();
+    let names = ["line", "wide-1", "wide-2"].map(|name| format!("{name}.parquet"));
+    let whole = names.each_ref().map(|name| place.read(&format!("data/{name}")));
+    let again = place.run(&generate).succeeded();
+    assert!(again.stderr.contains("0 samples to do; 3 are there already"), "{}", again.stderr);
+
+    // The same command elsewhere, in two parts: the same bytes.
+    let other = Workplace::new();
+    other.write("short.toml", PLAN);
+    for (shard, n) in [("1/2", 2), ("2/2", 3)] {
+        other.run(&[&generate[..], &["--shard", shard]].concat()).succeeded();
+        let there = names.iter().filter(|name| other.path().join("data").join(name).exists()).count();
+        assert_eq!(there, n, "{shard}");
+    }
+    assert_eq!(names.each_ref().map(|name| other.read(&format!("data/{name}"))), whole);
+
+    let found = Recording::read(place.path().join("data/wide-1.parquet")).unwrap();
+    for stem in ["tip_x_per_stroke", "tip_y_per_stroke"] {
+        assert_eq!(found.numbered(stem, "ratio").len(), 4, "{stem}");
+    }
+    let card: serde_json::Value = serde_json::from_slice(&place.read("data/metrics.json")).unwrap();
+    assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(3), Some(0)));
+    let train = ["train", "data", "--out", "inverse.safetensors", "--epochs", "1", "--hidden", "8"];
+    let trained = place.run(&train).succeeded();
+    assert!(trained.stderr.contains("0 real and 2 synthetic"), "{}", trained.stderr);
+}
+
+#[test]
+fn what_cannot_be_generated_is_refused() {
+    let place = Workplace::new();
+    place.write("short.toml", PLAN);
+    place.write("three.toml", PLAN.replace("[0, 90, 180, 270]", "[0, 120, 240]"));
+    place.write("turned.toml", PLAN.replace("[0, 90, 180, 270]", "[0, 90, 180, 280]"));
+    for (plan, words) in [
+        ("three.toml", ["tendon_angles_deg", "4 tendons, as scene tpu80"]),
+        ("turned.toml", ["tendon_angles_deg[3]", "270.0"]),
+        ("nowhere", ["synthetic", "nowhere"]),
+    ] {
+        let outcome = place.run(&["generate", "scene.toml", "--plan", plan, "--out", "data"]);
+        let error = outcome.error(2);
+        assert!(words.iter().all(|word| error.contains(word)), "{words:?} in {error}");
+        assert!(!place.path().join("data").exists());
+    }
+    let shard = ["generate", "scene.toml", "--plan", "short.toml", "--out", "data", "--shard", "3/2"];
+    assert_eq!(place.run(&shard).code, Some(2));
+}
+
+#[test]
+fn a_twin_learns_what_its_network_does_not_know() {
+    let place = Workplace::new();
+    place.write("short.toml", &PLAN);
+    place.run(&["record", "--rig", "virtual:typical", "--plan", "short.toml", "--out", "data"]).succeeded();
+    place
+        .run(&["identify", "scene-coreact.toml", "data", "--rounds", "1", "--out", "identified"])
+        .succeeded();
+    // After two epochs a network knows little.
+    let fit =
+        ["fit-residual", "identified", "--out", "residual.safetensors", "--epochs", "2", "--members", "1"];
+    place.run(&fit).succeeded();
+    let adapt = [
+        "adapt",
+        "residual.safetensors",
+        "data",
+        "--scene",
+        "scene-coreact.toml",
+        "--out",
+        "new.safetensors",
+    ];
+    let adapted = place.run(&adapt).succeeded();
+    let lines: Vec<&str> = adapted.stdout.lines().filter(|line| line.contains("tip off by")).collect();
+    assert_eq!(lines.len(), 3, "{}", adapted.stdout);
+    for line in lines {
+        let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let [before, after] = numbers[..] else { panic!("{line}") };
+        assert!(after < before, "{line}");
+    }
+    // What was learned is in the checkpoint.
+    let simulate = |checkpoint: &str, out: &str| {
+        let arguments = ["simulate", "scene-coreact.toml", "--strokes", "data/line.parquet"];
+        place.run(&[&arguments[..], &["--residual", checkpoint, "--out", out]].concat()).succeeded();
+        Recording::read(place.path().join(out)).unwrap().tip().unwrap()[0].to_vec()
+    };
+    assert_ne!(simulate("residual.safetensors", "old.parquet"), simulate("new.safetensors", "new.parquet"));
+    let refused = place.run(&[
+        "adapt",
+        "residual.safetensors",
+        "data",
+        "--scene",
+        "scene.toml",
+        "--out",
+        "x.safetensors",
+    ]);
+    assert!(refused.error(2).contains("virtual tendons"), "{}", refused.stderr);
+}
