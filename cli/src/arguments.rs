@@ -65,6 +65,7 @@ pub enum Verb {
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
     FitResidual(crate::fit_residual::Arguments),
+    Adapt(crate::adapt::Arguments),
     Generate(crate::generate::Arguments),
     Target(crate::target::Arguments),
     Evaluate(crate::evaluate::Arguments),

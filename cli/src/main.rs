@@ -3,6 +3,7 @@
 //! One module per verb. Each reads its files, calls the libraries and writes whole files; what fails comes back
 //! here as one error, which decides the exit code: 2 for input that a person can mend, 1 for everything else.
 
+mod adapt;
 mod arguments;
 mod check;
 mod command;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Verb::FitMaterial(arguments) => fit_material::run(arguments),
         Verb::Identify(arguments) => identify::run(arguments),
         Verb::FitResidual(arguments) => fit_residual::run(arguments),
+        Verb::Adapt(arguments) => adapt::run(arguments),
         Verb::Generate(arguments) => generate::run(arguments),
         Verb::Target(arguments) => target::run(arguments),
         Verb::Evaluate(arguments) => evaluate::run(arguments),

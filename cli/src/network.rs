@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_twin::Twin;
 use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{Bare, Plant, ResidualModel, Rollout};
+use hysteron_twin::residual::{ResidualModel, Rollout};
+use hysteron_twin::{Bare, Plant, Twin};
 
 /// A network and the tendons that it drives.
+#[derive(Clone)]
 pub struct Network {
     /// SHA-256 of its checkpoint.
     pub hash: String,
@@ -28,6 +29,16 @@ impl Network {
             tracing::warn!("{}: trained with another scene than {}", path.display(), scene.name);
         }
         Ok(Self { hash, model, auxiliary })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &ResidualModel {
+        &self.model
+    }
+
+    /// The same with another model of the same robot.
+    pub fn with(&self, model: ResidualModel) -> Self {
+        Self { model, ..self.clone() }
     }
 
     /// Number of virtual tendons.

@@ -55,6 +55,27 @@ impl StepReport {
     }
 }
 
+/// What friction and backlash remember at an equilibrium, from which one step can be made several times.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Memory {
+    slides: Vec<f64>,
+    plays: Vec<f64>,
+    /// Friction bounds [N].
+    bounds: Vec<f64>,
+}
+
+/// What a step has still to do, linearised at a state.
+#[derive(Debug)]
+pub(crate) struct Conditions<'a> {
+    /// With the stale factor: approximate.
+    pub projection: &'a Projection,
+    /// Stroke that each cable misses [m]; zero where its tension is prescribed.
+    pub missing: &'a [f64],
+    /// Bounds of the tensions [N].
+    pub lowest: &'a [f64],
+    pub highest: &'a [f64],
+}
+
 /// Steps a twin; owns all scratch, so that steps allocate nothing in the common case.
 #[derive(Debug, Clone)]
 pub struct Stepper {
@@ -104,10 +125,7 @@ impl Stepper {
             self.quasi_newton.forget();
             self.measure_friction(twin, state);
         }
-        self.control.set(twin, targets);
-        self.plays.clone_from(&state.plays);
-        play(twin, targets, &mut self.plays, &mut self.control);
-        hold(twin, &state.slides, &self.bounds, &mut self.control);
+        self.command(twin, targets, state);
         let mut result = Ok(());
         if !self.step_at_once(twin, state, &mut report) {
             result = self.step_by_parts(twin, state, &mut report);
@@ -120,6 +138,69 @@ impl Stepper {
         self.remember(twin, &result, state);
         self.last.clone_from(state);
         result.map(|()| report)
+    }
+
+    /// The step that led to `state` once more, with other targets: from where it led, with the memory from before it.
+    ///
+    /// # Errors
+    /// Those of [`Self::step`].
+    pub(crate) fn step_again(
+        &mut self,
+        twin: &Twin,
+        targets: &[Target],
+        memory: &Memory,
+        state: &mut TwinState,
+    ) -> Result<StepReport> {
+        self.recall(memory, state);
+        self.step(twin, targets, state)
+    }
+
+    /// What a step from `memory` has still to do at `state`, where this stepper has led; `None` without a stiffness.
+    pub(crate) fn conditions(
+        &mut self,
+        twin: &Twin,
+        targets: &[Target],
+        memory: &Memory,
+        state: &mut TwinState,
+    ) -> Option<Conditions<'_>> {
+        self.recall(memory, state);
+        self.command(twin, targets, state);
+        self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
+        Some(Conditions {
+            projection: self.quasi_newton.projection(twin, state, &self.balance)?,
+            missing: &self.balance.missing,
+            lowest: &self.control.lowest,
+            highest: &self.control.highest,
+        })
+    }
+
+    /// The memory of `state`, where this stepper has led.
+    pub(crate) fn memory_into(&self, state: &TwinState, memory: &mut Memory) {
+        memory.slides.clone_from(&state.slides);
+        memory.plays.clone_from(&state.plays);
+        memory.bounds.clone_from(&self.bounds);
+    }
+
+    /// Gives `state`, where this stepper has led, another memory; history and factor stay.
+    fn recall(&mut self, memory: &Memory, state: &mut TwinState) {
+        for state in [state, &mut self.last] {
+            state.slides.clone_from(&memory.slides);
+            state.plays.clone_from(&memory.plays);
+        }
+        self.bounds.clone_from(&memory.bounds);
+    }
+
+    /// True where the last step left cable `j` with a tension between its bounds: its stroke is held.
+    pub(crate) fn is_held(&self, j: usize, state: &TwinState) -> bool {
+        state.tensions[j] > self.control.lowest[j] && state.tensions[j] < self.control.highest[j]
+    }
+
+    /// Sets what a step from `state` has to reach.
+    fn command(&mut self, twin: &Twin, targets: &[Target], state: &TwinState) {
+        self.control.set(twin, targets);
+        self.plays.clone_from(&state.plays);
+        play(twin, targets, &mut self.plays, &mut self.control);
+        hold(twin, &state.slides, &self.bounds, &mut self.control);
     }
 
     /// Friction bounds of the equilibrium `state`.
@@ -206,10 +287,7 @@ impl Stepper {
     ///
     /// `None` where the body has no stiffness or two tendons pull the same way.
     pub fn tip_per_stroke(&mut self, twin: &Twin, state: &TwinState) -> Option<[Vec<f64>; 3]> {
-        let control = &self.control;
-        let is_held =
-            |&j: &usize| control.lowest[j] < state.tensions[j] && state.tensions[j] < control.highest[j];
-        let held: Vec<usize> = (0..state.tensions.len()).filter(is_held).collect();
+        let held: Vec<usize> = (0..state.tensions.len()).filter(|&j| self.is_held(j, state)).collect();
         let of_held = twin.tip_per_held_stroke(self.projection(twin, state)?, &held)?;
         Some(of_held.map(|row| {
             let mut all = vec![0.0; twin.n_primary];

@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::Vector3;
 
 use crate::model::Twin;
-use crate::residual::Plant;
+use crate::plant::Plant;
 use crate::{Error, Result, TwinState};
 
 /// Samples between two Jacobians, which change with the shape, slowly; each stands until the next.

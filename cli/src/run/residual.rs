@@ -1,8 +1,8 @@
 //! A run with the residual network: it drives the virtual tendons, and what it did is recorded.
 
 use hysteron_base::{BadInput, Channel};
-use hysteron_twin::residual::{Plant, Rollout};
-use hysteron_twin::{StepReport, Twin, TwinState};
+use hysteron_twin::residual::Rollout;
+use hysteron_twin::{Plant, StepReport, Twin, TwinState};
 
 use crate::network::Network;
 

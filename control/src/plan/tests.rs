@@ -263,3 +263,58 @@ fn a_plan_file_that_is_not_there_is_bad_input() {
     let error = Plan::read("nowhere.toml").unwrap_err();
     assert!(matches!(&error, Error::File(_)) && error.bad_input().is_some(), "{error}");
 }
+
+/// Eight trajectories from ranges.
+const DRAWN: &str = r#"
+[[draw]]
+name = "some"
+role = "training"
+family = "ellipse"
+count = 8
+amplitude_mm = [1, 5]
+period_s = [6, 9]
+aspect = [0.4, 0.8]
+attack_s = 2
+sustain_s = 1
+decay_s = 3
+"#;
+
+#[test]
+fn drawn_trajectories_fill_their_ranges() {
+    let plan = |seed: &str| Plan::from_toml(&(changed("seed = 3", seed) + DRAWN), "plan.toml").unwrap();
+    let (first, again, other) = (plan("seed = 3"), plan("seed = 3"), plan("seed = 4"));
+    assert_eq!(first, again);
+    assert_ne!(first.trajectories()[1].motion, other.trajectories()[1].motion);
+    let drawn = &first.trajectories()[1..];
+    assert_eq!(drawn.len(), 8);
+    for (k, one) in drawn.iter().enumerate() {
+        assert_eq!(one.name, format!("some-{}", k + 1));
+        // One in every eighth of the range.
+        let part = 1e3 * one.motion.amplitude - 1.0;
+        assert!((0.5 * k as f64..=0.5 * (k + 1) as f64).contains(&part), "{k} {part}");
+        let period = one.motion.frequency.recip();
+        assert!((6.0..=9.0 + 1e-9).contains(&period), "{period}");
+        let Family::Ellipse { aspect } = one.motion.family else { panic!("{:?}", one.motion.family) };
+        assert!((0.4..=0.8).contains(&aspect), "{aspect}");
+    }
+    assert!(drawn.iter().any(|one| one.motion.direction != drawn[0].motion.direction));
+}
+
+#[test]
+fn a_draw_is_checked() {
+    let reject = |from: &str, to: &str, place: &str, found: &str| {
+        assert_eq!(DRAWN.matches(from).count(), 1, "{from}");
+        match Plan::from_toml(&(EXAMPLE.to_owned() + &DRAWN.replace(from, to)), "plan.toml") {
+            Err(Error::BadInput(bad)) => {
+                assert_eq!((bad.place, bad.found), (format!("plan.toml: {place}"), found.to_owned()));
+            }
+            other => panic!("{to}: {other:?}"),
+        }
+    };
+    reject("count = 8", "count = 0", "draw[1].count", "0");
+    reject("[1, 5]", "[5, 1]", "draw[1].amplitude_mm", "[5.0, 1.0]");
+    reject("[6, 9]", "[0, 9]", "draw[1].period_s", "[0.0, 9.0]");
+    reject("[0.4, 0.8]", "[0.4, inf]", "draw[1].aspect", "[0.4, inf]");
+    reject("[0.4, 0.8]", "[1.4, 1.8]", "trajectory.some-1.aspect", "1.4");
+    reject("\"some\"", "\"so me\"", "trajectory[2].name", "\"so me-1\"");
+}

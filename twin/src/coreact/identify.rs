@@ -1,15 +1,15 @@
 //! Identification: sample by sample, the auxiliary strokes that bring the twin's tip to the measured one.
 
-use hysteron_base::{BadInput, Channel, Metadata, Recording};
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::problem::{Linearised, Sample, allowed, bound_of, pose, strokes_of};
+use super::problem::{Linearised, Problem, Sample, allowed, bound_of, others};
 use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
-use crate::qp::{QpStatus, RowQp, solve_rows};
-use crate::residual::{Bare, Plant};
-use crate::step::Stepper;
+use crate::plant::{Bare, Plant};
+use crate::qp::{QpStatus, RowQp};
+use crate::step::{Memory, Stepper};
 use crate::{Error, Result, TwinState};
 
 /// How strokes are chosen.
@@ -66,8 +66,9 @@ pub struct Identifier<'a> {
     targets: Vec<Target>,
     /// Length that makes QPs dimensionless: a thousandth of the longest tendon [m].
     length: f64,
-    /// The last QP, for other solvers to try.
-    last: Option<RowQp>,
+    /// Friction and backlash at the sample before: every round of a sample starts from there.
+    memory: Memory,
+    problem: Problem,
 }
 
 impl<'a> Identifier<'a> {
@@ -82,7 +83,8 @@ impl<'a> Identifier<'a> {
             strokes: vec![0.0; auxiliary.len()],
             targets: Vec::new(),
             length: 1e-3 * twin.cables.rest_lengths.iter().copied().fold(0.0, f64::max),
-            last: None,
+            memory: Memory::default(),
+            problem: Problem::new(twin, auxiliary),
         }
     }
 
@@ -93,7 +95,7 @@ impl<'a> Identifier<'a> {
 
     /// The QP that was solved last.
     pub fn last_qp(&self) -> Option<&RowQp> {
-        self.last.as_ref()
+        self.problem.last.as_ref()
     }
 
     /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], and the tip to
@@ -104,6 +106,7 @@ impl<'a> Identifier<'a> {
     pub fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
         let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
         let allowed = allowed(self.auxiliary, &self.strokes, duration);
+        self.stepper.memory_into(&self.state, &mut self.memory);
         // At rest nothing is in balance yet: there is nothing to linearise.
         let rounds = if self.state.load == 1.0 { self.options.rounds } else { 0 };
         if let Some(goal) = goal {
@@ -132,42 +135,37 @@ impl<'a> Identifier<'a> {
 
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-].
     pub fn sensitivity(&mut self) -> Option<Vec<Vec<f64>>> {
+        let held = |(_, j): &(usize, usize)| self.stepper.is_held(*j, &self.state);
+        let held: Vec<usize> = others(self.twin).enumerate().filter(held).map(|(a, _)| a).collect();
         let projection = self.stepper.projection(self.twin, &self.state)?;
-        Linearised::new(self.twin, projection, &self.state, None).sensitivity(self.twin, self.auxiliary)
+        let at = Linearised::new(self.twin, self.auxiliary, projection, &self.state, None);
+        let gain = at.gain(&held)?;
+        Some(gain.row_iter().map(|row| row.iter().copied().collect()).collect())
     }
 
     fn balance(&mut self, primary: &[f64]) -> Result<()> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        self.stepper.step(self.twin, &self.targets, &mut self.state)?;
+        self.stepper.step_again(self.twin, &self.targets, &self.memory, &mut self.state)?;
         Ok(())
     }
 
-    /// Poses and solves the QP at the present equilibrium; `None` where there is no stiffness to linearise.
-    fn solve(
-        &mut self,
-        primary: &[f64],
-        goal: &Goal,
-        allowed: &[hysteron_base::Bounds],
-    ) -> Option<(Vec<f64>, QpStatus)> {
+    /// The auxiliary strokes for this sample, by the twin linearised where it is now; `None` where there is no
+    /// stiffness to linearise.
+    fn solve(&mut self, primary: &[f64], goal: &Goal, allowed: &[Bounds]) -> Option<(Vec<f64>, QpStatus)> {
         let weight = self.options.orientation.filter(|_| goal.orientation.is_some());
         let error = self.error(goal, weight);
-        let made = self.twin.commands_of(&self.state);
-        let missing: Vec<f64> = primary.iter().zip(&made).map(|(asked, made)| asked - made).collect();
-        let projection = self.stepper.projection(self.twin, &self.state)?;
-        let at = Linearised::new(self.twin, projection, &self.state, weight);
+        self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
+        let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory, &mut self.state)?;
+        self.problem.set_conditions(self.twin, &conditions, &self.state);
+        let at = Linearised::new(self.twin, self.auxiliary, conditions.projection, &self.state, weight);
         let sample = Sample {
             error: &error,
-            missing: &missing,
             strokes: &self.strokes,
             allowed,
             regularisation: self.options.regularisation,
             length: self.length,
         };
-        let qp = pose(self.twin, self.auxiliary, &at, &sample);
-        let (answer, status) = solve_rows(&qp);
-        let strokes = strokes_of(self.twin, &sample, &answer);
-        self.last = Some(qp);
-        Some((strokes, status))
+        self.problem.solve(&at, &sample)
     }
 
     /// From the tip to the goal, as the rows of [`Linearised`].

@@ -1,17 +1,20 @@
-//! The QP of one sample (eqs. 7, 8): which auxiliary strokes bring the tip closest to its goal.
+//! One sample, linearised (eqs. 7, 8): which auxiliary strokes bring the tip closest to its goal.
 //!
-//! Unknowns are the tension increments λ of all cables at an equilibrium, where δ = W λ. The tip rows give the
-//! objective ½ |goal - tip - W_e λ|² + γ/2 |s|²; the strokes of taut primary tendons are equalities, tensions of
-//! slack ones stay; auxiliary strokes s = c T are boxes: stroke, tension, and rate.
+//! At an equilibrium the tensions of auxiliary tendons are given, and those of all other cables follow from the
+//! conditions of a step: a primary tendon is held at its stroke or slack, a friction point sticks or slips. As long as none of
+//! them changes its place, the tip is a linear function of the auxiliary strokes, y(s + ds) = y + d + G ds, and the problem
+//! min ½ |goal - y(s + ds)|² + γ/2 |s + ds|² has only boxes: stroke, tension, and rate. Its answer says where the others
+//! stand then; where that is elsewhere, the problem is posed again from there.
 
 use hysteron_base::Bounds;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::Auxiliary;
 use crate::model::Twin;
 use crate::projection::Projection;
-use crate::qp::RowQp;
+use crate::qp::{BoxQp, Place, QpStatus, RowQp};
 use crate::state::TwinState;
+use crate::step::Conditions;
 
 /// A bound that an auxiliary stroke can stand at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,63 +30,95 @@ pub enum Bound {
 /// Stroke that counts as none, relative to the length unit of the problem.
 const NEGLIGIBLE: f64 = 1e-6;
 
+/// Times a problem is posed again because tendons or friction points have changed their places.
+const MOST_CONTACTS: usize = 8;
+/// Smallest part of the way to an answer that is gone where the whole way leads no nearer.
+const SMALLEST_PART: f64 = 1.0 / 16.0;
+
 /// The tip and the cables at an equilibrium, linearised.
 #[derive(Debug, Clone)]
 pub(super) struct Linearised {
-    /// Delassus operator of all cables, row-major n × n [m/N].
-    delassus: Vec<f64>,
-    /// Rows of the tip: displacement, and rotation times its weight where asked for (n each) [m/N].
-    tip: Vec<Vec<f64>>,
-    /// Cables whose stroke is held: not auxiliary, and not slack.
-    held: Vec<usize>,
+    /// W of the cables that are not auxiliary, in their order [m/N].
+    among: DMatrix<f64>,
+    /// Their strokes by auxiliary strokes (n_others × n_aux) [-].
+    coupling: DMatrix<f64>,
+    /// The tip by their tensions (rows × n_others) [m/N].
+    by_others: DMatrix<f64>,
+    /// The tip by auxiliary strokes, other tensions unchanged (rows × n_aux) [-].
+    by_strokes: DMatrix<f64>,
+}
+
+/// The tip as a linear function of the changes of auxiliary strokes.
+pub(super) struct Response {
+    /// d: where the tip goes without a change (rows) [m].
+    pub offset: DVector<f64>,
+    /// G (rows × n_aux) [-].
+    pub gain: DMatrix<f64>,
+}
+
+/// Where the other cables stand under a change of auxiliary strokes, and the tip.
+struct Follow {
+    places: Vec<Place>,
+    tip: DVector<f64>,
 }
 
 impl Linearised {
-    pub fn new(twin: &Twin, projection: &Projection, state: &TwinState, orientation: Option<f64>) -> Self {
+    /// The tip's rows are its displacement, and where `orientation` gives the weight of a turn [m], its turn too.
+    pub fn new(
+        twin: &Twin,
+        auxiliary: &Auxiliary,
+        projection: &Projection,
+        state: &TwinState,
+        orientation: Option<f64>,
+    ) -> Self {
         let mut tip: Vec<Vec<f64>> = twin.tip_displacement_rows(projection).into();
         if let Some(weight) = orientation {
             let rows = twin.tip_rotation_rows(projection, state);
             tip.extend(rows.into_iter().map(|row| row.iter().map(|turn| weight * turn).collect()));
         }
-        let is_held = |&j: &usize| {
-            let Bounds { min, max } = twin.tendons[j].tension;
-            state.tensions[j] > min && state.tensions[j] < max
-        };
-        let held = (0..twin.n_primary).filter(is_held).collect();
-        Self { delassus: projection.delassus.clone(), tip, held }
+        let (n, first) = (twin.cables.len(), twin.n_primary);
+        let others: Vec<usize> = others(twin).collect();
+        let w = |i: usize, j: usize| projection.delassus[i * n + j];
+        let (n_others, n_aux) = (others.len(), auxiliary.len());
+        let by_stroke = |k: usize| 1.0 / auxiliary.compliances[k];
+        Self {
+            among: DMatrix::from_fn(n_others, n_others, |a, b| w(others[a], others[b])),
+            coupling: DMatrix::from_fn(n_others, n_aux, |a, k| w(others[a], first + k) * by_stroke(k)),
+            by_others: DMatrix::from_fn(tip.len(), n_others, |c, a| tip[c][others[a]]),
+            by_strokes: DMatrix::from_fn(tip.len(), n_aux, |c, k| tip[c][first + k] * by_stroke(k)),
+        }
     }
 
-    fn w(&self, i: usize, j: usize) -> f64 {
-        self.delassus[i * self.tip[0].len() + j]
+    /// G: what strokes do to the tip while the cables `held` keep theirs and the others their tensions (rows × n_aux) [-].
+    /// `None` where held cables pull the same way.
+    pub fn gain(&self, held: &[usize]) -> Option<DMatrix<f64>> {
+        let n = self.among.nrows();
+        Some(self.response(held, &vec![0.0; n], &DVector::zeros(n))?.gain)
     }
 
-    /// What a change of the auxiliary strokes does to the tip while held strokes stay, ∂y/∂s: one row per tip
-    /// row (n_aux each) [-], and [rad/m] times the weight.
-    ///
-    /// `None` where held tendons pull the same way.
-    pub fn sensitivity(&self, twin: &Twin, auxiliary: &Auxiliary) -> Option<Vec<Vec<f64>>> {
-        let n = self.held.len();
-        let among = DMatrix::from_fn(n, n, |a, b| self.w(self.held[a], self.held[b]));
-        let factor = among.cholesky()?;
-        let row = |row: &Vec<f64>| {
-            let reaction = factor.solve(&DVector::from_fn(n, |a, _| row[self.held[a]]));
-            let by = |k: usize| {
-                let j = twin.n_primary + k;
-                let held: f64 = (0..n).map(|a| reaction[a] * self.w(self.held[a], j)).sum();
-                (row[j] - held) / auxiliary.compliances[k]
-            };
-            (0..auxiliary.len()).map(by).collect()
-        };
-        Some(self.tip.iter().map(row).collect())
+    /// What strokes do to the tip while the cables `held` keep theirs, up to what they still miss, and the tensions of the
+    /// others change by `increments`. `None` where held cables pull the same way.
+    pub fn response(&self, held: &[usize], missing: &[f64], increments: &DVector<f64>) -> Option<Response> {
+        let among = self.among.select_rows(held);
+        let factor: Cholesky<f64, Dyn> = among.select_columns(held).cholesky()?;
+        let left = DVector::from_fn(held.len(), |a, _| missing[held[a]]) - &among * increments;
+        let tip = self.by_others.select_columns(held);
+        Some(Response {
+            offset: &self.by_others * increments + &tip * factor.solve(&left),
+            gain: &self.by_strokes - &tip * factor.solve(&self.coupling.select_rows(held)),
+        })
     }
 }
 
-/// What a QP is posed from, beside the linearised twin.
+/// Cables that are not auxiliary: primary tendons, then friction points.
+pub(super) fn others(twin: &Twin) -> impl Iterator<Item = usize> {
+    (0..twin.n_primary).chain(twin.tendons.len()..twin.cables.len())
+}
+
+/// What a sample asks for, beside the linearised twin.
 pub(super) struct Sample<'a> {
     /// From the tip to its goal, as the tip rows [m].
     pub error: &'a [f64],
-    /// How far the primary strokes have still to go (n_primary) [m].
-    pub missing: &'a [f64],
     /// Auxiliary strokes now (n_aux) [m].
     pub strokes: &'a [f64],
     /// Auxiliary strokes allowed (n_aux) [m].
@@ -94,51 +129,146 @@ pub(super) struct Sample<'a> {
     pub length: f64,
 }
 
-/// Poses the QP. Its variables are, for every cable, the stroke change that its tension increment alone would
-/// make, over `length`.
-pub(super) fn pose(twin: &Twin, auxiliary: &Auxiliary, at: &Linearised, sample: &Sample) -> RowQp {
-    let n = at.tip[0].len();
-    let is_auxiliary = |j: usize| (twin.n_primary..twin.tendons.len()).contains(&j);
-    let compliance =
-        |j: usize| if is_auxiliary(j) { auxiliary.compliances[j - twin.n_primary] } else { at.w(j, j) };
-    let gain: Vec<Vec<f64>> =
-        at.tip.iter().map(|row| (0..n).map(|j| row[j] / compliance(j)).collect()).collect();
-    let squares = gain.iter().flat_map(|row| &row[twin.n_primary..twin.tendons.len()]).map(|g| g * g);
-    let gamma = sample.regularisation * squares.sum::<f64>() / auxiliary.len() as f64;
-    let mut qp = RowQp {
-        hessian: vec![0.0; n * n],
-        linear: vec![0.0; n],
-        bounds: vec![[0.0; 2]; n],
-        rows: Vec::new(),
-        row_bounds: Vec::new(),
-    };
-    for (row, error) in gain.iter().zip(sample.error) {
-        for i in 0..n {
-            qp.linear[i] -= row[i] * error / sample.length;
-            for j in 0..n {
-                qp.hessian[i * n + j] += row[i] * row[j];
-            }
-        }
-    }
-    for (k, (stroke, allowed)) in sample.strokes.iter().zip(sample.allowed).enumerate() {
-        let j = twin.n_primary + k;
-        qp.hessian[j * (n + 1)] += gamma;
-        qp.linear[j] += gamma * stroke / sample.length;
-        qp.bounds[j] = [allowed.min, allowed.max].map(|bound| (bound - stroke) / sample.length);
-    }
-    for &i in &at.held {
-        qp.bounds[i] = [f64::NEG_INFINITY, f64::INFINITY];
-        qp.rows.push((0..n).map(|j| at.w(i, j) / compliance(j)).collect());
-        qp.row_bounds.push([sample.missing[i] / sample.length; 2]);
-    }
-    qp
+/// Solves samples; scratch.
+#[derive(Debug, Clone)]
+pub(super) struct Problem {
+    /// Tensions of the other cables under given auxiliary strokes.
+    contact: BoxQp,
+    /// The auxiliary strokes.
+    strokes: BoxQp,
+    /// The QP of the strokes that was solved last.
+    pub last: Option<RowQp>,
+    /// Stroke that each of the other cables misses [m], and bounds of its tension increment [N].
+    missing: Vec<f64>,
+    lowest: Vec<f64>,
+    highest: Vec<f64>,
+    /// Tension increments of the other cables [N].
+    increments: Vec<f64>,
 }
 
-/// Strokes that the answer of a QP means, within what is allowed.
-pub(super) fn strokes_of(twin: &Twin, sample: &Sample, answer: &[f64]) -> Vec<f64> {
-    let changes = &answer[twin.n_primary..twin.tendons.len()];
-    let moved = sample.strokes.iter().zip(changes).map(|(stroke, change)| stroke + change * sample.length);
-    moved.zip(sample.allowed).map(|(stroke, allowed)| allowed.clamp(stroke)).collect()
+impl Problem {
+    pub fn new(twin: &Twin, auxiliary: &Auxiliary) -> Self {
+        let n = others(twin).count();
+        Self {
+            contact: BoxQp::new(n),
+            strokes: BoxQp::new(auxiliary.len()),
+            last: None,
+            missing: vec![0.0; n],
+            lowest: vec![0.0; n],
+            highest: vec![0.0; n],
+            increments: vec![0.0; n],
+        }
+    }
+
+    /// Takes over what the other cables have to meet.
+    pub fn set_conditions(&mut self, twin: &Twin, conditions: &Conditions, state: &TwinState) {
+        for (a, j) in others(twin).enumerate() {
+            self.missing[a] = conditions.missing[j];
+            self.lowest[a] = conditions.lowest[j] - state.tensions[j];
+            self.highest[a] = conditions.highest[j] - state.tensions[j];
+        }
+    }
+
+    /// The best auxiliary strokes, within what is allowed; `None` where held cables pull the same way.
+    pub fn solve(&mut self, at: &Linearised, sample: &Sample) -> Option<(Vec<f64>, QpStatus)> {
+        self.contact.set_matrix(at.among.as_slice());
+        let n_aux = sample.strokes.len();
+        let gamma = sample.regularisation * at.by_strokes.norm_squared() / n_aux as f64;
+        let error = DVector::from_column_slice(sample.error);
+        let strokes = DVector::from_column_slice(sample.strokes);
+        let cost = |follow: &Follow, change: &DVector<f64>| {
+            (&error - &follow.tip).norm_squared() + gamma * (&strokes + change).norm_squared()
+        };
+        let mut change = DVector::zeros(n_aux);
+        let mut follow = self.follow(at, &change)?;
+        let mut status = QpStatus::Solved;
+        for _ in 0..MOST_CONTACTS {
+            let response = self.response(at, &follow.places)?;
+            let answer;
+            (answer, status) = self.solve_strokes(&response, &error, gamma, sample);
+            if status != QpStatus::Solved {
+                break;
+            }
+            let (way, best) = (&answer - &change, cost(&follow, &change));
+            let mut part = 1.0;
+            let found = loop {
+                let trial = &change + part * &way;
+                let next = self.follow(at, &trial)?;
+                if (part == 1.0 && next.places == follow.places) || cost(&next, &trial) < best {
+                    break Some((trial, next));
+                }
+                part *= 0.5;
+                if part < SMALLEST_PART {
+                    break None;
+                }
+            };
+            let Some((trial, next)) = found else { break };
+            let is_done = part == 1.0 && next.places == follow.places;
+            (change, follow) = (trial, next);
+            if is_done {
+                break;
+            }
+        }
+        let moved = sample.strokes.iter().zip(change.iter()).map(|(stroke, change)| stroke + change);
+        Some((moved.zip(sample.allowed).map(|(stroke, allowed)| allowed.clamp(stroke)).collect(), status))
+    }
+
+    /// Where the other cables stand, and how far the tip goes, when the auxiliary strokes change.
+    fn follow(&mut self, at: &Linearised, change: &DVector<f64>) -> Option<Follow> {
+        let pulled = &at.coupling * change;
+        let missing: Vec<f64> =
+            self.missing.iter().zip(pulled.iter()).map(|(all, made)| all - made).collect();
+        let (status, _) = self.contact.solve(&missing, &self.lowest, &self.highest, &mut self.increments);
+        let increments = DVector::from_column_slice(&self.increments);
+        (status == QpStatus::Solved).then(|| Follow {
+            places: self.contact.places().to_vec(),
+            tip: &at.by_strokes * change + &at.by_others * increments,
+        })
+    }
+
+    /// The tip while the other cables stay at `places`.
+    fn response(&self, at: &Linearised, places: &[Place]) -> Option<Response> {
+        let held: Vec<usize> = (0..places.len()).filter(|&a| places[a] == Place::Between).collect();
+        let increments = DVector::from_fn(places.len(), |a, _| match places[a] {
+            Place::Between => 0.0,
+            Place::Lower => self.lowest[a],
+            Place::Upper => self.highest[a],
+        });
+        at.response(&held, &self.missing, &increments)
+    }
+
+    /// The QP of the changes of the auxiliary strokes, over `length`.
+    fn solve_strokes(
+        &mut self,
+        response: &Response,
+        error: &DVector<f64>,
+        gamma: f64,
+        sample: &Sample,
+    ) -> (DVector<f64>, QpStatus) {
+        let n = sample.strokes.len();
+        let mut hessian = response.gain.tr_mul(&response.gain);
+        for k in 0..n {
+            hessian[(k, k)] += gamma;
+        }
+        let strokes = DVector::from_column_slice(sample.strokes);
+        let right = (response.gain.tr_mul(&(error - &response.offset)) - gamma * strokes) / sample.length;
+        let bound = |of: fn(&Bounds) -> f64| -> Vec<f64> {
+            let pairs = sample.allowed.iter().zip(sample.strokes);
+            pairs.map(|(allowed, stroke)| (of(allowed) - stroke) / sample.length).collect()
+        };
+        let (lowest, highest) = (bound(|allowed| allowed.min), bound(|allowed| allowed.max));
+        let mut answer = vec![0.0; n];
+        self.strokes.set_matrix(hessian.as_slice());
+        let (status, _) = self.strokes.solve(right.as_slice(), &lowest, &highest, &mut answer);
+        self.last = Some(RowQp {
+            hessian: hessian.as_slice().to_vec(),
+            linear: right.iter().map(|b| -b).collect(),
+            bounds: lowest.into_iter().zip(highest).map(|(lowest, highest)| [lowest, highest]).collect(),
+            rows: Vec::new(),
+            row_bounds: Vec::new(),
+        });
+        (sample.length * DVector::from_vec(answer), status)
+    }
 }
 
 /// Strokes allowed `duration` [s] after they were `before`, within `bounds` and the rate.

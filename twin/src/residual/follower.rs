@@ -8,9 +8,9 @@
 use hysteron_base::BadInput;
 use nalgebra::{Matrix2, Vector2};
 
-use super::{Bare, Plant};
 use crate::Result;
 use crate::model::Twin;
+use crate::plant::{Bare, Plant};
 
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);

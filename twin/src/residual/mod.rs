@@ -7,6 +7,7 @@
 //! (three numbers, spread over the tendons by a fixed map), and is fitted to the measured tip through the linearised
 //! twin, ∂y/∂s of the identification.
 
+mod adaptation;
 mod decoder;
 mod features;
 mod follower;
@@ -16,11 +17,12 @@ mod sequence;
 mod stateful;
 mod windowed;
 
+pub use adaptation::{AdaptOptions, Adaptation};
 pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
 pub use follower::{Coordinates, FollowLimits, FollowStep, Follower};
 pub use model::{Design, ResidualModel};
-pub use rollout::{Bare, Plant, Rollout, RolloutStep};
+pub use rollout::Rollout;
 pub use sequence::Sequence;
 pub use stateful::{StatefulOptions, fit_stateful};
 pub use windowed::{WindowedOptions, fit_windowed};

@@ -7,7 +7,7 @@ use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Decoder, FeatureSpec};
+use super::{Adaptation, Decoder, FeatureSpec};
 use crate::Result;
 
 /// How network and twin go together.
@@ -45,6 +45,8 @@ pub struct ResidualModel {
     pub step_s: f64,
     /// Hash of the scene that it was trained for.
     pub scene_hash: String,
+    /// What was learned of the robot since.
+    pub adaptation: Option<Adaptation>,
     /// Data, seed, scores.
     pub training: Value,
 }
@@ -62,7 +64,7 @@ impl ResidualModel {
     pub fn write(&self, path: &Path) -> Result<()> {
         let details = json!({
             "design": self.design, "n_aux": self.n_aux, "step_s": self.step_s,
-            "scene_sha256": self.scene_hash, "training": self.training,
+            "scene_sha256": self.scene_hash, "adaptation": self.adaptation, "training": self.training,
         });
         let (network, inputs, outputs) = (self.network.clone(), self.inputs.clone(), self.outputs.clone());
         Checkpoint { kind: KIND.into(), network, inputs, outputs, details }.write(path)?;
@@ -84,8 +86,20 @@ impl ResidualModel {
                 error.to_string(),
             )
         };
+        let design = serde_json::from_value(of("design")).map_err(bad)?;
+        let adaptation: Option<Adaptation> = serde_json::from_value(of("adaptation")).map_err(bad)?;
+        let fits = match (&design, &adaptation) {
+            (_, None) => true,
+            (Design::Stateful { features, .. }, Some(adaptation)) => adaptation.fits(features),
+            (Design::Windowed { .. }, Some(_)) => false,
+        };
+        if !fits {
+            let place = format!("{}: adaptation", path.display());
+            return Err(BadInput::new(place, "that of this network", "another").into());
+        }
         Ok(Self {
-            design: serde_json::from_value(of("design")).map_err(bad)?,
+            design,
+            adaptation,
             n_aux: serde_json::from_value(of("n_aux")).map_err(bad)?,
             step_s: serde_json::from_value(of("step_s")).map_err(bad)?,
             scene_hash: text("scene_sha256"),

@@ -5,42 +5,18 @@ use std::collections::VecDeque;
 use hysteron_base::BadInput;
 use hysteron_learn::Runner;
 
-use super::{Design, Features, ResidualModel};
+use super::adaptation::{Filter, terms_into};
+use super::{AdaptOptions, Adaptation, Design, Features, ResidualModel};
 use crate::coreact::{Auxiliary, allowed_strokes};
 use crate::model::{Target, Twin};
-use crate::step::{StepReport, Stepper};
+use crate::plant::{Plant, PlantStep};
+use crate::step::Stepper;
 use crate::{Result, TwinState};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
 const MARGIN: f64 = 0.02;
 /// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
 const LARGEST_OUTPUT: f64 = 1.25;
-
-/// One sample of a rollout.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RolloutStep {
-    /// Tip [m].
-    pub tip: [f64; 3],
-    /// True where an input of the network was outside its training range.
-    pub is_extrapolating: bool,
-    /// What the twin's step cost.
-    pub report: StepReport,
-}
-
-/// Something that goes on by one sample when its primary strokes are given.
-pub trait Plant {
-    /// Goes on by one sample of primary strokes (n_primary) [m].
-    ///
-    /// # Errors
-    /// Those of [`Stepper::step`].
-    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep>;
-
-    /// Shape and tensions now.
-    fn state(&self) -> &TwinState;
-
-    /// See [`Stepper::tip_per_stroke`].
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]>;
-}
 
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
@@ -62,6 +38,10 @@ pub struct Rollout<'a> {
     bounded: Vec<f32>,
     outputs: Vec<f64>,
     targets: Vec<Target>,
+    /// Terms of the correction.
+    terms: Vec<f64>,
+    /// What learns the correction, if anything does.
+    filter: Option<Filter>,
 }
 
 impl<'a> Rollout<'a> {
@@ -76,8 +56,12 @@ impl<'a> Rollout<'a> {
         step: f64,
     ) -> std::result::Result<Self, BadInput> {
         model.check(twin.n_primary, auxiliary.len(), step)?;
+        Ok(Self::at_rest(twin, auxiliary, model))
+    }
+
+    fn at_rest(twin: &'a Twin, auxiliary: &'a Auxiliary, model: &'a ResidualModel) -> Self {
         let state = twin.rest();
-        Ok(Self {
+        Self {
             tip: twin.tip_of(&state),
             runner: Runner::new(&model.network),
             features: match &model.design {
@@ -92,11 +76,48 @@ impl<'a> Rollout<'a> {
             bounded: vec![0.0; model.outputs.channels.len()],
             outputs: vec![0.0; model.outputs.channels.len()],
             targets: Vec::new(),
+            terms: Vec::new(),
+            filter: None,
             state,
             twin,
             auxiliary,
             model,
-        })
+        }
+    }
+
+    /// Back to rest; what was learned stays.
+    pub fn restart(&mut self) {
+        let filter = self.filter.take();
+        *self = Self { filter, ..Self::at_rest(self.twin, self.auxiliary, self.model) };
+    }
+
+    /// Lets the correction of the network learn, from where the model has it.
+    ///
+    /// # Errors
+    /// The paper's design, which has none.
+    pub fn adapt(&mut self, options: AdaptOptions) -> std::result::Result<(), BadInput> {
+        let Design::Stateful { features, .. } = &self.model.design else {
+            return Err(BadInput::new("checkpoint", "a stateful network", "the paper's design")
+                .hint("only the stateful design has a correction that can learn"));
+        };
+        self.filter = Some(Filter::new(features, self.model.adaptation.as_ref(), options));
+        Ok(())
+    }
+
+    /// Learns from where the robot's tip was measured in this sample [m], if it is to learn.
+    pub fn learn(&mut self, measured: [f64; 3]) {
+        if let Some(filter) = &mut self.filter {
+            filter.update(&self.terms, std::array::from_fn(|c| measured[c] - self.tip[c]));
+        }
+    }
+
+    /// The model with what has been learned.
+    pub fn adapted(&self) -> ResidualModel {
+        ResidualModel { adaptation: self.correction().cloned(), ..self.model.clone() }
+    }
+
+    fn correction(&self) -> Option<&Adaptation> {
+        self.filter.as_ref().map(Filter::adaptation).or(self.model.adaptation.as_ref())
     }
 
     /// Auxiliary strokes now (n_aux) [m].
@@ -133,7 +154,7 @@ impl<'a> Rollout<'a> {
 }
 
 impl Plant for Rollout<'_> {
-    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
+    fn step(&mut self, primary: &[f64]) -> Result<PlantStep> {
         self.inputs.clear();
         let sees_tip = match (&self.model.design, &mut self.features) {
             (Design::Stateful { features: spec, .. }, Some(features)) => {
@@ -153,11 +174,14 @@ impl Plant for Rollout<'_> {
         self.run_network();
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
         match &self.model.design {
-            Design::Stateful { decoder, .. } => {
+            Design::Stateful { features, decoder } => {
                 let [x, y, z] = self.outputs[..] else {
                     return Err(three_outputs(self.outputs.len()).into());
                 };
-                decoder.strokes_into([x, y, z], &mut self.strokes);
+                terms_into(features, &self.inputs, &mut self.terms);
+                let [dx, dy, dz] =
+                    self.correction().map_or([0.0; 3], |correction| correction.displacement(&self.terms));
+                decoder.strokes_into([x + dx, y + dy, z + dz], &mut self.strokes);
             }
             Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
         }
@@ -167,44 +191,7 @@ impl Plant for Rollout<'_> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
         self.tip = self.twin.tip_of(&self.state);
-        Ok(RolloutStep { tip: self.tip, is_extrapolating, report })
-    }
-
-    fn state(&self) -> &TwinState {
-        &self.state
-    }
-
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(self.twin, &self.state)
-    }
-}
-
-/// A twin whose virtual tendons rest.
-#[derive(Debug, Clone)]
-pub struct Bare<'a> {
-    twin: &'a Twin,
-    resting: Vec<Target>,
-    stepper: Stepper,
-    state: TwinState,
-    targets: Vec<Target>,
-}
-
-impl<'a> Bare<'a> {
-    /// Starts from rest.
-    pub fn new(twin: &'a Twin) -> Self {
-        let resting = twin.tendons[twin.n_primary..].iter();
-        let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();
-        Self { twin, resting, stepper: Stepper::new(twin), state: twin.rest(), targets: Vec::new() }
-    }
-}
-
-impl Plant for Bare<'_> {
-    fn step(&mut self, primary: &[f64]) -> Result<RolloutStep> {
-        self.targets.clear();
-        self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));
-        self.targets.extend_from_slice(&self.resting);
-        let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
-        Ok(RolloutStep { tip: self.twin.tip_of(&self.state), is_extrapolating: false, report })
+        Ok(PlantStep { tip: self.tip, is_extrapolating, report })
     }
 
     fn state(&self) -> &TwinState {

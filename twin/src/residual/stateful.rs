@@ -139,6 +139,7 @@ pub fn fit_stateful(
         step_s: spec.step_s,
         design: Design::Stateful { features: spec, decoder },
         scene_hash: scene_hash.to_owned(),
+        adaptation: None,
         training: json!({ "options": options, "sequences": names(sequences), "members": reports }),
     })
 }

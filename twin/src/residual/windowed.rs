@@ -150,6 +150,7 @@ pub fn fit_windowed(
         n_aux: n_out,
         step_s: first.step,
         scene_hash: scene_hash.to_owned(),
+        adaptation: None,
         training: serde_json::json!({
             "options": options, "trained_on": names(training), "held_out": names(held_out),
             "held_out_stroke_rmse_mm": best.0, "epochs": best.1 + 1,

@@ -1,30 +1,24 @@
 //! Identification and the residual network, on a robot that is a twin with something more in it.
 
-use hysteron_base::{AuxiliaryLayout, Bounds, Channel, Drive, Metadata, Recording};
+use hysteron_base::{Channel, Friction, Metadata, Recording};
 use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::qp::QpStatus;
-use hysteron_twin::residual::{Plant, ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
-use hysteron_twin::{Motion, Stepper, Target, Twin};
+use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
+use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
 use super::scenes;
 
 /// The robot of the tests with eight virtual tendons in four segments.
 fn twin() -> Twin {
-    let (mut scene, mesh) = scenes::robot();
-    scene.auxiliary = Some(AuxiliaryLayout {
-        segments: 4,
-        segment_length: 8e-3,
-        start: 4e-3,
-        radius: 5e-3,
-        cables_per_segment: 2,
-        first_plane: 0.0,
-        plane_step: std::f64::consts::FRAC_PI_2,
-        drive: Drive::Tension,
-        tension: Bounds { min: -20.0, max: 20.0 },
-        stroke: Bounds { min: -1e-3, max: 1e-3 },
-        stroke_rate: f64::INFINITY,
-        attach_within: 1e-3,
-    });
+    let (scene, mesh) = scenes::actuated(4);
+    Twin::new(&scene, &mesh).expect("a good scene")
+}
+
+/// The same with friction everywhere and backlash, and as many segments.
+fn rough_twin(segments: usize, backlash: f64) -> Twin {
+    let (mut scene, mesh) = scenes::actuated(segments);
+    scenes::roughen(&mut scene, 2e-4);
+    scene.friction = scene.friction.map(|friction| Friction { backlash, ..friction });
     Twin::new(&scene, &mesh).expect("a good scene")
 }
 
@@ -132,6 +126,73 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
         }
         assert!(size > 0.1, "a derivative that tests nothing: {size}");
     }
+}
+
+#[test]
+fn sensitivity_knows_the_friction_points_that_stick() {
+    let twin = rough_twin(4, 0.0);
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
+    let (mut stepper, mut state, mut targets) = (Stepper::new(&twin), twin.rest(), Vec::new());
+    // Pulled, and let go by so little that all points stick.
+    let none = vec![0.0; auxiliary.len()];
+    for part in [0.25, 0.5, 0.75, 1.0, 0.98] {
+        let pulled = [1e-4, 5e-5, 2e-5, 2e-5].map(|stroke| part * stroke);
+        identifier.step(&pulled, None, 0.01).unwrap();
+        auxiliary.targets_into(&pulled, &none, &mut targets);
+        stepper.step(&twin, &targets, &mut state).unwrap();
+    }
+    let sensitivity = identifier.sensitivity().unwrap();
+    let mut tip = |k: usize, h: f64| {
+        let mut secret = none.clone();
+        secret[k] = h;
+        let pulled = [1e-4, 5e-5, 2e-5, 2e-5].map(|stroke| 0.98 * stroke);
+        auxiliary.targets_into(&pulled, &secret, &mut targets);
+        let mut moved = state.clone();
+        stepper.step(&twin, &targets, &mut moved).unwrap();
+        assert_eq!(moved.slides, state.slides, "a point has slipped");
+        twin.tip_of(&moved)
+    };
+    let mut plain = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
+    plain.step(&[0.0; 4], None, 0.01).unwrap();
+    let h = 2e-7;
+    for k in [0, 3, 6] {
+        let (ahead, behind) = (tip(k, h), tip(k, -h));
+        let difference: [f64; 3] = std::array::from_fn(|c| (ahead[c] - behind[c]) / (2.0 * h));
+        let size = difference.iter().fold(0.0f64, |size, d| size.max(d.abs()));
+        println!("{k}: {difference:?} {:?}", [sensitivity[0][k], sensitivity[1][k], sensitivity[2][k]]);
+        for c in 0..3 {
+            // As without friction: the geometric terms left out are strains of 1e-3 of the stiffness.
+            let missed = (sensitivity[c][k] - difference[c]).abs();
+            assert!(missed < 0.03 * size, "{} {} of {size}", sensitivity[c][k], difference[c]);
+        }
+    }
+}
+
+#[test]
+fn secret_strokes_are_found_through_friction_and_backlash() {
+    // Two virtual tendons: the tip tells their strokes.
+    let twin = rough_twin(1, 1e-4);
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let secret = |i: usize| lagging(auxiliary.len(), i);
+    let recording = recording(&twin, &auxiliary, 400, secret);
+    let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
+    let options =
+        IdentifyOptions { regularisation: 1e-9, rounds: 4, tolerance: 1e-8, ..IdentifyOptions::default() };
+    let done =
+        identify(&twin, &auxiliary, &motion, &options, Metadata::default(), &mut || true).unwrap().unwrap();
+    println!("{:?}", done.summary);
+    let found = done.recording.aux();
+    let mut largest = 0.0f64;
+    let mut worst = 0.0f64;
+    for i in 1..motion.len() {
+        for (k, stroke) in secret(i).into_iter().enumerate() {
+            largest = largest.max(stroke.abs());
+            worst = worst.max((found[k][i] - stroke).abs());
+        }
+    }
+    println!("{worst} of {largest}");
+    assert!(worst < 0.01 * largest, "{worst} of {largest}");
 }
 
 #[test]

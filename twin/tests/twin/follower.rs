@@ -1,6 +1,7 @@
 //! Steering a twin along a path, and doing it again with the strokes alone.
 
-use hysteron_twin::residual::{Bare, FollowLimits, Follower, Plant};
+use hysteron_twin::residual::{FollowLimits, Follower};
+use hysteron_twin::{Bare, Plant};
 
 use super::scenes;
 

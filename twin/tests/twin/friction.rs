@@ -5,6 +5,7 @@ use hysteron_fem::Mesh;
 use hysteron_twin::{Error, Stepper, Target, TipGoal, TwinState};
 use rand::RngExt;
 
+use super::scenes::ROUGH;
 use super::{Robot, assert_close, distance, rng, scenes, strokes, tolerance};
 
 const COMPLIANCE: f64 = 2e-4;
@@ -17,16 +18,6 @@ const NONE: Friction = Friction {
     sheath_exponent: 0.0,
     sheath_coulomb: 0.0,
     sheath_compliance_share: 0.0,
-    backlash: 0.0,
-};
-/// Rubs everywhere.
-const ROUGH: Friction = Friction {
-    coefficient: 0.3,
-    coulomb: 0.05,
-    points: 4,
-    sheath_exponent: 0.2,
-    sheath_coulomb: 0.1,
-    sheath_compliance_share: 0.6,
     backlash: 0.0,
 };
 

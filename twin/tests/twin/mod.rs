@@ -17,6 +17,7 @@ mod scale;
 pub mod scenes;
 mod slack;
 mod state;
+mod synthetic;
 mod tendon;
 mod work;
 

@@ -1,7 +1,9 @@
 //! Robots made in code, on small meshes. Unit and integration tests share this file and each use a part.
 #![allow(dead_code, clippy::unwrap_used)]
 
-use hysteron_base::{Bounds, Drive, Law, LengthUnit, Material, Region, Scene, Solver, Tendon, Tip};
+use hysteron_base::{
+    AuxiliaryLayout, Bounds, Drive, Friction, Law, LengthUnit, Material, Region, Scene, Solver, Tendon, Tip,
+};
 use hysteron_fem::{Layers, Mesh, Order, Tube};
 
 /// Length and radii of [`robot`] [m].
@@ -21,6 +23,45 @@ pub fn robot_with(law: Law, order: Order, layers: u32) -> (Scene, Mesh) {
     scene.tendons = (0..4).map(|k| tendon(k, LENGTH, TENDON_RADIUS, 10)).collect();
     (scene, mesh)
 }
+
+/// The same robot with virtual tendons: two in each of `segments`, a quarter turn on from one to the next.
+pub fn actuated(segments: usize) -> (Scene, Mesh) {
+    let (mut scene, mesh) = robot();
+    scene.auxiliary = Some(AuxiliaryLayout {
+        segments,
+        segment_length: 0.8 * LENGTH / segments as f64,
+        start: 4e-3,
+        radius: 5e-3,
+        cables_per_segment: 2,
+        first_plane: 0.0,
+        plane_step: std::f64::consts::FRAC_PI_2,
+        drive: Drive::Tension,
+        tension: Bounds { min: -20.0, max: 20.0 },
+        stroke: Bounds { min: -1e-3, max: 1e-3 },
+        stroke_rate: f64::INFINITY,
+        attach_within: 1e-3,
+    });
+    (scene, mesh)
+}
+
+/// Tendons that stretch by `compliance` [m/N] and rub everywhere, without backlash.
+pub fn roughen(scene: &mut Scene, compliance: f64) {
+    for tendon in &mut scene.tendons {
+        tendon.compliance = compliance;
+    }
+    scene.friction = Some(ROUGH);
+}
+
+/// Rubs everywhere.
+pub const ROUGH: Friction = Friction {
+    coefficient: 0.3,
+    coulomb: 0.05,
+    points: 4,
+    sheath_exponent: 0.2,
+    sheath_coulomb: 0.1,
+    sheath_compliance_share: 0.6,
+    backlash: 0.0,
+};
 
 /// A tube with eight sides.
 pub fn tube(length: f64, outer: f64, bore: f64, layers: u32, order: Order) -> Mesh {

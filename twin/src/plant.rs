@@ -1,0 +1,68 @@
+//! What goes on by one sample when its primary strokes are given: the twin by itself, or with its residual network.
+
+use crate::model::{Target, Twin};
+use crate::step::{StepReport, Stepper};
+use crate::{Result, TwinState};
+
+/// One sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlantStep {
+    /// Tip [m].
+    pub tip: [f64; 3],
+    /// True where an input of the network was outside its training range.
+    pub is_extrapolating: bool,
+    /// What the twin's step cost.
+    pub report: StepReport,
+}
+
+/// Something that goes on by one sample when its primary strokes are given.
+pub trait Plant {
+    /// Goes on by one sample of primary strokes (n_primary) [m].
+    ///
+    /// # Errors
+    /// Those of [`Stepper::step`].
+    fn step(&mut self, primary: &[f64]) -> Result<PlantStep>;
+
+    /// Shape and tensions now.
+    fn state(&self) -> &TwinState;
+
+    /// See [`Stepper::tip_per_stroke`].
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]>;
+}
+
+/// A twin whose virtual tendons rest.
+#[derive(Debug, Clone)]
+pub struct Bare<'a> {
+    twin: &'a Twin,
+    resting: Vec<Target>,
+    stepper: Stepper,
+    state: TwinState,
+    targets: Vec<Target>,
+}
+
+impl<'a> Bare<'a> {
+    /// Starts from rest.
+    pub fn new(twin: &'a Twin) -> Self {
+        let resting = twin.tendons[twin.n_primary..].iter();
+        let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();
+        Self { twin, resting, stepper: Stepper::new(twin), state: twin.rest(), targets: Vec::new() }
+    }
+}
+
+impl Plant for Bare<'_> {
+    fn step(&mut self, primary: &[f64]) -> Result<PlantStep> {
+        self.targets.clear();
+        self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));
+        self.targets.extend_from_slice(&self.resting);
+        let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
+        Ok(PlantStep { tip: self.twin.tip_of(&self.state), is_extrapolating: false, report })
+    }
+
+    fn state(&self) -> &TwinState {
+        &self.state
+    }
+
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
+        self.stepper.tip_per_stroke(self.twin, &self.state)
+    }
+}

@@ -1,0 +1,133 @@
+//! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
+
+use hysteron_base::{Channel, Friction, Metadata, Recording};
+use hysteron_twin::residual::Bare;
+use hysteron_twin::synthetic::{Outcome, Unphysical, synthesise};
+use hysteron_twin::{Stepper, Twin};
+
+use super::{Robot, scenes, strokes, tolerance};
+
+/// Change of a stroke in central differences [m]. Strokes of 4 mm bend the body by about a radian; a thousandth of that
+/// changes the Jacobian to second order by 1e-6 of itself.
+const STEP: f64 = 4e-6;
+/// The step's stiffness is corotational, exact tangents differ by what a step of the fast iteration leaves: its factor is
+/// renewed where it needs more than a few corrections, which is where it is off by some per cent.
+const STALE: f64 = 0.05;
+
+/// Largest difference of J from central differences at `bent`, over its largest entry. A fresh stepper has the factor of
+/// this very shape.
+fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
+    robot.stepper = Stepper::new(&robot.twin);
+    robot.go(&strokes(bent));
+    let jacobian = robot.stepper.tip_per_stroke(&robot.twin, &robot.state).expect("a stiffness");
+    let size = jacobian.iter().flatten().fold(0.0f64, |max, value| max.max(value.abs()));
+    let mut largest = 0.0f64;
+    for k in 0..bent.len() {
+        let tip = |by: f64| {
+            let mut state = robot.state.clone();
+            let mut moved = bent.to_vec();
+            moved[k] += by;
+            Stepper::new(&robot.twin)
+                .step(&robot.twin, &strokes(&moved), &mut state)
+                .expect("an equilibrium");
+            robot.twin.tip_of(&state)
+        };
+        let (ahead, behind) = (tip(STEP), tip(-STEP));
+        for c in 0..3 {
+            let difference = (ahead[c] - behind[c]) / (2.0 * STEP);
+            largest = largest.max((difference - jacobian[c][k]).abs() / size);
+        }
+    }
+    println!("Jacobian at {bent:?}: relative error {largest:.1e}");
+    assert!(largest > 0.0, "a difference that tests nothing");
+    (largest, jacobian)
+}
+
+#[test]
+fn the_jacobian_is_the_derivative_of_the_tip_by_strokes() {
+    for bent in [[1e-3, 0.5e-3, 0.2e-3, 0.3e-3], [4e-3, 1e-3, -3e-3, 1e-3]] {
+        let mut robot = Robot::new(&scenes::robot());
+        assert!(error_at(&mut robot, &bent).0 < tolerance(STALE));
+    }
+}
+
+#[test]
+fn a_slack_tendon_moves_nothing() {
+    let mut robot = Robot::new(&scenes::robot());
+    let (error, jacobian) = error_at(&mut robot, &[4e-3, 0.0, -8e-3, 0.0]);
+    assert!(error < tolerance(STALE));
+    assert!(robot.state.tensions[2] == 0.0);
+    assert!(jacobian.iter().all(|row| row[2] == 0.0 && row[0] != 0.0), "{jacobian:?}");
+}
+
+#[test]
+fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
+    let (mut scene, mesh) = scenes::robot();
+    for tendon in &mut scene.tendons {
+        tendon.compliance = 2e-4;
+    }
+    let smooth = (scene.clone(), mesh.clone());
+    scene.friction = Some(Friction {
+        coefficient: 0.3,
+        coulomb: 0.5,
+        points: 4,
+        sheath_exponent: 0.0,
+        sheath_coulomb: 0.0,
+        sheath_compliance_share: 0.5,
+        backlash: 0.0,
+    });
+    let (mut rough, mut smooth) = (Robot::new(&(scene, mesh)), Robot::new(&smooth));
+    // Pulled, and let go by so little that every point sticks.
+    let back = [2.95e-3, 1e-3, -2e-3, 1e-3];
+    for robot in [&mut rough, &mut smooth] {
+        robot.go(&strokes(&[3e-3, 1e-3, -2e-3, 1e-3]));
+        robot.go(&strokes(&back));
+    }
+    let (error, stuck) = error_at(&mut rough, &back);
+    assert!(error < tolerance(STALE), "{error}");
+    let (_, free) = error_at(&mut smooth, &back);
+    assert!(stuck[0][0].abs() < 0.9 * free[0][0].abs(), "{stuck:?} {free:?}");
+}
+
+fn commands(n: usize, of: impl Fn(usize) -> [f64; 4]) -> Recording {
+    let series = |k: usize| (0..n).map(|i| of(i)[k]).collect();
+    let channels = (0..4).map(|k| Channel::new(format!("stroke_{}_m", k + 1), series(k))).collect();
+    let time = (0..n).map(|i| 0.01 * i as f64).collect();
+    Recording::new(time, channels, Vec::new(), Metadata::default()).expect("a recording")
+}
+
+fn outcome(twin: &Twin, commands: &Recording) -> Outcome {
+    synthesise(twin, &mut Bare::new(twin), commands, Metadata::default(), &mut || true).expect("an outcome")
+}
+
+#[test]
+fn data_is_what_the_twin_does() {
+    let (scene, mesh) = scenes::robot();
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 5e-5 * part * i as f64));
+    let Outcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
+    let mut robot = Robot::of(twin);
+    let [x, y, z] = found.tip().expect("a tip");
+    for i in 0..60 {
+        robot.go(&strokes(&commands.strokes().iter().map(|series| series[i]).collect::<Vec<f64>>()));
+        assert_eq!([x[i], y[i], z[i]], robot.tip(), "sample {i}");
+    }
+    assert_eq!(found.strokes(), commands.strokes());
+    for name in ["tip_x_per_stroke", "tip_y_per_stroke", "tip_z_per_stroke"] {
+        assert_eq!(found.numbered(name, "ratio").len(), 4, "{name}");
+    }
+}
+
+#[test]
+fn what_the_twin_cannot_do_is_no_data() {
+    let (mut scene, mesh) = scenes::robot();
+    scene.tendons[0].tension.max = 2.0;
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let pulled = commands(100, |i| [1.0, 0.0, -1.0, 0.0].map(|part| 5e-5 * part * i as f64));
+    match outcome(&twin, &pulled) {
+        Outcome::Dropped(i, Unphysical::Overloaded(name)) => {
+            assert!((5..100).contains(&i) && name == "tendon_1", "{i} {name}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
