@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     interrupt::listen()?;
     let n_samples: usize = motions.iter().map(Motion::len).sum();
     let bar = terminal::progress("samples", 3 * n_samples, 0);
-    let mut pass = |network: &Network, options: Option<AdaptOptions>| {
+    let pass = |network: &Network, options: Option<AdaptOptions>| {
         follow(&twin, network, &motions, options, &mut || {
             bar.inc(1);
             !interrupt::is_asked()
