@@ -49,24 +49,8 @@ fn valid(text: &str, folder: &Path) -> anyhow::Result<Study> {
     if let Some(calibrate) = &typed.calibrate {
         check_calibration(calibrate, &recorded, &scene.1)?;
     }
-    let generate = typed.generate.map(|generate| -> anyhow::Result<PlanChoice> {
-        let (choice, more) = named_plan(&generate.plan, folder).context("generate.plan")?;
-        let angles = plan::angles_of(&scene.1);
-        plan::check_tendons(&more, &angles, &format!("scene {}", scene.1.name)).context("generate.plan")?;
-        let again = more
-            .trajectories()
-            .iter()
-            .find(|one| recorded.trajectories().iter().any(|it| it.name == one.name));
-        match again {
-            None => Ok(choice),
-            Some(again) => Err(BadInput::new(
-                "generate.plan",
-                "trajectories of other names than those of plan",
-                format!("\"{}\" again", again.name),
-            )
-            .into()),
-        }
-    });
+    let generate = typed.generate.map(|typed| generate(&typed, folder, &recorded, &scene.1)).transpose()?;
+    let track = typed.track.map(|typed| track(typed, folder, &recorded)).transpose()?;
     Ok(Study {
         name,
         seed: typed.seed,
@@ -76,9 +60,9 @@ fn valid(text: &str, folder: &Path) -> anyhow::Result<Study> {
         calibrate: typed.calibrate,
         identify: typed.identify,
         residual: typed.residual,
-        generate: generate.transpose()?,
+        generate,
         train: typed.train,
-        track: typed.track.map(|typed| track(typed, folder)).transpose()?,
+        track,
     })
 }
 
@@ -183,6 +167,38 @@ fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, Plan)> 
     Ok((PlanChoice { argument, training: of(true), checks: of(false) }, plan))
 }
 
+/// A plan for the twin, whose recordings go beside those of the rig.
+fn generate(
+    typed: &typed::Generate,
+    folder: &Path,
+    recorded: &Plan,
+    scene: &Scene,
+) -> anyhow::Result<PlanChoice> {
+    const KEY: &str = "generate.plan";
+    let (choice, more) = named_plan(&typed.plan, folder).context(KEY)?;
+    plan::check_tendons(&more, &plan::angles_of(scene), &format!("scene {}", scene.name)).context(KEY)?;
+    let names: Vec<&str> = recorded.trajectories().iter().map(|one| one.name.as_str()).collect();
+    for one in more.trajectories() {
+        check_rate(KEY, one.rate_hz, recorded)?;
+        if names.contains(&one.name.as_str()) {
+            let found = format!("\"{}\" again", one.name);
+            return Err(BadInput::new(KEY, "trajectories of other names than those of plan", found).into());
+        }
+    }
+    Ok(choice)
+}
+
+/// What is learned at one rate serves only there.
+fn check_rate(place: &str, rate_hz: f64, recorded: &Plan) -> Result<(), BadInput> {
+    match recorded.trajectories().iter().find(|one| one.rate_hz != rate_hz) {
+        None => Ok(()),
+        Some(one) => {
+            let expected = format!("rate_hz = {}, as plan {} has", one.rate_hz, recorded.name);
+            Err(BadInput::new(place, expected, rate_hz.to_string()))
+        }
+    }
+}
+
 /// A network stops by a trajectory that it does not learn from.
 fn enough(choice: &PlanChoice, plan: &Plan) -> Result<(), BadInput> {
     if choice.training.len() >= 2 {
@@ -234,7 +250,7 @@ fn check_calibration(typed: &typed::Calibrate, plan: &Plan, scene: &Scene) -> an
     Ok(())
 }
 
-fn track(typed: typed::Track, folder: &Path) -> anyhow::Result<Track> {
+fn track(typed: typed::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
     let repeats = count("track.repeats", typed.repeats, MOST_REPEATS)?;
     let mut ways: Vec<Way> = Vec::new();
     for way in typed.ways {
@@ -247,6 +263,9 @@ fn track(typed: typed::Track, folder: &Path) -> anyhow::Result<Track> {
     for (k, named) in typed.targets.iter().enumerate() {
         let key = format!("track.targets[{}]", k + 1);
         let target = target(named, folder).with_context(|| key.clone())?;
+        if ways.iter().any(|way| *way != Way::Nominal) {
+            check_rate(&key, target.path.rate_hz, recorded)?;
+        }
         if targets.iter().any(|earlier| earlier.name == target.name) {
             return Err(
                 BadInput::new(key, "a target of another name", format!("\"{}\" again", target.name)).into()

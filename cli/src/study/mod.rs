@@ -35,7 +35,7 @@ STUDY is a file that says what to do; every part but the first may be left out. 
   fit = [\"zero\", \"compliance\"]
   steps = 2000                    # also step_mm, every_mm; as for hysteron fit-material
 
-  [identify]                      # strokes of virtual tendons with which the twin follows the measured tip
+  [identify]                      # virtual tendons pull the twin to the measured tip
   rounds = 1
 
   [residual]                      # a network learns them; also hidden

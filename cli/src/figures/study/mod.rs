@@ -200,8 +200,13 @@ fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]
         let mm = |score: &PathScore| format!("{:.2}", 1e3 * score.rmse_m);
         vec![it.trajectory.clone(), mm(&it.without), mm(&it.with), percent(&it.without), percent(&it.with)]
     };
-    let headings =
-        ["Not learned from", "RMSE without [mm]", "with [mm]", "NRMSE of x, y without [%]", "with [%]"];
+    let headings = [
+        "Not learned from",
+        "RMSE [mm] without network",
+        "with network",
+        "NRMSE of x, y [%] without network",
+        "with network",
+    ];
     page.table(&headings, predicted.iter().map(row));
     Ok(())
 }
