@@ -53,6 +53,15 @@ pub struct Step {
     pub bounds: Vec<Option<Bound>>,
 }
 
+/// What friction points do when a sensitivity is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrictionPoints {
+    /// Those that stick go on sticking: the derivative, for changes that make none of them slip.
+    AsTheyAre,
+    /// All keep their jump: for changes beyond the band of friction.
+    Slipping,
+}
+
 /// A twin that follows measurements by its auxiliary tendons.
 #[derive(Debug)]
 pub struct Identifier<'a> {
@@ -135,16 +144,14 @@ impl<'a> Identifier<'a> {
         Ok(done)
     }
 
-    /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-].
-    pub fn sensitivity(&mut self) -> Option<Vec<Vec<f64>>> {
-        let held = |(_, j): &(usize, usize)| self.stepper.is_held(*j, &self.state);
-        let slip = std::env::var_os("HSLIP").is_some();
-        let held: Vec<usize> = others(self.twin)
-            .enumerate()
-            .filter(|(_, j)| !slip || *j < self.twin.n_primary)
-            .filter(held)
-            .map(|(a, _)| a)
-            .collect();
+    /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], tendons that are taut held at their strokes.
+    pub fn sensitivity(&mut self, friction: FrictionPoints) -> Option<Vec<Vec<f64>>> {
+        let n_counted = match friction {
+            FrictionPoints::AsTheyAre => self.twin.cables.len(),
+            FrictionPoints::Slipping => self.twin.n_primary,
+        };
+        let held = |(_, j): &(usize, usize)| *j < n_counted && self.stepper.is_held(*j, &self.state);
+        let held: Vec<usize> = others(self.twin).enumerate().filter(held).map(|(a, _)| a).collect();
         let projection = self.stepper.projection(self.twin, &self.state)?;
         let at = Linearised::new(self.twin, self.auxiliary, projection, &self.state, None);
         let gain = at.gain(&held)?;
@@ -253,7 +260,7 @@ pub fn identify(
             primary.iter().chain(&motion.tips[i]).chain(&identifier.strokes).chain(&step.tip).chain(&without),
         );
         if i % SENSITIVITY_EVERY == 0 {
-            let rows = identifier.sensitivity().ok_or_else(|| singular(i))?;
+            let rows = identifier.sensitivity(FrictionPoints::Slipping).ok_or_else(|| singular(i))?;
             sensitivities.push(rows.iter().flatten());
         }
         if !on_sample() {

@@ -12,7 +12,7 @@ mod problem;
 mod summary;
 
 pub use auxiliary::Auxiliary;
-pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, identify};
+pub use identify::{FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
 pub use summary::{Spread, Summary};

@@ -56,10 +56,31 @@ pub(super) struct Response {
     pub gain: DMatrix<f64>,
 }
 
-/// Where the other cables stand under a change of auxiliary strokes, and the tip.
+/// What a change of the auxiliary strokes leads to.
 struct Follow {
+    /// The change (n_aux) [m].
+    change: DVector<f64>,
+    /// Where the other cables stand then (n_others).
     places: Vec<Place>,
+    /// How far the tip has gone (rows) [m].
     tip: DVector<f64>,
+}
+
+/// |goal - tip|² + γ |s|²: twice what is minimised.
+struct Cost {
+    /// From the tip to its goal (rows) [m].
+    error: DVector<f64>,
+    /// Auxiliary strokes before the change (n_aux) [m].
+    strokes: DVector<f64>,
+    /// γ [-].
+    gamma: f64,
+}
+
+impl Cost {
+    fn of(&self, follow: &Follow) -> f64 {
+        (&self.error - &follow.tip).norm_squared()
+            + self.gamma * (&self.strokes + &follow.change).norm_squared()
+    }
 }
 
 impl Linearised {
@@ -182,60 +203,64 @@ impl Problem {
     pub fn solve(&mut self, at: &Linearised, sample: &Sample) -> Option<Answer> {
         self.contact.set_matrix(at.among.as_slice());
         let n_aux = sample.strokes.len();
-        let gamma = sample.regularisation * at.by_strokes.norm_squared() / n_aux as f64;
-        let error = DVector::from_column_slice(sample.error);
-        let strokes = DVector::from_column_slice(sample.strokes);
-        let cost = |follow: &Follow, change: &DVector<f64>| {
-            (&error - &follow.tip).norm_squared() + gamma * (&strokes + change).norm_squared()
+        let cost = Cost {
+            error: DVector::from_column_slice(sample.error),
+            strokes: DVector::from_column_slice(sample.strokes),
+            gamma: sample.regularisation * at.by_strokes.norm_squared() / n_aux as f64,
         };
-        let mut change = DVector::zeros(n_aux);
-        let mut follow = self.follow(at, &change)?;
+        let mut follow = self.follow(at, DVector::zeros(n_aux))?;
         let mut status = QpStatus::Solved;
         for _ in 0..MOST_CONTACTS {
             let response = self.response(at, &follow.places)?;
             let answer;
-            (answer, status) = self.solve_strokes(&response, &error, gamma, sample);
+            (answer, status) = self.solve_strokes(&response, &cost, sample);
             if status != QpStatus::Solved {
                 break;
             }
-            let (way, best) = (&answer - &change, cost(&follow, &change));
-            let mut part = 1.0;
-            let found = loop {
-                let trial = &change + part * &way;
-                let next = self.follow(at, &trial)?;
-                if (part == 1.0 && next.places == follow.places) || cost(&next, &trial) < best {
-                    break Some((trial, next));
-                }
-                part *= 0.5;
-                if part < SMALLEST_PART {
-                    break None;
-                }
-            };
-            let Some((trial, next)) = found else { break };
-            let is_done = part == 1.0 && next.places == follow.places;
-            (change, follow) = (trial, next);
+            let next = self.follow(at, answer)?;
+            let is_done = next.places == follow.places;
+            let Some(nearer) = self.nearer(at, &cost, &follow, next) else { break };
+            follow = nearer;
             if is_done {
                 break;
             }
         }
-        let moved = sample.strokes.iter().zip(change.iter()).map(|(stroke, change)| stroke + change);
-        Some(Answer {
-            strokes: moved.zip(sample.allowed).map(|(stroke, allowed)| allowed.clamp(stroke)).collect(),
-            left: error - follow.tip,
-            status,
-        })
+        let moved = (&cost.strokes + &follow.change)
+            .iter()
+            .zip(sample.allowed)
+            .map(|(s, allowed)| allowed.clamp(*s))
+            .collect();
+        Some(Answer { strokes: moved, left: cost.error - follow.tip, status })
+    }
+
+    /// `next`, or where it has other places than `now` and costs more, a point on the way there that costs less than `now`.
+    fn nearer(&mut self, at: &Linearised, cost: &Cost, now: &Follow, next: Follow) -> Option<Follow> {
+        if next.places == now.places || cost.of(&next) < cost.of(now) {
+            return Some(next);
+        }
+        let way = &next.change - &now.change;
+        let mut part = 0.5;
+        while part >= SMALLEST_PART {
+            let between = self.follow(at, &now.change + part * &way)?;
+            if cost.of(&between) < cost.of(now) {
+                return Some(between);
+            }
+            part *= 0.5;
+        }
+        None
     }
 
     /// Where the other cables stand, and how far the tip goes, when the auxiliary strokes change.
-    fn follow(&mut self, at: &Linearised, change: &DVector<f64>) -> Option<Follow> {
-        let pulled = &at.coupling * change;
+    fn follow(&mut self, at: &Linearised, change: DVector<f64>) -> Option<Follow> {
+        let pulled = &at.coupling * &change;
         let missing: Vec<f64> =
             self.missing.iter().zip(pulled.iter()).map(|(all, made)| all - made).collect();
         let (status, _) = self.contact.solve(&missing, &self.lowest, &self.highest, &mut self.increments);
         let increments = DVector::from_column_slice(&self.increments);
         (status == QpStatus::Solved).then(|| Follow {
             places: self.contact.places().to_vec(),
-            tip: &at.by_strokes * change + &at.by_others * increments,
+            tip: &at.by_strokes * &change + &at.by_others * increments,
+            change,
         })
     }
 
@@ -254,17 +279,16 @@ impl Problem {
     fn solve_strokes(
         &mut self,
         response: &Response,
-        error: &DVector<f64>,
-        gamma: f64,
+        cost: &Cost,
         sample: &Sample,
     ) -> (DVector<f64>, QpStatus) {
         let n = sample.strokes.len();
         let mut hessian = response.gain.tr_mul(&response.gain);
         for k in 0..n {
-            hessian[(k, k)] += gamma;
+            hessian[(k, k)] += cost.gamma;
         }
-        let strokes = DVector::from_column_slice(sample.strokes);
-        let right = (response.gain.tr_mul(&(error - &response.offset)) - gamma * strokes) / sample.length;
+        let missed = &cost.error - &response.offset;
+        let right = (response.gain.tr_mul(&missed) - cost.gamma * &cost.strokes) / sample.length;
         let bound = |of: fn(&Bounds) -> f64| -> Vec<f64> {
             let pairs = sample.allowed.iter().zip(sample.strokes);
             pairs.map(|(allowed, stroke)| (of(allowed) - stroke) / sample.length).collect()

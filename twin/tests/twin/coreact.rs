@@ -1,7 +1,7 @@
 //! Identification and the residual network, on a robot that is a twin with something more in it.
 
 use hysteron_base::{Channel, Friction, Metadata, Recording};
-use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions, identify};
+use hysteron_twin::coreact::{Auxiliary, FrictionPoints, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
@@ -104,7 +104,7 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
     for part in [0.25, 0.5, 0.75, 1.0, 1.0] {
         identifier.step(&pulled.map(|stroke| part * stroke), None, 0.01).unwrap();
     }
-    let sensitivity = identifier.sensitivity().unwrap();
+    let sensitivity = identifier.sensitivity(FrictionPoints::AsTheyAre).unwrap();
     let (mut stepper, mut targets) = (Stepper::new(&twin), Vec::new());
     let mut tip = |k: usize, h: f64| {
         let mut secret = vec![0.0; auxiliary.len()];
@@ -143,7 +143,8 @@ fn sensitivity_knows_the_friction_points_that_stick() {
         auxiliary.targets_into(&pulled, &none, &mut targets);
         stepper.step(&twin, &targets, &mut state).unwrap();
     }
-    let sensitivity = identifier.sensitivity().unwrap();
+    let sensitivity = identifier.sensitivity(FrictionPoints::AsTheyAre).unwrap();
+    let slipping = identifier.sensitivity(FrictionPoints::Slipping).unwrap();
     let mut tip = |k: usize, h: f64| {
         let mut strokes = none.clone();
         strokes[k] = h;
@@ -163,21 +164,11 @@ fn sensitivity_knows_the_friction_points_that_stick() {
             // As without friction: the geometric terms left out are strains of 1e-3 of the stiffness.
             let missed = (sensitivity[c][k] - difference[c]).abs();
             assert!(missed < 0.03 * size, "{} {} of {size}", sensitivity[c][k], difference[c]);
-            held_back = held_back.max((slipping(k)[c] - difference[c]).abs() / size);
+            held_back = held_back.max((slipping[c][k] - difference[c]).abs() / size);
         }
         assert!(size > 0.01, "a derivative that tests nothing: {size}");
     }
     assert!(held_back > 0.1, "friction that holds nothing: {held_back}");
-}
-
-/// What stroke `k` of a twin without friction does to the tip at rest.
-fn slipping(k: usize) -> [f64; 3] {
-    let twin = rough_twin(4, |friction| Friction { points: 0, ..friction });
-    let auxiliary = Auxiliary::new(&twin).unwrap();
-    let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
-    identifier.step(&[1e-4, 5e-5, 2e-5, 2e-5], None, 0.01).unwrap();
-    let sensitivity = identifier.sensitivity().unwrap();
-    std::array::from_fn(|c| sensitivity[c][k])
 }
 
 #[test]
