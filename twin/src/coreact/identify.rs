@@ -3,7 +3,8 @@
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
-use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of, others};
+use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of};
+use super::sensitivity::{FrictionPoints, SENSITIVITY_EVERY, sensitivity};
 use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
@@ -51,15 +52,6 @@ pub struct Step {
     pub statuses: Vec<QpStatus>,
     /// The bound that each auxiliary stroke stands at, if any (n_aux).
     pub bounds: Vec<Option<Bound>>,
-}
-
-/// What friction points do when a sensitivity is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FrictionPoints {
-    /// Those that stick go on sticking: the derivative, for changes that make none of them slip.
-    AsTheyAre,
-    /// All keep their jump: for changes beyond the band of friction.
-    Slipping,
 }
 
 /// A twin that follows measurements by its auxiliary tendons.
@@ -146,16 +138,8 @@ impl<'a> Identifier<'a> {
 
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], tendons that are taut held at their strokes.
     pub fn sensitivity(&mut self, friction: FrictionPoints) -> Option<Vec<Vec<f64>>> {
-        let n_counted = match friction {
-            FrictionPoints::AsTheyAre => self.twin.cables.len(),
-            FrictionPoints::Slipping => self.twin.n_primary,
-        };
-        let held = |(_, j): &(usize, usize)| *j < n_counted && self.stepper.is_held(*j, &self.state);
-        let held: Vec<usize> = others(self.twin).enumerate().filter(held).map(|(a, _)| a).collect();
-        let projection = self.stepper.projection(self.twin, &self.state)?;
-        let at = Linearised::new(self.twin, self.auxiliary, projection, &self.state, None);
-        let gain = at.gain(&held)?;
-        Some(gain.row_iter().map(|row| row.iter().copied().collect()).collect())
+        let found = sensitivity(&mut self.stepper, self.twin, self.auxiliary, &self.state, friction)?;
+        Some(found.into())
     }
 
     fn balance(&mut self, primary: &[f64]) -> Result<()> {
@@ -207,9 +191,6 @@ impl<'a> Identifier<'a> {
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (Vector3::from(a) - Vector3::from(b)).norm()
 }
-
-/// Samples between two rows of sensitivities: they change with the shape, slowly.
-const SENSITIVITY_EVERY: usize = 20;
 
 /// An identified recording.
 #[derive(Debug, Clone)]

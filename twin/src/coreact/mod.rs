@@ -9,10 +9,13 @@
 mod auxiliary;
 mod identify;
 mod problem;
+mod sensitivity;
 mod summary;
 
 pub use auxiliary::Auxiliary;
-pub use identify::{FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
+pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, identify};
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
+pub use sensitivity::FrictionPoints;
+pub(crate) use sensitivity::{SENSITIVITY_EVERY, sensitivity};
 pub use summary::{Spread, Summary};

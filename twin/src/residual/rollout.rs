@@ -6,8 +6,9 @@ use hysteron_base::BadInput;
 use hysteron_learn::Runner;
 
 use super::adaptation::{Filter, terms_into};
+use super::decoder::strokes_into;
 use super::{AdaptOptions, Adaptation, Design, Features, ResidualModel};
-use crate::coreact::{Auxiliary, allowed_strokes};
+use crate::coreact::{Auxiliary, FrictionPoints, SENSITIVITY_EVERY, allowed_strokes, sensitivity};
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
 use crate::step::Stepper;
@@ -38,6 +39,9 @@ pub struct Rollout<'a> {
     bounded: Vec<f32>,
     outputs: Vec<f64>,
     targets: Vec<Target>,
+    /// D of the present shape (n_aux), and samples since it was found.
+    decoded: Vec<[f64; 3]>,
+    n_samples: usize,
     /// Terms of the correction.
     terms: Vec<f64>,
     /// What learns the correction, if anything does.
@@ -76,6 +80,8 @@ impl<'a> Rollout<'a> {
             bounded: vec![0.0; model.outputs.channels.len()],
             outputs: vec![0.0; model.outputs.channels.len()],
             targets: Vec::new(),
+            decoded: vec![[0.0; 3]; auxiliary.len()],
+            n_samples: 0,
             terms: Vec::new(),
             filter: None,
             state,
@@ -123,6 +129,26 @@ impl<'a> Rollout<'a> {
     /// Auxiliary strokes now (n_aux) [m].
     pub fn strokes(&self) -> &[f64] {
         &self.strokes
+    }
+
+    /// Finds anew, now and then, what strokes do to the tip; strokes of a displacement are then others.
+    fn look_around(&mut self) {
+        if let Design::Stateful { decoder, .. } = &self.model.design {
+            if self.n_samples.is_multiple_of(SENSITIVITY_EVERY) {
+                let found = sensitivity(
+                    &mut self.stepper,
+                    self.twin,
+                    self.auxiliary,
+                    &self.state,
+                    FrictionPoints::Slipping,
+                );
+                // Where there is none, that of the shape before still says most.
+                if let Some(found) = found {
+                    self.decoded = decoder.rows(&found);
+                }
+            }
+            self.n_samples += 1;
+        }
     }
 
     /// From normalised inputs to outputs.
@@ -174,14 +200,14 @@ impl Plant for Rollout<'_> {
         self.run_network();
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
         match &self.model.design {
-            Design::Stateful { features, decoder } => {
+            Design::Stateful { features, .. } => {
                 let [x, y, z] = self.outputs[..] else {
                     return Err(three_outputs(self.outputs.len()).into());
                 };
                 terms_into(features, &self.inputs, &mut self.terms);
                 let [dx, dy, dz] =
                     self.correction().map_or([0.0; 3], |correction| correction.displacement(&self.terms));
-                decoder.strokes_into([x + dx, y + dy, z + dz], &mut self.strokes);
+                strokes_into(&self.decoded, [x + dx, y + dy, z + dz], &mut self.strokes);
             }
             Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
         }
@@ -191,6 +217,7 @@ impl Plant for Rollout<'_> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
         self.tip = self.twin.tip_of(&self.state);
+        self.look_around();
         Ok(PlantStep { tip: self.tip, is_extrapolating, report })
     }
 

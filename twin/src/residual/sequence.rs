@@ -103,13 +103,6 @@ impl Sequence {
             axis.iter().map(between).collect()
         })
     }
-
-    /// Sum over all rows of the sensitivities, and how many there are.
-    pub(super) fn sensitivity_sum(&self) -> ([Vec<f64>; 3], usize) {
-        let sums =
-            self.sensitivities.each_ref().map(|axis| axis.iter().map(|series| series.iter().sum()).collect());
-        (sums, self.sensitivities[0].first().map_or(0, Vec::len))
-    }
 }
 
 /// The first training sequence, after making sure that all are of one robot.

@@ -43,6 +43,8 @@ pub struct StatefulOptions {
     pub feedback: bool,
     /// Standard deviation of what is added to that tip while training [m], so that the loop forgets errors.
     pub feedback_noise_m: f64,
+    /// γ of the [`Decoder`] [-].
+    pub decoder: f64,
     /// Seed of weights and noise.
     pub seed: u64,
 }
@@ -61,6 +63,7 @@ impl Default for StatefulOptions {
             lags_s: vec![0.3, 3.0, 30.0],
             feedback: false,
             feedback_noise_m: 2e-4,
+            decoder: 1e-2,
             seed: 1,
         }
     }
@@ -90,8 +93,8 @@ struct Prepared {
 /// others take out. Networks are trained in parallel; `on_epoch` ends a training where it returns false.
 ///
 /// # Errors
-/// Sequences of different robots; a set of `held_out` without sequences, or with all of them; auxiliary tendons that
-/// cannot move the tip; training that leaves finite numbers.
+/// Sequences of different robots; a set of `held_out` without sequences, or with all of them; training that leaves finite
+/// numbers.
 pub fn fit_stateful(
     sequences: &[Sequence],
     held_out: &[Vec<usize>],
@@ -100,7 +103,7 @@ pub fn fit_stateful(
     on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
 ) -> Result<ResidualModel> {
     let first = first_of_one_robot(sequences, sequences)?;
-    let decoder = Decoder::new(&mean_sensitivity(sequences))?;
+    let decoder = Decoder { regularisation: options.decoder };
     let largest = sequences.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
     let spec = FeatureSpec {
         n_primary: first.n_primary,
@@ -135,7 +138,7 @@ pub fn fit_stateful(
         network: Network::mean_of(&networks)?,
         inputs,
         outputs,
-        n_aux: decoder.n_aux(),
+        n_aux: first.auxiliary.len(),
         step_s: spec.step_s,
         design: Design::Stateful { features: spec, decoder },
         scene_hash: scene_hash.to_owned(),
@@ -189,19 +192,6 @@ fn train_member(
         }
     }
     Ok(best)
-}
-
-fn mean_sensitivity(sequences: &[Sequence]) -> [Vec<f64>; 3] {
-    let n_aux = sequences[0].auxiliary.len();
-    let (mut mean, mut count) = ([vec![0.0; n_aux], vec![0.0; n_aux], vec![0.0; n_aux]], 0);
-    for sequence in sequences {
-        let (sums, n) = sequence.sensitivity_sum();
-        count += n;
-        for (mean, sum) in mean.iter_mut().flatten().zip(sums.iter().flatten()) {
-            *mean += sum;
-        }
-    }
-    mean.map(|axis| axis.into_iter().map(|sum| sum / count.max(1) as f64).collect())
 }
 
 fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Result<Normaliser, BadInput> {
