@@ -32,6 +32,17 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
             }
         }
     }
+    match (draw.orientation_deg, draw.family) {
+        (Some(range), Family::Circle) => {
+            let bad = BadInput::new(key("orientation_deg"), "no such key for a circle", format!("{range:?}"));
+            return Err(bad);
+        }
+        (Some([min, max]), _) if !(min <= max && min.is_finite() && max.is_finite()) => {
+            let found = format!("[{min:?}, {max:?}]");
+            return Err(BadInput::new(key("orientation_deg"), "[smallest, largest]", found));
+        }
+        _ => {}
+    }
     Ok((0..n).map(|k| one(draw, seed, k, n)).collect())
 }
 
@@ -44,7 +55,8 @@ fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
     let amplitude_mm = within(draw.amplitude_mm, (k as f64 + part()) / n as f64);
     let period_s = within(draw.period_s, part());
     let aspect = draw.aspect.map(|range| within(range, part()));
-    let angles = [part(), part()].map(|part| 360.0 * part);
+    let phase_deg = 360.0 * part();
+    let orientation_deg = within(draw.orientation_deg.unwrap_or([0.0, 360.0]), part());
     let is_clockwise = part() < 0.5;
     let has_direction = draw.family != Family::Sinusoid;
     let direction = if is_clockwise { Direction::Clockwise } else { Direction::CounterClockwise };
@@ -55,8 +67,8 @@ fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
         amplitude_mm,
         frequency_hz: None,
         period_s: Some(period_s),
-        phase_deg: Some(angles[0]),
-        orientation_deg: (draw.family != Family::Circle).then_some(angles[1]),
+        phase_deg: Some(phase_deg),
+        orientation_deg: (draw.family != Family::Circle).then_some(orientation_deg),
         aspect,
         direction: has_direction.then_some(direction),
         attack_s: draw.attack_s,

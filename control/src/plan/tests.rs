@@ -314,6 +314,7 @@ fn a_draw_is_checked() {
     reject("count = 8", "count = 0", "draw[1].count", "0");
     reject("[1, 5]", "[5, 1]", "draw[1].amplitude_mm", "[5.0, 1.0]");
     reject("[6, 9]", "[0, 9]", "draw[1].period_s", "[0.0, 9.0]");
+    reject("aspect =", "orientation_deg = [9, 8]\naspect =", "draw[1].orientation_deg", "[9.0, 8.0]");
     reject("[0.4, 0.8]", "[0.4, inf]", "draw[1].aspect", "[0.4, inf]");
     reject("[0.4, 0.8]", "[1.4, 1.8]", "trajectory.some-1.aspect", "1.4");
     reject("\"some\"", "\"so me\"", "trajectory[2].name", "\"so me-1\"");

@@ -63,6 +63,7 @@ pub(super) struct Draw {
     pub count: i64,
     pub amplitude_mm: [f64; 2],
     pub period_s: [f64; 2],
+    pub orientation_deg: Option<[f64; 2]>,
     pub aspect: Option<[f64; 2]>,
     pub attack_s: f64,
     pub sustain_s: f64,

@@ -1,9 +1,10 @@
 //! From a path to strokes through the calibrated twin: the twin's tip is steered along the path in closed loop, and the
 //! strokes that did it are what a robot without a tip sensor is told.
 //!
-//! Sample by sample u ← u + M (y* - y), with the goal y*, the tip y of the sample before, and M the inverse of what a
-//! command does to the tip at rest. M is wrong where the robot is bent, slack or sticking; the next sample sees what
-//! was missed, so hysteresis, which the twin remembers, is led around rather than modelled backwards.
+//! Sample by sample u ← u + M (Δy* + κ (y* - y)): how far the goal goes in this sample, and a part of what was missed in the
+//! one before; M is the inverse of what a command does to the tip. M is wrong where the robot is bent, slack or sticking;
+//! the next samples see what was missed, so hysteresis, which the twin remembers, is led around rather than modelled
+//! backwards. κ is well below one: where the tip moves more than M says, the loop must not swing.
 
 use hysteron_base::BadInput;
 use nalgebra::{Matrix2, Vector2};
@@ -45,10 +46,14 @@ pub struct Follower<'a> {
     /// Duration of a sample [s].
     duration: f64,
     command: Vector2<f64>,
+    /// Where the tip was to go in the sample before, in x and y [m].
+    goal: Vector2<f64>,
     tip: [f64; 3],
     strokes: Vec<f64>,
 }
 
+/// κ: part of what was missed that a sample makes up for [-].
+const FEEDBACK: f64 = 0.25;
 /// Part of the largest command at which its effect on the tip is measured: past slack, before large bends.
 const PROBED: f64 = 0.5;
 /// Steps of the probe: small enough for the fast iteration.
@@ -76,10 +81,12 @@ impl<'a> Follower<'a> {
         let inverse = inverse.ok_or_else(|| {
             BadInput::new("tendons", "that move the tip in x and y", format!("{effect:.3} m/m"))
         })?;
+        let tip = twin.tip_of(plant.state());
         Ok(Self {
-            tip: twin.tip_of(plant.state()),
+            tip,
             strokes: vec![0.0; twin.n_primary],
             command: Vector2::zeros(),
+            goal: Vector2::new(tip[0], tip[1]),
             plant,
             coordinates,
             limits,
@@ -98,8 +105,10 @@ impl<'a> Follower<'a> {
     /// # Errors
     /// Those of [`Plant::step`].
     pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
-        let missing = Vector2::new(goal[0] - self.tip[0], goal[1] - self.tip[1]);
-        let change = self.inverse * missing;
+        let goal = Vector2::from(goal);
+        let missed = self.goal - Vector2::new(self.tip[0], self.tip[1]);
+        let change = self.inverse * (goal - self.goal + FEEDBACK * missed);
+        self.goal = goal;
         let allowed = change.cap_magnitude(self.limits.rate * self.duration);
         let command = (self.command + allowed).cap_magnitude(self.limits.stroke);
         let is_limited = command != self.command + change;
