@@ -62,16 +62,18 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     write_metrics(folder, "coreact", json!({ "ladder": ladder, "stability": stability.json }))
 }
 
-/// NRMSE of x and y on each test, one for each seed [%].
+/// NRMSE of x, y and z on each test, one for each seed [%].
 struct LadderRow {
     name: String,
-    nrmse: Vec<(String, [Vec<f64>; 2])>,
+    nrmse: Vec<(String, [Vec<f64>; 3])>,
 }
 
 impl LadderRow {
     fn json(&self) -> Value {
-        let paths =
-            self.nrmse.iter().map(|(path, [x, y])| json!({ "path": path, "x_percent": x, "y_percent": y }));
+        let paths = self
+            .nrmse
+            .iter()
+            .map(|(path, [x, y, z])| json!({ "path": path, "x_percent": x, "y_percent": y, "z_percent": z }));
         json!({ "twin": self.name, "nrmse": paths.collect::<Vec<_>>() })
     }
 }
@@ -103,7 +105,7 @@ impl Study {
         let mut row = LadderRow { name: name.to_owned(), nrmse: Vec::new() };
         for test in tests {
             let strokes = self.chain.path(&format!("data/{test}.parquet"))?;
-            let mut nrmse = [Vec::new(), Vec::new()];
+            let mut nrmse = [Vec::new(), Vec::new(), Vec::new()];
             for model in models {
                 let stem = model
                     .and_then(Path::file_stem)
@@ -203,7 +205,8 @@ fn random_plan(n: usize) -> String {
 }
 
 fn print(rows: &[LadderRow], tests: &[&str]) {
-    let heading = tests.iter().flat_map(|test| [format!("{test} x [%]"), "y [%]".to_owned()]);
+    let heading =
+        tests.iter().flat_map(|test| [format!("{test} x [%]"), "y [%]".to_owned(), "z [%]".to_owned()]);
     let mut cells = vec![std::iter::once("NRMSE".to_owned()).chain(heading).collect::<Vec<_>>()];
     let spread = |values: &Vec<f64>| {
         let n = values.len() as f64;

@@ -95,7 +95,7 @@ fn what_cannot_be_generated_is_refused() {
 #[test]
 fn a_twin_learns_what_its_network_does_not_know() {
     let place = Workplace::new();
-    place.write("short.toml", &PLAN);
+    place.write("short.toml", PLAN);
     place.run(&["record", "--rig", "virtual:typical", "--plan", "short.toml", "--out", "data"]).succeeded();
     place
         .run(&["identify", "scene-coreact.toml", "data", "--rounds", "1", "--out", "identified"])
