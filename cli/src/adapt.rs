@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     interrupt::listen()?;
     let n_samples: usize = motions.iter().map(Motion::len).sum();
-    let bar = terminal::progress("samples", 3 * n_samples, 0);
+    let bar = terminal::progress("samples", 2 * n_samples, 0);
     let pass = |network: &Network, options: Option<AdaptOptions>| {
         follow(&twin, network, &motions, options, &mut || {
             bar.inc(1);
@@ -78,8 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         })
     };
     let options = AdaptOptions { memory_s: arguments.memory_s, ..AdaptOptions::default() };
-    let (before, _) = pass(&network, None)?;
-    let (_, mut model) = pass(&network, Some(options))?;
+    let (before, mut model) = pass(&network, Some(options))?;
     model.training["adapted_to"] = inputs.iter().map(|input| json!([input.name, input.hash])).collect();
     let adapted = network.with(model);
     let (after, _) = pass(&adapted, None)?;

@@ -1,5 +1,5 @@
-//! A robot that changes, and a minute of data after which its twin has followed: tendons tensioned anew, friction grown, a
-//! load added.
+//! A robot that changes, and a minute of data after which its twin has followed: play grown, friction grown, a load added.
+//! (Tendons that are tensioned anew change nothing here: a virtual rig finds their zeros by itself every day.)
 //!
 //! Works in the folder of the study `edic`, whose first residual network it takes. Targets are followed on the robot as it
 //! was, on the changed one, and there again with a network that has learned from a minute of it.
@@ -23,10 +23,7 @@ struct Change {
 }
 
 const CHANGES: [Change; 3] = [
-    Change {
-        name: "tensioned anew",
-        lines: &[("slack_mm = [0.05, 0.10, 0.0, 0.08]", "slack_mm = [0.45, 0.0, 0.3, 0.2]")],
-    },
+    Change { name: "play grown", lines: &[("play_mm = 0.10", "play_mm = 0.35")] },
     Change {
         name: "friction grown",
         lines: &[

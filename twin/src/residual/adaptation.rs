@@ -10,7 +10,9 @@
 //!     k = P φ / (r + φᵀ P φ),  Θ ← Θ + e kᵀ,  P ← P - k φᵀ P
 //! ```
 //!
-//! with the error e of the twin's tip, Θ in place. The three axes share φ, hence P and k.
+//! with what the measured tip has from the twin's, less Θ φ, as e. The three axes share φ, hence P and k. The twin goes on
+//! with the correction that it had: with friction, a correction that is still being found would move its tip by less than it
+//! says, or later, and be driven on.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -59,6 +61,16 @@ impl Adaptation {
         })
     }
 
+    fn zero(spec: &FeatureSpec, largest_m: f64) -> Self {
+        Self { rows: [(); 3].map(|()| vec![0.0; n_terms(spec)]), largest_m }
+    }
+
+    /// Both corrections together, within the bound of `other`.
+    fn plus(&self, other: &Self) -> Self {
+        let row = |c: usize| self.rows[c].iter().zip(&other.rows[c]).map(|(a, b)| a + b).collect();
+        Self { rows: std::array::from_fn(row), largest_m: other.largest_m }
+    }
+
     /// Whether it is of a network with these features.
     pub(super) fn fits(&self, spec: &FeatureSpec) -> bool {
         self.rows.iter().all(|row| row.len() == n_terms(spec))
@@ -95,17 +107,13 @@ pub(super) struct Filter {
 }
 
 impl Filter {
-    /// Goes on from `start`, or from no correction, with all uncertainty of the prior.
-    pub fn new(spec: &FeatureSpec, start: Option<&Adaptation>, options: AdaptOptions) -> Self {
+    /// Knows nothing yet.
+    pub fn new(spec: &FeatureSpec, options: AdaptOptions) -> Self {
         let n = n_terms(spec);
         let deviation = |term: usize| if term == 0 { options.offset_m } else { options.gain };
         let prior = DVector::from_fn(n, |term, _| deviation(term).powi(2));
-        let theta = match start {
-            Some(start) => Adaptation { largest_m: options.largest_m, ..start.clone() },
-            None => Adaptation { rows: [(); 3].map(|()| vec![0.0; n]), largest_m: options.largest_m },
-        };
         Self {
-            theta,
+            theta: Adaptation::zero(spec, options.largest_m),
             covariance: DMatrix::from_diagonal(&prior),
             prior,
             kept: (-2.0 * spec.step_s / options.memory_s).exp(),
@@ -115,12 +123,15 @@ impl Filter {
         }
     }
 
-    pub fn adaptation(&self) -> &Adaptation {
-        &self.theta
+    /// What was found, on top of the correction that the twin had.
+    pub fn added_to(&self, before: Option<&Adaptation>) -> Adaptation {
+        before.map_or_else(|| self.theta.clone(), |before| before.plus(&self.theta))
     }
 
-    /// One sample: error of the tip [m] where the terms were φ.
-    pub fn update(&mut self, terms: &[f64], error: [f64; 3]) {
+    /// One sample: from the twin's tip to the measured one [m] where the terms were φ.
+    pub fn update(&mut self, terms: &[f64], missed: [f64; 3]) {
+        let known = self.theta.displacement(terms);
+        let error: [f64; 3] = std::array::from_fn(|c| missed[c] - known[c]);
         self.covariance *= self.kept;
         for (k, prior) in self.prior.iter().enumerate() {
             self.covariance[(k, k)] += (1.0 - self.kept) * prior;
@@ -157,17 +168,16 @@ mod tests {
         for _ in 0..n {
             let mut terms = vec![1.0];
             terms.extend((0..4).map(|_| stream.random_range(-5e-3..5e-3)));
-            let (asked, given) = (of(&terms), filter.adaptation().displacement(&terms));
-            let error = std::array::from_fn(|c| asked[c] - given[c]);
-            filter.update(&terms, error);
-            left.push(error);
+            let (asked, given) = (of(&terms), filter.theta.displacement(&terms));
+            filter.update(&terms, asked);
+            left.push(std::array::from_fn(|c| asked[c] - given[c]));
         }
         left
     }
 
     #[test]
     fn a_correction_that_exists_is_found_within_a_minute() {
-        let mut filter = Filter::new(&spec(), None, AdaptOptions::default());
+        let mut filter = Filter::new(&spec(), AdaptOptions::default());
         let of = |terms: &[f64]| [1e-3 + 0.1 * terms[1], -5e-4, 0.2 * terms[4] - 0.1 * terms[2]];
         let left = follow(&mut filter, 6000, &of);
         let rms = |part: &[[f64; 3]]| {
@@ -182,23 +192,23 @@ mod tests {
     #[test]
     fn what_is_not_seen_again_is_forgotten() {
         let options = AdaptOptions { memory_s: 10.0, ..AdaptOptions::default() };
-        let mut filter = Filter::new(&spec(), None, options);
+        let mut filter = Filter::new(&spec(), options);
         follow(&mut filter, 1000, &|_| [1e-3, 0.0, 0.0]);
-        let learned = filter.adaptation().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
+        let learned = filter.theta.displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
         assert!((learned / 1e-3 - 1.0).abs() < 0.1, "{learned}");
         // Samples that tell nothing: no terms at all.
         for _ in 0..1000 {
             filter.update(&[0.0; 5], [0.0; 3]);
         }
-        let left = filter.adaptation().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
+        let left = filter.theta.displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
         assert!((left / learned - (-1.0f64).exp()).abs() < 1e-9, "{left} of {learned}");
     }
 
     #[test]
     fn neither_correction_nor_uncertainty_passes_its_bound() {
-        let mut filter = Filter::new(&spec(), None, AdaptOptions::default());
+        let mut filter = Filter::new(&spec(), AdaptOptions::default());
         follow(&mut filter, 20_000, &|_| [1.0, -1.0, 1.0]);
-        let given = filter.adaptation().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0]);
+        let given = filter.theta.displacement(&[1.0, 0.0, 0.0, 0.0, 0.0]);
         assert!(given.iter().all(|c| c.abs() <= AdaptOptions::default().largest_m), "{given:?}");
         let within = (0..5).all(|k| {
             let variance = filter.covariance[(k, k)];

@@ -7,7 +7,7 @@ use hysteron_learn::Runner;
 
 use super::adaptation::{Filter, terms_into};
 use super::decoder::strokes_into;
-use super::{AdaptOptions, Adaptation, Design, Features, ResidualModel};
+use super::{AdaptOptions, Design, Features, ResidualModel};
 use crate::coreact::{Auxiliary, FrictionPoints, SENSITIVITY_EVERY, allowed_strokes, sensitivity};
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
@@ -97,7 +97,7 @@ impl<'a> Rollout<'a> {
         *self = Self { filter, ..Self::at_rest(self.twin, self.auxiliary, self.model) };
     }
 
-    /// Lets the correction of the network learn, from where the model has it.
+    /// Learns what to add to the correction of the network, which stays what it is meanwhile.
     ///
     /// # Errors
     /// The paper's design, which has none.
@@ -106,7 +106,7 @@ impl<'a> Rollout<'a> {
             return Err(BadInput::new("checkpoint", "a stateful network", "the paper's design")
                 .hint("only the stateful design has a correction that can learn"));
         };
-        self.filter = Some(Filter::new(features, self.model.adaptation.as_ref(), options));
+        self.filter = Some(Filter::new(features, options));
         Ok(())
     }
 
@@ -119,11 +119,9 @@ impl<'a> Rollout<'a> {
 
     /// The model with what has been learned.
     pub fn adapted(&self) -> ResidualModel {
-        ResidualModel { adaptation: self.correction().cloned(), ..self.model.clone() }
-    }
-
-    fn correction(&self) -> Option<&Adaptation> {
-        self.filter.as_ref().map(Filter::adaptation).or(self.model.adaptation.as_ref())
+        let before = self.model.adaptation.as_ref();
+        let after = self.filter.as_ref().map(|filter| filter.added_to(before));
+        ResidualModel { adaptation: after.or_else(|| before.cloned()), ..self.model.clone() }
     }
 
     /// Auxiliary strokes now (n_aux) [m].
@@ -206,7 +204,7 @@ impl Plant for Rollout<'_> {
                 };
                 terms_into(features, &self.inputs, &mut self.terms);
                 let [dx, dy, dz] =
-                    self.correction().map_or([0.0; 3], |correction| correction.displacement(&self.terms));
+                    self.model.adaptation.as_ref().map_or([0.0; 3], |of| of.displacement(&self.terms));
                 strokes_into(&self.decoded, [x + dx, y + dy, z + dz], &mut self.strokes);
             }
             Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
