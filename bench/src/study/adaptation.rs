@@ -23,17 +23,17 @@ struct Change {
 }
 
 const CHANGES: [Change; 3] = [
-    Change { name: "play grown", lines: &[("play_mm = 0.10", "play_mm = 0.35")] },
+    Change { name: "play grown", lines: &[("play_mm = 0.10", "play_mm = 0.50")] },
     Change {
         name: "friction grown",
         lines: &[
-            ("friction_coefficient = 0.22", "friction_coefficient = 0.33"),
-            ("friction_force_n = 0.10", "friction_force_n = 0.25"),
+            ("friction_coefficient = 0.22", "friction_coefficient = 0.44"),
+            ("friction_force_n = 0.10", "friction_force_n = 0.40"),
         ],
     },
     Change {
         name: "load added",
-        lines: &[("tip_load_n = [0.0, 0.0, 0.0]", "tip_load_n = [0.10, -0.05, -0.10]")],
+        lines: &[("tip_load_n = [0.0, 0.0, 0.0]", "tip_load_n = [0.30, -0.15, -0.10]")],
     },
 ];
 

@@ -1,9 +1,8 @@
 //! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
 
 use hysteron_base::{Channel, Friction, Metadata, Recording};
-use hysteron_twin::residual::Bare;
 use hysteron_twin::synthetic::{Outcome, Unphysical, synthesise};
-use hysteron_twin::{Stepper, Twin};
+use hysteron_twin::{Bare, Stepper, Twin};
 
 use super::{Robot, scenes, strokes, tolerance};
 
