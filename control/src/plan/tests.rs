@@ -253,9 +253,21 @@ fn the_plan_of_the_paper_has_its_data_set() {
 fn the_quick_plan_takes_a_minute() {
     let plan = Plan::named("quick").unwrap();
     assert!((50.0..70.0).contains(&plan.duration()), "{}", plan.duration());
-    assert_eq!(Plan::names().collect::<Vec<_>>(), ["paper", "quick"]);
+    assert_eq!(Plan::names().collect::<Vec<_>>(), ["paper", "quick", "synthetic"]);
     let error = Plan::named("slow").unwrap_err();
-    assert_eq!(error.bad_input().unwrap().expected, "one of paper, quick");
+    assert_eq!(error.bad_input().unwrap().expected, "one of paper, quick, synthetic");
+}
+
+#[test]
+fn the_synthetic_plan_is_that_of_the_paper_and_goes_farther() {
+    let plan = Plan::named("synthetic").unwrap();
+    let of = |name: &str| plan.trajectories().iter().filter(|one| one.motion.family.name() == name).count();
+    assert_eq!((of("circle"), of("ellipse"), of("square")), (8, 9, 8));
+    let samples: usize = plan.trajectories().iter().map(Trajectory::n_samples).sum();
+    assert!((386_500..387_500).contains(&samples), "{samples}"); // "387k synthetic"
+    let farthest =
+        |plan: &Plan| plan.trajectories().iter().map(|one| one.motion.amplitude).fold(0.0, f64::max);
+    assert!(farthest(&plan) > 1.5 * farthest(&Plan::named("paper").unwrap()));
 }
 
 #[test]
@@ -316,6 +328,6 @@ fn a_draw_is_checked() {
     reject("[6, 9]", "[0, 9]", "draw[1].period_s", "[0.0, 9.0]");
     reject("aspect =", "orientation_deg = [9, 8]\naspect =", "draw[1].orientation_deg", "[9.0, 8.0]");
     reject("[0.4, 0.8]", "[0.4, inf]", "draw[1].aspect", "[0.4, inf]");
-    reject("[0.4, 0.8]", "[1.4, 1.8]", "trajectory.some-1.aspect", "1.4");
+    reject("[0.4, 0.8]", "[1.5, 1.5]", "trajectory.some-1.aspect", "1.5");
     reject("\"some\"", "\"so me\"", "trajectory[2].name", "\"so me-1\"");
 }

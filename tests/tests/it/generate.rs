@@ -24,9 +24,9 @@ family = "sinusoid"
 amplitude_mm = 3
 frequency_hz = 0.5
 orientation_deg = 0
-attack_s = 0.5
+attack_s = 1
 sustain_s = 1
-decay_s = 0.5
+decay_s = 1
 
 [[draw]]
 name = "wide"
@@ -34,10 +34,10 @@ role = "training"
 family = "circle"
 count = 2
 amplitude_mm = [2, 5]
-period_s = [2, 3]
-attack_s = 0.5
+period_s = [4, 5]
+attack_s = 1
 sustain_s = 1
-decay_s = 0.5
+decay_s = 1
 "#;
 
 #[test]
