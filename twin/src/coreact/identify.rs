@@ -4,7 +4,7 @@ use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
 use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of};
-use super::sensitivity::{FrictionPoints, SENSITIVITY_EVERY, sensitivity};
+use super::sensitivity::{FrictionPoints, sensitivity};
 use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
@@ -192,13 +192,16 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (Vector3::from(a) - Vector3::from(b)).norm()
 }
 
+/// Samples between two rows of sensitivities: they change with the shape, slowly.
+const SENSITIVITY_EVERY: usize = 5;
+
 /// An identified recording.
 #[derive(Debug, Clone)]
 pub struct Identification {
     /// Strokes and measured tip as they came, `aux_kk_m` (s*), the twin's tip with them, `twin_x_m`.., and without,
     /// `bare_x_m`..
     pub recording: Recording,
-    /// ∂tip/∂s*, `sensitivity_x_kk_ratio`.. [-], every 20th sample.
+    /// ∂tip/∂s*, `sensitivity_x_kk_ratio`.. [-], every 5th sample.
     pub sensitivities: Recording,
     /// Counts and residuals.
     pub summary: Summary,

@@ -17,5 +17,5 @@ pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, iden
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
 pub use sensitivity::FrictionPoints;
-pub(crate) use sensitivity::{SENSITIVITY_EVERY, sensitivity};
+pub(crate) use sensitivity::sensitivity;
 pub use summary::{Spread, Summary};

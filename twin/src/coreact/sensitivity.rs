@@ -6,9 +6,6 @@ use crate::TwinState;
 use crate::model::Twin;
 use crate::step::Stepper;
 
-/// Samples between two sensitivities: they change with the shape, slowly.
-pub(crate) const SENSITIVITY_EVERY: usize = 20;
-
 /// What friction points do when a sensitivity is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionPoints {

@@ -8,7 +8,7 @@ use hysteron_learn::Runner;
 use super::adaptation::{Filter, terms_into};
 use super::decoder::strokes_into;
 use super::{AdaptOptions, Design, Features, ResidualModel};
-use crate::coreact::{Auxiliary, FrictionPoints, SENSITIVITY_EVERY, allowed_strokes, sensitivity};
+use crate::coreact::{Auxiliary, FrictionPoints, allowed_strokes, sensitivity};
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
 use crate::step::Stepper;
@@ -18,6 +18,9 @@ use crate::{Result, TwinState};
 const MARGIN: f64 = 0.02;
 /// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
 const LARGEST_OUTPUT: f64 = 1.25;
+
+/// Samples for which what strokes do to the tip counts as the same.
+const LOOK_EVERY: usize = 2;
 
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
@@ -132,7 +135,7 @@ impl<'a> Rollout<'a> {
     /// Finds anew, now and then, what strokes do to the tip; strokes of a displacement are then others.
     fn look_around(&mut self) {
         if let Design::Stateful { decoder, .. } = &self.model.design {
-            if self.n_samples.is_multiple_of(SENSITIVITY_EVERY) {
+            if self.n_samples.is_multiple_of(LOOK_EVERY) {
                 let found = sensitivity(
                     &mut self.stepper,
                     self.twin,

@@ -63,7 +63,7 @@ impl Default for StatefulOptions {
             lags_s: vec![0.3, 3.0, 30.0],
             feedback: false,
             feedback_noise_m: 2e-4,
-            decoder: 1e-2,
+            decoder: 1e-3,
             seed: 1,
         }
     }

