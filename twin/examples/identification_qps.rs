@@ -5,7 +5,7 @@ use std::io::Write;
 
 use hysteron_base::{Recording, Scene};
 use hysteron_twin::coreact::{Auxiliary, Goal, Identifier, IdentifyOptions};
-use hysteron_twin::qp::solve_rows;
+use hysteron_twin::qp::BoxQp;
 use hysteron_twin::{Motion, Twin};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,13 +18,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let every = motion.len() / (count + 1);
     let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
     let mut identifier = Identifier::new(&twin, &auxiliary, options);
+    let mut solver = BoxQp::new(auxiliary.len());
+    let mut answer = vec![0.0; auxiliary.len()];
     let mut out = std::io::stdout().lock();
     for i in 0..motion.len() {
         let goal = Goal { position: motion.tips[i], orientation: None };
         identifier.step(motion.strokes_at(i), Some(&goal), motion.step)?;
         // The first sample brings the twin into balance and has no QP.
         let Some(qp) = identifier.last_qp().filter(|_| i % every == every - 1) else { continue };
-        let (answer, status) = solve_rows(qp);
+        // As the identification itself solves it.
+        let right: Vec<f64> = qp.linear.iter().map(|g| -g).collect();
+        let [lowest, highest] =
+            [0, 1].map(|end| qp.bounds.iter().map(|pair| pair[end]).collect::<Vec<f64>>());
+        solver.set_matrix(&qp.hessian);
+        let (status, _) = solver.solve(&right, &lowest, &highest, &mut answer);
         let line = serde_json::json!({
             "hessian": qp.hessian, "linear": qp.linear, "bounds": open(&qp.bounds), "rows": qp.rows,
             "row_bounds": open(&qp.row_bounds), "answer": answer, "status": format!("{status:?}"),
