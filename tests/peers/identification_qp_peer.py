@@ -1,4 +1,8 @@
-"""QPs of an identification, solved by ProxQP (an augmented Lagrangian method) beside the program's own answers."""
+"""QPs of an identification, solved by scipy's BVLS (bounded least squares by active sets) beside the program's own answers.
+
+An augmented Lagrangian method was here before. Where strokes are weakly regularised it stops early: ProxQP 0.7.2 says that it
+has solved to 1e-11, and leaves objectives up to 3.3e-4 above the minimum.
+"""
 
 import json
 import pathlib
@@ -6,14 +10,11 @@ import subprocess
 import sys
 
 import numpy as np
-import proxsuite
+from scipy.optimize import lsq_linear
 
 COUNT = 200
-# What an answer may be outside the constraints.
+# What the two objectives may differ by, relative to the objective, and the answer be outside its bounds.
 RELATIVE = 1e-6
-# What the two objectives may differ by. Not yet understood: clarabel and the active set agree, ProxQP ends up to 3.6e-4 above
-# them (once 1.3e-4 below) where weakly regularised; 1e-6 is what is wanted.
-OBJECTIVE = 1e-3
 
 
 def qps(program, folder):
@@ -26,36 +27,20 @@ def qps(program, folder):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def limits(pairs):
-    low = np.array([-1e20 if low is None else low for low, _ in pairs])
-    high = np.array([1e20 if high is None else high for _, high in pairs])
-    return low, high
-
-
 def solve(qp):
-    """The minimum, and how far the answer is outside the constraints."""
+    """The minimum, the objective of the answer, and how far the answer is outside its bounds."""
+    assert not qp["rows"], "BVLS knows bounds alone"
     g = np.array(qp["linear"])
-    n = len(g)
-    h = np.array(qp["hessian"]).reshape(n, n)
-    rows = np.array(qp["rows"]).reshape(-1, n)
-    low, high = limits(qp["bounds"])
-    row_low, row_high = limits(qp["row_bounds"])
-    # Everything of order one, as the solver likes it.
-    scale = np.abs(g).max()
-    c = np.vstack([rows, np.eye(n)])
-    l = np.concatenate([row_low, low]) / scale
-    u = np.concatenate([row_high, high]) / scale
-    problem = proxsuite.proxqp.dense.QP(n, 0, len(c))
-    problem.settings.eps_abs = 1e-11
-    problem.settings.eps_rel = 0.0
-    problem.settings.max_iter = 20000
-    problem.init(h, g / scale, None, None, c, l, u)
-    problem.solve()
-    x = problem.results.x * scale
+    h = np.array(qp["hessian"]).reshape(len(g), len(g))
+    low, high = np.array(qp["bounds"], dtype=float).T
+    # H = A'A and g = -A'b make the objective |A x - b|^2 / 2, less a constant.
+    a = np.linalg.cholesky(h).T
+    b = np.linalg.solve(a.T, -g)
+    x = lsq_linear(a, b, (low, high), method="bvls", tol=1e-15, max_iter=5000).x
     answer = np.array(qp["answer"])
     objective = lambda x: 0.5 * x @ h @ x + g @ x
-    outside = max(np.max(low - answer), np.max(answer - high), np.max(np.append(np.abs(rows @ answer - row_low), 0)))
-    return objective(x), objective(answer), max(outside, 0.0) / max(np.abs(answer).max(), 1e-300)
+    outside = max(np.max(low - answer), np.max(answer - high), 0.0)
+    return objective(x), objective(answer), outside / max(np.abs(answer).max(), 1e-300)
 
 
 def main():
@@ -68,8 +53,8 @@ def main():
         peer, own, beyond = solve(qp)
         worst = max(worst, abs(own - peer) / abs(peer))
         outside = max(outside, beyond)
-    print(f"{len(sampled)} QPs: objectives within {worst:.1e} relative, constraints within {outside:.1e}")
-    assert worst <= OBJECTIVE and outside <= RELATIVE
+    print(f"{len(sampled)} QPs: objectives within {worst:.1e} relative, bounds within {outside:.1e}")
+    assert worst <= RELATIVE and outside <= RELATIVE
 
 
 main()
