@@ -8,7 +8,7 @@ use hysteron_twin::{Motion, Plant, Twin};
 use serde_json::json;
 
 use crate::network::Network;
-use crate::{inputs, interrupt, terminal};
+use crate::{inputs, interrupt, paths, terminal};
 
 const HELP: &str = "\
 Needs a checkpoint by `hysteron fit-residual` and recordings of the robot as it is now (strokes and measured tip): a tendon \
@@ -50,10 +50,7 @@ pub struct Arguments {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    if arguments.out.extension().is_none_or(|ending| ending != "safetensors") {
-        let found = arguments.out.display().to_string();
-        return Err(BadInput::new("--out", "a name ending in .safetensors", found).into());
-    }
+    paths::check_checkpoint(&arguments.out)?;
     if !(arguments.memory_s > 0.0 && arguments.memory_s.is_finite()) {
         return Err(BadInput::new("--memory-s", "a time > 0", arguments.memory_s.to_string()).into());
     }

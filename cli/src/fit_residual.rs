@@ -12,7 +12,7 @@ use indicatif::ProgressBar;
 use rand::seq::IndexedRandom;
 
 use crate::inputs::{self, Input};
-use crate::{interrupt, terminal};
+use crate::{interrupt, paths, terminal};
 
 const HELP: &str = "\
 Needs recordings by hysteron identify (folders of them), at least two: the network learns from some and stops when it \
@@ -78,10 +78,7 @@ enum DesignName {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    if arguments.out.extension().is_none_or(|ending| ending != "safetensors") {
-        let found = arguments.out.display().to_string();
-        return Err(BadInput::new("--out", "a name ending in .safetensors", found).into());
-    }
+    paths::check_checkpoint(&arguments.out)?;
     let inputs = inputs::read(&arguments.recordings)?;
     let scene_hash = common_scene(&inputs)?;
     let usable: Vec<&Input> = inputs

@@ -1,6 +1,16 @@
-//! Paths as people read them.
+//! Paths as people read and type them.
 
 use std::path::{Component, Path, PathBuf};
+
+use hysteron_base::BadInput;
+
+/// Refuses a name that a checkpoint must not have.
+pub fn check_checkpoint(out: &Path) -> Result<(), BadInput> {
+    if out.extension().is_some_and(|ending| ending == "safetensors") {
+        return Ok(());
+    }
+    Err(BadInput::new("--out", "a name ending in .safetensors", out.display().to_string()))
+}
 
 /// The path without `.`, and without `..` behind a folder: `a/../b` is `b`. Links are not looked at.
 pub fn plain(path: &Path) -> PathBuf {

@@ -10,7 +10,7 @@ use hysteron_control::inverse::{
 use indicatif::ProgressBar;
 use serde_json::json;
 
-use crate::{inputs, interrupt, terminal};
+use crate::{inputs, interrupt, paths, terminal};
 
 const HELP: &str = "\
 Needs recordings (files, or folders of them) with the tip, tip_x_m and tip_y_m, and the strokes that made it, stroke_1_m, \
@@ -77,10 +77,7 @@ enum DesignName {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    if arguments.out.extension().is_none_or(|ending| ending != "safetensors") {
-        let found = arguments.out.display().to_string();
-        return Err(BadInput::new("--out", "a name ending in .safetensors", found).into());
-    }
+    paths::check_checkpoint(&arguments.out)?;
     if arguments.design == DesignName::Paper && arguments.least_pull_mm.is_some() {
         return Err(BadInput::new("--least-pull-mm", "the stateful design", "the paper's").into());
     }

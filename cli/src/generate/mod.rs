@@ -3,7 +3,7 @@
 mod card;
 mod shard;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
@@ -85,20 +85,23 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let jobs = plan.trajectories().iter().enumerate();
     let jobs = jobs.filter(|(k, _)| arguments.shard.is_none_or(|shard| shard.has(*k)));
     let jobs = jobs.map(|(_, one)| job(arguments, &scene, network.as_ref(), one));
-    let (there, missing): (Vec<Job>, Vec<Job>) =
-        jobs.collect::<anyhow::Result<Vec<_>>>()?.into_iter().partition(is_done);
+    let (mut rows, mut missing) = (Vec::new(), Vec::new());
+    for job in jobs.collect::<anyhow::Result<Vec<_>>>()? {
+        match there(&job) {
+            Some(recording) => rows.push(made(&job, recording)?),
+            None => missing.push(job),
+        }
+    }
+    let n_jobs = rows.len() + missing.len();
     let n_samples = missing.iter().map(|job| job.commands.n_samples()).sum();
     tracing::info!(
-        "{}, plan {}: {} trajectories, {n_samples} samples to do; {} are there already",
+        "{}, plan {}: {n_jobs} trajectories, {n_samples} samples to do; {} are there already",
         scene.name,
         plan.name,
-        there.len() + missing.len(),
-        there.len(),
+        rows.len(),
     );
     interrupt::listen()?;
     let bar = terminal::progress("samples", n_samples, 0);
-    let mut rows =
-        there.iter().map(|job| made(job, Recording::read(&job.out)?)).collect::<anyhow::Result<_>>()?;
     let found = Mutex::new(Vec::new());
     missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
         let rate = job.trajectory.rate_hz;
@@ -125,14 +128,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Ok(())
     })?;
     bar.finish_and_clear();
-    let n_jobs = there.len() + missing.len();
-    finish(arguments, (&scene, &plan.name, &text), rows_in_order(&mut rows, found), &real, n_jobs)
-}
-
-fn rows_in_order(rows: &mut Vec<Row>, found: Mutex<Vec<Row>>) -> Vec<Row> {
     rows.extend(found.into_inner().unwrap_or_default());
     rows.sort_by(|a, b| a.name.cmp(&b.name));
-    std::mem::take(rows)
+    finish(arguments, (&scene, &plan.name, &text), rows, &real, n_jobs)
 }
 
 /// The card and what is said.
@@ -178,14 +176,14 @@ fn job<'a>(
 /// Metadata key: hash of the residual network's checkpoint.
 const NETWORK: &str = "residual.sha256";
 
-/// True where the trajectory is there, from the same plan, scene and network.
-fn is_done(job: &Job) -> bool {
+/// The recording of a trajectory, where it is there from the same plan, scene and network.
+fn there(job: &Job) -> Option<Recording> {
     let is_same = |found: &Recording| {
         let keys = ["plan.sha256", NETWORK];
         found.meta().scene_hash == job.meta.scene_hash
             && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
     };
-    Path::new(&job.out).exists() && Recording::read(&job.out).is_ok_and(|found| is_same(&found))
+    Recording::read(&job.out).ok().filter(is_same)
 }
 
 fn made(job: &Job, recording: Recording) -> anyhow::Result<Row> {

@@ -34,8 +34,8 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
     }
     match (draw.orientation_deg, draw.family) {
         (Some(range), Family::Circle) => {
-            let bad = BadInput::new(key("orientation_deg"), "no such key for a circle", format!("{range:?}"));
-            return Err(bad);
+            let found = format!("{range:?}");
+            return Err(BadInput::new(key("orientation_deg"), "no such key for a circle", found));
         }
         (Some([min, max]), _) if !(min <= max && min.is_finite() && max.is_finite()) => {
             let found = format!("[{min:?}, {max:?}]");

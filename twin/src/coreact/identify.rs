@@ -137,9 +137,8 @@ impl<'a> Identifier<'a> {
     }
 
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], tendons that are taut held at their strokes.
-    pub fn sensitivity(&mut self, friction: FrictionPoints) -> Option<Vec<Vec<f64>>> {
-        let found = sensitivity(&mut self.stepper, self.twin, self.auxiliary, &self.state, friction)?;
-        Some(found.into())
+    pub fn sensitivity(&mut self, friction: FrictionPoints) -> Option<[Vec<f64>; 3]> {
+        sensitivity(&mut self.stepper, self.twin, self.auxiliary, &self.state, friction)
     }
 
     fn balance(&mut self, primary: &[f64]) -> Result<()> {
