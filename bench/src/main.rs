@@ -5,16 +5,18 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use hysteron_bench::study::{adaptation, convergence, coreact, edic, ftdcr, rig, sofa, sorosim, tentacle};
+use hysteron_bench::study::{
+    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, rig, sofa, sorosim, tentacle,
+};
 use hysteron_bench::targets::{self, Effort};
 
 const USAGE: &str = "usage: hysteron-bench [--quick] [--out FOLDER]
-       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|rig|coreact|edic|adaptation [--quick] [--out FOLDER]
+       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|inverse|rig|coreact|edic|ladder|adaptation [--quick] [--out FOLDER]
 
 Without a study: measures every performance target and writes FOLDER/targets.json.
 A study compares with another program or a robot, or records from the emulated rig, and writes FOLDER/NAME/metrics.json.
 FOLDER is bench/ for the targets and out/ for the studies unless given.
-HYSTERON_DATA names the folder of recordings for sorosim, tentacle and ftdcr (default ../shared/data).";
+HYSTERON_DATA names the folder of recordings for sorosim, tentacle, ftdcr and inverse (default ../shared/data).";
 
 fn main() -> ExitCode {
     match run() {
@@ -56,8 +58,10 @@ fn run() -> Result<()> {
                 "sorosim" => sorosim::run(&folder, quick),
                 "tentacle" => tentacle::run(&folder, quick),
                 "ftdcr" => ftdcr::run(&folder, quick),
+                "inverse" => inverse::run(&folder, quick),
                 "rig" => rig::run(&folder, quick),
                 "coreact" => coreact::run(&folder, quick),
+                "ladder" => ladder::run(&folder, quick),
                 "edic" => edic::run(&folder, quick),
                 "adaptation" => adaptation::run(&folder, quick),
                 _ => bail!("no study {name:?}\n{USAGE}"),

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hysteron_base::{BadInput, Recording, rng};
+use hysteron_learn::{Epoch, Progress};
 use hysteron_twin::residual::{
-    Epoch, Sequence, StatefulOptions, WindowedOptions, fit_stateful, fit_windowed,
+    Fitted, Sequence, Sessions, StatefulOptions, WindowedOptions, fit_stateful, fit_windowed,
 };
 use indicatif::ProgressBar;
 use rand::seq::IndexedRandom;
@@ -24,7 +25,8 @@ through plays and lags, gives the tip displacement that is missing, and is fitte
 twin; three are trained, each stopped by other recordings, and their mean is taken. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
 
 Writes a checkpoint for `hysteron simulate --residual`: weights, ranges, design, which recordings were used and how \
-well it did. Ctrl-C ends the training and keeps the best weights so far.
+well it did. Ctrl-C ends the training and keeps the best weights so far; the same command then goes on from OUT.training-1, ..., one \
+for each network, and comes to what it would have come to without the interruption (not with --feedback).
 
 Examples, from the root of the repository:
   hysteron identify meshes/tpu80/scene-coreact.toml out/quick --out out/quick/identified
@@ -99,7 +101,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         tracing::info!("a network that stops by {}", names.join(", "));
     }
     interrupt::listen()?;
-    let (model, bar) = match arguments.design {
+    // What a network with feedback has seen of itself is in no file.
+    let n_files = if arguments.feedback { 0 } else { members };
+    let files: Vec<PathBuf> =
+        (1..=n_files).map(|k| arguments.out.with_extension(format!("training-{k}"))).collect();
+    for file in files.iter().filter(|file| file.exists()) {
+        tracing::info!("going on from {}", file.display());
+    }
+    let (Fitted { model, is_finished }, bar) = match arguments.design {
         DesignName::Stateful => {
             let default = StatefulOptions::default();
             let options = StatefulOptions {
@@ -109,9 +118,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 seed: arguments.seed,
                 ..default
             };
-            let progress = Progress::new(members, options.epochs);
-            let on_epoch = |epoch: &Epoch| progress.show(epoch);
-            (fit_stateful(&sequences, &held_out, &scene_hash, &options, &on_epoch)?, progress.bar)
+            let display = Display::new(members, options.epochs);
+            let sessions =
+                Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };
+            (fit_stateful(&sequences, &held_out, &scene_hash, &options, &sessions)?, display.bar)
         }
         DesignName::Paper => {
             let default = WindowedOptions::default();
@@ -122,47 +132,53 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 seed: arguments.seed,
                 ..default
             };
-            let progress = Progress::new(1, options.epochs);
-            let on_epoch = |epoch: &Epoch| progress.show(epoch);
+            let display = Display::new(1, options.epochs);
+            let sessions =
+                Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };
             let is_held = |k: &usize| held_out[0].contains(k);
             let (held, seen): (Vec<usize>, Vec<usize>) = (0..sequences.len()).partition(is_held);
             let pick = |indices: Vec<usize>| -> Vec<Sequence> {
                 indices.into_iter().map(|k| sequences[k].clone()).collect()
             };
-            let model = fit_windowed(&pick(seen), &pick(held), &scene_hash, &options, &on_epoch)?;
-            (model, progress.bar)
+            let fitted = fit_windowed(&pick(seen), &pick(held), &scene_hash, &options, &sessions)?;
+            (fitted, display.bar)
         }
     };
     bar.finish_and_clear();
     model.write(&arguments.out)?;
+    if is_finished {
+        for file in files.iter().filter(|file| file.exists()) {
+            std::fs::remove_file(file)?;
+        }
+    } else {
+        tracing::warn!("stopped early; the same command goes on where it stopped");
+    }
     terminal::say(arguments.out.display());
     Ok(())
 }
 
 /// A bar over the epochs of all networks.
-struct Progress {
+struct Display {
     bar: ProgressBar,
     start: Instant,
 }
 
-impl Progress {
+impl Display {
     fn new(members: usize, epochs: usize) -> Self {
         Self { bar: terminal::progress("epochs", members * epochs, 0), start: Instant::now() }
     }
 
     /// False where the training is to end.
-    fn show(&self, epoch: &Epoch) -> bool {
-        self.bar.inc(1);
-        self.bar.set_message(format!("held out {:.3} mm", epoch.best_mm));
-        tracing::debug!(
-            "network {}, epoch {}: {:.3} mm, held out {:.3} mm, best {:.3} mm; {:.0} s",
-            epoch.member + 1,
-            epoch.number,
-            epoch.training_mm,
-            epoch.held_out_mm,
-            epoch.best_mm,
-            self.start.elapsed().as_secs_f64(),
-        );
+    fn show(&self, member: usize, progress: &Progress) -> bool {
+        if let Progress::Epoch(Epoch { number, training, held_out, best }) = progress {
+            self.bar.inc(1);
+            self.bar.set_message(format!("held out {best:.3} mm"));
+            tracing::debug!(
+                "network {}, epoch {number}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm; {:.0} s",
+                member + 1,
+                self.start.elapsed().as_secs_f64(),
+            );
+        }
         !interrupt::is_asked()
     }
 }

@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::BadInput;
 use hysteron_control::inverse::{
-    Dataset, Demonstration, Epoch, Fitted, LossWeights, Origin, Progress, Session, StatefulOptions,
-    WindowedOptions, fit_stateful, fit_windowed,
+    Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, StatefulOptions, WindowedOptions,
+    fit_stateful, fit_windowed,
 };
+use hysteron_learn::{Epoch, Progress, Session};
 use indicatif::ProgressBar;
 use serde_json::json;
 
 use crate::{inputs, interrupt, paths, terminal};
 
 const HELP: &str = "\
-Needs recordings (files, or folders of them) with the tip, tip_x_m and tip_y_m, and the strokes that made it, stroke_1_m, \
+Needs recordings (files, or folders of them) with the tip, tip_x_m and tip_y_m (with --spatial tip_z_m too), and the strokes that made it, stroke_1_m, \
 ..., all of one robot and at one rate: of a rig (`hysteron record`), of a twin (`hysteron simulate`), or both. The network \
 learns from some and stops when it gets no better on the others, whole trajectories that it never sees in training. \
 Recordings of a plan that are not for training (ellipses to check with, paths out of range) are left out.
@@ -47,6 +48,9 @@ pub struct Arguments {
     /// Which network
     #[arg(long, value_enum, default_value_t = DesignName::Stateful)]
     design: DesignName,
+    /// Where the tip shall be in x, y and z, for a robot of several segments; else in x and y
+    #[arg(long)]
+    spatial: bool,
     /// A recording to stop by, by name; may be given several times [default: one of every family, drawn by the seed]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     held_out: Vec<String>,
@@ -105,10 +109,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn dataset(arguments: &Arguments) -> anyhow::Result<Dataset> {
     let inputs = inputs::read(&arguments.recordings)?;
+    let axes = if arguments.spatial { Axes::Spatial } else { Axes::Planar };
     let usable =
         inputs.iter().filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"));
     let demonstrations = usable.map(|input| {
-        Demonstration::new(&input.name, &input.hash, &input.recording)
+        Demonstration::new(&input.name, &input.hash, &input.recording, axes)
             .map_err(|bad| bad.within(input.path.display()))
     });
     let all = demonstrations.collect::<Result<Vec<_>, BadInput>>()?;
@@ -164,10 +169,10 @@ impl Display {
                 let bar = self.bar.get_or_insert_with(|| terminal::progress("steps of the epoch", *of, 0));
                 bar.set_position(*done as u64);
             }
-            Progress::Epoch(Epoch { number, training_mm, held_out_mm, best_mm }) => {
+            Progress::Epoch(Epoch { number, training, held_out, best }) => {
                 self.end();
                 tracing::info!(
-                    "epoch {number}: {training_mm:.3} mm, held out {held_out_mm:.3} mm, best {best_mm:.3} mm"
+                    "epoch {number}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm"
                 );
             }
         }

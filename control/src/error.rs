@@ -14,9 +14,6 @@ pub enum Error {
     /// A network could not be trained, read or written.
     #[error(transparent)]
     Learn(#[from] hysteron_learn::Error),
-    /// A training was ended before its first epoch was done.
-    #[error("the training was ended before its first epoch was done: nothing is kept")]
-    NothingTrained,
     /// A plan commands a stroke beyond its limit.
     #[error(transparent)]
     Stroke(BadInput),
@@ -37,7 +34,7 @@ impl Error {
             | Self::StrokeRate(bad)
             | Self::Learn(hysteron_learn::Error::BadInput(bad))
             | Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
-            Self::File(_) | Self::Learn(_) | Self::NothingTrained => None,
+            Self::File(_) | Self::Learn(_) => None,
         }
     }
 
@@ -47,7 +44,7 @@ impl Error {
             Self::BadInput(bad) => Self::BadInput(bad.within(outer)),
             Self::Stroke(bad) => Self::Stroke(bad.within(outer)),
             Self::StrokeRate(bad) => Self::StrokeRate(bad.within(outer)),
-            Self::File(_) | Self::Learn(_) | Self::NothingTrained => self,
+            Self::File(_) | Self::Learn(_) => self,
         }
     }
 }

@@ -23,6 +23,9 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A training was ended before its first epoch was done.
+    #[error("the training was ended before its first epoch was done: nothing is kept")]
+    NothingTrained,
     /// The tensor library or its device refused.
     #[error("tensors: {0}")]
     Tensors(String),

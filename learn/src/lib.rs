@@ -13,6 +13,7 @@ mod gates;
 mod graph;
 #[cfg(test)]
 mod graph_tests;
+mod lesson;
 mod loss;
 mod network;
 mod normaliser;
@@ -28,6 +29,7 @@ pub use architecture::{Architecture, Head};
 pub use batch::{Batch, Memory, Outputs};
 pub use checkpoint::Checkpoint;
 pub use error::{Error, Result};
+pub use lesson::{Epoch, Learned, Lesson, Progress, Session, teach};
 pub use loss::mean_squared_error;
 pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};

@@ -5,6 +5,10 @@
 //! the space of commands, predicts the next state to third order; noise in the strokes does not matter,
 //! because the noisy strokes themselves are the coordinates.
 //!
+//! A cable gives the state a stroke or a tension, whichever is told: a taut tendon and a friction point that sticks give
+//! their strokes; a slack tendon, one driven by tension, and a point that slips their tensions. Every state knows both of
+//! every cable, so those from before a cable changed sides count as well as those after.
+//!
 //! # Reference
 //! Schölkopf, Smola (2002), Learning with kernels, sec. 4.3 (kernel ridge regression).
 
@@ -20,58 +24,78 @@ const REACH: f64 = 3.0;
 
 #[derive(Debug, Clone)]
 struct Entry {
-    /// Command: strokes, and tensions times compliance [m].
-    command: Vec<f64>,
+    /// Stroke of every cable [m].
+    strokes: Vec<f64>,
     /// Free unknowns, then tensions.
     point: Vec<f64>,
+}
+
+/// What a cable tells of the next state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Told {
+    /// Its stroke [m].
+    Stroke(f64),
+    /// Its tension [N], and what a newton counts [m/N].
+    Tension(f64, f64),
 }
 
 /// The last equilibria.
 #[derive(Debug, Clone)]
 pub(crate) struct Predictor {
     isa: Isa,
+    /// Free unknowns of a point; its tensions follow.
+    n_unknowns: usize,
     entries: Vec<Entry>,
     n_entries: usize,
     newest: usize,
 }
 
 impl Predictor {
-    /// For points of `n` numbers and `n_commands` commands.
-    pub fn new(isa: Isa, n: usize, n_commands: usize) -> Self {
-        let blank = Entry { command: vec![0.0; n_commands], point: vec![0.0; n] };
-        Self { isa, entries: vec![blank; CAPACITY], n_entries: 0, newest: 0 }
+    /// For `n` free unknowns and `m` cables.
+    pub fn new(isa: Isa, n: usize, m: usize) -> Self {
+        let blank = Entry { strokes: vec![0.0; m], point: vec![0.0; n + m] };
+        Self { isa, n_unknowns: n, entries: vec![blank; CAPACITY], n_entries: 0, newest: 0 }
     }
 
-    /// Forgets all states: the body now answers differently (a tendon went slack or taut).
+    /// Forgets all states.
     pub fn clear(&mut self) {
         self.n_entries = 0;
     }
 
-    /// Adds the newest equilibrium; `write` fills in (command, point).
+    /// Adds the newest equilibrium; `write` fills in (strokes, point).
     pub fn push(&mut self, write: impl FnOnce(&mut [f64], &mut [f64])) {
         self.newest = if self.n_entries == 0 { 0 } else { (self.newest + 1) % CAPACITY };
         self.n_entries = (self.n_entries + 1).min(CAPACITY);
         let entry = &mut self.entries[self.newest];
-        write(&mut entry.command, &mut entry.point);
+        write(&mut entry.strokes, &mut entry.point);
     }
 
-    /// Adds to `change` (zeroed by the caller) the predicted change of the point from the newest state
-    /// to `command`; only commands where `counts` holds matter. Leaves zero where there is no history.
-    pub fn predict(&self, command: &[f64], counts: impl Fn(usize) -> bool, change: &mut [f64]) {
+    /// Adds to `change` (zeroed by the caller) the predicted change of the point from the newest state to where the cables
+    /// are `told` to be. Leaves zero where there is no history.
+    pub fn predict(&self, told: &[Told], change: &mut [f64]) {
         let n = self.n_entries.saturating_sub(1);
         if n == 0 {
             return;
         }
         let base = &self.entries[self.newest];
         let other = |i: usize| &self.entries[(self.newest + CAPACITY - 1 - i) % CAPACITY];
-        let inner = |a: &[f64], b: &[f64]| -> f64 {
-            (0..command.len())
-                .filter(|&j| counts(j))
-                .map(|j| (a[j] - base.command[j]) * (b[j] - base.command[j]))
-                .sum()
+        // How far a state is from the newest, by cable [m].
+        let apart = |entry: &Entry, j: usize| match told[j] {
+            Told::Stroke(_) => entry.strokes[j] - base.strokes[j],
+            Told::Tension(_, scale) => {
+                scale * (entry.point[self.n_unknowns + j] - base.point[self.n_unknowns + j])
+            }
         };
-        let spread = (0..n).map(|i| inner(&other(i).command, &other(i).command)).fold(0.0, f64::max);
-        let distance = inner(command, command);
+        let away = |j: usize| match told[j] {
+            Told::Stroke(stroke) => stroke - base.strokes[j],
+            Told::Tension(tension, scale) => scale * (tension - base.point[self.n_unknowns + j]),
+        };
+        let inner = |i: usize, k: usize| -> f64 {
+            (0..told.len()).map(|j| apart(other(i), j) * apart(other(k), j)).sum()
+        };
+        let towards = |i: usize| -> f64 { (0..told.len()).map(|j| apart(other(i), j) * away(j)).sum() };
+        let spread = (0..n).map(|i| inner(i, i)).fold(0.0, f64::max);
+        let distance: f64 = (0..told.len()).map(|j| away(j).powi(2)).sum();
         if spread == 0.0 || distance > REACH * REACH * spread {
             return;
         }
@@ -83,10 +107,10 @@ impl Predictor {
         let mut factors = [0.0; CAPACITY];
         for i in 0..n {
             for j in 0..=i {
-                matrix[i][j] = kernel(inner(&other(i).command, &other(j).command));
+                matrix[i][j] = kernel(inner(i, j));
             }
             matrix[i][i] += RIDGE;
-            factors[i] = kernel(inner(&other(i).command, command));
+            factors[i] = kernel(towards(i));
         }
         if !solve_positive_definite(&mut matrix, &mut factors, n) {
             return;

@@ -14,8 +14,9 @@ use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, combine_into
 
 use crate::anderson::Anderson;
 use crate::balance::{Balance, Control, move_nodes};
+use crate::cable::CableShape;
 use crate::model::Twin;
-use crate::predictor::Predictor;
+use crate::predictor::{Predictor, Told};
 use crate::projection::Projection;
 use crate::qp::{Place, QpSolver};
 use crate::step::{StepReport, TwinState};
@@ -51,8 +52,8 @@ pub(crate) struct QuasiNewton {
     step: Vec<f64>,
     /// K⁻¹ r.
     drift: Vec<f64>,
-    command: Vec<f64>,
-    /// Where each cable stood when history began.
+    told: Vec<Told>,
+    /// Where each cable stood in the last QP.
     places: Vec<Place>,
 }
 
@@ -70,14 +71,14 @@ impl QuasiNewton {
             columns: vec![vec![0.0; n]; m],
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n + m),
-            predictor: Predictor::new(isa, n + m, m),
+            predictor: Predictor::new(isa, n, m),
             is_stale: true,
             spent: 0,
             steps: 0,
             recent: 0.0,
             step: vec![0.0; n + m],
             drift: vec![0.0; n],
-            command: vec![0.0; m],
+            told: Vec::with_capacity(m),
             places: vec![Place::Between; m],
         }
     }
@@ -121,7 +122,7 @@ impl QuasiNewton {
                 return false;
             }
             if balance.is_met(twin) {
-                self.finish(twin, control, state, iteration);
+                self.finish(twin, &balance.shape, state, iteration);
                 return true;
             }
             best = best.min(balance.relative);
@@ -164,11 +165,17 @@ impl QuasiNewton {
     /// Moves `state` to where the history expects the equilibrium, then onto the commanded strokes.
     fn predict(&mut self, twin: &Twin, control: &Control, state: &mut TwinState, balance: &mut Balance) {
         let (n, m) = (self.drift.len(), state.tensions.len());
-        self.write_command(twin, control);
         self.step.fill(0.0);
-        let (places, n_tendons) = (&self.places, twin.tendons.len());
-        let counts = |j: usize| j >= n_tendons || control.is_tension(j) || places[j] == Place::Between;
-        self.predictor.predict(&self.command, counts, &mut self.step);
+        self.told.clear();
+        for j in 0..m {
+            let told = match self.places[j] {
+                Place::Between if !control.is_tension(j) => Told::Stroke(control.strokes[j]),
+                Place::Upper => Told::Tension(control.highest[j], self.compliance(j)),
+                _ => Told::Tension(control.lowest[j], self.compliance(j)),
+            };
+            self.told.push(told);
+        }
+        self.predictor.predict(&self.told, &mut self.step);
         move_nodes(&mut state.positions, 1.0, &self.step[..n]);
         for j in 0..m {
             let tension = state.tensions[j] + self.step[n + j];
@@ -210,10 +217,9 @@ impl QuasiNewton {
             self.step[n + j] = self.tensions.increments[j] * self.compliance(j);
             let place = self.tensions.qp.places()[j];
             if self.places[j] != place {
-                // The map has a kink here: pairs and states of the other side do not apply.
+                // The map has a kink here: pairs of the other side do not apply.
                 self.places[j] = place;
                 self.anderson.clear();
-                self.predictor.clear();
             }
         }
         self.anderson.accelerate(&mut self.step);
@@ -245,27 +251,13 @@ impl QuasiNewton {
         self.projection.delassus[j * (self.places.len() + 1)]
     }
 
-    /// What the equilibrium is a smooth function of: strokes, and tensions times compliance where these are prescribed,
-    /// as at a friction point that slips.
-    fn write_command(&mut self, twin: &Twin, control: &Control) {
-        for j in 0..self.command.len() {
-            let rubs = j >= twin.tendons.len();
-            self.command[j] = match self.places[j] {
-                Place::Upper if rubs => control.highest[j] * self.compliance(j),
-                Place::Lower if rubs => control.lowest[j] * self.compliance(j),
-                _ if control.is_tension(j) => control.lowest[j] * self.compliance(j),
-                _ => control.strokes[j],
-            };
-        }
-    }
-
     /// Remembers the equilibrium and decides whether the factor is worth keeping.
-    fn finish(&mut self, twin: &Twin, control: &Control, state: &TwinState, iterations: usize) {
+    fn finish(&mut self, twin: &Twin, shape: &CableShape, state: &TwinState, iterations: usize) {
         let n_free = self.drift.len() / 3;
-        self.write_command(twin, control);
-        let command = &self.command;
-        self.predictor.push(|to_command, to_point| {
-            to_command.copy_from_slice(command);
+        self.predictor.push(|to_strokes, to_point| {
+            for (j, stroke) in to_strokes.iter_mut().enumerate() {
+                *stroke = shape.strokes[j] + twin.cables.stretch(j, &state.tensions);
+            }
             let (positions, tensions) = to_point.split_at_mut(3 * n_free);
             for (point, node) in positions.as_chunks_mut::<3>().0.iter_mut().zip(&state.positions) {
                 point.copy_from_slice(&node[..3]);

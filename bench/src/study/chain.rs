@@ -53,12 +53,14 @@ impl Chain {
         call(Command::new(&self.program).args(arguments).current_dir(root))
     }
 
-    /// Runs it unless what it writes is there.
+    /// Runs it unless what it writes is there, and is not what a training was stopped at.
     ///
     /// # Errors
     /// It fails.
     pub fn once(&self, out: &str, arguments: &[&str]) -> Result<()> {
-        if Path::new(out).exists() { Ok(()) } else { self.hysteron(arguments) }
+        let is_stopped =
+            ["training", "training-1"].iter().any(|end| Path::new(out).with_extension(end).exists());
+        if Path::new(out).exists() && !is_stopped { Ok(()) } else { self.hysteron(arguments) }
     }
 
     /// A path of the study as an argument: the program works in the root of the repository.
@@ -103,7 +105,7 @@ impl Chain {
     pub fn identify(&self, name: &str, scene: &str, recordings: &[String]) -> Result<String> {
         let out = self.path(&format!("identified-{name}"))?;
         let scene = format!("meshes/tpu80/{scene}");
-        let mut arguments = vec!["identify", &scene, "--rounds", "1", "--out", &out];
+        let mut arguments = vec!["identify", &scene, "--out", &out];
         arguments.extend(recordings.iter().map(String::as_str));
         self.hysteron(&arguments)?;
         Ok(out)

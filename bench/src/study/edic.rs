@@ -1,8 +1,9 @@
 //! Open-loop tracking of ideal paths (paper 003, tables II to IV): strokes found in one way or another, carried out on the
 //! virtual rig without a sensor, and measured.
 //!
-//! Works in the folder of the study `coreact`, whose recordings and residual networks it takes, and trains what is
-//! missing. No path is in any training.
+//! The ladder: the fitted twin without learning; an inverse network on recorded data; the paper's network, ours on recorded
+//! and synthetic data; and the calibrated twin, steered. One calibrated twin makes the data of all seeds of networks. No path
+//! is in any training.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -50,6 +51,8 @@ const IDEALS: [Ideal; 15] = [
 /// A way to strokes.
 struct Way {
     name: &'static str,
+    /// Trainings, each from its own seed.
+    seeds: u64,
     /// Scene that is steered, if that is how.
     scene: Option<&'static str>,
     /// Checkpoint of a seed, if it learns.
@@ -58,15 +61,24 @@ struct Way {
 
 /// Scene of the twin that makes synthetic data, and the name of its residual networks.
 const GENERATOR: [&str; 2] = ["scene-typical-friction.toml", "friction"];
-/// The inverse network that learns from them too.
-const HYBRID: &str = "hybrid";
+/// The plans that it carries out.
+const PLANS: [&str; 2] = ["synthetic", "roses"];
+/// Seeds of networks, and repeats of each path with each of them.
+const SEEDS: u64 = 5;
+const REPEATS: u64 = 5;
+/// The paper's training takes every sample as the end of a window; this takes few, for its time.
+const PAPER_STRIDE: &str = "400";
 
+const BASELINE: Way =
+    Way { name: "network, recorded data", seeds: SEEDS, scene: None, model: Some("inverse") };
+const PAPER: Way = Way { name: "the paper's network", seeds: 1, scene: None, model: Some("paper-inverse") };
+const HYBRID: Way = Way { name: "network, hybrid data", seeds: SEEDS, scene: None, model: Some("hybrid") };
 const WAYS: [Way; 5] = [
-    Way { name: "fitted twin", scene: Some("scene-typical.toml"), model: None },
-    Way { name: "network, recorded data", scene: None, model: Some("inverse") },
-    Way { name: "network, hybrid data", scene: None, model: Some(HYBRID) },
-    Way { name: "calibrated twin", scene: Some("scene-typical.toml"), model: Some("twin") },
-    Way { name: "+ friction", scene: Some(GENERATOR[0]), model: Some(GENERATOR[1]) },
+    Way { name: "fitted twin", seeds: 1, scene: Some("scene-typical.toml"), model: None },
+    BASELINE,
+    PAPER,
+    HYBRID,
+    Way { name: "calibrated twin", seeds: 1, scene: Some(GENERATOR[0]), model: Some(GENERATOR[1]) },
 ];
 
 /// One way on one path, for every seed and repeat; empty where the rig would not carry the strokes out.
@@ -77,28 +89,26 @@ type Cell = Vec<Followed>;
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
-    let seeds = if quick { 1 } else { 5 };
     let chain = Chain::new(folder)?;
     chain.record("typical", "paper", "data")?;
     let training = chain.training_recordings()?;
-    for way in WAYS.iter() {
-        if let (Some(scene), Some(model)) = (way.scene, way.model) {
-            let identified = chain.identify(model, scene, &training)?;
-            chain.train(model, &identified, seeds, None)?;
-        }
-    }
-    for seed in 1..=seeds {
-        let synthetic = generate(&chain, seed)?;
-        train_inverse(&chain, "inverse", seed, &training)?;
-        train_inverse(&chain, HYBRID, seed, &[&training[..], &[synthetic]].concat())?;
+    let [scene, model] = GENERATOR;
+    chain.train(model, &chain.identify(model, scene, &training)?, 1, None)?;
+    let synthetic = PLANS.iter().map(|plan| generate(&chain, plan)).collect::<Result<Vec<String>>>()?;
+    let hybrid = [&training[..], &synthetic].concat();
+    for (way, recordings, options) in [
+        (&BASELINE, &training, &[][..]),
+        (&HYBRID, &hybrid, &[]),
+        (&PAPER, &hybrid, &["--design", "paper", "--stride", PAPER_STRIDE]),
+    ] {
+        let seeds = 1..=if quick { 1 } else { way.seeds };
+        seeds.into_par_iter().try_for_each(|seed| train_inverse(&chain, way, seed, recordings, options))?;
     }
     let paths = &IDEALS[..if quick { 1 } else { IDEALS.len() }];
     let rows = paths
         .par_iter()
         .map(|ideal| {
-            WAYS.iter()
-                .map(|way| track(&chain, way, ideal.path, [seeds, seeds]))
-                .collect::<Result<Vec<Cell>>>()
+            WAYS.iter().map(|way| track(&chain, way, ideal.path, quick)).collect::<Result<Vec<Cell>>>()
         })
         .collect::<Result<Vec<Vec<Cell>>>>()?;
     print(paths, &rows);
@@ -120,26 +130,33 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     write_metrics(folder, "edic", json!({ "paths": json_rows }))
 }
 
-/// The calibrated twin of a seed does the plan `synthetic`.
-fn generate(chain: &Chain, seed: u64) -> Result<String> {
+/// The calibrated twin carries out a plan.
+fn generate(chain: &Chain, plan: &str) -> Result<String> {
     let [scene, model] = GENERATOR;
-    let (out, scene) = (chain.path(&format!("synthetic-{seed}"))?, format!("meshes/tpu80/{scene}"));
-    let model = chain.path(&format!("{model}-{seed}.safetensors"))?;
-    chain.hysteron(&["generate", &scene, "--residual", &model, "--out", &out])?;
+    let (out, scene) = (chain.path(plan)?, format!("meshes/tpu80/{scene}"));
+    let model = chain.path(&format!("{model}-1.safetensors"))?;
+    chain.hysteron(&["generate", &scene, "--residual", &model, "--plan", plan, "--out", &out])?;
     Ok(out)
 }
 
-fn train_inverse(chain: &Chain, model: &str, seed: u64, recordings: &[String]) -> Result<()> {
+fn train_inverse(chain: &Chain, way: &Way, seed: u64, recordings: &[String], options: &[&str]) -> Result<()> {
+    let model = way.model.unwrap_or_default();
     let (out, seed) = (chain.path(&format!("{model}-{seed}.safetensors"))?, seed.to_string());
-    let mut arguments = vec!["train", "--seed", &seed, "--out", &out];
+    let mut arguments = vec!["-q", "--threads", "1", "train", "--seed", &seed, "--out", &out];
+    arguments.extend(options);
     arguments.extend(recordings.iter().map(String::as_str));
     chain.once(&out, &arguments)
 }
 
 /// Strokes by this way for every seed, each carried out several times, and measured.
-fn track(chain: &Chain, way: &Way, target: &str, [seeds, repeats]: [u64; 2]) -> Result<Cell> {
-    let stem = format!("tracked/{}-{}", way.name.replace([' ', ',', '+'], ""), target.replace(':', ""));
+fn track(chain: &Chain, way: &Way, target: &str, quick: bool) -> Result<Cell> {
+    let stem = format!(
+        "tracked/{}-{}",
+        way.name.replace(|c: char| !c.is_alphanumeric(), ""),
+        target.replace(':', "")
+    );
     let scene = way.scene.map(|scene| format!("meshes/tpu80/{scene}"));
+    let (seeds, repeats) = if quick { (1, 1) } else { (way.seeds, REPEATS) };
     let mut cell = Vec::new();
     for seed in 1..=seeds {
         let model = way.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;

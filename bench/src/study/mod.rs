@@ -6,6 +6,8 @@ pub mod convergence;
 pub mod coreact;
 pub mod edic;
 pub mod ftdcr;
+pub mod inverse;
+pub mod ladder;
 pub mod rig;
 pub mod sofa;
 pub mod sorosim;

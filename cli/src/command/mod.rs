@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, file};
-use hysteron_control::inverse::InverseModel;
+use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::is_recording;
 use hysteron_control::{Limits, TargetPath};
 
@@ -20,10 +20,10 @@ That takes longer, needs no training for paths, and where the checkpoint is by `
 the robot's hysteresis, and the strokes take it back. Without a checkpoint the twin is the nominal one.
 
 PATH is a target (`hysteron target --help`: circle:40, a .toml, an .svg) or a recording (.parquet or .csv) with \
-tip_x_mm and tip_y_mm (or in m), at the rate of the training.
+tip_x_mm and tip_y_mm (or in m), and tip_z_mm for a network that was trained with it, at the rate of the training.
 
-Writes a recording with a stroke for every tendon, from no strokes and back to none, the path as target_x_m and \
-target_y_m, with --scene where the twin's tip went (twin_x_m, ...), and two flags: extrapolating, where the network \
+Writes a recording with a stroke for every tendon, from no strokes and back to none, the path as target_x_m, \
+target_y_m and, where it has one, target_z_m, with --scene where the twin's tip went (twin_x_m, ...), and two flags: extrapolating, where the network \
 left what it was trained on, and limited, where a limit held a stroke back. Strokes stay within the range of the \
 training and change no faster than there, or within the limits given. Carry them out with `hysteron record --strokes`.
 
@@ -88,8 +88,10 @@ struct Target {
     time: Vec<f64>,
     /// Duration of a sample [s].
     step: f64,
-    /// x and y (n_samples) [m].
-    path: Vec<[f64; 2]>,
+    /// Tips (n_samples).
+    path: Vec<Tip>,
+    /// Whether these have a z.
+    axes: Axes,
 }
 
 /// Strokes for a path, and what is recorded beside them: as many samples as the path has, or some more for the way home.
@@ -163,6 +165,10 @@ fn by_network(
 ) -> anyhow::Result<Answer> {
     let model = InverseModel::read(way.checkpoint.as_deref().unwrap_or(Path::new("")))?;
     model.check_step(target.step).map_err(|bad| bad.within(&way.target))?;
+    if (model.axes(), target.axes) == (Axes::Spatial, Axes::Planar) {
+        let bad = BadInput::new(&way.target, "a recording with tip_z_m", "a path in the plane");
+        return Err(bad.hint("the network was trained with --spatial").into());
+    }
     let commands = model.command(&target.path, limits(&model, given), progress)?;
     let n = commands.steps.len();
     let n_tendons = commands.strokes.len() / n.max(1);
@@ -176,7 +182,8 @@ fn by_network(
     })
 }
 
-/// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m` at a fixed rate.
+/// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m`, and perhaps `tip_z_m`, at
+/// a fixed rate.
 fn read_target(named: &str) -> anyhow::Result<Target> {
     let path = Path::new(named);
     let recording =
@@ -187,8 +194,10 @@ fn read_target(named: &str) -> anyhow::Result<Target> {
     let rate = recording
         .rate_hz()
         .ok_or_else(|| within(BadInput::new("time_s", "a fixed rate", "uneven steps").hint("resample it")))?;
-    let path = x.iter().zip(y).map(|(&x, &y)| [x, y]).collect();
-    Ok(Target { time: recording.time().to_vec(), step: rate.recip(), path })
+    let z = recording.channel("tip_z_m");
+    let axes = if z.is_some() { Axes::Spatial } else { Axes::Planar };
+    let path = (0..x.len()).map(|i| [x[i], y[i], z.map_or(0.0, |z| z[i])]).collect();
+    Ok(Target { time: recording.time().to_vec(), step: rate.recip(), path, axes })
 }
 
 /// Those of the training, but for the ones given.
@@ -209,8 +218,11 @@ fn recording(way: &Way, target: &Target, answer: Answer) -> anyhow::Result<Recor
         strokes.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
     // On the way home the path stands at its end.
     let last = target.path.len() - 1;
-    for (c, name) in ["target_x_m", "target_y_m"].into_iter().enumerate() {
-        channels.push(Channel::new(name, (0..n).map(|i| target.path[i.min(last)][c]).collect()));
+    for (c, axis) in target.axes.names().iter().enumerate() {
+        channels.push(Channel::new(
+            format!("target_{axis}_m"),
+            (0..n).map(|i| target.path[i.min(last)][c]).collect(),
+        ));
     }
     let axes =
         answer.twin.into_iter().flat_map(|tip| ["twin_x_m", "twin_y_m", "twin_z_m"].into_iter().zip(tip));

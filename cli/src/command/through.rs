@@ -43,7 +43,7 @@ pub fn strokes(
     };
     let mut square = 0.0;
     for (i, goal) in target.path.iter().enumerate() {
-        let step = follower.step(*goal)?;
+        let step = follower.step([goal[0], goal[1]])?;
         square += (step.tip[0] - goal[0]).powi(2) + (step.tip[1] - goal[1]).powi(2);
         answer.push(&follower, &step);
         if !progress(i + 1) {

@@ -112,7 +112,7 @@ pub fn between_sharp_turns(line: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, 
         (here.0 - before.0) * (after.0 - here.0) + (here.1 - before.1) * (after.1 - here.1) <= 0.0
     };
     let corners = (1..line.len().saturating_sub(1)).filter(move |&k| is_sharp(k));
-    let ends = corners.clone().chain([line.len() - 1]);
+    let ends = corners.clone().chain(line.len().checked_sub(1));
     [0].into_iter().chain(corners).zip(ends).map(|(start, end)| &line[start..=end])
 }
 
@@ -164,5 +164,18 @@ impl Figure for TipPath {
         self.view(&sheet.part(left, TOP + small.1, small.0, small.1), [1, 2], from_side)?;
         let bar = sheet.part(width - 72.0, TOP + 4.0, 70.0, 220.0);
         bar.color_bar("time [s]", self.time[0], self.time[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_cut_where_it_turns_back() {
+        let line = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (1.0, 0.5), (0.0, 0.5)];
+        let parts: Vec<&[(f64, f64)]> = between_sharp_turns(&line).collect();
+        assert_eq!(parts, [&line[..3], &line[2..]]);
+        assert_eq!(between_sharp_turns(&[]).count(), 0);
     }
 }

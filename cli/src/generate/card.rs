@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_control::Trajectory;
-use hysteron_control::inverse::Workspace;
+use hysteron_control::inverse::{Axes, Tip, Workspace};
 use serde::Serialize;
 
 use crate::inputs::Input;
@@ -134,8 +134,11 @@ impl Card {
         let of_real: Vec<[f64; 2]> =
             real.iter().filter_map(|input| tip_of(&input.recording).ok()).flatten().collect();
         let samples_real = of_real.len();
-        let (own, robots) = (Workspace::new(all().collect()), Workspace::new(of_real));
-        let outside = all().filter(|tip| robots.is_outside(*tip, 0.0)).count();
+        let flat = |[x, y]: [f64; 2]| [x, y, 0.0];
+        let workspace = |tips: Vec<Tip>| Workspace::new(Axes::Planar, tips);
+        let own = workspace(all().map(flat).collect());
+        let robots = workspace(of_real.into_iter().map(flat).collect());
+        let outside = all().filter(|tip| robots.is_outside(flat(*tip), 0.0)).count();
         let flagged: f64 = rows.iter().map(|row| row.extrapolating * row.samples as f64).sum();
         let mut families = BTreeMap::new();
         for row in &rows {

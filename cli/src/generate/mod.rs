@@ -2,25 +2,29 @@
 
 mod card;
 mod shard;
+mod steer;
 
 use std::path::PathBuf;
 use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::Trajectory;
+use hysteron_control::plan::Space;
 use hysteron_twin::Twin;
 use hysteron_twin::synthetic::{Outcome, synthesise};
 use rayon::prelude::*;
 
 pub use card::{Card, Row, tip_of};
 use shard::Shard;
+use steer::strokes;
 
 use crate::network::{Network, plant};
 use crate::{figures, inputs, interrupt, plan, terminal};
 
 const HELP: &str = "\
 Needs a scene and a plan: a file (docs in control/README.md) or a name, `synthetic` (the 25 trajectories of paper 003, \
-387 000 samples), `paper`, `quick`. With --residual, a checkpoint by `hysteron fit-residual`, the twin shows the robot's \
+387 000 samples), `roses` (eight ways of the tip in ever new directions), `paper`, `quick`. In a plan with space = \"tip\" the curves are where \
+the tip shall go: the twin is steered along them, within the plan's limits, and the strokes that did it are carried out. With --residual, a checkpoint by `hysteron fit-residual`, the twin shows the robot's \
 hysteresis; without one it is the bare twin.
 
 Writes to DIR a recording for every trajectory, as a rig would (stroke_1_m, ..., tip_x_m, ...), with tensions, with what a \
@@ -69,7 +73,6 @@ pub struct Arguments {
 /// A trajectory and where it goes.
 struct Job<'a> {
     trajectory: &'a Trajectory,
-    commands: Recording,
     meta: Metadata,
     out: PathBuf,
 }
@@ -93,7 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     }
     let n_jobs = rows.len() + missing.len();
-    let n_samples = missing.iter().map(|job| job.commands.n_samples()).sum();
+    let n_samples = missing.iter().map(|job| job.trajectory.n_samples()).sum::<usize>();
     tracing::info!(
         "{}, plan {}: {n_jobs} trajectories, {n_samples} samples to do; {} are there already",
         scene.name,
@@ -101,16 +104,22 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rows.len(),
     );
     interrupt::listen()?;
-    let bar = terminal::progress("samples", n_samples, 0);
+    // Strokes for a way of the tip are found first.
+    let n_passes = if plan.space() == Space::Tip { 2 } else { 1 };
+    let bar = terminal::progress("samples", n_passes * n_samples, 0);
     let found = Mutex::new(Vec::new());
     missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
         let rate = job.trajectory.rate_hz;
-        let mut plant = plant(network.as_ref(), &twin, rate.recip())?;
         let mut go_on = || {
             bar.inc(1);
             !interrupt::is_asked()
         };
-        let row = match synthesise(&twin, &mut *plant, &job.commands, job.meta.clone(), &mut go_on)? {
+        let plant = || plant(network.as_ref(), &twin, rate.recip());
+        let outcome = match strokes(&twin, plant()?, job.trajectory, plan.limits, &mut go_on)? {
+            Ok(commands) => synthesise(&twin, &mut *plant()?, &commands, job.meta.clone(), &mut go_on)?,
+            Err(outcome) => outcome,
+        };
+        let row = match outcome {
             Outcome::Ended => return Ok(()),
             Outcome::Made(recording) => {
                 recording.write(&job.out)?;
@@ -161,8 +170,7 @@ fn job<'a>(
     network: Option<&Network>,
     trajectory: &'a Trajectory,
 ) -> anyhow::Result<Job<'a>> {
-    let commands = trajectory.commands()?;
-    let mut meta = commands.meta().clone();
+    let mut meta = trajectory.metadata();
     meta.source = format!("twin {}, {}", scene.name, meta.source);
     meta.scene_hash.clone_from(&scene.hash);
     meta.commit = env!("HYSTERON_COMMIT").to_owned();
@@ -170,7 +178,7 @@ fn job<'a>(
     if let Some(network) = network {
         meta.extra.insert(NETWORK.to_owned(), network.hash.clone());
     }
-    Ok(Job { trajectory, commands, meta, out: arguments.out.join(format!("{}.parquet", trajectory.name)) })
+    Ok(Job { trajectory, meta, out: arguments.out.join(format!("{}.parquet", trajectory.name)) })
 }
 
 /// Metadata key: hash of the residual network's checkpoint.

@@ -6,7 +6,7 @@ use hysteron_learn::{Adam, Batch, Memory, Outputs, Runner, Trainer};
 use super::model::check_limits;
 use super::smooth::{PathPoint, smooth};
 use super::windowed::{gather, normalised_path};
-use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression};
+use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression, Tip};
 use crate::{Limits, Result};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
@@ -56,7 +56,7 @@ impl<'a> Controller<'a> {
     ///
     /// # Errors
     /// A path without samples or with one that is not finite; limits that leave nothing; a model of the paper's design.
-    pub fn new(model: &'a InverseModel, path: &[[f64; 2]], limits: Limits) -> Check<Self> {
+    pub fn new(model: &'a InverseModel, path: &[Tip], limits: Limits) -> Check<Self> {
         let Design::Stateful { features, regression } = &model.design else {
             return Err(BadInput::new("checkpoint: design", "stateful", "the paper's"));
         };
@@ -101,7 +101,7 @@ impl<'a> Controller<'a> {
     }
 }
 
-fn is_outside(model: &InverseModel, point: [f64; 2]) -> bool {
+fn is_outside(model: &InverseModel, point: Tip) -> bool {
     model.workspace.is_outside(point, MARGIN * model.workspace.width())
 }
 
@@ -111,13 +111,13 @@ fn bound(outputs: &[f32], bounded: &mut [f32]) {
     }
 }
 
-fn smoothed_path(path: &[[f64; 2]], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
+fn smoothed_path(path: &[Tip], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
     check_path(path)?;
     let half = (spec.half_width_s / spec.step_s).round() as usize;
     Ok(smooth(path, &vec![false; path.len()], spec.step_s, spec.smoothing, half))
 }
 
-fn check_path(path: &[[f64; 2]]) -> Check<()> {
+fn check_path(path: &[Tip]) -> Check<()> {
     if path.is_empty() {
         return Err(BadInput::new("target", "at least one sample", "none"));
     }
@@ -172,7 +172,7 @@ impl InverseModel {
     /// Those of [`Controller::new`], but for the design.
     pub fn command(
         &self,
-        path: &[[f64; 2]],
+        path: &[Tip],
         limits: Limits,
         progress: &mut dyn FnMut(usize) -> bool,
     ) -> Result<Commands> {
@@ -195,7 +195,7 @@ impl InverseModel {
 
     fn command_windows(
         &self,
-        path: &[[f64; 2]],
+        path: &[Tip],
         window: usize,
         limits: Limits,
         progress: &mut dyn FnMut(usize) -> bool,
@@ -208,7 +208,7 @@ impl InverseModel {
         let mut bounded = vec![0.0; self.n_tendons];
         for start in (0..path.len()).step_by(BATCH) {
             let ends = start..(start + BATCH).min(path.len());
-            let inputs = gather(ends.clone().map(|end| (&normalised[..], end)), window);
+            let inputs = gather(ends.clone().map(|end| (&normalised[..], end)), window, self.axes().len());
             let batch = Batch { inputs: &inputs, steps: window, rows: ends.len(), outputs: Outputs::Last };
             let outputs =
                 trainer.predict(&batch, &mut Memory::zeros(self.network.architecture(), ends.len()))?;
@@ -216,7 +216,8 @@ impl InverseModel {
                 bound(outputs, &mut bounded);
                 self.outputs.restore_into(&bounded, &mut limiter.wanted);
                 let is_limited = limiter.apply(i == 0);
-                let is_extrapolating = is_outside(self, path[i]) || self.inputs.is_outside(&path[i], MARGIN);
+                let is_extrapolating = is_outside(self, path[i])
+                    || self.inputs.is_outside(&path[i][..self.axes().len()], MARGIN);
                 commands.strokes.extend(&limiter.strokes);
                 commands.steps.push(Step { is_extrapolating, is_limited });
             }

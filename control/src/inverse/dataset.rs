@@ -4,6 +4,7 @@ use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
 use rand::seq::IndexedRandom;
 use serde::Serialize;
 
+use super::{Axes, Tip};
 use crate::Limits;
 
 /// Largest difference of a sample's duration that still counts as the same rate [-].
@@ -34,42 +35,54 @@ pub struct Demonstration {
     pub family: String,
     /// Duration of a sample [s].
     pub step: f64,
-    /// Tip (n_samples), x and y [m].
-    pub tip: Vec<[f64; 2]>,
+    /// What its tip is told by.
+    pub axes: Axes,
+    /// Tip (n_samples).
+    pub tip: Vec<Tip>,
     /// True where the sample was filled in (n_samples).
     pub gap: Vec<bool>,
     /// Number of tendons.
     pub n_tendons: usize,
     /// Strokes (n_samples × n_tendons) [m].
     pub strokes: Vec<f64>,
-    /// ∂(tip x, tip y)/∂stroke (n_samples × 2 × n_tendons) [-]; empty where it was not recorded.
+    /// ∂tip/∂stroke (n_samples × axes × n_tendons) [-]; empty where it was not recorded.
     pub jacobian: Vec<f64>,
 }
 
 impl Demonstration {
-    /// Takes a recording with `tip_x_m`, `tip_y_m`, `stroke_1_m`, …; and the twin's local Jacobian where there are
-    /// `tip_x_per_stroke_1_ratio`, …, `tip_y_per_stroke_1_ratio`, ….
+    /// Takes a recording with `tip_x_m`, `tip_y_m`, in space `tip_z_m`, and `stroke_1_m`, …; and the twin's local Jacobian
+    /// where there are `tip_x_per_stroke_1_ratio`, …, and as many for the other axes.
     ///
     /// # Errors
     /// Channels are missing, the rate is not fixed, or the Jacobian has not all tendons.
-    pub fn new(name: &str, hash: &str, recording: &Recording) -> Result<Self, BadInput> {
+    pub fn new(name: &str, hash: &str, recording: &Recording, axes: Axes) -> Result<Self, BadInput> {
         let within = |bad: BadInput| bad.within(name);
-        let (x, y) = (recording.require("tip_x_m"), recording.require("tip_y_m"));
-        let (x, y) = (x.map_err(within)?, y.map_err(within)?);
+        let coordinates = axes.names().iter().map(|axis| recording.require(&format!("tip_{axis}_m")));
+        let coordinates = coordinates.collect::<Result<Vec<_>, _>>().map_err(within)?;
         recording.require("stroke_1_m").map_err(within)?;
         let strokes = recording.strokes();
         let rate = recording.rate_hz().ok_or_else(|| {
             BadInput::new(format!("{name}: time_s"), "a fixed rate", "uneven steps").hint("resample it")
         })?;
         let n = recording.n_samples();
-        let axes = ["tip_x_per_stroke", "tip_y_per_stroke"].map(|stem| recording.numbered(stem, "ratio"));
-        if axes.iter().any(|axis| ![0, strokes.len()].contains(&axis.len())) || axes[0].len() != axes[1].len()
-        {
-            let expected = format!("tip_x_per_stroke_k_ratio and tip_y_… of {} tendons", strokes.len());
-            let found = format!("{} and {}", axes[0].len(), axes[1].len());
-            return Err(BadInput::new(name, expected, found));
+        let row = |axis: &&str| recording.numbered(&format!("tip_{axis}_per_stroke"), "ratio");
+        let rows: Vec<Vec<&[f64]>> = axes.names().iter().map(row).collect();
+        let counts: Vec<usize> = rows.iter().map(Vec::len).collect();
+        let n_series: usize = counts.iter().sum();
+        if n_series > 0 && counts.iter().any(|count| *count != strokes.len()) {
+            let expected = format!(
+                "tip_x_per_stroke_k_ratio, and as many for {}, of {} tendons",
+                axes.names()[1..].join(" and "),
+                strokes.len()
+            );
+            return Err(BadInput::new(name, expected, format!("{counts:?}")));
         }
-        let jacobian = |i: usize| axes.iter().flatten().map(move |series| series[i]);
+        let jacobian = |i: usize| rows.iter().flatten().map(move |series| series[i]);
+        let tip = |i: usize| {
+            let mut tip = [0.0; 3];
+            tip.iter_mut().zip(&coordinates).for_each(|(c, series)| *c = series[i]);
+            tip
+        };
         let (origin, robot) = robot_of(recording.meta());
         Ok(Self {
             name: name.to_owned(),
@@ -78,7 +91,8 @@ impl Demonstration {
             robot,
             family: recording.meta().extra.get("plan.family").cloned().unwrap_or_default(),
             step: rate.recip(),
-            tip: x.iter().zip(y).map(|(&x, &y)| [x, y]).collect(),
+            axes,
+            tip: (0..n).map(tip).collect(),
             gap: recording.gap().to_vec(),
             n_tendons: strokes.len(),
             strokes: (0..n).flat_map(|i| strokes.iter().map(move |series| series[i])).collect(),
@@ -124,6 +138,8 @@ pub struct Dataset {
     pub step: f64,
     /// Number of tendons.
     pub n_tendons: usize,
+    /// What tips are told by.
+    pub axes: Axes,
 }
 
 impl Dataset {
@@ -140,13 +156,13 @@ impl Dataset {
             return Err(BadInput::new("held out", format!("of {}", names.join(", ")), unknown));
         }
         let held_out = if held_out.is_empty() { drawn(&all, seed) } else { held_out.to_vec() };
-        let (step, n_tendons) = (all[0].step, all[0].n_tendons);
+        let (step, n_tendons, axes) = (all[0].step, all[0].n_tendons, all[0].axes);
         let (validation, training): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|one| held_out.contains(&one.name));
         if training.is_empty() {
             return Err(BadInput::new("held out", "some recordings left to learn from", "all of them"));
         }
-        Ok(Self { training, validation, step, n_tendons })
+        Ok(Self { training, validation, step, n_tendons, axes })
     }
 
     /// How many demonstrations to learn from have this origin.
@@ -186,6 +202,10 @@ fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
         if one.robot != same_origin.robot {
             let expected = format!("recordings of one robot, {} as {}", same_origin.robot, same_origin.name);
             return Err(BadInput::new(&one.name, expected, &one.robot));
+        }
+        if one.axes != first.axes {
+            let expected = format!("tips told by {}, as {}", first.axes.names().join(", "), first.name);
+            return Err(BadInput::new(&one.name, expected, one.axes.names().join(", ")));
         }
         if one.n_tendons != first.n_tendons {
             let expected = format!("{} tendons, as {}", first.n_tendons, first.name);

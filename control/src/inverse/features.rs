@@ -9,12 +9,15 @@ use hysteron_actuator::Play;
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
+use super::Axes;
 use super::smooth::{PathPoint, Smoothing};
 
 /// Which features there are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FeatureSpec {
+    /// What a tip is told by.
+    pub axes: Axes,
     /// Duration of a sample [s].
     pub step_s: f64,
     /// Number of tendons.
@@ -63,12 +66,13 @@ impl FeatureSpec {
 
     /// Names of all features, in order.
     pub fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> =
-            ["tip_x_m", "tip_y_m", "rate_x_m_s", "rate_y_m_s", "direction_x_ratio", "direction_y_ratio"]
-                .map(str::to_owned)
-                .to_vec();
+        let axes = |of: &str, unit: &str| -> Vec<String> {
+            self.axes.names().iter().map(|axis| format!("{of}{axis}_{unit}")).collect()
+        };
+        let mut names = [axes("tip_", "m"), axes("rate_", "m_s"), axes("direction_", "ratio")].concat();
         for h in 1..=self.horizons_s.len() {
-            names.extend(["x_m", "y_m", "rate_x_m_s", "rate_y_m_s"].map(|what| format!("ahead_{h}_{what}")));
+            names.extend(axes(&format!("ahead_{h}_"), "m"));
+            names.extend(axes(&format!("ahead_{h}_rate_"), "m_s"));
         }
         for k in 1..=self.n_tendons {
             names.extend((1..=self.plays_m.len()).map(|p| format!("play_{p}_{k}_m")));
@@ -109,15 +113,16 @@ impl Features {
     /// order. `strokes` (n_tendons) are those of the static regression [m].
     pub fn append(&mut self, path: &[PathPoint], i: usize, strokes: &[f64], out: &mut Vec<f64>) {
         let PathPoint { position, rate } = path[i];
-        out.extend(position);
-        out.extend(rate);
-        let speed = rate[0].hypot(rate[1]).hypot(self.spec.slow_m_s);
-        out.extend(rate.map(|v| v / speed));
+        let n = self.spec.axes.len();
+        out.extend(&position[..n]);
+        out.extend(&rate[..n]);
+        let speed = rate[0].hypot(rate[1]).hypot(rate[2]).hypot(self.spec.slow_m_s);
+        out.extend(rate[..n].iter().map(|v| v / speed));
         for ahead in &self.ahead {
             let then = path.get(i + ahead).copied();
-            let then = then.unwrap_or(PathPoint { position: path[path.len() - 1].position, rate: [0.0; 2] });
-            out.extend([0, 1].map(|c| then.position[c] - position[c]));
-            out.extend(then.rate);
+            let then = then.unwrap_or(PathPoint { position: path[path.len() - 1].position, rate: [0.0; 3] });
+            out.extend((0..n).map(|c| then.position[c] - position[c]));
+            out.extend(&then.rate[..n]);
         }
         if i == 0 {
             self.begin(strokes);

@@ -1,50 +1,10 @@
 //! What both designs share in training: epochs, the best weights on trajectories held out, and going on from a file.
 
-use std::path::Path;
-
-use hysteron_base::BadInput;
-use hysteron_learn::{Adam, Network, Normaliser, Trainer, Training};
+use hysteron_learn::{Adam, Learned, Lesson, Network, Normaliser, Session, Trainer, Training, teach};
 use serde_json::{Value, json};
 
 use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
 use crate::{Error, Result};
-
-/// What a training reports after an epoch.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Epoch {
-    /// Epochs done, from 1.
-    pub number: usize,
-    /// Root of the mean loss in training [mm].
-    pub training_mm: f64,
-    /// Root mean square error of the strokes held out [mm].
-    pub held_out_mm: f64,
-    /// The best of these so far.
-    pub best_mm: f64,
-}
-
-/// What a training reports.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Progress {
-    /// A step of Adam.
-    Step {
-        /// Epochs done.
-        epoch: usize,
-        /// Steps of this epoch done.
-        done: usize,
-        /// Steps of an epoch.
-        of: usize,
-    },
-    /// The end of an epoch.
-    Epoch(Epoch),
-}
-
-/// Where a training stands between runs, and who is told.
-pub struct Session<'a> {
-    /// File to go on from, written after every epoch; none for no file.
-    pub file: Option<&'a Path>,
-    /// Gets the progress; ends the training where it returns false. A part of an epoch is then lost.
-    pub progress: &'a mut dyn FnMut(&Progress) -> bool,
-}
 
 /// A trained controller and how well it does on the trajectories held out.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,34 +19,17 @@ pub struct Fitted {
     pub is_finished: bool,
 }
 
-/// A design in training.
-pub(super) trait Lesson {
-    /// Epochs at most.
-    fn epochs(&self) -> usize;
-    /// Epochs without a better error after which it ends.
-    fn patience(&self) -> usize;
-    /// Settings of Adam in an epoch.
-    fn adam(&self, epoch: usize) -> Adam;
-    /// Part of the running mean of the weights that each step renews; none for no mean.
-    fn renewed(&self) -> Option<f32>;
-    /// Goes through all training data once; the mean loss [mm²], or none where `on_step(done, of)` ended it.
-    fn train(
-        &mut self,
-        training: &mut Training,
-        epoch: usize,
-        on_step: &mut dyn FnMut(usize, usize) -> bool,
-    ) -> Result<Option<f64>>;
+/// A design in training, judged by its strokes in millimetres.
+pub(super) trait Strokes: Lesson<Error = Error> {
     /// Mean square error of each stroke held out [mm²].
-    fn validate(&self, training: &Training) -> Result<Vec<f64>>;
+    fn squares(&self, training: &Training) -> Result<Vec<f64>>;
 }
 
 /// The best weights, the epochs after which they were found, and whether the training came to its end.
 pub(super) struct Outcome {
-    pub network: Network,
-    pub epoch: usize,
+    pub learned: Learned,
     /// Root mean square error of each stroke held out [mm].
     pub held_out_mm: Vec<f64>,
-    pub is_finished: bool,
 }
 
 /// What a controller is made of beside its network.
@@ -104,11 +47,11 @@ impl Outcome {
     pub fn into_fitted(self, data: &Dataset, identity: Value, parts: Parts) -> Fitted {
         let Parts { inputs, outputs, design, workspace, regression_mm } = parts;
         let mut training = identity;
-        training["epochs"] = json!(self.epoch);
+        training["epochs"] = json!(self.learned.epochs);
         training["held_out_stroke_rmse_mm"] = json!(self.held_out_mm);
         training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
         let model = InverseModel {
-            network: self.network,
+            network: self.learned.network,
             inputs,
             outputs,
             design,
@@ -119,67 +62,24 @@ impl Outcome {
             robots: data.robots(),
             training,
         };
-        Fitted { model, held_out_mm: self.held_out_mm, regression_mm, is_finished: self.is_finished }
+        let is_finished = self.learned.is_finished;
+        Fitted { model, held_out_mm: self.held_out_mm, regression_mm, is_finished }
     }
 }
 
-/// Trains `network`, or goes on from the session's file. `identity` says what is trained on what: a file with another
-/// one is refused.
-pub(super) fn run(
-    lesson: &mut dyn Lesson,
+/// Trains `network`, or goes on from the session's file; see [`teach`].
+pub(super) fn run<L: Strokes>(
+    lesson: &mut L,
     network: Network,
     seed: u64,
     identity: &Value,
     session: &mut Session<'_>,
 ) -> Result<Outcome> {
-    let mut training = match session.file.filter(|path| path.exists()) {
-        Some(path) => resumed(path, identity)?,
-        None => Training::new(Trainer::new(network, lesson.adam(0), seed)?, lesson.renewed()),
-    };
-    let is_over = |training: &Training, lesson: &dyn Lesson| {
-        training.epochs() >= lesson.epochs() || training.is_stuck(lesson.patience())
-    };
-    let mut is_finished = is_over(&training, lesson);
-    while !is_finished {
-        let epoch = training.epochs();
-        training.set_learning_rate(lesson.adam(epoch).learning_rate);
-        let mut on_step = |done, of| (session.progress)(&Progress::Step { epoch, done, of });
-        let Some(loss) = lesson.train(&mut training, epoch, &mut on_step)? else { break };
-        let held_out_mm = mean(&lesson.validate(&training)?).sqrt();
-        training.end_epoch(held_out_mm);
-        if let Some(path) = session.file {
-            training.save(path, identity)?;
-        }
-        let best_mm = training.best().map_or(held_out_mm, |(_, _, error)| error);
-        let report = Epoch { number: epoch + 1, training_mm: loss.sqrt(), held_out_mm, best_mm };
-        is_finished = is_over(&training, lesson);
-        if !(session.progress)(&Progress::Epoch(report)) {
-            break;
-        }
-    }
-    let (network, epoch, _) = training.best().ok_or(Error::NothingTrained)?;
-    let network = network.clone();
+    let learned = teach(lesson, network, seed, identity, session)?;
     // Judged by themselves, not by what the training came to after them.
-    let judged = Training::new(Trainer::new(network.clone(), Adam::default(), seed)?, None);
-    let held_out_mm = lesson.validate(&judged)?.into_iter().map(f64::sqrt).collect();
-    Ok(Outcome { network, epoch, held_out_mm, is_finished })
-}
-
-fn resumed(path: &Path, identity: &Value) -> Result<Training> {
-    let (training, found) = Training::load(path)?;
-    if found == *identity {
-        return Ok(training);
-    }
-    let differing =
-        identity.as_object().into_iter().flatten().find(|(key, value)| found.get(key) != Some(value));
-    let what = differing.map_or("its settings", |(key, _)| key.as_str());
-    Err(BadInput::new(
-        path.display().to_string(),
-        "the training of this command",
-        format!("another one ({what})"),
-    )
-    .hint("remove it to begin anew")
-    .into())
+    let judged = Training::new(Trainer::new(learned.network.clone(), Adam::default(), seed)?, None);
+    let held_out_mm = lesson.squares(&judged)?.into_iter().map(f64::sqrt).collect();
+    Ok(Outcome { learned, held_out_mm })
 }
 
 /// What is trained on what, for a file to go on from and for the checkpoint.

@@ -27,7 +27,7 @@ pub(super) struct Row {
     pub offset: Vec<f32>,
     /// Mean of the commanded strokes (n) [mm].
     pub pull: Vec<f32>,
-    /// ∂tip/∂stroke (n × 2 × n_tendons) [-]; empty where it was not recorded.
+    /// ∂tip/∂stroke (n × axes × n_tendons) [-]; empty where it was not recorded.
     pub jacobian: Vec<f32>,
     /// 0 where the tip was filled in, 1 otherwise (n).
     pub weight: Vec<f32>,
@@ -131,11 +131,13 @@ impl Loss {
             *gradient += 2.0 * per_tendon * error;
         }
         if !row.jacobian.is_empty() {
-            for axis in row.jacobian[2 * n * i..2 * n * (i + 1)].chunks_exact(n) {
+            let size = row.jacobian.len() / row.len();
+            let weight = self.tip * n as f32 / size as f32;
+            for axis in row.jacobian[size * i..size * (i + 1)].chunks_exact(n) {
                 let tip: f32 = axis.iter().zip(errors).map(|(j, e)| j * e).sum();
-                loss += 0.5 * self.tip * tip * tip;
+                loss += weight * tip * tip;
                 for (gradient, j) in gradient.iter_mut().zip(axis) {
-                    *gradient += self.tip * j * tip;
+                    *gradient += 2.0 * weight * j * tip;
                 }
             }
         }

@@ -4,6 +4,7 @@
 //! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_stateful`]) sees features of the path,
 //! ahead included, through whole trajectories with one cell update a sample, and corrects a static regression.
 
+mod axes;
 mod controller;
 mod dataset;
 mod features;
@@ -18,10 +19,11 @@ mod workspace;
 
 use hysteron_base::BadInput;
 
+pub use axes::{Axes, Tip};
 pub use controller::{Commands, Controller, Step};
 pub use dataset::{Dataset, Demonstration, Origin};
 pub use features::{FeatureSpec, Features};
-pub use fit::{Epoch, Fitted, Progress, Session};
+pub use fit::Fitted;
 pub use loss::LossWeights;
 pub use model::{Design, InverseModel};
 pub use regression::StaticRegression;

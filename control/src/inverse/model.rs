@@ -7,7 +7,7 @@ use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Check, FeatureSpec, StaticRegression, Workspace};
+use super::{Axes, Check, FeatureSpec, StaticRegression, Workspace};
 use crate::{Limits, Result};
 
 /// How a path becomes the network's inputs, and its outputs strokes.
@@ -127,10 +127,13 @@ impl InverseModel {
     /// That the parts fit each other.
     fn check(&self) -> Check<()> {
         let n_inputs = match &self.design {
-            Design::Windowed { window } if *window > 0 => 2,
+            Design::Windowed { window } if *window > 0 => self.axes().len(),
             Design::Windowed { .. } => return Err(BadInput::new("window", "at least one sample", "0")),
             Design::Stateful { features, regression } => {
                 features.check()?;
+                if features.axes != self.axes() || !regression.is_for(features.axes) {
+                    return Err(BadInput::new("design", "the same axes throughout", format!("{features:?}")));
+                }
                 if [features.n_tendons, regression.n_tendons()] != [self.n_tendons; 2] {
                     let found = format!("{} and {}", features.n_tendons, regression.n_tendons());
                     return Err(BadInput::new("design", format!("{} tendons", self.n_tendons), found));
@@ -156,6 +159,11 @@ impl InverseModel {
             return Err(BadInput::new("time_s", expected, format!("{step} s")).hint("resample the target"));
         }
         Ok(())
+    }
+
+    /// What a tip is told by.
+    pub fn axes(&self) -> Axes {
+        if self.workspace.height_m.is_some() { Axes::Spatial } else { Axes::Planar }
     }
 
     /// Size of the network in words, `2 x 512`.

@@ -1,25 +1,26 @@
 //! Strokes as cubic polynomials of where the tip shall be: the inverse kinematics without memory.
 
 use hysteron_base::BadInput;
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::Demonstration;
 use super::smooth::PathPoint;
+use super::{Axes, Demonstration, Tip};
 
-/// Monomials of x and y up to the third degree.
-const N: usize = 10;
+/// Monomials of x and y up to the third degree, then those that have z too.
+const N_PLANAR: usize = 10;
+const N_SPATIAL: usize = 20;
 /// Weight of the penalty on the coefficients over the number of samples; positions are scaled to about 1.
 const RIDGE: f64 = 1e-6;
 
-/// Strokes as ridge regression on the cubic monomials of the tip's x and y.
+/// Strokes as ridge regression on the cubic monomials of the tip's coordinates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StaticRegression {
     /// Largest distance of a tip from the origin [m]: the length of 1 in the monomials.
     radius_m: f64,
     /// Coefficients of the monomials, by tendon [m].
-    coefficients: Vec<[f64; N]>,
+    coefficients: Vec<Vec<f64>>,
 }
 
 impl StaticRegression {
@@ -27,15 +28,21 @@ impl StaticRegression {
     ///
     /// # Errors
     /// The tip never moves.
-    pub fn new(demonstrations: &[Demonstration], paths: &[Vec<PathPoint>]) -> Result<Self, BadInput> {
-        let radius_m = paths.iter().flatten().map(|p| p.position[0].hypot(p.position[1])).fold(0.0, f64::max);
+    pub fn new(
+        axes: Axes,
+        demonstrations: &[Demonstration],
+        paths: &[Vec<PathPoint>],
+    ) -> Result<Self, BadInput> {
+        let distance = |[x, y, z]: Tip| x.hypot(y).hypot(z);
+        let radius_m = paths.iter().flatten().map(|point| distance(point.position)).fold(0.0, f64::max);
+        let n = n_monomials(axes);
         let n_tendons = demonstrations[0].n_tendons;
-        let mut square = SMatrix::<f64, N, N>::zeros();
-        let mut right = DMatrix::<f64>::zeros(N, n_tendons);
+        let mut square = DMatrix::<f64>::zeros(n, n);
+        let mut right = DMatrix::<f64>::zeros(n, n_tendons);
         let mut count = 0.0;
         for (one, path) in demonstrations.iter().zip(paths) {
             for (i, point) in path.iter().enumerate().filter(|(i, _)| !one.gap[*i]) {
-                let row = SVector::from(monomials(point.position, radius_m));
+                let row = DVector::from_column_slice(&monomials(point.position, radius_m)[..n]);
                 square.syger(1.0, &row, &row, 1.0);
                 for (k, stroke) in one.strokes_at(i).iter().enumerate() {
                     right.column_mut(k).axpy(*stroke, &row, 1.0);
@@ -44,8 +51,8 @@ impl StaticRegression {
             }
         }
         square.fill_upper_triangle_with_lower_triangle();
-        let factor =
-            if radius_m > 0.0 { (square + SMatrix::identity() * (RIDGE * count)).cholesky() } else { None };
+        let ridge = DMatrix::identity(n, n) * (RIDGE * count);
+        let factor = if radius_m > 0.0 { (square + ridge).cholesky() } else { None };
         let factor = factor.ok_or_else(|| {
             BadInput::new(
                 "recordings: tip_x_m, tip_y_m",
@@ -54,7 +61,7 @@ impl StaticRegression {
             )
         })?;
         let solved = factor.solve(&right);
-        let column = |k: usize| std::array::from_fn(|j| solved[(j, k)]);
+        let column = |k: usize| solved.column(k).iter().copied().collect();
         Ok(Self { radius_m, coefficients: (0..n_tendons).map(column).collect() })
     }
 
@@ -63,8 +70,13 @@ impl StaticRegression {
         self.coefficients.len()
     }
 
-    /// Writes the strokes (n_tendons) [m] for a tip [m].
-    pub fn strokes_into(&self, tip: [f64; 2], strokes: &mut [f64]) {
+    /// True where it has a coefficient for every monomial of these axes.
+    pub(super) fn is_for(&self, axes: Axes) -> bool {
+        self.coefficients.iter().all(|row| row.len() == n_monomials(axes))
+    }
+
+    /// Writes the strokes (n_tendons) [m] for a tip.
+    pub fn strokes_into(&self, tip: Tip, strokes: &mut [f64]) {
         let monomials = monomials(tip, self.radius_m);
         for (stroke, row) in strokes.iter_mut().zip(&self.coefficients) {
             *stroke = row.iter().zip(&monomials).map(|(c, m)| c * m).sum();
@@ -72,7 +84,20 @@ impl StaticRegression {
     }
 }
 
-fn monomials([x, y]: [f64; 2], radius: f64) -> [f64; N] {
-    let (x, y) = (x / radius, y / radius);
-    [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y]
+fn n_monomials(axes: Axes) -> usize {
+    match axes {
+        Axes::Planar => N_PLANAR,
+        Axes::Spatial => N_SPATIAL,
+    }
+}
+
+#[rustfmt::skip] // a degree a line
+fn monomials(tip: Tip, radius: f64) -> [f64; N_SPATIAL] {
+    let [x, y, z] = tip.map(|c| c / radius);
+    [
+        1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y,
+        z, x * z, y * z, x * x * z, x * y * z, y * y * z,
+        z * z, x * z * z, y * z * z,
+        z * z * z,
+    ]
 }

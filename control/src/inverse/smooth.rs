@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use super::{Dataset, Demonstration, StaticRegression, Workspace};
+use super::{Dataset, Demonstration, StaticRegression, Tip, Workspace};
 
 /// Which samples a line is drawn through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,15 +19,15 @@ pub enum Smoothing {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathPoint {
     /// Position [m].
-    pub position: [f64; 2],
+    pub position: Tip,
     /// Rate [m/s].
-    pub rate: [f64; 2],
+    pub rate: Tip,
 }
 
 /// Smooths a path [m]: a straight line through the samples around each, over twice `half` samples, which leaves out
 /// those in `gap` unless there are no two others.
 pub(super) fn smooth(
-    path: &[[f64; 2]],
+    path: &[Tip],
     gap: &[bool],
     step: f64,
     smoothing: Smoothing,
@@ -50,19 +50,19 @@ pub(super) fn smooth(
 }
 
 /// The line of least squares through some samples, at sample `i`.
-fn line_through(samples: impl Iterator<Item = usize>, i: usize, path: &[[f64; 2]], step: f64) -> PathPoint {
-    let (mut n, mut t1, mut t2, mut p, mut tp) = (0.0, 0.0, 0.0, [0.0; 2], [0.0; 2]);
+fn line_through(samples: impl Iterator<Item = usize>, i: usize, path: &[Tip], step: f64) -> PathPoint {
+    let (mut n, mut t1, mut t2, mut p, mut tp) = (0.0, 0.0, 0.0, [0.0; 3], [0.0; 3]);
     for j in samples {
         let t = (j as f64 - i as f64) * step;
         (n, t1, t2) = (n + 1.0, t1 + t, t2 + t * t);
-        for c in 0..2 {
+        for c in 0..3 {
             p[c] += path[j][c];
             tp[c] += t * path[j][c];
         }
     }
     let spread = n * t2 - t1 * t1;
-    let rate = [0, 1].map(|c| if spread > 0.0 { (n * tp[c] - t1 * p[c]) / spread } else { 0.0 });
-    PathPoint { position: [0, 1].map(|c| (p[c] - rate[c] * t1) / n), rate }
+    let rate = [0, 1, 2].map(|c| if spread > 0.0 { (n * tp[c] - t1 * p[c]) / spread } else { 0.0 });
+    PathPoint { position: [0, 1, 2].map(|c| (p[c] - rate[c] * t1) / n), rate }
 }
 
 /// The paths of a data set, smoothed.
@@ -86,7 +86,7 @@ pub(super) fn smoothed(data: &Dataset, smoothing: Smoothing, half_width: f64) ->
         all.iter().map(|one| smooth(&one.tip, &one.gap, data.step, smoothing, half)).collect()
     };
     let (training, validation) = (paths(&data.training), paths(&data.validation));
-    let regression = StaticRegression::new(&data.training, &training)?;
+    let regression = StaticRegression::new(data.axes, &data.training, &training)?;
     let mut squares = vec![0.0; data.n_tendons];
     let mut strokes = vec![0.0; data.n_tendons];
     let mut count = 0.0;
@@ -99,7 +99,8 @@ pub(super) fn smoothed(data: &Dataset, smoothing: Smoothing, half_width: f64) ->
             count += 1.0;
         }
     }
-    let workspace = Workspace::new(training.iter().flatten().map(|point| point.position).collect());
+    let workspace =
+        Workspace::new(data.axes, training.iter().flatten().map(|point| point.position).collect());
     let regression_mm = squares.into_iter().map(|sum| f64::sqrt(sum / f64::max(count, 1.0))).collect();
     Ok(Smoothed { training, validation, regression, regression_mm, workspace })
 }
@@ -109,8 +110,8 @@ mod tests {
     use super::*;
 
     /// Positions on a line, and what is measured of them.
-    fn line(n: usize) -> Vec<[f64; 2]> {
-        (0..n).map(|i| [2.0 * i as f64, -0.5 * i as f64]).collect()
+    fn line(n: usize) -> Vec<Tip> {
+        (0..n).map(|i| [2.0 * i as f64, -0.5 * i as f64, i as f64]).collect()
     }
 
     #[test]
@@ -120,13 +121,13 @@ mod tests {
             let found = smooth(&path, &[false; 30], 0.1, smoothing, 5);
             for (i, (point, expected)) in found.iter().zip(&path).enumerate() {
                 // Round-off of sums of some ten values of about 60.
-                let off = (0..2).map(|c| (point.position[c] - expected[c]).abs()).fold(0.0, f64::max);
+                let off = (0..3).map(|c| (point.position[c] - expected[c]).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-12, "{smoothing:?} {i}: {off}");
                 // One sample has no rate.
                 let is_alone = smoothing == Smoothing::Causal && i == 0;
-                let rate = if is_alone { [0.0; 2] } else { [20.0, -5.0] };
+                let rate = if is_alone { [0.0; 3] } else { [20.0, -5.0, 10.0] };
                 assert!(
-                    (0..2).all(|c| (point.rate[c] - rate[c]).abs() < 1e-11),
+                    (0..3).all(|c| (point.rate[c] - rate[c]).abs() < 1e-11),
                     "{smoothing:?} {i}: {point:?}"
                 );
             }
@@ -137,7 +138,7 @@ mod tests {
     fn causal_smoothing_does_not_look_ahead() {
         let (mut path, gap) = (line(30), [false; 30]);
         let before = smooth(&path, &gap, 0.1, Smoothing::Causal, 5);
-        path[20] = [100.0, 100.0];
+        path[20] = [100.0; 3];
         let after = smooth(&path, &gap, 0.1, Smoothing::Causal, 5);
         assert_eq!(before[..20], after[..20]);
         assert_ne!(before[20], after[20]);
@@ -147,11 +148,11 @@ mod tests {
     fn samples_that_were_filled_in_do_not_count() {
         let (mut path, mut gap) = (line(30), [false; 30]);
         let clean = smooth(&path, &gap, 0.1, Smoothing::Centred, 5);
-        (path[12], gap[12]) = ([1e6, -1e6], true);
+        (path[12], gap[12]) = ([1e6, -1e6, 1e6], true);
         let found = smooth(&path, &gap, 0.1, Smoothing::Centred, 5);
         for (point, expected) in found.iter().zip(&clean) {
             // As above: both are the line.
-            assert!((0..2).all(|c| (point.position[c] - expected.position[c]).abs() < 1e-12));
+            assert!((0..3).all(|c| (point.position[c] - expected.position[c]).abs() < 1e-12));
         }
     }
 }

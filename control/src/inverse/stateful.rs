@@ -5,17 +5,18 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, Head, Memory, Network, Normaliser, Outputs, Training, half_cosine,
+    Adam, Architecture, Batch, Head, Lesson, Memory, Network, Normaliser, Outputs, Session, Training,
+    half_cosine,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::fit::{Fitted, Lesson, Parts, Session, identity, run};
+use super::fit::{Fitted, Parts, Strokes, identity, mean, run};
 use super::loss::{Loss, LossWeights, Row};
 use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
 use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
-use crate::Result;
+use crate::{Error, Result};
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,6 +103,7 @@ impl StatefulOptions {
         let largest =
             data.training.iter().flat_map(|one| &one.strokes).fold(0.0f64, |max, s| max.max(s.abs()));
         let spec = FeatureSpec {
+            axes: data.axes,
             step_s: data.step,
             n_tendons: data.n_tendons,
             smoothing: self.smoothing,
@@ -257,6 +259,8 @@ impl Trajectories<'_> {
 }
 
 impl Lesson for Trajectories<'_> {
+    type Error = Error;
+
     fn epochs(&self) -> usize {
         self.options.epochs
     }
@@ -307,7 +311,13 @@ impl Lesson for Trajectories<'_> {
         Ok(Some(sum / f64::max(count, 1.0)))
     }
 
-    fn validate(&self, training: &Training) -> Result<Vec<f64>> {
+    fn validate(&mut self, training: &Training) -> Result<f64> {
+        Ok(mean(&self.squares(training)?).sqrt())
+    }
+}
+
+impl Strokes for Trajectories<'_> {
+    fn squares(&self, training: &Training) -> Result<Vec<f64>> {
         let rows = self.unseen.len();
         let mut memory = Memory::zeros(training.network().architecture(), rows);
         let mut squares = vec![0.0; self.loss.gain.len()];

@@ -3,17 +3,17 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Training,
-    mean_squared_error,
+    Adam, Architecture, Batch, ChannelRange, Head, Lesson, Memory, Network, Normaliser, Outputs, Session,
+    Training, mean_squared_error,
 };
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::fit::{Fitted, Lesson, Parts, Session, identity, mean, run};
+use super::fit::{Fitted, Parts, Strokes, identity, mean, run};
 use super::smooth::{Smoothed, Smoothing, smoothed};
-use super::{Check, Dataset, Demonstration, Design};
-use crate::Result;
+use super::{Axes, Check, Dataset, Demonstration, Design, Tip};
+use crate::{Error, Result};
 
 /// How to train; the defaults are published, but for the stairs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,9 +67,9 @@ impl Default for WindowedOptions {
 }
 
 impl WindowedOptions {
-    fn architecture(&self, n_tendons: usize) -> Architecture {
+    fn architecture(&self, axes: Axes, n_tendons: usize) -> Architecture {
         Architecture {
-            inputs: 2,
+            inputs: axes.len(),
             hidden: self.hidden,
             layers: self.layers,
             outputs: n_tendons,
@@ -108,9 +108,10 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
         half_width_mm: outputs.channels.iter().map(|c| 500.0 * (c.max - c.min)).collect(),
         seen: prepare(&data.training),
         unseen: prepare(&data.validation),
+        n_inputs: inputs.channels.len(),
         options,
     };
-    let network = Network::new(&options.architecture(data.n_tendons), options.seed)?;
+    let network = Network::new(&options.architecture(data.axes, data.n_tendons), options.seed)?;
     let training = identity("paper", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;
     Ok(outcome.into_fitted(
@@ -127,8 +128,10 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
 }
 
 fn input_ranges(data: &Dataset) -> Check<Normaliser> {
-    let tips = data.training.iter().flat_map(|one| one.tip.iter().map(|tip| &tip[..]));
-    Normaliser::from_samples(&["tip_x_m", "tip_y_m"], tips)
+    let names: Vec<String> = data.axes.names().iter().map(|axis| format!("tip_{axis}_m")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let tips = data.training.iter().flat_map(|one| one.tip.iter().map(|tip| &tip[..names.len()]));
+    Normaliser::from_samples(&names, tips)
 }
 
 fn output_ranges(data: &Dataset) -> Check<Normaliser> {
@@ -148,7 +151,7 @@ fn output_ranges(data: &Dataset) -> Check<Normaliser> {
 
 /// A trajectory, normalised.
 struct Prepared {
-    /// Tip (n × 2).
+    /// Tip (n × axes).
     inputs: Vec<f32>,
     /// Strokes (n × n_tendons).
     targets: Vec<f32>,
@@ -168,28 +171,30 @@ fn prepare(one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> Pr
     prepared
 }
 
-/// A path as the network sees it (n × 2).
-pub(super) fn normalised_path(path: &[[f64; 2]], inputs: &Normaliser) -> Vec<f32> {
-    let mut values = vec![0.0; 2 * path.len()];
-    for (tip, out) in path.iter().zip(values.chunks_exact_mut(2)) {
-        inputs.normalise_into(tip, out);
+/// A path as the network sees it (n × axes).
+pub(super) fn normalised_path(path: &[Tip], inputs: &Normaliser) -> Vec<f32> {
+    let n = inputs.channels.len();
+    let mut values = vec![0.0; n * path.len()];
+    for (tip, out) in path.iter().zip(values.chunks_exact_mut(n)) {
+        inputs.normalise_into(&tip[..n], out);
     }
     values
 }
 
-/// Appends windows side by side, [step][row][channel]: each ends in a sample of a normalised path, with zeros before
-/// its beginning.
+/// Windows side by side, [step][row][channel]: each ends in a sample of a normalised path of `n` channels, with zeros
+/// before its beginning.
 pub(super) fn gather<'a>(
     windows: impl Iterator<Item = (&'a [f32], usize)> + Clone,
     window: usize,
+    n: usize,
 ) -> Vec<f32> {
     let n_rows = windows.clone().count();
-    let mut values = vec![0.0; window * n_rows * 2];
+    let mut values = vec![0.0; window * n_rows * n];
     for (row, (path, end)) in windows.enumerate() {
         for step in 0..window {
             let Some(i) = (end + 1 + step).checked_sub(window) else { continue };
-            let at = (step * n_rows + row) * 2;
-            values[at..at + 2].copy_from_slice(&path[2 * i..2 * i + 2]);
+            let at = (step * n_rows + row) * n;
+            values[at..at + n].copy_from_slice(&path[n * i..n * (i + 1)]);
         }
     }
     values
@@ -197,6 +202,8 @@ pub(super) fn gather<'a>(
 
 struct Windows<'a> {
     options: &'a WindowedOptions,
+    /// Channels of a path.
+    n_inputs: usize,
     seen: Vec<Prepared>,
     unseen: Vec<Prepared>,
     /// From normalised errors of each stroke to millimetres.
@@ -217,11 +224,13 @@ impl Windows<'_> {
         let n = self.half_width_mm.len();
         let rows = windows.iter().map(|&(k, end)| (&all[k].inputs[..], end));
         let targets = windows.iter().flat_map(|&(k, end)| &all[k].targets[end * n..(end + 1) * n]);
-        (gather(rows, self.options.window), targets.copied().collect())
+        (gather(rows, self.options.window, self.n_inputs), targets.copied().collect())
     }
 }
 
 impl Lesson for Windows<'_> {
+    type Error = Error;
+
     fn epochs(&self) -> usize {
         self.options.epochs
     }
@@ -273,7 +282,13 @@ impl Lesson for Windows<'_> {
         Ok(Some(mean(&squares) * sum / windows.len().max(1) as f64))
     }
 
-    fn validate(&self, training: &Training) -> Result<Vec<f64>> {
+    fn validate(&mut self, training: &Training) -> Result<f64> {
+        Ok(mean(&self.squares(training)?).sqrt())
+    }
+}
+
+impl Strokes for Windows<'_> {
+    fn squares(&self, training: &Training) -> Result<Vec<f64>> {
         let windows = self.of(&self.unseen);
         let n = self.half_width_mm.len();
         let mut squares = vec![0.0; n];
@@ -304,7 +319,7 @@ mod tests {
         // Section V-B c: windows of 200 × 2, two layers of 512 with dropout 0.1, linear head to 4 strokes. Parameters by
         // hand: 4·512·(2 + 512 + 1) + 4·512·(512 + 512 + 1) + 4·(512 + 1).
         let options = WindowedOptions::default();
-        let architecture = options.architecture(4);
+        let architecture = options.architecture(Axes::Planar, 4);
         assert_eq!((options.window, options.batch, options.epochs), (200, 256, 30));
         assert_eq!((architecture.dropout, architecture.head), (0.1, Head::Linear));
         assert_eq!(Network::new(&architecture, 1).map(|n| n.n_parameters()).ok(), Some(3_155_972));
@@ -316,13 +331,14 @@ mod tests {
         let windows = [(&path[..], 1), (&path[..], 3)];
         // Steps of both rows: x, y; x, y.
         let expected = [0.0, 0.0, 3.0, 4.0, 1.0, 2.0, 5.0, 6.0, 3.0, 4.0, 7.0, 8.0];
-        assert_eq!(gather(windows.iter().copied(), 3), expected);
+        assert_eq!(gather(windows.iter().copied(), 3, 2), expected);
     }
 
     #[test]
     fn the_step_size_falls_in_stairs() {
         let lesson = Windows {
             options: &WindowedOptions::default(),
+            n_inputs: 2,
             seen: Vec::new(),
             unseen: Vec::new(),
             half_width_mm: Vec::new(),

@@ -2,7 +2,7 @@
 
 use super::draw::drawn;
 use super::typed::Family as Typed;
-use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Tendons, Trajectory, typed};
+use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Space, Tendons, Trajectory, typed};
 use hysteron_base::typed::{check_header, finite, not_negative, positive, require, text};
 use hysteron_base::{BadInput, Bounds, rng};
 use rand::RngExt;
@@ -29,6 +29,11 @@ pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
         release: not_negative("release", typed.release)?,
         co_contraction: not_negative("co_contraction_mm", typed.co_contraction_mm.unwrap_or(0.0))?,
     };
+    if typed.space == Space::Tip && tendons.co_contraction > 0.0 {
+        let found = format!("{:?}", 1e3 * tendons.co_contraction);
+        return Err(BadInput::new("co_contraction_mm", "none with space = \"tip\"", found)
+            .hint("the strokes are found by a twin, which pulls no more than it needs"));
+    }
     for (key, rest) in [("rest_before_s", rest_before), ("rest_after_s", rest_after)] {
         if tendons.co_contraction > 0.0 && rest == 0.0 {
             return Err(BadInput::new(key, "a time > 0 with co_contraction_mm", "0.0").hint(
@@ -60,6 +65,7 @@ pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
         let trajectory = Trajectory {
             name: own,
             role: typed_one.role,
+            space: typed.space,
             motion,
             rest_before,
             rest_after,
@@ -109,26 +115,7 @@ fn motion(name: &str, typed: &typed::Trajectory, scale: f64) -> Check<Motion> {
             return Err(bad.hint("phase_deg is where it begins"));
         }
     };
-    let family = match (typed.family, typed.aspect) {
-        (Typed::Ellipse, Some(aspect)) => {
-            let is_one = 0.0 < aspect && aspect <= 1.0;
-            Family::Ellipse { aspect: require(&key("aspect"), "0 < aspect <= 1", aspect, is_one)? }
-        }
-        (Typed::Ellipse, None) => {
-            return Err(BadInput::new(key("aspect"), "this key", "nothing")
-                .hint("the short axis of the ellipse over its long one"));
-        }
-        (_, Some(aspect)) => {
-            return Err(BadInput::new(
-                key("aspect"),
-                "no such key but for an ellipse",
-                format!("{aspect:?}"),
-            ));
-        }
-        (Typed::Sinusoid, None) => Family::Sinusoid,
-        (Typed::Circle, None) => Family::Circle,
-        (Typed::Square, None) => Family::Square,
-    };
+    let family = family(&key, typed)?;
     if let (Typed::Sinusoid, Some(direction)) = (typed.family, typed.direction) {
         let found = format!("{direction:?}");
         return Err(BadInput::new(key("direction"), "no such key for a sinusoid", found)
@@ -161,6 +148,43 @@ fn motion(name: &str, typed: &typed::Trajectory, scale: f64) -> Check<Motion> {
             sustain: not_negative(&key("sustain_s"), typed.sustain_s)?,
             decay: positive(&key("decay_s"), typed.decay_s)?,
         },
+    })
+}
+
+/// The family with its own number, of which no other family has one.
+fn family(key: &dyn Fn(&str) -> String, typed: &typed::Trajectory) -> Check<Family> {
+    let own = [
+        (
+            "aspect",
+            typed.aspect,
+            Typed::Ellipse,
+            "an ellipse",
+            "the short axis of the ellipse over its long one",
+        ),
+        ("swings", typed.swings, Typed::Rose, "a rose", "how often its distance swings in a turn"),
+    ];
+    for (name, number, of, whose, meaning) in own {
+        match number {
+            None if typed.family == of => {
+                return Err(BadInput::new(key(name), "this key", "nothing").hint(meaning));
+            }
+            Some(number) if typed.family != of => {
+                let expected = format!("no such key but for {whose}");
+                return Err(BadInput::new(key(name), expected, format!("{number:?}")));
+            }
+            _ => {}
+        }
+    }
+    let number = |name: &str, number: Option<f64>| positive(&key(name), number.unwrap_or_default());
+    Ok(match typed.family {
+        Typed::Sinusoid => Family::Sinusoid,
+        Typed::Circle => Family::Circle,
+        Typed::Square => Family::Square,
+        Typed::Ellipse => {
+            let aspect = number("aspect", typed.aspect)?;
+            Family::Ellipse { aspect: require(&key("aspect"), "0 < aspect <= 1", aspect, aspect <= 1.0)? }
+        }
+        Typed::Rose => Family::Rose { swings: number("swings", typed.swings)? },
     })
 }
 

@@ -21,6 +21,7 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
         ("amplitude_mm", Some(draw.amplitude_mm)),
         ("period_s", Some(draw.period_s)),
         ("aspect", draw.aspect),
+        ("swings", draw.swings),
     ];
     for (name, range) in ranges {
         if let Some([min, max]) = range {
@@ -58,6 +59,7 @@ fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
     let phase_deg = 360.0 * part();
     let orientation_deg = within(draw.orientation_deg.unwrap_or([0.0, 360.0]), part());
     let is_clockwise = part() < 0.5;
+    let swings = draw.swings.map(|range| within(range, part()));
     let has_direction = draw.family != Family::Sinusoid;
     let direction = if is_clockwise { Direction::Clockwise } else { Direction::CounterClockwise };
     Trajectory {
@@ -70,6 +72,7 @@ fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
         phase_deg: Some(phase_deg),
         orientation_deg: (draw.family != Family::Circle).then_some(orientation_deg),
         aspect,
+        swings,
         direction: has_direction.then_some(direction),
         attack_s: draw.attack_s,
         sustain_s: draw.sustain_s,

@@ -33,6 +33,7 @@ impl Trajectory {
     /// # Errors
     /// As there.
     pub fn check(&self, limits: &Limits) -> Result<()> {
+        self.check_space()?;
         let Bounds { min, max } = limits.stroke;
         // Bounds of the whole curve spare the samples.
         let bound = self.stroke_bound();

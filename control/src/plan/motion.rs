@@ -1,4 +1,4 @@
-//! Closed curves in tendon space, of size 1, run through at constant frequency (paper 003, section V-A c).
+//! Curves in tendon space, of size 1, run through at constant frequency (paper 003, section V-A c).
 //!
 //! A point of tendon space is (a, b): a pulls towards 0°, b towards 90°. The size of every curve is the distance
 //! of its farthest point from the centre, so that amplitudes of families compare.
@@ -19,6 +19,12 @@ pub enum Family {
     Ellipse {
         /// Short axis over long axis, in (0, 1] [-].
         aspect: f64,
+    },
+    /// A rose, whose distance from the centre goes to and fro while it turns: it passes the centre, and everything around
+    /// it, in ever new directions.
+    Rose {
+        /// Swings of the distance in a turn, > 0; the curve closes only where they are a ratio of small integers [-].
+        swings: f64,
     },
 }
 
@@ -59,6 +65,7 @@ impl Family {
             Self::Circle => "circle",
             Self::Square => "square",
             Self::Ellipse { .. } => "ellipse",
+            Self::Rose { .. } => "rose",
         }
     }
 
@@ -69,6 +76,7 @@ impl Family {
             Self::Sinusoid => [sin, 0.0],
             Self::Circle => [cos, sin],
             Self::Ellipse { aspect } => [cos, aspect * sin],
+            Self::Rose { swings } => [cos, sin].map(|part| (TAU * swings * turns).cos() * part),
             Self::Square => {
                 const CORNERS: [[f64; 2]; 5] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]];
                 let sides = 4.0 * turns.rem_euclid(1.0);
@@ -83,7 +91,8 @@ impl Family {
     pub fn speed_bound(&self) -> f64 {
         match self {
             Self::Square => 4.0 * SQRT_2,
-            _ => TAU,
+            Self::Rose { swings } => TAU * swings.max(1.0),
+            Self::Sinusoid | Self::Circle | Self::Ellipse { .. } => TAU,
         }
     }
 }
@@ -114,8 +123,13 @@ impl Motion {
 mod tests {
     use super::*;
 
-    const FAMILIES: [Family; 4] =
-        [Family::Sinusoid, Family::Circle, Family::Square, Family::Ellipse { aspect: 0.4 }];
+    const FAMILIES: [Family; 5] = [
+        Family::Sinusoid,
+        Family::Circle,
+        Family::Square,
+        Family::Ellipse { aspect: 0.4 },
+        Family::Rose { swings: 2.0 },
+    ];
 
     fn motion(family: Family) -> Motion {
         let envelope = Envelope { attack: 1.0, sustain: 40.0, decay: 1.0 };
@@ -196,6 +210,18 @@ mod tests {
             across = across.max((cos * b - sin * a).abs());
         }
         assert!((along - 2.0).abs() < 1e-4 && (across / along - 0.4).abs() < 1e-4, "{along} {across}");
+    }
+
+    #[test]
+    fn a_rose_turns_evenly_while_its_distance_swings() {
+        let rose = motion(Family::Rose { swings: 0.6 });
+        for k in 200..4000 {
+            let t = f64::from(k) * 0.01;
+            let turned = 0.3 + TAU * 0.1 * t;
+            let (distance, angle) = (2.0 * (0.6 * turned).cos(), 0.7 + turned);
+            let [a, b] = rose.position_at(t);
+            assert!(length([a - distance * angle.cos(), b - distance * angle.sin()]) < 1e-12, "{t}");
+        }
     }
 
     #[test]

@@ -116,6 +116,8 @@ fn what_is_no_trajectory_names_its_key() {
     reject("orientation_deg = 30", "orientation_deg = nan", "trajectory.one.orientation_deg", "NaN");
     reject("orientation_deg = 30", "", "trajectory.one.orientation_deg", "nothing");
     reject("aspect = 0.5", "", "trajectory.one.aspect", "nothing");
+    reject("\"ellipse\"", "\"rose\"", "trajectory.one.aspect", "0.5");
+    reject("aspect = 0.5", "aspect = 0.5\nswings = 2", "trajectory.one.swings", "2.0");
     reject("aspect = 0.5", "aspect = 1.5", "trajectory.one.aspect", "1.5");
     reject("aspect = 0.5", "aspect = 0", "trajectory.one.aspect", "0.0");
     reject("\"clockwise\"", "\"left\"", "line 26: trajectory[1].direction", "\"left\"");
@@ -253,9 +255,9 @@ fn the_plan_of_the_paper_has_its_data_set() {
 fn the_quick_plan_takes_a_minute() {
     let plan = Plan::named("quick").unwrap();
     assert!((50.0..70.0).contains(&plan.duration()), "{}", plan.duration());
-    assert_eq!(Plan::names().collect::<Vec<_>>(), ["paper", "quick", "synthetic"]);
+    assert_eq!(Plan::names().collect::<Vec<_>>(), ["paper", "quick", "roses", "synthetic"]);
     let error = Plan::named("slow").unwrap_err();
-    assert_eq!(error.bad_input().unwrap().expected, "one of paper, quick, synthetic");
+    assert_eq!(error.bad_input().unwrap().expected, "one of paper, quick, roses, synthetic");
 }
 
 #[test]
@@ -271,9 +273,34 @@ fn the_synthetic_plan_is_that_of_the_paper_and_goes_farther() {
 }
 
 #[test]
+fn roses_keep_their_distance_from_what_closes() {
+    let plan = Plan::named("roses").unwrap();
+    assert_eq!(plan.trajectories().len(), 8);
+    for one in plan.trajectories() {
+        let Family::Rose { swings } = one.motion.family else { panic!("{:?}", one.motion.family) };
+        // A rose of whole swings runs through the same petals again and again.
+        assert!((0.4..=1.6).contains(&swings) && (swings - swings.round()).abs() > 1e-3, "{swings}");
+    }
+}
+
+#[test]
 fn a_plan_file_that_is_not_there_is_bad_input() {
     let error = Plan::read("nowhere.toml").unwrap_err();
     assert!(matches!(&error, Error::File(_)) && error.bad_input().is_some(), "{error}");
+}
+
+#[test]
+fn a_way_of_the_tip_says_nothing_of_strokes() {
+    reject("seed = 3", "seed = 3\nspace = \"tip\"", "co_contraction_mm", "0.5");
+    // Farther than any stroke may go: only the tip does.
+    let text = changed("seed = 3", "seed = 3\nspace = \"tip\"").replace("co_contraction_mm = 0.5\n", "");
+    let plan = Plan::from_toml(&text.replace("amplitude_mm = 5", "amplitude_mm = 20"), "plan.toml").unwrap();
+    assert_eq!(plan.space(), Space::Tip);
+    let one = &plan.trajectories()[0];
+    assert_eq!(one.position_at(one.time(3)), one.motion.position_at(one.time(3) - one.rest_before));
+    for error in [one.commands().unwrap_err(), plan.check(&plan.limits).unwrap_err()] {
+        assert!(error.to_string().contains("space: expected tendons, got tip"), "{error}");
+    }
 }
 
 /// Eight trajectories from ranges.

@@ -3,7 +3,7 @@
 use super::Motion;
 use super::envelope::rise;
 use crate::Result;
-use hysteron_base::{Channel, Metadata, Recording};
+use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -28,6 +28,17 @@ impl Role {
             Self::OutOfRange => "out_of_range",
         }
     }
+}
+
+/// What the curves of a plan are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Space {
+    /// What tendons are told.
+    #[default]
+    Tendons,
+    /// Where the tip shall go, in x and y; strokes that bring it there are found by a twin.
+    Tip,
 }
 
 /// How tendons follow a point (a, b) of tendon space; the same for all trajectories of a plan.
@@ -59,6 +70,8 @@ pub struct Trajectory {
     pub name: String,
     /// What it is for.
     pub role: Role,
+    /// What the curve is.
+    pub space: Space,
     /// The curve, its size and timing.
     pub motion: Motion,
     /// Time at rest before the motion [s], >= 0.
@@ -93,7 +106,7 @@ impl Trajectory {
         i as f64 / self.rate_hz
     }
 
-    /// Point (a, b) of tendon space [m] at time `t` [s].
+    /// Point (a, b) of tendon space, or the tip's x and y [m], at time `t` [s].
     pub fn position_at(&self, t: f64) -> [f64; 2] {
         self.motion.position_at(t - self.rest_before)
     }
@@ -146,8 +159,9 @@ impl Trajectory {
     /// its hash and seed, the trajectory, its role and its motion.
     ///
     /// # Errors
-    /// `BadInput` for a trajectory whose numbers were changed after its plan was checked.
+    /// `BadInput` for a trajectory whose numbers were changed after its plan was checked, or one of the tip.
     pub fn commands(&self) -> Result<Recording> {
+        self.check_space()?;
         let n = self.n_samples();
         let time: Vec<f64> = (0..n).map(|i| self.time(i)).collect();
         let mut columns = vec![Vec::with_capacity(n); self.tendons.angles.len()];
@@ -164,7 +178,18 @@ impl Trajectory {
         Ok(Recording::new(time, channels, vec![], self.metadata())?)
     }
 
-    fn metadata(&self) -> Metadata {
+    /// Refuses a trajectory of the tip, which says nothing of strokes.
+    pub(super) fn check_space(&self) -> Result<()> {
+        match self.space {
+            Space::Tendons => Ok(()),
+            Space::Tip => Err(BadInput::new(format!("plan {}: space", self.plan_name), "tendons", "tip")
+                .hint("`hysteron generate` finds strokes for it, with a twin")
+                .into()),
+        }
+    }
+
+    /// The plan with its hash and seed, the trajectory, its role and its motion.
+    pub fn metadata(&self) -> Metadata {
         let extra = [
             ("plan.name", self.plan_name.clone()),
             ("plan.sha256", self.plan_hash.clone()),

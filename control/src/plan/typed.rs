@@ -1,6 +1,6 @@
 //! A plan exactly as typed: one field per key, units still in the names. Only `convert.rs` reads these.
 
-use super::{Direction, Role};
+use super::{Direction, Role, Space};
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -11,6 +11,8 @@ pub(super) struct PlanFile {
     pub name: String,
     pub seed: u64,
     pub rate_hz: f64,
+    #[serde(default)]
+    pub space: Space,
     pub scale: Option<f64>,
     pub vary: Option<f64>,
     pub tendon_angles_deg: Vec<f64>,
@@ -38,6 +40,7 @@ pub(super) struct Trajectory {
     pub phase_deg: Option<f64>,
     pub orientation_deg: Option<f64>,
     pub aspect: Option<f64>,
+    pub swings: Option<f64>,
     pub direction: Option<Direction>,
     pub attack_s: f64,
     pub sustain_s: f64,
@@ -51,6 +54,7 @@ pub(super) enum Family {
     Circle,
     Square,
     Ellipse,
+    Rose,
 }
 
 /// Trajectories drawn from ranges, each `[smallest, largest]`.
@@ -65,6 +69,7 @@ pub(super) struct Draw {
     pub period_s: [f64; 2],
     pub orientation_deg: Option<[f64; 2]>,
     pub aspect: Option<[f64; 2]>,
+    pub swings: Option<[f64; 2]>,
     pub attack_s: f64,
     pub sustain_s: f64,
     pub decay_s: f64,

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use hysteron_base::{Bounds, Channel, Metadata, Recording, rng};
 use hysteron_control::inverse::{
-    Commands, Controller, Dataset, Demonstration, Fitted, InverseModel, Origin, Progress, Session,
-    StatefulOptions, WindowedOptions, fit_stateful, fit_windowed,
+    Axes, Commands, Controller, Dataset, Demonstration, Fitted, InverseModel, Origin, StatefulOptions, Tip,
+    WindowedOptions, fit_stateful, fit_windowed,
 };
 use hysteron_control::{Error, Limits};
+use hysteron_learn::{Progress, Session};
 use rand::RngExt;
 
 /// Width of the play between stroke and tip [m].
@@ -24,7 +25,7 @@ fn demonstration(name: &str, index: u64) -> Demonstration {
 }
 
 fn recorded(name: &str, index: u64, meta: Metadata) -> Demonstration {
-    Demonstration::new(name, &format!("hash of {name}"), &recording(index, meta)).unwrap()
+    Demonstration::new(name, &format!("hash of {name}"), &recording(index, meta), Axes::Planar).unwrap()
 }
 
 fn recording(index: u64, meta: Metadata) -> Recording {
@@ -92,7 +93,7 @@ fn root_mean(values: &[f64]) -> f64 {
 /// Limits that never bind.
 const WIDE: Limits = Limits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
 
-fn command(model: &InverseModel, path: &[[f64; 2]], limits: Limits) -> Commands {
+fn command(model: &InverseModel, path: &[Tip], limits: Limits) -> Commands {
     model.command(path, limits, &mut |_| true).unwrap()
 }
 
@@ -119,6 +120,45 @@ fn backlash_is_taken_back_where_statics_cannot() {
     // Streaming is the same arithmetic in another order: f32 rounding of a correction of about a millimetre.
     let streamed: Vec<f64> = data.validation.iter().map(|one| rmse_mm(&fitted.model, one)).collect();
     assert!((root_mean(&streamed) - ours).abs() < 1e-4 * ours, "{streamed:?} {ours}");
+}
+
+/// As many tendons as coordinates, each of which only one of them moves.
+fn in_space(name: &str, index: u64, axes: Axes) -> Demonstration {
+    let (a, b) = (recording(2 * index, Metadata::default()), recording(2 * index + 21, Metadata::default()));
+    let of = |from: &Recording, name: &str, to: &str| Channel::new(to, from.channel(name).unwrap().to_vec());
+    let channels = vec![
+        of(&a, "stroke_1_m", "stroke_1_m"),
+        of(&a, "stroke_2_m", "stroke_2_m"),
+        of(&b, "stroke_1_m", "stroke_3_m"),
+        of(&a, "tip_x_m", "tip_x_m"),
+        of(&a, "tip_y_m", "tip_y_m"),
+        of(&b, "tip_x_m", "tip_z_m"),
+    ];
+    let recording = Recording::new(a.time().to_vec(), channels, Vec::new(), Metadata::default()).unwrap();
+    Demonstration::new(name, name, &recording, axes).unwrap()
+}
+
+#[test]
+fn a_tip_in_space_tells_what_one_in_the_plane_does_not() {
+    let dataset = |axes| {
+        let all = (0..10).map(|k| in_space(&format!("ellipse-{k}"), k, axes)).collect();
+        Dataset::new(all, &["ellipse-4".to_owned(), "ellipse-5".to_owned()], 1).unwrap()
+    };
+    let (plane, space) = (dataset(Axes::Planar), dataset(Axes::Spatial));
+    let (blind, seeing) = (fit(&plane, &quick()), fit(&space, &quick()));
+    // The third stroke, several millimetres, is not in x and y at all; with z it is one like the others.
+    assert!(blind.held_out_mm[2] > 1.0, "{:?}", blind.held_out_mm);
+    assert!(root_mean(&seeing.held_out_mm) < 0.5 * WIDTH * 1e3, "{:?}", seeing.held_out_mm);
+    assert_eq!((blind.model.axes(), seeing.model.axes()), (Axes::Planar, Axes::Spatial));
+    let windowed =
+        fit_windowed(&space, &tiny(), &mut Session { file: None, progress: &mut |_| true }).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("h.safetensors");
+    for model in [&seeing.model, &windowed.model] {
+        model.write(&path).unwrap();
+        assert_eq!(&InverseModel::read(&path).unwrap(), model);
+        assert!(rmse_mm(model, &space.validation[0]).is_finite());
+    }
 }
 
 #[test]
@@ -196,7 +236,10 @@ fn the_file_of_another_training_is_refused() {
     // Nothing is kept of a first epoch that did not come to its end.
     std::fs::remove_file(&file).unwrap();
     let mut session = Session { file: None, progress: &mut |_| false };
-    assert!(matches!(fit_stateful(&data, &other, &mut session), Err(Error::NothingTrained)));
+    assert!(matches!(
+        fit_stateful(&data, &other, &mut session),
+        Err(Error::Learn(hysteron_learn::Error::NothingTrained))
+    ));
 }
 
 #[test]
@@ -214,8 +257,8 @@ fn limits_hold_and_leaving_the_workspace_is_flagged() {
     assert!(held.steps.iter().any(|step| step.is_limited));
     assert!(command(&model, tip, WIDE).steps.iter().all(|step| !step.is_limited));
     // Far outside every path of the training, and on it.
-    let inside = [[1e-3, 1e-3]; 30];
-    let outside = [[40e-3, 0.0]; 30];
+    let inside = [[1e-3, 1e-3, 0.0]; 30];
+    let outside = [[40e-3, 0.0, 0.0]; 30];
     assert!(command(&model, &inside, WIDE).steps.iter().all(|step| !step.is_extrapolating));
     assert!(command(&model, &outside, WIDE).steps.iter().all(|step| step.is_extrapolating));
 }
@@ -241,6 +284,8 @@ fn data_that_do_not_go_together_are_refused() {
     assert!(refusal(&[&real, &twin], &["a", "c"]).contains("left to learn from"));
     let slower = Demonstration { step: 0.1, ..twin.clone() };
     assert!(refusal(&[&real, &slower], &[]).contains("20.0000 Hz, as a, got 10.0000 Hz"));
+    let spatial = Demonstration { axes: Axes::Spatial, ..twin.clone() };
+    assert!(refusal(&[&real, &spatial], &[]).contains("tips told by x, y, as a, got x, y, z"));
     let fewer = Demonstration { n_tendons: 2, ..twin.clone() };
     assert!(refusal(&[&real, &fewer], &[]).contains("4 tendons, as a, got 2"));
     // Rig and twin together, validated on the rig.
@@ -257,7 +302,8 @@ fn recordings_without_what_is_needed_are_refused() {
         change(&mut channels);
         Recording::new(whole.time().to_vec(), channels, Vec::new(), Metadata::default()).unwrap()
     };
-    let refusal = |recording: &Recording| Demonstration::new("a", "", recording).unwrap_err().to_string();
+    let refusal =
+        |recording: &Recording| Demonstration::new("a", "", recording, Axes::Planar).unwrap_err().to_string();
     for missing in ["tip_x_m", "tip_y_m"] {
         let without = with(&|channels| channels.retain(|channel| channel.name != missing));
         assert!(refusal(&without).contains(missing));
@@ -267,7 +313,7 @@ fn recordings_without_what_is_needed_are_refused() {
     let partly = with(&|channels| {
         channels.push(Channel::new("tip_x_per_stroke_1_ratio", vec![1.0; whole.n_samples()]));
     });
-    assert!(refusal(&partly).contains("of 4 tendons, got 1 and 0"));
+    assert!(refusal(&partly).contains("of 4 tendons, got [1, 0]"));
     let mut time = whole.time().to_vec();
     time[5] += 0.02;
     let uneven = Recording::new(time, whole.channels().to_vec(), Vec::new(), Metadata::default()).unwrap();
@@ -305,12 +351,12 @@ fn a_common_pull_can_be_asked_for() {
 fn controllers_refuse_what_they_cannot_follow() {
     let data = dataset();
     let model = fit(&data, &StatefulOptions { epochs: 1, ..quick() }).model;
-    let refusal = |path: &[[f64; 2]], limits| Controller::new(&model, path, limits).unwrap_err().to_string();
+    let refusal = |path: &[Tip], limits| Controller::new(&model, path, limits).unwrap_err().to_string();
     assert!(refusal(&[], WIDE).contains("at least one sample"));
-    assert!(refusal(&[[0.0, f64::NAN]], WIDE).contains("finite positions"));
+    assert!(refusal(&[[0.0, f64::NAN, 0.0]], WIDE).contains("finite positions"));
     let upside_down = Limits { stroke: Bounds { min: 1.0, max: 0.0 }, ..WIDE };
-    assert!(refusal(&[[0.0; 2]], upside_down).contains("min <= max"));
-    assert!(refusal(&[[0.0; 2]], Limits { stroke_rate: 0.0, ..WIDE }).contains("a rate > 0"));
+    assert!(refusal(&[[0.0; 3]], upside_down).contains("min <= max"));
+    assert!(refusal(&[[0.0; 3]], Limits { stroke_rate: 0.0, ..WIDE }).contains("a rate > 0"));
     let refusal = model.check_step(0.01).unwrap_err().to_string();
     assert!(refusal.contains("samples of 0.05 s"), "{refusal}");
 }

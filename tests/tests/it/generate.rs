@@ -73,6 +73,28 @@ fn parts_made_on_several_machines_are_the_whole() {
 }
 
 #[test]
+fn a_plan_of_the_tip_leads_the_tip() {
+    let place = Workplace::new();
+    let circles = PLAN.find("[[draw]]").unwrap();
+    place.write("tip.toml", PLAN[..circles].replace("seed = 5", "seed = 5\nspace = \"tip\""));
+    place.run(&["generate", "scene.toml", "--plan", "tip.toml", "--out", "data"]).succeeded();
+    let found = Recording::read(place.path().join("data/line.parquet")).unwrap();
+    let (x, y) = (found.require("tip_x_m").unwrap(), found.require("tip_y_m").unwrap());
+    // The plan's own line: 3 mm · sin(2π 0.5 Hz t) at full size, from t = 1 s of the motion on.
+    let at = |t: f64| 3e-3 * (std::f64::consts::PI * t).sin();
+    let off = |i: usize| (x[i] - at(found.time()[i] - 0.1)).hypot(y[i]);
+    let worst = (115..205).map(off).fold(0.0, f64::max);
+    // What steering leaves over: a few samples' way, at 10 mm/s and 100 Hz.
+    assert!(worst < 0.3e-3, "{worst} m");
+    let strokes = found.strokes();
+    assert!(strokes.iter().all(|stroke| stroke.last() == Some(&0.0)), "the way home is part of it");
+    // A rig has no twin to find strokes with.
+    let record = ["record", "--rig", "virtual:typical", "--plan", "tip.toml", "--out", "recorded"];
+    let outcome = place.run(&record);
+    assert!(outcome.error(2).contains("expected tendons, got tip"), "{}", outcome.stderr);
+}
+
+#[test]
 fn what_cannot_be_generated_is_refused() {
     let place = Workplace::new();
     place.write("short.toml", PLAN);

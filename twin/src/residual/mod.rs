@@ -17,6 +17,11 @@ mod sequence;
 mod stateful;
 mod windowed;
 
+use std::path::PathBuf;
+
+use hysteron_learn::{Learned, Lesson, Network, Progress, Session, teach};
+use serde_json::Value;
+
 pub use adaptation::{AdaptOptions, Adaptation};
 pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
@@ -27,16 +32,35 @@ pub use sequence::Sequence;
 pub use stateful::{StatefulOptions, fit_stateful};
 pub use windowed::{WindowedOptions, fit_windowed};
 
-/// What a training reports after an epoch, and what it asks.
-pub struct Epoch {
-    /// Which network of several, from 0.
-    pub member: usize,
-    /// Epochs done, from 1.
-    pub number: usize,
-    /// Root mean square error on the training sequences [mm], as the design measures it.
-    pub training_mm: f64,
-    /// The same on the held-out ones.
-    pub held_out_mm: f64,
-    /// The best of the held-out errors so far.
-    pub best_mm: f64,
+/// Where the trainings of several networks stand between runs, and who is told.
+pub struct Sessions<'a> {
+    /// File of each network to go on from, written after every epoch; empty for no files.
+    pub files: Vec<PathBuf>,
+    /// Gets the progress of a network, by number from 0; ends its training where it returns false.
+    pub progress: &'a (dyn Fn(usize, &Progress) -> bool + Sync),
+}
+
+/// A trained residual network.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// With the best weights.
+    pub model: ResidualModel,
+    /// False where a training was ended before its time and can go on from its file.
+    pub is_finished: bool,
+}
+
+impl Sessions<'_> {
+    /// Trains the network `number`, or goes on with it; see [`teach`].
+    fn teach<L: Lesson>(
+        &self,
+        number: usize,
+        lesson: &mut L,
+        network: Network,
+        seed: u64,
+        identity: &Value,
+    ) -> Result<Learned, L::Error> {
+        let mut progress = |progress: &Progress| (self.progress)(number, progress);
+        let file = self.files.get(number).map(PathBuf::as_path);
+        teach(lesson, network, seed, identity, &mut Session { file, progress: &mut progress })
+    }
 }

@@ -7,16 +7,17 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, Head, Memory, Network, Normaliser, Outputs, Trainer, half_cosine,
+    Adam, Architecture, Batch, Head, Learned, Lesson, Memory, Network, Normaliser, Outputs, Training,
+    half_cosine,
 };
-use rand::{Rng, RngExt};
+use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::sequence::{first_of_one_robot, names};
-use super::{Decoder, Design, Epoch, FeatureSpec, Features, ResidualModel, Sequence};
-use crate::Result;
+use super::{Decoder, Design, FeatureSpec, Features, Fitted, ResidualModel, Sequence, Sessions};
+use crate::{Error, Result};
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -90,18 +91,18 @@ struct Prepared {
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
 /// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
-/// others take out. Networks are trained in parallel; `on_epoch` ends a training where it returns false.
+/// others take out. Networks are trained in parallel, each with a session of its own.
 ///
 /// # Errors
-/// Sequences of different robots; a set of `held_out` without sequences, or with all of them; training that leaves finite
-/// numbers.
+/// Sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of another training;
+/// training that leaves finite numbers, or that is ended before its first epoch is done.
 pub fn fit_stateful(
     sequences: &[Sequence],
     held_out: &[Vec<usize>],
     scene_hash: &str,
     options: &StatefulOptions,
-    on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
-) -> Result<ResidualModel> {
+    sessions: &Sessions<'_>,
+) -> Result<Fitted> {
     let first = first_of_one_robot(sequences, sequences)?;
     let decoder = Decoder { regularisation: options.decoder };
     let largest = sequences.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
@@ -116,25 +117,35 @@ pub fn fit_stateful(
     let outputs = output_ranges(sequences)?;
     let prepared: Vec<Prepared> =
         sequences.iter().map(|sequence| prepare(sequence, &spec, &decoder, &inputs, &outputs)).collect();
+    let listed =
+        |indices: &[usize]| -> Vec<&str> { indices.iter().map(|&k| sequences[k].name.as_str()).collect() };
     let train = |(number, held_out): (usize, &Vec<usize>)| {
-        let (mut seen, mut unseen) = (Vec::new(), Vec::new());
-        for (k, prepared) in prepared.iter().enumerate() {
-            if held_out.contains(&k) { &mut unseen } else { &mut seen }.push(prepared.clone());
-        }
+        let (unseen, seen): (Vec<usize>, Vec<usize>) =
+            (0..prepared.len()).partition(|k| held_out.contains(k));
         if seen.is_empty() || unseen.is_empty() {
             let found = format!("{} and {}", seen.len(), unseen.len());
             return Err(BadInput::new("sequences to learn from and to stop by", "some of each", found).into());
         }
-        train_member(number, seen, unseen, &spec, options, on_epoch)
+        let seed = rng(options.seed, &format!("residual/member/{number}")).random();
+        let copies = |indices: &[usize]| indices.iter().map(|&k| prepared[k].clone()).collect();
+        let (seen_ones, unseen_ones) = (copies(&seen), copies(&unseen));
+        let mut lesson = Trajectories { options, spec: &spec, seed, seen: seen_ones, unseen: unseen_ones };
+        let network = Network::new(&options.architecture(spec.len()), seed)?;
+        let identity = json!({
+            "scene": scene_hash, "options": options, "trained_on": listed(&seen), "held_out": listed(&unseen),
+            "inputs": inputs.channels, "outputs": outputs.channels,
+        });
+        sessions.teach(number, &mut lesson, network, seed, &identity)
     };
-    let members = held_out.par_iter().enumerate().map(train).collect::<Result<Vec<Member>>>()?;
-    let report = |(member, held_out): (&Member, &Vec<usize>)| {
-        let held_out: Vec<&str> = held_out.iter().map(|&k| sequences[k].name.as_str()).collect();
-        json!({ "held_out": held_out, "held_out_rmse_mm": member.held_out_mm, "epochs": member.epochs })
+    let members = held_out.par_iter().enumerate().map(train).collect::<Result<Vec<Learned>>>()?;
+    let report = |(member, held_out): (&Learned, &Vec<usize>)| {
+        let held_out = listed(held_out);
+        json!({ "held_out": held_out, "held_out_rmse_mm": member.held_out, "epochs": member.epochs })
     };
     let reports: Vec<_> = members.iter().zip(held_out).map(report).collect();
+    let is_finished = members.iter().all(|member| member.is_finished);
     let networks: Vec<Network> = members.into_iter().map(|member| member.network).collect();
-    Ok(ResidualModel {
+    let model = ResidualModel {
         network: Network::mean_of(&networks)?,
         inputs,
         outputs,
@@ -144,54 +155,21 @@ pub fn fit_stateful(
         scene_hash: scene_hash.to_owned(),
         adaptation: None,
         training: json!({ "options": options, "sequences": names(sequences), "members": reports }),
-    })
-}
-
-/// One trained network.
-struct Member {
-    network: Network,
-    held_out_mm: f64,
-    /// Epochs until it was best.
-    epochs: usize,
-}
-
-fn train_member(
-    number: usize,
-    mut seen: Vec<Prepared>,
-    mut unseen: Vec<Prepared>,
-    spec: &FeatureSpec,
-    options: &StatefulOptions,
-    on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
-) -> Result<Member> {
-    let architecture = Architecture {
-        inputs: spec.len(),
-        hidden: options.hidden,
-        layers: options.layers,
-        outputs: 3,
-        head: Head::Linear,
-        dropout: 0.0,
     };
-    let adam = Adam { learning_rate: options.learning_rate, clip_norm: Some(1.0), ..Adam::default() };
-    let seed = rng(options.seed, &format!("residual/member/{number}")).random();
-    let mut trainer = Trainer::new(Network::new(&architecture, seed)?, adam, seed)?;
-    let mut mean = trainer.network().clone();
-    let mut best = Member { network: mean.clone(), held_out_mm: f64::INFINITY, epochs: 0 };
-    for epoch in 0..options.epochs {
-        let part = epoch as f64 / options.epochs as f64;
-        trainer.set_learning_rate(options.learning_rate * half_cosine(part));
-        let mut stream = rng(seed, &format!("residual/noise/{epoch}"));
-        let training_mm = train_epoch(&mut trainer, &mut mean, &mut seen, spec, options, &mut stream)?;
-        let held_out_mm = evaluate(&mean, &mut unseen, spec, options.piece)?;
-        if held_out_mm < best.held_out_mm {
-            best = Member { network: mean.clone(), held_out_mm, epochs: epoch + 1 };
-        }
-        let report =
-            Epoch { member: number, number: epoch + 1, training_mm, held_out_mm, best_mm: best.held_out_mm };
-        if !on_epoch(&report) || epoch + 1 - best.epochs >= options.patience {
-            break;
+    Ok(Fitted { model, is_finished })
+}
+
+impl StatefulOptions {
+    fn architecture(&self, inputs: usize) -> Architecture {
+        Architecture {
+            inputs,
+            hidden: self.hidden,
+            layers: self.layers,
+            outputs: 3,
+            head: Head::Linear,
+            dropout: 0.0,
         }
     }
-    Ok(best)
 }
 
 fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Result<Normaliser, BadInput> {
@@ -341,56 +319,91 @@ fn tip_errors(
     (sum, count)
 }
 
-/// One pass of training; gives the root mean square error [mm].
-///
-/// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is
-/// its own feedback.
-fn train_epoch(
-    trainer: &mut Trainer,
-    mean: &mut Network,
-    sequences: &mut [Prepared],
-    spec: &FeatureSpec,
-    options: &StatefulOptions,
-    stream: &mut impl Rng,
-) -> Result<f64> {
-    let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
-    let mut memory = Memory::zeros(trainer.network().architecture(), sequences.len());
-    let width = (1e3 * options.feedback_noise_m * 12f64.sqrt()) as f32;
-    let widths = [options.input_noise as f32, width];
-    let mut noise = || stream.random::<f32>() - 0.5;
-    let (mut sum, mut count) = (0.0, 0.0);
-    for start in (0..longest).step_by(options.piece) {
-        let steps = options.piece.min(longest - start);
-        let inputs = piece_inputs(sequences, spec, start, steps, widths, &mut noise);
-        let batch = Batch { inputs: &inputs, steps, rows: sequences.len(), outputs: Outputs::All };
-        trainer.step(&batch, &mut memory, |outputs, gradient| {
-            let (squares, n) = tip_errors(sequences, start, outputs, Some(gradient));
-            sum += squares;
-            count += n;
-            squares / f64::max(n, 1.0)
-        })?;
-        mean.approach(trainer.network(), AVERAGED);
-    }
-    Ok((sum / f64::max(count, 1.0)).sqrt())
-}
-
 /// Part of the running mean of the weights that each step renews: it reaches back over some epochs.
 const AVERAGED: f32 = 0.005;
 
-/// Root mean square error [mm] without training; the tip seen is the network's own of the pass before.
-fn evaluate(network: &Network, sequences: &mut [Prepared], spec: &FeatureSpec, piece: usize) -> Result<f64> {
+/// Whole trajectories side by side, for one network.
+struct Trajectories<'a> {
+    options: &'a StatefulOptions,
+    spec: &'a FeatureSpec,
+    seed: u64,
+    seen: Vec<Prepared>,
+    unseen: Vec<Prepared>,
+}
+
+/// First sample and number of samples of each piece.
+fn pieces(sequences: &[Prepared], piece: usize) -> Vec<(usize, usize)> {
     let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
-    let trainer = Trainer::new(network.clone(), Adam::default(), 0)?;
-    let mut memory = Memory::zeros(network.architecture(), sequences.len());
-    let (mut sum, mut count) = (0.0, 0.0);
-    for start in (0..longest).step_by(piece) {
-        let steps = piece.min(longest - start);
-        let inputs = piece_inputs(sequences, spec, start, steps, [0.0; 2], &mut || 0.0);
-        let batch = Batch { inputs: &inputs, steps, rows: sequences.len(), outputs: Outputs::All };
-        let outputs = trainer.predict(&batch, &mut memory)?;
-        let (squares, n) = tip_errors(sequences, start, &outputs, None);
-        sum += squares;
-        count += n;
+    (0..longest).step_by(piece).map(|start| (start, piece.min(longest - start))).collect()
+}
+
+impl Lesson for Trajectories<'_> {
+    type Error = Error;
+
+    fn epochs(&self) -> usize {
+        self.options.epochs
     }
-    Ok((sum / f64::max(count, 1.0)).sqrt())
+
+    fn patience(&self) -> usize {
+        self.options.patience
+    }
+
+    fn adam(&self, epoch: usize) -> Adam {
+        let part = epoch as f64 / self.options.epochs as f64;
+        Adam {
+            learning_rate: self.options.learning_rate * half_cosine(part),
+            clip_norm: Some(1.0),
+            ..Adam::default()
+        }
+    }
+
+    fn renewed(&self) -> Option<f32> {
+        Some(AVERAGED)
+    }
+
+    /// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is
+    /// its own feedback.
+    fn train(
+        &mut self,
+        training: &mut Training,
+        epoch: usize,
+        on_step: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<Option<f64>> {
+        let mut memory = Memory::zeros(training.network().architecture(), self.seen.len());
+        let width = (1e3 * self.options.feedback_noise_m * 12f64.sqrt()) as f32;
+        let widths = [self.options.input_noise as f32, width];
+        let mut stream = rng(self.seed, &format!("residual/noise/{epoch}"));
+        let mut noise = || stream.random::<f32>() - 0.5;
+        let pieces = pieces(&self.seen, self.options.piece);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (k, &(start, steps)) in pieces.iter().enumerate() {
+            let inputs = piece_inputs(&self.seen, self.spec, start, steps, widths, &mut noise);
+            let batch = Batch { inputs: &inputs, steps, rows: self.seen.len(), outputs: Outputs::All };
+            training.step(&batch, &mut memory, |outputs, gradient| {
+                let (squares, n) = tip_errors(&mut self.seen, start, outputs, Some(gradient));
+                sum += squares;
+                count += n;
+                squares / f64::max(n, 1.0)
+            })?;
+            if !on_step(k + 1, pieces.len()) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(sum / f64::max(count, 1.0)))
+    }
+
+    /// [mm]; the tip seen is the network's own of the pass before.
+    fn validate(&mut self, training: &Training) -> Result<f64> {
+        let mut memory = Memory::zeros(training.network().architecture(), self.unseen.len());
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (start, steps) in pieces(&self.unseen, self.options.piece) {
+            let inputs = piece_inputs(&self.unseen, self.spec, start, steps, [0.0; 2], &mut || 0.0);
+            let batch = Batch { inputs: &inputs, steps, rows: self.unseen.len(), outputs: Outputs::All };
+            let outputs = training.predict(&batch, &mut memory)?;
+            let (squares, n) = tip_errors(&mut self.unseen, start, &outputs, None);
+            sum += squares;
+            count += n;
+        }
+        Ok((sum / f64::max(count, 1.0)).sqrt())
+    }
 }

@@ -3,15 +3,16 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
+    Adam, Architecture, Batch, ChannelRange, Head, Lesson, Memory, Network, Normaliser, Outputs, Training,
     mean_squared_error,
 };
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::sequence::{first_of_one_robot, names};
-use super::{Design, Epoch, ResidualModel, Sequence};
-use crate::Result;
+use super::{Design, Fitted, ResidualModel, Sequence, Sessions};
+use crate::{Error, Result};
 
 /// How to train; the defaults are published.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,31 +65,31 @@ struct Prepared {
 }
 
 /// Trains on `training`; keeps the weights that do best on `held_out`, root mean square error of the strokes.
-/// `on_epoch` ends it where it returns false.
 ///
 /// # Errors
-/// Sequences of different robots, or none; training that leaves finite numbers.
+/// Sequences of different robots, or none; a file of another training; training that leaves finite numbers, or that is
+/// ended before its first epoch is done.
 pub fn fit_windowed(
     training: &[Sequence],
     held_out: &[Sequence],
     scene_hash: &str,
     options: &WindowedOptions,
-    on_epoch: &(dyn Fn(&Epoch) -> bool + Sync),
-) -> Result<ResidualModel> {
+    sessions: &Sessions<'_>,
+) -> Result<Fitted> {
     let first = first_of_one_robot(training, held_out)?;
     let (inputs, outputs) = ranges(training, first)?;
     let prepare = |sequences: &[Sequence]| -> Vec<Prepared> {
         sequences.iter().map(|sequence| prepare(sequence, &inputs, &outputs)).collect()
     };
-    let (seen, unseen) = (prepare(training), prepare(held_out));
     let (n_in, n_out) = (inputs.channels.len(), outputs.channels.len());
-    let windows = |sequences: &[Prepared]| -> Vec<(usize, usize)> {
-        let ends = |(k, s): (usize, &Prepared)| {
-            (0..s.targets.len() / n_out).step_by(options.stride).map(move |end| (k, end)).collect::<Vec<_>>()
-        };
-        sequences.iter().enumerate().flat_map(ends).collect()
+    let mut lesson = Windows {
+        options,
+        n_in,
+        n_out,
+        half_width_mm: outputs.channels.iter().map(|c| 500.0 * (c.max - c.min)).sum::<f64>() / n_out as f64,
+        seen: prepare(training),
+        unseen: prepare(held_out),
     };
-    let (mut order, checked) = (windows(&seen), windows(&unseen));
     let architecture = Architecture {
         inputs: n_in,
         hidden: options.hidden,
@@ -97,53 +98,15 @@ pub fn fit_windowed(
         head: Head::Tanh,
         dropout: options.dropout,
     };
-    let adam =
-        Adam { learning_rate: options.learning_rate, weight_decay: options.weight_decay, ..Adam::default() };
-    let mut trainer = Trainer::new(Network::new(&architecture, options.seed)?, adam, options.seed)?;
-    // Mean width of the outputs' ranges: from normalised errors to millimetres.
-    let half_width = outputs.channels.iter().map(|c| 500.0 * (c.max - c.min)).sum::<f64>() / n_out as f64;
-    let mut best = (f64::INFINITY, 0, trainer.network().clone());
-    for epoch in 0..options.epochs {
-        order.shuffle(&mut rng(options.seed, &format!("residual/order/{epoch}")));
-        let mut sum = 0.0;
-        for batch in order.chunks(options.batch) {
-            let (values, targets) = gather(&seen, batch, options.window, n_in, n_out);
-            let mut memory = Memory::zeros(&architecture, batch.len());
-            let entering =
-                Batch { inputs: &values, steps: options.window, rows: batch.len(), outputs: Outputs::Last };
-            let loss = trainer.step(&entering, &mut memory, |found, gradient| {
-                mean_squared_error(found, &targets, gradient)
-            })?;
-            sum += loss * batch.len() as f64;
-        }
-        let mut held = 0.0;
-        for batch in checked.chunks(options.batch) {
-            let (values, targets) = gather(&unseen, batch, options.window, n_in, n_out);
-            let mut memory = Memory::zeros(&architecture, batch.len());
-            let entering =
-                Batch { inputs: &values, steps: options.window, rows: batch.len(), outputs: Outputs::Last };
-            let found = trainer.predict(&entering, &mut memory)?;
-            held += found.iter().zip(&targets).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>()
-                / n_out as f64;
-        }
-        let mm = |sum: f64, n: usize| half_width * (sum / n.max(1) as f64).sqrt();
-        let report_held = mm(held, checked.len());
-        if report_held < best.0 {
-            best = (report_held, epoch, trainer.network().clone());
-        }
-        let report = Epoch {
-            member: 0,
-            number: epoch + 1,
-            training_mm: mm(sum, order.len()),
-            held_out_mm: report_held,
-            best_mm: best.0,
-        };
-        if !on_epoch(&report) {
-            break;
-        }
-    }
-    Ok(ResidualModel {
-        network: best.2,
+    let mut identity = json!({
+        "scene": scene_hash, "options": options, "trained_on": names(training), "held_out": names(held_out),
+    });
+    let network = Network::new(&architecture, options.seed)?;
+    let learned = sessions.teach(0, &mut lesson, network, options.seed, &identity)?;
+    identity["held_out_stroke_rmse_mm"] = json!(learned.held_out);
+    identity["epochs"] = json!(learned.epochs);
+    let model = ResidualModel {
+        network: learned.network,
         inputs,
         outputs,
         design: Design::Windowed { window: options.window },
@@ -151,11 +114,100 @@ pub fn fit_windowed(
         step_s: first.step,
         scene_hash: scene_hash.to_owned(),
         adaptation: None,
-        training: serde_json::json!({
-            "options": options, "trained_on": names(training), "held_out": names(held_out),
-            "held_out_stroke_rmse_mm": best.0, "epochs": best.1 + 1,
-        }),
-    })
+        training: identity,
+    };
+    Ok(Fitted { model, is_finished: learned.is_finished })
+}
+
+/// Windows of trajectories, in an order that is drawn anew in every epoch.
+struct Windows<'a> {
+    options: &'a WindowedOptions,
+    n_in: usize,
+    n_out: usize,
+    /// Mean half width of the outputs' ranges: from normalised errors to millimetres.
+    half_width_mm: f64,
+    seen: Vec<Prepared>,
+    unseen: Vec<Prepared>,
+}
+
+impl Windows<'_> {
+    /// Trajectory and last sample of each window.
+    fn of(&self, all: &[Prepared]) -> Vec<(usize, usize)> {
+        let n_samples = |one: &Prepared| one.targets.len() / self.n_out;
+        let ends = |(k, one): (usize, &Prepared)| {
+            (0..n_samples(one)).step_by(self.options.stride).map(move |end| (k, end)).collect::<Vec<_>>()
+        };
+        all.iter().enumerate().flat_map(ends).collect()
+    }
+
+    /// Inputs and targets of some windows.
+    fn batch(&self, all: &[Prepared], windows: &[(usize, usize)]) -> (Vec<f32>, Vec<f32>) {
+        gather(all, windows, self.options.window, self.n_in, self.n_out)
+    }
+
+    fn entering<'b>(&self, inputs: &'b [f32], rows: usize) -> Batch<'b> {
+        Batch { inputs, steps: self.options.window, rows, outputs: Outputs::Last }
+    }
+}
+
+impl Lesson for Windows<'_> {
+    type Error = Error;
+
+    fn epochs(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn patience(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn adam(&self, _epoch: usize) -> Adam {
+        let WindowedOptions { learning_rate, weight_decay, .. } = *self.options;
+        Adam { learning_rate, weight_decay, ..Adam::default() }
+    }
+
+    fn renewed(&self) -> Option<f32> {
+        None
+    }
+
+    fn train(
+        &mut self,
+        training: &mut Training,
+        epoch: usize,
+        on_step: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<Option<f64>> {
+        let mut order = self.of(&self.seen);
+        order.shuffle(&mut rng(self.options.seed, &format!("residual/order/{epoch}")));
+        let n_steps = order.len().div_ceil(self.options.batch);
+        let mut sum = 0.0;
+        for (k, windows) in order.chunks(self.options.batch).enumerate() {
+            let (inputs, targets) = self.batch(&self.seen, windows);
+            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
+            let loss =
+                training.step(&self.entering(&inputs, windows.len()), &mut memory, |found, gradient| {
+                    mean_squared_error(found, &targets, gradient)
+                })?;
+            sum += loss * windows.len() as f64;
+            if !on_step(k + 1, n_steps) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(self.half_width_mm.powi(2) * sum / order.len().max(1) as f64))
+    }
+
+    /// [mm]
+    fn validate(&mut self, training: &Training) -> Result<f64> {
+        let all = self.of(&self.unseen);
+        let mut squares = 0.0;
+        for windows in all.chunks(self.options.batch) {
+            let (inputs, targets) = self.batch(&self.unseen, windows);
+            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
+            let found = training.predict(&self.entering(&inputs, windows.len()), &mut memory)?;
+            squares += found.iter().zip(&targets).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>();
+        }
+        let n = (all.len() * self.n_out).max(1);
+        Ok(self.half_width_mm * (squares / n as f64).sqrt())
+    }
 }
 
 fn ranges(

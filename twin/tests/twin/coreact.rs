@@ -1,9 +1,16 @@
 //! Identification and the residual network, on a robot that is a twin with something more in it.
 
+use std::path::PathBuf;
+
 use hysteron_base::{Channel, Friction, Metadata, Recording};
-use hysteron_twin::coreact::{Auxiliary, FrictionPoints, Goal, Identifier, IdentifyOptions, identify};
+use hysteron_learn::Progress;
+use hysteron_twin::coreact::{
+    Auxiliary, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
+};
 use hysteron_twin::qp::QpStatus;
-use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, StatefulOptions, fit_stateful};
+use hysteron_twin::residual::{
+    Fitted, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful,
+};
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
 use super::scenes;
@@ -215,17 +222,55 @@ fn zero_strokes_leave_the_bare_twin() {
     assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-7), "{a:?} {b:?}");
 }
 
+fn fit(
+    sequences: &[Sequence],
+    options: &StatefulOptions,
+    files: Vec<PathBuf>,
+    progress: &(dyn Fn(usize, &Progress) -> bool + Sync),
+) -> Fitted {
+    fit_stateful(sequences, &[vec![0], vec![1]], "scene", options, &Sessions { files, progress }).unwrap()
+}
+
+/// A motion whose tip lags, identified.
+fn identified(twin: &Twin, auxiliary: &Auxiliary, n: usize) -> (Motion, Identification, Sequence) {
+    let recording = recording(twin, auxiliary, n, |i| lagging(auxiliary.len(), i));
+    let motion = Motion::for_identification(twin, &recording, "rec").unwrap();
+    let options = IdentifyOptions::default();
+    let found = identify(twin, auxiliary, &motion, &options, Metadata::default(), &mut || true);
+    let found = found.unwrap().unwrap();
+    let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
+    (motion, found, sequence)
+}
+
+#[test]
+fn an_interrupted_training_ends_as_one_that_was_not() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let sequence = identified(&twin, &auxiliary, 120).2;
+    let sequences = [sequence.clone(), sequence];
+    let options = StatefulOptions { hidden: 8, epochs: 4, piece: 50, ..Default::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<PathBuf> = (0..2).map(|k| folder.path().join(format!("{k}.training"))).collect();
+    let whole = fit(&sequences, &options, Vec::new(), &|_, _| true);
+    // One network is stopped after its second epoch, the other in the middle of its third.
+    let part = fit(&sequences, &options, files.clone(), &|member, progress| match progress {
+        Progress::Epoch(epoch) => member == 1 || epoch.number < 2,
+        Progress::Step { epoch, done, .. } => *epoch < 2 || *done < 2,
+    });
+    assert!(whole.is_finished && !part.is_finished && part.model != whole.model);
+    assert_eq!(fit(&sequences, &options, files.clone(), &|_, _| true), whole);
+    let sessions = Sessions { files, progress: &|_, _| true };
+    let other = StatefulOptions { seed: 2, ..options };
+    let refusal = fit_stateful(&sequences, &[vec![0], vec![1]], "scene", &other, &sessions).unwrap_err();
+    assert!(refusal.to_string().contains("another one (options)"), "{refusal}");
+}
+
 #[test]
 fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let twin = twin();
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let n = 400;
-    let recording = recording(&twin, &auxiliary, n, |i| lagging(auxiliary.len(), i));
-    let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
-    let found =
-        identify(&twin, &auxiliary, &motion, &IdentifyOptions::default(), Metadata::default(), &mut || true);
-    let found = found.unwrap().unwrap();
-    let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
+    let (motion, found, sequence) = identified(&twin, &auxiliary, n);
     let options = StatefulOptions {
         hidden: 16,
         epochs: 400,
@@ -236,7 +281,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     };
     // The same recording twice: only that it can be learned and rolled out is asked here.
     let sequences = [sequence.clone(), sequence];
-    let model = fit_stateful(&sequences, &[vec![0], vec![1]], "scene", &options, &|_| true).unwrap();
+    let model = fit(&sequences, &options, Vec::new(), &|_, _| true).model;
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("residual.safetensors");

@@ -24,11 +24,13 @@ use serde_json::{Value, json};
 use super::{data_folder, distance, rms, write_metrics};
 use crate::table::print_cells;
 use fit::Fitted;
-use recording::{N_TENDONS, Pattern, Row, read_patterns};
+use recording::Row;
+pub use recording::{N_TENDONS, Pattern, read_patterns};
 use reduced::Shape;
 use robot::Robot;
 
-const N_FOLDS: usize = 5;
+/// Folds.
+pub const N_FOLDS: usize = 5;
 
 /// The reduced model is fitted to every third row, in a quick study to every twelfth.
 const FIT_EVERY: [usize; 2] = [3, 12];
@@ -78,7 +80,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 }
 
 /// The fold of every pattern, drawn with a seed.
-fn folds(n_patterns: usize) -> Vec<usize> {
+pub fn folds(n_patterns: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..n_patterns).collect();
     order.shuffle(&mut rng(1, "ftdcr/folds"));
     let mut fold_of = vec![0; n_patterns];

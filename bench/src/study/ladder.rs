@@ -1,0 +1,192 @@
+//! What each part of the chain adds, on other robots: the presets, and members of the population around `typical`.
+//!
+//! Every robot is known from a minute of recordings alone (the plan `quick`). The rungs: strokes through the twin without
+//! learning; an inverse network on the minute; one on the minute and what the calibrated twin makes of it; the calibrated
+//! twin, steered; and that twin after it has learned from one path more while its tip was watched. The scene is that of
+//! `typical` for all: what a robot differs by is left to learning. No path is in any training.
+#![allow(clippy::print_stdout)] // this program prints tables
+
+use std::path::Path;
+
+use anyhow::Result;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::chain::{Chain, Followed, Strokes};
+use super::write_metrics;
+use crate::table::print_cells;
+
+const PRESETS: [&str; 3] = ["mild", "typical", "harsh"];
+/// Members of the population around `typical`.
+const MEMBERS: u64 = 10;
+const TARGETS: [&str; 3] = ["circle:50", "diamond:60", "lissajous:56"];
+/// The path that the last rung learns from.
+const WATCHED: &str = "square:40";
+const SCENE: &str = "meshes/tpu80/scene-typical-friction.toml";
+const RUNGS: [&str; 5] = [
+    "twin, no learning",
+    "network, recorded minute",
+    "network, hybrid data",
+    "calibrated twin",
+    "+ adaptation",
+];
+
+/// What the calibrated twin does besides the recorded minute: five minutes, twice as far.
+const SYNTHETIC: &str = r#"format = "hysteron-plan"
+version = 1
+name = "ladder"
+seed = 1
+rate_hz = 100
+tendon_angles_deg = [0, 90, 180, 270]
+release = 1.0
+rest_before_s = 1.3
+rest_after_s = 2
+stroke_max_mm = 15
+stroke_rate_max_mm_s = 12
+"#;
+/// Families of it: kind and what else its entry says.
+const FAMILIES: [(&str, &str); 3] =
+    [("circle", ""), ("rose", "swings = [0.4, 1.6]\n"), ("square", "orientation_deg = [45, 45]\n")];
+
+/// One robot: for every target what each rung came to; none where the rig would not carry the strokes out.
+struct Robot {
+    name: String,
+    found: Vec<[Option<Followed>; RUNGS.len()]>,
+}
+
+/// Runs the study; quick: one robot, one target.
+///
+/// # Errors
+/// A stage fails.
+pub fn run(folder: &Path, quick: bool) -> Result<()> {
+    let members = (1..=MEMBERS).map(|member| format!("typical/{member}"));
+    let names: Vec<String> = PRESETS.iter().map(|preset| (*preset).to_owned()).chain(members).collect();
+    let (names, targets) = if quick { (&names[..1], &TARGETS[..1]) } else { (&names[..], &TARGETS[..]) };
+    let robots = names
+        .par_iter()
+        .map(|name| climb(&folder.join(name.replace('/', "-")), name, targets))
+        .collect::<Result<Vec<Robot>>>()?;
+    print(&robots, targets);
+    let rungs = |found: &[Option<Followed>]| -> Vec<Value> {
+        let each = RUNGS.iter().zip(found);
+        each.map(|(rung, found)| {
+            json!({
+                "rung": rung,
+                "nrmse_percent": found.map(|one| one.nrmse_percent),
+                "iou": found.map(|one| one.iou),
+            })
+        })
+        .collect()
+    };
+    let of_robot = |robot: &Robot| {
+        let paths = targets.iter().zip(&robot.found);
+        let paths = paths.map(|(target, found)| json!({ "target": target, "rungs": rungs(found) }));
+        json!({ "robot": robot.name, "paths": paths.collect::<Vec<_>>() })
+    };
+    write_metrics(folder, "ladder", json!({ "robots": robots.iter().map(of_robot).collect::<Vec<_>>() }))
+}
+
+/// All rungs on one robot.
+fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
+    let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
+    chain.record(name, "quick", "data")?;
+    let recordings = chain.training_recordings()?;
+    let identified = chain.identify("twin", "scene-typical-friction.toml", &recordings)?;
+    chain.train("twin", &identified, 1, None)?;
+    let twin = chain.path("twin-1.safetensors")?;
+    let synthetic = generate(&chain, &twin)?;
+    let [inverse, hybrid] = ["inverse.safetensors", "hybrid.safetensors"].map(|name| chain.path(name));
+    let (inverse, hybrid) = (inverse?, hybrid?);
+    train(&chain, &inverse, &recordings)?;
+    train(&chain, &hybrid, &[&recordings[..], &[synthetic]].concat())?;
+
+    let steered = Strokes { scene: Some(SCENE), model: Some(&twin) };
+    let adapted = chain.path("adapted.safetensors")?;
+    chain.track(&rig, steered, WATCHED, [1, 1], "watched")?;
+    let watched = chain.path("watched/repeat-1.parquet")?;
+    chain.once(&adapted, &["adapt", &twin, "--scene", SCENE, &watched, "--out", &adapted])?;
+    let ways = [
+        Strokes { scene: Some(SCENE), model: None },
+        Strokes { scene: None, model: Some(&inverse) },
+        Strokes { scene: None, model: Some(&hybrid) },
+        steered,
+        Strokes { scene: Some(SCENE), model: Some(&adapted) },
+    ];
+    let mut found = Vec::new();
+    for target in targets {
+        let mut row = [None; RUNGS.len()];
+        for (k, (cell, way)) in row.iter_mut().zip(ways).enumerate() {
+            let name = format!("tracked/{k}-{}", target.replace(':', ""));
+            *cell = chain.track(&rig, way, target, [1, 1], &name)?.map(|repeats| repeats[0]);
+        }
+        found.push(row);
+    }
+    Ok(Robot { name: name.to_owned(), found })
+}
+
+fn generate(chain: &Chain, twin: &str) -> Result<String> {
+    let (plan, out) = (chain.path("plan.toml")?, chain.path("synthetic")?);
+    let mut text = SYNTHETIC.to_owned();
+    for (family, own) in FAMILIES {
+        text += &format!(
+            "\n[[draw]]\nname = \"more-{family}\"\nrole = \"training\"\nfamily = \"{family}\"\ncount = 2\n\
+             amplitude_mm = [4, 12]\nperiod_s = [12, 20]\n{own}attack_s = 8\nsustain_s = 20\ndecay_s = 20\n"
+        );
+    }
+    std::fs::write(&plan, text)?;
+    chain.hysteron(&["generate", SCENE, "--residual", twin, "--plan", &plan, "--out", &out])?;
+    Ok(out)
+}
+
+fn train(chain: &Chain, out: &str, recordings: &[String]) -> Result<()> {
+    let mut arguments = vec!["-q", "train", "--out", out];
+    arguments.extend(recordings.iter().map(String::as_str));
+    chain.once(out, &arguments)
+}
+
+/// A row for each robot and one for their mean: NRMSE and overlap in the mean of the targets that were carried out.
+fn print(robots: &[Robot], targets: &[&str]) {
+    println!("mean of {}", targets.join(", "));
+    let mut cells = vec![vec!["NRMSE [%], IoU".to_owned()]];
+    cells[0].extend(RUNGS.map(str::to_owned));
+    for robot in robots {
+        cells.push(line(&robot.name, &robot.found));
+    }
+    let members = robots.iter().filter(|robot| robot.name.contains('/'));
+    let all: Vec<_> = members.flat_map(|robot| robot.found.iter().copied()).collect();
+    cells.push(line("population", &all));
+    print_cells(&cells);
+}
+
+fn line(name: &str, found: &[[Option<Followed>; RUNGS.len()]]) -> Vec<String> {
+    let cell = |rung: usize| {
+        let all: Vec<Followed> = found.iter().filter_map(|row| row[rung]).collect();
+        let refused = found.len() - all.len();
+        let n = all.len().max(1) as f64;
+        let [nrmse, iou] = [
+            all.iter().map(|one| one.nrmse_percent).sum::<f64>() / n,
+            all.iter().map(|one| one.iou).sum::<f64>() / n,
+        ];
+        match (all.len(), refused) {
+            (0, _) => "-".to_owned(),
+            (_, 0) => format!("{nrmse:.2}, {iou:.3}"),
+            _ => format!("{nrmse:.2}, {iou:.3} ({refused} refused)"),
+        }
+    };
+    std::iter::once(name.to_owned()).chain((0..RUNGS.len()).map(cell)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refused_paths_are_told_and_do_not_count() {
+        let followed = |nrmse_percent| Some(Followed { nrmse_percent, iou: 0.9 });
+        let mut rows = [[followed(2.0); RUNGS.len()]; 2];
+        rows[1] = [followed(1.0), None, followed(1.0), None, followed(1.0)];
+        rows[0][3] = None;
+        let cells = line("a", &rows);
+        assert_eq!(cells, ["a", "1.50, 0.900", "2.00, 0.900 (1 refused)", "1.50, 0.900", "-", "1.50, 0.900"]);
+    }
+}

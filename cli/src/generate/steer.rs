@@ -1,0 +1,57 @@
+//! Strokes of a trajectory: its own, or for a way of the tip those that bring the twin's tip along it.
+
+use hysteron_base::{Channel, Recording};
+use hysteron_control::plan::Space;
+use hysteron_control::{Limits, Trajectory};
+use hysteron_twin::residual::{FollowLimits, Follower};
+use hysteron_twin::synthetic::{Outcome, Unphysical};
+use hysteron_twin::{Error, Plant, Twin};
+
+/// The strokes, or why there are none. `plant`, a simulation with `twin` that is at rest, is steered where that is needed;
+/// `on_sample` is then called after each sample and ends it where it returns false.
+pub fn strokes<'a>(
+    twin: &'a Twin,
+    plant: Box<dyn Plant + 'a>,
+    trajectory: &Trajectory,
+    limits: Limits,
+    on_sample: &mut dyn FnMut() -> bool,
+) -> anyhow::Result<Result<Recording, Outcome>> {
+    if trajectory.space == Space::Tendons {
+        return Ok(Ok(trajectory.commands()?));
+    }
+    let tendons = &trajectory.tendons;
+    let coordinates = |point: [f64; 2], strokes: &mut [f64]| {
+        for (k, stroke) in strokes.iter_mut().enumerate() {
+            *stroke = tendons.stroke(k, point);
+        }
+    };
+    let (step, limits) =
+        (trajectory.rate_hz.recip(), FollowLimits { stroke: limits.stroke.max, rate: limits.stroke_rate });
+    let mut follower = Follower::new(twin, plant, &coordinates, limits, step)?;
+    let mut columns = vec![Vec::new(); twin.n_primary];
+    let n = trajectory.n_samples();
+    for i in 0.. {
+        let found = match i < n {
+            true => follower.step(trajectory.position_at(trajectory.time(i))),
+            false => follower.step_home(),
+        };
+        match found {
+            Ok(_) => {}
+            Err(Error::NoEquilibrium { .. }) => {
+                return Ok(Err(Outcome::Dropped(i, Unphysical::NoEquilibrium)));
+            }
+            Err(other) => return Err(other.into()),
+        }
+        columns.iter_mut().zip(follower.strokes()).for_each(|(column, stroke)| column.push(*stroke));
+        if i < n && !on_sample() {
+            return Ok(Err(Outcome::Ended));
+        }
+        if i + 1 >= n && follower.is_home() {
+            break;
+        }
+    }
+    let time = (0..columns[0].len()).map(|i| trajectory.time(i)).collect();
+    let channels = columns.into_iter().enumerate();
+    let channels = channels.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
+    Ok(Ok(Recording::new(time, channels, Vec::new(), trajectory.metadata())?))
+}
