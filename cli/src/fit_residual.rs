@@ -22,7 +22,9 @@ for training (ellipses to check with, paths out of range) are left out.
 
 Two designs. stateful, the default, goes through whole trajectories with one cell update a sample; it sees strokes \
 through plays and lags, gives the tip displacement that is missing, and is fitted at the tip through the linearised \
-twin; three are trained, each stopped by other recordings, and their mean is taken. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
+twin; three are trained, each stopped by other recordings, and their mean is taken. A second network, from what hysteron \
+identify --residual writes with the first, does better: linearised where a network leads the twin, little is left to \
+extrapolate. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
 
 Writes a checkpoint for `hysteron simulate --residual`: weights, ranges, design, which recordings were used and how \
 well it did. Ctrl-C ends the training and keeps the best weights so far; the same command then goes on from OUT.training-1, ..., one \
@@ -30,7 +32,9 @@ for each network, and comes to what it would have come to without the interrupti
 
 Examples, from the root of the repository:
   hysteron identify meshes/tpu80/scene-coreact.toml out/quick --out out/quick/identified
-  hysteron fit-residual out/quick/identified --out out/quick/residual.safetensors
+  hysteron fit-residual out/quick/identified --out out/quick/first.safetensors
+  hysteron identify meshes/tpu80/scene-coreact.toml out/quick --residual out/quick/first.safetensors --out out/quick/again
+  hysteron fit-residual out/quick/again --out out/quick/residual.safetensors
 
 Exit codes: 0 done, 1 failed, 2 bad input.";
 

@@ -186,6 +186,16 @@ impl WithSimd for Backward<'_> {
     }
 }
 
+/// sums += A x for one panel of A, column by column.
+#[inline(always)]
+fn add_columns<T: Copy + Into<f32>>(panel: &[[T; PANEL]], x: &[f32], sums: &mut [f32; PANEL]) {
+    for (column, x) in panel.iter().zip(x) {
+        for l in 0..PANEL {
+            sums[l] = column[l].into().mul_add(*x, sums[l]);
+        }
+    }
+}
+
 /// out += A x for one column x, A in panels: for each [`PANEL`] outputs, for each column, their entries.
 pub(crate) fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
     Arch::new().dispatch(
@@ -193,12 +203,30 @@ pub(crate) fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut 
         || {
             for (panel, out) in panels.chunks_exact(x.len()).zip(out.as_chunks_mut::<PANEL>().0) {
                 let mut sums = *out;
-                for (column, x) in panel.iter().zip(x) {
-                    for l in 0..PANEL {
-                        sums[l] = column[l].mul_add(*x, sums[l]);
-                    }
-                }
+                add_columns(panel, x, &mut sums);
                 *out = sums;
+            }
+        },
+    );
+}
+
+/// As [`multiply_add_panels`], with every entry a whole number of the unit of its row (one for each output).
+pub(crate) fn multiply_add_short_panels(
+    panels: &[[i16; PANEL]],
+    units: &[[f32; PANEL]],
+    x: &[f32],
+    out: &mut [f32],
+) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let outs = out.as_chunks_mut::<PANEL>().0.iter_mut().zip(units);
+            for (panel, (out, units)) in panels.chunks_exact(x.len()).zip(outs) {
+                let mut sums = [0.0; PANEL];
+                add_columns(panel, x, &mut sums);
+                for l in 0..PANEL {
+                    out[l] = sums[l].mul_add(units[l], out[l]);
+                }
             }
         },
     );

@@ -1,21 +1,66 @@
 //! One sample at a time, without tensors or allocation.
 
-use crate::gates::{Forward, PANEL, multiply_add_panels};
+use crate::gates::{Forward, PANEL, multiply_add_panels, multiply_add_short_panels};
 use crate::network::LayerWeights;
 use crate::{Head, Network};
 
+/// A network of more weights than this [byte] does not stay in a core's own cache from sample to sample, and takes as long as
+/// its weights take to come: they are then kept in half as many bits.
+const KEPT: usize = 1 << 20;
+
+/// How the weights of a matrix are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Precision {
+    Single,
+    /// Whole numbers of a 32767th of the largest in the row.
+    Short,
+}
+
 /// A matrix in panels of [`PANEL`] rows: for each panel, for each column, the entries of its rows.
 #[derive(Debug, Clone)]
-struct Panels(Vec<[f32; PANEL]>);
+enum Panels {
+    Single(Vec<[f32; PANEL]>),
+    /// Whole numbers, and the unit of each row.
+    Short(Vec<[i16; PANEL]>, Vec<[f32; PANEL]>),
+}
 
 impl Panels {
     /// From a row-major matrix; the last panel is filled up with zeros.
-    fn new(matrix: &[f32], n_columns: usize) -> Self {
+    fn new(matrix: &[f32], n_columns: usize, precision: Precision) -> Self {
         let panel = |rows: &[f32], column: usize| -> [f32; PANEL] {
             std::array::from_fn(|r| rows.get(r * n_columns + column).copied().unwrap_or(0.0))
         };
         let panels = matrix.chunks(PANEL * n_columns);
-        Self(panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect())
+        if precision == Precision::Single {
+            return Self::Single(
+                panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect(),
+            );
+        }
+        let unit = |rows: &[f32]| -> [f32; PANEL] {
+            let mut rows = rows.chunks_exact(n_columns);
+            let largest = |row: &[f32]| row.iter().fold(0.0f32, |max, value| max.max(value.abs()));
+            // A row of zeros has a unit too.
+            std::array::from_fn(|_| {
+                rows.next().map_or(1.0, |row| (largest(row) / f32::from(i16::MAX)).max(f32::MIN_POSITIVE))
+            })
+        };
+        let units: Vec<[f32; PANEL]> = panels.clone().map(unit).collect();
+        let whole = |(rows, units): (&[f32], &[f32; PANEL])| -> Vec<[i16; PANEL]> {
+            let column = |c: usize| {
+                let values = panel(rows, c);
+                std::array::from_fn(|r| (values[r] / units[r]).round() as i16)
+            };
+            (0..n_columns).map(column).collect()
+        };
+        Self::Short(panels.zip(&units).flat_map(whole).collect(), units)
+    }
+
+    /// out += A x.
+    fn multiply_add(&self, x: &[f32], out: &mut [f32]) {
+        match self {
+            Self::Single(panels) => multiply_add_panels(panels, x, out),
+            Self::Short(panels, units) => multiply_add_short_panels(panels, units, x, out),
+        }
     }
 }
 
@@ -36,7 +81,8 @@ struct Layer {
 
 /// A network with its memory, stepped one sample at a time, for rollouts and controllers.
 ///
-/// Steps as [`crate::Trainer::predict`] does for one row, to the round-off of `f32`.
+/// Steps as [`crate::Trainer::predict`] does for one row, to the round-off of `f32`; a network of more than a megabyte, whose
+/// weights it keeps in 16 bits, to theirs.
 #[derive(Debug, Clone)]
 pub struct Runner {
     inputs: usize,
@@ -60,6 +106,8 @@ impl Runner {
     pub fn new(network: &Network) -> Self {
         let architecture = network.architecture();
         let hidden = architecture.hidden;
+        let is_large = size_of::<f32>() * network.n_parameters() > KEPT;
+        let precision = if is_large { Precision::Short } else { Precision::Single };
         let pad = |values: &[f32]| {
             let mut all = padded(values.len());
             all[..values.len()].copy_from_slice(values);
@@ -69,8 +117,8 @@ impl Runner {
             let inputs = architecture.layer_inputs(l);
             let weights = LayerWeights::new(parameters, inputs, hidden);
             Layer {
-                from_input: Panels::new(weights.ih, inputs),
-                from_memory: Panels::new(weights.hh, hidden),
+                from_input: Panels::new(weights.ih, inputs, precision),
+                from_memory: Panels::new(weights.hh, hidden, precision),
                 bias: pad(weights.bias),
                 h: vec![0.0; hidden],
                 c: vec![0.0; hidden],
@@ -83,7 +131,7 @@ impl Runner {
             inputs: architecture.inputs,
             hidden,
             layers,
-            head: Panels::new(head, hidden),
+            head: Panels::new(head, hidden, precision),
             head_bias: pad(head_bias),
             kind: architecture.head,
             gates: padded(4 * hidden),
@@ -102,8 +150,8 @@ impl Runner {
         let mut x = input;
         for layer in &mut self.layers {
             self.gates.copy_from_slice(&layer.bias);
-            multiply_add_panels(&layer.from_input.0, x, &mut self.gates);
-            multiply_add_panels(&layer.from_memory.0, &layer.h, &mut self.gates);
+            layer.from_input.multiply_add(x, &mut self.gates);
+            layer.from_memory.multiply_add(&layer.h, &mut self.gates);
             self.c_before.copy_from_slice(&layer.c);
             Forward {
                 gates: &mut self.gates[..4 * self.hidden],
@@ -116,7 +164,7 @@ impl Runner {
             x = &layer.h;
         }
         self.output.copy_from_slice(&self.head_bias);
-        multiply_add_panels(&self.head.0, x, &mut self.output);
+        self.head.multiply_add(x, &mut self.output);
         let output = &mut self.output[..self.n_outputs];
         if self.kind == Head::Tanh {
             output.iter_mut().for_each(|v| *v = v.tanh());
@@ -130,5 +178,37 @@ impl Runner {
             layer.h.fill(0.0);
             layer.c.fill(0.0);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_weights_are_off_by_half_a_unit_of_their_row() {
+        // Neither whole panels nor, in row 3, anything but zeros.
+        let (n_rows, n_columns) = (PANEL + 6, 33);
+        let entry =
+            |k: usize| if k / n_columns == 3 { 0.0 } else { (k as f32 * 0.7).sin() / (1 + k % 5) as f32 };
+        let matrix: Vec<f32> = (0..n_rows * n_columns).map(entry).collect();
+        let x: Vec<f32> = (0..n_columns).map(|k| (k as f32 * 1.3).cos()).collect();
+        let product = |precision| {
+            let mut out = padded(n_rows);
+            Panels::new(&matrix, n_columns, precision).multiply_add(&x, &mut out);
+            out
+        };
+        let (single, short) = (product(Precision::Single), product(Precision::Short));
+        let reach: f32 = x.iter().map(|x| x.abs()).sum();
+        let mut n_different = 0;
+        for (r, row) in matrix.chunks(n_columns).enumerate() {
+            let unit = row.iter().fold(0.0f32, |max, value| max.max(value.abs())) / f32::from(i16::MAX);
+            // Half a unit for every weight, and the round-off of sums of 33 products.
+            let tol = 0.5 * unit * reach + 33.0 * f32::EPSILON * reach;
+            assert!((single[r] - short[r]).abs() <= tol, "row {r}: {} {}", single[r], short[r]);
+            n_different += usize::from(single[r] != short[r]);
+        }
+        assert!(n_different > n_rows / 2, "{n_different}");
+        assert_eq!([short[3], short[n_rows]], [0.0; 2]);
     }
 }

@@ -47,9 +47,7 @@ const SCENE: &str = "meshes/tpu80/scene-typical-friction.toml";
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let (chain, targets) = (Chain::new(folder)?, &TARGETS[..if quick { 1 } else { TARGETS.len() }]);
     chain.record("typical", "paper", "data")?;
-    let identified =
-        chain.identify("friction", "scene-typical-friction.toml", &chain.training_recordings()?)?;
-    chain.train("friction", &identified, 1, None)?;
+    chain.calibrate("friction", "scene-typical-friction.toml", &chain.training_recordings()?, 1, None)?;
     let old = chain.path("friction-1.safetensors")?;
     let mut rows = Vec::new();
     for change in &CHANGES {

@@ -98,14 +98,22 @@ impl Chain {
         Ok(names)
     }
 
-    /// Identifies recordings with a scene of the robot, into `identified-NAME`.
+    /// Identifies recordings with a scene of the robot, into `identified-NAME`; with `network`, a checkpoint, by what that says.
     ///
     /// # Errors
     /// The program fails.
-    pub fn identify(&self, name: &str, scene: &str, recordings: &[String]) -> Result<String> {
+    pub fn identify(
+        &self,
+        name: &str,
+        scene: &str,
+        network: Option<&Path>,
+        recordings: &[String],
+    ) -> Result<String> {
         let out = self.path(&format!("identified-{name}"))?;
-        let scene = format!("meshes/tpu80/{scene}");
+        let (scene, network) =
+            (format!("meshes/tpu80/{scene}"), network.map(|path| path.display().to_string()));
         let mut arguments = vec!["identify", &scene, "--out", &out];
+        arguments.extend(network.iter().flat_map(|path| ["--residual", path]));
         arguments.extend(recordings.iter().map(String::as_str));
         self.hysteron(&arguments)?;
         Ok(out)
@@ -132,6 +140,26 @@ impl Chain {
             models.push(PathBuf::from(out));
         }
         Ok(models)
+    }
+
+    /// Calibrates a twin: identification and network, and with what the twin does with that network another one for each
+    /// seed, as `NAME-SEED.safetensors`.
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn calibrate(
+        &self,
+        name: &str,
+        scene: &str,
+        recordings: &[String],
+        seeds: u64,
+        epochs: Option<&str>,
+    ) -> Result<Vec<PathBuf>> {
+        let first = format!("{name}-first");
+        let identified = self.identify(&first, scene, None, recordings)?;
+        let network = self.train(&first, &identified, 1, epochs)?.remove(0);
+        let again = self.identify(name, scene, Some(&network), recordings)?;
+        self.train(name, &again, seeds, epochs)
     }
 
     /// Follows a target on a rig, several times from the day `seed` on, into `name`; nothing where the rig would not carry

@@ -48,15 +48,14 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let mut rows = Vec::new();
     for (name, scene) in SCENES {
         rows.push(study.evaluate(name, scene, &[None], size.tests)?);
-        let identified = study.chain.identify(name, scene, &training)?;
-        let models = study.chain.train(name, &identified, size.seeds, size.epochs)?;
+        let models = study.chain.calibrate(name, scene, &training, size.seeds, size.epochs)?;
         let models: Vec<Option<&Path>> = models.iter().map(|path| Some(path.as_path())).collect();
         rows.push(study.evaluate(&format!("{name} + CoReAct"), scene, &models, size.tests)?);
     }
-    let paper = study.train_paper(&folder.join("identified-twin"), size.epochs)?;
+    let paper = study.train_paper(&folder.join("identified-twin-first"), size.epochs)?;
     rows.push(study.evaluate("twin + paper's network", SCENES[0].1, &[Some(&paper)], size.tests)?);
     print(&rows, size.tests);
-    let stability = study.stability(&folder.join("twin-1.safetensors"), size.n_random)?;
+    let stability = study.stability(&folder.join("friction-1.safetensors"), size.n_random)?;
     println!("{}", stability.text);
     let ladder: Vec<Value> = rows.iter().map(LadderRow::json).collect();
     write_metrics(folder, "coreact", json!({ "ladder": ladder, "stability": stability.json }))
@@ -148,7 +147,7 @@ impl Study {
         for k in 0..n {
             let strokes = self.chain.path(&format!("random-{n}/random-{k}.parquet"))?;
             let rmse = |model: Option<&Path>, name: &str| -> Result<f64> {
-                let found = self.simulate(SCENES[0].1, &strokes, model, &format!("stability/{name}-{k}"))?;
+                let found = self.simulate(SCENES[1].1, &strokes, model, &format!("stability/{name}-{k}"))?;
                 found.pointer("/run/against_measured/rmse_m").and_then(Value::as_f64).context("no RMSE")
             };
             let (bare, residual) = (rmse(None, "bare")?, rmse(Some(model), "residual")?);

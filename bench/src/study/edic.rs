@@ -93,7 +93,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     chain.record("typical", "paper", "data")?;
     let training = chain.training_recordings()?;
     let [scene, model] = GENERATOR;
-    chain.train(model, &chain.identify(model, scene, &training)?, 1, None)?;
+    chain.calibrate(model, scene, &training, 1, None)?;
     let synthetic = PLANS.iter().map(|plan| generate(&chain, plan)).collect::<Result<Vec<String>>>()?;
     let hybrid = [&training[..], &synthetic].concat();
     for (way, recordings, options) in [

@@ -91,8 +91,7 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
     chain.record(name, "quick", "data")?;
     let recordings = chain.training_recordings()?;
-    let identified = chain.identify("twin", "scene-typical-friction.toml", &recordings)?;
-    chain.train("twin", &identified, 1, None)?;
+    chain.calibrate("twin", "scene-typical-friction.toml", &recordings, 1, None)?;
     let twin = chain.path("twin-1.safetensors")?;
     let synthetic = generate(&chain, &twin)?;
     let [inverse, hybrid] = ["inverse.safetensors", "hybrid.safetensors"].map(|name| chain.path(name));

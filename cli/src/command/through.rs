@@ -26,11 +26,7 @@ pub fn strokes(
     let twin = Twin::from_scene(&scene)?;
     let network = checkpoint.map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let tendons = Tendons { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };
-    let coordinates = |point: [f64; 2], strokes: &mut [f64]| {
-        for (k, stroke) in strokes.iter_mut().enumerate() {
-            *stroke = tendons.stroke(k, point);
-        }
-    };
+    let coordinates = |point: [f64; 2], strokes: &mut [f64]| tendons.strokes_into(point, strokes);
     let limits =
         FollowLimits { stroke: given.stroke[1].unwrap_or(LIMITS[0]), rate: given.rate.unwrap_or(LIMITS[1]) };
     let plant = plant(network.as_ref(), &twin, target.step)?;

@@ -19,12 +19,7 @@ pub fn strokes<'a>(
     if trajectory.space == Space::Tendons {
         return Ok(Ok(trajectory.commands()?));
     }
-    let tendons = &trajectory.tendons;
-    let coordinates = |point: [f64; 2], strokes: &mut [f64]| {
-        for (k, stroke) in strokes.iter_mut().enumerate() {
-            *stroke = tendons.stroke(k, point);
-        }
-    };
+    let coordinates = |point: [f64; 2], strokes: &mut [f64]| trajectory.tendons.strokes_into(point, strokes);
     let (step, limits) =
         (trajectory.rate_hz.recip(), FollowLimits { stroke: limits.stroke.max, rate: limits.stroke_rate });
     let mut follower = Follower::new(twin, plant, &coordinates, limits, step)?;

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene};
-use hysteron_twin::coreact::{Auxiliary, IdentifyOptions, identify};
+use hysteron_twin::coreact::{Auxiliary, Chooser, Identifier, IdentifyOptions, identify};
+use hysteron_twin::residual::{DECODER, Design};
 use hysteron_twin::{Motion, Twin};
 use rayon::prelude::*;
 
 use crate::inputs::{self, Input};
+use crate::network::Network;
 use crate::{figures, interrupt, terminal};
 
 const HELP: &str = "\
@@ -20,7 +22,8 @@ it. Fit the scene to the robot first (hysteron fit-material): what physics can e
 
 For every sample one QP finds the strokes of the virtual tendons that bring the twin's tip to the measured one, within \
 the scene's bounds on stroke, rate and tension (compensatory residual actuation). A virtual tendon's stroke is the one \
-that its tension would make on the straight body; zero does nothing.
+that its tension would make on the straight body; zero does nothing. With --residual a network chooses the strokes instead, \
+in closed loop: what hysteron fit-residual takes for a second, better network.
 
 Writes to DIR, for every recording, one with strokes, measured tip, virtual strokes aux_01_m, ..., the twin's tip with \
 them (twin_x_m, ...) and without (bare_x_m, ...); in DIR/sensitivity what a stroke does to the tip; and report.html and \
@@ -54,6 +57,9 @@ pub struct Arguments {
     /// Rounds of QP and simulation per sample at most
     #[arg(long, value_name = "N", default_value_t = 2)]
     rounds: usize,
+    /// Let this network choose the strokes, instead of QPs
+    #[arg(long, value_name = "CKPT", conflicts_with_all = ["regularisation", "orientation_mm", "rounds"])]
+    residual: Option<PathBuf>,
     /// Leave out recordings that cannot be used, and say so, instead of stopping
     #[arg(long)]
     skip_bad: bool,
@@ -74,11 +80,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scene = Scene::read(&arguments.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let auxiliary = Auxiliary::new(&twin)?;
+    let network = arguments.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let mut excluded = Vec::new();
     let mut jobs = Vec::new();
     for input in inputs::read(&arguments.recordings)? {
         match Motion::for_identification(&twin, &input.recording, &input.path.display().to_string()) {
-            Ok(motion) => jobs.push(job(arguments, &scene, input, motion)),
+            Ok(motion) => jobs.push(job(arguments, &scene, network.as_ref(), input, motion)?),
             Err(bad) if arguments.skip_bad => {
                 tracing::warn!("left out: {bad}");
                 excluded.push(bad.to_string());
@@ -110,7 +117,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             !interrupt::is_asked()
         };
         let start = std::time::Instant::now();
-        let result = identify(&twin, &auxiliary, &job.motion, &options, job.meta.clone(), &mut go_on);
+        let mut chooser: Box<dyn Chooser> = match &network {
+            Some(network) => Box::new(network.rollout(&twin, job.motion.step)?),
+            None => Box::new(Identifier::new(&twin, &auxiliary, options)),
+        };
+        let result = identify(&twin, &mut *chooser, &job.motion, job.meta.clone(), &mut go_on);
         let done = result
             .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
         let Some(done) = done else { return Ok(()) };
@@ -163,7 +174,13 @@ fn options(arguments: &Arguments) -> Result<IdentifyOptions, BadInput> {
     })
 }
 
-fn job(arguments: &Arguments, scene: &Scene, input: Input, motion: Motion) -> Job {
+fn job(
+    arguments: &Arguments,
+    scene: &Scene,
+    network: Option<&Network>,
+    input: Input,
+    motion: Motion,
+) -> anyhow::Result<Job> {
     let mut meta = input.recording.meta().clone();
     meta.source = format!("virtual strokes of {} for {}", scene.name, meta.source);
     meta.scene_hash = scene.hash.clone();
@@ -171,10 +188,15 @@ fn job(arguments: &Arguments, scene: &Scene, input: Input, motion: Motion) -> Jo
     meta.command = terminal::command_line();
     meta.extra.insert("identify.input_sha256".to_owned(), input.hash.clone());
     let options = (arguments.regularisation, arguments.orientation_mm, arguments.rounds);
-    meta.extra.insert("identify.options".to_owned(), format!("{options:?}"));
+    let options =
+        network.map_or_else(|| format!("{options:?}"), |network| format!("residual {}", network.hash));
+    meta.extra.insert("identify.options".to_owned(), options);
+    if let Some(Design::Stateful { decoder, .. }) = network.map(|network| &network.model().design) {
+        meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder)?);
+    }
     let file = format!("{}.parquet", input.name);
     let (out, sensitivity) = (arguments.out.join(&file), arguments.out.join("sensitivity").join(&file));
-    Job { input, motion, meta, out, sensitivity }
+    Ok(Job { input, motion, meta, out, sensitivity })
 }
 
 /// True where both results are there, from the same recording, scene and options.

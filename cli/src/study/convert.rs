@@ -91,6 +91,7 @@ fn check_numbers(typed: &typed::StudyFile) -> Result<(), BadInput> {
     for (key, value) in whole {
         value.map(|value| count(key, value, MOST)).transpose()?;
     }
+    residual.and_then(|it| it.passes).map(|passes| count("residual.passes", passes, 2)).transpose()?;
     let lengths = [
         ("calibrate.step_mm", calibrate.and_then(|it| it.step_mm)),
         ("calibrate.every_mm", calibrate.and_then(|it| it.every_mm)),

@@ -41,6 +41,7 @@ STUDY is a file that says what to do; every part but the first may be left out. 
   [residual]                      # a network learns them; also hidden
   epochs = 60
   members = 1
+  passes = 2                      # and another one from what the twin does with the first; 1 without
 
   [generate]                      # more recordings, by the calibrated twin
   plan = \"more.toml\"              # names that are not in the other plan

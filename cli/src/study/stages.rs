@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::stage::{Argument, OnRefusal, Outdated, Restart, Stage, Step};
+use super::typed::Residual;
 use super::{Study, Target, Track, Way};
 
 /// Recordings by the rig.
@@ -11,6 +12,8 @@ pub const DATA: &str = "data";
 pub const PREDICTED: [&str; 2] = ["predicted/with", "predicted/without"];
 /// Everything about tracked paths, by target and way.
 const TRACKED: &str = "tracked";
+/// Checkpoint of a residual network, in its folder.
+const NETWORK: &str = "network.safetensors";
 /// Strokes that were found for a path.
 pub const STROKES: &str = "strokes.parquet";
 
@@ -107,7 +110,7 @@ impl Planner<'_> {
     }
 
     fn checkpoint(&self) -> Argument {
-        self.made("residual/network.safetensors")
+        self.made(Path::new("residual").join(NETWORK))
     }
 
     fn samples(of: &[(String, usize)]) -> f64 {
@@ -185,21 +188,45 @@ impl Planner<'_> {
         Some(Stage { restart: Restart::GoesOn, ..stage })
     }
 
-    fn residual(&self) -> Option<Stage> {
-        let residual = self.study.residual.as_ref()?;
+    /// A network; with two passes, another one, which learns from what the twin does with the first.
+    fn residual(&self) -> Vec<Stage> {
+        let Some(residual) = &self.study.residual else { return Vec::new() };
+        if residual.passes.unwrap_or(1) < 2 {
+            return vec![self.fit_residual(residual, "identified", "residual")];
+        }
+        let first = "residual-first";
+        let step = step("identify").with(self.scene());
+        let step =
+            self.study.plan.training.iter().fold(step, |step, (name, _)| step.with(self.recording(name)));
+        let step = step.word("--residual").with(self.made(Path::new(first).join(NETWORK)));
+        let step = step.word("--out").with(self.written("identified-again"));
+        let about = "the twin goes along the recordings with its network, to see what that leaves";
+        let guess = 2.0 * PER_SIMULATED * Self::samples(&self.study.plan.training);
+        let again = self.stage("identify-again", "identified-again", about, step, guess);
+        vec![
+            Stage {
+                name: "fit-residual-first".to_owned(),
+                ..self.fit_residual(residual, "identified", first)
+            },
+            Stage { restart: Restart::GoesOn, ..again },
+            self.fit_residual(residual, "identified-again", "residual"),
+        ]
+    }
+
+    fn fit_residual(&self, residual: &Residual, identified: &str, folder: &str) -> Stage {
         let step = step("fit-residual")
-            .with(self.made("identified"))
+            .with(self.made(identified))
             .option("--epochs", residual.epochs)
             .option("--hidden", residual.hidden)
             .option("--members", residual.members)
             .option("--seed", Some(self.study.seed))
             .word("--out")
-            .with(self.written("residual/network.safetensors"));
+            .with(self.written(Path::new(folder).join(NETWORK)));
         let about =
             "a network learns what the virtual tendons do, so that the twin shows hysteresis by itself";
         let epochs = (residual.epochs.unwrap_or(100) * residual.members.unwrap_or(3)) as f64;
         let guess = PER_RESIDUAL_EPOCH * epochs * Self::samples(&self.study.plan.training);
-        Some(self.stage("fit-residual", "residual", about, step, guess))
+        self.stage("fit-residual", folder, about, step, guess)
     }
 
     /// What the twin makes of trajectories that it has not learned from, with its network and without.

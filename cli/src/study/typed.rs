@@ -44,6 +44,7 @@ pub(super) struct Residual {
     pub epochs: Option<i64>,
     pub hidden: Option<i64>,
     pub members: Option<i64>,
+    pub passes: Option<i64>,
 }
 
 #[derive(Debug, Deserialize)]

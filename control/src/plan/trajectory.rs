@@ -61,6 +61,11 @@ impl Tendons {
         let pull = a * cos + b * sin;
         if pull < 0.0 { self.release * pull } else { pull }
     }
+
+    /// Strokes of all tendons (one for each angle) [m] at the point (a, b) [m].
+    pub fn strokes_into(&self, point: [f64; 2], strokes: &mut [f64]) {
+        strokes.iter_mut().enumerate().for_each(|(k, stroke)| *stroke = self.stroke(k, point));
+    }
 }
 
 /// One trajectory, ready to be sampled.
@@ -121,9 +126,8 @@ impl Trajectory {
     /// As [`Trajectory::strokes_at`], without allocating.
     pub fn strokes_into(&self, t: f64, strokes: &mut [f64]) {
         let (position, common) = (self.position_at(t), self.co_contraction_at(t));
-        for (k, stroke) in strokes.iter_mut().enumerate() {
-            *stroke = self.tendons.stroke(k, position) + common;
-        }
+        self.tendons.strokes_into(position, strokes);
+        strokes.iter_mut().for_each(|stroke| *stroke += common);
     }
 
     /// Common pull of all tendons [m] at time `t` [s].

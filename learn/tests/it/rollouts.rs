@@ -33,6 +33,26 @@ fn runner_steps_as_the_sequence_does() {
 }
 
 #[test]
+fn weights_of_a_large_network_are_kept_in_sixteen_bits() {
+    let architecture = architecture(256, 2, 0.0);
+    let network = Network::new(&architecture, 3).unwrap();
+    assert!(4 * network.n_parameters() > 1 << 20);
+    let inputs = uniform("inputs", 400 * 3);
+    let batch = Batch { inputs: &inputs, steps: 400, rows: 1, outputs: Outputs::All };
+    let mut runner = Runner::new(&network);
+    let trainer = Trainer::new(network, Adam::default(), 0).unwrap();
+    let expected = trainer.predict(&batch, &mut Memory::zeros(&architecture, 1)).unwrap();
+    let mut largest = 0.0f32;
+    for (input, expected) in inputs.chunks(3).zip(expected.chunks(2)) {
+        for (found, expected) in runner.step(input).iter().zip(expected) {
+            largest = largest.max((found - expected).abs());
+        }
+    }
+    // Outputs of a controller stand for strokes of ±15 mm, and less than a micrometre is to be lost.
+    assert!(0.0 < largest && largest < 1e-6 / 15e-3, "{largest}");
+}
+
+#[test]
 fn a_sequence_may_be_cut_anywhere() {
     let architecture = architecture(8, 2, 0.0);
     let trainer = Trainer::new(Network::new(&architecture, 3).unwrap(), Adam::default(), 0).unwrap();

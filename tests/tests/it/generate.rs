@@ -122,14 +122,15 @@ fn a_twin_learns_what_its_network_does_not_know() {
     place
         .run(&["identify", "scene-coreact.toml", "data", "--rounds", "1", "--out", "identified"])
         .succeeded();
-    // After two epochs a network knows little.
+    // A robot with more friction and slack than the one that the network has learned.
+    place.run(&["record", "--rig", "virtual:harsh", "--plan", "short.toml", "--out", "changed"]).succeeded();
     let fit =
         ["fit-residual", "identified", "--out", "residual.safetensors", "--epochs", "2", "--members", "1"];
     place.run(&fit).succeeded();
     let adapt = [
         "adapt",
         "residual.safetensors",
-        "data",
+        "changed",
         "--scene",
         "scene-coreact.toml",
         "--out",

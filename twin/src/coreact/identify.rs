@@ -54,6 +54,22 @@ pub struct Step {
     pub bounds: Vec<Option<Bound>>,
 }
 
+/// A twin that chooses the strokes of its auxiliary tendons sample by sample: to follow measurements, or as a network says.
+pub trait Chooser {
+    /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], auxiliary ones as chosen. Without a
+    /// goal nothing was measured.
+    ///
+    /// # Errors
+    /// Those of [`Stepper::step`].
+    fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step>;
+
+    /// Auxiliary strokes now (n_aux) [m].
+    fn strokes(&self) -> &[f64];
+
+    /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], taut tendons held at their strokes, friction points slipping.
+    fn sensitivity(&mut self) -> Option<[Vec<f64>; 3]>;
+}
+
 /// A twin that follows measurements by its auxiliary tendons.
 #[derive(Debug)]
 pub struct Identifier<'a> {
@@ -89,55 +105,13 @@ impl<'a> Identifier<'a> {
         }
     }
 
-    /// Auxiliary strokes now (n_aux) [m].
-    pub fn strokes(&self) -> &[f64] {
-        &self.strokes
-    }
-
     /// The QP that was solved last.
     pub fn last_qp(&self) -> Option<&RowQp> {
         self.problem.last.as_ref()
     }
 
-    /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], and the tip to
-    /// its goal. Without a goal the auxiliary strokes stay.
-    ///
-    /// # Errors
-    /// Those of [`Stepper::step`].
-    pub fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
-        let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
-        let allowed = allowed(self.auxiliary, &self.strokes, duration);
-        self.stepper.memory_into(&self.state, &mut self.memory);
-        // At rest nothing is in balance yet: there is nothing to linearise.
-        let rounds = if self.state.load == 1.0 { self.options.rounds } else { 0 };
-        if let Some(goal) = goal {
-            for round in 0..rounds {
-                let found = self.solve(primary, goal, &allowed);
-                done.statuses.push(found.as_ref().map_or(QpStatus::Failed, |answer| answer.status));
-                let Some(answer) = found.filter(|answer| answer.status == QpStatus::Solved) else { break };
-                self.strokes = answer.strokes;
-                self.balance(primary)?;
-                if round + 1 == rounds
-                    || (DVector::from_vec(self.error(goal)) - answer.left).norm() <= self.options.tolerance
-                {
-                    break;
-                }
-            }
-        }
-        if done.statuses.first() != Some(&QpStatus::Solved) {
-            self.balance(primary)?;
-        }
-        let strokes = self.strokes.iter().zip(&allowed).zip(&self.auxiliary.bounds);
-        done.bounds = strokes
-            .map(|((stroke, allowed), whole)| bound_of(*stroke, allowed, whole, self.length))
-            .collect();
-        done.tip = self.twin.tip_of(&self.state);
-        done.distance = goal.map_or(0.0, |goal| self.distance(goal));
-        Ok(done)
-    }
-
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], tendons that are taut held at their strokes.
-    pub fn sensitivity(&mut self, friction: FrictionPoints) -> Option<[Vec<f64>; 3]> {
+    pub fn sensitivity_where(&mut self, friction: FrictionPoints) -> Option<[Vec<f64>; 3]> {
         sensitivity(&mut self.stepper, self.twin, self.auxiliary, &self.state, friction)
     }
 
@@ -187,7 +161,49 @@ impl<'a> Identifier<'a> {
     }
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+impl Chooser for Identifier<'_> {
+    fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
+        let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
+        let allowed = allowed(self.auxiliary, &self.strokes, duration);
+        self.stepper.memory_into(&self.state, &mut self.memory);
+        // At rest nothing is in balance yet: there is nothing to linearise.
+        let rounds = if self.state.load == 1.0 { self.options.rounds } else { 0 };
+        if let Some(goal) = goal {
+            for round in 0..rounds {
+                let found = self.solve(primary, goal, &allowed);
+                done.statuses.push(found.as_ref().map_or(QpStatus::Failed, |answer| answer.status));
+                let Some(answer) = found.filter(|answer| answer.status == QpStatus::Solved) else { break };
+                self.strokes = answer.strokes;
+                self.balance(primary)?;
+                if round + 1 == rounds
+                    || (DVector::from_vec(self.error(goal)) - answer.left).norm() <= self.options.tolerance
+                {
+                    break;
+                }
+            }
+        }
+        if done.statuses.first() != Some(&QpStatus::Solved) {
+            self.balance(primary)?;
+        }
+        let strokes = self.strokes.iter().zip(&allowed).zip(&self.auxiliary.bounds);
+        done.bounds = strokes
+            .map(|((stroke, allowed), whole)| bound_of(*stroke, allowed, whole, self.length))
+            .collect();
+        done.tip = self.twin.tip_of(&self.state);
+        done.distance = goal.map_or(0.0, |goal| self.distance(goal));
+        Ok(done)
+    }
+
+    fn strokes(&self) -> &[f64] {
+        &self.strokes
+    }
+
+    fn sensitivity(&mut self) -> Option<[Vec<f64>; 3]> {
+        self.sensitivity_where(FrictionPoints::Slipping)
+    }
+}
+
+pub(crate) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (Vector3::from(a) - Vector3::from(b)).norm()
 }
 
@@ -206,20 +222,19 @@ pub struct Identification {
     pub summary: Summary,
 }
 
-/// Identifies all samples of a motion. `on_sample` is called after each and ends the run where it returns false.
+/// Takes `chooser`, which is at rest, through all samples of a motion. `on_sample` is called after each and ends the run where it returns false.
 ///
 /// # Errors
 /// Those of [`Stepper::step`], with the row; `Ok(None)` where `on_sample` ended it.
 pub fn identify(
     twin: &Twin,
-    auxiliary: &Auxiliary,
+    chooser: &mut dyn Chooser,
     motion: &Motion,
-    options: &IdentifyOptions,
     mut meta: Metadata,
     on_sample: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Identification>> {
     let n = motion.len();
-    let mut identifier = Identifier::new(twin, auxiliary, *options);
+    let n_aux = chooser.strokes().len();
     let mut bare = Bare::new(twin);
     let mut summary = Summary { samples: n, ..Summary::default() };
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
@@ -229,7 +244,7 @@ pub fn identify(
         let primary = motion.strokes_at(i);
         let orientation = motion.orientations.as_ref().map(|orientations| orientations[i]);
         let goal = (!motion.gap[i]).then_some(Goal { position: motion.tips[i], orientation });
-        let step = identifier.step(primary, goal.as_ref(), motion.step).map_err(|error| in_row(i, error))?;
+        let step = chooser.step(primary, goal.as_ref(), motion.step).map_err(|error| in_row(i, error))?;
         let without = bare.step(primary).map_err(|error| in_row(i, error))?.tip;
         if let Some(goal) = goal {
             after.push(step.distance);
@@ -240,10 +255,10 @@ pub fn identify(
         step.statuses.iter().for_each(|status| summary.count_status(*status));
         summary.count_bounds(&step.bounds);
         columns.push(
-            primary.iter().chain(&motion.tips[i]).chain(&identifier.strokes).chain(&step.tip).chain(&without),
+            primary.iter().chain(&motion.tips[i]).chain(chooser.strokes()).chain(&step.tip).chain(&without),
         );
         if i % SENSITIVITY_EVERY == 0 {
-            let rows = identifier.sensitivity(FrictionPoints::Slipping).ok_or_else(|| singular(i))?;
+            let rows = chooser.sensitivity().ok_or_else(|| singular(i))?;
             sensitivities.push(rows.iter().flatten());
         }
         if !on_sample() {
@@ -252,22 +267,14 @@ pub fn identify(
     }
     summary.before = Spread::of(before);
     summary.after = Spread::of(after);
-    summary.share_at_bound = summary.share_at_bound.map(|count| count / (n * auxiliary.len()) as f64);
+    summary.share_at_bound = summary.share_at_bound.map(|count| count / (n * n_aux) as f64);
     let summary_json = serde_json::to_string(&summary).unwrap_or_default();
     meta.extra.insert("identify.summary".to_owned(), summary_json);
     let time = |every: usize| (0..n).step_by(every).map(|i| i as f64 * motion.step).collect::<Vec<f64>>();
-    let recording = columns.into_recording(
-        time(1),
-        names(twin.n_primary, auxiliary.len()),
-        motion.gap.clone(),
-        meta.clone(),
-    )?;
-    let sensitivities = sensitivities.into_recording(
-        time(SENSITIVITY_EVERY),
-        sensitivity_names(auxiliary.len()),
-        Vec::new(),
-        meta,
-    )?;
+    let recording =
+        columns.into_recording(time(1), names(twin.n_primary, n_aux), motion.gap.clone(), meta.clone())?;
+    let sensitivities =
+        sensitivities.into_recording(time(SENSITIVITY_EVERY), sensitivity_names(n_aux), Vec::new(), meta)?;
     Ok(Some(Identification { recording, sensitivities, summary }))
 }
 

@@ -13,7 +13,8 @@ mod sensitivity;
 mod summary;
 
 pub use auxiliary::Auxiliary;
-pub use identify::{Goal, Identification, Identifier, IdentifyOptions, Step, identify};
+pub(crate) use identify::distance;
+pub use identify::{Chooser, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
 pub use sensitivity::FrictionPoints;

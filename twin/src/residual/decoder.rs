@@ -1,43 +1,151 @@
 //! From the tip displacement that is missing to auxiliary strokes.
 
-use nalgebra::{DMatrix, Matrix3};
+use hysteron_base::BadInput;
+use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// The shortest strokes that move the tip by about a given displacement: s = D z, D = Gᵀ (G Gᵀ + γ I)⁻¹ with the sensitivity
-/// G = ∂y/∂s of the present shape. What a stroke does along the axis changes its sign between a straight and a bent body:
-/// a mean of G would do there what nobody asked for. Where the tip hardly moves along an axis, γ asks for little.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+use super::Sequence;
+use super::linear::add_product;
+
+/// The shortest strokes that move the tip by about a given displacement: s = D z, D = Ĝᵀ (Ĝ Ĝᵀ + γ I)⁻¹.
+///
+/// Ĝ is the sensitivity G = ∂y/∂s as a smooth function of the primary strokes, quadratic, fitted to the sensitivities of the
+/// identification. What a stroke does along the axis changes its sign with the side to which the body is bent, so that a
+/// constant would do there what nobody asked for; G itself jumps where a tendon goes slack, and strokes for one and
+/// the same displacement would jump with it, which the tip does not. Where the tip hardly moves along an axis, γ asks for
+/// little.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Decoder {
-    /// γ over the mean of the squared rows of G [-].
-    pub regularisation: f64,
+    /// Lowest and highest stroke of each primary tendon in the fit [m]; others count as the nearest of them.
+    ranges: Vec<[f64; 2]>,
+    /// Ĝ (3 × n_aux, column by column) for each of the terms 1, v_k, v_k v_l (k ≤ l) of strokes v brought to [-1, 1] [-].
+    coefficients: Vec<f64>,
+}
+
+/// Scratch of a [`Decoder`].
+#[derive(Debug, Clone)]
+pub(super) struct Decoding {
+    terms: Vec<f64>,
+    /// Ĝ.
+    sensitivity: Matrix3xX<f64>,
+}
+
+/// γ over the mean of the squared rows of Ĝ [-].
+const REGULARISATION: f64 = 1e-3;
+/// Ridge of the fit over the number of samples: strokes that always go together leave terms undetermined.
+const RIDGE: f64 = 1e-6;
+
+fn n_terms(n_primary: usize) -> usize {
+    1 + n_primary + n_primary * (n_primary + 1) / 2
 }
 
 impl Decoder {
-    /// D (n_aux × 3, row by row) for a sensitivity (3 × n_aux) [-]; nothing moves where G is zero.
-    pub fn rows(&self, sensitivity: &[Vec<f64>; 3]) -> Vec<[f64; 3]> {
-        let n = sensitivity[0].len();
-        let g = DMatrix::from_fn(3, n, |c, k| sensitivity[c][k]);
-        let square = Matrix3::from_fn(|a, b| g.row(a).dot(&g.row(b)));
-        let gamma = self.regularisation * square.trace() / 3.0;
-        let inverse = (square + gamma * Matrix3::identity()).try_inverse().unwrap_or_else(Matrix3::zeros);
-        let row = |k: usize| std::array::from_fn(|c| (0..3).map(|a| g[(a, k)] * inverse[(a, c)]).sum());
-        (0..n).map(row).collect()
+    /// Fits Ĝ to the sensitivities of `sequences`, which are of one robot.
+    ///
+    /// # Errors
+    /// Sensitivities that are not finite.
+    pub fn fit(sequences: &[Sequence]) -> Result<Self, BadInput> {
+        let (n_primary, n_aux) = sequences.first().map_or((0, 0), |s| (s.n_primary, s.auxiliary.len()));
+        let range = |k: usize| {
+            let strokes = sequences.iter().flat_map(|s| s.strokes.iter().skip(k).step_by(n_primary));
+            strokes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &u| [low.min(u), high.max(u)])
+        };
+        let mut decoder = Self { ranges: (0..n_primary).map(range).collect(), coefficients: Vec::new() };
+        let n = n_terms(n_primary);
+        let (mut normal, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 3 * n_aux));
+        let (mut terms, mut n_samples) = (Vec::with_capacity(n), 0.0);
+        for sequence in sequences {
+            for (sample, g) in sequence.sensitivities() {
+                decoder.terms_into(sequence.strokes_at(sample), &mut terms);
+                add_product(&mut normal, 1.0, &terms);
+                for (k, mut column) in right.column_iter_mut().enumerate() {
+                    let value = g[k % 3][k / 3];
+                    column.iter_mut().zip(&terms).for_each(|(sum, term)| *sum += value * term);
+                }
+                n_samples += 1.0;
+            }
+        }
+        normal.fill_upper_triangle_with_lower_triangle();
+        normal += DMatrix::identity(n, n) * (RIDGE * n_samples);
+        let solved = normal.cholesky().map(|factor| factor.solve(&right));
+        let solved = solved.filter(|found| found.iter().all(|value| value.is_finite()));
+        let found = solved.ok_or_else(|| BadInput::new("sensitivities", "finite numbers", "others"))?;
+        decoder.coefficients = found.transpose().iter().copied().collect();
+        Ok(decoder)
     }
 
-    /// What strokes for a unit displacement do to the tip: G D, row by row.
-    pub fn seen_by(&self, sensitivity: &[Vec<f64>; 3]) -> [[f64; 3]; 3] {
-        let rows = self.rows(sensitivity);
-        std::array::from_fn(|a| {
-            std::array::from_fn(|c| rows.iter().zip(&sensitivity[a]).map(|(row, g)| g * row[c]).sum())
-        })
+    /// Whether it is one of a robot with so many tendons and virtual tendons.
+    pub fn fits(&self, n_primary: usize, n_aux: usize) -> bool {
+        self.ranges.len() == n_primary && self.coefficients.len() == n_terms(n_primary) * 3 * n_aux
+    }
+
+    fn terms_into(&self, primary: &[f64], terms: &mut Vec<f64>) {
+        terms.clear();
+        terms.push(1.0);
+        for (stroke, [low, high]) in primary.iter().zip(&self.ranges) {
+            let width = high - low;
+            terms.push(if width > 0.0 { 2.0 * (stroke.clamp(*low, *high) - low) / width - 1.0 } else { 0.0 });
+        }
+        for k in 1..=primary.len() {
+            for l in k..=primary.len() {
+                terms.push(terms[k] * terms[l]);
+            }
+        }
+    }
+
+    /// Finds Ĝ for primary strokes; gives (Ĝ Ĝᵀ + γ I)⁻¹, zero where Ĝ is.
+    fn look(&self, primary: &[f64], scratch: &mut Decoding) -> Matrix3<f64> {
+        self.terms_into(primary, &mut scratch.terms);
+        scratch.sensitivity.fill(0.0);
+        let g = scratch.sensitivity.as_mut_slice();
+        for (term, part) in scratch.terms.iter().zip(self.coefficients.chunks_exact(g.len())) {
+            for (value, coefficient) in g.iter_mut().zip(part) {
+                *value += term * coefficient;
+            }
+        }
+        let mut square = Matrix3::zeros();
+        for column in scratch.sensitivity.column_iter() {
+            square += column * column.transpose();
+        }
+        let gamma = REGULARISATION * square.trace() / 3.0;
+        (square + gamma * Matrix3::identity()).try_inverse().unwrap_or_else(Matrix3::zeros)
+    }
+
+    /// Writes the strokes D z (n_aux) [m] for a displacement [m] at these primary strokes (n_primary) [m].
+    pub(super) fn strokes_into(
+        &self,
+        primary: &[f64],
+        displacement: [f64; 3],
+        scratch: &mut Decoding,
+        strokes: &mut [f64],
+    ) {
+        let pull = self.look(primary, scratch) * Vector3::from(displacement);
+        for (stroke, g) in strokes.iter_mut().zip(scratch.sensitivity.column_iter()) {
+            *stroke = g.dot(&pull);
+        }
+    }
+
+    /// What strokes for a unit displacement do to the tip where the sensitivity is `sensitivity` (3 × n_aux): G D, row by row.
+    pub(super) fn seen_by(
+        &self,
+        sensitivity: &[Vec<f64>; 3],
+        primary: &[f64],
+        scratch: &mut Decoding,
+    ) -> [[f64; 3]; 3] {
+        let inverse = self.look(primary, scratch);
+        let mut product = Matrix3::zeros();
+        for (k, estimate) in scratch.sensitivity.column_iter().enumerate() {
+            product += Vector3::from_fn(|a, _| sensitivity[a][k]) * estimate.transpose();
+        }
+        let gain = product * inverse;
+        std::array::from_fn(|a| std::array::from_fn(|c| gain[(a, c)]))
     }
 }
 
-/// Writes the strokes D z (n_aux) [m] for a displacement [m].
-pub(super) fn strokes_into(rows: &[[f64; 3]], displacement: [f64; 3], strokes: &mut [f64]) {
-    for (stroke, row) in strokes.iter_mut().zip(rows) {
-        *stroke = (0..3).map(|c| row[c] * displacement[c]).sum();
+impl Decoding {
+    pub fn new(n_aux: usize) -> Self {
+        Self { terms: Vec::new(), sensitivity: Matrix3xX::zeros(n_aux) }
     }
 }
 
@@ -45,22 +153,37 @@ pub(super) fn strokes_into(rows: &[[f64; 3]], displacement: [f64; 3], strokes: &
 mod tests {
     use super::*;
 
+    /// Ĝ with a part that changes its sign with the first of two strokes, in the range ±1 mm.
+    fn decoder() -> Decoder {
+        // Two virtual strokes both move the tip along z, by half of what the first primary stroke says; their difference
+        // moves it along x; nothing moves it along y, nor does the third.
+        let constant = [1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let first = [0.0, 0.0, 0.5, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0];
+        let coefficients = [&constant[..], &first, &[0.0; 4 * 9]].concat();
+        Decoder { ranges: vec![[-1e-3, 1e-3]; 2], coefficients }
+    }
+
     #[test]
     fn a_displacement_comes_out_where_strokes_can_make_it() {
-        let decoder = Decoder { regularisation: 1e-6 };
-        // Two strokes that both move the tip along z can make it in x and z, and not at all in y.
-        let g = [vec![1.0, -1.0, 0.0], vec![0.0; 3], vec![0.5, 0.5, 0.0]];
-        let seen = decoder.seen_by(&g);
-        for (a, row) in seen.iter().enumerate() {
-            for (c, found) in row.iter().enumerate() {
-                let expected = if a == c && a != 1 { 1.0 } else { 0.0 };
-                // γ = 1e-6 · 2.5/3 over squares of 2 and 0.5.
-                assert!((found - expected).abs() < 2e-6, "{seen:?}");
+        let decoder = decoder();
+        assert!(decoder.fits(2, 3) && !decoder.fits(2, 4));
+        let mut scratch = Decoding::new(3);
+        // Beyond the range counts as its end.
+        for (primary, sign) in [([1e-3, 0.0], 1.0), ([-1e-3, 0.0], -1.0), ([-5e-3, 0.0], -1.0)] {
+            let g = [vec![1.0, -1.0, 0.0], vec![0.0; 3], vec![0.5 * sign, 0.5 * sign, 0.0]];
+            let seen = decoder.seen_by(&g, &primary, &mut scratch);
+            for (a, row) in seen.iter().enumerate() {
+                for (c, found) in row.iter().enumerate() {
+                    let expected = if a == c && a != 1 { 1.0 } else { 0.0 };
+                    // γ over the smaller of the squares, 2 and 0.5.
+                    let tol = REGULARISATION * (2.5 / 3.0) / 0.5;
+                    assert!((found - expected).abs() < tol, "{seen:?}");
+                }
             }
+            let mut strokes = [0.0; 3];
+            decoder.strokes_into(&primary, [1e-3, 1.0, 0.0], &mut scratch, &mut strokes);
+            assert!((strokes[0] - 0.5e-3).abs() < 1e-6 && (strokes[1] + 0.5e-3).abs() < 1e-6, "{strokes:?}");
+            assert_eq!(strokes[2], 0.0, "nobody moves what does not move");
         }
-        assert!(decoder.rows(&g).iter().all(|row| row[1] == 0.0), "nobody moves what does not move");
-        assert!(
-            decoder.rows(&[vec![0.0; 3], vec![0.0; 3], vec![0.0; 3]]).iter().flatten().all(|d| *d == 0.0)
-        );
     }
 }

@@ -7,7 +7,7 @@ use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Adaptation, Decoder, FeatureSpec};
+use super::{Adaptation, Decoder, FeatureSpec, LinearPart};
 use crate::Result;
 
 /// How network and twin go together.
@@ -25,6 +25,8 @@ pub enum Design {
         features: FeatureSpec,
         /// What its outputs mean.
         decoder: Decoder,
+        /// What is added to its outputs.
+        linear: LinearPart,
     },
 }
 
@@ -88,19 +90,26 @@ impl ResidualModel {
         };
         let design = serde_json::from_value(of("design")).map_err(bad)?;
         let adaptation: Option<Adaptation> = serde_json::from_value(of("adaptation")).map_err(bad)?;
-        let fits = match (&design, &adaptation) {
-            (_, None) => true,
-            (Design::Stateful { features, .. }, Some(adaptation)) => adaptation.fits(features),
-            (Design::Windowed { .. }, Some(_)) => false,
+        let n_aux = serde_json::from_value(of("n_aux")).map_err(bad)?;
+        let [decodes, adds, adapts] = match (&design, &adaptation) {
+            (Design::Stateful { features, decoder, linear }, adaptation) => [
+                decoder.fits(features.n_primary, n_aux),
+                linear.fits(features.n_primary, features.n_of_strokes()),
+                adaptation.as_ref().is_none_or(|adaptation| adaptation.fits(features)),
+            ],
+            (Design::Windowed { .. }, adaptation) => [true, true, adaptation.is_none()],
         };
-        if !fits {
-            let place = format!("{}: adaptation", path.display());
-            return Err(BadInput::new(place, "that of this network", "another").into());
+        let parts = ["design.stateful.decoder", "design.stateful.linear", "adaptation"];
+        for (fits, part) in [decodes, adds, adapts].into_iter().zip(parts) {
+            if !fits {
+                let place = format!("{}: {part}", path.display());
+                return Err(BadInput::new(place, "that of this network", "another").into());
+            }
         }
         Ok(Self {
             design,
             adaptation,
-            n_aux: serde_json::from_value(of("n_aux")).map_err(bad)?,
+            n_aux,
             step_s: serde_json::from_value(of("step_s")).map_err(bad)?,
             scene_hash: text("scene_sha256"),
             training: of("training"),

@@ -6,9 +6,11 @@ use hysteron_base::BadInput;
 use hysteron_learn::Runner;
 
 use super::adaptation::{Filter, terms_into};
-use super::decoder::strokes_into;
+use super::decoder::Decoding;
 use super::{AdaptOptions, Design, Features, ResidualModel};
-use crate::coreact::{Auxiliary, FrictionPoints, allowed_strokes, sensitivity};
+use crate::coreact::{
+    Auxiliary, Chooser, FrictionPoints, Goal, Step, allowed_strokes, distance, sensitivity,
+};
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
 use crate::step::Stepper;
@@ -18,9 +20,6 @@ use crate::{Result, TwinState};
 const MARGIN: f64 = 0.02;
 /// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
 const LARGEST_OUTPUT: f64 = 1.25;
-
-/// Samples for which what strokes do to the tip counts as the same.
-const LOOK_EVERY: usize = 2;
 
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
@@ -42,9 +41,7 @@ pub struct Rollout<'a> {
     bounded: Vec<f32>,
     outputs: Vec<f64>,
     targets: Vec<Target>,
-    /// D of the present shape (n_aux), and samples since it was found.
-    decoded: Vec<[f64; 3]>,
-    n_samples: usize,
+    decoding: Decoding,
     /// Terms of the correction.
     terms: Vec<f64>,
     /// What learns the correction, if anything does.
@@ -83,8 +80,7 @@ impl<'a> Rollout<'a> {
             bounded: vec![0.0; model.outputs.channels.len()],
             outputs: vec![0.0; model.outputs.channels.len()],
             targets: Vec::new(),
-            decoded: vec![[0.0; 3]; auxiliary.len()],
-            n_samples: 0,
+            decoding: Decoding::new(auxiliary.len()),
             terms: Vec::new(),
             filter: None,
             state,
@@ -130,26 +126,6 @@ impl<'a> Rollout<'a> {
     /// Auxiliary strokes now (n_aux) [m].
     pub fn strokes(&self) -> &[f64] {
         &self.strokes
-    }
-
-    /// Finds anew, now and then, what strokes do to the tip; strokes of a displacement are then others.
-    fn look_around(&mut self) {
-        if let Design::Stateful { decoder, .. } = &self.model.design {
-            if self.n_samples.is_multiple_of(LOOK_EVERY) {
-                let found = sensitivity(
-                    &mut self.stepper,
-                    self.twin,
-                    self.auxiliary,
-                    &self.state,
-                    FrictionPoints::Slipping,
-                );
-                // Where there is none, that of the shape before still says most.
-                if let Some(found) = found {
-                    self.decoded = decoder.rows(&found);
-                }
-            }
-            self.n_samples += 1;
-        }
     }
 
     /// From normalised inputs to outputs.
@@ -201,14 +177,17 @@ impl Plant for Rollout<'_> {
         self.run_network();
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
         match &self.model.design {
-            Design::Stateful { features, .. } => {
+            Design::Stateful { features, decoder, linear } => {
                 let [x, y, z] = self.outputs[..] else {
                     return Err(three_outputs(self.outputs.len()).into());
                 };
+                let of_strokes = &self.normalised[..features.n_of_strokes()];
+                let [lx, ly, lz] = linear.displacement(of_strokes, &mut self.terms);
                 terms_into(features, &self.inputs, &mut self.terms);
                 let [dx, dy, dz] =
                     self.model.adaptation.as_ref().map_or([0.0; 3], |of| of.displacement(&self.terms));
-                strokes_into(&self.decoded, [x + dx, y + dy, z + dz], &mut self.strokes);
+                let missing = [x + lx + dx, y + ly + dy, z + lz + dz];
+                decoder.strokes_into(primary, missing, &mut self.decoding, &mut self.strokes);
             }
             Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
         }
@@ -218,7 +197,6 @@ impl Plant for Rollout<'_> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
         self.tip = self.twin.tip_of(&self.state);
-        self.look_around();
         Ok(PlantStep { tip: self.tip, is_extrapolating, report })
     }
 
@@ -228,6 +206,23 @@ impl Plant for Rollout<'_> {
 
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
         self.stepper.tip_per_stroke(self.twin, &self.state)
+    }
+}
+
+impl Chooser for Rollout<'_> {
+    fn step(&mut self, primary: &[f64], goal: Option<&Goal>, _duration: f64) -> Result<Step> {
+        let tip = Plant::step(self, primary)?.tip;
+        let distance = goal.map_or(0.0, |goal| distance(goal.position, tip));
+        Ok(Step { tip, distance, statuses: Vec::new(), bounds: vec![None; self.strokes.len()] })
+    }
+
+    fn strokes(&self) -> &[f64] {
+        &self.strokes
+    }
+
+    fn sensitivity(&mut self) -> Option<[Vec<f64>; 3]> {
+        let Self { stepper, twin, auxiliary, state, .. } = self;
+        sensitivity(stepper, twin, auxiliary, state, FrictionPoints::Slipping)
     }
 }
 

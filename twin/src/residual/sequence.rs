@@ -2,6 +2,11 @@
 
 use hysteron_base::{BadInput, Recording};
 
+use super::Decoder;
+
+/// Key of a recording's metadata with the decoder of the network that chose its auxiliary strokes.
+pub const DECODER: &str = "identify.decoder";
+
 /// One identified trajectory.
 #[derive(Debug, Clone)]
 pub struct Sequence {
@@ -21,6 +26,8 @@ pub struct Sequence {
     pub auxiliary: Vec<Vec<f64>>,
     /// True where the tip was filled in (n_samples).
     pub gap: Vec<bool>,
+    /// That of the network which chose the strokes, if one did.
+    pub decoder: Option<Decoder>,
     /// Sensitivities, see [`crate::coreact::Identification`]; (axis, tendon) series at a lower rate [-].
     sensitivities: [Vec<Vec<f64>>; 3],
     /// Samples per row of the sensitivities.
@@ -48,6 +55,9 @@ impl Sequence {
         if auxiliary.is_empty() {
             return Err(not_identified("aux_01_m"));
         }
+        let decoder = recording.meta().extra.get(DECODER).map(|text| serde_json::from_str(text)).transpose();
+        let decoder = decoder
+            .map_err(|error| BadInput::new(format!("{name}: {DECODER}"), "a decoder", error.to_string()))?;
         let step = recording.rate_hz().map(f64::recip).ok_or_else(|| not_identified("a fixed rate"))?;
         let every = recording.n_samples().div_ceil(sensitivities.n_samples());
         let rows = |axis: &str| sensitivities.numbered(&format!("sensitivity_{axis}"), "ratio");
@@ -66,6 +76,7 @@ impl Sequence {
             twin: axes("twin")?,
             auxiliary,
             gap: recording.gap().to_vec(),
+            decoder,
             sensitivities: rows,
             every,
         })
@@ -89,6 +100,11 @@ impl Sequence {
     /// Auxiliary strokes of a sample [m].
     pub fn auxiliary_at(&self, sample: usize) -> impl Iterator<Item = f64> + '_ {
         self.auxiliary.iter().map(move |series| series[sample])
+    }
+
+    /// ∂tip/∂s where it was written, with the sample (3 × n_aux) [-].
+    pub fn sensitivities(&self) -> impl Iterator<Item = (usize, [Vec<f64>; 3])> {
+        (0..self.len()).step_by(self.every).map(|sample| (sample, self.sensitivity_at(sample)))
     }
 
     /// ∂tip/∂s in a sample, linear between those that were written (3 × n_aux) [-].

@@ -15,8 +15,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::decoder::Decoding;
+use super::linear::Equation;
 use super::sequence::{first_of_one_robot, names};
-use super::{Decoder, Design, FeatureSpec, Features, Fitted, ResidualModel, Sequence, Sessions};
+use super::{Decoder, Design, FeatureSpec, Features, Fitted, LinearPart, ResidualModel, Sequence, Sessions};
 use crate::{Error, Result};
 
 /// How to train.
@@ -44,8 +46,6 @@ pub struct StatefulOptions {
     pub feedback: bool,
     /// Standard deviation of what is added to that tip while training [m], so that the loop forgets errors.
     pub feedback_noise_m: f64,
-    /// γ of the [`Decoder`] [-].
-    pub decoder: f64,
     /// Seed of weights and noise.
     pub seed: u64,
 }
@@ -64,7 +64,6 @@ impl Default for StatefulOptions {
             lags_s: vec![0.3, 3.0, 30.0],
             feedback: false,
             feedback_noise_m: 2e-4,
-            decoder: 1e-3,
             seed: 1,
         }
     }
@@ -91,7 +90,8 @@ struct Prepared {
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
 /// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
-/// others take out. Networks are trained in parallel, each with a session of its own.
+/// others take out. Networks are trained in parallel, each with a session of its own. What they have in common, decoder,
+/// linear part and ranges, is fitted to all `sequences`: errors on those held out are to stop by, not to judge by.
 ///
 /// # Errors
 /// Sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of another training;
@@ -104,7 +104,10 @@ pub fn fit_stateful(
     sessions: &Sessions<'_>,
 ) -> Result<Fitted> {
     let first = first_of_one_robot(sequences, sequences)?;
-    let decoder = Decoder { regularisation: options.decoder };
+    let decoder = match first.decoder.clone() {
+        Some(decoder) => decoder,
+        None => Decoder::fit(sequences)?,
+    };
     let largest = sequences.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
     let spec = FeatureSpec {
         n_primary: first.n_primary,
@@ -114,9 +117,13 @@ pub fn fit_stateful(
         step_s: first.step,
     };
     let inputs = input_ranges(sequences, &spec)?;
-    let outputs = output_ranges(sequences)?;
+    let seen: Vec<Seen> =
+        sequences.par_iter().map(|sequence| Seen::new(sequence, &spec, &decoder, &inputs)).collect();
+    let equations = seen.iter().flat_map(Seen::equations);
+    let linear = LinearPart::fit(spec.n_primary, spec.n_of_strokes(), equations)?;
+    let outputs = output_ranges(&seen, &linear)?;
     let prepared: Vec<Prepared> =
-        sequences.iter().map(|sequence| prepare(sequence, &spec, &decoder, &inputs, &outputs)).collect();
+        seen.iter().map(|seen| prepare(seen, &spec, &linear, &inputs, &outputs)).collect();
     let listed =
         |indices: &[usize]| -> Vec<&str> { indices.iter().map(|&k| sequences[k].name.as_str()).collect() };
     let train = |(number, held_out): (usize, &Vec<usize>)| {
@@ -151,7 +158,7 @@ pub fn fit_stateful(
         outputs,
         n_aux: first.auxiliary.len(),
         step_s: spec.step_s,
-        design: Design::Stateful { features: spec, decoder },
+        design: Design::Stateful { features: spec, decoder, linear },
         scene_hash: scene_hash.to_owned(),
         adaptation: None,
         training: json!({ "options": options, "sequences": names(sequences), "members": reports }),
@@ -188,72 +195,127 @@ fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Resu
     Normaliser::from_samples(&names, samples.chunks_exact(spec.len()))
 }
 
-/// Ranges of the tip displacement that the identified strokes made.
-fn output_ranges(sequences: &[Sequence]) -> std::result::Result<Normaliser, BadInput> {
-    let mut samples = Vec::new();
-    for sequence in sequences {
-        for i in 0..sequence.len() {
-            let g = sequence.sensitivity_at(i);
-            samples.extend(g.iter().map(|axis| by(axis, sequence.auxiliary_at(i))));
+/// Ranges of the tip displacement that is missing and that the linear part does not say.
+fn output_ranges(seen: &[Seen], linear: &LinearPart) -> std::result::Result<Normaliser, BadInput> {
+    let (mut samples, mut terms) = (Vec::new(), Vec::new());
+    for seen in seen {
+        for (i, (undone, gain)) in seen.undone.iter().zip(&seen.gain).enumerate() {
+            let said = linear.displacement(seen.features_at(i), &mut terms);
+            let done = |a: usize| (0..3).map(|c| gain[a][c] * said[c]).sum::<f64>();
+            samples.extend((0..3).map(|a| -undone[a] - done(a)));
         }
     }
     let names = ["residual_x_m", "residual_y_m", "residual_z_m"];
-    // A displacement that never changed still needs a range to be learned in.
-    Normaliser::from_samples(&names, samples.chunks_exact(3))?.widened(1e-6)
+    let ranges = Normaliser::from_samples(&names, samples.chunks_exact(3))?;
+    // A millimetre is as much along every axis: in a range of its own, an axis of small displacements would be learned later,
+    // and the training might end before. What never changed still needs a range to be learned in.
+    let widest = ranges.channels.iter().map(|channel| channel.max - channel.min).fold(1e-6, f64::max);
+    ranges.widened(widest)
 }
+
+/// A trajectory in the coordinates of the decoder.
+struct Seen {
+    /// Normalised features of the strokes (n × n_of_strokes).
+    features: Vec<f32>,
+    n_features: usize,
+    /// Measured tip, normalised (n); zeros where the network does not see it.
+    measured: Vec<[f32; 3]>,
+    /// What a displacement does to the tip, G D (n, 3 × 3) [-].
+    gain: Vec<[[f64; 3]; 3]>,
+    /// Tip without auxiliary strokes, y* - G s*, less the measured one (n) [m].
+    undone: Vec<[f64; 3]>,
+    /// True where the tip was filled in.
+    gap: Vec<bool>,
+}
+
+impl Seen {
+    fn new(sequence: &Sequence, spec: &FeatureSpec, decoder: &Decoder, inputs: &Normaliser) -> Self {
+        let (n, n_features) = (sequence.len(), spec.n_of_strokes());
+        let mut features = Features::new(spec);
+        let (mut row, mut normalised) = (Vec::new(), vec![0.0f32; spec.len()]);
+        let mut scratch = Decoding::new(sequence.auxiliary.len());
+        let mut seen = Self {
+            features: Vec::with_capacity(n * n_features),
+            n_features,
+            measured: Vec::with_capacity(n),
+            gain: Vec::with_capacity(n),
+            undone: Vec::with_capacity(n),
+            gap: sequence.gap.clone(),
+        };
+        for i in 0..n {
+            row.clear();
+            features.append(sequence.strokes_at(i), &mut row);
+            if spec.feedback {
+                row.extend_from_slice(&sequence.measured[i]);
+            }
+            inputs.normalise_into(&row, &mut normalised);
+            seen.features.extend_from_slice(&normalised[..n_features]);
+            let tip = &normalised[n_features..];
+            seen.measured.push(std::array::from_fn(|c| tip.get(c).copied().unwrap_or(0.0)));
+            let g = sequence.sensitivity_at(i);
+            seen.gain.push(decoder.seen_by(&g, sequence.strokes_at(i), &mut scratch));
+            seen.undone.push(std::array::from_fn(|a| {
+                sequence.twin[i][a] - by(&g[a], sequence.auxiliary_at(i)) - sequence.measured[i][a]
+            }));
+        }
+        seen
+    }
+
+    fn features_at(&self, sample: usize) -> &[f32] {
+        &self.features[sample * self.n_features..(sample + 1) * self.n_features]
+    }
+
+    /// Some samples, for least squares.
+    fn equations(&self) -> impl Iterator<Item = Equation<'_>> {
+        let measured = (0..self.gap.len()).step_by(FITTED_EVERY).filter(|&i| !self.gap[i]);
+        measured.map(|i| Equation {
+            features: self.features_at(i),
+            gain: self.gain[i],
+            error: self.undone[i],
+        })
+    }
+}
+
+/// Samples of which least squares see one: neighbours say the same.
+const FITTED_EVERY: usize = 5;
 
 fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {
     axis.iter().zip(strokes).map(|(g, stroke)| g * stroke).sum()
 }
 
 fn prepare(
-    sequence: &Sequence,
+    seen: &Seen,
     spec: &FeatureSpec,
-    decoder: &Decoder,
+    linear: &LinearPart,
     inputs: &Normaliser,
     outputs: &Normaliser,
 ) -> Prepared {
-    let n = sequence.len();
-    let n_features = spec.n_of_strokes();
-    let mut features = Features::new(spec);
-    let (mut row, mut normalised) = (Vec::new(), vec![0.0f32; spec.len()]);
+    let (n, mut terms) = (seen.gap.len(), Vec::new());
     let mut prepared = Prepared {
-        features: Vec::with_capacity(n * n_features),
+        features: seen.features.clone(),
         offset: Vec::with_capacity(n),
         gain: Vec::with_capacity(n),
-        weight: sequence.gap.iter().map(|gap| f32::from(u8::from(!gap))).collect(),
-        measured: Vec::with_capacity(n),
+        weight: seen.gap.iter().map(|gap| f32::from(u8::from(!gap))).collect(),
+        measured: seen.measured.clone(),
         tip_scale: [0.0; 3],
-        feedback: Vec::new(),
+        feedback: seen.measured.clone(),
     };
     if spec.feedback {
-        for (scale, channel) in prepared.tip_scale.iter_mut().zip(&inputs.channels[n_features..]) {
+        for (scale, channel) in prepared.tip_scale.iter_mut().zip(&inputs.channels[spec.n_of_strokes()..]) {
             *scale = (2e-3 / (channel.max - channel.min).max(f64::MIN_POSITIVE)) as f32;
         }
     }
-    for i in 0..n {
-        row.clear();
-        features.append(sequence.strokes_at(i), &mut row);
-        if spec.feedback {
-            row.extend_from_slice(&sequence.measured[i]);
-        }
-        inputs.normalise_into(&row, &mut normalised);
-        prepared.features.extend_from_slice(&normalised[..n_features]);
-        let tip = &normalised[n_features..];
-        prepared.measured.push(std::array::from_fn(|c| tip.get(c).copied().unwrap_or(0.0)));
-        let g = sequence.sensitivity_at(i);
-        let seen = decoder.seen_by(&g);
+    for (i, gain) in seen.gain.iter().enumerate() {
+        let said = linear.displacement(seen.features_at(i), &mut terms);
         // A normalised output o means min + (o + 1)/2 (max - min).
         let half = |c: usize| 0.5 * (outputs.channels[c].max - outputs.channels[c].min);
         let middle = |c: usize| outputs.channels[c].min + half(c);
-        prepared.gain.push(seen.map(|row| std::array::from_fn(|c| (1e3 * row[c] * half(c)) as f32)));
+        prepared.gain.push(gain.map(|row| std::array::from_fn(|c| (1e3 * row[c] * half(c)) as f32)));
         prepared.offset.push(std::array::from_fn(|a| {
-            let constant: f64 = (0..3).map(|c| seen[a][c] * middle(c)).sum();
-            let undone = sequence.twin[i][a] - by(&g[a], sequence.auxiliary_at(i));
-            (1e3 * (undone + constant - sequence.measured[i][a])) as f32
+            let constant: f64 = (0..3).map(|c| gain[a][c] * (said[c] + middle(c))).sum();
+            (1e3 * (seen.undone[i][a] + constant)) as f32
         }));
     }
-    prepared.feedback = prepared.measured.clone();
     prepared
 }
 

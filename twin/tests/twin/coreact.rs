@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use hysteron_base::{Channel, Friction, Metadata, Recording};
 use hysteron_learn::Progress;
 use hysteron_twin::coreact::{
-    Auxiliary, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
+    Auxiliary, Chooser, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
 };
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
-    Fitted, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful,
+    DECODER, Design, Fitted, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful,
 };
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
@@ -67,8 +67,8 @@ fn tip_of_a_twin_with_secret_strokes_is_met() {
     let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
     let options =
         IdentifyOptions { regularisation: 1e-6, rounds: 4, tolerance: 1e-7, ..IdentifyOptions::default() };
-    let done =
-        identify(&twin, &auxiliary, &motion, &options, Metadata::default(), &mut || true).unwrap().unwrap();
+    let mut identifier = Identifier::new(&twin, &auxiliary, options);
+    let done = identify(&twin, &mut identifier, &motion, Metadata::default(), &mut || true).unwrap().unwrap();
     // Rounds of a linearisation that is off by a tenth or two, from moves of 0.1 mm: 1e-4 m times 0.2 to the fourth.
     assert!(done.summary.after.p99_m < 2e-6, "{:?}", done.summary.after);
     assert!(done.summary.before.median_m > 20.0 * done.summary.after.p99_m, "{:?}", done.summary);
@@ -111,7 +111,7 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
     for part in [0.25, 0.5, 0.75, 1.0, 1.0] {
         identifier.step(&pulled.map(|stroke| part * stroke), None, 0.01).unwrap();
     }
-    let sensitivity = identifier.sensitivity(FrictionPoints::AsTheyAre).unwrap();
+    let sensitivity = identifier.sensitivity_where(FrictionPoints::AsTheyAre).unwrap();
     let (mut stepper, mut targets) = (Stepper::new(&twin), Vec::new());
     let mut tip = |k: usize, h: f64| {
         let mut secret = vec![0.0; auxiliary.len()];
@@ -150,8 +150,8 @@ fn sensitivity_knows_the_friction_points_that_stick() {
         auxiliary.targets_into(&pulled, &none, &mut targets);
         stepper.step(&twin, &targets, &mut state).unwrap();
     }
-    let sensitivity = identifier.sensitivity(FrictionPoints::AsTheyAre).unwrap();
-    let slipping = identifier.sensitivity(FrictionPoints::Slipping).unwrap();
+    let sensitivity = identifier.sensitivity_where(FrictionPoints::AsTheyAre).unwrap();
+    let slipping = identifier.sensitivity_where(FrictionPoints::Slipping).unwrap();
     let mut tip = |k: usize, h: f64| {
         let mut strokes = none.clone();
         strokes[k] = h;
@@ -188,8 +188,8 @@ fn secret_strokes_are_found_through_friction_and_backlash() {
     let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
     let options =
         IdentifyOptions { regularisation: 1e-9, rounds: 4, tolerance: 1e-8, ..IdentifyOptions::default() };
-    let done =
-        identify(&twin, &auxiliary, &motion, &options, Metadata::default(), &mut || true).unwrap().unwrap();
+    let mut identifier = Identifier::new(&twin, &auxiliary, options);
+    let done = identify(&twin, &mut identifier, &motion, Metadata::default(), &mut || true).unwrap().unwrap();
     // As without friction. Where a bound of friction jumps, the rounds end sooner than the tip is met.
     assert!(done.summary.after.p99_m < 2e-6, "{:?}", done.summary.after);
     assert!(done.summary.before.median_m > 20.0 * done.summary.after.median_m, "{:?}", done.summary);
@@ -235,8 +235,8 @@ fn fit(
 fn identified(twin: &Twin, auxiliary: &Auxiliary, n: usize) -> (Motion, Identification, Sequence) {
     let recording = recording(twin, auxiliary, n, |i| lagging(auxiliary.len(), i));
     let motion = Motion::for_identification(twin, &recording, "rec").unwrap();
-    let options = IdentifyOptions::default();
-    let found = identify(twin, auxiliary, &motion, &options, Metadata::default(), &mut || true);
+    let mut identifier = Identifier::new(twin, auxiliary, IdentifyOptions::default());
+    let found = identify(twin, &mut identifier, &motion, Metadata::default(), &mut || true);
     let found = found.unwrap().unwrap();
     let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
     (motion, found, sequence)
@@ -291,7 +291,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let (mut bare, mut with) = (0.0, 0.0);
     let bare_tips = ["x", "y", "z"].map(|axis| found.recording.require(&format!("bare_{axis}_m")).unwrap());
     for i in 0..n {
-        let step = rollout.step(&strokes(i)).unwrap();
+        let step = Plant::step(&mut rollout, &strokes(i)).unwrap();
         for c in 0..3 {
             with += (step.tip[c] - motion.tips[i][c]).powi(2);
             bare += (bare_tips[c][i] - motion.tips[i][c]).powi(2);
@@ -303,11 +303,43 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     }
     assert!(with < 0.05 * bare, "{with} of {bare}");
     // Twice the stroke is outside what it has seen.
-    assert!(rollout.step(&[2.5e-3, 0.0, -2.5e-3, 0.0]).unwrap().is_extrapolating);
+    assert!(Plant::step(&mut rollout, &[2.5e-3, 0.0, -2.5e-3, 0.0]).unwrap().is_extrapolating);
     // Another rate or robot is refused.
     assert!(Rollout::new(&twin, &auxiliary, &model, 0.02).unwrap_err().to_string().contains("time_s"));
     let wrong = model.check(3, auxiliary.len(), 0.01).unwrap_err();
     assert!(wrong.to_string().contains("another robot"), "{wrong}");
+}
+
+#[test]
+fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let (motion, _, sequence) = identified(&twin, &auxiliary, 400);
+    // A first network that has hardly learned: the second one needs its strokes and tips, not that they are good.
+    let learn = |sequence: &Sequence, epochs: usize| {
+        let options =
+            StatefulOptions { hidden: 16, epochs, piece: 100, input_noise: 0.0, ..Default::default() };
+        fit(&[sequence.clone(), sequence.clone()], &options, Vec::new(), &|_, _| true).model
+    };
+    let again = |model: &ResidualModel| {
+        let mut meta = Metadata::default();
+        let Design::Stateful { decoder, .. } = &model.design else { panic!("stateful") };
+        meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder).unwrap());
+        let mut rollout = Rollout::new(&twin, &auxiliary, model, 0.01).unwrap();
+        identify(&twin, &mut rollout, &motion, meta, &mut || true).unwrap().unwrap()
+    };
+    let first = learn(&sequence, 5);
+    let found = again(&first);
+    assert_eq!(found.summary.qps, [0; 4]);
+    let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
+    let second = learn(&sequence, 300);
+    let decoder = |model: &ResidualModel| match &model.design {
+        Design::Stateful { decoder, .. } => decoder.clone(),
+        Design::Windowed { .. } => panic!("stateful"),
+    };
+    assert_eq!(decoder(&first), decoder(&second), "displacements mean the same");
+    let (before, after) = (found.summary.after.rms_m, again(&second).summary.after.rms_m);
+    assert!(after < 0.5 * before, "{after} after {before}");
 }
 
 #[test]

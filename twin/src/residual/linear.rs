@@ -1,0 +1,165 @@
+//! What least squares alone say of the missing displacement, before any network learns.
+//!
+//! Plays and lags are what hysteresis and creep are made of, and much of both is linear in them (Prandtl-Ishlinskii,
+//! Maxwell). Along the axis a body that bends to one side moves as one that bends to the other: there it is also features
+//! times the stroke of their tendon. Beyond the range of training every term keeps the value that it had at its end: gone on,
+//! a straight line did worse there than nothing. Least squares find the weights of these terms at once and without chance; the network
+//! then learns what is left, in a smaller range.
+
+use hysteron_base::BadInput;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// Weights of the terms.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinearPart {
+    /// Features of one tendon, the first of which is its stroke.
+    per_tendon: usize,
+    /// Θ: by axis, then by term [m].
+    rows: [Vec<f64>; 3],
+}
+
+/// One sample of the fit: the tip's error is `error` + `gain` z for a displacement z.
+pub(super) struct Equation<'a> {
+    /// Normalised features of the strokes.
+    pub features: &'a [f32],
+    /// 3 × 3 [-].
+    pub gain: [[f64; 3]; 3],
+    /// [m].
+    pub error: [f64; 3],
+}
+
+/// Ridge over the sum of the squared gains: neighbouring samples err alike, so that a thousand say what ten would.
+const RIDGE: f64 = 1e-4;
+
+impl LinearPart {
+    /// The weights with the least squared errors over `equations`, for features of so many tendons.
+    ///
+    /// # Errors
+    /// Equations that are not finite.
+    pub(super) fn fit<'a>(
+        n_tendons: usize,
+        n_features: usize,
+        equations: impl Iterator<Item = Equation<'a>>,
+    ) -> Result<Self, BadInput> {
+        let per_tendon = n_features / n_tendons.max(1);
+        let n = 1 + 2 * n_features;
+        let mut part = Self { per_tendon, rows: [(); 3].map(|()| vec![0.0; n]) };
+        let mut blocks = [(); 9].map(|()| DMatrix::<f64>::zeros(n, n));
+        let mut right = DVector::zeros(3 * n);
+        let (mut terms, mut scale) = (Vec::with_capacity(n), 0.0);
+        for Equation { features, gain, error } in equations {
+            part.terms_into(features, &mut terms);
+            let by = |a: usize, b: usize| (0..3).map(|c| gain[c][a] * gain[c][b]).sum::<f64>();
+            for a in 0..3 {
+                let pull: f64 = (0..3).map(|c| gain[c][a] * error[c]).sum();
+                terms.iter().enumerate().for_each(|(k, term)| right[a * n + k] -= pull * term);
+                for b in 0..=a {
+                    add_product(&mut blocks[3 * a + b], by(a, b), &terms);
+                }
+                scale += by(a, a) / 3.0;
+            }
+        }
+        let mut normal = DMatrix::zeros(3 * n, 3 * n);
+        for (a, b) in (0..3).flat_map(|a| (0..=a).map(move |b| (a, b))) {
+            let mut block = blocks[3 * a + b].clone();
+            block.fill_upper_triangle_with_lower_triangle();
+            normal.view_mut((a * n, b * n), (n, n)).copy_from(&block);
+            normal.view_mut((b * n, a * n), (n, n)).copy_from(&block);
+        }
+        normal += DMatrix::identity(3 * n, 3 * n) * (RIDGE * scale).max(f64::MIN_POSITIVE);
+        // Across the robot a body that is bent the other way moves the other way: products of two features do not.
+        for unused in (0..2).flat_map(|a| a * n + 1 + n_features..(a + 1) * n) {
+            normal.row_mut(unused).fill(0.0);
+            normal.column_mut(unused).fill(0.0);
+            normal[(unused, unused)] = 1.0;
+            right[unused] = 0.0;
+        }
+        let found = normal.cholesky().map(|factor| factor.solve(&right));
+        let found = found.filter(|found| found.iter().all(|value| value.is_finite()));
+        let found =
+            found.ok_or_else(|| BadInput::new("identified recordings", "finite numbers", "others"))?;
+        for (row, found) in part.rows.iter_mut().zip(found.as_slice().chunks_exact(n)) {
+            row.copy_from_slice(found);
+        }
+        Ok(part)
+    }
+
+    /// Whether it is for features of so many tendons.
+    pub fn fits(&self, n_tendons: usize, n_features: usize) -> bool {
+        self.per_tendon * n_tendons == n_features
+            && self.rows.iter().all(|row| row.len() == 1 + 2 * n_features)
+    }
+
+    /// One, all features within their range, and all these times the stroke of their tendon.
+    fn terms_into(&self, features: &[f32], terms: &mut Vec<f64>) {
+        terms.clear();
+        terms.push(1.0);
+        terms.extend(features.iter().map(|feature| f64::from(feature.clamp(-1.0, 1.0))));
+        for first in (1..=features.len()).step_by(self.per_tendon) {
+            let stroke = terms[first];
+            (first..first + self.per_tendon).for_each(|k| terms.push(stroke * terms[k]));
+        }
+    }
+
+    /// The displacement for normalised features of the strokes [m]; `terms` is scratch.
+    pub(super) fn displacement(&self, features: &[f32], terms: &mut Vec<f64>) -> [f64; 3] {
+        self.terms_into(features, terms);
+        self.rows.each_ref().map(|row| row.iter().zip(&*terms).map(|(weight, term)| weight * term).sum())
+    }
+}
+
+/// block += factor t tᵀ, the lower triangle.
+pub(super) fn add_product(block: &mut DMatrix<f64>, factor: f64, terms: &[f64]) {
+    let n = terms.len();
+    for (k, column) in block.as_mut_slice().chunks_exact_mut(n).enumerate() {
+        let weight = factor * terms[k];
+        for (value, term) in column[k..].iter_mut().zip(&terms[k..]) {
+            *value += weight * term;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_that_made_the_errors_are_found() -> Result<(), BadInput> {
+        // Two tendons of three features.
+        let (n_tendons, n_features) = (2, 6);
+        let row = |seed: usize, used: usize| -> Vec<f64> {
+            (0..13).map(|k| if k < used { 1e-3 * ((seed + 3 * k) as f64).sin() } else { 0.0 }).collect()
+        };
+        // Products act along the axis alone.
+        let truth = LinearPart { per_tendon: 3, rows: [row(1, 7), row(2, 7), row(5, 13)] };
+        assert!(truth.fits(n_tendons, n_features) && !truth.fits(3, n_features));
+        let features: Vec<[f32; 6]> =
+            (0..500).map(|i| std::array::from_fn(|k| ((i * (k + 2)) as f32 * 0.37).sin())).collect();
+        let gain = |i: usize| -> [[f64; 3]; 3] {
+            std::array::from_fn(|a| {
+                std::array::from_fn(|c| if a == c { 1.0 } else { 0.1 * ((i + a + 2 * c) as f64).cos() })
+            })
+        };
+        let mut terms = Vec::new();
+        let errors: Vec<[f64; 3]> = (0..500)
+            .map(|i| {
+                let z = truth.displacement(&features[i], &mut terms);
+                gain(i).map(|row| -row.iter().zip(z).map(|(g, z)| g * z).sum::<f64>())
+            })
+            .collect();
+        let equations =
+            (0..500).map(|i| Equation { features: &features[i], gain: gain(i), error: errors[i] });
+        let found = LinearPart::fit(n_tendons, n_features, equations)?;
+        for (found, truth) in found.rows.iter().flatten().zip(truth.rows.iter().flatten()) {
+            // The ridge takes 1e-4 of a weight whose term is one, and more where terms are small: squares of sines
+            // have means of 1/4.
+            assert!((found - truth).abs() < 4.0 * 10.0 * RIDGE * 1e-3, "{found} {truth}");
+        }
+        let far = features[7].map(|feature| 3.0 * feature.signum());
+        let end = features[7].map(f32::signum);
+        assert_eq!(truth.displacement(&far, &mut terms), truth.displacement(&end, &mut terms));
+        Ok(())
+    }
+}
