@@ -174,13 +174,19 @@ impl Planner<'_> {
         Some(self.stage("calibrate", "calibrated", about, step, guess))
     }
 
+    /// The verb with the scene and all recordings to learn from.
+    fn identification(&self) -> Step {
+        let step = step("identify").with(self.scene());
+        self.study.plan.training.iter().fold(step, |step, (name, _)| step.with(self.recording(name)))
+    }
+
     fn identify(&self) -> Option<Stage> {
         let identify = self.study.identify.as_ref()?;
-        let mut step = step("identify").with(self.scene());
-        for (name, _) in &self.study.plan.training {
-            step = step.with(self.recording(name));
-        }
-        let step = step.option("--rounds", identify.rounds).word("--out").with(self.written("identified"));
+        let step = self
+            .identification()
+            .option("--rounds", identify.rounds)
+            .word("--out")
+            .with(self.written("identified"));
         let about = "virtual tendons are found that pull the twin's tip to the measured one";
         let guess =
             PER_IDENTIFIED * identify.rounds.unwrap_or(2) as f64 * Self::samples(&self.study.plan.training);
@@ -195,10 +201,7 @@ impl Planner<'_> {
             return vec![self.fit_residual(residual, "identified", "residual")];
         }
         let first = "residual-first";
-        let step = step("identify").with(self.scene());
-        let step =
-            self.study.plan.training.iter().fold(step, |step, (name, _)| step.with(self.recording(name)));
-        let step = step.word("--residual").with(self.made(Path::new(first).join(NETWORK)));
+        let step = self.identification().word("--residual").with(self.made(Path::new(first).join(NETWORK)));
         let step = step.word("--out").with(self.written("identified-again"));
         let about = "the twin goes along the recordings with its network, to see what that leaves";
         let guess = 2.0 * PER_SIMULATED * Self::samples(&self.study.plan.training);
