@@ -1,18 +1,16 @@
 //! A robot that changes, and a minute of data after which its twin has followed: play grown, friction grown, a load added.
 //! (Tendons that are tensioned anew change nothing here: a virtual rig finds their zeros by itself every day.)
 //!
-//! Works in the folder of the study `edic`, whose first residual network it takes. Targets are followed on the robot as it
-//! was, on the changed one, and there again with a network that has learned from a minute of it.
+//! Targets are followed on the robot as it was, on the changed one, and there again with a network that has learned from
+//! a minute of it.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
 
-use anyhow::{Result, ensure};
-use hysteron_base::file;
-use hysteron_rig::virtual_rig::VirtualRobot;
+use anyhow::Result;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, Strokes};
+use super::chain::{Chain, FRICTION, Strokes};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -45,14 +43,14 @@ const SCENE: &str = "meshes/tpu80/scene-typical-friction.toml";
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
-    let (chain, targets) = (Chain::new(folder)?, &TARGETS[..if quick { 1 } else { TARGETS.len() }]);
+    let (chain, targets) = (Chain::of_typical(folder)?, &TARGETS[..if quick { 1 } else { TARGETS.len() }]);
     chain.record("typical", "paper", "data")?;
-    chain.calibrate("friction", "scene-typical-friction.toml", &chain.training_recordings()?, 1, None)?;
+    chain.calibrate(FRICTION.0, FRICTION.1, &chain.training_recordings()?, 1, None)?;
     let old = chain.path("friction-1.safetensors")?;
     let mut rows = Vec::new();
     for change in &CHANGES {
         let stem = format!("adapted/{}", change.name.replace(' ', "-"));
-        let rig = format!("virtual:{}", changed(&chain, change, &stem)?);
+        let rig = format!("virtual:{}", chain.changed_robot(change.lines, &stem)?);
         let minute = chain.path(&format!("{stem}/minute"))?;
         chain.hysteron(&["record", "--rig", &rig, "--plan", "quick", "--out", &minute])?;
         let new = chain.path(&format!("{stem}/residual.safetensors"))?;
@@ -80,18 +78,6 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         })
     };
     write_metrics(folder, "adaptation", json!({ "rows": rows.iter().map(row).collect::<Vec<Value>>() }))
-}
-
-/// Writes the file of the changed robot.
-fn changed(chain: &Chain, change: &Change, stem: &str) -> Result<String> {
-    let mut text = VirtualRobot::preset_text("typical").unwrap_or_default().to_owned();
-    for (from, to) in change.lines {
-        ensure!(text.contains(from), "the preset has no line {from}");
-        text = text.replace(from, to);
-    }
-    let path = chain.path(&format!("{stem}/robot.toml"))?;
-    file::write_bytes(Path::new(&path), text)?;
-    Ok(path)
 }
 
 fn print(rows: &[(&str, &str, [Option<f64>; 3])]) {

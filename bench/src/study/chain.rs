@@ -3,13 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use hysteron_base::file;
+use hysteron_rig::virtual_rig::VirtualRobot;
 use serde_json::Value;
 
 use super::rig::{call, program};
 
 /// Held-out trajectories of the plan `paper`.
 pub const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
+
+/// The twin with friction: the name of what it learns, in the folder of a robot, and its scene.
+pub const FRICTION: (&str, &str) = ("friction", "scene-typical-friction.toml");
 
 /// How strokes are found: by a network alone, or by steering the twin of a scene, with its network or without.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +47,14 @@ impl Chain {
     /// It cannot be built.
     pub fn new(folder: &Path) -> Result<Self> {
         Ok(Self { program: program()?, folder: folder.to_owned() })
+    }
+
+    /// The same, in the folder that the studies of `typical` beside this one's `folder` share: one calibration for all.
+    ///
+    /// # Errors
+    /// It cannot be built.
+    pub fn of_typical(folder: &Path) -> Result<Self> {
+        Self::new(&folder.with_file_name("typical"))
     }
 
     /// Runs it, from the root of the repository.
@@ -79,6 +92,21 @@ impl Chain {
     pub fn record(&self, preset: &str, plan: &str, name: &str) -> Result<()> {
         let rig = format!("virtual:{preset}");
         self.hysteron(&["record", "--rig", &rig, "--plan", plan, "--out", &self.path(name)?])
+    }
+
+    /// Writes the file of a robot, the preset `typical` with other lines, into `folder`; gives its name for a rig.
+    ///
+    /// # Errors
+    /// The preset has no such line, or refusals of the file system.
+    pub fn changed_robot(&self, lines: &[(&str, &str)], folder: &str) -> Result<String> {
+        let mut text = VirtualRobot::preset_text("typical").unwrap_or_default().to_owned();
+        for (from, to) in lines {
+            ensure!(text.contains(from), "the preset has no line {from}");
+            text = text.replace(from, to);
+        }
+        let path = self.path(&format!("{folder}/robot.toml"))?;
+        file::write_bytes(Path::new(&path), text)?;
+        Ok(path)
     }
 
     /// The recordings of the plan `paper` in `data` that are to learn from.

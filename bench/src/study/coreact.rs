@@ -1,70 +1,116 @@
 //! CoReAct end to end, as a user runs it: record, identify, train, roll out; on trajectories that nothing was trained on.
 //!
 //! Every stage is the program itself, and what it wrote is kept, so that the study goes on where it was stopped. Each
-//! table row is one twin: bare, with friction, with the residual network, with both, and with the paper's network.
+//! table row is one twin: bare, with friction, with the residual network, with both, and with the paper's network. The same
+//! ladder is climbed on other presets, with a third of the recordings, and the twins of `typical` are judged on members of
+//! the population around it, of which they have seen nothing.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use hysteron_base::rng;
+use hysteron_base::{Recording, rng};
+use hysteron_control::score::score;
 use rand::RngExt;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, TESTS};
+use super::chain::{Chain, FRICTION, TESTS};
 use super::{rms, write_metrics};
 use crate::table::print_cells;
 
 /// The twin without and with friction.
-const SCENES: [(&str, &str); 2] =
-    [("twin", "scene-typical.toml"), ("friction", "scene-typical-friction.toml")];
+const SCENES: [(&str, &str); 2] = [("twin", "scene-typical.toml"), FRICTION];
+/// The twin with friction and network among those of [`Study::rungs`].
+const BEST: std::ops::Range<usize> = 3..4;
 /// The paper's training takes every sample as the end of a window; this takes every fortieth, for its time.
 const PAPER_STRIDE: &str = "40";
+/// Presets beside `typical`, and the share of the recordings that their twins learn from: every third.
+const PRESETS: [&str; 2] = ["mild", "harsh"];
+const OF_OTHERS: usize = 3;
+/// Members of the population around `typical`.
+const MEMBERS: u64 = 10;
 /// Random plans for the stability of the loop, and how long each lasts [s].
 const N_RANDOM: usize = 100;
 const RANDOM_S: f64 = 60.0;
 
 /// How much is done.
 struct Size {
-    seeds: u64,
+    /// Networks of the twin without and with friction.
+    seeds: [u64; 2],
     epochs: Option<&'static str>,
     n_random: usize,
     tests: &'static [&'static str],
+    presets: &'static [&'static str],
+    members: u64,
 }
 
-/// Runs the study on the virtual rig's `typical`: about half an hour on two cores; quick: one seed, few epochs.
+/// Runs the study on the virtual rig; quick: one seed, few epochs, one test, `typical` and one member of its population.
 ///
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let size = if quick {
-        Size { seeds: 1, epochs: Some("2"), n_random: 2, tests: &TESTS[..1] }
+        Size { seeds: [1; 2], epochs: Some("2"), n_random: 2, tests: &TESTS[..1], presets: &[], members: 1 }
     } else {
-        Size { seeds: 5, epochs: None, n_random: N_RANDOM, tests: &TESTS }
+        let (tests, presets) = (&TESTS, &PRESETS);
+        Size { seeds: [1, 5], epochs: None, n_random: N_RANDOM, tests, presets, members: MEMBERS }
     };
-    let study = Study { chain: Chain::new(folder)? };
+    let study = Study { chain: Chain::of_typical(folder)?, tests: size.tests };
     study.chain.record("typical", "paper", "data")?;
     let training = study.chain.training_recordings()?;
-    let mut rows = Vec::new();
-    for (name, scene) in SCENES {
-        rows.push(study.evaluate(name, scene, &[None], size.tests)?);
-        let models = study.chain.calibrate(name, scene, &training, size.seeds, size.epochs)?;
-        let models: Vec<Option<&Path>> = models.iter().map(|path| Some(path.as_path())).collect();
-        rows.push(study.evaluate(&format!("{name} + CoReAct"), scene, &models, size.tests)?);
-    }
-    let paper = study.train_paper(&folder.join("identified-twin-first"), size.epochs)?;
-    rows.push(study.evaluate("twin + paper's network", SCENES[0].1, &[Some(&paper)], size.tests)?);
-    print(&rows, size.tests);
-    let stability = study.stability(&folder.join("friction-1.safetensors"), size.n_random)?;
+    let mut rungs = study.rungs(&training, size.seeds, size.epochs)?;
+    let paper = study.train_paper(size.epochs)?;
+    rungs.push(Rung {
+        name: "twin + paper's network".to_owned(),
+        scene: SCENES[0].1,
+        models: vec![Some(paper)],
+    });
+    let typical = study.climb(&rungs, "data", "typical")?;
+    print(&typical, size.tests);
+    let steady = study.steady(&rungs[BEST])?;
+    print(&steady, size.tests);
+    let stability = study.stability(size.n_random)?;
     println!("{}", stability.text);
-    let ladder: Vec<Value> = rows.iter().map(LadderRow::json).collect();
-    write_metrics(folder, "coreact", json!({ "ladder": ladder, "stability": stability.json }))
+    let population = study.population(&rungs, size.members)?;
+    print(&population, size.tests);
+    let mut robots = vec![typical, steady, population];
+    for preset in size.presets {
+        let study = Study { chain: Chain::new(&folder.join(preset))?, tests: size.tests };
+        study.chain.record(preset, "paper", "data")?;
+        let training: Vec<String> =
+            study.chain.training_recordings()?.into_iter().step_by(OF_OTHERS).collect();
+        let ladder = study.climb(&study.rungs(&training, [1; 2], size.epochs)?, "data", preset)?;
+        print(&ladder, size.tests);
+        robots.push(ladder);
+    }
+    let ladders: Vec<Value> = robots.iter().map(Ladder::json).collect();
+    write_metrics(folder, "coreact", json!({ "ladders": ladders, "stability": stability.json }))
 }
 
-/// NRMSE of x, y and z on each test, one for each seed [%].
+/// A twin: what it is, and its networks, one for each seed; none in the place of one where there is none.
+struct Rung {
+    name: String,
+    scene: &'static str,
+    models: Vec<Option<PathBuf>>,
+}
+
+/// All twins of a robot, or of several, on the tests.
+struct Ladder {
+    robot: String,
+    rows: Vec<LadderRow>,
+}
+
+impl Ladder {
+    fn json(&self) -> Value {
+        json!({ "robot": self.robot, "twins": self.rows.iter().map(LadderRow::json).collect::<Vec<_>>() })
+    }
+}
+
+/// NRMSE of x, y and z on each test, one for each seed or robot [%].
 struct LadderRow {
     name: String,
-    nrmse: Vec<(String, [Vec<f64>; 3])>,
+    nrmse: Vec<(&'static str, [Vec<f64>; 3])>,
 }
 
 impl LadderRow {
@@ -80,12 +126,26 @@ impl LadderRow {
 /// The chain, and what is asked of it.
 struct Study {
     chain: Chain,
+    tests: &'static [&'static str],
 }
 
 impl Study {
-    fn train_paper(&self, identified: &Path, epochs: Option<&str>) -> Result<PathBuf> {
-        let out = self.chain.path("paper.safetensors")?;
-        let identified = identified.canonicalize()?.display().to_string();
+    /// The twins of a robot, without and with networks that learned from `training`.
+    fn rungs(&self, training: &[String], seeds: [u64; 2], epochs: Option<&str>) -> Result<Vec<Rung>> {
+        let mut rungs = Vec::new();
+        for ((name, scene), seeds) in SCENES.into_iter().zip(seeds) {
+            rungs.push(Rung { name: name.to_owned(), scene, models: vec![None] });
+            let models = self.chain.calibrate(name, scene, training, seeds, epochs)?;
+            let models = models.into_iter().map(Some).collect();
+            rungs.push(Rung { name: format!("{name} + CoReAct"), scene, models });
+        }
+        Ok(rungs)
+    }
+
+    fn train_paper(&self, epochs: Option<&str>) -> Result<PathBuf> {
+        let [out, identified] =
+            ["paper.safetensors", "identified-twin-first"].map(|name| self.chain.path(name));
+        let (out, identified) = (out?, identified?);
         let mut arguments =
             vec!["fit-residual", &identified, "--design", "paper", "--stride", PAPER_STRIDE, "--out", &out];
         arguments.extend(epochs.iter().flat_map(|epochs| ["--epochs", epochs]));
@@ -93,31 +153,79 @@ impl Study {
         Ok(PathBuf::from(out))
     }
 
-    /// Rolls out every model on every test.
-    fn evaluate(
-        &self,
-        name: &str,
-        scene: &str,
-        models: &[Option<&Path>],
-        tests: &[&str],
-    ) -> Result<LadderRow> {
-        let mut row = LadderRow { name: name.to_owned(), nrmse: Vec::new() };
-        for test in tests {
-            let strokes = self.chain.path(&format!("data/{test}.parquet"))?;
-            let mut nrmse = [Vec::new(), Vec::new(), Vec::new()];
-            for model in models {
-                let stem = model
-                    .and_then(Path::file_stem)
-                    .map_or_else(|| name.into(), |stem| stem.to_string_lossy());
-                let found = self.simulate(scene, &strokes, *model, &format!("rollouts/{stem}-{test}"))?;
-                for (axis, values) in nrmse.iter_mut().enumerate() {
+    /// Rolls out every model of every twin on every test among the recordings in `data`.
+    fn climb(&self, rungs: &[Rung], data: &str, robot: &str) -> Result<Ladder> {
+        let rows = rungs.iter().map(|rung| self.evaluate(rung, data)).collect::<Result<_>>()?;
+        Ok(Ladder { robot: robot.to_owned(), rows })
+    }
+
+    fn evaluate(&self, rung: &Rung, data: &str) -> Result<LadderRow> {
+        let mut row = LadderRow { name: rung.name.clone(), nrmse: Vec::new() };
+        for test in self.tests {
+            let strokes = self.chain.path(&format!("{data}/{test}.parquet"))?;
+            let of_model = |model: &Option<PathBuf>| -> Result<[f64; 3]> {
+                let stem = model.as_ref().and_then(|path| path.file_stem());
+                let stem = stem.map_or_else(|| rung.name.as_str().into(), |stem| stem.to_string_lossy());
+                let name = format!("rollouts-{data}/{stem}-{test}");
+                let found = self.simulate(rung.scene, &strokes, model.as_deref(), &name)?;
+                let mut nrmse = [0.0; 3];
+                for (axis, value) in nrmse.iter_mut().enumerate() {
                     let part = found.pointer(&format!("/run/against_measured/axes/{axis}/nrmse"));
-                    values.push(100.0 * part.and_then(Value::as_f64).context("no NRMSE in metrics.json")?);
+                    *value = 100.0 * part.and_then(Value::as_f64).context("no NRMSE in metrics.json")?;
                 }
-            }
-            row.nrmse.push(((*test).to_owned(), nrmse));
+                Ok(nrmse)
+            };
+            let found = rung.models.par_iter().map(of_model).collect::<Result<Vec<[f64; 3]>>>()?;
+            row.nrmse.push((test, std::array::from_fn(|axis| found.iter().map(|of| of[axis]).collect())));
         }
         Ok(row)
+    }
+
+    /// The tests where the tracker does not drift; and what its drift is, the tip measured with it against the one without.
+    fn steady(&self, rungs: &[Rung]) -> Result<Ladder> {
+        let robot = self.chain.changed_robot(&[("bias_mm = 0.15", "bias_mm = 0.0")], "steady-robot")?;
+        self.chain.record(&robot, "paper", "steady")?;
+        let mut ladder = self.climb(rungs, "steady", "typical, by a tracker without drift")?;
+        let drift = |test: &&'static str| -> Result<_> {
+            let [with, without] = ["data", "steady"].map(|data| -> Result<Recording> {
+                Ok(Recording::read(self.chain.path(&format!("{data}/{test}.parquet"))?)?)
+            });
+            let (with, without) = (with?, without?);
+            let tips = without.tip().zip(with.tip());
+            let (measured, drifting) = tips.context("no tip in a recording")?;
+            let found = score(measured, drifting, without.gap());
+            Ok((*test, found.axes.map(|axis| vec![100.0 * axis.nrmse.unwrap_or(0.0)])))
+        };
+        let nrmse = self.tests.iter().map(drift).collect::<Result<_>>()?;
+        ladder.rows.insert(0, LadderRow { name: "the drift alone".to_owned(), nrmse });
+        Ok(ladder)
+    }
+
+    /// The first models of `rungs` on robots of the population around `typical`; values of all robots side by side.
+    fn population(&self, rungs: &[Rung], members: u64) -> Result<Ladder> {
+        let first = |rung: &Rung| Rung {
+            name: rung.name.clone(),
+            scene: rung.scene,
+            models: rung.models[..1].to_vec(),
+        };
+        let rungs: Vec<Rung> = rungs.iter().map(first).collect();
+        let judge = |member: u64| {
+            let data = format!("population-{member}");
+            self.chain.record(&format!("typical/{member}"), "paper", &data)?;
+            self.climb(&rungs, &data, &data)
+        };
+        let each = (1..=members).into_par_iter().map(judge).collect::<Result<Vec<Ladder>>>()?;
+        let together = |k: usize, rung: &Rung| {
+            let of_test = |t: usize| -> [Vec<f64>; 3] {
+                std::array::from_fn(|axis| {
+                    each.iter().map(|ladder| ladder.rows[k].nrmse[t].1[axis][0]).collect()
+                })
+            };
+            let nrmse = self.tests.iter().enumerate().map(|(t, test)| (*test, of_test(t))).collect();
+            LadderRow { name: rung.name.clone(), nrmse }
+        };
+        let rows = rungs.iter().enumerate().map(|(k, rung)| together(k, rung)).collect();
+        Ok(Ladder { robot: "population around typical".to_owned(), rows })
     }
 
     /// Simulates and gives back its `metrics.json`.
@@ -128,8 +236,8 @@ impl Study {
             self.chain.path(name)?,
         );
         let model = model.map(|path| path.display().to_string());
-        let mut arguments =
-            vec!["simulate", &scene, "--strokes", strokes, "--out", &out, "--figures", &figures];
+        let mut arguments = vec!["-q", "--threads", "1", "simulate", &scene, "--strokes", strokes];
+        arguments.extend(["--out", &out, "--figures", &figures]);
         arguments.extend(model.iter().flat_map(|path| ["--residual", path]));
         let metrics = Path::new(&figures).join("metrics.json");
         if !metrics.exists() {
@@ -139,23 +247,21 @@ impl Study {
     }
 
     /// Rollouts on random plans, half of them within the amplitudes of training and half up to 20 % beyond.
-    fn stability(&self, model: &Path, n: usize) -> Result<Stability> {
+    fn stability(&self, n: usize) -> Result<Stability> {
+        let model = PathBuf::from(self.chain.path("friction-1.safetensors")?);
         let plan = self.chain.path("random.toml")?;
         std::fs::write(&plan, random_plan(n))?;
         self.chain.record("typical", &plan, &format!("random-{n}"))?;
-        let (mut worse, mut gains) = (Vec::new(), Vec::new());
-        for k in 0..n {
+        let gain = |k: usize| -> Result<f64> {
             let strokes = self.chain.path(&format!("random-{n}/random-{k}.parquet"))?;
             let rmse = |model: Option<&Path>, name: &str| -> Result<f64> {
                 let found = self.simulate(SCENES[1].1, &strokes, model, &format!("stability/{name}-{k}"))?;
                 found.pointer("/run/against_measured/rmse_m").and_then(Value::as_f64).context("no RMSE")
             };
-            let (bare, residual) = (rmse(None, "bare")?, rmse(Some(model), "residual")?);
-            gains.push(residual / bare);
-            if residual > 1.1 * bare {
-                worse.push(k);
-            }
-        }
+            Ok(rmse(Some(&model), "residual")? / rmse(None, "bare")?)
+        };
+        let gains = (0..n).into_par_iter().map(gain).collect::<Result<Vec<f64>>>()?;
+        let worse: Vec<usize> = (0..n).filter(|&k| gains[k] > 1.1).collect();
         let largest = gains.iter().copied().fold(0.0, f64::max);
         let text = format!(
             "{n} random plans of {RANDOM_S} s: all rolled out; tip error over the bare twin's {:.2} (rms), at most \
@@ -203,7 +309,8 @@ fn random_plan(n: usize) -> String {
     text
 }
 
-fn print(rows: &[LadderRow], tests: &[&str]) {
+fn print(ladder: &Ladder, tests: &[&str]) {
+    println!("{}", ladder.robot);
     let heading =
         tests.iter().flat_map(|test| [format!("{test} x [%]"), "y [%]".to_owned(), "z [%]".to_owned()]);
     let mut cells = vec![std::iter::once("NRMSE".to_owned()).chain(heading).collect::<Vec<_>>()];
@@ -214,7 +321,7 @@ fn print(rows: &[LadderRow], tests: &[&str]) {
             values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / f64::max(n - 1.0, 1.0);
         if values.len() > 1 { format!("{mean:.2} ± {:.2}", variance.sqrt()) } else { format!("{mean:.2}") }
     };
-    for row in rows {
+    for row in &ladder.rows {
         let values = row.nrmse.iter().flat_map(|(_, axes)| axes.each_ref().map(spread));
         cells.push(std::iter::once(row.name.clone()).chain(values).collect());
     }

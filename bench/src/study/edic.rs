@@ -12,7 +12,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, Followed, Strokes};
+use super::chain::{Chain, FRICTION, Followed, Strokes};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -59,9 +59,7 @@ struct Way {
     model: Option<&'static str>,
 }
 
-/// Scene of the twin that makes synthetic data, and the name of its residual networks.
-const GENERATOR: [&str; 2] = ["scene-typical-friction.toml", "friction"];
-/// The plans that it carries out.
+/// The plans that the twin with friction carries out.
 const PLANS: [&str; 2] = ["synthetic", "roses"];
 /// Seeds of networks, and repeats of each path with each of them.
 const SEEDS: u64 = 5;
@@ -78,7 +76,7 @@ const WAYS: [Way; 5] = [
     BASELINE,
     PAPER,
     HYBRID,
-    Way { name: "calibrated twin", seeds: 1, scene: Some(GENERATOR[0]), model: Some(GENERATOR[1]) },
+    Way { name: "calibrated twin", seeds: 1, scene: Some(FRICTION.1), model: Some(FRICTION.0) },
 ];
 
 /// One way on one path, for every seed and repeat; empty where the rig would not carry the strokes out.
@@ -89,10 +87,10 @@ type Cell = Vec<Followed>;
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
-    let chain = Chain::new(folder)?;
+    let chain = Chain::of_typical(folder)?;
     chain.record("typical", "paper", "data")?;
     let training = chain.training_recordings()?;
-    let [scene, model] = GENERATOR;
+    let (model, scene) = FRICTION;
     chain.calibrate(model, scene, &training, 1, None)?;
     let synthetic = PLANS.iter().map(|plan| generate(&chain, plan)).collect::<Result<Vec<String>>>()?;
     let hybrid = [&training[..], &synthetic].concat();
@@ -132,7 +130,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 
 /// The calibrated twin carries out a plan.
 fn generate(chain: &Chain, plan: &str) -> Result<String> {
-    let [scene, model] = GENERATOR;
+    let (model, scene) = FRICTION;
     let (out, scene) = (chain.path(plan)?, format!("meshes/tpu80/{scene}"));
     let model = chain.path(&format!("{model}-1.safetensors"))?;
     chain.hysteron(&["generate", &scene, "--residual", &model, "--plan", plan, "--out", &out])?;

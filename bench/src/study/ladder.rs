@@ -12,7 +12,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, Followed, Strokes};
+use super::chain::{Chain, FRICTION, Followed, Strokes};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -91,7 +91,7 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
     chain.record(name, "quick", "data")?;
     let recordings = chain.training_recordings()?;
-    chain.calibrate("twin", "scene-typical-friction.toml", &recordings, 1, None)?;
+    chain.calibrate("twin", FRICTION.1, &recordings, 1, None)?;
     let twin = chain.path("twin-1.safetensors")?;
     let synthetic = generate(&chain, &twin)?;
     let [inverse, hybrid] = ["inverse.safetensors", "hybrid.safetensors"].map(|name| chain.path(name));

@@ -277,29 +277,33 @@ fn follow(
         }
         command.targets_into(row, &mut targets);
         let step = match (&command.goals, &mut *driver) {
-            (_, Driver::Network(residual)) => residual.step(&command.primary_strokes(row), state),
-            (None, Driver::Stepper(stepper)) => stepper.step(twin, &targets, state),
+            (_, Driver::Network(residual)) => {
+                residual.step(&command.primary_strokes(row), state).map(|step| (step.report, step.tip))
+            }
+            (None, Driver::Stepper(stepper)) => {
+                stepper.step(twin, &targets, state).map(|report| (report, twin.tip_of(state)))
+            }
             (Some(goals), Driver::Stepper(stepper)) => {
                 stepper.reach(twin, &goals.tip_goal(row), &targets, state).map(|report| {
                     summary.rounds += report.rounds;
-                    report.step
+                    (report.step, twin.tip_of(state))
                 })
             }
         };
-        match step {
-            Ok(report) => summary.add(&report),
-            Err(error) => end = End::Failed(error.into()),
-        }
-        if let (End::Done, Some(overloaded)) = (&end, command.overloaded(twin, state)) {
-            end = End::Failed(overloaded);
-        }
-        if matches!(end, End::Failed(_)) {
-            // Back to the last sample, so that state and recording agree.
-            state.clone_from(&before);
-            break;
-        }
+        let step = step.map_err(anyhow::Error::from).and_then(|(report, tip)| {
+            summary.add(&report);
+            command.overloaded(twin, state).map_or(Ok(tip), Err)
+        });
+        let tip = match step {
+            Ok(tip) => tip,
+            Err(error) => {
+                // Back to the last sample, so that state and recording agree.
+                state.clone_from(&before);
+                end = End::Failed(error);
+                break;
+            }
+        };
         before.clone_from(state);
-        let tip = twin.tip_of(state);
         trace.push(twin, state, tip);
         if distance(tip) > largest {
             largest = distance(tip);

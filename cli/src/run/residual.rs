@@ -2,7 +2,7 @@
 
 use hysteron_base::{BadInput, Channel};
 use hysteron_twin::residual::Rollout;
-use hysteron_twin::{Plant, StepReport, Twin, TwinState};
+use hysteron_twin::{Plant, PlantStep, Twin, TwinState};
 
 use crate::network::Network;
 
@@ -23,14 +23,14 @@ impl<'a> Residual<'a> {
     }
 
     /// Goes on by one sample and leaves the equilibrium in `state`.
-    pub fn step(&mut self, primary: &[f64], state: &mut TwinState) -> hysteron_twin::Result<StepReport> {
+    pub fn step(&mut self, primary: &[f64], state: &mut TwinState) -> hysteron_twin::Result<PlantStep> {
         let step = self.rollout.step(primary)?;
         state.clone_from(self.rollout.state());
         for (column, stroke) in self.strokes.iter_mut().zip(self.rollout.strokes()) {
             column.push(*stroke);
         }
         self.extrapolating.push(f64::from(u8::from(step.is_extrapolating)));
-        Ok(step.report)
+        Ok(step)
     }
 
     /// Part of the samples in which the network left its training range [-].

@@ -11,7 +11,7 @@ const FILES: [(&str, &[u8]); 5] = [
     (STUDY, include_bytes!("../../studies/demo/study.toml")),
     ("plan.toml", include_bytes!("../../studies/demo/plan.toml")),
     ("more.toml", include_bytes!("../../studies/demo/more.toml")),
-    ("robot/scene.toml", include_bytes!("../../../meshes/tpu80/scene-typical.toml")),
+    ("robot/scene.toml", include_bytes!("../../../meshes/tpu80/scene-typical-friction.toml")),
     ("robot/tpu80.msh", include_bytes!("../../../meshes/tpu80/tpu80.msh")),
 ];
 const STUDY: &str = "study.toml";
@@ -19,8 +19,8 @@ const STUDY: &str = "study.toml";
 const HELP: &str = "\
 Needs nothing: robot, plan and study are part of the program and are written to DIR first; the rig is a virtual one, with \
 physics of its own. It is recorded, its twin is fitted to it and learns its hysteresis, and strokes found with the \
-twin and with a network lead its tip along paths that nobody has learned, beside those of a twin that knows nothing of \
-friction.
+twin and with a network lead its tip along paths that nobody has learned, beside those of a twin that has learned \
+nothing.
 
 Writes DIR/report.html, to open in a browser, DIR/metrics.json, and what every stage wrote. Ctrl-C at any time: the same \
 command goes on.

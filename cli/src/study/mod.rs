@@ -160,7 +160,7 @@ pub struct Target {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
-    /// Through the twin of the scene as it is, without friction and networks.
+    /// Through the twin of the scene as it is, without a network.
     Nominal,
     /// Through the calibrated twin with its network.
     Twin,

@@ -3,17 +3,18 @@
 //! Trained by truncated back-propagation through whole trajectories, which run side by side, pieces of them in order,
 //! with the memory handed on. The weights kept are a running mean.
 
+use std::ops::Range;
+
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, Head, Lesson, Memory, Network, Normaliser, Outputs, Session, Training,
-    half_cosine,
+    Adam, Architecture, Head, Lesson, Network, Normaliser, Sequences, Session, Sum, Training, half_cosine,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::fit::{Fitted, Parts, Strokes, identity, mean, run};
-use super::loss::{Loss, LossWeights, Row};
+use super::loss::{Loss, LossWeights, Row, Sums};
 use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
 use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
 use crate::{Error, Result};
@@ -235,26 +236,51 @@ struct Trajectories<'a> {
     n_inputs: usize,
 }
 
+/// Rows on their way through a network.
+struct Walk<'a> {
+    rows: &'a [Row],
+    loss: &'a Loss,
+    n_inputs: usize,
+    /// Added to normalised inputs.
+    noise: &'a mut dyn FnMut() -> f32,
+    /// Sums of the squared errors of each stroke so far [mm²].
+    squares: Vec<f64>,
+}
+
 impl Trajectories<'_> {
-    /// Pieces of all rows side by side: inputs [step][row][channel]. After its end a trajectory stands still; its weight
-    /// is zero there.
-    fn piece(&self, rows: &[Row], start: usize, steps: usize, noise: &mut dyn FnMut() -> f32) -> Vec<f32> {
+    fn walk<'a>(&'a self, rows: &'a [Row], noise: &'a mut dyn FnMut() -> f32) -> Walk<'a> {
+        let squares = vec![0.0; self.loss.gain.len()];
+        Walk { rows, loss: &self.loss, n_inputs: self.n_inputs, noise, squares }
+    }
+}
+
+impl Sequences for Walk<'_> {
+    fn rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn longest(&self) -> usize {
+        self.rows.iter().map(Row::len).max().unwrap_or(0)
+    }
+
+    fn inputs(&mut self, samples: Range<usize>) -> Vec<f32> {
         let n = self.n_inputs;
-        let mut inputs = Vec::with_capacity(steps * rows.len() * n);
-        for i in start..start + steps {
-            for row in rows {
+        let mut inputs = Vec::with_capacity(samples.len() * self.rows.len() * n);
+        for i in samples {
+            for row in self.rows {
                 let i = i.min(row.len() - 1);
-                inputs.extend(row.features[i * n..(i + 1) * n].iter().map(|value| value + noise()));
+                inputs.extend(row.features[i * n..(i + 1) * n].iter().map(|value| value + (self.noise)()));
             }
         }
         inputs
     }
 
-    /// First sample and number of samples of each piece.
-    fn pieces(&self, rows: &[Row]) -> Vec<(usize, usize)> {
-        let longest = rows.iter().map(Row::len).max().unwrap_or(0);
-        let piece = self.options.piece;
-        (0..longest).step_by(piece).map(|start| (start, piece.min(longest - start))).collect()
+    fn judge(&mut self, start: usize, outputs: &[f32], gradient: Option<&mut [f32]>) -> Sum {
+        let mut unasked = vec![0.0; if gradient.is_some() { 0 } else { outputs.len() }];
+        let Sums { loss, squares, count } =
+            self.loss.evaluate(self.rows, start, outputs, gradient.unwrap_or(&mut unasked));
+        self.squares.iter_mut().zip(&squares).for_each(|(sum, square)| *sum += square);
+        Sum { loss, count }
     }
 }
 
@@ -288,27 +314,11 @@ impl Lesson for Trajectories<'_> {
         epoch: usize,
         on_step: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<Option<f64>> {
-        let rows = self.seen.len();
-        let mut memory = Memory::zeros(training.network().architecture(), rows);
         let mut stream = rng(self.options.seed, &format!("inverse/noise/{epoch}"));
         let width = self.options.input_noise as f32;
         let mut noise = || width * (stream.random::<f32>() - 0.5);
-        let pieces = self.pieces(&self.seen);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (k, &(start, steps)) in pieces.iter().enumerate() {
-            let inputs = self.piece(&self.seen, start, steps, &mut noise);
-            let batch = Batch { inputs: &inputs, steps, rows, outputs: Outputs::All };
-            training.step(&batch, &mut memory, |outputs, gradient| {
-                let sums = self.loss.evaluate(&self.seen, start, outputs, gradient);
-                sum += sums.loss;
-                count += sums.count;
-                sums.loss / f64::max(sums.count, 1.0)
-            })?;
-            if !on_step(k + 1, pieces.len()) {
-                return Ok(None);
-            }
-        }
-        Ok(Some(sum / f64::max(count, 1.0)))
+        let mut walk = self.walk(&self.seen, &mut noise);
+        Ok(training.train_sequences(&mut walk, self.options.piece, on_step)?)
     }
 
     fn validate(&mut self, training: &Training) -> Result<f64> {
@@ -318,18 +328,9 @@ impl Lesson for Trajectories<'_> {
 
 impl Strokes for Trajectories<'_> {
     fn squares(&self, training: &Training) -> Result<Vec<f64>> {
-        let rows = self.unseen.len();
-        let mut memory = Memory::zeros(training.network().architecture(), rows);
-        let mut squares = vec![0.0; self.loss.gain.len()];
-        let mut count = 0.0;
-        for (start, steps) in self.pieces(&self.unseen) {
-            let inputs = self.piece(&self.unseen, start, steps, &mut || 0.0);
-            let batch = Batch { inputs: &inputs, steps, rows, outputs: Outputs::All };
-            let outputs = training.predict(&batch, &mut memory)?;
-            let sums = self.loss.evaluate(&self.unseen, start, &outputs, &mut vec![0.0; outputs.len()]);
-            squares.iter_mut().zip(&sums.squares).for_each(|(sum, square)| *sum += square);
-            count += sums.count;
-        }
-        Ok(squares.into_iter().map(|sum| sum / f64::max(count, 1.0)).collect())
+        let mut still = || 0.0;
+        let mut walk = self.walk(&self.unseen, &mut still);
+        let sum = training.judge_sequences(&mut walk, self.options.piece)?;
+        Ok(walk.squares.into_iter().map(|square| square / f64::max(sum.count, 1.0)).collect())
     }
 }

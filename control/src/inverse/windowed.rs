@@ -3,8 +3,7 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Lesson, Memory, Network, Normaliser, Outputs, Session,
-    Training, mean_squared_error,
+    Adam, Architecture, ChannelRange, Gathered, Head, Lesson, Network, Normaliser, Session, Training, Windows,
 };
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
@@ -104,7 +103,7 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
     let prepare = |all: &[Demonstration]| -> Vec<Prepared> {
         all.iter().map(|one| prepare(one, &inputs, &outputs)).collect()
     };
-    let mut lesson = Windows {
+    let mut lesson = Paths {
         half_width_mm: outputs.channels.iter().map(|c| 500.0 * (c.max - c.min)).collect(),
         seen: prepare(&data.training),
         unseen: prepare(&data.validation),
@@ -200,7 +199,7 @@ pub(super) fn gather<'a>(
     values
 }
 
-struct Windows<'a> {
+struct Paths<'a> {
     options: &'a WindowedOptions,
     /// Channels of a path.
     n_inputs: usize,
@@ -210,7 +209,7 @@ struct Windows<'a> {
     half_width_mm: Vec<f64>,
 }
 
-impl Windows<'_> {
+impl Paths<'_> {
     /// Trajectory and last sample of each window.
     fn of(&self, all: &[Prepared]) -> Vec<(usize, usize)> {
         let ends = |(k, one): (usize, &Prepared)| {
@@ -220,7 +219,7 @@ impl Windows<'_> {
     }
 
     /// Inputs and targets of some windows.
-    fn batch(&self, all: &[Prepared], windows: &[(usize, usize)]) -> (Vec<f32>, Vec<f32>) {
+    fn gather(&self, all: &[Prepared], windows: &[(usize, usize)]) -> Gathered {
         let n = self.half_width_mm.len();
         let rows = windows.iter().map(|&(k, end)| (&all[k].inputs[..], end));
         let targets = windows.iter().flat_map(|&(k, end)| &all[k].targets[end * n..(end + 1) * n]);
@@ -228,7 +227,7 @@ impl Windows<'_> {
     }
 }
 
-impl Lesson for Windows<'_> {
+impl Lesson for Paths<'_> {
     type Error = Error;
 
     fn epochs(&self) -> usize {
@@ -258,28 +257,20 @@ impl Lesson for Windows<'_> {
         epoch: usize,
         on_step: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<Option<f64>> {
-        let mut windows = self.of(&self.seen);
-        windows.shuffle(&mut rng(self.options.seed, &format!("inverse/order/{epoch}")));
-        let n_steps = windows.len().div_ceil(self.options.batch);
-        let mut sum = 0.0;
-        for (k, windows) in windows.chunks(self.options.batch).enumerate() {
-            let (inputs, targets) = self.batch(&self.seen, windows);
-            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
-            let batch = Batch {
-                inputs: &inputs,
-                steps: self.options.window,
-                rows: windows.len(),
-                outputs: Outputs::Last,
-            };
-            let loss = training
-                .step(&batch, &mut memory, |found, gradient| mean_squared_error(found, &targets, gradient))?;
-            sum += loss * windows.len() as f64;
-            if !on_step(k + 1, n_steps) {
-                return Ok(None);
-            }
-        }
+        let mut order = self.of(&self.seen);
+        order.shuffle(&mut rng(self.options.seed, &format!("inverse/order/{epoch}")));
+        let gather = |windows: &[_]| self.gather(&self.seen, windows);
+        let loss = training.train_windows(
+            &Windows {
+                samples: self.options.window,
+                order: &order,
+                batch: self.options.batch,
+                gather: &gather,
+            },
+            on_step,
+        )?;
         let squares: Vec<f64> = self.half_width_mm.iter().map(|mm| mm * mm).collect();
-        Ok(Some(mean(&squares) * sum / windows.len().max(1) as f64))
+        Ok(loss.map(|loss| mean(&squares) * loss))
     }
 
     fn validate(&mut self, training: &Training) -> Result<f64> {
@@ -287,26 +278,26 @@ impl Lesson for Windows<'_> {
     }
 }
 
-impl Strokes for Windows<'_> {
+impl Strokes for Paths<'_> {
     fn squares(&self, training: &Training) -> Result<Vec<f64>> {
-        let windows = self.of(&self.unseen);
+        let order = self.of(&self.unseen);
         let n = self.half_width_mm.len();
         let mut squares = vec![0.0; n];
-        for windows in windows.chunks(self.options.batch) {
-            let (inputs, targets) = self.batch(&self.unseen, windows);
-            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
-            let batch = Batch {
-                inputs: &inputs,
-                steps: self.options.window,
-                rows: windows.len(),
-                outputs: Outputs::Last,
-            };
-            let found = training.predict(&batch, &mut memory)?;
-            for (k, (found, target)) in found.iter().zip(&targets).enumerate() {
-                squares[k % n] += (self.half_width_mm[k % n] * f64::from(found - target)).powi(2);
-            }
-        }
-        Ok(squares.into_iter().map(|sum| sum / windows.len().max(1) as f64).collect())
+        let gather = |windows: &[_]| self.gather(&self.unseen, windows);
+        training.judge_windows(
+            &Windows {
+                samples: self.options.window,
+                order: &order,
+                batch: self.options.batch,
+                gather: &gather,
+            },
+            &mut |found, targets| {
+                for (k, (found, target)) in found.iter().zip(targets).enumerate() {
+                    squares[k % n] += (self.half_width_mm[k % n] * f64::from(found - target)).powi(2);
+                }
+            },
+        )?;
+        Ok(squares.into_iter().map(|sum| sum / order.len().max(1) as f64).collect())
     }
 }
 
@@ -336,7 +327,7 @@ mod tests {
 
     #[test]
     fn the_step_size_falls_in_stairs() {
-        let lesson = Windows {
+        let lesson = Paths {
             options: &WindowedOptions::default(),
             n_inputs: 2,
             seen: Vec::new(),

@@ -44,9 +44,9 @@ pub struct Goal {
 /// What a sample came to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Tip of the twin [m].
+    /// Tip of the body [m].
     pub tip: [f64; 3],
-    /// Its distance from the goal [m]; zero without one.
+    /// Distance from the goal of the tip that the twin reports [m]; zero without one.
     pub distance: f64,
     /// What became of each QP.
     pub statuses: Vec<QpStatus>,

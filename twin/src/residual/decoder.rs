@@ -1,25 +1,27 @@
 //! From the tip displacement that is missing to auxiliary strokes.
 
 use hysteron_base::BadInput;
-use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
+use nalgebra::{DMatrix, Matrix2, Matrix2xX, Matrix3x2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::Sequence;
 use super::linear::add_product;
 
-/// The shortest strokes that move the tip by about a given displacement: s = D z, D = Ĝᵀ (Ĝ Ĝᵀ + γ I)⁻¹.
+/// The shortest strokes that move the tip by about a given displacement across the robot: s = D z, D = Ĝᵀ (Ĝ Ĝᵀ + γ I)⁻¹.
 ///
-/// Ĝ is the sensitivity G = ∂y/∂s as a smooth function of the primary strokes, quadratic, fitted to the sensitivities of the
-/// identification. What a stroke does along the axis changes its sign with the side to which the body is bent, so that a
-/// constant would do there what nobody asked for; G itself jumps where a tendon goes slack, and strokes for one and
-/// the same displacement would jump with it, which the tip does not. Where the tip hardly moves along an axis, γ asks for
-/// little.
+/// Ĝ is the sensitivity G = ∂y/∂s in x and y as a smooth function of the primary strokes, quadratic, fitted to the
+/// sensitivities of the identification. G itself jumps where a tendon goes slack, and strokes for one and the same
+/// displacement would jump with it, which the tip does not.
+///
+/// Along the robot no strokes are asked for: tendons have no hold there. What moves the tip by a millimetre along a bent
+/// body, by a hundredth along a straight one, moves its two ends against each other across by four times as much, and by more
+/// than the millimetre where that does not cancel. What is missing along z is added to the tip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Decoder {
     /// Lowest and highest stroke of each primary tendon in the fit [m]; others count as the nearest of them.
     ranges: Vec<[f64; 2]>,
-    /// Ĝ (3 × n_aux, column by column) for each of the terms 1, v_k, v_k v_l (k ≤ l) of strokes v brought to [-1, 1] [-].
+    /// Ĝ (2 × n_aux, column by column) for each of the terms 1, v_k, v_k v_l (k ≤ l) of strokes v brought to [-1, 1] [-].
     coefficients: Vec<f64>,
 }
 
@@ -28,7 +30,7 @@ pub struct Decoder {
 pub(super) struct Decoding {
     terms: Vec<f64>,
     /// Ĝ.
-    sensitivity: Matrix3xX<f64>,
+    sensitivity: Matrix2xX<f64>,
 }
 
 /// γ over the mean of the squared rows of Ĝ [-].
@@ -53,14 +55,14 @@ impl Decoder {
         };
         let mut decoder = Self { ranges: (0..n_primary).map(range).collect(), coefficients: Vec::new() };
         let n = n_terms(n_primary);
-        let (mut normal, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 3 * n_aux));
+        let (mut normal, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 2 * n_aux));
         let (mut terms, mut n_samples) = (Vec::with_capacity(n), 0.0);
         for sequence in sequences {
             for (sample, g) in sequence.sensitivities() {
                 decoder.terms_into(sequence.strokes_at(sample), &mut terms);
                 add_product(&mut normal, 1.0, &terms);
                 for (k, mut column) in right.column_iter_mut().enumerate() {
-                    let value = g[k % 3][k / 3];
+                    let value = g[k % 2][k / 2];
                     column.iter_mut().zip(&terms).for_each(|(sum, term)| *sum += value * term);
                 }
                 n_samples += 1.0;
@@ -77,7 +79,7 @@ impl Decoder {
 
     /// Whether it is one of a robot with so many tendons and virtual tendons.
     pub fn fits(&self, n_primary: usize, n_aux: usize) -> bool {
-        self.ranges.len() == n_primary && self.coefficients.len() == n_terms(n_primary) * 3 * n_aux
+        self.ranges.len() == n_primary && self.coefficients.len() == n_terms(n_primary) * 2 * n_aux
     }
 
     fn terms_into(&self, primary: &[f64], terms: &mut Vec<f64>) {
@@ -95,7 +97,7 @@ impl Decoder {
     }
 
     /// Finds Ĝ for primary strokes; gives (Ĝ Ĝᵀ + γ I)⁻¹, zero where Ĝ is.
-    fn look(&self, primary: &[f64], scratch: &mut Decoding) -> Matrix3<f64> {
+    fn look(&self, primary: &[f64], scratch: &mut Decoding) -> Matrix2<f64> {
         self.terms_into(primary, &mut scratch.terms);
         scratch.sensitivity.fill(0.0);
         let g = scratch.sensitivity.as_mut_slice();
@@ -104,29 +106,30 @@ impl Decoder {
                 *value += term * coefficient;
             }
         }
-        let mut square = Matrix3::zeros();
+        let mut square = Matrix2::zeros();
         for column in scratch.sensitivity.column_iter() {
             square += column * column.transpose();
         }
-        let gamma = REGULARISATION * square.trace() / 3.0;
-        (square + gamma * Matrix3::identity()).try_inverse().unwrap_or_else(Matrix3::zeros)
+        let gamma = REGULARISATION * square.trace() / 2.0;
+        (square + gamma * Matrix2::identity()).try_inverse().unwrap_or_else(Matrix2::zeros)
     }
 
-    /// Writes the strokes D z (n_aux) [m] for a displacement [m] at these primary strokes (n_primary) [m].
+    /// Writes the strokes D z (n_aux) [m] for a displacement in x and y [m] at these primary strokes (n_primary) [m].
     pub(super) fn strokes_into(
         &self,
         primary: &[f64],
-        displacement: [f64; 3],
+        displacement: [f64; 2],
         scratch: &mut Decoding,
         strokes: &mut [f64],
     ) {
-        let pull = self.look(primary, scratch) * Vector3::from(displacement);
+        let pull = self.look(primary, scratch) * Vector2::from(displacement);
         for (stroke, g) in strokes.iter_mut().zip(scratch.sensitivity.column_iter()) {
             *stroke = g.dot(&pull);
         }
     }
 
-    /// What strokes for a unit displacement do to the tip where the sensitivity is `sensitivity` (3 × n_aux): G D, row by row.
+    /// What a unit displacement does to the tip where the sensitivity is `sensitivity` (3 × n_aux), row by row: its strokes
+    /// G D in x and y, and in z itself.
     pub(super) fn seen_by(
         &self,
         sensitivity: &[Vec<f64>; 3],
@@ -134,18 +137,18 @@ impl Decoder {
         scratch: &mut Decoding,
     ) -> [[f64; 3]; 3] {
         let inverse = self.look(primary, scratch);
-        let mut product = Matrix3::zeros();
-        for (k, estimate) in scratch.sensitivity.column_iter().enumerate() {
-            product += Vector3::from_fn(|a, _| sensitivity[a][k]) * estimate.transpose();
-        }
+        let estimates = scratch.sensitivity.column_iter().enumerate();
+        let product = estimates.fold(Matrix3x2::zeros(), |sum, (k, estimate)| {
+            sum + Vector3::from_fn(|a, _| sensitivity[a][k]) * estimate.transpose()
+        });
         let gain = product * inverse;
-        std::array::from_fn(|a| std::array::from_fn(|c| gain[(a, c)]))
+        std::array::from_fn(|a| [gain[(a, 0)], gain[(a, 1)], if a == 2 { 1.0 } else { 0.0 }])
     }
 }
 
 impl Decoding {
     pub fn new(n_aux: usize) -> Self {
-        Self { terms: Vec::new(), sensitivity: Matrix3xX::zeros(n_aux) }
+        Self { terms: Vec::new(), sensitivity: Matrix2xX::zeros(n_aux) }
     }
 }
 
@@ -155,11 +158,11 @@ mod tests {
 
     /// Ĝ with a part that changes its sign with the first of two strokes, in the range ±1 mm.
     fn decoder() -> Decoder {
-        // Two virtual strokes both move the tip along z, by half of what the first primary stroke says; their difference
-        // moves it along x; nothing moves it along y, nor does the third.
-        let constant = [1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let first = [0.0, 0.0, 0.5, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0];
-        let coefficients = [&constant[..], &first, &[0.0; 4 * 9]].concat();
+        // The difference of two virtual strokes moves the tip along x, their sum along y by half of what the first
+        // primary stroke says; the third does nothing.
+        let constant = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+        let first = [0.0, 0.5, 0.0, 0.5, 0.0, 0.0];
+        let coefficients = [&constant[..], &first, &[0.0; 4 * 6]].concat();
         Decoder { ranges: vec![[-1e-3, 1e-3]; 2], coefficients }
     }
 
@@ -170,18 +173,24 @@ mod tests {
         let mut scratch = Decoding::new(3);
         // Beyond the range counts as its end.
         for (primary, sign) in [([1e-3, 0.0], 1.0), ([-1e-3, 0.0], -1.0), ([-5e-3, 0.0], -1.0)] {
-            let g = [vec![1.0, -1.0, 0.0], vec![0.0; 3], vec![0.5 * sign, 0.5 * sign, 0.0]];
+            let along = [0.3, 0.1, 0.0];
+            let g = [vec![1.0, -1.0, 0.0], vec![0.5 * sign, 0.5 * sign, 0.0], along.to_vec()];
             let seen = decoder.seen_by(&g, &primary, &mut scratch);
-            for (a, row) in seen.iter().enumerate() {
+            // γ over the smaller of the squares, 2 and 0.5.
+            let tol = REGULARISATION * (2.5 / 2.0) / 0.5;
+            for (a, row) in seen[..2].iter().enumerate() {
                 for (c, found) in row.iter().enumerate() {
-                    let expected = if a == c && a != 1 { 1.0 } else { 0.0 };
-                    // γ over the smaller of the squares, 2 and 0.5.
-                    let tol = REGULARISATION * (2.5 / 3.0) / 0.5;
+                    let expected = if a == c { 1.0 } else { 0.0 };
                     assert!((found - expected).abs() < tol, "{seen:?}");
                 }
             }
+            // Along the axis: what the strokes for x (half, -half) and y (sign, sign) do there, and itself.
+            let expected = [0.5 * (0.3 - 0.1), sign * (0.3 + 0.1), 1.0];
+            for (found, expected) in seen[2].iter().zip(expected) {
+                assert!((found - expected).abs() < tol, "{seen:?}");
+            }
             let mut strokes = [0.0; 3];
-            decoder.strokes_into(&primary, [1e-3, 1.0, 0.0], &mut scratch, &mut strokes);
+            decoder.strokes_into(&primary, [1e-3, 0.0], &mut scratch, &mut strokes);
             assert!((strokes[0] - 0.5e-3).abs() < 1e-6 && (strokes[1] + 0.5e-3).abs() < 1e-6, "{strokes:?}");
             assert_eq!(strokes[2], 0.0, "nobody moves what does not move");
         }

@@ -4,8 +4,8 @@
 //! Two designs. [`Design::Windowed`] is the paper's: a window of strokes and tips in, all auxiliary strokes out, fitted
 //! to s*. [`Design::Stateful`] goes through whole trajectories with one cell update a sample. It sees the strokes
 //! through the operators that hysteresis is made of, play and relaxation, gives the tip displacement that is missing
-//! (three numbers, spread over the tendons by a fixed map), and is fitted to the measured tip through the linearised
-//! twin, ∂y/∂s of the identification.
+//! (three numbers: across the robot spread over the tendons, along it added to the tip), and is fitted to the measured
+//! tip through the linearised twin, ∂y/∂s of the identification.
 
 mod adaptation;
 mod decoder;
@@ -13,6 +13,7 @@ mod features;
 mod follower;
 mod linear;
 mod model;
+mod prepared;
 mod rollout;
 mod sequence;
 mod stateful;

@@ -33,7 +33,7 @@ pub struct Rollout<'a> {
     window: VecDeque<Vec<f32>>,
     stepper: Stepper,
     state: TwinState,
-    /// Tip of the sample before [m].
+    /// Tip of the sample before [m]: that of the body, and what is missing along z.
     tip: [f64; 3],
     strokes: Vec<f64>,
     inputs: Vec<f64>,
@@ -176,6 +176,7 @@ impl Plant for Rollout<'_> {
         self.model.inputs.normalise_into(&self.inputs, &mut self.normalised);
         self.run_network();
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
+        let mut along = 0.0;
         match &self.model.design {
             Design::Stateful { features, decoder, linear } => {
                 let [x, y, z] = self.outputs[..] else {
@@ -186,8 +187,9 @@ impl Plant for Rollout<'_> {
                 terms_into(features, &self.inputs, &mut self.terms);
                 let [dx, dy, dz] =
                     self.model.adaptation.as_ref().map_or([0.0; 3], |of| of.displacement(&self.terms));
-                let missing = [x + lx + dx, y + ly + dy, z + lz + dz];
-                decoder.strokes_into(primary, missing, &mut self.decoding, &mut self.strokes);
+                let across = [x + lx + dx, y + ly + dy];
+                decoder.strokes_into(primary, across, &mut self.decoding, &mut self.strokes);
+                along = z + lz + dz;
             }
             Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
         }
@@ -197,6 +199,7 @@ impl Plant for Rollout<'_> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
         self.tip = self.twin.tip_of(&self.state);
+        self.tip[2] += along;
         Ok(PlantStep { tip: self.tip, is_extrapolating, report })
     }
 
@@ -211,8 +214,9 @@ impl Plant for Rollout<'_> {
 
 impl Chooser for Rollout<'_> {
     fn step(&mut self, primary: &[f64], goal: Option<&Goal>, _duration: f64) -> Result<Step> {
-        let tip = Plant::step(self, primary)?.tip;
-        let distance = goal.map_or(0.0, |goal| distance(goal.position, tip));
+        let reported = Plant::step(self, primary)?.tip;
+        let distance = goal.map_or(0.0, |goal| distance(goal.position, reported));
+        let tip = self.twin.tip_of(&self.state);
         Ok(Step { tip, distance, statuses: Vec::new(), bounds: vec![None; self.strokes.len()] })
     }
 

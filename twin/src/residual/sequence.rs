@@ -58,6 +58,10 @@ impl Sequence {
         let decoder = recording.meta().extra.get(DECODER).map(|text| serde_json::from_str(text)).transpose();
         let decoder = decoder
             .map_err(|error| BadInput::new(format!("{name}: {DECODER}"), "a decoder", error.to_string()))?;
+        if decoder.as_ref().is_some_and(|it: &Decoder| !it.fits(strokes.len(), auxiliary.len())) {
+            return Err(BadInput::new(format!("{name}: {DECODER}"), "that of these tendons", "another")
+                .hint("identify the recording again"));
+        }
         let step = recording.rate_hz().map(f64::recip).ok_or_else(|| not_identified("a fixed rate"))?;
         let every = recording.n_samples().div_ceil(sensitivities.n_samples());
         let rows = |axis: &str| sensitivities.numbered(&format!("sensitivity_{axis}"), "ratio");
@@ -121,7 +125,7 @@ impl Sequence {
     }
 }
 
-/// The first training sequence, after making sure that all are of one robot.
+/// The first training sequence, after making sure that all are of one robot and identified in one way.
 pub(super) fn first_of_one_robot<'a>(
     training: &'a [Sequence],
     held_out: &[Sequence],
@@ -141,6 +145,20 @@ pub(super) fn first_of_one_robot<'a>(
         if (sequence.step / first.step - 1.0).abs() > 0.01 {
             let expected = format!("samples of {} s", first.step);
             return Err(BadInput::new(&sequence.name, expected, format!("{} s", sequence.step)));
+        }
+        if sequence.decoder != first.decoder {
+            let chosen = |s: &Sequence| match s.decoder {
+                Some(_) => "auxiliary strokes by a network",
+                None => "auxiliary strokes by identification",
+            };
+            let expected = format!("{}, as in {}", chosen(first), first.name);
+            let found = if sequence.decoder.is_some() && first.decoder.is_some() {
+                "those of another network"
+            } else {
+                chosen(sequence)
+            };
+            return Err(BadInput::new(&sequence.name, expected, found)
+                .hint("identify all recordings the same way, into a folder of their own"));
         }
     }
     Ok(first)

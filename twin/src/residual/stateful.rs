@@ -6,17 +6,13 @@
 //! memory handed on.
 
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{
-    Adam, Architecture, Batch, Head, Learned, Lesson, Memory, Network, Normaliser, Outputs, Training,
-    half_cosine,
-};
+use hysteron_learn::{Adam, Architecture, Head, Learned, Lesson, Network, Normaliser, Training, half_cosine};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::decoder::Decoding;
-use super::linear::Equation;
+use super::prepared::{Prepared, Seen, Walk, output_ranges, prepare};
 use super::sequence::{first_of_one_robot, names};
 use super::{Decoder, Design, FeatureSpec, Features, Fitted, LinearPart, ResidualModel, Sequence, Sessions};
 use crate::{Error, Result};
@@ -67,25 +63,6 @@ impl Default for StatefulOptions {
             seed: 1,
         }
     }
-}
-
-/// A trajectory as arrays of the network.
-#[derive(Clone)]
-struct Prepared {
-    /// Normalised features of the strokes (n × n_of_strokes).
-    features: Vec<f32>,
-    /// Tip where the network says nothing, y* - G s*, less the measured one (n) [mm].
-    offset: Vec<[f32; 3]>,
-    /// What the network's outputs add to that: G D over the outputs' ranges (n, 3 × 3) [mm].
-    gain: Vec<[[f32; 3]; 3]>,
-    /// 0 where the tip was filled in.
-    weight: Vec<f32>,
-    /// Measured tip, normalised (n).
-    measured: Vec<[f32; 3]>,
-    /// Normalised tip per millimetre, by axis.
-    tip_scale: [f32; 3],
-    /// What the network sees as the tip (n), normalised; of the sample before.
-    feedback: Vec<[f32; 3]>,
 }
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
@@ -195,192 +172,6 @@ fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Resu
     Normaliser::from_samples(&names, samples.chunks_exact(spec.len()))
 }
 
-/// Ranges of the tip displacement that is missing and that the linear part does not say.
-fn output_ranges(seen: &[Seen], linear: &LinearPart) -> std::result::Result<Normaliser, BadInput> {
-    let (mut samples, mut terms) = (Vec::new(), Vec::new());
-    for seen in seen {
-        for (i, (undone, gain)) in seen.undone.iter().zip(&seen.gain).enumerate() {
-            let said = linear.displacement(seen.features_at(i), &mut terms);
-            let done = |a: usize| (0..3).map(|c| gain[a][c] * said[c]).sum::<f64>();
-            samples.extend((0..3).map(|a| -undone[a] - done(a)));
-        }
-    }
-    let names = ["residual_x_m", "residual_y_m", "residual_z_m"];
-    let ranges = Normaliser::from_samples(&names, samples.chunks_exact(3))?;
-    // A millimetre is as much along every axis: in a range of its own, an axis of small displacements would be learned later,
-    // and the training might end before. What never changed still needs a range to be learned in.
-    let widest = ranges.channels.iter().map(|channel| channel.max - channel.min).fold(1e-6, f64::max);
-    ranges.widened(widest)
-}
-
-/// A trajectory in the coordinates of the decoder.
-struct Seen {
-    /// Normalised features of the strokes (n × n_of_strokes).
-    features: Vec<f32>,
-    n_features: usize,
-    /// Measured tip, normalised (n); zeros where the network does not see it.
-    measured: Vec<[f32; 3]>,
-    /// What a displacement does to the tip, G D (n, 3 × 3) [-].
-    gain: Vec<[[f64; 3]; 3]>,
-    /// Tip without auxiliary strokes, y* - G s*, less the measured one (n) [m].
-    undone: Vec<[f64; 3]>,
-    /// True where the tip was filled in.
-    gap: Vec<bool>,
-}
-
-impl Seen {
-    fn new(sequence: &Sequence, spec: &FeatureSpec, decoder: &Decoder, inputs: &Normaliser) -> Self {
-        let (n, n_features) = (sequence.len(), spec.n_of_strokes());
-        let mut features = Features::new(spec);
-        let (mut row, mut normalised) = (Vec::new(), vec![0.0f32; spec.len()]);
-        let mut scratch = Decoding::new(sequence.auxiliary.len());
-        let mut seen = Self {
-            features: Vec::with_capacity(n * n_features),
-            n_features,
-            measured: Vec::with_capacity(n),
-            gain: Vec::with_capacity(n),
-            undone: Vec::with_capacity(n),
-            gap: sequence.gap.clone(),
-        };
-        for i in 0..n {
-            row.clear();
-            features.append(sequence.strokes_at(i), &mut row);
-            if spec.feedback {
-                row.extend_from_slice(&sequence.measured[i]);
-            }
-            inputs.normalise_into(&row, &mut normalised);
-            seen.features.extend_from_slice(&normalised[..n_features]);
-            let tip = &normalised[n_features..];
-            seen.measured.push(std::array::from_fn(|c| tip.get(c).copied().unwrap_or(0.0)));
-            let g = sequence.sensitivity_at(i);
-            seen.gain.push(decoder.seen_by(&g, sequence.strokes_at(i), &mut scratch));
-            seen.undone.push(std::array::from_fn(|a| {
-                sequence.twin[i][a] - by(&g[a], sequence.auxiliary_at(i)) - sequence.measured[i][a]
-            }));
-        }
-        seen
-    }
-
-    fn features_at(&self, sample: usize) -> &[f32] {
-        &self.features[sample * self.n_features..(sample + 1) * self.n_features]
-    }
-
-    /// Some samples, for least squares.
-    fn equations(&self) -> impl Iterator<Item = Equation<'_>> {
-        let measured = (0..self.gap.len()).step_by(FITTED_EVERY).filter(|&i| !self.gap[i]);
-        measured.map(|i| Equation {
-            features: self.features_at(i),
-            gain: self.gain[i],
-            error: self.undone[i],
-        })
-    }
-}
-
-/// Samples of which least squares see one: neighbours say the same.
-const FITTED_EVERY: usize = 5;
-
-fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {
-    axis.iter().zip(strokes).map(|(g, stroke)| g * stroke).sum()
-}
-
-fn prepare(
-    seen: &Seen,
-    spec: &FeatureSpec,
-    linear: &LinearPart,
-    inputs: &Normaliser,
-    outputs: &Normaliser,
-) -> Prepared {
-    let (n, mut terms) = (seen.gap.len(), Vec::new());
-    let mut prepared = Prepared {
-        features: seen.features.clone(),
-        offset: Vec::with_capacity(n),
-        gain: Vec::with_capacity(n),
-        weight: seen.gap.iter().map(|gap| f32::from(u8::from(!gap))).collect(),
-        measured: seen.measured.clone(),
-        tip_scale: [0.0; 3],
-        feedback: seen.measured.clone(),
-    };
-    if spec.feedback {
-        for (scale, channel) in prepared.tip_scale.iter_mut().zip(&inputs.channels[spec.n_of_strokes()..]) {
-            *scale = (2e-3 / (channel.max - channel.min).max(f64::MIN_POSITIVE)) as f32;
-        }
-    }
-    for (i, gain) in seen.gain.iter().enumerate() {
-        let said = linear.displacement(seen.features_at(i), &mut terms);
-        // A normalised output o means min + (o + 1)/2 (max - min).
-        let half = |c: usize| 0.5 * (outputs.channels[c].max - outputs.channels[c].min);
-        let middle = |c: usize| outputs.channels[c].min + half(c);
-        prepared.gain.push(gain.map(|row| std::array::from_fn(|c| (1e3 * row[c] * half(c)) as f32)));
-        prepared.offset.push(std::array::from_fn(|a| {
-            let constant: f64 = (0..3).map(|c| gain[a][c] * (said[c] + middle(c))).sum();
-            (1e3 * (seen.undone[i][a] + constant)) as f32
-        }));
-    }
-    prepared
-}
-
-/// Pieces of all trajectories side by side: inputs [step][row][channel].
-fn piece_inputs(
-    sequences: &[Prepared],
-    spec: &FeatureSpec,
-    start: usize,
-    steps: usize,
-    [input_noise, tip_noise]: [f32; 2],
-    noise: &mut dyn FnMut() -> f32,
-) -> Vec<f32> {
-    let n_features = spec.n_of_strokes();
-    let mut inputs = Vec::with_capacity(steps * sequences.len() * spec.len());
-    for i in start..start + steps {
-        for sequence in sequences {
-            // After its end a trajectory stands still; its weight is zero there.
-            let i = i.min(sequence.offset.len() - 1);
-            let features = &sequence.features[i * n_features..(i + 1) * n_features];
-            inputs.extend(features.iter().map(|value| value + input_noise * noise()));
-            if spec.feedback {
-                let tip = sequence.feedback[i.saturating_sub(1)];
-                inputs.extend((0..3).map(|c| tip[c] + tip_noise * noise() * sequence.tip_scale[c]));
-            }
-        }
-    }
-    inputs
-}
-
-/// Squared errors at the tip [mm²] summed over a piece, with their number and, where asked for, the gradient of
-/// their mean; leaves the tip of each sample in `feedback` for the next pass.
-fn tip_errors(
-    sequences: &mut [Prepared],
-    start: usize,
-    outputs: &[f32],
-    mut gradient: Option<&mut [f32]>,
-) -> (f64, f64) {
-    let n_rows = sequences.len();
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (k, output) in outputs.as_chunks::<3>().0.iter().enumerate() {
-        let (i, row) = (start + k / n_rows, k % n_rows);
-        let sequence = &mut sequences[row];
-        if i >= sequence.offset.len() {
-            continue;
-        }
-        let (gain, offset, weight) = (&sequence.gain[i], sequence.offset[i], sequence.weight[i]);
-        let error: [f32; 3] =
-            std::array::from_fn(|a| offset[a] + (0..3).map(|c| gain[a][c] * output[c]).sum::<f32>());
-        sum += f64::from(weight * error.iter().map(|e| e * e).sum::<f32>());
-        count += f64::from(weight);
-        if let Some(gradient) = gradient.as_deref_mut() {
-            for c in 0..3 {
-                gradient[3 * k + c] = 2.0 * weight * (0..3).map(|a| gain[a][c] * error[a]).sum::<f32>();
-            }
-        }
-        let measured = sequence.measured[i];
-        sequence.feedback[i] = std::array::from_fn(|c| measured[c] + error[c] * sequence.tip_scale[c]);
-    }
-    if let Some(gradient) = gradient {
-        let scale = 1.0 / f64::max(count, 1.0) as f32;
-        gradient.iter_mut().for_each(|g| *g *= scale);
-    }
-    (sum, count)
-}
-
 /// Part of the running mean of the weights that each step renews: it reaches back over some epochs.
 const AVERAGED: f32 = 0.005;
 
@@ -391,12 +182,6 @@ struct Trajectories<'a> {
     seed: u64,
     seen: Vec<Prepared>,
     unseen: Vec<Prepared>,
-}
-
-/// First sample and number of samples of each piece.
-fn pieces(sequences: &[Prepared], piece: usize) -> Vec<(usize, usize)> {
-    let longest = sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0);
-    (0..longest).step_by(piece).map(|start| (start, piece.min(longest - start))).collect()
 }
 
 impl Lesson for Trajectories<'_> {
@@ -431,41 +216,19 @@ impl Lesson for Trajectories<'_> {
         epoch: usize,
         on_step: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<Option<f64>> {
-        let mut memory = Memory::zeros(training.network().architecture(), self.seen.len());
         let width = (1e3 * self.options.feedback_noise_m * 12f64.sqrt()) as f32;
-        let widths = [self.options.input_noise as f32, width];
         let mut stream = rng(self.seed, &format!("residual/noise/{epoch}"));
         let mut noise = || stream.random::<f32>() - 0.5;
-        let pieces = pieces(&self.seen, self.options.piece);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (k, &(start, steps)) in pieces.iter().enumerate() {
-            let inputs = piece_inputs(&self.seen, self.spec, start, steps, widths, &mut noise);
-            let batch = Batch { inputs: &inputs, steps, rows: self.seen.len(), outputs: Outputs::All };
-            training.step(&batch, &mut memory, |outputs, gradient| {
-                let (squares, n) = tip_errors(&mut self.seen, start, outputs, Some(gradient));
-                sum += squares;
-                count += n;
-                squares / f64::max(n, 1.0)
-            })?;
-            if !on_step(k + 1, pieces.len()) {
-                return Ok(None);
-            }
-        }
-        Ok(Some(sum / f64::max(count, 1.0)))
+        let widths = [self.options.input_noise as f32, width];
+        let mut walk = Walk { sequences: &mut self.seen, spec: self.spec, widths, noise: &mut noise };
+        Ok(training.train_sequences(&mut walk, self.options.piece, on_step)?)
     }
 
     /// [mm]; the tip seen is the network's own of the pass before.
     fn validate(&mut self, training: &Training) -> Result<f64> {
-        let mut memory = Memory::zeros(training.network().architecture(), self.unseen.len());
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (start, steps) in pieces(&self.unseen, self.options.piece) {
-            let inputs = piece_inputs(&self.unseen, self.spec, start, steps, [0.0; 2], &mut || 0.0);
-            let batch = Batch { inputs: &inputs, steps, rows: self.unseen.len(), outputs: Outputs::All };
-            let outputs = training.predict(&batch, &mut memory)?;
-            let (squares, n) = tip_errors(&mut self.unseen, start, &outputs, None);
-            sum += squares;
-            count += n;
-        }
-        Ok((sum / f64::max(count, 1.0)).sqrt())
+        let mut still = || 0.0;
+        let mut walk =
+            Walk { sequences: &mut self.unseen, spec: self.spec, widths: [0.0; 2], noise: &mut still };
+        Ok(training.judge_sequences(&mut walk, self.options.piece)?.mean().sqrt())
     }
 }

@@ -3,8 +3,7 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Lesson, Memory, Network, Normaliser, Outputs, Training,
-    mean_squared_error,
+    Adam, Architecture, ChannelRange, Gathered, Head, Lesson, Network, Normaliser, Training, Windows,
 };
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
@@ -77,12 +76,18 @@ pub fn fit_windowed(
     sessions: &Sessions<'_>,
 ) -> Result<Fitted> {
     let first = first_of_one_robot(training, held_out)?;
+    if first.decoder.is_some() {
+        let expected = "auxiliary strokes by identification, which this design learns";
+        return Err(BadInput::new(&first.name, expected, "those that a network said")
+            .hint("identify without --residual for --design paper")
+            .into());
+    }
     let (inputs, outputs) = ranges(training, first)?;
     let prepare = |sequences: &[Sequence]| -> Vec<Prepared> {
         sequences.iter().map(|sequence| prepare(sequence, &inputs, &outputs)).collect()
     };
     let (n_in, n_out) = (inputs.channels.len(), outputs.channels.len());
-    let mut lesson = Windows {
+    let mut lesson = Recordings {
         options,
         n_in,
         n_out,
@@ -120,7 +125,7 @@ pub fn fit_windowed(
 }
 
 /// Windows of trajectories, in an order that is drawn anew in every epoch.
-struct Windows<'a> {
+struct Recordings<'a> {
     options: &'a WindowedOptions,
     n_in: usize,
     n_out: usize,
@@ -130,7 +135,7 @@ struct Windows<'a> {
     unseen: Vec<Prepared>,
 }
 
-impl Windows<'_> {
+impl Recordings<'_> {
     /// Trajectory and last sample of each window.
     fn of(&self, all: &[Prepared]) -> Vec<(usize, usize)> {
         let n_samples = |one: &Prepared| one.targets.len() / self.n_out;
@@ -140,17 +145,12 @@ impl Windows<'_> {
         all.iter().enumerate().flat_map(ends).collect()
     }
 
-    /// Inputs and targets of some windows.
-    fn batch(&self, all: &[Prepared], windows: &[(usize, usize)]) -> (Vec<f32>, Vec<f32>) {
+    fn gather(&self, all: &[Prepared], windows: &[(usize, usize)]) -> Gathered {
         gather(all, windows, self.options.window, self.n_in, self.n_out)
-    }
-
-    fn entering<'b>(&self, inputs: &'b [f32], rows: usize) -> Batch<'b> {
-        Batch { inputs, steps: self.options.window, rows, outputs: Outputs::Last }
     }
 }
 
-impl Lesson for Windows<'_> {
+impl Lesson for Recordings<'_> {
     type Error = Error;
 
     fn epochs(&self) -> usize {
@@ -178,34 +178,36 @@ impl Lesson for Windows<'_> {
     ) -> Result<Option<f64>> {
         let mut order = self.of(&self.seen);
         order.shuffle(&mut rng(self.options.seed, &format!("residual/order/{epoch}")));
-        let n_steps = order.len().div_ceil(self.options.batch);
-        let mut sum = 0.0;
-        for (k, windows) in order.chunks(self.options.batch).enumerate() {
-            let (inputs, targets) = self.batch(&self.seen, windows);
-            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
-            let loss =
-                training.step(&self.entering(&inputs, windows.len()), &mut memory, |found, gradient| {
-                    mean_squared_error(found, &targets, gradient)
-                })?;
-            sum += loss * windows.len() as f64;
-            if !on_step(k + 1, n_steps) {
-                return Ok(None);
-            }
-        }
-        Ok(Some(self.half_width_mm.powi(2) * sum / order.len().max(1) as f64))
+        let gather = |windows: &[_]| self.gather(&self.seen, windows);
+        let loss = training.train_windows(
+            &Windows {
+                samples: self.options.window,
+                order: &order,
+                batch: self.options.batch,
+                gather: &gather,
+            },
+            on_step,
+        )?;
+        Ok(loss.map(|loss| self.half_width_mm.powi(2) * loss))
     }
 
     /// [mm]
     fn validate(&mut self, training: &Training) -> Result<f64> {
-        let all = self.of(&self.unseen);
+        let order = self.of(&self.unseen);
         let mut squares = 0.0;
-        for windows in all.chunks(self.options.batch) {
-            let (inputs, targets) = self.batch(&self.unseen, windows);
-            let mut memory = Memory::zeros(training.network().architecture(), windows.len());
-            let found = training.predict(&self.entering(&inputs, windows.len()), &mut memory)?;
-            squares += found.iter().zip(&targets).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>();
-        }
-        let n = (all.len() * self.n_out).max(1);
+        let gather = |windows: &[_]| self.gather(&self.unseen, windows);
+        training.judge_windows(
+            &Windows {
+                samples: self.options.window,
+                order: &order,
+                batch: self.options.batch,
+                gather: &gather,
+            },
+            &mut |found, targets| {
+                squares += found.iter().zip(targets).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>();
+            },
+        )?;
+        let n = (order.len() * self.n_out).max(1);
         Ok(self.half_width_mm * (squares / n as f64).sqrt())
     }
 }
@@ -256,7 +258,7 @@ fn gather(
     window: usize,
     n_in: usize,
     n_out: usize,
-) -> (Vec<f32>, Vec<f32>) {
+) -> Gathered {
     let mut values = vec![0.0; window * windows.len() * n_in];
     for (row, &(k, end)) in windows.iter().enumerate() {
         let inputs = &sequences[k].inputs;

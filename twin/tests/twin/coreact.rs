@@ -9,7 +9,8 @@ use hysteron_twin::coreact::{
 };
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
-    DECODER, Design, Fitted, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful,
+    DECODER, Decoder, Design, Fitted, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions,
+    WindowedOptions, fit_stateful, fit_windowed,
 };
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
@@ -338,8 +339,49 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
         Design::Windowed { .. } => panic!("stateful"),
     };
     assert_eq!(decoder(&first), decoder(&second), "displacements mean the same");
+    // The body's tip is recorded, without what the first network adds to it along the robot.
+    let mut targets = Vec::new();
+    let (mut stepper, mut state) = (Stepper::new(&twin), twin.rest());
+    for (i, secret) in strokes_of(&found.recording).iter().enumerate().take(50) {
+        auxiliary.targets_into(&strokes(i), secret, &mut targets);
+        stepper.step(&twin, &targets, &mut state).unwrap();
+        // Both are in balance to 1e-6 of their forces: some 1e-8 m at the tip.
+        assert!((twin.tip_of(&state)[2] - sequence.twin[i][2]).abs() < 1e-7, "row {i}");
+    }
     let (before, after) = (found.summary.after.rms_m, again(&second).summary.after.rms_m);
     assert!(after < 0.5 * before, "{after} after {before}");
+}
+
+/// Auxiliary strokes of a recording, sample by sample [m].
+fn strokes_of(recording: &Recording) -> Vec<Vec<f64>> {
+    let aux = recording.aux();
+    (0..recording.n_samples()).map(|i| aux.iter().map(|series| series[i]).collect()).collect()
+}
+
+#[test]
+fn recordings_identified_in_different_ways_are_not_mixed() {
+    let twin = twin();
+    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let [identified, longer] = [120, 160].map(|n| identified(&twin, &auxiliary, n).2);
+    let with = |decoder: Option<Decoder>| {
+        let mut sequence = identified.clone();
+        sequence.decoder = decoder;
+        sequence
+    };
+    let [one, another] = [identified.clone(), longer].map(|sequence| Decoder::fit(&[sequence]).unwrap());
+    let refusal = |sequences: &[Sequence]| {
+        let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
+        let options = StatefulOptions::default();
+        fit_stateful(sequences, &[vec![0], vec![1]], "scene", &options, &sessions).unwrap_err().to_string()
+    };
+    let mixed = refusal(&[with(Some(one.clone())), with(None)]);
+    assert!(mixed.contains("got auxiliary strokes by identification"), "{mixed}");
+    let two = refusal(&[with(Some(one.clone())), with(Some(another))]);
+    assert!(two.contains("those of another network"), "{two}");
+    let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
+    let (told, options) = ([with(Some(one))], WindowedOptions::default());
+    let paper = fit_windowed(&told, &told, "scene", &options, &sessions).unwrap_err().to_string();
+    assert!(paper.contains("without --residual"), "{paper}");
 }
 
 #[test]

@@ -11,9 +11,9 @@ way it went: tendons rub and stretch, the material creeps. That is hysteresis, a
 without it. A study records the robot, teaches its digital twin the same hysteresis, and lets the twin say which strokes \
 lead the tip along a path. Then the strokes are carried out, without looking at the tip, and what the tip did is measured.";
 
-pub const TWIN: &str = "The twin is a finite-element model of the body and its tendons. By itself it bends without \
-friction, and comes back the way it went. Virtual tendons along the body are then given the strokes that bring the \
-twin's tip to the measured one, and a network learns when they pull how much. What follows is a trajectory that was kept \
+pub const TWIN: &str = "The twin is a finite-element model of the body and its tendons. By itself it knows at most \
+the friction of its scene, nothing of how the material creeps. Virtual tendons along the body are then given the strokes that \
+bring the twin's tip to the measured one, and a network learns when they pull how much. What follows is a trajectory that was kept \
 aside.";
 
 pub const TRACKING: &str = "For each path the strokes were found beforehand, in each of these ways, and carried out open \
