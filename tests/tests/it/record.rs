@@ -168,7 +168,7 @@ fn kill(rig: &EmulatedRig, name: &str, after: f64) -> Left {
     std::thread::sleep(Duration::from_secs_f64(after));
     let was_over = process.try_wait().unwrap().is_some();
     process.kill().unwrap();
-    process.wait().unwrap();
+    let own_words = ended(process).stderr;
     let released = rig.wait_for_torque(false).as_secs_f64();
     assert!(released < RELEASE + SLACK, "{name}: under torque for {released} s");
 
@@ -201,7 +201,7 @@ fn kill(rig: &EmulatedRig, name: &str, after: f64) -> Left {
     } else {
         // The journal is begun as soon as the torque is on.
         let is_too_early = on.is_none_or(|on| off - released - on < LOST);
-        assert!(!was_over && is_too_early, "{name}: nothing left of {torques:?}");
+        assert!(!was_over && is_too_early, "{name}: nothing left of {torques:?}: {own_words}");
     }
 
     let again = recorded(rig, &out);
