@@ -46,6 +46,8 @@ pub enum EventKind {
     TrackerQuality,
     /// A message of the tracker was damaged.
     TrackerCorrupt,
+    /// A tendon near the load limit is wound no further, or again.
+    Hold,
     /// A limit was passed.
     Limit,
     /// A cycle came too late.

@@ -83,7 +83,8 @@ impl Limits {
             if !sample.torque_on {
                 return Err(at_once("the servo's torque is off; it lost its supply or tripped".into()));
             }
-            if sample.load.abs() > self.load_max {
+            // A rounding of the unit, not of the load.
+            if sample.load.abs() > self.load_max + 0.5 * xl430::LOAD_UNIT {
                 return Err(at_once(format!(
                     "load: expected at most {:.0} %, got {:.1} %",
                     100.0 * self.load_max,

@@ -79,8 +79,13 @@ const WAYS: [Way; 5] = [
     Way { name: "calibrated twin", seeds: 1, scene: Some(FRICTION.1), model: Some(FRICTION.0) },
 ];
 
-/// One way on one path, for every seed and repeat; empty where the rig would not carry the strokes out.
-type Cell = Vec<Followed>;
+/// One way on one path.
+struct Cell {
+    /// For every seed whose strokes the rig carried out, and repeat.
+    followed: Vec<Followed>,
+    /// Seeds whose strokes it did not.
+    refused: u64,
+}
 
 /// Runs the study on the virtual rig's `typical`, five repeats of five seeds; quick: one of one, one path.
 ///
@@ -94,14 +99,19 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     chain.calibrate(model, scene, &training, 1, None)?;
     let synthetic = PLANS.iter().map(|plan| generate(&chain, plan)).collect::<Result<Vec<String>>>()?;
     let hybrid = [&training[..], &synthetic].concat();
-    for (way, recordings, options) in [
-        (&BASELINE, &training, &[][..]),
+    // The longest first.
+    let trainings = [
+        (&PAPER, &hybrid, &["--design", "paper", "--stride", PAPER_STRIDE][..]),
         (&HYBRID, &hybrid, &[]),
-        (&PAPER, &hybrid, &["--design", "paper", "--stride", PAPER_STRIDE]),
-    ] {
-        let seeds = 1..=if quick { 1 } else { way.seeds };
-        seeds.into_par_iter().try_for_each(|seed| train_inverse(&chain, way, seed, recordings, options))?;
-    }
+        (&BASELINE, &training, &[]),
+    ];
+    trainings
+        .iter()
+        .flat_map(|training| (1..=if quick { 1 } else { training.0.seeds }).map(move |seed| (training, seed)))
+        .par_bridge()
+        .try_for_each(|(&(way, recordings, options), seed)| {
+            train_inverse(&chain, way, seed, recordings, options)
+        })?;
     let paths = &IDEALS[..if quick { 1 } else { IDEALS.len() }];
     let rows = paths
         .par_iter()
@@ -111,12 +121,13 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         .collect::<Result<Vec<Vec<Cell>>>>()?;
     print(paths, &rows);
     let json_row = |(ideal, cells): (&Ideal, &Vec<Cell>)| {
-        let all = |cell: &Cell, of: fn(&Followed) -> f64| cell.iter().map(of).collect::<Vec<f64>>();
+        let all = |cell: &Cell, of: fn(&Followed) -> f64| cell.followed.iter().map(of).collect::<Vec<f64>>();
         let ways = WAYS.iter().zip(cells).map(|(way, cell)| {
             json!({
                 "way": way.name,
                 "nrmse_percent": all(cell, |one| one.nrmse_percent),
                 "iou": all(cell, |one| one.iou),
+                "seeds_refused": cell.refused,
             })
         });
         json!({
@@ -155,14 +166,14 @@ fn track(chain: &Chain, way: &Way, target: &str, quick: bool) -> Result<Cell> {
     );
     let scene = way.scene.map(|scene| format!("meshes/tpu80/{scene}"));
     let (seeds, repeats) = if quick { (1, 1) } else { (way.seeds, REPEATS) };
-    let mut cell = Vec::new();
+    let mut cell = Cell { followed: Vec::new(), refused: 0 };
     for seed in 1..=seeds {
         let model = way.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;
         let strokes = Strokes { scene: scene.as_deref(), model: model.as_deref() };
         let days = [repeats, 100 * seed];
         match chain.track("virtual:typical", strokes, target, days, &format!("{stem}/{seed}"))? {
-            Some(followed) => cell.extend(followed),
-            None => return Ok(Vec::new()),
+            Some(followed) => cell.followed.extend(followed),
+            None => cell.refused += 1,
         }
     }
     Ok(cell)
@@ -173,20 +184,23 @@ fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
     cells[0].extend(WAYS.iter().map(|way| way.name.to_owned()));
     let paper = |ideal: &Ideal| Followed { nrmse_percent: ideal.paper_nrmse, iou: ideal.paper_iou };
     for (ideal, row) in paths.iter().zip(rows) {
-        let mut line = vec![ideal.path.to_owned(), shown(&[paper(ideal)])];
-        line.extend(row.iter().map(|cell| shown(cell)));
+        let mut line = vec![ideal.path.to_owned(), shown(&[paper(ideal)], 0)];
+        line.extend(row.iter().map(|cell| shown(&cell.followed, cell.refused)));
         cells.push(line);
     }
     let mut line =
-        vec!["mean of those tracked".to_owned(), shown(&paths.iter().map(paper).collect::<Vec<_>>())];
-    let of_way = |way: usize| rows.iter().flat_map(|row| row[way].iter().copied()).collect::<Vec<_>>();
-    line.extend((0..WAYS.len()).map(|way| shown(&of_way(way))));
+        vec!["mean of those tracked".to_owned(), shown(&paths.iter().map(paper).collect::<Vec<_>>(), 0)];
+    let of_way = |way: usize| -> Vec<Followed> {
+        rows.iter().flat_map(|row| row[way].followed.iter().copied()).collect()
+    };
+    let refused = |way: usize| rows.iter().map(|row| row[way].refused).sum();
+    line.extend((0..WAYS.len()).map(|way| shown(&of_way(way), refused(way))));
     cells.push(line);
     print_cells(&cells);
 }
 
-/// Mean and deviation.
-fn shown(all: &[Followed]) -> String {
+/// Mean and deviation, and how many networks' strokes were refused.
+fn shown(all: &[Followed], refused: u64) -> String {
     if all.is_empty() {
         return "-".to_owned();
     }
@@ -196,5 +210,6 @@ fn shown(all: &[Followed]) -> String {
         (mean, square.sqrt())
     };
     let (nrmse, iou) = (spread(|one| one.nrmse_percent), spread(|one| one.iou));
-    format!("{:.2} ± {:.2}, {:.3} ± {:.3}", nrmse.0, nrmse.1, iou.0, iou.1)
+    let refused = if refused == 0 { String::new() } else { format!(" ({refused} refused)") };
+    format!("{:.2} ± {:.2}, {:.3} ± {:.3}{refused}", nrmse.0, nrmse.1, iou.0, iou.1)
 }

@@ -143,6 +143,8 @@ pub struct Limits {
     pub lag_max: f64,
     /// Largest load, of the stall torque [-].
     pub load_max: f64,
+    /// Load above which a tendon is wound no further, of the stall torque [-].
+    pub load_hold: Option<f64>,
     /// Largest temperature of a servo [°C].
     pub temperature_max: f64,
     /// Smallest supply voltage [V].
@@ -343,6 +345,15 @@ fn limits(typed: &typed::Limits) -> Check<Limits> {
             typed.load_max_percent,
             0.0 < typed.load_max_percent && typed.load_max_percent <= 100.0,
         )?,
+        load_hold: match typed.load_hold_percent {
+            Some(hold) => Some(require(
+                "limits.load_hold_percent",
+                &format!("0 < x <= load_max_percent = {:?}", typed.load_max_percent),
+                hold,
+                0.0 < hold && hold <= typed.load_max_percent,
+            )?),
+            None => None,
+        },
         temperature_max: finite("limits.temperature_max_degc", typed.temperature_max_degc)?,
         voltage_min: not_negative("limits.voltage_min_v", typed.voltage_min_v)?,
         voltage_max: positive("limits.voltage_max_v", typed.voltage_max_v)?,

@@ -4,17 +4,19 @@ use super::{LOST_AFTER, SLOW_EVERY, Session, Stop};
 use crate::{Error, EventKind, Quality, Retreat, Violation};
 
 impl Session<'_> {
-    /// Carries out one cycle that commands these strokes (n) [m].
+    /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
     pub(super) fn cycle(&mut self, strokes: &[f64]) -> Result<(), Stop> {
-        let limits = &self.rig.limits;
-        limits.check_command(&self.commanded, strokes, self.period)?;
-        for ((goal, channel), stroke) in self.goals.iter_mut().zip(&self.calibration.channels).zip(strokes) {
+        self.hold_back(strokes);
+        self.rig.limits.check_command(&self.commanded, &self.target, self.period)?;
+        for ((goal, channel), stroke) in
+            self.goals.iter_mut().zip(&self.calibration.channels).zip(&self.target)
+        {
             *goal = channel.ticks(*stroke);
         }
         self.hardware.wait_until(self.next);
         let begun = self.hardware.now();
         self.hardware.write_goals(&self.goals)?;
-        self.commanded.copy_from_slice(strokes);
+        self.commanded.copy_from_slice(&self.target);
         self.hardware.read_servos(&mut self.samples)?;
         let late = begun - self.next;
         self.stats.add_cycle(late, self.hardware.bus_time());

@@ -7,6 +7,7 @@
 
 mod align;
 mod cycle;
+mod hold;
 mod record;
 mod stats;
 
@@ -14,6 +15,7 @@ use crate::calibration::Calibration;
 use crate::config::{AtEnd, RigConfig, TrackerSource};
 use crate::tracker::Registration;
 use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSample, SlowSample, Violation};
+use hold::LoadGuard;
 pub use record::{Outcome, RecordOptions, events_path, journal_path, record, recover};
 pub use stats::{RunStats, StatsSummary};
 
@@ -79,6 +81,10 @@ pub struct Session<'a> {
     /// Strokes commanded last (n) [m].
     commanded: Vec<f64>,
     goals: Vec<i32>,
+    /// Strokes to command next (n) [m].
+    target: Vec<f64>,
+    /// Loads of the tendons, and which are held back (n).
+    guards: Vec<LoadGuard>,
     /// What the last cycle read (n).
     samples: Vec<Option<ServoSample>>,
     slow: Vec<Option<SlowSample>>,
@@ -136,6 +142,8 @@ impl<'a> Session<'a> {
         let mut session = Self {
             radii: rig.tendons.iter().map(|tendon| tendon.pulley_radius).collect(),
             commanded: strokes.clone(),
+            target: strokes.clone(),
+            guards: vec![LoadGuard::default(); n],
             measured: strokes,
             goals: positions,
             samples,

@@ -53,7 +53,7 @@ const PULLED: Mishap = Mishap::ToTheWorld(|world| world.set_disturbance(0, -2.0)
 /// No limit of what a pull trips.
 const UNLIMITED: [(&str, &str); 3] = [
     ("stroke_rate_max_mm_s = 12.0", "stroke_rate_max_mm_s = 500.0"),
-    ("load_max_percent = 70.0", "load_max_percent = 100.0"),
+    ("load_max_percent = 70.0\nload_hold_percent = 68.0", "load_max_percent = 100.0"),
     ("lag_max_mm = 3.0", "lag_max_mm = 50.0"),
 ];
 
@@ -66,11 +66,37 @@ fn a_pulley_that_something_pulls_trips_whatever_is_limited() {
     trips(&[load, lag], PULLED, "stroke rate, measured", Retreat::ToRest);
     trips(&[rate, load], PULLED, "lag", Retreat::LetGo);
     trips(
-        &[rate, lag, ("load_max_percent = 70.0", "load_max_percent = 40.0")],
+        &[rate, lag, ("load_max_percent = 70.0\nload_hold_percent = 68.0", "load_max_percent = 40.0")],
         PULLED,
         "load",
         Retreat::LetGo,
     );
+}
+
+#[test]
+fn a_tendon_near_the_load_limit_is_wound_no_further_until_the_plan_comes_back() {
+    let (free, _) = Stage::record(&[], &small_circle(400), Mishap::None);
+    let run = |hold: f64| {
+        let percent = |name: &str, part: f64| format!("{name} = {:?}", 100.0 * part * free.load_max);
+        let (max, hold) = (percent("load_max_percent", 0.9), percent("load_hold_percent", hold));
+        let replace = [("load_max_percent = 70.0", &max[..]), ("load_hold_percent = 68.0", &hold)];
+        Stage::record(&replace, &small_circle(400), Mishap::None)
+    };
+    let held =
+        |outcome: &Outcome| outcome.events.iter().filter(|event| event.kind == EventKind::Hold).count();
+    // Held only at the limit is held too late.
+    let (_, late) = run(0.9);
+    assert!(matches!(&late.stopped, Some(Stop::Limit(limit)) if limit.message.contains("load")), "{late:?}");
+
+    let (mut stage, outcome) = run(0.75);
+    assert!(outcome.stopped.is_none(), "{:?}", outcome.stopped);
+    assert!(outcome.n_rows == 400 && stage.load_max <= 0.9 * free.load_max);
+    // Every tendon that was held went on.
+    assert!(held(&outcome) > 0 && held(&outcome).is_multiple_of(2), "{:?}", outcome.events);
+    let differ = |(a, b): (&Vec<i32>, &Vec<i32>)| a != b;
+    let n_held = stage.goals.iter().zip(&free.goals).filter(|goals| differ(*goals)).count();
+    assert!(n_held > 0 && n_held < 400, "{n_held}");
+    assert!(stage.goals.last() == free.goals.last() && !stage.is_under_torque());
 }
 
 #[test]

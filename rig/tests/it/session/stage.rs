@@ -28,6 +28,8 @@ pub struct Stage {
     n_reads: usize,
     /// Goals, each time they are written.
     pub goals: Vec<Vec<i32>>,
+    /// Largest load that was read, either way [-].
+    pub load_max: f64,
     /// Goals of rest.
     pub rest: Vec<i32>,
 }
@@ -43,7 +45,8 @@ impl Stage {
         }
         let config = RigConfig::from_toml(&text, Path::new("")).unwrap();
         let hardware = SimulatedRig::new(&robot, &config, 1);
-        let mut stage = Self { hardware, mishap, n_reads: 0, goals: Vec::new(), rest: Vec::new() };
+        let mut stage =
+            Self { hardware, mishap, n_reads: 0, goals: Vec::new(), load_max: 0.0, rest: Vec::new() };
         let positions: Vec<i32> = stage.prepare().unwrap().iter().map(|servo| servo.position).collect();
         let calibration = simulated().0.unwrapped(&positions);
         stage.rest = calibration.channels.iter().map(|channel| channel.zero).collect();
@@ -92,7 +95,10 @@ impl Hardware for Stage {
         {
             happens(self.hardware.world_mut());
         }
-        self.hardware.read_servos(samples)
+        self.hardware.read_servos(samples)?;
+        let loads = samples.iter().flatten().map(|sample| sample.load.abs());
+        self.load_max = loads.fold(self.load_max, f64::max);
+        Ok(())
     }
 
     fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()> {

@@ -1,0 +1,85 @@
+//! A tendon near the load limit is wound no further.
+//!
+//! A load beyond its limit ends a run. A path that needs a little more than the limit at its furthest point would be lost
+//! for that; so below the limit a tendon is let out and wound again so that the load stays where it is, until the command
+//! comes back to it.
+
+use super::Session;
+use crate::EventKind;
+
+/// Cycles after which a command shows in the load: it is written, the servo moves, and the load is read.
+const AHEAD: f64 = 3.0;
+/// Distance from the load to be held at which a tendon moves at the rig's slew, and nearer to it in proportion [-]. At full
+/// speed both ways the load of the preset's servos swings by three per cent either way.
+const BAND: f64 = 0.03;
+
+/// What is known of the load of one tendon.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LoadGuard {
+    /// Load that was read last, positive where the tendon pulls [-].
+    load: Option<f64>,
+    hold: Option<Hold>,
+}
+
+/// A tendon that is held back.
+#[derive(Debug, Clone)]
+struct Hold {
+    /// Largest stroke for now [m].
+    ceiling: f64,
+    /// Since when [s].
+    begun: f64,
+    /// Furthest that it has stayed behind its command [m].
+    shortfall: f64,
+}
+
+impl LoadGuard {
+    /// Load to be expected when the next command shows, after this one was read [-].
+    fn expect(&mut self, load: f64) -> f64 {
+        let before = self.load.replace(load).unwrap_or(load);
+        load + AHEAD * (load - before).max(0.0)
+    }
+}
+
+impl Session<'_> {
+    /// Turns the strokes asked for (n) [m] into those to carry out, `target`.
+    pub(super) fn hold_back(&mut self, strokes: &[f64]) {
+        self.target.copy_from_slice(strokes);
+        let Some(load_hold) = self.rig.limits.load_hold else { return };
+        let now = self.hardware.now();
+        for (k, &stroke) in strokes.iter().enumerate() {
+            let channel = &self.calibration.channels[k];
+            let (id, sign) = (channel.servo_id, channel.winds.sign());
+            let guard = &mut self.guards[k];
+            // Of a servo that did not answer nothing new is known.
+            let load = self.samples[k].map(|sample| guard.expect(sign * sample.load));
+            let is_high = load.is_some_and(|load| load > load_hold);
+            let mut hold = match guard.hold.take() {
+                None if is_high && stroke > self.commanded[k] => {
+                    let message =
+                        format!("load: near {:.0} %; its tendon is wound no further", 100.0 * load_hold);
+                    self.note(EventKind::Hold, Some(id), message);
+                    Hold { ceiling: self.commanded[k], begun: now, shortfall: 0.0 }
+                }
+                None => continue,
+                Some(hold) => hold,
+            };
+            // The servo still catches up with its last commands: to keep the stroke would not keep the load.
+            if let Some(load) = load {
+                let part = ((load_hold - load) / BAND).clamp(-1.0, 1.0);
+                hold.ceiling += part * self.rig.motion.slew * self.period;
+            }
+            if stroke <= hold.ceiling {
+                let message = format!(
+                    "its tendon was held back for {:.2} s, by {:.2} mm at most",
+                    now - hold.begun,
+                    1e3 * hold.shortfall
+                );
+                self.note(EventKind::Hold, Some(id), message);
+                continue;
+            }
+            hold.shortfall = hold.shortfall.max(stroke - hold.ceiling);
+            self.target[k] = hold.ceiling;
+            self.guards[k].hold = Some(hold);
+        }
+    }
+}
