@@ -16,6 +16,11 @@ pub const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
 /// The twin with friction: the name of what it learns, in the folder of a robot, and its scene.
 pub const FRICTION: (&str, &str) = ("friction", "scene-typical-friction.toml");
 
+/// Where a scene is, by its name in the folder of the robot, or by its whole path.
+pub fn scene_path(scene: &str) -> String {
+    Path::new("meshes/tpu80").join(scene).display().to_string()
+}
+
 /// How strokes are found: by a network alone, or by steering the twin of a scene, with its network or without.
 #[derive(Debug, Clone, Copy)]
 pub struct Strokes<'a> {
@@ -138,8 +143,7 @@ impl Chain {
         recordings: &[String],
     ) -> Result<String> {
         let out = self.path(&format!("identified-{name}"))?;
-        let (scene, network) =
-            (format!("meshes/tpu80/{scene}"), network.map(|path| path.display().to_string()));
+        let (scene, network) = (scene_path(scene), network.map(|path| path.display().to_string()));
         let mut arguments = vec!["identify", &scene, "--out", &out];
         arguments.extend(network.iter().flat_map(|path| ["--residual", path]));
         arguments.extend(recordings.iter().map(String::as_str));

@@ -15,7 +15,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, TESTS};
+use super::chain::{Chain, FRICTION, TESTS, scene_path};
 use super::{rms, write_metrics};
 use crate::table::print_cells;
 
@@ -63,17 +63,17 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let paper = study.train_paper(size.epochs)?;
     rungs.push(Rung {
         name: "twin + paper's network".to_owned(),
-        scene: SCENES[0].1,
+        scene: SCENES[0].1.to_owned(),
         models: vec![Some(paper)],
     });
     let typical = study.climb(&rungs, "data", "typical")?;
-    print(&typical, size.tests);
+    typical.print();
     let steady = study.steady(&rungs[BEST])?;
-    print(&steady, size.tests);
+    steady.print();
     let stability = study.stability(size.n_random)?;
     println!("{}", stability.text);
     let population = study.population(&rungs, size.members)?;
-    print(&population, size.tests);
+    population.print();
     let mut robots = vec![typical, steady, population];
     for preset in size.presets {
         let study = Study { chain: Chain::new(&folder.join(preset))?, tests: size.tests };
@@ -81,7 +81,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         let training: Vec<String> =
             study.chain.training_recordings()?.into_iter().step_by(OF_OTHERS).collect();
         let ladder = study.climb(&study.rungs(&training, [1; 2], size.epochs)?, "data", preset)?;
-        print(&ladder, size.tests);
+        ladder.print();
         robots.push(ladder);
     }
     let ladders: Vec<Value> = robots.iter().map(Ladder::json).collect();
@@ -89,21 +89,48 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 }
 
 /// A twin: what it is, and its networks, one for each seed; none in the place of one where there is none.
-struct Rung {
-    name: String,
-    scene: &'static str,
-    models: Vec<Option<PathBuf>>,
+pub(super) struct Rung {
+    pub name: String,
+    /// Its scene, in the robot's folder or by its whole path.
+    pub scene: String,
+    pub models: Vec<Option<PathBuf>>,
 }
 
 /// All twins of a robot, or of several, on the tests.
-struct Ladder {
+pub(super) struct Ladder {
     robot: String,
     rows: Vec<LadderRow>,
 }
 
 impl Ladder {
-    fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         json!({ "robot": self.robot, "twins": self.rows.iter().map(LadderRow::json).collect::<Vec<_>>() })
+    }
+
+    /// Prints a row for each twin.
+    pub fn print(&self) {
+        println!("{}", self.robot);
+        let tests = self.rows.first().map_or(&[][..], |row| &row.nrmse);
+        let heading = tests
+            .iter()
+            .flat_map(|(test, _)| [format!("{test} x [%]"), "y [%]".to_owned(), "z [%]".to_owned()]);
+        let mut cells = vec![std::iter::once("NRMSE".to_owned()).chain(heading).collect::<Vec<_>>()];
+        let spread = |values: &Vec<f64>| {
+            let n = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / n;
+            let variance =
+                values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / f64::max(n - 1.0, 1.0);
+            if values.len() > 1 {
+                format!("{mean:.2} ± {:.2}", variance.sqrt())
+            } else {
+                format!("{mean:.2}")
+            }
+        };
+        for row in &self.rows {
+            let values = row.nrmse.iter().flat_map(|(_, axes)| axes.each_ref().map(spread));
+            cells.push(std::iter::once(row.name.clone()).chain(values).collect());
+        }
+        print_cells(&cells);
     }
 }
 
@@ -124,9 +151,9 @@ impl LadderRow {
 }
 
 /// The chain, and what is asked of it.
-struct Study {
-    chain: Chain,
-    tests: &'static [&'static str],
+pub(super) struct Study {
+    pub chain: Chain,
+    pub tests: &'static [&'static str],
 }
 
 impl Study {
@@ -134,10 +161,11 @@ impl Study {
     fn rungs(&self, training: &[String], seeds: [u64; 2], epochs: Option<&str>) -> Result<Vec<Rung>> {
         let mut rungs = Vec::new();
         for ((name, scene), seeds) in SCENES.into_iter().zip(seeds) {
-            rungs.push(Rung { name: name.to_owned(), scene, models: vec![None] });
+            let bare = Rung { name: name.to_owned(), scene: scene.to_owned(), models: vec![None] };
             let models = self.chain.calibrate(name, scene, training, seeds, epochs)?;
             let models = models.into_iter().map(Some).collect();
-            rungs.push(Rung { name: format!("{name} + CoReAct"), scene, models });
+            let learned = Rung { name: format!("{name} + CoReAct"), scene: scene.to_owned(), models };
+            rungs.extend([bare, learned]);
         }
         Ok(rungs)
     }
@@ -154,7 +182,10 @@ impl Study {
     }
 
     /// Rolls out every model of every twin on every test among the recordings in `data`.
-    fn climb(&self, rungs: &[Rung], data: &str, robot: &str) -> Result<Ladder> {
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn climb(&self, rungs: &[Rung], data: &str, robot: &str) -> Result<Ladder> {
         let rows = rungs.iter().map(|rung| self.evaluate(rung, data)).collect::<Result<_>>()?;
         Ok(Ladder { robot: robot.to_owned(), rows })
     }
@@ -167,7 +198,7 @@ impl Study {
                 let stem = model.as_ref().and_then(|path| path.file_stem());
                 let stem = stem.map_or_else(|| rung.name.as_str().into(), |stem| stem.to_string_lossy());
                 let name = format!("rollouts-{data}/{stem}-{test}");
-                let found = self.simulate(rung.scene, &strokes, model.as_deref(), &name)?;
+                let found = self.simulate(&rung.scene, &strokes, model.as_deref(), &name)?;
                 let mut nrmse = [0.0; 3];
                 for (axis, value) in nrmse.iter_mut().enumerate() {
                     let part = found.pointer(&format!("/run/against_measured/axes/{axis}/nrmse"));
@@ -205,7 +236,7 @@ impl Study {
     fn population(&self, rungs: &[Rung], members: u64) -> Result<Ladder> {
         let first = |rung: &Rung| Rung {
             name: rung.name.clone(),
-            scene: rung.scene,
+            scene: rung.scene.clone(),
             models: rung.models[..1].to_vec(),
         };
         let rungs: Vec<Rung> = rungs.iter().map(first).collect();
@@ -230,11 +261,8 @@ impl Study {
 
     /// Simulates and gives back its `metrics.json`.
     fn simulate(&self, scene: &str, strokes: &str, model: Option<&Path>, name: &str) -> Result<Value> {
-        let (scene, out, figures) = (
-            format!("meshes/tpu80/{scene}"),
-            self.chain.path(&format!("{name}.parquet"))?,
-            self.chain.path(name)?,
-        );
+        let (scene, out, figures) =
+            (scene_path(scene), self.chain.path(&format!("{name}.parquet"))?, self.chain.path(name)?);
         let model = model.map(|path| path.display().to_string());
         let mut arguments = vec!["-q", "--threads", "1", "simulate", &scene, "--strokes", strokes];
         arguments.extend(["--out", &out, "--figures", &figures]);
@@ -307,25 +335,6 @@ fn random_plan(n: usize) -> String {
         }
     }
     text
-}
-
-fn print(ladder: &Ladder, tests: &[&str]) {
-    println!("{}", ladder.robot);
-    let heading =
-        tests.iter().flat_map(|test| [format!("{test} x [%]"), "y [%]".to_owned(), "z [%]".to_owned()]);
-    let mut cells = vec![std::iter::once("NRMSE".to_owned()).chain(heading).collect::<Vec<_>>()];
-    let spread = |values: &Vec<f64>| {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let variance =
-            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / f64::max(n - 1.0, 1.0);
-        if values.len() > 1 { format!("{mean:.2} ± {:.2}", variance.sqrt()) } else { format!("{mean:.2}") }
-    };
-    for row in &ladder.rows {
-        let values = row.nrmse.iter().flat_map(|(_, axes)| axes.each_ref().map(spread));
-        cells.push(std::iter::once(row.name.clone()).chain(values).collect());
-    }
-    print_cells(&cells);
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, Followed, Strokes};
+use super::chain::{Chain, FRICTION, Followed, Strokes, scene_path};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -142,7 +142,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 /// The calibrated twin carries out a plan.
 fn generate(chain: &Chain, plan: &str) -> Result<String> {
     let (model, scene) = FRICTION;
-    let (out, scene) = (chain.path(plan)?, format!("meshes/tpu80/{scene}"));
+    let (out, scene) = (chain.path(plan)?, scene_path(scene));
     let model = chain.path(&format!("{model}-1.safetensors"))?;
     chain.hysteron(&["generate", &scene, "--residual", &model, "--plan", plan, "--out", &out])?;
     Ok(out)
@@ -164,7 +164,7 @@ fn track(chain: &Chain, way: &Way, target: &str, quick: bool) -> Result<Cell> {
         way.name.replace(|c: char| !c.is_alphanumeric(), ""),
         target.replace(':', "")
     );
-    let scene = way.scene.map(|scene| format!("meshes/tpu80/{scene}"));
+    let scene = way.scene.map(scene_path);
     let (seeds, repeats) = if quick { (1, 1) } else { (way.seeds, REPEATS) };
     let mut cell = Cell { followed: Vec::new(), refused: 0 };
     for seed in 1..=seeds {

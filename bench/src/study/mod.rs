@@ -8,6 +8,7 @@ pub mod edic;
 pub mod ftdcr;
 pub mod inverse;
 pub mod ladder;
+pub mod layouts;
 pub mod rig;
 pub mod sofa;
 pub mod sorosim;
