@@ -66,6 +66,9 @@ pub struct Arguments {
     /// Only every Nth window of the paper's design; 1 is published
     #[arg(long, value_name = "N", default_value_t = 1)]
     stride: usize,
+    /// Windows of a step of the paper's design; 256 is published
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    batch: usize,
     /// Seed of weights, order, noise and held-out recordings
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -150,6 +153,7 @@ fn paper(arguments: &Arguments) -> WindowedOptions {
         epochs: arguments.epochs.unwrap_or(default.epochs),
         hidden: arguments.hidden.unwrap_or(default.hidden),
         stride: arguments.stride,
+        batch: arguments.batch,
         seed: arguments.seed,
         ..default
     }

@@ -32,9 +32,9 @@ const RUNGS: [&str; 6] = [
     "+ adaptation",
 ];
 
-/// The paper's network, on the presets only, takes every hundredth sample as the end of a window: every one of them, as
+/// The paper's network, on the presets only: every hundredth sample ends a window, and 16 are a step. Every one of them, as
 /// published, would be eight hours a robot.
-const PAPER: [&str; 4] = ["--design", "paper", "--stride", "100"];
+const PAPER: [&str; 6] = ["--design", "paper", "--stride", "100", "--batch", "16"];
 
 /// What the calibrated twin does besides the recorded minute: five minutes, twice as far.
 const SYNTHETIC: &str = r#"format = "hysteron-plan"
