@@ -7,6 +7,8 @@ use hysteron_base::{Bounds, Drive, Friction, Law, LengthUnit, Material, Region, 
 use hysteron_fem::{Layers, Mesh, Order, Tube, read_mesh};
 use hysteron_twin::Twin;
 
+use crate::columns::read_columns;
+
 /// Number of primary tendons of every scene here.
 pub const N_PRIMARY: usize = 4;
 /// Primary and auxiliary tendons of the SOFA scene.
@@ -68,28 +70,6 @@ impl Setting {
 /// The folder with the meshes and curves of SOFA.
 pub fn sofa_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/reference/sofa")
-}
-
-/// The columns `names` of a CSV file of numbers; lines starting with # are skipped.
-///
-/// # Errors
-/// A missing file or column, or an entry that is not a number.
-pub fn read_columns(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
-    let place = || path.display().to_string();
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).with_context(place)?;
-    let header = reader.headers().with_context(place)?.clone();
-    let at = |name: &&str| {
-        header.iter().position(|h| h == *name).with_context(|| format!("{}: no column {name}", place()))
-    };
-    let at: Vec<usize> = names.iter().map(at).collect::<Result<_>>()?;
-    let mut columns = vec![Vec::new(); names.len()];
-    for row in reader.records() {
-        let row = row.with_context(place)?;
-        for (column, &k) in columns.iter_mut().zip(&at) {
-            column.push(row[k].trim().parse().with_context(|| format!("{}: {:?}", place(), &row[k]))?);
-        }
-    }
-    Ok(columns)
 }
 
 /// SOFA's mesh with its nodes at z = 0 and at the other end as groups `base` and `tip`.

@@ -4,10 +4,9 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use hysteron_base::Law;
+use hysteron_bench::columns::read_columns;
 use hysteron_bench::drive::one_sided;
-use hysteron_bench::scenes::{
-    MAY_PUSH, N_PRIMARY, N_TENDONS, Setting, read_columns, sofa_folder, sofa_mesh, sofa_scene,
-};
+use hysteron_bench::scenes::{MAY_PUSH, N_PRIMARY, N_TENDONS, Setting, sofa_folder, sofa_mesh, sofa_scene};
 use hysteron_bench::study::sofa::{Curve, Difference, compare, solve};
 use hysteron_twin::{Stepper, Target};
 

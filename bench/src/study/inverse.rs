@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use hysteron_base::Bounds;
 use hysteron_control::Limits;
 use hysteron_control::inverse::{
@@ -19,6 +19,7 @@ use serde_json::{Value, json};
 
 use super::ftdcr::{N_FOLDS, N_TENDONS, Pattern, folds, read_patterns};
 use super::{data_folder, rms, write_metrics};
+use crate::columns::Columns;
 use crate::table::print_cells;
 
 /// Nominal duration of a sample of the trunk, and of the three-segment robot [s].
@@ -124,11 +125,12 @@ fn error(judged: &[&Demonstration], strokes: &dyn Fn(&[Tip]) -> Result<Vec<f64>>
 }
 
 fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
-    let angles = read_columns(&folder.join("control_inputs_controlled_1.csv"), &columns("u", N_MOTORS))?;
+    let angles = Columns::read(&folder.join("control_inputs_controlled_1.csv"))?;
+    let angles = angles.rows_of(&columns("u", N_MOTORS))?;
     let [tips, loaded] = ["", "_200g"].map(|load| {
         let path = folder.join(format!("observations_controlled_1{load}.csv"));
         // y is vertical.
-        read_columns(&path, &["x3", "z3", "y3"].map(str::to_owned))
+        Columns::read(&path)?.rows_of(&["x3", "z3", "y3"])
     });
     let (tips, loaded) = (tips?, loaded?);
     let (blocks, under_load) = (blocks(&angles, &tips, "block"), blocks(&angles, &loaded, "loaded"));
@@ -274,25 +276,6 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 fn columns(stem: &str, n: usize) -> Vec<String> {
     (1..=n).map(|k| format!("{stem}{k}")).collect()
-}
-
-/// Rows of some columns.
-fn read_columns(path: &Path, names: &[String]) -> Result<Vec<Vec<f64>>> {
-    let place = || path.display().to_string();
-    let mut reader = csv::Reader::from_path(path).with_context(place)?;
-    let header = reader.headers().with_context(place)?.clone();
-    let at = |name: &String| {
-        header.iter().position(|h| h == name).with_context(|| format!("{}: no {name}", place()))
-    };
-    let at: Vec<usize> = names.iter().map(at).collect::<Result<_>>()?;
-    let mut rows = Vec::new();
-    for row in reader.records() {
-        let row = row.with_context(place)?;
-        let number =
-            |&k: &usize| row[k].trim().parse::<f64>().with_context(|| format!("{}: {:?}", place(), &row[k]));
-        rows.push(at.iter().map(number).collect::<Result<Vec<f64>>>()?);
-    }
-    Ok(rows)
 }
 
 #[cfg(test)]

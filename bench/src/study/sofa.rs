@@ -10,8 +10,9 @@ use hysteron_twin::{Stepper, Target, Twin, TwinState};
 use serde_json::json;
 
 use super::{distance, write_metrics};
+use crate::columns::read_columns;
 use crate::drive::one_sided;
-use crate::scenes::{N_PRIMARY, Setting, read_columns, sofa_folder, sofa_mesh, sofa_scene};
+use crate::scenes::{N_PRIMARY, Setting, sofa_folder, sofa_mesh, sofa_scene};
 use crate::table::print_cells;
 
 /// A curve of the reference, one entry per stroke; SI.

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use crate::columns::Columns;
+
 /// Number of tendons.
 pub const N_TENDONS: usize = 9;
 
@@ -30,24 +32,18 @@ pub struct Pattern {
 /// # Errors
 /// The file cannot be read or has other columns.
 pub fn read_patterns(path: &Path) -> Result<Vec<Pattern>> {
-    let place = || path.display().to_string();
-    let mut reader = csv::Reader::from_path(path).with_context(place)?;
-    let header = reader.headers().with_context(place)?.clone();
-    let at =
-        |name: &str| header.iter().position(|h| h == name).with_context(|| format!("{}: no {name}", place()));
-    let label = at("pattern_label")?;
-    let strokes: Vec<usize> = (0..header.len()).filter(|&k| header[k].starts_with("servo_")).collect();
+    let table = Columns::read(path)?;
+    let strokes: Vec<usize> =
+        (0..table.header.len()).filter(|&k| table.header[k].starts_with("servo_")).collect();
     let strokes: [usize; N_TENDONS] =
-        strokes.try_into().ok().with_context(|| format!("{}: not nine servos", place()))?;
-    let tip = [at("tip_x")?, at("tip_y")?, at("tip_z")?];
+        strokes.try_into().ok().with_context(|| format!("{}: not nine servos", path.display()))?;
+    let (label, tip) =
+        (table.at("pattern_label")?, [table.at("tip_x")?, table.at("tip_y")?, table.at("tip_z")?]);
     let mut patterns: Vec<Pattern> = Vec::new();
-    for row in reader.records() {
-        let row = row.with_context(place)?;
-        let number =
-            |k: usize| row[k].trim().parse::<f64>().with_context(|| format!("{}: {:?}", place(), &row[k]));
+    for row in &table.rows {
         let mut sample = Row { strokes: [0.0; N_TENDONS], tip: [0.0; 3] };
         for (value, k) in sample.strokes.iter_mut().zip(strokes).chain(sample.tip.iter_mut().zip(tip)) {
-            *value = 1e-3 * number(k)?;
+            *value = 1e-3 * table.number(row, k)?;
         }
         let name = row[label].trim_end_matches("_hold");
         match patterns.iter_mut().find(|pattern| pattern.label == name) {

@@ -19,7 +19,8 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::json;
 
 use super::{data_folder, rms, write_metrics};
-use crate::scenes::{Setting, read_columns, tendon, twin};
+use crate::columns::read_columns;
+use crate::scenes::{Setting, tendon, twin};
 use crate::table::print_cells;
 
 const N_MARKERS: usize = 4;
