@@ -105,6 +105,11 @@ impl<'a> Identifier<'a> {
         }
     }
 
+    /// Where the twin is now.
+    pub fn state(&self) -> &TwinState {
+        &self.state
+    }
+
     /// The QP that was solved last.
     pub fn last_qp(&self) -> Option<&RowQp> {
         self.problem.last.as_ref()

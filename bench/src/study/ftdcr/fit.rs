@@ -77,6 +77,11 @@ impl Fitted {
         Ok(Self { names, model: model(&values), values, ended: fit.ended, turn, shift })
     }
 
+    /// A measured point [m] in the frame of the robot.
+    pub fn of_robot(&self, point: Vector3<f64>) -> Vector3<f64> {
+        self.turn.transpose() * (point - self.shift)
+    }
+
     /// A point of the robot in the frame of the measurement [mm].
     pub fn measured(&self, point: Vector3<f64>) -> [f64; 3] {
         (1e3 * (self.turn * point + self.shift)).into()

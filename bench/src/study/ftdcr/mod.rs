@@ -1,9 +1,10 @@
 //! A three-segment robot driven by nine strokes: tip error on patterns that were not fitted, in five folds.
 //!
-//! Beside each other: a reduced model with fitted zeros, compliance and angles of its tendons; a regression of what it
-//! leaves; static regressions of the tip on the strokes and a network with a memory, without any model; and the
-//! finite-element twin with the reduced model's parameters and with its own, on fewer rows. A pattern and its holds are
-//! never divided.
+//! Beside each other: a reduced model with fitted zeros, compliance and angles of its tendons; a regression and a network
+//! with a memory of what it leaves; static regressions of the tip on the strokes and a network, without any model; and on
+//! fewer rows the finite-element twin with the reduced model's parameters, with its own, and with virtual tendons that
+//! bring its marker to where a regression of what it leaves says (CoReAct), or to where it was measured. A pattern and its
+//! holds are never divided.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod fit;
@@ -17,6 +18,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use hysteron_base::rng;
+use nalgebra::Vector3;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -34,13 +36,16 @@ pub const N_FOLDS: usize = 5;
 
 /// The reduced model is fitted to every third row, in a quick study to every twelfth.
 const FIT_EVERY: [usize; 2] = [3, 12];
-/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a held-out one.
+/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a held-out one; what it
+/// leaves is learned from every fourth.
 const TWIN_EVERY: usize = 12;
+const LEARN_EVERY: usize = 4;
 
-/// What predicts the tip. The last three see the rows of the finite-element twin alone.
-const METHODS: [&str; 9] = [
+/// What predicts the tip. The last five see the rows of the finite-element twin alone, the very last one the tip itself.
+const METHODS: [&str; 12] = [
     "reduced model, fitted",
     "reduced model + kernel regression",
+    "reduced model + LSTM",
     "cubic regression on all strokes",
     "cubic regression on the segments' bending",
     "kernel regression",
@@ -48,6 +53,8 @@ const METHODS: [&str; 9] = [
     "reduced model, on the twin's rows",
     "FE twin, the reduced model's parameters",
     "FE twin, fitted",
+    "FE twin + CoReAct",
+    "FE twin, led to the measured tip",
 ];
 
 /// Runs the study, a quick one with the first fold, fewer rows to fit and without the finite-element twin; skipped by name where the recordings are not there.
@@ -120,10 +127,14 @@ impl Fold {
         let correction = regression::kernel(&known_features, &left, &groups, &new_features)?;
         let corrected =
             reduced.iter().zip(&correction).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
+        let remembered = lstm::predict(&leaving(training, &left), held)?;
+        let remembered =
+            reduced.iter().zip(&remembered).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
         let bending = |rows: &[&Row]| rows.iter().map(|row| bending(&row.strokes)).collect::<Vec<_>>();
-        let predictions: [Vec<[f64; 3]>; 6] = [
+        let predictions: [Vec<[f64; 3]>; 7] = [
             reduced,
             corrected,
+            remembered,
             regression::cubic(&known_strokes, &known_tips, &groups, &new_strokes)?,
             regression::cubic(&bending(&known_rows), &known_tips, &groups, &bending(&new_rows))?,
             regression::kernel(&known_strokes, &known_tips, &groups, &new_strokes)?,
@@ -135,19 +146,9 @@ impl Fold {
         let mut rows_without_equilibrium = 0;
         let mut twin = None;
         if let Some(robot) = robot {
-            let own = robot.fit(&fitted, training, TWIN_EVERY)?;
-            let rows: Vec<Vec<&Row>> =
-                held.iter().map(|pattern| pattern.rows.iter().step_by(TWIN_EVERY).collect()).collect();
-            let all: Vec<&Row> = rows.concat();
-            let beside =
-                all.iter().map(|row| fitted.measured(fitted.model.shape(&row.strokes).marker)).collect();
-            let (given, _) = robot.predict(&fitted, &rows)?;
-            let (tips, n_failed) = robot.predict(&own, &rows)?;
+            let (own, more, n_failed) = twin_errors(robot, &fitted, training, held)?;
+            errors.extend(more);
             rows_without_equilibrium = n_failed;
-            let off = |(row, tip): (&&Row, &[f64; 3])| distance(*tip, row.tip.map(|c| 1e3 * c));
-            errors.extend(
-                [beside, given, tips].iter().map(|tips: &Vec<_>| all.iter().zip(tips).map(off).collect()),
-            );
             twin = Some(own);
         }
         Ok(Self {
@@ -158,6 +159,58 @@ impl Fold {
             rows_without_equilibrium,
         })
     }
+}
+
+/// The twin's own parameters; the tip's distance for every method that uses the twin [mm]; rows without equilibrium.
+fn twin_errors(
+    robot: &Robot,
+    fitted: &Fitted,
+    training: &[Pattern],
+    held: &[Pattern],
+) -> Result<(Fitted, Vec<Vec<f64>>, usize)> {
+    let own = robot.fit(fitted, training, TWIN_EVERY)?;
+    let (known, new) = (every(training, LEARN_EVERY), every(held, TWIN_EVERY));
+    let (known_rows, new_rows) = (known.concat(), new.concat());
+    let shapes = |rows: &[&Row]| rows.iter().map(|row| own.model.shape(&row.strokes)).collect::<Vec<_>>();
+    let measured = |row: &&Row| own.of_robot(row.tip.into());
+
+    let beside = new_rows.iter().map(|row| fitted.model.shape(&row.strokes).marker).collect();
+    let (given, _) = robot.predict(fitted, &new)?;
+    let (bare, n_failed) = robot.predict(&own, &new)?;
+    let left = robot.predict(&own, &known)?.0.into_iter().zip(&known_rows);
+    let left: Vec<[f64; 3]> = left.map(|(marker, row)| (measured(row) - marker).into()).collect();
+    let groups: Vec<usize> =
+        known.iter().enumerate().flat_map(|(k, rows)| std::iter::repeat_n(k, rows.len())).collect();
+    let [known_features, new_features] = [&known_rows, &new_rows].map(|rows| features(&shapes(rows), rows));
+    let missing = regression::kernel(&known_features, &left, &groups, &new_features)?;
+    let wanted: Vec<Vector3<f64>> =
+        bare.iter().zip(missing).map(|(marker, missing)| marker + Vector3::from(missing)).collect();
+    let (corrected, n_not_led) = robot.lead(&own, &new, &wanted)?;
+    let tips: Vec<Vector3<f64>> = new_rows.iter().map(measured).collect();
+    let (led, _) = robot.lead(&own, &new, &tips)?;
+
+    let by = [(fitted, beside), (fitted, given), (&own, bare), (&own, corrected), (&own, led)];
+    let off = |(fitted, markers): &(&Fitted, Vec<Vector3<f64>>)| -> Vec<f64> {
+        let each = new_rows.iter().zip(markers);
+        each.map(|(row, marker)| distance(fitted.measured(*marker), row.tip.map(|c| 1e3 * c))).collect()
+    };
+    let errors = by.iter().map(off).collect();
+    Ok((own, errors, n_failed + n_not_led))
+}
+
+/// The patterns with what a model leaves of each tip [mm] in the tip's place.
+fn leaving(patterns: &[Pattern], left: &[[f64; 3]]) -> Vec<Pattern> {
+    let mut left = left.iter();
+    let mut patterns = patterns.to_vec();
+    for (row, left) in patterns.iter_mut().flat_map(|pattern| &mut pattern.rows).zip(&mut left) {
+        row.tip = left.map(|c| 1e-3 * c);
+    }
+    patterns
+}
+
+/// Every `n`-th row of each pattern.
+fn every(patterns: &[Pattern], n: usize) -> Vec<Vec<&Row>> {
+    patterns.iter().map(|pattern| pattern.rows.iter().step_by(n).collect()).collect()
 }
 
 fn rows_of(patterns: &[Pattern]) -> Vec<&Row> {

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use hysteron_base::Scene;
 use hysteron_fem::{Mesh, read_mesh};
+use hysteron_twin::coreact::{Auxiliary, Chooser, Goal, Identifier, IdentifyOptions};
 use hysteron_twin::{Error, Stepper, Target, Twin, TwinState};
 use nalgebra::{Rotation3, Vector3};
 
@@ -18,6 +19,10 @@ const N_AXIS: usize = 3;
 const STEP: f64 = 0.3e-3;
 /// Stroke beyond which a released tendon cannot become taut [m]: more than any other pulls.
 const SLACK: f64 = 12e-3;
+/// Duration of a step with virtual tendons [s]; the recording's rows are 0.58 s apart.
+const DURATION: f64 = 0.1;
+/// Rounds in which virtual tendons bring the marker to its place, each by the twin linearised where it is.
+const ROUNDS: usize = 6;
 
 /// Scene and mesh.
 pub struct Robot {
@@ -34,8 +39,14 @@ impl Robot {
         Ok(Self { scene, mesh })
     }
 
-    /// The twin with the parameters of the reduced model.
+    /// The twin with the parameters of the reduced model, without virtual tendons.
     fn twin(&self, model: &Reduced) -> Result<Twin> {
+        let mut scene = self.scene(model);
+        scene.auxiliary = None;
+        Ok(Twin::new(&scene, &self.mesh)?)
+    }
+
+    fn scene(&self, model: &Reduced) -> Scene {
         let mut scene = self.scene.clone();
         for (k, tendon) in scene.tendons[..N_TENDONS].iter_mut().enumerate() {
             tendon.zero = model.zeros[k];
@@ -43,7 +54,7 @@ impl Robot {
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), model.turns[k / 3]);
             tendon.points.iter_mut().for_each(|point| *point = (turn * Vector3::from(*point)).into());
         }
-        Ok(Twin::new(&scene, &self.mesh)?)
+        scene
     }
 
     /// The parameters with which the twin itself comes nearest to every `every`-th row of the patterns: the reduced model
@@ -66,21 +77,45 @@ impl Robot {
         reduced.again(&rows, &further)
     }
 
-    /// Tips [mm] in these rows of patterns, each pattern from rest, and the number of rows without equilibrium, which keep the shape before.
+    /// Markers [m] in these rows of patterns, each pattern from rest, and the number of rows without equilibrium, which keep the shape before.
     ///
     /// # Errors
     /// Those of the twin.
-    pub fn predict(&self, fitted: &Fitted, patterns: &[Vec<&Row>]) -> Result<(Vec<[f64; 3]>, usize)> {
+    pub fn predict(&self, fitted: &Fitted, patterns: &[Vec<&Row>]) -> Result<(Vec<Vector3<f64>>, usize)> {
         let twin = self.twin(&fitted.model)?;
-        let (mut tips, mut n_failed) = (Vec::new(), 0);
+        let (mut markers, mut n_failed) = (Vec::new(), 0);
         for rows in patterns {
             let mut walk = Walk::new(&twin);
             for row in rows {
                 n_failed += usize::from(!walk.goes_to(row)?);
-                tips.push(fitted.measured(walk.marker()));
+                markers.push(walk.marker());
             }
         }
-        Ok((tips, n_failed))
+        Ok((markers, n_failed))
+    }
+
+    /// Markers [m] in the same rows where virtual tendons bring them towards `wanted` [m], one for each row; and the number
+    /// of rows that were not reached, which keep the shape before.
+    ///
+    /// # Errors
+    /// Those of the twin.
+    pub fn lead(
+        &self,
+        fitted: &Fitted,
+        patterns: &[Vec<&Row>],
+        wanted: &[Vector3<f64>],
+    ) -> Result<(Vec<Vector3<f64>>, usize)> {
+        let twin = Twin::new(&self.scene(&fitted.model), &self.mesh)?;
+        let auxiliary = Auxiliary::new(&twin)?;
+        let (mut markers, mut n_failed, mut goals) = (Vec::new(), 0, wanted.iter());
+        for rows in patterns {
+            let mut led = Led::new(&twin, &auxiliary);
+            for (row, goal) in rows.iter().zip(&mut goals) {
+                n_failed += usize::from(!led.goes_to(row, goal)?);
+                markers.push(marker(&twin, led.identifier.state()));
+            }
+        }
+        Ok((markers, n_failed))
     }
 }
 
@@ -126,10 +161,56 @@ impl<'a> Walk<'a> {
         Ok(true)
     }
 
-    /// The marker sits beyond the end, on the axis.
     fn marker(&self) -> Vector3<f64> {
-        let line = self.twin.cables.polyline(N_TENDONS + N_AXIS - 1, &self.state.positions);
-        let [before, end] = [line[line.len() - 2], line[line.len() - 1]].map(Vector3::from);
-        end + MARKER * (end - before).normalize()
+        marker(self.twin, &self.state)
+    }
+}
+
+/// The marker sits beyond the end, on the axis.
+fn marker(twin: &Twin, state: &TwinState) -> Vector3<f64> {
+    let line = twin.cables.polyline(N_TENDONS + N_AXIS - 1, &state.positions);
+    let [before, end] = [line[line.len() - 2], line[line.len() - 1]].map(Vector3::from);
+    end + MARKER * (end - before).normalize()
+}
+
+/// From row to row with virtual tendons, which bring the marker to where it shall be.
+struct Led<'a> {
+    twin: &'a Twin,
+    identifier: Identifier<'a>,
+    strokes: [f64; N_TENDONS + N_AXIS],
+}
+
+impl<'a> Led<'a> {
+    fn new(twin: &'a Twin, auxiliary: &'a Auxiliary) -> Self {
+        let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
+        let identifier = Identifier::new(twin, auxiliary, options);
+        Self { twin, identifier, strokes: [0.0; N_TENDONS + N_AXIS] }
+    }
+
+    /// True if there is an equilibrium on all of the way.
+    fn goes_to(&mut self, row: &Row, wanted: &Vector3<f64>) -> Result<bool> {
+        for strokes in between(self.strokes, primary(row)) {
+            if !self.steps(&strokes, None)? {
+                return Ok(false);
+            }
+            self.strokes = strokes;
+        }
+        for _ in 0..ROUNDS {
+            // The twin is led by its tip; the marker is beyond it.
+            let state = self.identifier.state();
+            let missing = wanted - marker(self.twin, state);
+            let position = (Vector3::from(self.twin.tip_of(state)) + missing).into();
+            if !self.steps(&primary(row), Some(Goal { position, orientation: None }))? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn steps(&mut self, strokes: &[f64], goal: Option<Goal>) -> Result<bool> {
+        match self.identifier.step(strokes, goal.as_ref(), DURATION) {
+            Err(Error::NoEquilibrium { .. }) => Ok(false),
+            other => other.map(|_| true).context("a step of the twin"),
+        }
     }
 }
