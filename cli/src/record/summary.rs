@@ -78,6 +78,14 @@ impl Summary {
             let servo = event.servo.map_or_else(String::new, |id| format!("servo {id}: "));
             tracing::debug!("{}: {:.3} s: {servo}{}", job.name, event.time_s, event.message);
         }
+        let n_held = troubles.iter().filter(|event| event.kind == EventKind::Hold).count().div_ceil(2);
+        if n_held > 0 {
+            tracing::warn!(
+                "{}: a tendon was held back near the load limit {n_held} times; {} says when and how far",
+                job.name,
+                events_path(&job.out).display()
+            );
+        }
         self.rows.push(Row {
             name: job.name.clone(),
             role: job.role.clone(),
