@@ -6,12 +6,13 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use hysteron_bench::study::{
-    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, rig, sofa, sorosim, tentacle,
+    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, rig, robots, sofa, sorosim,
+    tentacle,
 };
 use hysteron_bench::targets::{self, Effort};
 
 const USAGE: &str = "usage: hysteron-bench [--quick] [--out FOLDER]
-       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|inverse|rig|coreact|edic|ladder|layouts|adaptation [--quick] [--out FOLDER]
+       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|inverse|rig|coreact|robots|edic|ladder|layouts|adaptation [--quick] [--out FOLDER]
 
 Without a study: measures every performance target and writes FOLDER/targets.json.
 A study compares with another program or a robot, or records from the emulated rig, and writes FOLDER/NAME/metrics.json.
@@ -62,6 +63,7 @@ fn run() -> Result<()> {
                 "rig" => rig::run(&folder, quick),
                 "coreact" => coreact::run(&folder, quick),
                 "ladder" => ladder::run(&folder, quick),
+                "robots" => robots::run(&folder, quick),
                 "layouts" => layouts::run(&folder, quick),
                 "edic" => edic::run(&folder, quick),
                 "adaptation" => adaptation::run(&folder, quick),

@@ -1,9 +1,8 @@
 //! CoReAct end to end, as a user runs it: record, identify, train, roll out; on trajectories that nothing was trained on.
 //!
 //! Every stage is the program itself, and what it wrote is kept, so that the study goes on where it was stopped. Each
-//! table row is one twin: bare, with friction, with the residual network, with both, and with the paper's network. The same
-//! ladder is climbed on other presets, with a third of the recordings, and the twins of `typical` are judged on members of
-//! the population around it, of which they have seen nothing.
+//! table row is one twin: bare, with friction, with the residual network, with both, and with the paper's network. `robots`
+//! climbs the same ladder on others.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::{Path, PathBuf};
@@ -25,11 +24,6 @@ const SCENES: [(&str, &str); 2] = [("twin", "scene-typical.toml"), FRICTION];
 const BEST: std::ops::Range<usize> = 3..4;
 /// The paper's training takes every sample as the end of a window; this takes every fortieth, for its time.
 const PAPER_STRIDE: &str = "40";
-/// Presets beside `typical`, and the share of the recordings that their twins learn from: every third.
-const PRESETS: [&str; 2] = ["mild", "harsh"];
-const OF_OTHERS: usize = 3;
-/// Members of the population around `typical`.
-const MEMBERS: u64 = 10;
 /// Random plans for the stability of the loop, and how long each lasts [s].
 const N_RANDOM: usize = 100;
 const RANDOM_S: f64 = 60.0;
@@ -41,20 +35,17 @@ struct Size {
     epochs: Option<&'static str>,
     n_random: usize,
     tests: &'static [&'static str],
-    presets: &'static [&'static str],
-    members: u64,
 }
 
-/// Runs the study on the virtual rig; quick: one seed, few epochs, one test, `typical` and one member of its population.
+/// Runs the study on the virtual rig's `typical`; quick: one seed, few epochs, one test.
 ///
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let size = if quick {
-        Size { seeds: [1; 2], epochs: Some("2"), n_random: 2, tests: &TESTS[..1], presets: &[], members: 1 }
+        Size { seeds: [1; 2], epochs: Some("2"), n_random: 2, tests: &TESTS[..1] }
     } else {
-        let (tests, presets) = (&TESTS, &PRESETS);
-        Size { seeds: [1, 5], epochs: None, n_random: N_RANDOM, tests, presets, members: MEMBERS }
+        Size { seeds: [1, 5], epochs: None, n_random: N_RANDOM, tests: &TESTS }
     };
     let study = Study { chain: Chain::of_typical(folder)?, tests: size.tests };
     study.chain.record("typical", "paper", "data")?;
@@ -72,19 +63,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     steady.print();
     let stability = study.stability(size.n_random)?;
     println!("{}", stability.text);
-    let population = study.population(&rungs, size.members)?;
-    population.print();
-    let mut robots = vec![typical, steady, population];
-    for preset in size.presets {
-        let study = Study { chain: Chain::new(&folder.join(preset))?, tests: size.tests };
-        study.chain.record(preset, "paper", "data")?;
-        let training: Vec<String> =
-            study.chain.training_recordings()?.into_iter().step_by(OF_OTHERS).collect();
-        let ladder = study.climb(&study.rungs(&training, [1; 2], size.epochs)?, "data", preset)?;
-        ladder.print();
-        robots.push(ladder);
-    }
-    let ladders: Vec<Value> = robots.iter().map(Ladder::json).collect();
+    let ladders: Vec<Value> = [typical, steady].iter().map(Ladder::json).collect();
     write_metrics(folder, "coreact", json!({ "ladders": ladders, "stability": stability.json }))
 }
 
@@ -98,8 +77,8 @@ pub(super) struct Rung {
 
 /// All twins of a robot, or of several, on the tests.
 pub(super) struct Ladder {
-    robot: String,
-    rows: Vec<LadderRow>,
+    pub robot: String,
+    pub rows: Vec<LadderRow>,
 }
 
 impl Ladder {
@@ -135,9 +114,9 @@ impl Ladder {
 }
 
 /// NRMSE of x, y and z on each test, one for each seed or robot [%].
-struct LadderRow {
-    name: String,
-    nrmse: Vec<(&'static str, [Vec<f64>; 3])>,
+pub(super) struct LadderRow {
+    pub name: String,
+    pub nrmse: Vec<(&'static str, [Vec<f64>; 3])>,
 }
 
 impl LadderRow {
@@ -158,7 +137,10 @@ pub(super) struct Study {
 
 impl Study {
     /// The twins of a robot, without and with networks that learned from `training`.
-    fn rungs(&self, training: &[String], seeds: [u64; 2], epochs: Option<&str>) -> Result<Vec<Rung>> {
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn rungs(&self, training: &[String], seeds: [u64; 2], epochs: Option<&str>) -> Result<Vec<Rung>> {
         let mut rungs = Vec::new();
         for ((name, scene), seeds) in SCENES.into_iter().zip(seeds) {
             let bare = Rung { name: name.to_owned(), scene: scene.to_owned(), models: vec![None] };
@@ -230,33 +212,6 @@ impl Study {
         let nrmse = self.tests.iter().map(drift).collect::<Result<_>>()?;
         ladder.rows.insert(0, LadderRow { name: "the drift alone".to_owned(), nrmse });
         Ok(ladder)
-    }
-
-    /// The first models of `rungs` on robots of the population around `typical`; values of all robots side by side.
-    fn population(&self, rungs: &[Rung], members: u64) -> Result<Ladder> {
-        let first = |rung: &Rung| Rung {
-            name: rung.name.clone(),
-            scene: rung.scene.clone(),
-            models: rung.models[..1].to_vec(),
-        };
-        let rungs: Vec<Rung> = rungs.iter().map(first).collect();
-        let judge = |member: u64| {
-            let data = format!("population-{member}");
-            self.chain.record(&format!("typical/{member}"), "paper", &data)?;
-            self.climb(&rungs, &data, &data)
-        };
-        let each = (1..=members).into_par_iter().map(judge).collect::<Result<Vec<Ladder>>>()?;
-        let together = |k: usize, rung: &Rung| {
-            let of_test = |t: usize| -> [Vec<f64>; 3] {
-                std::array::from_fn(|axis| {
-                    each.iter().map(|ladder| ladder.rows[k].nrmse[t].1[axis][0]).collect()
-                })
-            };
-            let nrmse = self.tests.iter().enumerate().map(|(t, test)| (*test, of_test(t))).collect();
-            LadderRow { name: rung.name.clone(), nrmse }
-        };
-        let rows = rungs.iter().enumerate().map(|(k, rung)| together(k, rung)).collect();
-        Ok(Ladder { robot: "population around typical".to_owned(), rows })
     }
 
     /// Simulates and gives back its `metrics.json`.

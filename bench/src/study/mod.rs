@@ -10,6 +10,7 @@ pub mod inverse;
 pub mod ladder;
 pub mod layouts;
 pub mod rig;
+pub mod robots;
 pub mod sofa;
 pub mod sorosim;
 pub mod tentacle;
