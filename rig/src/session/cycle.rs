@@ -6,7 +6,7 @@ use crate::{Error, EventKind, Quality, Retreat, Violation};
 impl Session<'_> {
     /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
     pub(super) fn cycle(&mut self, strokes: &[f64]) -> Result<(), Stop> {
-        self.hold_back(strokes);
+        self.hold_back(strokes)?;
         self.rig.limits.check_command(&self.commanded, &self.target, self.period)?;
         for ((goal, channel), stroke) in
             self.goals.iter_mut().zip(&self.calibration.channels).zip(&self.target)

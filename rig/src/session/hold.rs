@@ -2,10 +2,10 @@
 //!
 //! A load beyond its limit ends a run. A path that needs a little more than the limit at its furthest point would be lost
 //! for that; so below the limit a tendon is let out and wound again so that the load stays where it is, until the command
-//! comes back to it.
+//! comes back to it. What stays behind by more than a servo may lag is blocked, and ends the run.
 
 use super::Session;
-use crate::EventKind;
+use crate::{EventKind, Retreat, Violation};
 
 /// Cycles after which a command shows in the load: it is written, the servo moves, and the load is read.
 const AHEAD: f64 = 3.0;
@@ -42,9 +42,12 @@ impl LoadGuard {
 
 impl Session<'_> {
     /// Turns the strokes asked for (n) [m] into those to carry out, `target`.
-    pub(super) fn hold_back(&mut self, strokes: &[f64]) {
+    ///
+    /// # Errors
+    /// A tendon that is held back too far.
+    pub(super) fn hold_back(&mut self, strokes: &[f64]) -> Result<(), Violation> {
         self.target.copy_from_slice(strokes);
-        let Some(load_hold) = self.rig.limits.load_hold else { return };
+        let Some(load_hold) = self.rig.limits.load_hold else { return Ok(()) };
         let now = self.hardware.now();
         for (k, &stroke) in strokes.iter().enumerate() {
             let channel = &self.calibration.channels[k];
@@ -77,9 +80,20 @@ impl Session<'_> {
                 self.note(EventKind::Hold, Some(id), message);
                 continue;
             }
-            hold.shortfall = hold.shortfall.max(stroke - hold.ceiling);
+            let shortfall = stroke - hold.ceiling;
+            if shortfall > self.rig.limits.lag_max {
+                let message = format!(
+                    "load: expected a tendon near {:.0} % to be held back by {:.2} mm at most, got {:.2} mm",
+                    100.0 * load_hold,
+                    1e3 * self.rig.limits.lag_max,
+                    1e3 * shortfall
+                );
+                return Err(Violation { tendon: Some(k), message, retreat: Retreat::LetGo });
+            }
+            hold.shortfall = hold.shortfall.max(shortfall);
             self.target[k] = hold.ceiling;
             self.guards[k].hold = Some(hold);
         }
+        Ok(())
     }
 }

@@ -97,6 +97,11 @@ fn a_tendon_near_the_load_limit_is_wound_no_further_until_the_plan_comes_back() 
     let n_held = stage.goals.iter().zip(&free.goals).filter(|goals| differ(*goals)).count();
     assert!(n_held > 0 && n_held < 400, "{n_held}");
     assert!(stage.goals.last() == free.goals.last() && !stage.is_under_torque());
+
+    // A tendon that stays behind by more than a servo may lag is blocked.
+    let percent = format!("load_hold_percent = {:?}", 40.0 * free.load_max);
+    let lag = ("lag_max_mm = 3.0", "lag_max_mm = 0.4");
+    trips(&[lag, ("load_hold_percent = 68.0", &percent)], Mishap::None, "held back", Retreat::LetGo);
 }
 
 #[test]
