@@ -101,7 +101,11 @@ fn a_tendon_near_the_load_limit_is_wound_no_further_until_the_plan_comes_back() 
     // A tendon that stays behind by more than a servo may lag is blocked.
     let percent = format!("load_hold_percent = {:?}", 40.0 * free.load_max);
     let lag = ("lag_max_mm = 3.0", "lag_max_mm = 0.4");
-    trips(&[lag, ("load_hold_percent = 68.0", &percent)], Mishap::None, "held back", Retreat::LetGo);
+    let replace = [lag, ("load_hold_percent = 68.0", &percent[..])];
+    let (mut stage, blocked) = Stage::record(&replace, &small_circle(400), Mishap::None);
+    let Some(Stop::Limit(violation)) = &blocked.stopped else { panic!("{:?}", blocked.stopped) };
+    assert!(violation.message.contains("held back") && violation.retreat == Retreat::LetGo, "{violation:?}");
+    assert!(!stage.is_under_torque());
 }
 
 #[test]
