@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, Strokes};
+use super::chain::{Chain, FRICTION, Strokes, scene_path};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -36,7 +36,6 @@ const CHANGES: [Change; 3] = [
 ];
 
 const TARGETS: [&str; 3] = ["circle:40", "diamond:60", "lissajous:60"];
-const SCENE: &str = "meshes/tpu80/scene-typical-friction.toml";
 
 /// Runs the study; quick: one target.
 ///
@@ -46,7 +45,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let (chain, targets) = (Chain::of_typical(folder)?, &TARGETS[..if quick { 1 } else { TARGETS.len() }]);
     chain.record("typical", "paper", "data")?;
     chain.calibrate(FRICTION.0, FRICTION.1, &chain.training_recordings()?, 1, None)?;
-    let old = chain.path("friction-1.safetensors")?;
+    let (old, scene) = (chain.path("friction-1.safetensors")?, scene_path(FRICTION.1));
     let mut rows = Vec::new();
     for change in &CHANGES {
         let stem = format!("adapted/{}", change.name.replace(' ', "-"));
@@ -54,10 +53,10 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         let minute = chain.path(&format!("{stem}/minute"))?;
         chain.hysteron(&["record", "--rig", &rig, "--plan", "quick", "--out", &minute])?;
         let new = chain.path(&format!("{stem}/residual.safetensors"))?;
-        chain.once(&new, &["adapt", &old, "--scene", SCENE, &minute, "--out", &new])?;
+        chain.once(&new, &["adapt", &old, "--scene", &scene, &minute, "--out", &new])?;
         for target in targets {
             let follow = |rig: &str, model: &str, when: &str| -> Result<Option<f64>> {
-                let strokes = Strokes { scene: Some(SCENE), model: Some(model) };
+                let strokes = Strokes { scene: Some(&scene), model: Some(model) };
                 let name = format!("{stem}/{}/{when}", target.replace(':', ""));
                 let found = chain.track(rig, strokes, target, [1, 1], &name)?;
                 Ok(found.map(|repeats| repeats[0].nrmse_percent))

@@ -104,12 +104,21 @@ impl Chain {
     /// # Errors
     /// The preset has no such line, or refusals of the file system.
     pub fn changed_robot(&self, lines: &[(&str, &str)], folder: &str) -> Result<String> {
-        let mut text = VirtualRobot::preset_text("typical").unwrap_or_default().to_owned();
+        let text = VirtualRobot::preset_text("typical").unwrap_or_default();
+        self.write_changed(text, lines, &format!("{folder}/robot.toml"))
+    }
+
+    /// Writes a text with other lines as `name`; gives its path.
+    ///
+    /// # Errors
+    /// The text has no such line, or refusals of the file system.
+    pub fn write_changed(&self, text: &str, lines: &[(&str, &str)], name: &str) -> Result<String> {
+        let mut text = text.to_owned();
         for (from, to) in lines {
-            ensure!(text.contains(from), "the preset has no line {from}");
+            ensure!(text.contains(from), "{name}: no line {from} to change");
             text = text.replace(from, to);
         }
-        let path = self.path(&format!("{folder}/robot.toml"))?;
+        let path = self.path(name)?;
         file::write_bytes(Path::new(&path), text)?;
         Ok(path)
     }

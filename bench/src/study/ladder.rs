@@ -12,7 +12,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, Followed, Strokes};
+use super::chain::{Chain, FRICTION, Followed, Strokes, scene_path};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -22,7 +22,6 @@ const MEMBERS: u64 = 10;
 const TARGETS: [&str; 3] = ["circle:50", "diamond:60", "lissajous:56"];
 /// The path that the last rung learns from.
 const WATCHED: &str = "square:40";
-const SCENE: &str = "meshes/tpu80/scene-typical-friction.toml";
 const RUNGS: [&str; 6] = [
     "twin, no learning",
     "network, recorded minute",
@@ -94,6 +93,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 /// All rungs on one robot.
 fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
+    let scene = &scene_path(FRICTION.1);
     chain.record(name, "quick", "data")?;
     let recordings = chain.training_recordings()?;
     chain.calibrate("twin", FRICTION.1, &recordings, 1, None)?;
@@ -105,18 +105,18 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let is_preset = PRESETS.contains(&name);
     let paper = if is_preset { Some(train(&chain, "paper", &both, &PAPER)?) } else { None };
 
-    let steered = Strokes { scene: Some(SCENE), model: Some(&twin) };
+    let steered = Strokes { scene: Some(scene), model: Some(&twin) };
     let adapted = chain.path("adapted.safetensors")?;
     chain.track(&rig, steered, WATCHED, [1, 1], "watched")?;
     let watched = chain.path("watched/repeat-1.parquet")?;
-    chain.once(&adapted, &["adapt", &twin, "--scene", SCENE, &watched, "--out", &adapted])?;
+    chain.once(&adapted, &["adapt", &twin, "--scene", scene, &watched, "--out", &adapted])?;
     let ways = [
-        Some(Strokes { scene: Some(SCENE), model: None }),
+        Some(Strokes { scene: Some(scene), model: None }),
         Some(Strokes { scene: None, model: Some(&inverse) }),
         paper.as_deref().map(|paper| Strokes { scene: None, model: Some(paper) }),
         Some(Strokes { scene: None, model: Some(&hybrid) }),
         Some(steered),
-        Some(Strokes { scene: Some(SCENE), model: Some(&adapted) }),
+        Some(Strokes { scene: Some(scene), model: Some(&adapted) }),
     ];
     let mut found = Vec::new();
     for target in targets {
@@ -133,6 +133,7 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
 
 fn generate(chain: &Chain, twin: &str) -> Result<String> {
     let (plan, out) = (chain.path("plan.toml")?, chain.path("synthetic")?);
+    let scene = scene_path(FRICTION.1);
     let mut text = SYNTHETIC.to_owned();
     for (family, own) in FAMILIES {
         text += &format!(
@@ -141,7 +142,7 @@ fn generate(chain: &Chain, twin: &str) -> Result<String> {
         );
     }
     std::fs::write(&plan, text)?;
-    chain.hysteron(&["generate", SCENE, "--residual", twin, "--plan", &plan, "--out", &out])?;
+    chain.hysteron(&["generate", &scene, "--residual", twin, "--plan", &plan, "--out", &out])?;
     Ok(out)
 }
 

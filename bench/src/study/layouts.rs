@@ -6,8 +6,8 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
-use hysteron_base::{Recording, file};
+use anyhow::{Context, Result};
+use hysteron_base::Recording;
 use nalgebra::Matrix3xX;
 use serde_json::{Value, json};
 
@@ -61,18 +61,14 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 /// Writes the scene with friction with other virtual tendons; gives its path.
 fn write_scene(chain: &Chain, segments: usize, length: f64) -> Result<String> {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80").canonicalize()?;
-    let mut text = std::fs::read_to_string(meshes.join(FRICTION.1))?;
-    for (from, to) in [
-        ("segments = 18", format!("segments = {segments}")),
-        ("segment_length_mm = 4.0", format!("segment_length_mm = {length:?}")),
-        ("file = \"tpu80.msh\"", format!("file = \"{}\"", meshes.join("tpu80.msh").display())),
-    ] {
-        ensure!(text.contains(from), "the scene has no line {from}");
-        text = text.replace(from, &to);
-    }
-    let path = chain.path(&format!("layouts/{segments}.toml"))?;
-    file::write_bytes(Path::new(&path), text)?;
-    Ok(path)
+    let text = std::fs::read_to_string(meshes.join(FRICTION.1))?;
+    let mesh = format!("file = \"{}\"", meshes.join("tpu80.msh").display());
+    let lines = [
+        ("segments = 18", &format!("segments = {segments}")[..]),
+        ("segment_length_mm = 4.0", &format!("segment_length_mm = {length:?}")),
+        ("file = \"tpu80.msh\"", &mesh),
+    ];
+    chain.write_changed(&text, &lines, &format!("layouts/{segments}.toml"))
 }
 
 fn reach(identified: &Path, n_tendons: usize) -> Result<Reach> {
