@@ -7,12 +7,13 @@ use std::time::Instant;
 use hysteron_base::{BadInput, Recording, rng};
 use hysteron_learn::{Epoch, Progress};
 use hysteron_twin::residual::{
-    Fitted, Sequence, Sessions, StatefulOptions, WindowedOptions, fit_stateful, fit_windowed,
+    Fitted, PUBLISHED, Sequence, Sessions, StatefulOptions, fit_stateful, fit_windowed,
 };
 use indicatif::ProgressBar;
 use rand::seq::IndexedRandom;
 
 use crate::inputs::{self, Input};
+use crate::paper_design::PaperDesign;
 use crate::{interrupt, paths, terminal};
 
 const HELP: &str = "\
@@ -66,9 +67,8 @@ pub struct Arguments {
     /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
     #[arg(long)]
     feedback: bool,
-    /// Only every Nth window of the paper's design; 1 is published
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    stride: usize,
+    #[command(flatten)]
+    paper: PaperDesign,
     /// Seed of weights, order and held-out recordings
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -128,14 +128,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             (fit_stateful(&sequences, &held_out, &scene_hash, &options, &sessions)?, display.bar)
         }
         DesignName::Paper => {
-            let default = WindowedOptions::default();
-            let options = WindowedOptions {
-                epochs: arguments.epochs.unwrap_or(default.epochs),
-                hidden: arguments.hidden.unwrap_or(default.hidden),
-                stride: arguments.stride,
-                seed: arguments.seed,
-                ..default
-            };
+            let Arguments { epochs, hidden, seed, .. } = *arguments;
+            let options = arguments.paper.options(PUBLISHED, [epochs, hidden], seed);
             let display = Display::new(1, options.epochs);
             let sessions =
                 Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };

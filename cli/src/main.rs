@@ -18,6 +18,7 @@ mod inputs;
 mod interrupt;
 mod mesh;
 mod network;
+mod paper_design;
 mod paths;
 mod plan;
 mod reach;

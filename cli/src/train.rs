@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::BadInput;
 use hysteron_control::inverse::{
-    Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, StatefulOptions, WindowedOptions,
-    fit_stateful, fit_windowed,
+    Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, StatefulOptions, fit_stateful,
+    fit_windowed,
 };
 use hysteron_learn::{Epoch, Progress, Session};
 use indicatif::ProgressBar;
 use serde_json::json;
 
+use crate::paper_design::PaperDesign;
 use crate::{inputs, interrupt, paths, terminal};
 
 const HELP: &str = "\
@@ -63,12 +64,8 @@ pub struct Arguments {
     /// Pull that all tendons are to have in common at the least, so that none goes slack; stateful only
     #[arg(long, value_name = "MM")]
     least_pull_mm: Option<f64>,
-    /// Only every Nth window of the paper's design; 1 is published
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    stride: usize,
-    /// Windows of a step of the paper's design; 256 is published
-    #[arg(long, value_name = "N", default_value_t = 256)]
-    batch: usize,
+    #[command(flatten)]
+    paper: PaperDesign,
     /// Seed of weights, order, noise and held-out recordings
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -99,7 +96,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut session = Session { file: Some(&beside), progress: &mut progress };
     let fitted = match arguments.design {
         DesignName::Stateful => fit_stateful(&data, &stateful(arguments), &mut session),
-        DesignName::Paper => fit_windowed(&data, &paper(arguments), &mut session),
+        DesignName::Paper => {
+            let Arguments { epochs, hidden, seed, .. } = *arguments;
+            fit_windowed(&data, &arguments.paper.options(PUBLISHED, [epochs, hidden], seed), &mut session)
+        }
     };
     display.end();
     let mut fitted = fitted?;
@@ -142,18 +142,6 @@ fn stateful(arguments: &Arguments) -> StatefulOptions {
         epochs: arguments.epochs.unwrap_or(default.epochs),
         hidden: arguments.hidden.unwrap_or(default.hidden),
         loss: LossWeights { least_pull_m, ..default.loss },
-        seed: arguments.seed,
-        ..default
-    }
-}
-
-fn paper(arguments: &Arguments) -> WindowedOptions {
-    let default = WindowedOptions::default();
-    WindowedOptions {
-        epochs: arguments.epochs.unwrap_or(default.epochs),
-        hidden: arguments.hidden.unwrap_or(default.hidden),
-        stride: arguments.stride,
-        batch: arguments.batch,
         seed: arguments.seed,
         ..default
     }

@@ -24,6 +24,7 @@ mod sequence;
 mod tensor_file;
 mod trainer;
 mod training;
+mod windowed;
 
 pub use adam::{Adam, half_cosine};
 pub use architecture::{Architecture, Head};
@@ -34,7 +35,8 @@ pub use lesson::{Epoch, Learned, Lesson, Progress, Session, teach};
 pub use loss::mean_squared_error;
 pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};
-pub use passes::{Gathered, Sequences, Sum, Windows};
+pub use passes::{Sequences, Sum};
 pub use runner::Runner;
 pub use trainer::Trainer;
 pub use training::Training;
+pub use windowed::{WindowedLesson, WindowedOptions, WindowedPath, windows};

@@ -1,8 +1,8 @@
-//! One pass over data, as training makes it and as judging does: whole sequences side by side, or windows of them in batches.
+//! One pass over whole sequences side by side, as training makes it and as judging does.
 
 use std::ops::Range;
 
-use crate::{Batch, Memory, Outputs, Result, Training, mean_squared_error};
+use crate::{Batch, Memory, Outputs, Result, Training};
 
 /// Losses, and how many samples they are of.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -19,7 +19,7 @@ impl Sum {
         self.loss / f64::max(self.count, 1.0)
     }
 
-    fn add(&mut self, other: Self) {
+    pub(crate) fn add(&mut self, other: Self) {
         self.loss += other.loss;
         self.count += other.count;
     }
@@ -36,27 +36,6 @@ pub trait Sequences {
     /// Losses where outputs [step][row][channel] begin at sample `start`, none for sequences that have ended; where
     /// asked for, with the gradient of their mean by the outputs, which enters as zeros.
     fn judge(&mut self, start: usize, outputs: &[f32], gradient: Option<&mut [f32]>) -> Sum;
-}
-
-/// Inputs [step][row][channel] and targets [row][channel] of some windows.
-pub type Gathered = (Vec<f32>, Vec<f32>);
-
-/// Windows of sequences, each with one output, at its end.
-pub struct Windows<'a, W> {
-    /// Samples of a window.
-    pub samples: usize,
-    /// All of them, in the order of the pass.
-    pub order: &'a [W],
-    /// How many are taken at a time.
-    pub batch: usize,
-    /// What enters and what is to come out, of some.
-    pub gather: &'a dyn Fn(&[W]) -> Gathered,
-}
-
-impl<W> Windows<'_, W> {
-    fn entering<'a>(&self, inputs: &'a [f32], rows: usize) -> Batch<'a> {
-        Batch { inputs, steps: self.samples, rows, outputs: Outputs::Last }
-    }
 }
 
 fn pieces(longest: usize, piece: usize) -> impl ExactSizeIterator<Item = Range<usize>> {
@@ -109,49 +88,6 @@ impl Training {
             all.add(sequences.judge(samples.start, &outputs, None));
         }
         Ok(all)
-    }
-
-    /// Goes through windows once. The mean squared error, or none where `on_step(done, of)` ended it.
-    ///
-    /// # Errors
-    /// As [`crate::Trainer::step`].
-    pub fn train_windows<W>(
-        &mut self,
-        windows: &Windows<'_, W>,
-        on_step: &mut dyn FnMut(usize, usize) -> bool,
-    ) -> Result<Option<f64>> {
-        let (n_steps, mut all) = (windows.order.len().div_ceil(windows.batch), Sum::default());
-        for (k, chunk) in windows.order.chunks(windows.batch).enumerate() {
-            let (inputs, targets) = (windows.gather)(chunk);
-            let mut memory = Memory::zeros(self.network().architecture(), chunk.len());
-            let batch = windows.entering(&inputs, chunk.len());
-            let loss = self
-                .step(&batch, &mut memory, |found, gradient| mean_squared_error(found, &targets, gradient))?;
-            let count = chunk.len() as f64;
-            all.add(Sum { loss: loss * count, count });
-            if !on_step(k + 1, n_steps) {
-                return Ok(None);
-            }
-        }
-        Ok(Some(all.mean()))
-    }
-
-    /// Outputs of the weights that are judged, and targets, batch by batch.
-    ///
-    /// # Errors
-    /// As [`crate::Trainer::predict`].
-    pub fn judge_windows<W>(
-        &self,
-        windows: &Windows<'_, W>,
-        judge: &mut dyn FnMut(&[f32], &[f32]),
-    ) -> Result<()> {
-        for chunk in windows.order.chunks(windows.batch) {
-            let (inputs, targets) = (windows.gather)(chunk);
-            let mut memory = Memory::zeros(self.network().architecture(), chunk.len());
-            let found = self.predict(&windows.entering(&inputs, chunk.len()), &mut memory)?;
-            judge(&found, &targets);
-        }
-        Ok(())
     }
 }
 

@@ -1,11 +1,11 @@
 //! Strokes for a path: the stateful design sample by sample, the paper's window by window.
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Adam, Batch, Memory, Outputs, Runner, Trainer};
+use hysteron_learn::{Adam, Batch, Memory, Outputs, Runner, Trainer, windows};
 
 use super::model::check_limits;
 use super::smooth::{PathPoint, smooth};
-use super::windowed::{gather, normalised_path};
+use super::windowed::normalised_path;
 use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression, Tip};
 use crate::{Limits, Result};
 
@@ -208,7 +208,7 @@ impl InverseModel {
         let mut bounded = vec![0.0; self.n_tendons];
         for start in (0..path.len()).step_by(BATCH) {
             let ends = start..(start + BATCH).min(path.len());
-            let inputs = gather(ends.clone().map(|end| (&normalised[..], end)), window, self.axes().len());
+            let inputs = windows(ends.clone().map(|end| (&normalised[..], end)), window, self.axes().len());
             let batch = Batch { inputs: &inputs, steps: window, rows: ends.len(), outputs: Outputs::Last };
             let outputs =
                 trainer.predict(&batch, &mut Memory::zeros(self.network.architecture(), ends.len()))?;

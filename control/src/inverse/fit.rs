@@ -4,7 +4,6 @@ use hysteron_learn::{Adam, Learned, Lesson, Network, Normaliser, Session, Traine
 use serde_json::{Value, json};
 
 use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
-use crate::{Error, Result};
 
 /// A trained controller and how well it does on the trajectories held out.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +19,9 @@ pub struct Fitted {
 }
 
 /// A design in training, judged by its strokes in millimetres.
-pub(super) trait Strokes: Lesson<Error = Error> {
+pub(super) trait Strokes: Lesson {
     /// Mean square error of each stroke held out [mm²].
-    fn squares(&self, training: &Training) -> Result<Vec<f64>>;
+    fn squares(&self, training: &Training) -> Result<Vec<f64>, Self::Error>;
 }
 
 /// The best weights, the epochs after which they were found, and whether the training came to its end.
@@ -74,7 +73,7 @@ pub(super) fn run<L: Strokes>(
     seed: u64,
     identity: &Value,
     session: &mut Session<'_>,
-) -> Result<Outcome> {
+) -> Result<Outcome, L::Error> {
     let learned = teach(lesson, network, seed, identity, session)?;
     // Judged by themselves, not by what the training came to after them.
     let judged = Training::new(Trainer::new(learned.network.clone(), Adam::default(), seed)?, None);

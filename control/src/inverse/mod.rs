@@ -29,7 +29,7 @@ pub use model::{Design, InverseModel};
 pub use regression::StaticRegression;
 pub use smooth::{PathPoint, Smoothing};
 pub use stateful::{StatefulOptions, fit_stateful};
-pub use windowed::{WindowedOptions, fit_windowed};
+pub use windowed::{PUBLISHED, fit_windowed};
 pub use workspace::Workspace;
 
 /// Result of a check that has no file to fail on.

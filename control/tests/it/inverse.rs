@@ -5,11 +5,11 @@ use std::path::Path;
 
 use hysteron_base::{Bounds, Channel, Metadata, Recording, rng};
 use hysteron_control::inverse::{
-    Axes, Commands, Controller, Dataset, Demonstration, Fitted, InverseModel, Origin, StatefulOptions, Tip,
-    WindowedOptions, fit_stateful, fit_windowed,
+    Axes, Commands, Controller, Dataset, Demonstration, Fitted, InverseModel, Origin, PUBLISHED,
+    StatefulOptions, Tip, fit_stateful, fit_windowed,
 };
 use hysteron_control::{Error, Limits};
-use hysteron_learn::{Progress, Session};
+use hysteron_learn::{Progress, Session, WindowedOptions};
 use rand::RngExt;
 
 /// Width of the play between stroke and tip [m].
@@ -79,7 +79,7 @@ fn quick() -> StatefulOptions {
 }
 
 fn tiny() -> WindowedOptions {
-    WindowedOptions { window: 20, hidden: 8, stride: 40, epochs: 3, batch: 32, ..Default::default() }
+    WindowedOptions { window: 20, hidden: 8, stride: 40, epochs: 3, batch: 32, ..PUBLISHED }
 }
 
 fn fit(data: &Dataset, options: &StatefulOptions) -> Fitted {

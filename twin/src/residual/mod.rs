@@ -33,7 +33,7 @@ pub use model::{Design, ResidualModel};
 pub use rollout::Rollout;
 pub use sequence::{DECODER, Sequence};
 pub use stateful::{StatefulOptions, fit_stateful};
-pub use windowed::{WindowedOptions, fit_windowed};
+pub use windowed::{PUBLISHED, fit_windowed};
 
 /// Where the trainings of several networks stand between runs, and who is told.
 pub struct Sessions<'a> {

@@ -9,8 +9,8 @@ use hysteron_twin::coreact::{
 };
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
-    DECODER, Decoder, Design, Fitted, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions,
-    WindowedOptions, fit_stateful, fit_windowed,
+    DECODER, Decoder, Design, Fitted, PUBLISHED, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions,
+    fit_stateful, fit_windowed,
 };
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
@@ -379,8 +379,8 @@ fn recordings_identified_in_different_ways_are_not_mixed() {
     let two = refusal(&[with(Some(one.clone())), with(Some(another))]);
     assert!(two.contains("those of another network"), "{two}");
     let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
-    let (told, options) = ([with(Some(one))], WindowedOptions::default());
-    let paper = fit_windowed(&told, &told, "scene", &options, &sessions).unwrap_err().to_string();
+    let told = [with(Some(one))];
+    let paper = fit_windowed(&told, &told, "scene", &PUBLISHED, &sessions).unwrap_err().to_string();
     assert!(paper.contains("without --residual"), "{paper}");
 }
 

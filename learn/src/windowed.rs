@@ -1,0 +1,297 @@
+//! The published way to train (paper 003, sections V-A d and V-B c): windows of samples, an output at the end of each, mean
+//! squared error, Adam with a step size that may fall in stairs.
+
+use hysteron_base::{BadInput, rng};
+use rand::seq::SliceRandom;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Adam, Architecture, Batch, Error, Head, Lesson, Memory, Normaliser, Outputs, Result, Sum, Training,
+    mean_squared_error,
+};
+
+/// How to train on windows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WindowedOptions {
+    /// Samples of a window.
+    pub window: usize,
+    /// Samples between the ends of two windows.
+    pub stride: usize,
+    /// Hidden units of each layer.
+    pub hidden: usize,
+    /// LSTM layers.
+    pub layers: usize,
+    /// Dropout between layers.
+    pub dropout: f64,
+    /// Epochs.
+    pub epochs: usize,
+    /// Windows of a step.
+    pub batch: usize,
+    /// Step size of Adam at the start.
+    pub learning_rate: f64,
+    /// Epochs of a stair.
+    pub stair: usize,
+    /// What the step size is multiplied by from stair to stair.
+    pub stair_factor: f64,
+    /// Weight decay of Adam.
+    pub weight_decay: f64,
+    /// Seed of weights, order and dropout.
+    pub seed: u64,
+}
+
+impl WindowedOptions {
+    /// The network for so many inputs and outputs.
+    pub fn architecture(&self, inputs: usize, outputs: usize, head: Head) -> Architecture {
+        let Self { hidden, layers, dropout, .. } = *self;
+        Architecture { inputs, hidden, layers, outputs, head, dropout }
+    }
+
+    fn check(&self) -> Result<()> {
+        let counts = [
+            ("window", self.window),
+            ("stride", self.stride),
+            ("epochs", self.epochs),
+            ("batch", self.batch),
+            ("stair", self.stair),
+        ];
+        match counts.iter().find(|(_, n)| *n == 0) {
+            Some((name, _)) => Err(BadInput::new(*name, "at least 1", "0").into()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A trajectory as a network sees it, normalised.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WindowedPath {
+    /// What enters (n × inputs).
+    pub inputs: Vec<f32>,
+    /// What is to come out (n × outputs).
+    pub targets: Vec<f32>,
+    /// Samples in which a window may end.
+    pub ends: Vec<usize>,
+}
+
+/// Windows side by side, [step][row][channel]: each ends in a sample of a path of `n` channels, with zeros before its
+/// beginning.
+pub fn windows<'a>(
+    ends: impl Iterator<Item = (&'a [f32], usize)> + Clone,
+    window: usize,
+    n: usize,
+) -> Vec<f32> {
+    let n_rows = ends.clone().count();
+    let mut values = vec![0.0; window * n_rows * n];
+    for (row, (path, end)) in ends.enumerate() {
+        for step in 0..window {
+            let Some(i) = (end + 1 + step).checked_sub(window) else { continue };
+            let at = (step * n_rows + row) * n;
+            values[at..at + n].copy_from_slice(&path[n * i..n * (i + 1)]);
+        }
+    }
+    values
+}
+
+/// A network that learns from windows; errors in the unit of `half_width`.
+#[derive(Debug)]
+pub struct WindowedLesson<'a> {
+    options: &'a WindowedOptions,
+    n_inputs: usize,
+    half_width: Vec<f64>,
+    seen: Vec<WindowedPath>,
+    unseen: Vec<WindowedPath>,
+}
+
+/// A path among several, and the last sample of a window in it.
+type End = (usize, usize);
+
+impl<'a> WindowedLesson<'a> {
+    /// Learns from `seen` and is judged by `unseen`; `unit` is how much of the unit of errors the unit of the outputs is.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn new(
+        options: &'a WindowedOptions,
+        [inputs, outputs]: [&Normaliser; 2],
+        unit: f64,
+        [seen, unseen]: [Vec<WindowedPath>; 2],
+    ) -> Result<Self> {
+        options.check()?;
+        let half_width = outputs.channels.iter().map(|c| 0.5 * unit * (c.max - c.min)).collect();
+        Ok(Self { options, n_inputs: inputs.channels.len(), half_width, seen, unseen })
+    }
+
+    /// Mean square error of each output on what is unseen.
+    ///
+    /// # Errors
+    /// As [`crate::Trainer::predict`].
+    pub fn squares(&self, training: &Training) -> Result<Vec<f64>> {
+        let (ends, n) = (self.ends(&self.unseen), self.half_width.len());
+        let mut squares = vec![0.0; n];
+        for rows in ends.chunks(self.options.batch) {
+            let (inputs, targets) = self.gather(&self.unseen, rows);
+            let mut memory = Memory::zeros(training.network().architecture(), rows.len());
+            let found = training.predict(&self.batch(&inputs, rows.len()), &mut memory)?;
+            for (k, (found, target)) in found.iter().zip(targets).enumerate() {
+                squares[k % n] += (self.half_width[k % n] * f64::from(found - target)).powi(2);
+            }
+        }
+        Ok(squares.into_iter().map(|sum| sum / ends.len().max(1) as f64).collect())
+    }
+
+    fn ends(&self, paths: &[WindowedPath]) -> Vec<End> {
+        let of_path = |(k, path): (usize, &WindowedPath)| {
+            path.ends.iter().step_by(self.options.stride).map(move |&end| (k, end)).collect::<Vec<_>>()
+        };
+        paths.iter().enumerate().flat_map(of_path).collect()
+    }
+
+    /// Inputs [step][row][channel] and targets [row][channel].
+    fn gather(&self, paths: &[WindowedPath], ends: &[End]) -> (Vec<f32>, Vec<f32>) {
+        let n = self.half_width.len();
+        let rows = ends.iter().map(|&(k, end)| (&paths[k].inputs[..], end));
+        let targets = ends.iter().flat_map(|&(k, end)| &paths[k].targets[end * n..(end + 1) * n]);
+        (windows(rows, self.options.window, self.n_inputs), targets.copied().collect())
+    }
+
+    fn batch<'b>(&self, inputs: &'b [f32], rows: usize) -> Batch<'b> {
+        Batch { inputs, steps: self.options.window, rows, outputs: Outputs::Last }
+    }
+}
+
+/// Mean of squares of several outputs.
+fn mean(squares: &[f64]) -> f64 {
+    squares.iter().sum::<f64>() / squares.len().max(1) as f64
+}
+
+impl Lesson for WindowedLesson<'_> {
+    type Error = Error;
+
+    fn epochs(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn patience(&self) -> usize {
+        self.options.epochs
+    }
+
+    fn adam(&self, epoch: usize) -> Adam {
+        let stairs = i32::try_from(epoch / self.options.stair).unwrap_or(i32::MAX);
+        Adam {
+            learning_rate: self.options.learning_rate * self.options.stair_factor.powi(stairs),
+            weight_decay: self.options.weight_decay,
+            ..Adam::default()
+        }
+    }
+
+    fn renewed(&self) -> Option<f32> {
+        None
+    }
+
+    fn train(
+        &mut self,
+        training: &mut Training,
+        epoch: usize,
+        on_step: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<Option<f64>> {
+        let mut ends = self.ends(&self.seen);
+        ends.shuffle(&mut rng(self.options.seed, &format!("windows/order/{epoch}")));
+        let batches = ends.chunks(self.options.batch);
+        let (n_steps, mut all) = (batches.len(), Sum::default());
+        for (k, rows) in batches.enumerate() {
+            let (inputs, targets) = self.gather(&self.seen, rows);
+            let mut memory = Memory::zeros(training.network().architecture(), rows.len());
+            let batch = self.batch(&inputs, rows.len());
+            let loss = training
+                .step(&batch, &mut memory, |found, gradient| mean_squared_error(found, &targets, gradient))?;
+            let count = rows.len() as f64;
+            all.add(Sum { loss: loss * count, count });
+            if !on_step(k + 1, n_steps) {
+                return Ok(None);
+            }
+        }
+        let squares: Vec<f64> = self.half_width.iter().map(|width| width * width).collect();
+        Ok(Some(mean(&squares) * all.mean()))
+    }
+
+    fn validate(&mut self, training: &Training) -> Result<f64> {
+        Ok(mean(&self.squares(training)?).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::*;
+    use crate::{ChannelRange, Network, Session, teach};
+
+    const OPTIONS: WindowedOptions = WindowedOptions {
+        window: 8,
+        stride: 1,
+        hidden: 8,
+        layers: 1,
+        dropout: 0.0,
+        epochs: 30,
+        batch: 16,
+        learning_rate: 2e-2,
+        stair: 10,
+        stair_factor: 0.5,
+        weight_decay: 0.0,
+        seed: 1,
+    };
+
+    #[test]
+    fn windows_end_in_their_sample_and_begin_with_zeros() {
+        let path: Vec<f32> = (1..=8).map(|v| v as f32).collect();
+        let ends = [(&path[..], 1), (&path[..], 3)];
+        // Steps of both rows: x, y; x, y.
+        let expected = [0.0, 0.0, 3.0, 4.0, 1.0, 2.0, 5.0, 6.0, 3.0, 4.0, 7.0, 8.0];
+        assert_eq!(windows(ends.iter().copied(), 3, 2), expected);
+    }
+
+    /// Play of half the range between input and output, which one sample cannot tell and a window can.
+    fn play(n: usize, phase: f32) -> WindowedPath {
+        let inputs: Vec<f32> = (0..n).map(|i| (0.3 * i as f32 + phase).sin()).collect();
+        let mut output = 0.0f32;
+        let follow = |input: &f32| {
+            output = output.clamp(input - 0.5, input + 0.5);
+            output
+        };
+        WindowedPath { targets: inputs.iter().map(follow).collect(), inputs, ends: (20..n).collect() }
+    }
+
+    fn range(name: &str, half: f64) -> Normaliser {
+        Normaliser::new(vec![ChannelRange { name: name.to_owned(), min: -half, max: half }]).unwrap()
+    }
+
+    #[test]
+    fn a_network_learns_from_windows_what_a_sample_does_not_tell() {
+        let paths = [vec![play(120, 0.0), play(120, 1.0)], vec![play(120, 2.0)]];
+        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
+        // The best that can be said of one sample alone is the input itself, in the middle of both branches.
+        let [unseen] = &paths[1][..] else { unreachable!() };
+        let errors = unseen.ends.iter().map(|&i| f64::from(unseen.inputs[i] - unseen.targets[i]).powi(2));
+        let alone = 500.0 * (errors.sum::<f64>() / unseen.ends.len() as f64).sqrt();
+        let mut lesson = WindowedLesson::new(&OPTIONS, [&inputs, &outputs], 1e3, paths).unwrap();
+        let network = Network::new(&OPTIONS.architecture(1, 1, Head::Linear), 1).unwrap();
+        let mut session = Session { file: None, progress: &mut |_| true };
+        let learned = teach(&mut lesson, network, 1, &serde_json::json!({}), &mut session).unwrap();
+        assert!(learned.held_out < 0.25 * alone, "{} mm, without a window {alone} mm", learned.held_out);
+    }
+
+    #[test]
+    fn the_step_size_falls_in_stairs() {
+        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
+        let nothing = [Vec::new(), Vec::new()];
+        let lesson = WindowedLesson::new(&OPTIONS, [&inputs, &outputs], 1.0, nothing).unwrap();
+        assert_eq!([0, 9, 10, 29].map(|epoch| lesson.adam(epoch).learning_rate), [2e-2, 2e-2, 1e-2, 5e-3]);
+    }
+
+    #[test]
+    fn options_out_of_range_are_named() {
+        let options = WindowedOptions { stride: 0, ..OPTIONS };
+        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
+        let refused = WindowedLesson::new(&options, [&inputs, &outputs], 1.0, [Vec::new(), Vec::new()]);
+        assert_eq!(refused.unwrap_err().to_string().split(':').next(), Some("stride"));
+    }
+}
