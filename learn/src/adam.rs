@@ -25,11 +25,6 @@ pub struct Adam {
     pub clip_norm: Option<f64>,
 }
 
-/// What a step size is multiplied by after `part` of a training, 0 to 1: from 1 to a hundredth along half a cosine.
-pub fn half_cosine(part: f64) -> f64 {
-    0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * part).cos())
-}
-
 impl Default for Adam {
     fn default() -> Self {
         Self {

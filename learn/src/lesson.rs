@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_base::BadInput;
 use serde_json::Value;
 
-use crate::{Adam, Error, Network, Trainer, Training};
+use crate::{Error, Network, Schedule, Trainer, Training};
 
 /// What a training reports after an epoch; errors in the unit of the lesson.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,14 +48,8 @@ pub struct Session<'a> {
 pub trait Lesson {
     /// What can go wrong in it.
     type Error: From<Error>;
-    /// Epochs at most.
-    fn epochs(&self) -> usize;
-    /// Epochs without a better error after which it ends.
-    fn patience(&self) -> usize;
-    /// Settings of Adam in an epoch.
-    fn adam(&self, epoch: usize) -> Adam;
-    /// Part of the running mean of the weights that each step renews; none for no mean.
-    fn renewed(&self) -> Option<f32>;
+    /// The course of its training.
+    fn schedule(&self) -> Schedule;
     /// Goes through all training data once; the mean squared loss, or none where `on_step(done, of)` ended it.
     ///
     /// # Errors
@@ -98,17 +92,17 @@ pub fn teach<L: Lesson>(
     identity: &Value,
     session: &mut Session<'_>,
 ) -> Result<Learned, L::Error> {
+    let schedule = lesson.schedule();
     let mut training = match session.file.filter(|path| path.exists()) {
         Some(path) => resumed(path, identity)?,
-        None => Training::new(Trainer::new(network, lesson.adam(0), seed)?, lesson.renewed()),
+        None => Training::new(Trainer::new(network, schedule.adam, seed)?, schedule.renewed),
     };
-    let is_over = |training: &Training, lesson: &L| {
-        training.epochs() >= lesson.epochs() || training.is_stuck(lesson.patience())
-    };
-    let mut is_finished = is_over(&training, lesson);
+    let is_over =
+        |training: &Training| training.epochs() >= schedule.epochs || training.is_stuck(schedule.patience);
+    let mut is_finished = is_over(&training);
     while !is_finished {
         let epoch = training.epochs();
-        training.set_learning_rate(lesson.adam(epoch).learning_rate);
+        training.set_learning_rate(schedule.learning_rate(epoch));
         let mut on_step = |done, of| (session.progress)(&Progress::Step { epoch, done, of });
         let Some(loss) = lesson.train(&mut training, epoch, &mut on_step)? else { break };
         let held_out = lesson.validate(&training)?;
@@ -118,7 +112,7 @@ pub fn teach<L: Lesson>(
         }
         let best = training.best().map_or(held_out, |(_, _, error)| error);
         let report = Epoch { number: epoch + 1, training: loss.sqrt(), held_out, best };
-        is_finished = is_over(&training, lesson);
+        is_finished = is_over(&training);
         if !(session.progress)(&Progress::Epoch(report)) {
             break;
         }

@@ -102,8 +102,8 @@ pub(crate) fn forward(
         });
 }
 
-/// Goes back through time after [`forward`]: writes the gradient by the parameters, as [`LayerWeights`] lie,
-/// and by the inputs. The gates on the tape are used up.
+/// Goes back through time after [`forward`], as far as anything is left of the derivatives: writes the gradient by the
+/// parameters, as [`LayerWeights`] lie, and by the inputs. The gates on the tape are used up.
 ///
 /// `h` is what `forward` wrote and `dh` the gradient by it.
 pub(crate) fn backward(
@@ -117,38 +117,49 @@ pub(crate) fn backward(
 ) {
     let n = shape.hidden;
     let Tape { gates, cells } = tape;
-    let groups = by_group(gates, shape, 4 * n);
-    groups.into_par_iter().enumerate().for_each(|(index, gates)| {
+    let cells = &cells[..];
+    let walk = |(index, gates): (usize, &mut Vec<&mut [f32]>)| {
         let first = index * shape.group() * n;
-        back_through_time(shape, weights.hh, gates, first, [cells, dh, c0]);
-    });
-    let dz = &gates[..];
-    gradient(shape, [dz, x, h, h0], d_parameters);
+        back_through_time(shape, weights.hh, gates, first, [cells, dh, c0])
+    };
+    let mut groups = by_group(gates, shape, 4 * n);
+    let begins: Vec<usize> = groups.par_iter_mut().enumerate().map(walk).collect();
+    let begin = begins.iter().copied().min().unwrap_or(0);
+    for (gates, own) in groups.into_iter().zip(begins) {
+        gates.into_iter().take(own).skip(begin).for_each(|gates| gates.fill(0.0));
+    }
+    let dz = &gates[begin * shape.rows * 4 * n..];
+    gradient(shape, begin, [dz, x, h, h0], d_parameters);
     if let Some(dx) = dx {
+        let (before, dx) = dx.split_at_mut(begin * shape.rows * shape.inputs);
+        before.fill(0.0);
         let chunks = dx.par_chunks_mut(CHUNK * shape.inputs).zip(dz.par_chunks(CHUNK * 4 * n));
         chunks.for_each(|(dx, dz)| multiply(dx, rows(dz, 4 * n), rows(weights.ih, shape.inputs)));
     }
 }
 
-/// The steps of one group of rows, last to first; its values begin at `first` in every [row][unit] array.
+/// The steps of one group of rows, last to first; its values begin at `first` in every [row][unit] array. Gives the step
+/// down to which it went: before that nothing comes from above, and what came from later has vanished.
 fn back_through_time(
     shape: Shape,
     weights_hh: &[f32],
-    gates: Vec<&mut [f32]>,
+    gates: &mut [&mut [f32]],
     first: usize,
     [cells, dh, c0]: [&[f32]; 3],
-) {
+) -> usize {
     let n = shape.hidden;
-    let Some(size) = gates.first().map(|gates| gates.len() / 4) else { return };
+    let Some(size) = gates.first().map(|gates| gates.len() / 4) else { return 0 };
     let of_step = |values, t: usize| -> &[f32] {
         let values: &[f32] = values;
         &values[t * shape.rows * n + first..][..size]
     };
+    let is_zero = |values: &[f32]| values.iter().all(|value| *value == 0.0);
+    let from_above = (0..shape.steps).take_while(|&t| is_zero(of_step(dh, t))).count();
     let (mut dh_next, mut dc) = (vec![0.0; size], vec![0.0; size]);
-    for (t, gates) in gates.into_iter().enumerate().rev() {
+    for (t, gates) in gates.iter_mut().enumerate().rev() {
         let c_before = if t == 0 { &c0[first..][..size] } else { of_step(cells, t - 1) };
         Backward {
-            gates: &mut *gates,
+            gates,
             c_before,
             c: of_step(cells, t),
             dh_above: of_step(dh, t),
@@ -157,18 +168,28 @@ fn back_through_time(
             hidden: n,
         }
         .run();
+        if t <= from_above && is_zero(gates) && is_zero(&dc) {
+            return t;
+        }
         multiply(&mut dh_next, rows(gates, 4 * n), rows(weights_hh, n));
     }
+    0
 }
 
-/// ∂L/∂W_ih = Σ ∂L/∂z xᵀ, ∂L/∂W_hh = Σ ∂L/∂z h_beforeᵀ, ∂L/∂b = Σ ∂L/∂z, over all steps and rows.
-fn gradient(shape: Shape, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32]) {
+/// ∂L/∂W_ih = Σ ∂L/∂z xᵀ, ∂L/∂W_hh = Σ ∂L/∂z h_beforeᵀ, ∂L/∂b = Σ ∂L/∂z, over all rows and the steps from `begin` on,
+/// where `dz` begins.
+fn gradient(shape: Shape, begin: usize, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32]) {
     let (n, inputs) = (shape.hidden, shape.inputs);
     let (d_ih, rest) = d_parameters.split_at_mut(4 * n * inputs);
     let (d_hh, d_bias) = rest.split_at_mut(4 * n * n);
     let size = (4 * n).div_ceil(N_GRADIENT_TASKS);
     let (dz_first, dz_later) = dz.split_at(shape.rows * 4 * n);
-    let h_before = &h[..h.len() - shape.rows * n];
+    let x = &x[begin * shape.rows * inputs..];
+    let (h_first, h_later) = match begin.checked_sub(1) {
+        Some(before) => h[before * shape.rows * n..].split_at(shape.rows * n),
+        None => (h0, h),
+    };
+    let h_later = &h_later[..h_later.len() - shape.rows * n];
     d_ih.par_chunks_mut(size * inputs)
         .zip(d_hh.par_chunks_mut(size * n))
         .zip(d_bias.par_chunks_mut(size))
@@ -177,8 +198,8 @@ fn gradient(shape: Shape, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32])
             let (from, count) = (task * size, d_bias.len());
             let part = |dz| rows(dz, 4 * n).subcols(from, count).transpose();
             multiply(d_ih, part(dz), rows(x, inputs));
-            multiply(d_hh, part(dz_first), rows(h0, n));
-            multiply_add(d_hh, part(dz_later), rows(h_before, n));
+            multiply(d_hh, part(dz_first), rows(h_first, n));
+            multiply_add(d_hh, part(dz_later), rows(h_later, n));
             d_bias.fill(0.0);
             for dz in dz.chunks_exact(4 * n) {
                 for (sum, dz) in d_bias.iter_mut().zip(&dz[from..]) {
@@ -186,4 +207,59 @@ fn gradient(shape: Shape, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32])
                 }
             }
         });
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::rng;
+    use rand::RngExt;
+
+    use super::*;
+    use crate::gates::VANISHED;
+
+    /// Three groups of 9, 9 and 1 rows.
+    const SHAPE: Shape = Shape { steps: 120, rows: 19, inputs: 3, hidden: 5 };
+
+    fn uniform(name: &str, n: usize) -> Vec<f32> {
+        let mut stream = rng(1, name);
+        (0..n).map(|_| stream.random_range(-0.5..0.5)).collect()
+    }
+
+    /// The gradient by parameters and inputs for a derivative of this size in the last step of the first group, and less in
+    /// the others; in units of that size.
+    fn gradient_of(size: f32) -> [Vec<f32>; 2] {
+        let Shape { steps, rows, inputs, hidden } = SHAPE;
+        let parameters = uniform("parameters", 4 * hidden * (inputs + hidden + 1));
+        let weights = LayerWeights::new(&parameters, inputs, hidden);
+        let x = uniform("inputs", steps * rows * inputs);
+        let memory = [uniform("h", rows * hidden), uniform("c", rows * hidden)];
+        let memory = memory.each_ref().map(|values| &values[..]);
+        let (mut tape, mut h, mut dh) =
+            (Tape::default(), vec![0.0; SHAPE.n_states()], vec![0.0; SHAPE.n_states()]);
+        forward(SHAPE, weights, &x, memory, &mut tape, &mut h);
+        let last = (steps - 1) * rows * hidden;
+        for (row, dh) in dh[last..].chunks_exact_mut(hidden).enumerate() {
+            dh.fill(size * 0.5f32.powi(row as i32));
+        }
+        let mut found = [vec![0.0; parameters.len()], vec![0.0; x.len()]];
+        let [d_parameters, dx] = &mut found;
+        backward(SHAPE, weights, [&x, &h, &dh], memory, &mut tape, d_parameters, Some(dx));
+        found.map(|values| values.iter().map(|value| value / size).collect())
+    }
+
+    #[test]
+    fn the_way_back_ends_where_derivatives_have_vanished_and_misses_nothing() {
+        // A gradient is linear in what it is made from, and powers of two are exact: all that differs is what vanishes.
+        let (small, large) = (2f32.powi(-20), 2f32.powi(60));
+        let [ended, whole] = [small, large].map(gradient_of);
+        let n_before = |[_, dx]: &[Vec<f32>; 2]| dx.iter().take_while(|value| **value == 0.0).count();
+        let n_step = SHAPE.rows * SHAPE.inputs;
+        assert!(n_before(&ended) > 10 * n_step, "{} steps before", n_before(&ended) / n_step);
+        assert_eq!(n_before(&whole), 0);
+        // What has vanished, from every step and row, times an input or state of at most 1.
+        let lost = (SHAPE.steps * SHAPE.rows) as f32 * VANISHED / small;
+        for (ended, whole) in ended.iter().flatten().zip(whole.iter().flatten()) {
+            assert!((ended - whole).abs() <= lost + f32::EPSILON * whole.abs(), "{ended} {whole}");
+        }
+    }
 }

@@ -6,8 +6,8 @@ use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Adam, Architecture, Batch, Error, Head, Lesson, Memory, Normaliser, Outputs, Result, Sum, Training,
-    mean_squared_error,
+    Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Normaliser, Outputs, Result, Schedule, Sum,
+    Training, mean_squared_error,
 };
 
 /// How to train on windows.
@@ -166,25 +166,15 @@ fn mean(squares: &[f64]) -> f64 {
 impl Lesson for WindowedLesson<'_> {
     type Error = Error;
 
-    fn epochs(&self) -> usize {
-        self.options.epochs
-    }
-
-    fn patience(&self) -> usize {
-        self.options.epochs
-    }
-
-    fn adam(&self, epoch: usize) -> Adam {
-        let stairs = i32::try_from(epoch / self.options.stair).unwrap_or(i32::MAX);
-        Adam {
-            learning_rate: self.options.learning_rate * self.options.stair_factor.powi(stairs),
-            weight_decay: self.options.weight_decay,
-            ..Adam::default()
+    fn schedule(&self) -> Schedule {
+        let WindowedOptions { epochs, learning_rate, weight_decay, stair, stair_factor, .. } = *self.options;
+        Schedule {
+            epochs,
+            patience: epochs,
+            adam: Adam { learning_rate, weight_decay, ..Adam::default() },
+            fall: Fall::Stairs { epochs: stair, factor: stair_factor },
+            renewed: None,
         }
-    }
-
-    fn renewed(&self) -> Option<f32> {
-        None
     }
 
     fn train(
@@ -277,14 +267,6 @@ mod tests {
         let mut session = Session { file: None, progress: &mut |_| true };
         let learned = teach(&mut lesson, network, 1, &serde_json::json!({}), &mut session).unwrap();
         assert!(learned.held_out < 0.25 * alone, "{} mm, without a window {alone} mm", learned.held_out);
-    }
-
-    #[test]
-    fn the_step_size_falls_in_stairs() {
-        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
-        let nothing = [Vec::new(), Vec::new()];
-        let lesson = WindowedLesson::new(&OPTIONS, [&inputs, &outputs], 1.0, nothing).unwrap();
-        assert_eq!([0, 9, 10, 29].map(|epoch| lesson.adam(epoch).learning_rate), [2e-2, 2e-2, 1e-2, 5e-3]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Head, Lesson, Network, Normaliser, Sequences, Session, Sum, Training, half_cosine,
+    Adam, Architecture, Fall, Head, Lesson, Network, Normaliser, Schedule, Sequences, Session, Sum, Training,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -287,25 +287,15 @@ impl Sequences for Walk<'_> {
 impl Lesson for Trajectories<'_> {
     type Error = Error;
 
-    fn epochs(&self) -> usize {
-        self.options.epochs
-    }
-
-    fn patience(&self) -> usize {
-        self.options.patience
-    }
-
-    fn adam(&self, epoch: usize) -> Adam {
-        let part = epoch as f64 / self.options.epochs as f64;
-        Adam {
-            learning_rate: self.options.learning_rate * half_cosine(part),
-            clip_norm: Some(1.0),
-            ..Adam::default()
+    fn schedule(&self) -> Schedule {
+        let StatefulOptions { epochs, patience, learning_rate, .. } = *self.options;
+        Schedule {
+            epochs,
+            patience,
+            adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
+            fall: Fall::HalfCosine,
+            renewed: Some(self.options.renewed),
         }
-    }
-
-    fn renewed(&self) -> Option<f32> {
-        Some(self.options.renewed)
     }
 
     fn train(

@@ -6,7 +6,9 @@
 //! memory handed on.
 
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{Adam, Architecture, Head, Learned, Lesson, Network, Normaliser, Training, half_cosine};
+use hysteron_learn::{
+    Adam, Architecture, Fall, Head, Learned, Lesson, Network, Normaliser, Schedule, Training,
+};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -187,25 +189,15 @@ struct Trajectories<'a> {
 impl Lesson for Trajectories<'_> {
     type Error = Error;
 
-    fn epochs(&self) -> usize {
-        self.options.epochs
-    }
-
-    fn patience(&self) -> usize {
-        self.options.patience
-    }
-
-    fn adam(&self, epoch: usize) -> Adam {
-        let part = epoch as f64 / self.options.epochs as f64;
-        Adam {
-            learning_rate: self.options.learning_rate * half_cosine(part),
-            clip_norm: Some(1.0),
-            ..Adam::default()
+    fn schedule(&self) -> Schedule {
+        let StatefulOptions { epochs, patience, learning_rate, .. } = *self.options;
+        Schedule {
+            epochs,
+            patience,
+            adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
+            fall: Fall::HalfCosine,
+            renewed: Some(AVERAGED),
         }
-    }
-
-    fn renewed(&self) -> Option<f32> {
-        Some(AVERAGED)
     }
 
     /// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is

@@ -1,0 +1,73 @@
+//! How a training goes from epoch to epoch.
+
+use std::f64::consts::PI;
+
+use crate::Adam;
+
+/// How the step size falls from that of the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fall {
+    /// To a hundredth over all epochs, along half a cosine.
+    HalfCosine,
+    /// Multiplied by `factor` after every so many epochs.
+    Stairs {
+        /// Epochs of a stair, at least 1.
+        epochs: usize,
+        /// From stair to stair.
+        factor: f64,
+    },
+}
+
+/// The course of a training.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// Epochs at most.
+    pub epochs: usize,
+    /// Epochs without a better error after which it ends.
+    pub patience: usize,
+    /// The optimiser at the start.
+    pub adam: Adam,
+    /// What becomes of its step size.
+    pub fall: Fall,
+    /// Part of the running mean of the weights that each step renews; none for no mean.
+    pub renewed: Option<f32>,
+}
+
+impl Schedule {
+    /// Step size in an epoch, from 0.
+    pub fn learning_rate(&self, epoch: usize) -> f64 {
+        let factor = match self.fall {
+            Fall::HalfCosine => {
+                let part = epoch as f64 / self.epochs as f64;
+                0.01 + 0.99 * 0.5 * (1.0 + (PI * part).cos())
+            }
+            Fall::Stairs { epochs, factor } => factor.powi(i32::try_from(epoch / epochs).unwrap_or(i32::MAX)),
+        };
+        self.adam.learning_rate * factor
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rates<const N: usize>(fall: Fall, epochs: [usize; N]) -> [f64; N] {
+        let adam = Adam { learning_rate: 1e-3, ..Adam::default() };
+        let schedule = Schedule { epochs: 30, patience: 30, adam, fall, renewed: None };
+        epochs.map(|epoch| schedule.learning_rate(epoch))
+    }
+
+    #[test]
+    fn the_step_size_falls_in_stairs() {
+        let stairs = Fall::Stairs { epochs: 10, factor: 0.5 };
+        assert_eq!(rates(stairs, [0, 9, 10, 29]), [1e-3, 1e-3, 5e-4, 2.5e-4]);
+    }
+
+    #[test]
+    fn or_along_half_a_cosine() {
+        let [first, middle, last] = rates(Fall::HalfCosine, [0, 15, 30]);
+        assert_eq!(first, 1e-3);
+        // Halfway the cosine is zero, at the end it is -1: the mean of 1 and 0.01, and 0.01.
+        assert!((middle - 0.505e-3).abs() < 1e-12 && (last - 1e-5).abs() < 1e-12, "{middle} {last}");
+    }
+}
