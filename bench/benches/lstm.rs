@@ -4,14 +4,16 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use hysteron_bench::learn::{Stepped, Training, runner};
+use hysteron_learn::Outputs;
 
 fn training(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("lstm/step/2x512");
     group.sample_size(10);
     for (name, mut training) in [
-        ("fused/64x20", Training::fused(20).unwrap()),
+        ("fused/64x20", Training::fused(20, Outputs::All).unwrap()),
         ("candle/64x20", Training::unrolled(20).unwrap()),
-        ("fused/64x200", Training::fused(200).unwrap()),
+        ("fused/64x200", Training::fused(200, Outputs::All).unwrap()),
+        ("fused/64x200, loss at the last sample", Training::fused(200, Outputs::Last).unwrap()),
     ] {
         // From the same weights: the proof of equal work.
         println!("    loss of {name} at first {:.6}", training.step().unwrap());

@@ -24,6 +24,9 @@ const DURATION: f64 = 0.1;
 /// Rounds in which virtual tendons bring the marker to its place, each by the twin linearised where it is.
 const ROUNDS: usize = 6;
 
+/// Of the real tendons and of those along the axis [m].
+type Strokes = [f64; N_TENDONS + N_AXIS];
+
 /// Scene and mesh.
 pub struct Robot {
     scene: Scene,
@@ -121,26 +124,42 @@ impl Robot {
 
 /// Targets of the real tendons and of those along the axis as strokes [m]: a tendon released beyond `SLACK` is slack
 /// however it got there.
-fn primary(row: &Row) -> [f64; N_TENDONS + N_AXIS] {
+fn primary(row: &Row) -> Strokes {
     std::array::from_fn(|k| if k < N_TENDONS { row.strokes[k].max(-SLACK) } else { 0.0 })
 }
 
 /// Strokes on the way from one row to the next, the last included, none longer than `STEP`.
-fn between(
-    from: [f64; N_TENDONS + N_AXIS],
-    to: [f64; N_TENDONS + N_AXIS],
-) -> impl Iterator<Item = [f64; N_TENDONS + N_AXIS]> {
+fn between(from: Strokes, to: Strokes) -> impl Iterator<Item = Strokes> {
     let longest = from.iter().zip(&to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
     let n = (longest / STEP).ceil().max(1.0) as usize;
     (1..=n).map(move |i| std::array::from_fn(|k| from[k] + i as f64 / n as f64 * (to[k] - from[k])))
 }
 
-/// From row to row, in steps that are not too long.
+/// Steps from these strokes to those of a row, none too long; true if there is an equilibrium on all of the way.
+fn walk(strokes: &mut Strokes, row: &Row, mut step: impl FnMut(&Strokes) -> Result<bool>) -> Result<bool> {
+    for next in between(*strokes, primary(row)) {
+        if !step(&next)? {
+            return Ok(false);
+        }
+        *strokes = next;
+    }
+    Ok(true)
+}
+
+/// Whether a step found an equilibrium.
+fn is_balanced<T>(step: hysteron_twin::Result<T>) -> Result<bool> {
+    match step {
+        Err(Error::NoEquilibrium { .. }) => Ok(false),
+        other => other.map(|_| true).context("a step of the twin"),
+    }
+}
+
+/// From row to row, under the real tendons alone.
 struct Walk<'a> {
     twin: &'a Twin,
     stepper: Stepper,
     state: TwinState,
-    strokes: [f64; N_TENDONS + N_AXIS],
+    strokes: Strokes,
 }
 
 impl<'a> Walk<'a> {
@@ -150,15 +169,10 @@ impl<'a> Walk<'a> {
 
     /// True if there is an equilibrium; the shape stays at the last one.
     fn goes_to(&mut self, row: &Row) -> Result<bool> {
-        for strokes in between(self.strokes, primary(row)) {
+        walk(&mut self.strokes, row, |strokes| {
             let targets = strokes.map(Target::Stroke);
-            match self.stepper.step(self.twin, &targets, &mut self.state) {
-                Err(Error::NoEquilibrium { .. }) => return Ok(false),
-                other => other.context("a step of the twin")?,
-            };
-            self.strokes = strokes;
-        }
-        Ok(true)
+            is_balanced(self.stepper.step(self.twin, &targets, &mut self.state))
+        })
     }
 
     fn marker(&self) -> Vector3<f64> {
@@ -177,7 +191,7 @@ fn marker(twin: &Twin, state: &TwinState) -> Vector3<f64> {
 struct Led<'a> {
     twin: &'a Twin,
     identifier: Identifier<'a>,
-    strokes: [f64; N_TENDONS + N_AXIS],
+    strokes: Strokes,
 }
 
 impl<'a> Led<'a> {
@@ -189,28 +203,20 @@ impl<'a> Led<'a> {
 
     /// True if there is an equilibrium on all of the way.
     fn goes_to(&mut self, row: &Row, wanted: &Vector3<f64>) -> Result<bool> {
-        for strokes in between(self.strokes, primary(row)) {
-            if !self.steps(&strokes, None)? {
-                return Ok(false);
-            }
-            self.strokes = strokes;
+        let identifier = &mut self.identifier;
+        if !walk(&mut self.strokes, row, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))? {
+            return Ok(false);
         }
         for _ in 0..ROUNDS {
             // The twin is led by its tip; the marker is beyond it.
-            let state = self.identifier.state();
+            let state = identifier.state();
             let missing = wanted - marker(self.twin, state);
             let position = (Vector3::from(self.twin.tip_of(state)) + missing).into();
-            if !self.steps(&primary(row), Some(Goal { position, orientation: None }))? {
+            let goal = Goal { position, orientation: None };
+            if !is_balanced(identifier.step(&primary(row), Some(&goal), DURATION))? {
                 return Ok(false);
             }
         }
         Ok(true)
-    }
-
-    fn steps(&mut self, strokes: &[f64], goal: Option<Goal>) -> Result<bool> {
-        match self.identifier.step(strokes, goal.as_ref(), DURATION) {
-            Err(Error::NoEquilibrium { .. }) => Ok(false),
-            other => other.map(|_| true).context("a step of the twin"),
-        }
     }
 }
