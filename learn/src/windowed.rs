@@ -91,11 +91,12 @@ pub fn windows<'a>(
     values
 }
 
-/// A network that learns from windows; errors in the unit of `half_width`.
+/// A network that learns from windows.
 #[derive(Debug)]
 pub struct WindowedLesson<'a> {
     options: &'a WindowedOptions,
     n_inputs: usize,
+    /// Half the range of each output, in the unit of errors.
     half_width: Vec<f64>,
     seen: Vec<WindowedPath>,
     unseen: Vec<WindowedPath>,
@@ -105,7 +106,8 @@ pub struct WindowedLesson<'a> {
 type End = (usize, usize);
 
 impl<'a> WindowedLesson<'a> {
-    /// Learns from `seen` and is judged by `unseen`; `unit` is how much of the unit of errors the unit of the outputs is.
+    /// Learns from `seen` and is judged by `unseen`; `unit` is the unit of the outputs in that of errors, 1000 for metres in
+    /// millimetres.
     ///
     /// # Errors
     /// Options out of range.
