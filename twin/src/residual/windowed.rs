@@ -27,11 +27,12 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
     seed: 1,
 };
 
-/// Trains the paper's design, with [`PUBLISHED`] options or others, on `training`; keeps the weights that do best on `held_out`, root mean square error of the strokes.
+/// Trains the paper's design, with [`PUBLISHED`] options or others, on `training`; keeps the weights that do best on
+/// `held_out`, root mean square error of the strokes.
 ///
 /// # Errors
-/// Options out of range, sequences of different robots, or none; a file of another training; training that leaves finite numbers, or that is
-/// ended before its first epoch is done.
+/// Options out of range, sequences of different robots, or none; a file of another training; training that leaves finite
+/// numbers, or that is ended before its first epoch is done.
 pub fn fit_windowed(
     training: &[Sequence],
     held_out: &[Sequence],
