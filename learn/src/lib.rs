@@ -33,7 +33,7 @@ pub use batch::{Batch, Memory, Outputs};
 pub use checkpoint::Checkpoint;
 pub use error::{Error, Result};
 pub use lesson::{Epoch, Learned, Lesson, Progress, Session, teach};
-pub use loss::mean_squared_error;
+pub use loss::{mean, mean_squared_error};
 pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};
 pub use passes::{Sequences, Sum};

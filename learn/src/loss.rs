@@ -1,5 +1,10 @@
 //! Losses that more than one network is trained by.
 
+/// Mean of some values; zero of none.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
 /// Mean squared error of outputs against targets (the same number each); writes its gradient.
 ///
 /// # Panics

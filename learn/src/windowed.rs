@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Normaliser, Outputs, Result, Schedule, Sum,
-    Training, mean_squared_error,
+    Training, mean, mean_squared_error,
 };
 
 /// How to train on windows.
@@ -160,11 +160,6 @@ impl<'a> WindowedLesson<'a> {
     }
 }
 
-/// Mean of squares of several outputs.
-fn mean(squares: &[f64]) -> f64 {
-    squares.iter().sum::<f64>() / squares.len().max(1) as f64
-}
-
 impl Lesson for WindowedLesson<'_> {
     type Error = Error;
 
@@ -269,6 +264,16 @@ mod tests {
         let mut session = Session { file: None, progress: &mut |_| true };
         let learned = teach(&mut lesson, network, 1, &serde_json::json!({}), &mut session).unwrap();
         assert!(learned.held_out < 0.25 * alone, "{} mm, without a window {alone} mm", learned.held_out);
+    }
+
+    #[test]
+    fn the_step_size_falls_in_stairs() {
+        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
+        let nothing = [Vec::new(), Vec::new()];
+        let lesson = WindowedLesson::new(&OPTIONS, [&inputs, &outputs], 1.0, nothing).unwrap();
+        let schedule = lesson.schedule();
+        assert_eq!([0, 9, 10, 29].map(|epoch| schedule.learning_rate(epoch)), [2e-2, 2e-2, 1e-2, 5e-3]);
+        assert_eq!((schedule.epochs, schedule.patience, schedule.renewed), (30, 30, None));
     }
 
     #[test]

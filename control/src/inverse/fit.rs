@@ -93,7 +93,3 @@ pub(super) fn identity(design: &str, options: Value, data: &Dataset) -> Value {
         "trained_on": listed(&data.training), "held_out": listed(&data.validation),
     })
 }
-
-pub(super) fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}

@@ -7,13 +7,13 @@ use std::ops::Range;
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Architecture, Fall, Head, Lesson, Network, Normaliser, Schedule, Sequences, Session, Sum, Training,
+    Architecture, Head, Lesson, Network, Normaliser, Schedule, Sequences, Session, Sum, Training, mean,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::fit::{Fitted, Parts, Strokes, identity, mean, run};
+use super::fit::{Fitted, Parts, Strokes, identity, run};
 use super::loss::{Loss, LossWeights, Row, Sums};
 use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
 use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
@@ -288,14 +288,8 @@ impl Lesson for Trajectories<'_> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
-        let StatefulOptions { epochs, patience, learning_rate, .. } = *self.options;
-        Schedule {
-            epochs,
-            patience,
-            adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
-            fall: Fall::HalfCosine,
-            renewed: Some(self.options.renewed),
-        }
+        let StatefulOptions { epochs, patience, learning_rate, renewed, .. } = *self.options;
+        Schedule::of_sequences([epochs, patience], learning_rate, renewed)
     }
 
     fn train(

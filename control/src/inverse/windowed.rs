@@ -106,7 +106,8 @@ mod tests {
         // hand: 4·512·(2 + 512 + 1) + 4·512·(512 + 512 + 1) + 4·(512 + 1).
         let architecture = PUBLISHED.architecture(2, 4, Head::Linear);
         assert_eq!((PUBLISHED.window, PUBLISHED.batch, PUBLISHED.epochs), (200, 256, 30));
-        assert_eq!(architecture.dropout, 0.1);
+        assert_eq!((architecture.dropout, architecture.head), (0.1, Head::Linear));
+        assert_eq!((PUBLISHED.learning_rate, PUBLISHED.stair, PUBLISHED.stair_factor), (1e-3, 10, 0.5));
         assert_eq!(Network::new(&architecture, 1).map(|n| n.n_parameters()).ok(), Some(3_155_972));
     }
 }

@@ -6,9 +6,7 @@
 //! memory handed on.
 
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{
-    Adam, Architecture, Fall, Head, Learned, Lesson, Network, Normaliser, Schedule, Training,
-};
+use hysteron_learn::{Architecture, Head, Learned, Lesson, Network, Normaliser, Schedule, Training};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -191,13 +189,7 @@ impl Lesson for Trajectories<'_> {
 
     fn schedule(&self) -> Schedule {
         let StatefulOptions { epochs, patience, learning_rate, .. } = *self.options;
-        Schedule {
-            epochs,
-            patience,
-            adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
-            fall: Fall::HalfCosine,
-            renewed: Some(AVERAGED),
-        }
+        Schedule::of_sequences([epochs, patience], learning_rate, AVERAGED)
     }
 
     /// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is
