@@ -4,42 +4,59 @@
 //! # Reference
 //! Walker, Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, eq. 2.2.
 
-use hysteron_fem::{Isa, axpy, dot};
+use hysteron_fem::{Isa, axpy, combine_into, dot};
 
 /// Pairs kept.
-const WINDOW: usize = 4;
+const WINDOW: usize = 6;
 /// Relative size below which a pivot of the normal equations counts as dependent.
 const INDEPENDENT: f64 = 1e-10;
 
-/// Pairs (change of the point, change of the proposed step) of the iteration. They stay valid across
-/// steps, because a new command shifts the fixed point and not the map's derivative.
+/// What a move of the point did to all that a step is made from. Strokes, tensions and forces know no kinks: where a cable goes
+/// slack or a friction point begins to slip, the same pair gives another change of the step.
+#[derive(Debug, Clone)]
+pub(crate) struct Pair {
+    /// The move: free unknowns, then tensions times their mean compliance [m].
+    pub moved: Vec<f64>,
+    /// Change of K⁻¹ r [m].
+    pub drift: Vec<f64>,
+    /// Change of the stroke that each cable misses when only the drift is made [m].
+    pub missing: Vec<f64>,
+    /// Change of the proposed step, with each cable between its bounds or at one as it is now.
+    pub change: Vec<f64>,
+}
+
+/// Pairs of the iteration's last moves. They stay valid across steps, because a new command shifts the fixed point and
+/// not the map's derivative.
 #[derive(Debug, Clone)]
 pub(crate) struct Anderson {
     isa: Isa,
-    moves: Vec<Vec<f64>>,
-    changes: Vec<Vec<f64>>,
-    /// changes_i · changes_j.
+    pairs: Vec<Pair>,
+    /// change_i · change_j.
     gram: [[f64; WINDOW]; WINDOW],
     n_pairs: usize,
     /// Slot of the next pair.
     next: usize,
-    last_step: Vec<f64>,
-    last_move: Vec<f64>,
+    /// The last move, and drift, missing strokes and proposed step from before it.
+    last: Pair,
     has_last: bool,
 }
 
 impl Anderson {
-    /// For points of `n` numbers.
-    pub fn new(isa: Isa, n: usize) -> Self {
+    /// For `n` free unknowns and `m` cables.
+    pub fn new(isa: Isa, n: usize, m: usize) -> Self {
+        let blank = Pair {
+            moved: vec![0.0; n + m],
+            drift: vec![0.0; n],
+            missing: vec![0.0; m],
+            change: vec![0.0; n + m],
+        };
         Self {
             isa,
-            moves: vec![vec![0.0; n]; WINDOW],
-            changes: vec![vec![0.0; n]; WINDOW],
+            pairs: vec![blank.clone(); WINDOW],
             gram: [[0.0; WINDOW]; WINDOW],
             n_pairs: 0,
             next: 0,
-            last_step: vec![0.0; n],
-            last_move: vec![0.0; n],
+            last: blank,
             has_last: false,
         }
     }
@@ -56,41 +73,66 @@ impl Anderson {
         self.has_last = false;
     }
 
+    /// Learns from what the last move led to: the proposed `step`, and the `drift` and `missing` that it was made from.
+    pub fn observe(&mut self, step: &[f64], drift: &[f64], missing: &[f64]) {
+        let Self { isa, last, .. } = self;
+        if self.has_last {
+            let pair = &mut self.pairs[self.next];
+            pair.moved.copy_from_slice(&last.moved);
+            let then = [&last.change, &last.drift, &last.missing];
+            let changes = [&mut pair.change, &mut pair.drift, &mut pair.missing];
+            for ((change, now), then) in changes.into_iter().zip([step, drift, missing]).zip(then) {
+                change.copy_from_slice(now);
+                axpy(*isa, -1.0, then, change);
+            }
+            self.n_pairs = (self.n_pairs + 1).min(WINDOW);
+        }
+        last.change.copy_from_slice(step);
+        last.drift.copy_from_slice(drift);
+        last.missing.copy_from_slice(missing);
+        if self.has_last {
+            self.multiply(self.next);
+            self.next = (self.next + 1) % WINDOW;
+        }
+    }
+
+    /// A kink: `change_of` writes the changes of the step anew.
+    pub fn revise(&mut self, change_of: impl FnMut(&mut Pair)) {
+        self.pairs[..self.n_pairs].iter_mut().for_each(change_of);
+        (0..self.n_pairs).for_each(|slot| self.multiply(slot));
+    }
+
+    #[cfg(test)]
+    pub fn changes(&self) -> Vec<Vec<f64>> {
+        self.pairs[..self.n_pairs].iter().map(|pair| pair.change.clone()).collect()
+    }
+
+    /// The products of one change with all.
+    fn multiply(&mut self, slot: usize) {
+        for i in 0..self.n_pairs {
+            let product = dot(self.isa, &self.pairs[slot].change, &self.pairs[i].change);
+            self.gram[slot][i] = product;
+            self.gram[i][slot] = product;
+        }
+    }
+
     /// Replaces the proposed `step` by the accelerated one.
     pub fn accelerate(&mut self, step: &mut [f64]) {
-        if self.has_last {
-            self.add_pair(step);
-        }
-        self.last_step.copy_from_slice(step);
         if self.n_pairs > 0
             && let Some(factors) = self.best_factors(step)
         {
-            for (i, factor) in factors.iter().enumerate().take(self.n_pairs) {
-                axpy(self.isa, -factor, &self.changes[i], step);
-                axpy(self.isa, -factor, &self.moves[i], step);
-            }
+            let factors = factors.map(|factor| -factor);
+            let of =
+                |part: fn(&Pair) -> &[f64]| std::array::from_fn::<_, WINDOW, _>(|i| part(&self.pairs[i]));
+            combine_into(self.isa, &factors, &of(|pair| &pair.change), step);
+            combine_into(self.isa, &factors, &of(|pair| &pair.moved), step);
         }
     }
 
     /// Tells which move was made after all.
     pub fn moved(&mut self, step: &[f64]) {
-        self.last_move.copy_from_slice(step);
+        self.last.moved.copy_from_slice(step);
         self.has_last = true;
-    }
-
-    fn add_pair(&mut self, step: &[f64]) {
-        let slot = self.next;
-        self.moves[slot].copy_from_slice(&self.last_move);
-        let change = &mut self.changes[slot];
-        change.copy_from_slice(step);
-        axpy(self.isa, -1.0, &self.last_step, change);
-        self.n_pairs = (self.n_pairs + 1).min(WINDOW);
-        self.next = (slot + 1) % WINDOW;
-        for i in 0..self.n_pairs {
-            let product = dot(self.isa, &self.changes[slot], &self.changes[i]);
-            self.gram[slot][i] = product;
-            self.gram[i][slot] = product;
-        }
     }
 
     /// Least squares min |step - Σ factor_i change_i| by normal equations; `None` where dependent.
@@ -98,7 +140,7 @@ impl Anderson {
         let n = self.n_pairs;
         let mut factors = [0.0; WINDOW];
         for i in 0..n {
-            factors[i] = dot(self.isa, &self.changes[i], step);
+            factors[i] = dot(self.isa, &self.pairs[i].change, step);
         }
         let mut a = self.gram;
         for k in 0..n {

@@ -12,7 +12,7 @@
 //! # Reference
 //! Schölkopf, Smola (2002), Learning with kernels, sec. 4.3 (kernel ridge regression).
 
-use hysteron_fem::{Isa, axpy};
+use hysteron_fem::{Isa, combine_into};
 
 /// States kept.
 const CAPACITY: usize = 12;
@@ -115,12 +115,10 @@ impl Predictor {
         if !solve_positive_definite(&mut matrix, &mut factors, n) {
             return;
         }
-        let mut total = 0.0;
-        for (i, factor) in factors.iter().enumerate().take(n) {
-            axpy(self.isa, *factor, &other(i).point, change);
-            total += factor;
-        }
-        axpy(self.isa, -total, &base.point, change);
+        let points: [&[f64]; CAPACITY] =
+            std::array::from_fn(|i| if i < n { &other(i).point[..] } else { &base.point });
+        factors[n] = -factors[..n].iter().sum::<f64>();
+        combine_into(self.isa, &factors[..=n], &points[..=n], change);
     }
 }
 

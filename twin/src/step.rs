@@ -298,6 +298,11 @@ impl Stepper {
         }))
     }
 
+    #[cfg(test)]
+    pub(crate) fn fast_iteration(&mut self) -> &mut QuasiNewton {
+        &mut self.quasi_newton
+    }
+
     /// The projection with the stale factor, renewed at `state` where there is none: approximate.
     pub(crate) fn projection(&mut self, twin: &Twin, state: &TwinState) -> Option<&Projection> {
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);

@@ -7,7 +7,7 @@ use super::law::{
     Corotational, CorotationalEdges, Lame, NeoHookean, Point, PointLaw, SmallStrain, Tangent, lame_parameters,
 };
 use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, scale_rows, sub};
-use crate::simd::{Isa, LANES, Lanes, Packs, Simd, WithSimd};
+use crate::simd::{Isa, LANES, Lanes, Packs, Rows, Simd, WithSimd, collect, element};
 
 /// A point or force with a fourth number of padding, so that one register holds it.
 pub(crate) type Padded = [f64; 4];
@@ -60,13 +60,45 @@ pub(crate) fn stiffness_into<const N: usize, const Q: usize>(
     with_law!(material.law, |law| isa.run(Stiffness { elements, material, law, kind, x, map, blocks }))
 }
 
-/// Positions of the nodes of a batch relative to node 0 (entry 0 stays unused).
+/// Positions of the nodes of every batch, collected one batch ahead of its use.
+struct Collected<'a, const N: usize> {
+    nodes: &'a [[[u32; LANES]; N]],
+    x: &'a [Padded],
+    rows: [[Rows; N]; 2],
+}
+
+impl<'a, const N: usize> Collected<'a, N> {
+    #[inline(always)]
+    fn new<S: Simd>(nodes: &'a [[[u32; LANES]; N]], x: &'a [Padded]) -> Self {
+        let mut collected = Self { nodes, x, rows: [[Rows::ZERO; N]; 2] };
+        collected.collect::<S>(0);
+        collected
+    }
+
+    #[inline(always)]
+    fn collect<S: Simd>(&mut self, batch: usize) {
+        if let Some(nodes) = self.nodes.get(batch) {
+            for a in 0..N {
+                collect::<S>(self.x, &nodes[a], &mut self.rows[batch % 2][a]);
+            }
+        }
+    }
+
+    /// Those of `batch`, which follows on the last one asked for.
+    #[inline(always)]
+    fn of<S: Simd>(&mut self, batch: usize) -> &[Rows; N] {
+        self.collect::<S>(batch + 1);
+        &self.rows[batch % 2]
+    }
+}
+
+/// Positions of the nodes of a pass relative to node 0 (entry 0 stays unused).
 #[inline(always)]
-fn edges<S: Simd, const N: usize>(packs: Packs<S>, nodes: &[[u32; LANES]; N], x: &[Padded]) -> [Vec3<S>; N] {
-    let origin = packs.gather(x, &nodes[0]);
+fn edges<S: Simd, const N: usize>(packs: Packs<S>, rows: &[Rows; N]) -> [Vec3<S>; N] {
+    let origin = packs.gather(&rows[0]);
     let mut edges = [origin; N];
     for a in 1..N {
-        edges[a] = sub(packs.gather(x, &nodes[a]), origin);
+        edges[a] = sub(packs.gather(&rows[a]), origin);
     }
     edges
 }
@@ -144,10 +176,12 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Energy<'_, L, N, 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let mut total = 0.0;
-        for (nodes, points) in self.elements.nodes.iter().zip(&self.elements.points) {
+        let mut collected = Collected::new::<S>(&self.elements.nodes, self.x);
+        for (batch, points) in self.elements.points.iter().enumerate() {
+            let rows = collected.of::<S>(batch);
             for pass in 0..Packs::<S>::PASSES {
                 let packs = Packs::new(simd, pass);
-                let edges = edges(packs, nodes, self.x);
+                let edges = edges(packs, rows);
                 for point in points {
                     let deformed = Deformed::new(packs, &edges, point);
                     let density = self.law.energy(lame(packs, self.material), &deformed.at());
@@ -173,11 +207,15 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for (nodes, points) in self.elements.nodes.iter().zip(&self.elements.points) {
+        let mut collected = Collected::new::<S>(&self.elements.nodes, self.x);
+        let mut scattered = Scattered::new(&self.elements.nodes);
+        for (batch, points) in self.elements.points.iter().enumerate() {
+            let rows = collected.of::<S>(batch);
+            scattered.add_last::<S>(batch, self.out);
             for pass in 0..Packs::<S>::PASSES {
                 let packs = Packs::new(simd, pass);
                 let lame = lame(packs, self.material);
-                let edges = edges(packs, nodes, self.x);
+                let edges = edges(packs, rows);
                 let mut forces = [[packs.splat(0.0); 3]; N];
                 for point in points {
                     let deformed = Deformed::new(packs, &edges, point);
@@ -192,23 +230,35 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q
                 for a in 1..N {
                     forces[0] = sub(forces[0], forces[a]);
                 }
-                scatter(packs, nodes, &forces, self.out);
+                for a in 0..N {
+                    packs.spread(&forces[a], &mut scattered.rows[batch % 2][a]);
+                }
             }
         }
+        scattered.add_last::<S>(self.elements.nodes.len(), self.out);
     }
 }
 
-#[inline(always)]
-fn scatter<S: Simd, const N: usize>(
-    packs: Packs<S>,
-    nodes: &[[u32; LANES]; N],
-    forces: &[Vec3<S>; N],
-    out: &mut [Padded],
-) {
-    for a in 0..N {
-        let rows = packs.rows(&forces[a]);
-        for slot in 0..S::F64_LANES {
-            add(&mut out[nodes[a][packs.element(slot)] as usize], &rows.0[slot]);
+/// Forces on the nodes of every batch, added one batch after they are known: read back at once, they would be shuffled
+/// together row by row instead of going through memory.
+struct Scattered<'a, const N: usize> {
+    nodes: &'a [[[u32; LANES]; N]],
+    rows: [[Rows; N]; 2],
+}
+
+impl<'a, const N: usize> Scattered<'a, N> {
+    fn new(nodes: &'a [[[u32; LANES]; N]]) -> Self {
+        Self { nodes, rows: [[Rows::ZERO; N]; 2] }
+    }
+
+    /// Adds the forces of the batch before `batch`, if there is one.
+    #[inline(always)]
+    fn add_last<S: Simd>(&self, batch: usize, out: &mut [Padded]) {
+        let Some(last) = batch.checked_sub(1) else { return };
+        for (nodes, rows) in self.nodes[last].iter().zip(&self.rows[last % 2]) {
+            for slot in 0..LANES {
+                add(&mut out[nodes[element::<S>(slot)] as usize], &rows.0[slot]);
+            }
         }
     }
 }
@@ -236,12 +286,14 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let n_pairs = N * (N + 1) / 2;
-        for (batch, (nodes, points)) in self.elements.nodes.iter().zip(&self.elements.points).enumerate() {
+        let mut collected = Collected::new::<S>(&self.elements.nodes, self.x);
+        for (batch, points) in self.elements.points.iter().enumerate() {
+            let rows = collected.of::<S>(batch);
             let slots = &self.map.slots[batch * n_pairs..(batch + 1) * n_pairs];
             for pass in 0..Packs::<S>::PASSES {
                 let packs = Packs::new(simd, pass);
                 let lame = lame(packs, self.material);
-                let edges = edges(packs, nodes, self.x);
+                let edges = edges(packs, rows);
                 for point in points {
                     let deformed = Deformed::new(packs, &edges, point);
                     let mut g = deformed.gradients;
@@ -308,9 +360,12 @@ fn add_couple<S: Simd>(k: &mut Mat3<S>, c: Lanes<S>, m: &Mat3<S>, pa: Vec3<S>, p
 
 #[inline(always)]
 fn add_block<S: Simd>(packs: Packs<S>, k: &Mat3<S>, slots: &[u32; LANES], blocks: &mut [Block]) {
-    let rows = [packs.rows(&k[0]), packs.rows(&k[1]), packs.rows(&k[2])];
-    for lane in 0..S::F64_LANES {
-        let slot = slots[packs.element(lane)];
+    let mut rows = [Rows::ZERO; 3];
+    for i in 0..3 {
+        packs.spread(&k[i], &mut rows[i]);
+    }
+    for lane in packs.range() {
+        let slot = slots[element::<S>(lane)];
         if slot == PairMap::SKIP {
             continue;
         }

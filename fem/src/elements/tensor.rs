@@ -82,38 +82,122 @@ pub(crate) fn spherical<S: Simd>(s: Lanes<S>) -> Mat3<S> {
     [[s, zero, zero], [zero, s, zero], [zero, zero, s]]
 }
 
-/// Rotation R of the polar decomposition F = R S, by Newton's iteration X ← ½ (X + X⁻ᵀ).
+/// (1 + e)^(-1/2) for |e| <= 0.12 to within 2.3e-8, lowest power first: the polynomial through its values at the roots of
+/// the sixth Chebyshev polynomial. Up to |e| = 0.9 it is between 0.73 and 1.01 times that, and so positive.
+const INVERSE_ROOT: [f64; 6] =
+    [1.000_000_02, -0.500_000_02, 0.374_973_204, -0.312_475_111, 0.278_379_79, -0.250_684_134];
+
+/// Rotation R of the polar decomposition F = R S.
 ///
-/// Converges quadratically to the nearest orthogonal matrix for every invertible F; for det F < 0 that
-/// is a reflection, and the element is inverted.
+/// While strains are small, F p(FᵀF) with p(C) close to C^(-1/2) is R but for 1e-8: it is R times a function of S, which
+/// is positive definite, so nothing is lost where p is less close. Newton's iteration X ← ½ (X + X⁻ᵀ) leads on from there,
+/// and from F itself where strains are large; a step X ← X (3 - XᵀX)/2, which divides by nothing, ends it. Newton's iteration converges
+/// quadratically to the nearest orthogonal matrix for every invertible F; for det F < 0 that is a reflection, and the
+/// element is inverted.
 ///
 /// # Reference
-/// Higham (1986), Computing the polar decomposition, eq. 3.1, without scaling: strains are below one.
+/// Higham (2008), Functions of matrices, eqs. 8.17 and 8.20, without scaling: strains are below one.
 #[inline(always)]
 pub(crate) fn polar_rotation<S: Simd>(f: &Mat3<S>) -> Mat3<S> {
-    // One more step squares the error: a change of 3e-8 leaves one below round-off.
-    const CHANGE_SQUARED: f64 = 1e-15;
+    // |XᵀX - 1|² from which the last step leaves 3/8 of it: below round-off.
+    const CLOSE: f64 = 2e-15;
+    // |FᵀF - 1|² up to which p is positive.
+    const NEAR: f64 = 0.8;
     const MAX_ITERATIONS: usize = 60;
     let half = f[0][0].same(0.5);
     let mut x = *f;
+    let mut e = excess(&x);
+    let mut size = norm_squared(&e);
+    if !size.exceeds(NEAR) {
+        x = apply_symmetric(&x, &inverse_root(&e));
+        e = excess(&x);
+        size = norm_squared(&e);
+    }
     for _ in 0..MAX_ITERATIONS {
+        if !size.exceeds(CLOSE) {
+            break;
+        }
         let cof = cofactor(&x);
         let factor = half * dot(x[0], cof[0]).recip();
-        let mut change = half.same(0.0);
         for i in 0..3 {
             for j in 0..3 {
-                let next = cof[i][j].mul_add(factor, half * x[i][j]);
-                let d = next - x[i][j];
-                change = d.mul_add(d, change);
-                x[i][j] = next;
+                x[i][j] = cof[i][j].mul_add(factor, half * x[i][j]);
             }
         }
-        let change = change.max();
-        if change <= CHANGE_SQUARED || change.is_nan() {
-            break;
+        e = excess(&x);
+        size = norm_squared(&e);
+    }
+    let change = apply_symmetric(&x, &e);
+    for i in 0..3 {
+        for j in 0..3 {
+            x[i][j] = change[i][j].mul_add(-half, x[i][j]);
         }
     }
     x
+}
+
+/// Entries (0,0), (1,1), (2,2), (0,1), (0,2), (1,2) of a symmetric tensor.
+type Symmetric<S> = [Lanes<S>; 6];
+
+/// XᵀX - 1.
+#[inline(always)]
+fn excess<S: Simd>(x: &Mat3<S>) -> Symmetric<S> {
+    let columns = transpose(x);
+    let one = x[0][0].same(1.0);
+    let mut e = symmetric(&columns, &columns);
+    for i in 0..3 {
+        e[i] = e[i] - one;
+    }
+    e
+}
+
+/// The entries of A Bᵀ, where that is symmetric.
+#[inline(always)]
+fn symmetric<S: Simd>(a: &Mat3<S>, b: &Mat3<S>) -> Symmetric<S> {
+    [dot(a[0], b[0]), dot(a[1], b[1]), dot(a[2], b[2]), dot(a[0], b[1]), dot(a[0], b[2]), dot(a[1], b[2])]
+}
+
+#[inline(always)]
+fn rows<S: Simd>(e: &Symmetric<S>) -> Mat3<S> {
+    [[e[0], e[3], e[4]], [e[3], e[1], e[5]], [e[4], e[5], e[2]]]
+}
+
+/// X E.
+#[inline(always)]
+fn apply_symmetric<S: Simd>(x: &Mat3<S>, e: &Symmetric<S>) -> Mat3<S> {
+    let e = rows(e);
+    [apply(&e, x[0]), apply(&e, x[1]), apply(&e, x[2])]
+}
+
+/// Σ E_ij².
+#[inline(always)]
+fn norm_squared<S: Simd>(e: &Symmetric<S>) -> Lanes<S> {
+    let diagonal = dot([e[0], e[1], e[2]], [e[0], e[1], e[2]]);
+    let other = dot([e[3], e[4], e[5]], [e[3], e[4], e[5]]);
+    other + other + diagonal
+}
+
+/// p(1 + E), in three products: powers of E commute and are symmetric.
+#[inline(always)]
+fn inverse_root<S: Simd>(e: &Symmetric<S>) -> Symmetric<S> {
+    let c = INVERSE_ROOT;
+    let square = symmetric(&rows(e), &rows(e));
+    let cube = symmetric(&rows(&square), &rows(e));
+    let mut high = square;
+    let mut low = square;
+    for k in 0..6 {
+        high[k] = square[k].mul_add(e[k].same(c[5]), e[k] * e[k].same(c[4]));
+        low[k] = square[k].mul_add(e[k].same(c[2]), e[k] * e[k].same(c[1]));
+    }
+    for k in 0..3 {
+        high[k] = high[k] + e[k].same(c[3]);
+        low[k] = low[k] + e[k].same(c[0]);
+    }
+    let high = symmetric(&rows(&cube), &rows(&high));
+    for k in 0..6 {
+        low[k] = low[k] + high[k];
+    }
+    low
 }
 
 #[cfg(test)]
@@ -153,10 +237,10 @@ mod tests {
 
     #[test]
     fn polar_rotation_is_that_of_the_svd() {
-        // Both are exact up to round-off for strains up to one half.
+        // Both are exact up to round-off for strains up to one half: small ones end after the polynomial, others by Newton.
         const TOL: f64 = 1e-14;
         let mut stream = rng(31, "test/polar");
-        for _ in 0..200 {
+        for strain in [1e-9, 1e-3, 0.05, 0.2, 0.5].repeat(40) {
             let f: Vec<Matrix3<f64>> = (0..LANES)
                 .map(|_| {
                     let mut turn = |angle: f64| {
@@ -165,7 +249,7 @@ mod tests {
                     };
                     let (r, v) = (turn(3.0), turn(1.0));
                     let r = r * turn(2.5);
-                    let stretch = Vector3::from_fn(|_, _| stream.random_range(0.5..1.5));
+                    let stretch = Vector3::from_fn(|_, _| 1.0 + stream.random_range(-strain..strain));
                     r * v * Matrix3::from_diagonal(&stretch) * v.transpose()
                 })
                 .collect();
@@ -177,6 +261,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn inverse_root_is_as_close_as_it_says() {
+        let ratio = |e: f64| INVERSE_ROOT.iter().rev().fold(0.0, |sum, c| sum * e + c) * (1.0 + e).sqrt();
+        let over = |largest: f64| (-1000..=1000).map(move |k| f64::from(k) * 1e-3 * largest);
+        let worst = over(0.12).map(|e| (ratio(e) - 1.0).abs()).fold(0.0, f64::max);
+        // The coefficients have nine digits.
+        assert!((2e-8..2.5e-8).contains(&worst), "{worst}");
+        assert!(over(0.9).all(|e| (0.73..1.01).contains(&ratio(e))));
     }
 
     #[test]

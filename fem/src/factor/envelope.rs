@@ -76,18 +76,9 @@ impl EnvelopeFactor {
                 chunk.iter_mut().for_each(|column| self.solve(column));
                 continue;
             }
-            self.panel.clear();
-            for (side, column) in chunk.iter().enumerate() {
-                for (unknown, value) in column.iter().enumerate() {
-                    *self.panel.at_mut(unknown, side) = *value as f32;
-                }
-            }
+            self.panel.load(chunk);
             self.envelope.solve_panel(self.isa, &mut self.panel);
-            for (side, column) in chunk.iter_mut().enumerate() {
-                for (unknown, value) in column.iter_mut().enumerate() {
-                    *value = f64::from(*self.panel.at_mut(unknown, side));
-                }
-            }
+            self.panel.store(chunk);
         }
     }
 }

@@ -47,12 +47,27 @@ impl Panel {
         Self(vec![Block::ZERO; n_padded / BLOCK])
     }
 
-    pub fn clear(&mut self) {
+    /// Takes over right-hand sides, at most sixteen; the others are zero.
+    pub fn load(&mut self, columns: &[Vec<f64>]) {
         self.0.fill(Block::ZERO);
+        for (side, column) in columns.iter().enumerate() {
+            for (block, values) in self.0.iter_mut().zip(column.chunks(BLOCK)) {
+                for (r, value) in values.iter().enumerate() {
+                    block.0[r * BLOCK + side] = *value as f32;
+                }
+            }
+        }
     }
 
-    pub fn at_mut(&mut self, unknown: usize, side: usize) -> &mut f32 {
-        &mut self.0[unknown / BLOCK].0[unknown % BLOCK * BLOCK + side]
+    /// Writes the solutions over the right-hand sides.
+    pub fn store(&self, columns: &mut [Vec<f64>]) {
+        for (side, column) in columns.iter_mut().enumerate() {
+            for (block, values) in self.0.iter().zip(column.chunks_mut(BLOCK)) {
+                for (r, value) in values.iter_mut().enumerate() {
+                    *value = f64::from(block.0[r * BLOCK + side]);
+                }
+            }
+        }
     }
 }
 
@@ -297,20 +312,24 @@ struct Solve<'a> {
     x: &'a mut [f32],
 }
 
-/// y += A x for one block.
+/// Partial sums of a block row's product: a chain of additions each.
+const CHAINS: usize = 4;
+
+/// sums += A x for one block; its columns take turns.
 #[inline(always)]
-fn multiply_vector<S: Simd, const V: usize>(simd: S, y: &mut [S::f32s; V], a: &Block, x: &[f32]) {
+fn multiply_vector<S: Simd, const V: usize>(
+    simd: S,
+    sums: &mut [[S::f32s; V]; CHAINS],
+    a: &Block,
+    x: &[f32; BLOCK],
+) {
     let (a, _) = S::as_simd_f32s(&a.0);
-    let mut odd = [simd.splat_f32s(0.0); V];
-    for k in (0..BLOCK).step_by(2) {
-        let (even_x, odd_x) = (simd.splat_f32s(x[k]), simd.splat_f32s(x[k + 1]));
+    for k in 0..BLOCK {
+        let factor = simd.splat_f32s(x[k]);
+        let sum = &mut sums[k % CHAINS];
         for v in 0..V {
-            y[v] = simd.mul_add_e_f32s(a[k * V + v], even_x, y[v]);
-            odd[v] = simd.mul_add_e_f32s(a[(k + 1) * V + v], odd_x, odd[v]);
+            sum[v] = simd.mul_add_e_f32s(a[k * V + v], factor, sum[v]);
         }
-    }
-    for v in 0..V {
-        y[v] = simd.add_f32s(y[v], odd[v]);
     }
 }
 
@@ -347,25 +366,29 @@ impl Solve<'_> {
     fn run<S: Simd, const V: usize, const C: usize>(self, simd: S) {
         let Self { envelope, x } = self;
         let n_block_rows = envelope.first.len();
-        let store = |sum: [S::f32s; V], target: &mut [f32]| {
+        let store = |sums: [[S::f32s; V]; CHAINS], target: &mut [f32]| {
             let (target, _) = S::as_mut_simd_f32s(target);
-            target[..V].copy_from_slice(&sum);
+            for v in 0..V {
+                let [a, b, c, d] = sums.map(|sum| sum[v]);
+                target[v] = simd.add_f32s(simd.add_f32s(a, b), simd.add_f32s(c, d));
+            }
         };
+        let zeros = [[simd.splat_f32s(0.0); V]; CHAINS];
         for i in 0..n_block_rows {
             let (before, here) = x.split_at_mut(i * BLOCK);
-            let mut sum = [simd.splat_f32s(0.0); V];
-            let row = envelope.row(i);
-            for (block, x) in row.iter().zip(before[envelope.first[i] * BLOCK..].chunks_exact(BLOCK)) {
-                multiply_vector(simd, &mut sum, block, x);
+            let before = before[envelope.first[i] * BLOCK..].as_chunks::<BLOCK>().0;
+            let mut sums = zeros;
+            for (block, x) in envelope.row(i).iter().zip(before) {
+                multiply_vector(simd, &mut sums, block, x);
             }
             let mut right = [0.0; BLOCK];
-            store(sum, &mut right);
+            store(sums, &mut right);
             for r in 0..BLOCK {
                 right[r] = here[r] - right[r];
             }
-            let mut solved = [simd.splat_f32s(0.0); V];
-            multiply_vector(simd, &mut solved, envelope.block(i, i), &right);
-            store(solved, &mut here[..BLOCK]);
+            let mut sums = zeros;
+            multiply_vector(simd, &mut sums, envelope.block(i, i), &right);
+            store(sums, &mut here[..BLOCK]);
         }
         for j in (0..n_block_rows).rev() {
             let (before, after) = x.split_at_mut((j + 1) * BLOCK);
@@ -494,12 +517,11 @@ mod tests {
                 assert_eq!(envelope.n_padded(), n.next_multiple_of(BLOCK));
                 envelope.factorize(isa).expect("positive definite");
                 let mut panel = Panel::zeros(envelope.n_padded());
-                for side in 0..BLOCK {
-                    for row in 0..n {
-                        *panel.at_mut(row, side) = sides[(row, side)] as f32;
-                    }
-                }
+                let mut columns: Vec<Vec<f64>> =
+                    sides.column_iter().map(|side| side.iter().copied().collect()).collect();
+                panel.load(&columns);
                 envelope.solve_panel(isa, &mut panel);
+                panel.store(&mut columns);
                 for side in 0..BLOCK {
                     let mut x: Vec<f32> = sides.column(side).iter().map(|v| *v as f32).collect();
                     x.resize(envelope.n_padded(), 0.0);
@@ -507,7 +529,7 @@ mod tests {
                     for row in 0..n {
                         let exact = expected[(row, side)] as f32;
                         assert!((x[row] - exact).abs() < TOL, "{isa:?} n {n}: {} {exact}", x[row]);
-                        let of_panel = *panel.at_mut(row, side);
+                        let of_panel = columns[side][row] as f32;
                         assert!((of_panel - exact).abs() < TOL, "{isa:?} n {n}: {of_panel} {exact}");
                     }
                     assert!(x[n..].iter().all(|v| *v == 0.0));

@@ -12,7 +12,7 @@ mod tests;
 mod vectors;
 
 pub(crate) use blocks::{BLOCK, Envelope, Panel};
-pub(crate) use lanes::{LANES, Lanes, Pack, Packs};
+pub(crate) use lanes::{LANES, Lanes, Pack, Packs, Rows, collect, element};
 pub(crate) use pulp::{Simd, WithSimd};
 pub use vectors::{axpy, combine_into, dot};
 

@@ -5,6 +5,8 @@
 use super::Isa;
 
 const PARTS: usize = 16;
+/// Numbers that stay in the nearest cache, or in registers, while columns are added to them.
+const PIECE: usize = 256;
 
 /// Σ a_i b_i.
 pub fn dot(isa: Isa, a: &[f64], b: &[f64]) -> f64 {
@@ -36,15 +38,24 @@ pub fn axpy(isa: Isa, factor: f64, x: &[f64], y: &mut [f64]) {
     );
 }
 
-/// out += Σ factors_k columns_k, for columns in single precision.
-pub fn combine_into(isa: Isa, factors: &[f64], columns: &[Vec<f32>], out: &mut [f64]) {
+/// out += Σ factors_k columns_k: `out` is gone through once, whatever the number of columns.
+pub fn combine_into<T: Copy + Into<f64>>(
+    isa: Isa,
+    factors: &[f64],
+    columns: &[impl AsRef<[T]>],
+    out: &mut [f64],
+) {
     isa.run(
         #[inline(always)]
         || {
-            for (factor, column) in factors.iter().zip(columns) {
-                if *factor != 0.0 {
-                    for (x, y) in column.iter().zip(out.iter_mut()) {
-                        *y += factor * f64::from(*x);
+            for (at, out) in out.chunks_mut(PIECE).enumerate() {
+                let begin = at * PIECE;
+                for (factor, column) in factors.iter().zip(columns) {
+                    if *factor != 0.0 {
+                        let column = &column.as_ref()[begin..][..out.len()];
+                        for (x, y) in column.iter().zip(out.iter_mut()) {
+                            *y += factor * (*x).into();
+                        }
                     }
                 }
             }

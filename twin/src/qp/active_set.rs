@@ -131,6 +131,22 @@ impl BoxQp {
         self.solve_with_clarabel(b, lo, hi, x)
     }
 
+    /// How the solution changes with b while every variable stays between its bounds or at the one where it is, for changes `b` [m]
+    /// and of `x` at the bounds [N]; writes the changes of the other `x`. False without a factor.
+    pub fn respond(&mut self, b: &[f64], x: &mut [f64]) -> bool {
+        if !self.factor_is_current && !self.factorize() {
+            return false;
+        }
+        for j in 0..self.n {
+            self.x[j] = if self.places[j] == Place::Between { 0.0 } else { x[j] / self.scale[j] };
+        }
+        self.solve_between(b);
+        for &j in &self.free {
+            x[j] = self.x[j] * self.scale[j];
+        }
+        true
+    }
+
     fn place(&mut self, j: usize, place: Place) {
         if self.places[j] != place {
             self.places[j] = place;
@@ -151,6 +167,13 @@ impl BoxQp {
                 Place::Upper => self.bounds[j][1],
             };
         }
+        self.solve_between(b);
+        true
+    }
+
+    /// Solves for the variables between their bounds, the others given and these zero.
+    fn solve_between(&mut self, b: &[f64]) {
+        let n = self.n;
         let m = self.free.len();
         for k in 0..m {
             let row = self.free[k] * n;
@@ -168,7 +191,6 @@ impl BoxQp {
         for k in 0..m {
             self.x[self.free[k]] = self.right[k];
         }
-        true
     }
 
     fn factorize(&mut self) -> bool {
