@@ -9,7 +9,7 @@ use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
 use crate::plant::{Bare, Plant};
-use crate::qp::{QpStatus, RowQp};
+use crate::qp::{BoxedRows, QpStatus, RowQp};
 use crate::step::{Memory, Stepper};
 use crate::{Error, Result, TwinState};
 
@@ -101,7 +101,7 @@ impl<'a> Identifier<'a> {
             targets: Vec::new(),
             length: 1e-3 * twin.cables.rest_lengths.iter().copied().fold(0.0, f64::max),
             memory: Memory::default(),
-            problem: Problem::new(twin, auxiliary),
+            problem: Problem::new(twin),
         }
     }
 
@@ -111,8 +111,8 @@ impl<'a> Identifier<'a> {
     }
 
     /// The QP that was solved last.
-    pub fn last_qp(&self) -> Option<&RowQp> {
-        self.problem.last.as_ref()
+    pub fn last_qp(&self) -> Option<RowQp> {
+        self.problem.last.as_ref().map(BoxedRows::to_row_qp)
     }
 
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], tendons that are taut held at their strokes.

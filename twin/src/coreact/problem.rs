@@ -12,7 +12,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::Auxiliary;
 use crate::model::Twin;
 use crate::projection::Projection;
-use crate::qp::{BoxQp, Place, QpStatus, RowQp};
+use crate::qp::{BoxQp, BoxedRows, Place, QpStatus};
 use crate::state::TwinState;
 use crate::step::Conditions;
 
@@ -164,10 +164,8 @@ pub(super) struct Answer {
 pub(super) struct Problem {
     /// Tensions of the other cables under given auxiliary strokes.
     contact: BoxQp,
-    /// The auxiliary strokes.
-    strokes: BoxQp,
     /// The QP of the strokes that was solved last.
-    pub last: Option<RowQp>,
+    pub last: Option<BoxedRows>,
     /// Stroke that each of the other cables misses [m], and bounds of its tension increment [N].
     missing: Vec<f64>,
     lowest: Vec<f64>,
@@ -177,11 +175,10 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub fn new(twin: &Twin, auxiliary: &Auxiliary) -> Self {
+    pub fn new(twin: &Twin) -> Self {
         let n = others(twin).count();
         Self {
             contact: BoxQp::new(n),
-            strokes: BoxQp::new(auxiliary.len()),
             last: None,
             missing: vec![0.0; n],
             lowest: vec![0.0; n],
@@ -213,7 +210,7 @@ impl Problem {
         for _ in 0..MOST_CONTACTS {
             let response = self.response(at, &follow.places)?;
             let answer;
-            (answer, status) = self.solve_strokes(&response, &cost, sample);
+            (answer, status) = self.solve_strokes(response, &cost, sample);
             if status != QpStatus::Solved {
                 break;
             }
@@ -275,36 +272,25 @@ impl Problem {
         at.response(&held, &self.missing, &increments)
     }
 
-    /// The QP of the changes of the auxiliary strokes, over `length`.
+    /// Solves the QP of the changes of the auxiliary strokes, over `length`.
     fn solve_strokes(
         &mut self,
-        response: &Response,
+        response: Response,
         cost: &Cost,
         sample: &Sample,
     ) -> (DVector<f64>, QpStatus) {
-        let n = sample.strokes.len();
-        let mut hessian = response.gain.tr_mul(&response.gain);
-        for k in 0..n {
-            hessian[(k, k)] += cost.gamma;
-        }
-        let missed = &cost.error - &response.offset;
-        let right = (response.gain.tr_mul(&missed) - cost.gamma * &cost.strokes) / sample.length;
-        let bound = |of: fn(&Bounds) -> f64| -> Vec<f64> {
-            let pairs = sample.allowed.iter().zip(sample.strokes);
-            pairs.map(|(allowed, stroke)| (of(allowed) - stroke) / sample.length).collect()
+        let over = |value: f64| value / sample.length;
+        let bounds = sample.allowed.iter().zip(sample.strokes);
+        let qp = BoxedRows {
+            error: (&cost.error - &response.offset).map(over),
+            gain: response.gain,
+            gamma: cost.gamma,
+            before: cost.strokes.map(over),
+            bounds: bounds.map(|(allowed, s)| [over(allowed.min - s), over(allowed.max - s)]).collect(),
         };
-        let (lowest, highest) = (bound(|allowed| allowed.min), bound(|allowed| allowed.max));
-        let mut answer = vec![0.0; n];
-        self.strokes.set_matrix(hessian.as_slice());
-        let (status, _) = self.strokes.solve(right.as_slice(), &lowest, &highest, &mut answer);
-        self.last = Some(RowQp {
-            hessian: hessian.as_slice().to_vec(),
-            linear: right.iter().map(|b| -b).collect(),
-            bounds: lowest.into_iter().zip(highest).map(|(lowest, highest)| [lowest, highest]).collect(),
-            rows: Vec::new(),
-            row_bounds: Vec::new(),
-        });
-        (sample.length * DVector::from_vec(answer), status)
+        let (answer, status, _) = qp.solve();
+        self.last = Some(qp);
+        (sample.length * answer, status)
     }
 }
 

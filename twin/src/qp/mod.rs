@@ -2,13 +2,15 @@
 //!
 //! The forward problem has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
 //! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to
-//! clarabel, which is also its oracle in the tests. The inverse problem has rows as well and is
-//! clarabel's alone.
+//! clarabel, which is also its oracle in the tests. Identification has many variables in boxes and few rows to meet, and
+//! solves its dual ([`BoxedRows`]). The inverse problem has rows as well and is clarabel's alone.
 
 mod active_set;
+mod boxed_rows;
 mod clarabel;
 
 pub use active_set::{BoxQp, Place};
+pub(crate) use boxed_rows::BoxedRows;
 pub use clarabel::{RowQp, solve_rows};
 
 /// What became of a QP. Only `Solved` may enter a dataset.
@@ -27,7 +29,7 @@ pub enum QpStatus {
 /// Which solver answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QpSolver {
-    /// The active set, with a verified certificate.
+    /// The active set, with a verified certificate; in the dual, the piece in which its minimum lies.
     ActiveSet,
     /// Clarabel.
     Clarabel,
