@@ -16,6 +16,7 @@ use hysteron_fem::{FactorKind, FemModel, Order, Stiffness, StiffnessFactor, Tang
 use hysteron_twin::{Stepper, Target, Twin};
 use serde_json::json;
 
+use crate::coreact;
 use crate::drive::{self, N_CIRCLE, N_RAMP};
 use crate::learn;
 use crate::measure::{Run, machine, peak_memory_mb, percentile, processor_seconds, shortest};
@@ -43,6 +44,8 @@ pub struct Effort {
     pub n_scaling_steps: usize,
     /// Time that is recorded from the emulated rig [s].
     pub recorded: f64,
+    /// Samples of the virtual rig's circle that are identified and rolled out.
+    pub n_identified: usize,
     /// Samples of the sequences that a network is trained on.
     pub n_samples: usize,
 }
@@ -55,6 +58,7 @@ impl Effort {
         divisions: &[9, 16, 28, 41],
         n_scaling_steps: 100,
         recorded: 10.0,
+        n_identified: 1500,
         n_samples: 200,
     };
     /// Shows that everything runs; the figures mean little.
@@ -64,6 +68,7 @@ impl Effort {
         divisions: &[9, 16],
         n_scaling_steps: 30,
         recorded: 5.0,
+        n_identified: 100,
         n_samples: 20,
     };
 }
@@ -152,6 +157,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);
     rows.extend(study::rig::rows(effort.recorded)?);
+    rows.extend(coreact::rows(effort.repetitions, effort.n_identified)?);
     rows.extend(learn::rows(effort.repetitions, effort.n_samples)?);
     rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
     rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));
