@@ -1,9 +1,9 @@
 //! A regularised least-squares problem of few rows in boxes, by Newton's method on its dual.
 //!
-//! With the multiplier λ = e - G x every variable is alone: x(λ) = (Gᵀλ)/γ - s, put back into its box. So the dual is a
+//! With the multiplier η = e - G x every variable is alone: x(η) = (Gᵀη)/γ - s, put back into its box. So the dual is a
 //! smooth convex function of as many numbers as there are rows, quadratic in pieces,
 //!
-//!     φ(λ) = ½ |λ|² - eᵀλ + Σ max { x_k (Gᵀλ)_k - γ/2 (x_k + s_k)² : x_k in its box },   ∇φ = λ - e + G x(λ),
+//!     φ(η) = ½ |η|² - eᵀη + Σ max { x_k (Gᵀη)_k - γ/2 (x_k + s_k)² : x_k in its box },   ∇φ = η - e + G x(η),
 //!
 //! and Newton's method with exact line searches finds its minimum. However many bounds hold, that takes a few steps.
 //!
@@ -37,8 +37,8 @@ pub(crate) struct BoxedRows {
 
 /// A point of the dual.
 struct Dual {
-    lambda: DVector<f64>,
-    /// Gᵀλ.
+    multiplier: DVector<f64>,
+    /// Gᵀη.
     pull: DVector<f64>,
     x: DVector<f64>,
     gradient: DVector<f64>,
@@ -72,18 +72,18 @@ impl BoxedRows {
     fn solve_dual(&self) -> Option<DVector<f64>> {
         let mut at = self.at(DVector::zeros(self.error.len()));
         for _ in 0..MOST_STEPS {
-            let terms = at.lambda.norm() + self.error.norm() + (&self.gain * &at.x).norm();
+            let terms = at.multiplier.norm() + self.error.norm() + (&self.gain * &at.x).norm();
             if at.gradient.norm() <= TOLERANCE * terms {
                 return Some(at.x);
             }
             let step = self.newton_step(&at)?;
             let part = self.best_part(&at, &step);
-            at = self.at(&at.lambda - part * step);
+            at = self.at(&at.multiplier - part * step);
         }
         None
     }
 
-    /// x_k where (Gᵀλ)_k is `pull`, before it is put back into its box.
+    /// x_k where (Gᵀη)_k is `pull`, before it is put back into its box.
     fn unbounded(&self, k: usize, pull: f64) -> f64 {
         pull / self.gamma - self.before[k]
     }
@@ -93,11 +93,11 @@ impl BoxedRows {
         self.unbounded(k, pull).max(lowest).min(highest)
     }
 
-    fn at(&self, lambda: DVector<f64>) -> Dual {
-        let pull = self.gain.tr_mul(&lambda);
+    fn at(&self, multiplier: DVector<f64>) -> Dual {
+        let pull = self.gain.tr_mul(&multiplier);
         let x = DVector::from_fn(pull.len(), |k, _| self.bounded(k, pull[k]));
-        let gradient = &lambda - &self.error + &self.gain * &x;
-        Dual { lambda, pull, x, gradient }
+        let gradient = &multiplier - &self.error + &self.gain * &x;
+        Dual { multiplier, pull, x, gradient }
     }
 
     /// (1 + G_between G_betweenᵀ / γ)⁻¹ ∇φ.
@@ -113,10 +113,10 @@ impl BoxedRows {
         Some(curvature.cholesky()?.solve(&at.gradient))
     }
 
-    /// The t that minimises φ(λ - t step): its derivative is linear between the places where a variable meets a bound.
+    /// The t that minimises φ(η - t step): its derivative is linear between the places where a variable meets a bound.
     fn best_part(&self, at: &Dual, step: &DVector<f64>) -> f64 {
         let along = self.gain.tr_mul(step);
-        let (start, square) = (step.dot(&at.lambda) - step.dot(&self.error), step.norm_squared());
+        let (start, square) = (step.dot(&at.multiplier) - step.dot(&self.error), step.norm_squared());
         let slope = |t: f64| {
             let of = |k: usize| along[k] * self.bounded(k, at.pull[k] - t * along[k]);
             t * square - start - (0..along.len()).map(of).sum::<f64>()
