@@ -3,7 +3,9 @@
 //! With the multiplier η = e - G x every variable is alone: x(η) = (Gᵀη)/γ - s, put back into its box. So the dual is a
 //! smooth convex function of as many numbers as there are rows, quadratic in pieces,
 //!
-//!     φ(η) = ½ |η|² - eᵀη + Σ max { x_k (Gᵀη)_k - γ/2 (x_k + s_k)² : x_k in its box },   ∇φ = η - e + G x(η),
+//! ```text
+//! φ(η) = ½ |η|² - eᵀη + Σ max { x_k (Gᵀη)_k - γ/2 (x_k + s_k)² : x_k in its box },   ∇φ = η - e + G x(η),
+//! ```
 //!
 //! and Newton's method with exact line searches finds its minimum. However many bounds hold, that takes a few steps.
 //!
