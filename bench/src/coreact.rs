@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
-use hysteron_fem::read_mesh;
 use hysteron_twin::coreact::{Auxiliary, Chooser, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful};
 use hysteron_twin::{Bare, Motion, Plant, Twin};
@@ -35,9 +34,7 @@ impl Circle {
     /// The scene or the rig's preset is bad.
     pub fn new(file: &str, n: usize) -> Result<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80");
-        let scene = Scene::read(folder.join(file))?;
-        let mesh = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
-        let twin = Twin::new(&scene, &mesh)?;
+        let twin = Twin::from_scene(&Scene::read(folder.join(file))?)?;
         let auxiliary = Auxiliary::new(&twin)?;
         let motion = Motion::for_identification(&twin, &recorded(N_WARM + n)?, file)?;
         Ok(Self { twin, auxiliary, motion })

@@ -43,8 +43,7 @@ pub(crate) fn model_order(nodes: &[[f64; 3]], cells: &Cells, clamped: &[bool]) -
     });
     let graph = adjacency(free.len(), cliques);
     let mckee = sprs::linalg::reverse_cuthill_mckee(graph.view()).perm.vec();
-    let best = TILTS
-        .map(|tilt| longest_axis_order(nodes, &free, tilt))
+    let best = orders_along(nodes, &free)
         .into_iter()
         .chain([mckee])
         .min_by(|a, b| envelope_cost(&graph, a).total_cmp(&envelope_cost(&graph, b)))
@@ -71,8 +70,8 @@ fn envelope_cost(graph: &CsMatI<u8, u32, u32>, order: &[u32]) -> f64 {
     Envelope::factor_cost(&first_columns(graph, order))
 }
 
-/// Indices into `free`, sorted along the direction in which the body is longest, tilted towards the two others.
-fn longest_axis_order(nodes: &[[f64; 3]], free: &[u32], tilt: [f64; 2]) -> Vec<u32> {
+/// Indices into `free`, sorted along the direction in which the body is longest, with every one of the [`TILTS`].
+fn orders_along(nodes: &[[f64; 3]], free: &[u32]) -> [Vec<u32>; TILTS.len()] {
     let points: Vec<_> = free.iter().map(|&i| nalgebra::Vector3::from(nodes[i as usize])).collect();
     let mean = points.iter().sum::<nalgebra::Vector3<f64>>() / points.len().max(1) as f64;
     let mut covariance = nalgebra::Matrix3::zeros();
@@ -83,11 +82,13 @@ fn longest_axis_order(nodes: &[[f64; 3]], free: &[u32], tilt: [f64; 2]) -> Vec<u
     let mut by_length = [0, 1, 2];
     by_length.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     let [longest, second, third] = by_length.map(|k| eigen.eigenvectors.column(k));
-    let axis = longest + tilt[0] * second + tilt[1] * third;
-    let along: Vec<f64> = points.iter().map(|point| axis.dot(point)).collect();
-    let mut order: Vec<u32> = (0..free.len() as u32).collect();
-    order.sort_by(|&a, &b| along[a as usize].total_cmp(&along[b as usize]).then(a.cmp(&b)));
-    order
+    TILTS.map(|tilt| {
+        let axis = longest + tilt[0] * second + tilt[1] * third;
+        let along: Vec<f64> = points.iter().map(|point| axis.dot(point)).collect();
+        let mut order: Vec<u32> = (0..free.len() as u32).collect();
+        order.sort_by(|&a, &b| along[a as usize].total_cmp(&along[b as usize]).then(a.cmp(&b)));
+        order
+    })
 }
 
 #[cfg(test)]
@@ -150,7 +151,7 @@ mod tests {
         let graph = adjacency(free.len(), cliques);
         let chosen: Vec<u32> = order[..free.len()].iter().map(|&node| number(node).expect("free")).collect();
         let mckee = sprs::linalg::reverse_cuthill_mckee(graph.view()).perm.vec();
-        let along = TILTS.map(|tilt| envelope_cost(&graph, &longest_axis_order(&mesh.nodes, &free, tilt)));
+        let along = orders_along(&mesh.nodes, &free).map(|order| envelope_cost(&graph, &order));
         (envelope_cost(&graph, &chosen), along, envelope_cost(&graph, &mckee))
     }
 

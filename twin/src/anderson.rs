@@ -75,31 +75,30 @@ impl Anderson {
 
     /// Learns from what the last move led to: the proposed `step`, and the `drift` and `missing` that it was made from.
     pub fn observe(&mut self, step: &[f64], drift: &[f64], missing: &[f64]) {
-        let Self { isa, last, .. } = self;
         if self.has_last {
-            let pair = &mut self.pairs[self.next];
+            let (pair, last) = (&mut self.pairs[self.next], &self.last);
             pair.moved.copy_from_slice(&last.moved);
-            let then = [&last.change, &last.drift, &last.missing];
-            let changes = [&mut pair.change, &mut pair.drift, &mut pair.missing];
-            for ((change, now), then) in changes.into_iter().zip([step, drift, missing]).zip(then) {
+            for (change, now, then) in [
+                (&mut pair.change, step, &last.change),
+                (&mut pair.drift, drift, &last.drift),
+                (&mut pair.missing, missing, &last.missing),
+            ] {
                 change.copy_from_slice(now);
-                axpy(*isa, -1.0, then, change);
+                axpy(self.isa, -1.0, then, change);
             }
             self.n_pairs = (self.n_pairs + 1).min(WINDOW);
-        }
-        last.change.copy_from_slice(step);
-        last.drift.copy_from_slice(drift);
-        last.missing.copy_from_slice(missing);
-        if self.has_last {
-            self.multiply(self.next);
+            self.multiply(self.next, self.n_pairs);
             self.next = (self.next + 1) % WINDOW;
         }
+        self.last.change.copy_from_slice(step);
+        self.last.drift.copy_from_slice(drift);
+        self.last.missing.copy_from_slice(missing);
     }
 
     /// A kink: `change_of` writes the changes of the step anew.
     pub fn revise(&mut self, change_of: impl FnMut(&mut Pair)) {
         self.pairs[..self.n_pairs].iter_mut().for_each(change_of);
-        (0..self.n_pairs).for_each(|slot| self.multiply(slot));
+        (0..self.n_pairs).for_each(|slot| self.multiply(slot, slot + 1));
     }
 
     #[cfg(test)]
@@ -107,9 +106,9 @@ impl Anderson {
         self.pairs[..self.n_pairs].iter().map(|pair| pair.change.clone()).collect()
     }
 
-    /// The products of one change with all.
-    fn multiply(&mut self, slot: usize) {
-        for i in 0..self.n_pairs {
+    /// The products of one change with the first `count`.
+    fn multiply(&mut self, slot: usize, count: usize) {
+        for i in 0..count {
             let product = dot(self.isa, &self.pairs[slot].change, &self.pairs[i].change);
             self.gram[slot][i] = product;
             self.gram[i][slot] = product;

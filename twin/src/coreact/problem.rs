@@ -288,7 +288,7 @@ impl Problem {
             before: cost.strokes.map(over),
             bounds: bounds.map(|(allowed, s)| [over(allowed.min - s), over(allowed.max - s)]).collect(),
         };
-        let (answer, status, _) = qp.solve();
+        let (answer, status) = qp.solve();
         self.last = Some(qp);
         (sample.length * answer, status)
     }

@@ -29,7 +29,7 @@ pub enum QpStatus {
 /// Which solver answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QpSolver {
-    /// The active set, with a verified certificate; in the dual, the piece in which its minimum lies.
+    /// The active set, with a verified certificate.
     ActiveSet,
     /// Clarabel.
     Clarabel,
