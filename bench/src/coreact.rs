@@ -83,7 +83,8 @@ impl Circle {
             .context("ended")?;
         let sequence = Sequence::new("circle", &found.recording, &found.sensitivities)?;
         let held_out: Vec<Vec<usize>> = (0..N_NETWORKS).map(|k| vec![k]).collect();
-        let options = StatefulOptions { epochs: 3, ..StatefulOptions::default() };
+        let mut options = StatefulOptions::default();
+        options.learning.epochs = 3;
         let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
         Ok(fit_stateful(&vec![sequence; N_NETWORKS], &held_out, "benchmark", &options, &sessions)?.model)
     }

@@ -28,7 +28,7 @@ identify --residual writes with the first, does better: linearised where a netwo
 extrapolate. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
 
 Writes a checkpoint for `hysteron simulate --residual`: weights, ranges, design, which recordings were used and how \
-well it did. Ctrl-C ends the training and keeps the best weights so far; the same command then goes on from OUT.training-1, ..., one \
+well it did. Ctrl-C ends the training and writes the best weights so far; the same command then goes on from OUT.training-1, ..., one \
 for each network, and comes to what it would have come to without the interruption (not with --feedback).
 
 Examples, from the root of the repository:
@@ -37,7 +37,7 @@ Examples, from the root of the repository:
   hysteron identify meshes/tpu80/scene-coreact.toml out/quick --residual out/quick/first.safetensors --out out/quick/again
   hysteron fit-residual out/quick/again --out out/quick/residual.safetensors
 
-Exit codes: 0 done, 1 failed, 2 bad input.";
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";
 
 /// Train the residual network on identified recordings (CoReAct)
 #[derive(Debug, clap::Args)]
@@ -112,47 +112,57 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for file in files.iter().filter(|file| file.exists()) {
         tracing::info!("going on from {}", file.display());
     }
-    let (Fitted { model, is_finished }, bar) = match arguments.design {
+    let display = Display::default();
+    let sessions =
+        Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };
+    let fitted = fit(arguments, &sequences, &held_out, &scene_hash, &display, &sessions);
+    display.bar.finish_and_clear();
+    let Fitted { model, is_finished } = fitted?;
+    model.write(&arguments.out)?;
+    if !is_finished {
+        let then = if arguments.feedback { "begins again" } else { "goes on from there" };
+        let out = arguments.out.display();
+        anyhow::bail!("interrupted; the best weights so far are in {out}; the same command {then}");
+    }
+    for file in files.iter().filter(|file| file.exists()) {
+        std::fs::remove_file(file)?;
+    }
+    terminal::say(arguments.out.display());
+    Ok(())
+}
+
+fn fit(
+    arguments: &Arguments,
+    sequences: &[Sequence],
+    held_out: &[Vec<usize>],
+    scene_hash: &str,
+    display: &Display,
+    sessions: &Sessions<'_>,
+) -> hysteron_twin::Result<Fitted> {
+    let Arguments { epochs, hidden, seed, .. } = *arguments;
+    match arguments.design {
         DesignName::Stateful => {
             let default = StatefulOptions::default();
             let options = StatefulOptions {
-                epochs: arguments.epochs.unwrap_or(default.epochs),
-                hidden: arguments.hidden.unwrap_or(default.hidden),
+                learning: default.learning.with([epochs, hidden]),
                 feedback: arguments.feedback,
-                seed: arguments.seed,
+                seed,
                 ..default
             };
-            let display = Display::new(members, options.epochs);
-            let sessions =
-                Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };
-            (fit_stateful(&sequences, &held_out, &scene_hash, &options, &sessions)?, display.bar)
+            display.bar.set_length((held_out.len() * options.learning.epochs) as u64);
+            fit_stateful(sequences, held_out, scene_hash, &options, sessions)
         }
         DesignName::Paper => {
-            let Arguments { epochs, hidden, seed, .. } = *arguments;
             let options = arguments.paper.options(PUBLISHED, [epochs, hidden], seed);
-            let display = Display::new(1, options.epochs);
-            let sessions =
-                Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };
+            display.bar.set_length(options.epochs as u64);
             let is_held = |k: &usize| held_out[0].contains(k);
             let (held, seen): (Vec<usize>, Vec<usize>) = (0..sequences.len()).partition(is_held);
             let pick = |indices: Vec<usize>| -> Vec<Sequence> {
                 indices.into_iter().map(|k| sequences[k].clone()).collect()
             };
-            let fitted = fit_windowed(&pick(seen), &pick(held), &scene_hash, &options, &sessions)?;
-            (fitted, display.bar)
+            fit_windowed(&pick(seen), &pick(held), scene_hash, &options, sessions)
         }
-    };
-    bar.finish_and_clear();
-    model.write(&arguments.out)?;
-    if is_finished {
-        for file in files.iter().filter(|file| file.exists()) {
-            std::fs::remove_file(file)?;
-        }
-    } else {
-        tracing::warn!("stopped early; the same command goes on where it stopped");
     }
-    terminal::say(arguments.out.display());
-    Ok(())
 }
 
 /// A bar over the epochs of all networks.
@@ -161,11 +171,13 @@ struct Display {
     start: Instant,
 }
 
-impl Display {
-    fn new(members: usize, epochs: usize) -> Self {
-        Self { bar: terminal::progress("epochs", members * epochs, 0), start: Instant::now() }
+impl Default for Display {
+    fn default() -> Self {
+        Self { bar: terminal::progress("epochs", 0, 0), start: Instant::now() }
     }
+}
 
+impl Display {
     /// False where the training is to end.
     fn show(&self, member: usize, progress: &Progress) -> bool {
         if let Progress::Epoch(Epoch { number, training, held_out, best }) = progress {

@@ -26,7 +26,7 @@ windows of 200 samples of x and y, 2 x 512 units, all strokes as outputs.
 
 Writes a checkpoint for `hysteron command`: weights, ranges, design, which recordings were used and how well it did. \
 Prints the error of every stroke on the trajectories held out, beside that of the static regression alone. Ctrl-C ends \
-the training and keeps the best weights so far; the same command then goes on from OUT.training, and comes to what it \
+the training and writes the best weights so far; the same command then goes on from OUT.training, and comes to what it \
 would have come to without the interruption.
 
 Examples, from the root of the repository:
@@ -34,7 +34,7 @@ Examples, from the root of the repository:
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron train out/quick --design paper --stride 20 --held-out circle --out out/quick/paper.safetensors
 
-Exit codes: 0 done, 1 failed, 2 bad input.";
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";
 
 /// Train the inverse controller on recordings (EDIC)
 #[derive(Debug, clap::Args)]
@@ -139,8 +139,7 @@ fn stateful(arguments: &Arguments) -> StatefulOptions {
     let default = StatefulOptions::default();
     let least_pull_m = arguments.least_pull_mm.map_or(default.loss.least_pull_m, |mm| 1e-3 * mm);
     StatefulOptions {
-        epochs: arguments.epochs.unwrap_or(default.epochs),
-        hidden: arguments.hidden.unwrap_or(default.hidden),
+        learning: default.learning.with([arguments.epochs, arguments.hidden]),
         loss: LossWeights { least_pull_m, ..default.loss },
         seed: arguments.seed,
         ..default
@@ -178,7 +177,7 @@ impl Display {
     }
 }
 
-/// Prints how well it does; a finished training needs its file no more.
+/// Prints how well it does; a finished training needs its file no more, and one that was interrupted is a failure.
 fn report(fitted: &Fitted, out: &Path, beside: &Path) -> anyhow::Result<()> {
     let root_mean = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
     let line = |what: String, found: f64, regression: f64| {
@@ -189,8 +188,12 @@ fn report(fitted: &Fitted, out: &Path, beside: &Path) -> anyhow::Result<()> {
     }
     line("all strokes held out".to_owned(), root_mean(&fitted.held_out_mm), root_mean(&fitted.regression_mm));
     if !fitted.is_finished {
-        tracing::warn!("stopped early; the same command goes on from {}", beside.display());
-    } else if beside.exists() {
+        let (out, beside) = (out.display(), beside.display());
+        anyhow::bail!(
+            "interrupted; the best weights so far are in {out}; the same command goes on from {beside}"
+        );
+    }
+    if beside.exists() {
         std::fs::remove_file(beside)?;
     }
     terminal::say(out.display());

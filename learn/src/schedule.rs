@@ -34,18 +34,6 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// That of networks which go through whole sequences: the step size falls along half a cosine, gradients no longer than
-    /// 1, and the weights are a running mean.
-    pub fn of_sequences([epochs, patience]: [usize; 2], learning_rate: f64, renewed: f32) -> Self {
-        Self {
-            epochs,
-            patience,
-            adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
-            fall: Fall::HalfCosine,
-            renewed: Some(renewed),
-        }
-    }
-
     /// Step size in an epoch, from 0.
     pub fn learning_rate(&self, epoch: usize) -> f64 {
         let factor = match self.fall {

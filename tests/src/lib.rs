@@ -9,8 +9,10 @@
 pub mod emulated;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::sync::OnceLock;
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 
 /// Root of the repository.
 pub fn root() -> &'static Path {
@@ -49,21 +51,36 @@ pub struct Outcome {
 
 /// Runs the program in `folder` with these arguments.
 pub fn run(folder: &Path, arguments: &[&str]) -> Outcome {
-    let output = Command::new(program())
-        .args(arguments)
-        .current_dir(folder)
-        .env_remove("RUST_LOG")
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    Outcome {
-        code: output.status.code(),
-        stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
-        stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+    Outcome::of(command(folder, arguments).output().unwrap())
+}
+
+/// The same, and asks it to stop, as Ctrl-C does, once there is a file `sign`.
+#[cfg(unix)]
+pub fn interrupt(folder: &Path, arguments: &[&str], sign: &str) -> Outcome {
+    let mut command = command(folder, arguments);
+    let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    while !folder.join(sign).exists() {
+        assert!(process.try_wait().unwrap().is_none(), "it has ended without {sign}");
+        assert!(start.elapsed() < Duration::from_secs(60), "no {sign}");
+        std::thread::sleep(Duration::from_millis(2));
     }
+    emulated::signal(&process, "INT");
+    Outcome::of(process.wait_with_output().unwrap())
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program());
+    command.args(arguments).current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
 }
 
 impl Outcome {
+    fn of(output: Output) -> Self {
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        Self { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+
     /// Fails unless the program succeeded.
     pub fn succeeded(self) -> Self {
         assert_eq!(self.code, Some(0), "{}", self.stderr);

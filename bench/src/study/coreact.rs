@@ -20,8 +20,6 @@ use crate::table::print_cells;
 
 /// The twin without and with friction.
 const SCENES: [(&str, &str); 2] = [("twin", "scene-typical.toml"), FRICTION];
-/// The twin with friction and network among those of [`Study::rungs`].
-const BEST: std::ops::Range<usize> = 3..4;
 /// The paper's training takes every sample as the end of a window; this takes every fortieth, for its time.
 const PAPER_STRIDE: &str = "40";
 /// Random plans for the stability of the loop, and how long each lasts [s].
@@ -51,6 +49,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     study.chain.record("typical", "paper", "data")?;
     let training = study.chain.training_recordings()?;
     let mut rungs = study.rungs(&training, size.seeds, size.epochs)?;
+    let best = rungs.len() - 1;
     let paper = study.train_paper(size.epochs)?;
     rungs.push(Rung {
         name: "twin + paper's network".to_owned(),
@@ -59,7 +58,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     });
     let typical = study.climb(&rungs, "data", "typical")?;
     typical.print();
-    let steady = study.steady(&rungs[BEST])?;
+    let steady = study.steady(&rungs[best..=best])?;
     steady.print();
     let stability = study.stability(size.n_random)?;
     println!("{}", stability.text);
@@ -136,7 +135,7 @@ pub(super) struct Study {
 }
 
 impl Study {
-    /// The twins of a robot, without and with networks that learned from `training`.
+    /// The twins of a robot, without and with networks that learned from `training`; with friction and network comes last.
     ///
     /// # Errors
     /// The program fails.

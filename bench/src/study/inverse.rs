@@ -13,7 +13,7 @@ use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, Design, InverseModel, Origin, Smoothing, StatefulOptions, Tip, fit_stateful,
 };
 use hysteron_control::tracking::{Point, Timed, aligned_rmse, chamfer, frechet, hausdorff, lag};
-use hysteron_learn::Session;
+use hysteron_learn::{SequenceOptions, Session};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -68,21 +68,28 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 
 /// How to train on the trunk: its motors run about a quarter of a second ahead of the tip, which the horizons span.
 fn trunk_options(quick: bool) -> StatefulOptions {
-    StatefulOptions { epochs: if quick { 2 } else { 60 }, piece: 100, ..StatefulOptions::default() }
+    let default = StatefulOptions::default();
+    let epochs = if quick { 2 } else { 60 };
+    StatefulOptions { learning: SequenceOptions { epochs, piece: 100, ..default.learning }, ..default }
 }
 
 /// How to train on patterns of some tens of rows, far apart in time.
 fn ftdcr_options(quick: bool) -> StatefulOptions {
-    StatefulOptions {
+    let default = StatefulOptions::default();
+    let learning = SequenceOptions {
         hidden: 48,
         epochs: if quick { 2 } else { 600 },
         patience: 200,
         learning_rate: 5e-3,
         renewed: 0.05,
+        ..default.learning
+    };
+    StatefulOptions {
+        learning,
         half_width_s: FTDCR_STEP,
         horizons_s: vec![FTDCR_STEP],
         lags_s: vec![2.0, 10.0],
-        ..StatefulOptions::default()
+        ..default
     }
 }
 

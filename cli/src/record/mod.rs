@@ -1,5 +1,6 @@
 //! `hysteron record`: a plan becomes recordings.
 
+mod aside;
 pub mod jobs;
 mod live;
 mod simulated;

@@ -6,10 +6,11 @@ use std::sync::Mutex;
 
 use hysteron_base::{Metadata, file};
 use hysteron_rig::calibration::{Calibration, calibrate};
-use hysteron_rig::session::{RecordOptions, Session, events_path, journal_path, record as record_one};
+use hysteron_rig::session::{RecordOptions, Session, journal_path, record as record_one};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use rayon::prelude::*;
 
+use super::aside::set_aside;
 use super::source::Source;
 use super::summary::Summary;
 use super::{Arguments, Job};
@@ -54,12 +55,7 @@ pub fn record(
         let outcome =
             record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |_| bar.inc(1))?;
         if let Some(stop) = &outcome.stopped {
-            // A simulation can be repeated.
-            if outcome.n_rows > 0 {
-                std::fs::remove_file(&job.out)?;
-                std::fs::remove_file(events_path(&job.out))?;
-            }
-            anyhow::bail!("{}: {stop}", job.name);
+            anyhow::bail!("{}: {stop} ({})", job.name, set_aside(&job.out, &outcome)?);
         }
         if let Ok(mut summary) = collected.lock() {
             summary.add(job, &outcome);

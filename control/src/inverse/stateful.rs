@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Architecture, Head, Lesson, Network, Normaliser, Schedule, Sequences, Session, Sum, Training, mean,
+    Lesson, Network, Normaliser, Schedule, SequenceOptions, Sequences, Session, Sum, Training, mean,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -22,22 +22,9 @@ use crate::{Error, Result};
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StatefulOptions {
-    /// Hidden units of each layer.
-    pub hidden: usize,
-    /// LSTM layers.
-    pub layers: usize,
-    /// Most epochs.
-    pub epochs: usize,
-    /// Epochs without a better held-out error after which it ends.
-    pub patience: usize,
-    /// Samples of a piece: back-propagation goes no further.
-    pub piece: usize,
-    /// Step size of Adam at the start; it falls to a hundredth along half a cosine.
-    pub learning_rate: f64,
-    /// Width of the uniform noise on normalised inputs while training, against learning trajectories by heart.
-    pub input_noise: f64,
-    /// Part of the running mean of the weights that each step renews.
-    pub renewed: f32,
+    /// What it has in common with other trainings on whole trajectories.
+    #[serde(flatten)]
+    pub learning: SequenceOptions,
     /// Which samples positions and rates come from.
     pub smoothing: Smoothing,
     /// Half the time that they span [s].
@@ -59,14 +46,16 @@ pub struct StatefulOptions {
 impl Default for StatefulOptions {
     fn default() -> Self {
         Self {
-            hidden: 128,
-            layers: 1,
-            epochs: 30,
-            patience: 20,
-            piece: 200,
-            learning_rate: 2e-3,
-            input_noise: 0.3,
-            renewed: 0.005,
+            learning: SequenceOptions {
+                hidden: 128,
+                layers: 1,
+                epochs: 30,
+                patience: 20,
+                piece: 200,
+                learning_rate: 2e-3,
+                input_noise: 0.3,
+                renewed: 0.005,
+            },
             smoothing: Smoothing::Centred,
             half_width_s: 0.1,
             horizons_s: vec![0.1, 0.2, 0.4],
@@ -81,23 +70,13 @@ impl Default for StatefulOptions {
 
 impl StatefulOptions {
     fn check(&self) -> Check<()> {
-        for (name, n) in [("epochs", self.epochs), ("patience", self.patience), ("piece", self.piece)] {
-            if n == 0 {
-                return Err(BadInput::new(name, "at least 1", "0"));
-            }
-        }
+        self.learning.check()?;
         let LossWeights { tip, smooth_s, pull, least_pull_m } = self.loss;
-        let not_negative =
-            [("tip", tip), ("smooth_s", smooth_s), ("pull", pull), ("least_pull_m", least_pull_m)];
-        for (name, value) in not_negative.into_iter().chain([("input_noise", self.input_noise)]) {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(BadInput::new(name, "a finite number >= 0", value.to_string()));
-            }
+        let weights = [("tip", tip), ("smooth_s", smooth_s), ("pull", pull), ("least_pull_m", least_pull_m)];
+        match weights.into_iter().find(|(_, weight)| !(*weight >= 0.0 && weight.is_finite())) {
+            Some((name, weight)) => Err(BadInput::new(name, "a finite number >= 0", weight.to_string())),
+            None => Ok(()),
         }
-        if !(self.renewed > 0.0 && self.renewed <= 1.0) {
-            return Err(BadInput::new("renewed", "0 < part <= 1", self.renewed.to_string()));
-        }
-        Ok(())
     }
 
     fn features(&self, data: &Dataset) -> Check<FeatureSpec> {
@@ -144,14 +123,7 @@ pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Ses
         loss: Loss::new(&options.loss, gain, data.step),
         n_inputs: inputs.channels.len(),
     };
-    let architecture = Architecture {
-        inputs: lesson.n_inputs,
-        hidden: options.hidden,
-        layers: options.layers,
-        outputs: data.n_tendons,
-        head: Head::Linear,
-        dropout: 0.0,
-    };
+    let architecture = options.learning.architecture(lesson.n_inputs, data.n_tendons);
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("stateful", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;
@@ -288,8 +260,7 @@ impl Lesson for Trajectories<'_> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
-        let StatefulOptions { epochs, patience, learning_rate, renewed, .. } = *self.options;
-        Schedule::of_sequences([epochs, patience], learning_rate, renewed)
+        self.options.learning.schedule()
     }
 
     fn train(
@@ -299,10 +270,10 @@ impl Lesson for Trajectories<'_> {
         on_step: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<Option<f64>> {
         let mut stream = rng(self.options.seed, &format!("inverse/noise/{epoch}"));
-        let width = self.options.input_noise as f32;
+        let width = self.options.learning.input_noise as f32;
         let mut noise = || width * (stream.random::<f32>() - 0.5);
         let mut walk = self.walk(&self.seen, &mut noise);
-        Ok(training.train_sequences(&mut walk, self.options.piece, on_step)?)
+        Ok(training.train_sequences(&mut walk, self.options.learning.piece, on_step)?)
     }
 
     fn validate(&mut self, training: &Training) -> Result<f64> {
@@ -314,7 +285,7 @@ impl Strokes for Trajectories<'_> {
     fn squares(&self, training: &Training) -> Result<Vec<f64>> {
         let mut still = || 0.0;
         let mut walk = self.walk(&self.unseen, &mut still);
-        let sum = training.judge_sequences(&mut walk, self.options.piece)?;
+        let sum = training.judge_sequences(&mut walk, self.options.learning.piece)?;
         Ok(walk.squares.into_iter().map(|square| square / f64::max(sum.count, 1.0)).collect())
     }
 }

@@ -9,7 +9,7 @@ use hysteron_control::inverse::{
     StatefulOptions, Tip, fit_stateful, fit_windowed,
 };
 use hysteron_control::{Error, Limits};
-use hysteron_learn::{Progress, Session, WindowedOptions};
+use hysteron_learn::{Progress, SequenceOptions, Session, WindowedOptions};
 use rand::RngExt;
 
 /// Width of the play between stroke and tip [m].
@@ -68,14 +68,21 @@ fn dataset() -> Dataset {
 }
 
 fn quick() -> StatefulOptions {
-    StatefulOptions {
+    let default = StatefulOptions::default();
+    let learning = SequenceOptions {
         hidden: 24,
         epochs: 60,
         piece: 100,
         renewed: 0.02,
         learning_rate: 5e-3,
-        ..Default::default()
-    }
+        ..default.learning
+    };
+    StatefulOptions { learning, ..default }
+}
+
+fn quick_for(epochs: usize) -> StatefulOptions {
+    let quick = quick();
+    StatefulOptions { learning: quick.learning.with([Some(epochs), None]), ..quick }
 }
 
 fn tiny() -> WindowedOptions {
@@ -166,7 +173,7 @@ fn a_checkpoint_comes_back_and_commands_alike() {
     let data = dataset();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("h.safetensors");
-    let stateful = fit(&data, &StatefulOptions { epochs: 1, ..quick() });
+    let stateful = fit(&data, &quick_for(1));
     let mut session = Session { file: None, progress: &mut |_| true };
     let windowed = fit_windowed(&data, &tiny(), &mut session).unwrap();
     for fitted in [stateful, windowed] {
@@ -207,7 +214,7 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     let data = dataset();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("h.training");
-    let stateful = StatefulOptions { epochs: 4, ..quick() };
+    let stateful = quick_for(4);
     let windowed = tiny();
     let fits: [Fit<'_>; 2] = [&|session| fit_stateful(&data, &stateful, session), &|session| {
         fit_windowed(&data, &windowed, session)
@@ -227,7 +234,7 @@ fn the_file_of_another_training_is_refused() {
     let data = dataset();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("h.training");
-    let options = StatefulOptions { epochs: 2, ..quick() };
+    let options = quick_for(2);
     until(1, &file, &|session| fit_stateful(&data, &options, session));
     let other = StatefulOptions { seed: 2, ..options };
     let mut session = Session { file: Some(&file), progress: &mut |_| true };
@@ -245,7 +252,7 @@ fn the_file_of_another_training_is_refused() {
 #[test]
 fn limits_hold_and_leaving_the_workspace_is_flagged() {
     let data = dataset();
-    let model = fit(&data, &StatefulOptions { epochs: 1, ..quick() }).model;
+    let model = fit(&data, &quick_for(1)).model;
     let tip = &data.validation[0].tip;
     let tight = Limits { stroke: Bounds { min: -1e-3, max: 2e-3 }, stroke_rate: 1e-3 };
     let held = command(&model, tip, tight);
@@ -328,7 +335,7 @@ fn a_recorded_jacobian_weighs_strokes_by_what_they_do() {
         one.jacobian =
             (0..one.len()).flat_map(|_| [[GAIN, 0.0, 0.0, 0.0], [0.0, GAIN, 0.0, 0.0]]).flatten().collect();
     }
-    let mut options = StatefulOptions { epochs: 15, ..quick() };
+    let mut options = quick_for(15);
     options.loss.tip = 100.0;
     let weighed = fit(&data, &options).held_out_mm;
     let (seen, unseen) = (root_mean(&weighed[..2]), root_mean(&weighed[2..]));
@@ -338,7 +345,7 @@ fn a_recorded_jacobian_weighs_strokes_by_what_they_do() {
 #[test]
 fn a_common_pull_can_be_asked_for() {
     let data = dataset();
-    let mut options = StatefulOptions { epochs: 25, ..quick() };
+    let mut options = quick_for(25);
     options.loss.least_pull_m = 0.2e-3;
     let model = fit(&data, &options).model;
     let commands = command(&model, &data.validation[0].tip, WIDE);
@@ -350,7 +357,7 @@ fn a_common_pull_can_be_asked_for() {
 #[test]
 fn controllers_refuse_what_they_cannot_follow() {
     let data = dataset();
-    let model = fit(&data, &StatefulOptions { epochs: 1, ..quick() }).model;
+    let model = fit(&data, &quick_for(1)).model;
     let refusal = |path: &[Tip], limits| Controller::new(&model, path, limits).unwrap_err().to_string();
     assert!(refusal(&[], WIDE).contains("at least one sample"));
     assert!(refusal(&[[0.0, f64::NAN, 0.0]], WIDE).contains("finite positions"));

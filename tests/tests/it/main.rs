@@ -15,4 +15,6 @@ mod repository;
 mod simulate;
 mod study;
 mod target;
+#[cfg(unix)]
+mod train;
 mod virtual_rig;

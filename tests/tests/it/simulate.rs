@@ -188,8 +188,6 @@ fn resume_without_an_earlier_run_is_bad_input() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_resumes_to_the_same_end() {
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
     // As for a saved state.
     const TOLERANCE: f64 = 3e-4;
     let place = Workplace::new();
@@ -206,25 +204,9 @@ fn an_interrupted_run_resumes_to_the_same_end() {
         "--vtu-every",
         "10",
     ];
-    let mut child = Command::new(hysteron_tests::program())
-        .args(arguments)
-        .current_dir(place.path())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
     // It has begun once the second picture is there.
-    let start = Instant::now();
-    while !place.path().join("vtu/body_000010.vtu").exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "no second picture");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    let status = child.wait().unwrap();
-    let mut message = String::new();
-    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut message).unwrap();
-    assert_eq!(status.code(), Some(1), "{message}");
-    assert!(message.contains("error: interrupted"), "{message}");
+    let stopped = hysteron_tests::interrupt(place.path(), &arguments, "vtu/body_000010.vtu");
+    assert!(stopped.error(1).starts_with("error: interrupted"), "{}", stopped.stderr);
     assert!(!place.path().join("tip.csv").exists());
     let done = recording(&place, "tip.partial.csv").n_samples();
     assert!((10..3000).contains(&done), "{done}");

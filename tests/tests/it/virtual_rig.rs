@@ -82,6 +82,26 @@ fn a_data_set_goes_on_where_it_stopped() {
 }
 
 #[test]
+fn a_run_that_a_limit_ends_keeps_its_rows_under_another_name() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path(), &[&RECORD[..], &["data"]].concat()).succeeded();
+    let text = std::fs::read_to_string(place.path().join("data/robot.toml")).unwrap();
+    // At 80 poses a second, some of which are late too, 24 lost ones in a row end a run: at four in five, soon.
+    let lossy = text.replace("dropout_probability = 0.001", "dropout_probability = 0.8");
+    assert_ne!(lossy, text);
+    std::fs::write(place.path().join("lossy.toml"), lossy).unwrap();
+    let record = ["record", "--rig", "virtual:lossy.toml", "--calibration", "data/calibration.toml"];
+    let circle = ["--plan", "quick", "--only", "circle", "--out", "circle.parquet"];
+    let stopped = run(place.path(), &[&record[..], &circle].concat());
+    let error = stopped.error(1);
+    assert!(error.contains("limit passed") && error.contains("circle.partial-1.parquet"), "{error}");
+    assert!(!place.path().join("circle.parquet").exists());
+    let kept = Recording::read(place.path().join("circle.partial-1.parquet")).unwrap();
+    let log = std::fs::read_to_string(place.path().join("circle.partial-1.events.jsonl")).unwrap();
+    assert!(error.contains(&format!("({} rows", kept.n_samples())) && log.contains("no pose"), "{error}");
+}
+
+#[test]
 fn bad_input_moves_nothing() {
     let place = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();

@@ -6,7 +6,7 @@
 //! memory handed on.
 
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{Architecture, Head, Learned, Lesson, Network, Normaliser, Schedule, Training};
+use hysteron_learn::{Learned, Lesson, Network, Normaliser, Schedule, SequenceOptions, Training};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,20 +20,9 @@ use crate::{Error, Result};
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StatefulOptions {
-    /// Hidden units of each layer.
-    pub hidden: usize,
-    /// LSTM layers.
-    pub layers: usize,
-    /// Most epochs.
-    pub epochs: usize,
-    /// Epochs without a better held-out error after which it ends.
-    pub patience: usize,
-    /// Samples of a piece: back-propagation goes no further.
-    pub piece: usize,
-    /// Step size of Adam at the start; it falls to a hundredth along half a cosine.
-    pub learning_rate: f64,
-    /// Width of the uniform noise on normalised inputs while training, against learning trajectories by heart.
-    pub input_noise: f64,
+    /// What it has in common with other trainings on whole trajectories.
+    #[serde(flatten)]
+    pub learning: SequenceOptions,
     /// Plays as parts of the largest stroke.
     pub plays: Vec<f64>,
     /// Time constants of lags [s].
@@ -49,13 +38,17 @@ pub struct StatefulOptions {
 impl Default for StatefulOptions {
     fn default() -> Self {
         Self {
-            hidden: 64,
-            layers: 1,
-            epochs: 100,
-            patience: 40,
-            piece: 200,
-            learning_rate: 2e-3,
-            input_noise: 1.0,
+            learning: SequenceOptions {
+                hidden: 64,
+                layers: 1,
+                epochs: 100,
+                patience: 40,
+                piece: 200,
+                learning_rate: 2e-3,
+                input_noise: 1.0,
+                // The mean reaches back over some epochs.
+                renewed: 0.005,
+            },
             plays: vec![0.01, 0.03, 0.08, 0.2, 0.5],
             lags_s: vec![0.3, 3.0, 30.0],
             feedback: false,
@@ -71,7 +64,7 @@ impl Default for StatefulOptions {
 /// linear part and ranges, is fitted to all `sequences`: errors on those held out are to stop by, not to judge by.
 ///
 /// # Errors
-/// Sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of another training;
+/// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of another training;
 /// training that leaves finite numbers, or that is ended before its first epoch is done.
 pub fn fit_stateful(
     sequences: &[Sequence],
@@ -80,6 +73,7 @@ pub fn fit_stateful(
     options: &StatefulOptions,
     sessions: &Sessions<'_>,
 ) -> Result<Fitted> {
+    options.learning.check()?;
     let first = first_of_one_robot(sequences, sequences)?;
     let decoder = match first.decoder.clone() {
         Some(decoder) => decoder,
@@ -114,7 +108,7 @@ pub fn fit_stateful(
         let copies = |indices: &[usize]| indices.iter().map(|&k| prepared[k].clone()).collect();
         let (seen_ones, unseen_ones) = (copies(&seen), copies(&unseen));
         let mut lesson = Trajectories { options, spec: &spec, seed, seen: seen_ones, unseen: unseen_ones };
-        let network = Network::new(&options.architecture(spec.len()), seed)?;
+        let network = Network::new(&options.learning.architecture(spec.len(), 3), seed)?;
         let identity = json!({
             "scene": scene_hash, "options": options, "trained_on": listed(&seen), "held_out": listed(&unseen),
             "inputs": inputs.channels, "outputs": outputs.channels,
@@ -143,19 +137,6 @@ pub fn fit_stateful(
     Ok(Fitted { model, is_finished })
 }
 
-impl StatefulOptions {
-    fn architecture(&self, inputs: usize) -> Architecture {
-        Architecture {
-            inputs,
-            hidden: self.hidden,
-            layers: self.layers,
-            outputs: 3,
-            head: Head::Linear,
-            dropout: 0.0,
-        }
-    }
-}
-
 fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Result<Normaliser, BadInput> {
     let names = spec.names();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -172,9 +153,6 @@ fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Resu
     Normaliser::from_samples(&names, samples.chunks_exact(spec.len()))
 }
 
-/// Part of the running mean of the weights that each step renews: it reaches back over some epochs.
-const AVERAGED: f32 = 0.005;
-
 /// Whole trajectories side by side, for one network.
 struct Trajectories<'a> {
     options: &'a StatefulOptions,
@@ -188,8 +166,7 @@ impl Lesson for Trajectories<'_> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
-        let StatefulOptions { epochs, patience, learning_rate, .. } = *self.options;
-        Schedule::of_sequences([epochs, patience], learning_rate, AVERAGED)
+        self.options.learning.schedule()
     }
 
     /// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is
@@ -203,9 +180,9 @@ impl Lesson for Trajectories<'_> {
         let width = (1e3 * self.options.feedback_noise_m * 12f64.sqrt()) as f32;
         let mut stream = rng(self.seed, &format!("residual/noise/{epoch}"));
         let mut noise = || stream.random::<f32>() - 0.5;
-        let widths = [self.options.input_noise as f32, width];
+        let widths = [self.options.learning.input_noise as f32, width];
         let mut walk = Walk { sequences: &mut self.seen, spec: self.spec, widths, noise: &mut noise };
-        Ok(training.train_sequences(&mut walk, self.options.piece, on_step)?)
+        Ok(training.train_sequences(&mut walk, self.options.learning.piece, on_step)?)
     }
 
     /// [mm]; the tip seen is the network's own of the pass before.
@@ -213,6 +190,6 @@ impl Lesson for Trajectories<'_> {
         let mut still = || 0.0;
         let mut walk =
             Walk { sequences: &mut self.unseen, spec: self.spec, widths: [0.0; 2], noise: &mut still };
-        Ok(training.judge_sequences(&mut walk, self.options.piece)?.mean().sqrt())
+        Ok(training.judge_sequences(&mut walk, self.options.learning.piece)?.mean().sqrt())
     }
 }

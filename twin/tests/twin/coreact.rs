@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_base::{Channel, Friction, Metadata, Recording};
-use hysteron_learn::Progress;
+use hysteron_learn::{Progress, SequenceOptions};
 use hysteron_twin::coreact::{
     Auxiliary, Chooser, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
 };
@@ -243,13 +243,22 @@ fn identified(twin: &Twin, auxiliary: &Auxiliary, n: usize) -> (Motion, Identifi
     (motion, found, sequence)
 }
 
+/// What a test changes, from the defaults without noise on.
+fn learning(change: impl Fn(&mut SequenceOptions)) -> StatefulOptions {
+    let mut options = StatefulOptions::default();
+    options.learning.input_noise = 0.0;
+    change(&mut options.learning);
+    options
+}
+
 #[test]
 fn an_interrupted_training_ends_as_one_that_was_not() {
     let twin = twin();
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let sequence = identified(&twin, &auxiliary, 120).2;
     let sequences = [sequence.clone(), sequence];
-    let options = StatefulOptions { hidden: 8, epochs: 4, piece: 50, ..Default::default() };
+    let options =
+        learning(|of| *of = SequenceOptions { hidden: 8, epochs: 4, piece: 50, input_noise: 1.0, ..*of });
     let folder = tempfile::tempdir().unwrap();
     let files: Vec<PathBuf> = (0..2).map(|k| folder.path().join(format!("{k}.training"))).collect();
     let whole = fit(&sequences, &options, Vec::new(), &|_, _| true);
@@ -272,14 +281,8 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let n = 400;
     let (motion, found, sequence) = identified(&twin, &auxiliary, n);
-    let options = StatefulOptions {
-        hidden: 16,
-        epochs: 400,
-        patience: 400,
-        piece: 100,
-        input_noise: 0.0,
-        ..Default::default()
-    };
+    let options =
+        learning(|of| *of = SequenceOptions { hidden: 16, epochs: 400, patience: 400, piece: 100, ..*of });
     // The same recording twice: only that it can be learned and rolled out is asked here.
     let sequences = [sequence.clone(), sequence];
     let model = fit(&sequences, &options, Vec::new(), &|_, _| true).model;
@@ -318,8 +321,7 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let (motion, _, sequence) = identified(&twin, &auxiliary, 400);
     // A first network that has hardly learned: the second one needs its strokes and tips, not that they are good.
     let learn = |sequence: &Sequence, epochs: usize| {
-        let options =
-            StatefulOptions { hidden: 16, epochs, piece: 100, input_noise: 0.0, ..Default::default() };
+        let options = learning(|of| *of = SequenceOptions { hidden: 16, epochs, piece: 100, ..*of });
         fit(&[sequence.clone(), sequence.clone()], &options, Vec::new(), &|_, _| true).model
     };
     let again = |model: &ResidualModel| {
