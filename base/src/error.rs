@@ -4,6 +4,7 @@
 //! which file and key to open. Libraries wrap [`Error`] in their own enum; the program turns a
 //! [`BadInput`] into exit code 2 and anything else into exit code 1.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Input that cannot be used: `place: expected …, got … (hint: …)`.
@@ -58,24 +59,26 @@ pub enum Error {
     #[error(transparent)]
     BadInput(#[from] BadInput),
     /// The file system refused.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {refusal}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Its refusal.
-        source: std::io::Error,
+        /// What was said; part of the message, and so no source of it.
+        refusal: std::io::Error,
     },
 }
 
 impl Error {
-    /// Wraps a refusal of the file system, naming the file. A file that does not exist is bad input.
-    pub fn io(path: &Path, source: std::io::Error) -> Self {
-        if source.kind() == std::io::ErrorKind::NotFound {
-            return BadInput::new(path.display().to_string(), "a file", "nothing there")
-                .hint("check the path; it is taken relative to the current folder")
-                .into();
+    /// Wraps a refusal of the file system, naming the file. A file that does not exist is bad input, and so is a folder.
+    pub fn io(path: &Path, refusal: std::io::Error) -> Self {
+        let bad = |found: &str| BadInput::new(path.display().to_string(), "a file", found);
+        match refusal.kind() {
+            ErrorKind::NotFound => {
+                bad("nothing there").hint("check the path; it is taken relative to the current folder").into()
+            }
+            ErrorKind::IsADirectory => bad("a folder").into(),
+            _ => Self::Io { path: path.to_owned(), refusal },
         }
-        Self::Io { path: path.to_owned(), source }
     }
 }
 

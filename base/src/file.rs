@@ -13,7 +13,7 @@ use std::path::Path;
 /// # Errors
 /// `Io` if the file system refuses or `content` fails; `path` is then as it was before.
 pub fn write_with(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
-    write_and_rename(path, content).map_err(|source| Error::Io { path: path.to_owned(), source })
+    write_and_rename(path, content).map_err(|refusal| Error::Io { path: path.to_owned(), refusal })
 }
 
 /// Writes `path` with these bytes; see [`write_with`].
@@ -55,7 +55,7 @@ fn write_and_rename(
 /// # Errors
 /// `BadInput` if there is no such file, `Io` if it cannot be read.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|source| Error::io(path, source))
+    std::fs::read(path).map_err(|refusal| Error::io(path, refusal))
 }
 
 /// The text of a file.

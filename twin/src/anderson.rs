@@ -4,7 +4,7 @@
 //! # Reference
 //! Walker, Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, eq. 2.2.
 
-use hysteron_fem::{Isa, axpy, combine_into, dot};
+use hysteron_fem::{Isa, combine_into, dot};
 
 /// Pairs kept.
 const WINDOW: usize = 6;
@@ -75,24 +75,21 @@ impl Anderson {
 
     /// Learns from what the last move led to: the proposed `step`, and the `drift` and `missing` that it was made from.
     pub fn observe(&mut self, step: &[f64], drift: &[f64], missing: &[f64]) {
+        let last = &mut self.last;
         if self.has_last {
-            let (pair, last) = (&mut self.pairs[self.next], &self.last);
-            pair.moved.copy_from_slice(&last.moved);
-            for (change, now, then) in [
-                (&mut pair.change, step, &last.change),
-                (&mut pair.drift, drift, &last.drift),
-                (&mut pair.missing, missing, &last.missing),
-            ] {
-                change.copy_from_slice(now);
-                axpy(self.isa, -1.0, then, change);
-            }
+            let pair = &mut self.pairs[self.next];
+            std::mem::swap(&mut pair.moved, &mut last.moved);
+            replace(&mut last.change, step, &mut pair.change);
+            replace(&mut last.drift, drift, &mut pair.drift);
+            replace(&mut last.missing, missing, &mut pair.missing);
             self.n_pairs = (self.n_pairs + 1).min(WINDOW);
             self.multiply(self.next, self.n_pairs);
             self.next = (self.next + 1) % WINDOW;
+        } else {
+            last.change.copy_from_slice(step);
+            last.drift.copy_from_slice(drift);
+            last.missing.copy_from_slice(missing);
         }
-        self.last.change.copy_from_slice(step);
-        self.last.drift.copy_from_slice(drift);
-        self.last.missing.copy_from_slice(missing);
     }
 
     /// A kink: `change_of` writes the changes of the step anew.
@@ -161,5 +158,13 @@ impl Anderson {
             factors[k] /= a[k][k];
         }
         Some(factors)
+    }
+}
+
+/// Puts `new` in the place of `old`; `change` becomes their difference.
+fn replace(old: &mut [f64], new: &[f64], change: &mut [f64]) {
+    for ((old, new), change) in old.iter_mut().zip(new).zip(change) {
+        *change = new - *old;
+        *old = *new;
     }
 }

@@ -66,7 +66,7 @@ impl JournalWriter {
             return Err(BadInput::new(place, "a name ending in .journal", "another").into());
         }
         let header = header(names, meta).map_err(|bad| bad.within(&place))?;
-        let io = |source| Error::Io { path: path.to_owned(), source };
+        let io = |refusal| Error::Io { path: path.to_owned(), refusal };
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(io)?;
         let file = match OpenOptions::new().append(true).create_new(true).open(path) {

@@ -2,7 +2,7 @@
 //!
 //! Plain loops over independent partial sums; dispatch lets the compiler use wide registers for them.
 
-use super::Isa;
+use super::{Isa, Simd, WithSimd};
 
 const PARTS: usize = 16;
 /// Numbers that stay in the nearest cache, or in registers, while columns are added to them.
@@ -10,20 +10,32 @@ const PIECE: usize = 256;
 
 /// Σ a_i b_i.
 pub fn dot(isa: Isa, a: &[f64], b: &[f64]) -> f64 {
-    isa.run(
-        #[inline(always)]
-        || {
-            let (a, b) = (a.as_chunks::<PARTS>(), b.as_chunks::<PARTS>());
-            let mut sums = [0.0; PARTS];
-            for (a, b) in a.0.iter().zip(b.0) {
-                for p in 0..PARTS {
-                    sums[p] += a[p] * b[p];
-                }
+    isa.run(Dot { a, b })
+}
+
+/// No closure: one that returns a number is compiled by itself, without the instruction set that the dispatch chose.
+struct Dot<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> f64 {
+        let (a, b) = (self.a.as_chunks::<PARTS>(), self.b.as_chunks::<PARTS>());
+        let mut sums = [0.0; PARTS];
+        for (a, b) in a.0.iter().zip(b.0) {
+            for p in 0..PARTS {
+                sums[p] += a[p] * b[p];
             }
-            let tail: f64 = a.1.iter().zip(b.1).map(|(a, b)| a * b).sum();
-            sums.iter().sum::<f64>() + tail
-        },
-    )
+        }
+        for (p, (a, b)) in a.1.iter().zip(b.1).enumerate() {
+            sums[p] += a * b;
+        }
+        sums.iter().sum()
+    }
 }
 
 /// y += factor x.

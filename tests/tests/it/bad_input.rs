@@ -49,6 +49,13 @@ fn mesh_files_that_cannot_be_used() {
     );
     refused(
         |place| {
+            std::fs::remove_file(place.path().join("tpu80.msh")).unwrap();
+            std::fs::create_dir(place.path().join("tpu80.msh")).unwrap();
+        },
+        &["tpu80.msh: expected a file, got a folder"],
+    );
+    refused(
+        |place| {
             let bytes = place.read("tpu80.msh");
             place.write("tpu80.msh", &bytes[..bytes.len() / 2]);
         },
