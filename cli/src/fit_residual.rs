@@ -120,7 +120,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Fitted { model, is_finished } = fitted?;
     model.write(&arguments.out)?;
     if !is_finished {
-        let then = if arguments.feedback { "begins again" } else { "goes on from there" };
+        let then = if arguments.feedback { "begins again" } else { "goes on" };
         let out = arguments.out.display();
         anyhow::bail!("interrupted; the best weights so far are in {out}; the same command {then}");
     }
