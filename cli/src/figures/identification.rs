@@ -21,10 +21,20 @@ struct Metrics<'a> {
     commit: &'a str,
 }
 
+/// Who chose the virtual strokes.
+#[derive(Clone, Copy)]
+pub enum Chosen {
+    /// One QP a sample.
+    ByQps,
+    /// A network that was there already.
+    ByNetwork,
+}
+
 /// Writes `report.html` and `metrics.json` to `folder`.
 pub fn write(
     folder: &Path,
     title: &str,
+    chosen: Chosen,
     scene_sha256: &str,
     rows: &[Row],
     left_out: &[String],
@@ -40,8 +50,16 @@ pub fn write(
         commit,
     };
     write_metrics(folder, &metrics)?;
-    let about = "Distance of the twin's tip from the measured one, without and with virtual tendons, and how often their \
-                 bounds bind.";
+    let about = match chosen {
+        Chosen::ByQps => {
+            "Distance of the twin's tip from the measured one, without and with virtual tendons, and how often their bounds \
+             bind."
+        }
+        Chosen::ByNetwork => {
+            "Distance of the twin's tip from the measured one, without virtual tendons and with the strokes of the network: \
+             what it leaves is for a second one to learn. Nothing was solved for."
+        }
+    };
     let mut page = Page::new(title, about, &command);
     page.table(&Row::HEADINGS, rows.iter().map(Row::cells));
     if !left_out.is_empty() {

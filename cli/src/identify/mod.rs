@@ -11,6 +11,7 @@ use hysteron_twin::residual::{DECODER, Design};
 use hysteron_twin::{Motion, Twin};
 use rayon::prelude::*;
 
+use crate::figures::identification::Chosen;
 use crate::inputs::{self, Input};
 use crate::network::Network;
 use crate::{figures, interrupt, terminal};
@@ -81,47 +82,58 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let twin = Twin::from_scene(&scene)?;
     let auxiliary = Auxiliary::new(&twin)?;
     let network = arguments.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let mut excluded = Vec::new();
-    let mut jobs = Vec::new();
-    for input in inputs::read(&arguments.recordings)? {
-        match Motion::for_identification(&twin, &input.recording, &input.path.display().to_string()) {
-            Ok(motion) => jobs.push(job(arguments, &scene, network.as_ref(), input, motion)?),
-            Err(bad) if arguments.skip_bad => {
-                tracing::warn!("left out: {bad}");
-                excluded.push(bad.to_string());
-            }
-            Err(bad) => return Err(bad.into()),
-        }
-    }
-    if jobs.is_empty() {
-        return Err(BadInput::new("recordings", "at least one that can be used", "none").into());
-    }
+    let (jobs, excluded) = jobs(arguments, &scene, &twin, network.as_ref())?;
     let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
-    let n_samples = |jobs: &[Job]| jobs.iter().map(|job| job.motion.len()).sum::<usize>();
+    let n_jobs = there.len() + missing.len();
     tracing::info!(
-        "{}: {} recordings, {} samples, {} virtual tendons; {} recordings are there already",
+        "{}: {n_jobs} recordings, {} samples, {} virtual tendons; {} recordings are there already",
         scene.name,
-        there.len() + missing.len(),
         n_samples(&there) + n_samples(&missing),
         auxiliary.len(),
         there.len(),
     );
     interrupt::listen()?;
-    let bar = terminal::progress("samples", n_samples(&missing), 0);
-    let mut rows =
-        there.iter().map(|job| summary::Row::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
-    let found = Mutex::new(Vec::new());
-    missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+    let chooser = |motion: &Motion| -> anyhow::Result<Box<dyn Chooser + '_>> {
+        Ok(match &network {
+            Some(network) => Box::new(network.rollout(&twin, motion.step)?),
+            None => Box::new(Identifier::new(&twin, &auxiliary, options)),
+        })
+    };
+    let mut rows = carry_out(&missing, &twin, &chooser)?;
+    for job in &there {
+        rows.push(summary::Row::read(&job.out)?);
+    }
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    summary::print(&rows);
+    let title = format!("Virtual strokes of {}", scene.name);
+    let chosen = if network.is_some() { Chosen::ByNetwork } else { Chosen::ByQps };
+    figures::identification::write(&arguments.out, &title, chosen, &scene.hash, &rows, &excluded)?;
+    if interrupt::is_asked() {
+        let n_done = rows.len();
+        anyhow::bail!("interrupted; {n_done} of {n_jobs} recordings are done; run it again to go on");
+    }
+    Ok(())
+}
+
+fn n_samples(jobs: &[Job]) -> usize {
+    jobs.iter().map(|job| job.motion.len()).sum()
+}
+
+/// Identifies recordings in parallel; gives those that were brought to their end.
+fn carry_out<'a>(
+    jobs: &[Job],
+    twin: &Twin,
+    chooser: &(dyn Fn(&Motion) -> anyhow::Result<Box<dyn Chooser + 'a>> + Sync),
+) -> anyhow::Result<Vec<summary::Row>> {
+    let bar = terminal::progress("samples", n_samples(jobs), 0);
+    let rows = Mutex::new(Vec::new());
+    jobs.par_iter().try_for_each(|job| -> anyhow::Result<()> {
         let mut go_on = || {
             bar.inc(1);
             !interrupt::is_asked()
         };
         let start = std::time::Instant::now();
-        let mut chooser: Box<dyn Chooser> = match &network {
-            Some(network) => Box::new(network.rollout(&twin, job.motion.step)?),
-            None => Box::new(Identifier::new(&twin, &auxiliary, options)),
-        };
-        let result = identify(&twin, &mut *chooser, &job.motion, job.meta.clone(), &mut go_on);
+        let result = identify(twin, &mut *chooser(&job.motion)?, &job.motion, job.meta.clone(), &mut go_on);
         let done = result
             .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
         let Some(done) = done else { return Ok(()) };
@@ -132,25 +144,38 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         );
         done.sensitivities.write(&job.sensitivity)?;
         done.recording.write(&job.out)?;
-        if let Ok(mut found) = found.lock() {
-            found.push(summary::Row { name: job.input.name.clone(), summary: done.summary });
+        if let Ok(mut rows) = rows.lock() {
+            rows.push(summary::Row { name: job.input.name.clone(), summary: done.summary });
         }
         Ok(())
     })?;
     bar.finish_and_clear();
-    rows.extend(found.into_inner().unwrap_or_default());
-    rows.sort_by(|a, b| a.name.cmp(&b.name));
-    summary::print(&rows);
-    let title = format!("Virtual strokes of {}", scene.name);
-    figures::identification::write(&arguments.out, &title, &scene.hash, &rows, &excluded)?;
-    if interrupt::is_asked() {
-        anyhow::bail!(
-            "interrupted; {} of {} recordings are done; run it again to go on",
-            rows.len(),
-            there.len() + missing.len()
-        );
+    Ok(rows.into_inner().unwrap_or_default())
+}
+
+/// What is to be done, and why other recordings are left out.
+fn jobs(
+    arguments: &Arguments,
+    scene: &Scene,
+    twin: &Twin,
+    network: Option<&Network>,
+) -> anyhow::Result<(Vec<Job>, Vec<String>)> {
+    let mut excluded = Vec::new();
+    let mut jobs = Vec::new();
+    for input in inputs::read(&arguments.recordings)? {
+        match Motion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
+            Ok(motion) => jobs.push(job(arguments, scene, network, input, motion)?),
+            Err(bad) if arguments.skip_bad => {
+                tracing::warn!("left out: {bad}");
+                excluded.push(bad.to_string());
+            }
+            Err(bad) => return Err(bad.into()),
+        }
     }
-    Ok(())
+    if jobs.is_empty() {
+        return Err(BadInput::new("recordings", "at least one that can be used", "none").into());
+    }
+    Ok((jobs, excluded))
 }
 
 fn options(arguments: &Arguments) -> Result<IdentifyOptions, BadInput> {
