@@ -14,6 +14,7 @@ use rand::seq::IndexedRandom;
 
 use crate::inputs::{self, Input};
 use crate::paper_design::PaperDesign;
+use crate::unfinished::Unfinished;
 use crate::{interrupt, paths, terminal};
 
 const HELP: &str = "\
@@ -107,28 +108,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     interrupt::listen()?;
     // What a network with feedback has seen of itself is in no file.
     let n_files = if arguments.feedback { 0 } else { members };
-    let files: Vec<PathBuf> =
-        (1..=n_files).map(|k| arguments.out.with_extension(format!("training-{k}"))).collect();
-    for file in files.iter().filter(|file| file.exists()) {
-        tracing::info!("going on from {}", file.display());
-    }
+    let files = (1..=n_files).map(|k| arguments.out.with_extension(format!("training-{k}"))).collect();
+    let unfinished = Unfinished::new(&arguments.out, files);
     let display = Display::default();
-    let sessions =
-        Sessions { files: files.clone(), progress: &|number, report| display.show(number, report) };
+    let progress = |number: usize, report: &Progress| display.show(number, report);
+    let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
     let fitted = fit(arguments, &sequences, &held_out, &scene_hash, &display, &sessions);
     display.bar.finish_and_clear();
     let Fitted { model, is_finished } = fitted?;
     model.write(&arguments.out)?;
-    if !is_finished {
-        let then = if arguments.feedback { "begins again" } else { "goes on" };
-        let out = arguments.out.display();
-        anyhow::bail!("interrupted; the best weights so far are in {out}; the same command {then}");
-    }
-    for file in files.iter().filter(|file| file.exists()) {
-        std::fs::remove_file(file)?;
-    }
-    terminal::say(arguments.out.display());
-    Ok(())
+    unfinished.end(is_finished)
 }
 
 fn fit(

@@ -31,6 +31,7 @@ mod target;
 mod terminal;
 mod track;
 mod train;
+mod unfinished;
 mod watchman;
 
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
 //! `hysteron train`: the inverse controller, from recordings of a rig and of a twin.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use hysteron_base::BadInput;
 use hysteron_control::inverse::{
@@ -12,6 +12,7 @@ use indicatif::ProgressBar;
 use serde_json::json;
 
 use crate::paper_design::PaperDesign;
+use crate::unfinished::Unfinished;
 use crate::{inputs, interrupt, paths, terminal};
 
 const HELP: &str = "\
@@ -87,13 +88,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let data = dataset(arguments)?;
     interrupt::listen()?;
-    let beside = arguments.out.with_extension("training");
-    if beside.exists() {
-        tracing::info!("going on from {}", beside.display());
-    }
+    let unfinished = Unfinished::new(&arguments.out, vec![arguments.out.with_extension("training")]);
     let mut display = Display::default();
     let mut progress = |progress: &Progress| display.show(progress);
-    let mut session = Session { file: Some(&beside), progress: &mut progress };
+    let file = unfinished.files.first().map(PathBuf::as_path);
+    let mut session = Session { file, progress: &mut progress };
     let fitted = match arguments.design {
         DesignName::Stateful => fit_stateful(&data, &stateful(arguments), &mut session),
         DesignName::Paper => {
@@ -107,7 +106,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     fitted.model.training["commit"] = json!(env!("HYSTERON_COMMIT"));
     fitted.model.training["version"] = json!(env!("CARGO_PKG_VERSION"));
     fitted.model.write(&arguments.out)?;
-    report(&fitted, &arguments.out, &beside)
+    report(&fitted);
+    unfinished.end(fitted.is_finished)
 }
 
 fn dataset(arguments: &Arguments) -> anyhow::Result<Dataset> {
@@ -177,8 +177,8 @@ impl Display {
     }
 }
 
-/// Prints how well it does; a finished training needs its file no more, and one that was interrupted is a failure.
-fn report(fitted: &Fitted, out: &Path, beside: &Path) -> anyhow::Result<()> {
+/// Prints how well it does.
+fn report(fitted: &Fitted) {
     let root_mean = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
     let line = |what: String, found: f64, regression: f64| {
         terminal::say(format!("{what}: {found:.4} mm, static regression {regression:.4} mm"));
@@ -187,15 +187,4 @@ fn report(fitted: &Fitted, out: &Path, beside: &Path) -> anyhow::Result<()> {
         line(format!("stroke {} held out", k + 1), *found, *regression);
     }
     line("all strokes held out".to_owned(), root_mean(&fitted.held_out_mm), root_mean(&fitted.regression_mm));
-    if !fitted.is_finished {
-        let (out, beside) = (out.display(), beside.display());
-        anyhow::bail!(
-            "interrupted; the best weights so far are in {out}; the same command goes on from {beside}"
-        );
-    }
-    if beside.exists() {
-        std::fs::remove_file(beside)?;
-    }
-    terminal::say(out.display());
-    Ok(())
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use hysteron_base::BadInput;
+
 use crate::Adam;
 
 /// How the step size falls from that of the start.
@@ -31,6 +33,14 @@ pub struct Schedule {
     pub fall: Fall,
     /// Part of the running mean of the weights that each step renews; none for no mean.
     pub renewed: Option<f32>,
+}
+
+/// Refuses counts of a training that are zero.
+pub(crate) fn check_counts(counts: &[(&str, usize)]) -> Result<(), BadInput> {
+    match counts.iter().find(|(_, n)| *n == 0) {
+        Some((name, _)) => Err(BadInput::new(*name, "at least 1", "0")),
+        None => Ok(()),
+    }
 }
 
 impl Schedule {

@@ -3,6 +3,7 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
+use crate::schedule::check_counts;
 use crate::{Adam, Architecture, Fall, Head, Schedule};
 
 /// What trainings on whole sequences have in common.
@@ -33,13 +34,12 @@ impl SequenceOptions {
         Self { epochs: epochs.unwrap_or(self.epochs), hidden: hidden.unwrap_or(self.hidden), ..self }
     }
 
+    /// Refuses options out of range.
+    ///
     /// # Errors
     /// A number that no training can have.
     pub fn check(&self) -> Result<(), BadInput> {
-        let counts = [("epochs", self.epochs), ("patience", self.patience), ("piece", self.piece)];
-        if let Some((name, _)) = counts.iter().find(|(_, n)| *n == 0) {
-            return Err(BadInput::new(*name, "at least 1", "0"));
-        }
+        check_counts(&[("epochs", self.epochs), ("patience", self.patience), ("piece", self.piece)])?;
         let noise = self.input_noise;
         if !(noise >= 0.0 && noise.is_finite()) {
             return Err(BadInput::new("input_noise", "a finite number >= 0", noise.to_string()));

@@ -1,10 +1,11 @@
 //! The published way to train (paper 003, sections V-A d and V-B c): windows of samples, an output at the end of each, mean
 //! squared error, Adam with a step size that may fall in stairs.
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::rng;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
+use crate::schedule::check_counts;
 use crate::{
     Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Normaliser, Outputs, Result, Schedule, Sum,
     Training, mean, mean_squared_error,
@@ -47,17 +48,13 @@ impl WindowedOptions {
     }
 
     fn check(&self) -> Result<()> {
-        let counts = [
+        Ok(check_counts(&[
             ("window", self.window),
             ("stride", self.stride),
             ("epochs", self.epochs),
             ("batch", self.batch),
             ("stair", self.stair),
-        ];
-        match counts.iter().find(|(_, n)| *n == 0) {
-            Some((name, _)) => Err(BadInput::new(*name, "at least 1", "0").into()),
-            None => Ok(()),
-        }
+        ])?)
     }
 }
 

@@ -99,10 +99,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             None => Box::new(Identifier::new(&twin, &auxiliary, options)),
         })
     };
-    let mut rows = carry_out(&missing, &twin, &chooser)?;
-    for job in &there {
-        rows.push(summary::Row::read(&job.out)?);
-    }
+    let mut rows =
+        there.iter().map(|job| summary::Row::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
+    rows.extend(carry_out(&missing, &twin, &chooser)?);
     rows.sort_by(|a, b| a.name.cmp(&b.name));
     summary::print(&rows);
     let title = format!("Virtual strokes of {}", scene.name);

@@ -1,11 +1,24 @@
-//! Recordings that are not complete get names of their own: nothing partial stands under the final one.
+//! How a trajectory ended. A recording that is not complete gets a name of its own: nothing partial stands under the final
+//! one.
 
 use std::path::{Path, PathBuf};
 
 use hysteron_rig::session::{Outcome, events_path};
 
+use super::Job;
+
+/// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
+pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
+    let name = &job.name;
+    match &outcome.stopped {
+        None if outcome.is_torque_settled => Ok(()),
+        None => Err(anyhow::anyhow!("{name}: the torque could not be dealt with; switch the supply off")),
+        Some(stop) => Err(anyhow::anyhow!("{name}: {stop} ({})", set_aside(&job.out, outcome)?)),
+    }
+}
+
 /// Gives a recording that is not complete a name of its own, so that the same command can go on; says where it is.
-pub fn set_aside(out: &Path, outcome: &Outcome) -> anyhow::Result<String> {
+fn set_aside(out: &Path, outcome: &Outcome) -> anyhow::Result<String> {
     if outcome.n_rows == 0 {
         return Ok("nothing was recorded yet".to_owned());
     }

@@ -8,7 +8,7 @@ use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::{Outcome, RecordOptions, Session, journal_path, record as record_one, recover};
 use hysteron_rig::{Hardware, LiveRig};
 
-use super::aside::{free_name, set_aside};
+use super::aside::{ended, free_name};
 use super::source::{Source, calibration_path};
 use super::summary::Summary;
 use super::{Arguments, Job};
@@ -86,16 +86,6 @@ impl Run<'_> {
         let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
         let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
         record_one(session, &job.commands, &options, &interrupt::is_asked, progress)
-    }
-}
-
-/// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
-fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
-    let name = &job.name;
-    match &outcome.stopped {
-        None if outcome.is_torque_settled => Ok(()),
-        None => Err(anyhow::anyhow!("{name}: the torque could not be dealt with; switch the supply off")),
-        Some(stop) => Err(anyhow::anyhow!("{name}: {stop} ({})", set_aside(&job.out, outcome)?)),
     }
 }
 

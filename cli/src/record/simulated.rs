@@ -10,7 +10,7 @@ use hysteron_rig::session::{RecordOptions, Session, journal_path, record as reco
 use hysteron_rig::virtual_rig::SimulatedRig;
 use rayon::prelude::*;
 
-use super::aside::set_aside;
+use super::aside::ended;
 use super::source::Source;
 use super::summary::Summary;
 use super::{Arguments, Job};
@@ -41,7 +41,7 @@ pub fn record(
     }
     let bar = terminal::progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
     let collected = Mutex::new(summary);
-    let ended = jobs.par_iter().try_for_each(|job| {
+    let recorded = jobs.par_iter().try_for_each(|job| {
         let mut hardware: SimulatedRig = fresh.clone();
         // The same rig on another day: its noise is another.
         hardware.world_mut().reseed(arguments.seed, &job.name);
@@ -54,14 +54,12 @@ pub fn record(
         let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
         let outcome =
             record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |_| bar.inc(1))?;
-        if let Some(stop) = &outcome.stopped {
-            anyhow::bail!("{}: {stop} ({})", job.name, set_aside(&job.out, &outcome)?);
-        }
+        ended(&outcome, job)?;
         if let Ok(mut summary) = collected.lock() {
             summary.add(job, &outcome);
         }
         Ok(())
     });
     bar.finish_and_clear();
-    ended
+    recorded
 }

@@ -64,8 +64,8 @@ impl Default for StatefulOptions {
 /// linear part and ranges, is fitted to all `sequences`: errors on those held out are to stop by, not to judge by.
 ///
 /// # Errors
-/// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of another training;
-/// training that leaves finite numbers, or that is ended before its first epoch is done.
+/// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of
+/// another training; training that leaves finite numbers, or that is ended before its first epoch is done.
 pub fn fit_stateful(
     sequences: &[Sequence],
     held_out: &[Vec<usize>],

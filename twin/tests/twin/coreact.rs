@@ -243,7 +243,7 @@ fn identified(twin: &Twin, auxiliary: &Auxiliary, n: usize) -> (Motion, Identifi
     (motion, found, sequence)
 }
 
-/// What a test changes, from the defaults without noise on.
+/// The defaults without noise, with what a test changes.
 fn learning(change: impl Fn(&mut SequenceOptions)) -> StatefulOptions {
     let mut options = StatefulOptions::default();
     options.learning.input_noise = 0.0;
