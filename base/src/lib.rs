@@ -8,6 +8,7 @@
 
 mod error;
 pub mod file;
+mod lock;
 mod recording;
 mod rng;
 mod scene;
@@ -15,6 +16,7 @@ pub mod typed;
 pub mod units;
 
 pub use error::{BadInput, Error, Result};
+pub use lock::Lock;
 pub use recording::{Channel, Journal, JournalWriter, Metadata, Recording};
 pub use rng::rng;
 pub use scene::{
