@@ -1,0 +1,99 @@
+//! What the algorithms write: allocated once, beside the model.
+
+use crate::spatial::{Articulated, Inertia, Mat3, Motion, Sym3, Vec3, Wrench};
+use crate::{Model, Scalar};
+
+/// Scratch of the algorithms for one [`Model`], and the parameters of its bodies as numbers of kind `T`.
+///
+/// Parameters start as those of the model; each may be changed, for example to other bodies in every lane.
+#[derive(Debug, Clone)]
+pub struct Data<T> {
+    /// Inertia of every body in its joint's frame.
+    pub inertias: Vec<Inertia<T>>,
+    /// Armature of every joint [kg m²] or [kg].
+    pub armature: Vec<T>,
+    pub(crate) bodies: Vec<Body<T>>,
+    /// Gravity, the other way round: the acceleration of a base at rest.
+    pub(crate) base_acceleration: Motion<T>,
+    /// n zeros.
+    pub(crate) still: Vec<T>,
+    /// n × n, row by row.
+    pub(crate) matrix: Vec<T>,
+}
+
+/// A body, all of it about the origin of the base and in its axes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Body<T> {
+    /// Columns: the axes of the joint's frame.
+    pub rotation: Mat3<T>,
+    /// Origin of the joint's frame [m].
+    pub position: Vec3<T>,
+    /// Motion of the body for one unit of the joint's speed.
+    pub axis: Motion<T>,
+    pub velocity: Motion<T>,
+    /// Against a base that accelerates upwards: gravity is in it.
+    pub acceleration: Motion<T>,
+    pub inertia: Inertia<T>,
+    /// Inertia times velocity.
+    pub momentum: Wrench<T>,
+    /// Force on this body and all that it carries; while an algorithm runs, on the body alone.
+    pub wrench: Wrench<T>,
+    pub articulated: Articulated<T>,
+    /// Articulated inertia times axis.
+    pub reaction: Wrench<T>,
+    /// 1 / (axis · reaction + armature).
+    pub inverse: T,
+    /// Second motion and wrench of solvers and sweeps.
+    pub motion: Motion<T>,
+    pub load: Wrench<T>,
+    /// Rate of the axis, and of the axis as felt by whoever accelerates with the parent: Ψ̇ and Ψ̈ of `derivatives`.
+    pub axis_rate: Motion<T>,
+    pub axis_acceleration: Motion<T>,
+    /// Rate of the second moment.
+    pub second_rate: Sym3<T>,
+    /// Moments that the adjoint sums.
+    pub turned: Vec3<T>,
+    pub resisted: Vec3<T>,
+}
+
+impl<T: Scalar> Data<T> {
+    /// Scratch for `model`, of numbers like `like`.
+    pub fn new(model: &Model, like: T) -> Self {
+        let zero = like.splat(0.0);
+        let [x, y, z] = model.gravity.map(|g| like.splat(-g));
+        let inertias: Vec<Inertia<T>> = model
+            .joints
+            .iter()
+            .map(|joint| Inertia::from_parameters(joint.inertia.parameters().map(|p| like.splat(p))))
+            .collect();
+        let bodies = inertias.iter().map(|inertia| Body {
+            rotation: [[zero; 3]; 3],
+            position: [zero; 3],
+            axis: Motion::zero(like),
+            velocity: Motion::zero(like),
+            acceleration: Motion::zero(like),
+            inertia: *inertia,
+            momentum: Wrench::zero(like),
+            wrench: Wrench::zero(like),
+            articulated: Articulated::rigid(inertia),
+            reaction: Wrench::zero(like),
+            inverse: zero,
+            motion: Motion::zero(like),
+            load: Wrench::zero(like),
+            axis_rate: Motion::zero(like),
+            axis_acceleration: Motion::zero(like),
+            second_rate: [zero; 6],
+            turned: [zero; 3],
+            resisted: [zero; 3],
+        });
+        let n = model.n_joints();
+        Self {
+            bodies: bodies.collect(),
+            inertias,
+            armature: model.joints.iter().map(|joint| like.splat(joint.drive.armature)).collect(),
+            base_acceleration: Motion { angular: [zero; 3], linear: [x, y, z] },
+            still: vec![zero; n],
+            matrix: vec![zero; n * n],
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Energy and momentum of the whole arm.
+
+use crate::kinematics::{move_bodies, place_bodies};
+use crate::rnea::place_inertias;
+use crate::spatial::{Vec3, Wrench, add_scaled3, dot3};
+use crate::{Data, Model, Scalar};
+
+/// Kinetic energy [J] of the bodies, and of the rotors (½ armature q̇²).
+pub fn kinetic_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) -> T {
+    move_bodies(model, data, q, dq);
+    place_inertias(data);
+    let mut twice = q[0].splat(0.0);
+    for ((body, armature), dq) in data.bodies.iter().zip(&data.armature).zip(dq) {
+        twice = twice + body.velocity.dot(&body.inertia.mul(&body.velocity)) + *armature * *dq * *dq;
+    }
+    twice.scale(0.5)
+}
+
+/// Potential energy [J] in gravity, zero where every mass is at the height of the base's origin. Links on the base do not count.
+pub fn potential_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> T {
+    let (_, first) = first_moment(model, data, q);
+    dot3(data.base_acceleration.linear, first)
+}
+
+/// Centre of mass [m] of all that moves.
+pub fn centre_of_mass<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> Vec3<T> {
+    let (mass, first) = first_moment(model, data, q);
+    let per_mass = mass.recip();
+    first.map(|h| h * per_mass)
+}
+
+/// Angular (about the base's origin) and linear momentum of the bodies, without their rotors [N m s, N s].
+pub fn momentum<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) -> Wrench<T> {
+    move_bodies(model, data, q, dq);
+    place_inertias(data);
+    let zero = Wrench::zero(q[0]);
+    data.bodies.iter().fold(zero, |sum, body| sum.plus(&body.inertia.mul(&body.velocity)))
+}
+
+/// Mass [kg] and first moment [kg m] of all that moves.
+fn first_moment<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> (T, Vec3<T>) {
+    place_bodies(model, data, q);
+    let zero = q[0].splat(0.0);
+    data.bodies.iter().zip(&data.inertias).fold((zero, [zero; 3]), |(mass, first), (body, inertia)| {
+        let turned = crate::spatial::mul3_add(&body.rotation, inertia.first, first);
+        (mass + inertia.mass, add_scaled3(turned, inertia.mass, body.position))
+    })
+}

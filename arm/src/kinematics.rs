@@ -1,0 +1,156 @@
+//! Where the bodies are and how they move: forward kinematics, Jacobians and their rates.
+//!
+//! [`forward_kinematics`] or [`forward_velocities`] first; the others read what it left in [`Data`].
+
+use crate::data::Body;
+use crate::model::{Joint, JointKind};
+use crate::spatial::{Motion, Pose, Vec3, add3, cross, cross_add, mul3_add, mul3_constant, scale3, splat3};
+use crate::{Data, Model, Scalar};
+
+/// Places the body of `joint`, which stands on `parent`, at the coordinate `q`.
+#[inline(always)]
+fn place<T: Scalar>(joint: &Joint, parent: Option<&Body<T>>, q: T, body: &mut Body<T>) {
+    let Pose { rotation, position } = &joint.placement;
+    // Fixed part; on the base it is constant.
+    let (fixed, position) = match parent {
+        Some(p) => {
+            (mul3_constant(&p.rotation, rotation), mul3_add(&p.rotation, splat3(q, *position), p.position))
+        }
+        None => (rotation.map(|row| splat3(q, row)), splat3(q, *position)),
+    };
+    let z = [fixed[0][2], fixed[1][2], fixed[2][2]];
+    match joint.kind {
+        JointKind::Revolute => {
+            let (sin, cos) = q.sin_cos();
+            body.rotation = fixed.map(|[x, y, z]| [cos.mul_add(x, sin * y), cos.mul_add(y, -(sin * x)), z]);
+            body.position = position;
+            body.axis = Motion { angular: z, linear: cross(position, z) };
+        }
+        JointKind::Prismatic => {
+            body.rotation = fixed;
+            body.position = add3(position, scale3(q, z));
+            body.axis = Motion { angular: [q.splat(0.0); 3], linear: z };
+        }
+    }
+}
+
+/// Positions of all bodies at `q`.
+#[inline(always)]
+pub(crate) fn place_bodies<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) {
+    for (i, joint) in model.joints.iter().enumerate() {
+        let (done, rest) = data.bodies.split_at_mut(i);
+        place(joint, joint.parent.map(|p| &done[p]), q[i], &mut rest[0]);
+    }
+}
+
+/// Positions and velocities of all bodies, and their accelerations where joints do not accelerate.
+#[inline(always)]
+pub(crate) fn move_bodies<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) {
+    let base = data.base_acceleration;
+    for (i, joint) in model.joints.iter().enumerate() {
+        let (done, rest) = data.bodies.split_at_mut(i);
+        let (parent, body) = (joint.parent.map(|p| &done[p]), &mut rest[0]);
+        place(joint, parent, q[i], body);
+        let step = body.axis.scaled(dq[i]);
+        match parent {
+            Some(p) => {
+                body.velocity = p.velocity.plus(&step);
+                body.acceleration = p.acceleration.plus(&body.velocity.cross(&step));
+            }
+            None => {
+                body.velocity = step;
+                body.acceleration = base;
+            }
+        }
+    }
+}
+
+/// Adds to the accelerations what joints that accelerate bring.
+#[inline(always)]
+pub(crate) fn accelerate_bodies<T: Scalar>(model: &Model, data: &mut Data<T>, ddq: &[T]) {
+    for (i, joint) in model.joints.iter().enumerate() {
+        let (done, rest) = data.bodies.split_at_mut(i);
+        let body = &mut rest[0];
+        body.motion = body.axis.scaled(ddq[i]);
+        if let Some(p) = joint.parent {
+            body.motion = body.motion.plus(&done[p].motion);
+        }
+        body.acceleration = body.acceleration.plus(&body.motion);
+    }
+}
+
+/// Places all bodies at `q`.
+pub fn forward_kinematics<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) {
+    place_bodies(model, data, q);
+}
+
+/// Places all bodies at `q` and gives them their velocities.
+pub fn forward_velocities<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) {
+    move_bodies(model, data, q, dq);
+}
+
+/// Pose of a frame in the base.
+pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pose<T> {
+    let frame = &model.frames[frame];
+    let like = data.base_acceleration.linear[0];
+    match frame.joint {
+        Some(body) => {
+            let Body { rotation, position, .. } = data.bodies[body];
+            Pose { rotation, position }.times(&frame.pose)
+        }
+        None => Pose {
+            rotation: frame.pose.rotation.map(|row| splat3(like, row)),
+            position: splat3(like, frame.pose.position),
+        },
+    }
+}
+
+/// Linear [m/s] and angular [rad/s] velocity of a frame, in the axes of the base, of the point at its origin.
+pub fn frame_velocity<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> (Vec3<T>, Vec3<T>) {
+    let position = frame_pose(model, data, frame).position;
+    match model.frames[frame].joint {
+        Some(body) => (data.bodies[body].velocity.at(position), data.bodies[body].velocity.angular),
+        None => ([position[0].splat(0.0); 3], [position[0].splat(0.0); 3]),
+    }
+}
+
+/// Jacobian of a frame (6 × n, row by row): linear velocity of its origin, then angular velocity, in the axes of the base,
+/// for the speeds of the joints.
+pub fn frame_jacobian<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, jacobian: &mut [T]) {
+    let position = frame_pose(model, data, frame).position;
+    fill_columns(model, frame, position[0], jacobian, |joint| {
+        let axis = &data.bodies[joint].axis;
+        (axis.at(position), axis.angular)
+    });
+}
+
+/// Rate of [`frame_jacobian`] (6 × n, row by row) while the joints move; after [`forward_velocities`].
+pub fn frame_jacobian_rate<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, rate: &mut [T]) {
+    let position = frame_pose(model, data, frame).position;
+    let (speed, _) = frame_velocity(model, data, frame);
+    fill_columns(model, frame, position[0], rate, |joint| {
+        let body = &data.bodies[joint];
+        let turned = body.velocity.cross(&body.axis);
+        (cross_add(body.axis.angular, speed, turned.at(position)), turned.angular)
+    });
+}
+
+/// Writes the column of every joint that moves `frame`, and zeros elsewhere.
+fn fill_columns<T: Scalar>(
+    model: &Model,
+    frame: usize,
+    like: T,
+    rows: &mut [T],
+    column: impl Fn(usize) -> (Vec3<T>, Vec3<T>),
+) {
+    let n = model.n_joints();
+    rows.fill(like.splat(0.0));
+    let mut next = model.frames[frame].joint;
+    while let Some(joint) = next {
+        let (linear, angular) = column(joint);
+        for (row, value) in linear.into_iter().chain(angular).enumerate() {
+            rows[n * row + joint] = value;
+        }
+        next = model.joints[joint].parent;
+    }
+}

@@ -1,0 +1,40 @@
+//! Rigid-body dynamics of robot arms, its derivatives, and differentiable simulation.
+//!
+//! A [`Model`] never changes; a [`Data`] beside it is scratch, allocated once. Every algorithm is written once over
+//! [`Scalar`]. All spatial quantities are taken about the origin of the base and in its axes, so that contributions of
+//! bodies add without transforms. The equations stand in `docs/arm.md`.
+
+// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
+mod aba;
+mod adjoint;
+mod coriolis;
+mod crba;
+mod data;
+mod dense;
+mod derivatives;
+mod energy;
+mod external;
+mod kinematics;
+mod model;
+mod regressor;
+mod rnea;
+mod scalar;
+pub mod spatial;
+
+pub use aba::{forward_dynamics, solve_mass};
+pub use adjoint::{Cotangent, forward_dynamics_adjoint, parameter_adjoint};
+pub use coriolis::coriolis_matrix;
+pub use crba::mass_matrix;
+pub use data::Data;
+pub use derivatives::{forward_dynamics_derivatives, inverse_dynamics_derivatives};
+pub use energy::{centre_of_mass, kinetic_energy, momentum, potential_energy};
+pub use external::ExternalForce;
+pub use kinematics::{
+    forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
+};
+pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
+pub use regressor::regressor;
+pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
+pub use scalar::Scalar;

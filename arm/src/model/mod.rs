@@ -1,0 +1,138 @@
+//! A robot: bodies on joints, as numbers that never change.
+//!
+//! Frames are turned when a robot is read, so that every joint moves about or along the z axis of its frame: a joint
+//! is then two numbers (cos, sin) and one constant placement. Links that are fixed to each other are one body; each of
+//! them stays a frame with its name.
+
+mod build;
+mod description;
+mod urdf;
+mod xml;
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, Result, file};
+
+pub use description::{Drive, JointKind};
+
+use crate::spatial::{Inertia, Pose, Vec3};
+
+/// Joints that a robot may have.
+pub const MOST_JOINTS: usize = 64;
+
+/// A tree of bodies. Joints are numbered from the base outwards: a parent comes before its children.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    pub(crate) name: String,
+    pub(crate) joints: Vec<Joint>,
+    pub(crate) frames: Vec<Frame>,
+    pub(crate) gravity: Vec3<f64>,
+    pub(crate) base: Inertia<f64>,
+}
+
+/// A joint and the body that it moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Unique.
+    pub name: String,
+    /// About or along z.
+    pub kind: JointKind,
+    /// The joint whose body carries this one; `None` on the base.
+    pub parent: Option<usize>,
+    /// Of the joint's frame, at zero, in the frame of its parent.
+    pub placement: Pose<f64>,
+    /// Of the body, in the joint's frame, which moves with it.
+    pub inertia: Inertia<f64>,
+    /// Limits, friction, rotor.
+    pub drive: Drive,
+    /// The joint that this one follows.
+    pub follows: Option<Follower>,
+}
+
+/// q = ratio · q of `joint` + offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Follower {
+    /// The joint that leads.
+    pub joint: usize,
+    /// [-], or [m/rad] and the like where kinds differ.
+    pub ratio: f64,
+    /// [rad] or [m].
+    pub offset: f64,
+}
+
+/// A frame with a name, fixed to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Unique: that of a link, or of a site.
+    pub name: String,
+    /// The joint whose body it is fixed to; `None` on the base.
+    pub joint: Option<usize>,
+    /// In the joint's frame.
+    pub pose: Pose<f64>,
+}
+
+impl Model {
+    /// Reads a URDF file.
+    ///
+    /// # Errors
+    /// `BadInput` naming file, line and element for whatever makes no arm; `Io` if the file cannot be read.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = file::read_text(path)?;
+        Ok(Self::from_urdf(&text, &xml::file_name(path))?)
+    }
+
+    /// Takes `text` as URDF; `name` stands in errors.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_urdf(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
+        urdf::read(text, name)
+    }
+
+    /// Name of the robot.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The joints that move, parents first.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Number of joints n.
+    pub fn n_joints(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// Links and sites.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
+    /// Gravity in the axes of the base [m/s²].
+    pub fn gravity(&self) -> Vec3<f64> {
+        self.gravity
+    }
+
+    /// Number of the joint called `name`.
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// Number of the frame called `name`.
+    ///
+    /// # Errors
+    /// `BadInput` with the names there are.
+    pub fn frame(&self, name: &str) -> std::result::Result<usize, BadInput> {
+        self.frames.iter().position(|frame| frame.name == name).ok_or_else(|| {
+            let names: Vec<&str> = self.frames.iter().map(|frame| frame.name.as_str()).collect();
+            BadInput::new("frame", format!("one of {}", names.join(", ")), format!("\"{name}\""))
+        })
+    }
+
+    /// Joint `from`, its parent, and so on to the base.
+    #[inline(always)]
+    pub(crate) fn way_to_base(&self, from: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(from), |joint| self.joints[*joint].parent)
+    }
+}

@@ -1,0 +1,9 @@
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+mod adjoint;
+mod bad_models;
+mod balances;
+mod derivatives;
+mod numbers;
+mod reference;
+mod robots;
