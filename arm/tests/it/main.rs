@@ -1,3 +1,5 @@
+//! The arm beside reference values, complex steps and dual numbers, and what is no arm.
+
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 mod adjoint;
