@@ -1,73 +1,81 @@
-//! The watchman: a second process that lets the servos go if the first one dies.
+//! The watchdog process: a second process that switches the torque off if the first one dies.
 //!
-//! Nothing in a process survives `kill -9`. So a run starts this program once more, with a hidden verb and a pipe
-//! that nobody writes to: when the pipe closes without the word that all is well, the watchman opens the bus itself
-//! and switches the torque off. It sits in a process group of its own, where Ctrl-C does not reach it.
+//! Nothing in a process survives `kill -9`. So a run, or a calibration, starts this program once more, with a hidden
+//! verb and a pipe that nobody writes to: when the pipe closes without the word that all is well, the watchdog process
+//! opens the bus itself and switches the torque off, whatever the rig file says of the end. It sits in a process group
+//! of its own, where Ctrl-C does not reach it.
 
 use std::io::{Read, Write};
+use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use anyhow::Context;
+use hysteron_rig::LiveRig;
 use hysteron_rig::bus::ServoBus;
-use hysteron_rig::config::{AtEnd, RigConfig};
+use hysteron_rig::config::RigConfig;
 
-/// What the run says when it has dealt with the torque itself.
+/// What the run says when it has dealt with the torque itself, and the watchdog process when it has read the rig file.
 const ALL_IS_WELL: u8 = b'.';
-/// How long to go on trying to let go.
+/// How long to go on trying to switch the torque off.
 const PATIENCE_S: f64 = 10.0;
 
-/// Let the servos of a rig go when stdin closes (started by `record`)
+/// Switch the torque of a rig off when stdin closes (started by `record` and `rig calibrate`)
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Rig file
     rig: PathBuf,
 }
 
-/// Waits and, if need be, lets go.
+/// Waits and, if need be, switches the torque off.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let rig = RigConfig::read(&arguments.rig)?;
+    // A parent that has died meanwhile hears nothing: its torque is off in a moment.
+    let _ = std::io::stdout().write_all(&[ALL_IS_WELL]).and_then(|()| std::io::stdout().flush());
     let mut word = [0];
     if std::io::stdin().read_exact(&mut word).is_ok() && word[0] == ALL_IS_WELL {
         return Ok(());
     }
     let start = Instant::now();
     loop {
-        let done = ServoBus::open(&rig.servos, &rig.ids(), start).and_then(|mut bus| bus.set_torque(false));
+        let done = ServoBus::open(&rig.servos, &rig.ids(), start).and_then(|mut bus| bus.disable_torque());
         match done {
             Ok(()) => return Ok(()),
             Err(error) if start.elapsed().as_secs_f64() > PATIENCE_S => {
-                return Err(error).context("the run died, and the servos could not be let go");
+                return Err(error).context("the run died, and the torque could not be switched off");
             }
             Err(_) => std::thread::sleep(std::time::Duration::from_millis(20)),
         }
     }
 }
 
-/// A watchman on duty. Dropped without being dismissed, it lets the servos go; their port must be closed by then.
+/// A watchdog process on duty. Dropped without being dismissed, it switches the torque off; the port must be closed by
+/// then.
 #[derive(Debug)]
-pub struct Watchman {
+struct Watchman {
     process: Child,
 }
 
 impl Watchman {
-    /// Puts one on duty for a run on this rig; none where the torque is to be held anyway.
-    pub fn start(rig_file: &std::path::Path, rig: &RigConfig) -> anyhow::Result<Option<Self>> {
-        if rig.motion.at_end == AtEnd::Hold {
-            return Ok(None);
-        }
+    /// Puts one on duty for a run on this rig, and waits until it is.
+    fn start(rig_file: &std::path::Path) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("finding this program")?;
         let mut command = Command::new(program);
-        command.arg("--quiet").arg("watchman").arg(rig_file).stdin(Stdio::piped()).stdout(Stdio::null());
+        command.arg("--quiet").arg("watchman").arg(rig_file).stdin(Stdio::piped()).stdout(Stdio::piped());
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let process = command.spawn().context("starting the watchman")?;
-        Ok(Some(Self { process }))
+        let mut process = command.spawn().context("starting the watchdog process")?;
+        let ready = process.stdout.take().map(|mut words| words.read_exact(&mut [0]));
+        let watchman = Self { process };
+        match ready {
+            Some(Ok(())) => Ok(watchman),
+            _ => Err(anyhow::anyhow!("the watchdog process did not start")),
+        }
     }
 
     /// Sends it home: the run has dealt with the torque.
-    pub fn dismiss(mut self) {
+    fn dismiss(mut self) {
         if let Some(pipe) = &mut self.process.stdin {
             // If it is gone already, there is nobody to tell.
             let _ = pipe.write_all(&[ALL_IS_WELL]);
@@ -79,5 +87,41 @@ impl Drop for Watchman {
     fn drop(&mut self) {
         self.process.stdin = None;
         let _ = self.process.wait();
+    }
+}
+
+/// A rig on its ports with a watchdog process beside it. Dropped, by an error or a panic, its port is closed first, and
+/// then the watchdog process switches the torque off.
+pub struct WatchedRig {
+    // In this order: the watchdog process needs the port.
+    rig: LiveRig,
+    watchman: Watchman,
+}
+
+impl WatchedRig {
+    /// Puts a watchdog process on duty beside a rig that is ready, before anything moves.
+    pub fn new(rig: LiveRig, rig_file: &std::path::Path) -> anyhow::Result<Self> {
+        Ok(Self { rig, watchman: Watchman::start(rig_file)? })
+    }
+
+    /// Closes the ports and sends the watchdog process home: the torque is as it shall be.
+    pub fn close(self) {
+        let Self { rig, watchman } = self;
+        drop(rig);
+        watchman.dismiss();
+    }
+}
+
+impl Deref for WatchedRig {
+    type Target = LiveRig;
+
+    fn deref(&self) -> &LiveRig {
+        &self.rig
+    }
+}
+
+impl DerefMut for WatchedRig {
+    fn deref_mut(&mut self) -> &mut LiveRig {
+        &mut self.rig
     }
 }

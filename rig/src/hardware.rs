@@ -56,12 +56,17 @@ pub trait Hardware {
     /// # Errors
     /// `Bus` if nothing could be sent.
     fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()>;
-    /// Switches the torque of all servos, and makes sure that they did. While it is on, silence on the bus stops
+    /// Switches the torque of all servos on, and makes sure that they did. While it is on, silence on the bus stops
     /// them.
     ///
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
-    fn set_torque(&mut self, on: bool) -> Result<()>;
+    fn enable_torque(&mut self) -> Result<()>;
+    /// Switches the torque of all servos off, of all at once whoever is silent, and then makes sure that they did.
+    ///
+    /// # Errors
+    /// `Bus` naming the servos that did not confirm.
+    fn disable_torque(&mut self) -> Result<()>;
     /// Leaves the torque on, and silence on the bus without consequence.
     ///
     /// # Errors

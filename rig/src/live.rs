@@ -108,8 +108,12 @@ impl Hardware for LiveRig {
         self.bus.read_slow(samples)
     }
 
-    fn set_torque(&mut self, on: bool) -> Result<()> {
-        self.bus.set_torque(on)
+    fn enable_torque(&mut self) -> Result<()> {
+        self.bus.enable_torque()
+    }
+
+    fn disable_torque(&mut self) -> Result<()> {
+        self.bus.disable_torque()
     }
 
     fn hold(&mut self) -> Result<()> {

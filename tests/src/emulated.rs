@@ -109,9 +109,18 @@ impl EmulatedRig {
 
     /// `hysteron record` of the circle to this file, ready to start.
     pub fn record(&self, out: &str) -> Command {
+        self.command(&["record", "--rig", "rig/rig.toml", "--plan", "plan.toml", "--out", out])
+    }
+
+    /// `hysteron rig calibrate` to this file, ready to start.
+    pub fn calibrate(&self, out: &str) -> Command {
+        self.command(&["rig", "calibrate", "--rig", "rig/rig.toml", "--out", out])
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(program());
         command
-            .args(["record", "--rig", "rig/rig.toml", "--plan", "plan.toml", "--out", out])
+            .args(arguments)
             .current_dir(self.path())
             .env_remove("RUST_LOG")
             .stdin(Stdio::null())

@@ -12,7 +12,7 @@ use super::aside::{ended, free_name};
 use super::source::{Source, calibration_path};
 use super::summary::Summary;
 use super::{Arguments, Job};
-use crate::watchman::Watchman;
+use crate::watchman::WatchedRig;
 use crate::{interrupt, terminal};
 
 pub fn record(
@@ -34,12 +34,11 @@ pub fn record(
     if let Some(folder) = folder {
         file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
     }
-    let watchman = Watchman::start(&arguments.rig, rig)?;
+    let mut hardware = WatchedRig::new(hardware, &arguments.rig)?;
     let run = Run { rig, calibration: &calibration, meta };
     let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary);
-    drop(hardware);
-    if let Some(watchman) = watchman.filter(|_| is_torque_settled) {
-        watchman.dismiss();
+    if is_torque_settled {
+        hardware.close();
     }
     ended
 }

@@ -36,8 +36,8 @@ rig, the calibration and a report. While a run lasts, its rows are in a .journal
 `hysteron rig recover` opens it. Run the command again to go on: trajectories that are there are not repeated, and \
 the rows of one that was cut short are kept beside it as NAME.partial-1.parquet.
 
-However a run ends, the torque is switched off (or held, motion.at_end): by limit, error, Ctrl-C, SIGTERM or kill. Only \
-where the servos cannot be reached, because the USB cable is out or the computer is off, they stop and hold: switch \
+However a run ends, by limit, error, Ctrl-C, SIGTERM or kill, the torque is switched off; motion.at_end = \"hold\" \
+leaves it on after a run that came to its end. Only where the servos cannot be reached, because the USB cable is out or the computer is off, they stop and hold: switch \
 the supply off.
 
 Examples, from the root of the repository:

@@ -4,20 +4,20 @@ use std::path::PathBuf;
 use std::time::SystemTime;
 
 use hysteron_base::{BadInput, file};
-use hysteron_rig::LiveRig;
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::virtual_rig::SimulatedRig;
+use hysteron_rig::{Hardware, LiveRig};
 
 use crate::interrupt;
 use crate::record::source::{Source, calibration_path};
 use crate::terminal::say;
-use crate::watchman::Watchman;
+use crate::watchman::WatchedRig;
 
 const HELP: &str = "\
 Winds every tendon slowly until its load rises, twice: the corner of that line is where its slack ends, and the zero \
 lies where it carries the pretension of the rig file. Then pulls every tendon a little and finds the robot's frame \
 from the way the tip goes. Keep hands off; the tip moves by a centimetre, each tendon by up to \
-calibration.search_max_mm. Takes about a minute, longer with more slack; Ctrl-C stops and lets go.
+calibration.search_max_mm. Takes about a minute, longer with more slack. However it ends, by error, Ctrl-C or kill -9, the torque is off, also with at_end = \"hold\".
 
 Writes a dated file that is only used with the servos, pulleys and directions that it was made with. docs/rig.md says \
 what a good result looks like.
@@ -52,13 +52,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (calibration, out) = match &source {
         Source::Live { rig, .. } => {
             let mut hardware = LiveRig::open(rig)?;
-            let watchman = Watchman::start(&arguments.rig, rig)?;
-            let found = calibrate(&mut hardware, rig, date, &interrupt::is_asked, &mut tell);
-            drop(hardware);
-            if let Some(watchman) = watchman.filter(|_| found.is_ok()) {
-                watchman.dismiss();
-            }
-            (found?, calibration_path(rig, arguments.out.as_ref()))
+            // What is not fit to run needs nobody to watch it.
+            hardware.prepare()?;
+            let mut hardware = WatchedRig::new(hardware, &arguments.rig)?;
+            let found = calibrate(&mut *hardware, rig, date, &interrupt::is_asked, &mut tell)?;
+            hardware.close();
+            (found, calibration_path(rig, arguments.out.as_ref()))
         }
         Source::Virtual { rig, robot, .. } => {
             let Some(out) = arguments.out.clone() else {

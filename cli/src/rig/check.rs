@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         std::thread::sleep(std::time::Duration::from_millis(RESTART_MS));
     }
     if arguments.release {
-        hardware.bus().set_torque(false)?;
+        hardware.bus().disable_torque()?;
         say("torque off");
     }
     let reports = hardware.bus().self_check(&rig)?;

@@ -8,6 +8,7 @@ mod check;
 mod counts;
 pub(crate) mod packet;
 mod ports;
+mod torque;
 mod wire;
 pub mod xl430;
 
@@ -175,34 +176,6 @@ impl ServoBus {
             voltage: xl430::VOLTAGE_UNIT * f64::from(u16::from_le_bytes([bytes[0], bytes[1]])),
             temperature: f64::from(bytes[2]),
         })
-    }
-
-    /// Switches the torque of all servos and reads it back.
-    ///
-    /// Switching on also starts the bus watchdog; switching off ends it. Every servo is asked even if one fails.
-    ///
-    /// # Errors
-    /// `Bus` naming the servos that did not confirm.
-    pub fn set_torque(&mut self, on: bool) -> Result<()> {
-        let mut failed = Vec::new();
-        for id in self.ids.clone() {
-            let switched = self
-                .write(id, xl430::BUS_WATCHDOG, 0)
-                .and_then(|()| self.write(id, xl430::TORQUE_ENABLE, u32::from(on)))
-                .and_then(|()| self.read(id, xl430::TORQUE_ENABLE));
-            match switched {
-                Ok(found) if found == u32::from(on) => {}
-                Ok(_) => failed.push(format!("servo {id} did not switch")),
-                Err(error) => failed.push(error.reason()),
-            }
-        }
-        let watchdog = (self.config.bus_watchdog / xl430::WATCHDOG_UNIT).round() as u32;
-        if on && failed.is_empty() && watchdog > 0 {
-            for id in self.ids.clone() {
-                self.write(id, xl430::BUS_WATCHDOG, watchdog)?;
-            }
-        }
-        all_done(&failed)
     }
 
     /// Ends the bus watchdog of all servos, with their torque as it is.

@@ -1,11 +1,28 @@
 //! One cycle: wait for its time, command, read, check.
 
-use super::{LOST_AFTER, SLOW_EVERY, Session, Stop};
+use super::{End, LOST_AFTER, SLOW_EVERY, Session, Stop, Torque};
 use crate::{Error, EventKind, Quality, Retreat, Violation};
 
 impl Session<'_> {
     /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
+    ///
+    /// # Errors
+    /// What stopped it. If that forbids to move on, the torque is off when this returns.
     pub(super) fn cycle(&mut self, strokes: &[f64]) -> Result<(), Stop> {
+        if self.torque != Torque::On {
+            return Err(Error::Bus("the session has ended, and the torque is off".into()).into());
+        }
+        let done = self.carry_out(strokes);
+        if let Err(stop) = &done {
+            self.log_stop(stop);
+            if stop.forbids_motion() {
+                self.end(End::Off);
+            }
+        }
+        done
+    }
+
+    fn carry_out(&mut self, strokes: &[f64]) -> Result<(), Stop> {
         self.hold_back(strokes)?;
         self.rig.limits.check_command(&self.commanded, &self.target, self.period)?;
         for ((goal, channel), stroke) in

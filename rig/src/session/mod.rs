@@ -1,9 +1,11 @@
 //! A session: from torque on to torque off, whatever happens between.
 //!
-//! Every motion is a sequence of cycles at a fixed rate; a cycle commands, reads and checks. A [`Session`] that is
-//! dropped, by the normal end, an error or a panic alike, leaves the torque as the rig file says. Against the death
-//! of this very process there are two further guards: the program's watchman, which lets go in its place, and the
-//! servos' own watchdog, which stops them when the bus falls silent.
+//! Every motion is a sequence of cycles at a fixed rate; a cycle commands, reads and checks. A cycle that fails, or
+//! finds a limit passed that forbids to move on, switches the torque off before it returns. A [`Session`] that is
+//! dropped, by an error or a panic alike, switches it off too: it is only held, where the rig file says so, after a
+//! run that came to its end. Against the death of this very process there are two further guards: the program's
+//! watchdog process, which switches the torque off in its place, and the servos' own watchdog, which stops them when
+//! the bus falls silent.
 
 mod align;
 mod cycle;
@@ -54,6 +56,37 @@ impl std::fmt::Display for Stop {
     }
 }
 
+impl Stop {
+    /// Whether the servos must not be driven any more, not even back to rest.
+    fn forbids_motion(&self) -> bool {
+        match self {
+            Self::Limit(violation) => violation.retreat == Retreat::LetGo,
+            Self::Failed(_) => true,
+            Self::Asked => false,
+        }
+    }
+}
+
+/// Whether the servos of a session drive their motors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Torque {
+    /// They do.
+    On,
+    /// The session has ended, and left the torque as it shall be.
+    Settled,
+    /// The session has ended, and could not reach the servos.
+    Unreachable,
+}
+
+/// What becomes of the torque at the end of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// Switched off.
+    Off,
+    /// As the rig file says: the run came to its end.
+    AsConfigured,
+}
+
 impl From<Violation> for Stop {
     fn from(violation: Violation) -> Self {
         Self::Limit(violation)
@@ -100,7 +133,7 @@ pub struct Session<'a> {
     last_tracked: f64,
     events: Vec<Event>,
     stats: RunStats,
-    is_under_torque: bool,
+    torque: Torque,
     /// On the way back to rest after a limit was passed: only what must let go at once still counts.
     is_retreating: bool,
 }
@@ -155,7 +188,7 @@ impl<'a> Session<'a> {
             events: Vec::new(),
             stats: RunStats::new(1.0 / rate),
             is_retreating: false,
-            is_under_torque: true, // if switching fails half-way, too
+            torque: Torque::On, // if switching fails half-way, too
             period: 1.0 / rate,
             next: now,
             cycle_time: now,
@@ -164,8 +197,7 @@ impl<'a> Session<'a> {
             rig,
         };
         if let Err(error) = session.switch_on() {
-            // Whatever the rig file says of the end: this never began.
-            session.end(true);
+            session.end(End::Off);
             return Err(error);
         }
         session.say("torque on");
@@ -176,7 +208,7 @@ impl<'a> Session<'a> {
     fn switch_on(&mut self) -> Result<()> {
         // A servo takes its goal from where it stands when its torque goes on; this is for those that do not.
         self.hardware.write_goals(&self.goals)?;
-        self.hardware.set_torque(true)
+        self.hardware.enable_torque()
     }
 
     /// Strokes at which the robot stands (n) [m].
@@ -202,7 +234,7 @@ impl<'a> Session<'a> {
     /// Goes to these strokes, no tendon faster than the rig file's slew, and waits there for `settle` [s].
     ///
     /// # Errors
-    /// What stopped it.
+    /// What stopped it; the torque is then off.
     pub fn slew(
         &mut self,
         target: &[f64],
@@ -215,8 +247,23 @@ impl<'a> Session<'a> {
     /// As [`Session::slew`], showing every cycle to `watch`.
     ///
     /// # Errors
-    /// What stopped it.
+    /// What stopped it; the torque is then off.
     pub fn slew_with(
+        &mut self,
+        target: &[f64],
+        settle: f64,
+        asked: &dyn Fn() -> bool,
+        watch: &mut dyn FnMut(&Self),
+    ) -> std::result::Result<(), Stop> {
+        let done = self.move_to(target, settle, asked, watch);
+        if done.is_err() {
+            self.end(End::Off);
+        }
+        done
+    }
+
+    /// As [`Session::slew_with`]; after what does not forbid it, the robot may still go back to rest.
+    fn move_to(
         &mut self,
         target: &[f64],
         settle: f64,
@@ -230,7 +277,7 @@ impl<'a> Session<'a> {
         let mut strokes = start.clone();
         for i in 1..=(n_moving + n_settling) as u64 {
             if asked() {
-                return Err(Stop::Asked);
+                return Err(self.stop_as_asked());
             }
             let part = (i as f64 / n_moving).min(1.0); // 1 also where there is no way to go
             for ((s, a), b) in strokes.iter_mut().zip(&start).zip(target) {
@@ -242,40 +289,58 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Ends the session in good order: back to rest, then torque as the rig file says.
-    ///
-    /// # Errors
-    /// What stopped the way back; the torque is dealt with all the same.
-    pub fn finish(mut self, asked: &dyn Fn() -> bool) -> std::result::Result<(Vec<Event>, RunStats), Stop> {
-        let rest = vec![0.0; self.commanded.len()];
-        let back = self.slew(&rest, 0.0, asked);
-        self.end(matches!(&back, Err(Stop::Limit(Violation { retreat: Retreat::LetGo, .. }))));
-        let rest = (std::mem::take(&mut self.events), self.stats.clone());
-        back.map(|()| rest)
+    /// Brings the robot back to rest, unless what stopped it forbids that, and ends the session: torque as the rig
+    /// file says after a run that came to its end, off after any other. What stops it on the way back is the reason
+    /// of the end, if there was none before. False if the servos could not be reached.
+    fn conclude(&mut self, stopped: &mut Option<Stop>, watch: &mut dyn FnMut(&Self)) -> bool {
+        if self.torque == Torque::On {
+            // On the way back the tip may still be out of sight or bounds: what must not be passed at once is what
+            // counts.
+            self.is_retreating = true;
+            let rest = vec![0.0; self.commanded.len()];
+            if let Err(stop) = self.move_to(&rest, SETTLE, &|| false, watch) {
+                self.say("the way back to rest was cut short");
+                stopped.get_or_insert(stop);
+            }
+        }
+        self.end(if stopped.is_none() { End::AsConfigured } else { End::Off })
+    }
+
+    /// Logs what ended a cycle.
+    fn log_stop(&mut self, stop: &Stop) {
+        match stop {
+            Stop::Limit(violation) => {
+                let servo = violation.tendon.map(|k| self.calibration.channels[k].servo_id);
+                self.note(EventKind::Limit, servo, violation.message.clone());
+            }
+            Stop::Failed(error) => self.say(&error.to_string()),
+            Stop::Asked => {}
+        }
+    }
+
+    /// Logs that somebody asked to stop.
+    fn stop_as_asked(&mut self) -> Stop {
+        self.say("asked to stop");
+        Stop::Asked
     }
 
     /// Deals with the torque, once; false if the servos could not be reached.
-    fn end(&mut self, lets_go: bool) -> bool {
-        if !std::mem::take(&mut self.is_under_torque) {
-            return true;
+    fn end(&mut self, end: End) -> bool {
+        if self.torque != Torque::On {
+            return self.torque == Torque::Settled;
         }
-        let holds = self.rig.motion.at_end == AtEnd::Hold && !lets_go;
+        let holds = end == End::AsConfigured && self.rig.motion.at_end == AtEnd::Hold;
         let start = self.hardware.now();
-        let mut outcome = Ok(());
-        loop {
-            let done = if holds { self.hardware.hold() } else { self.hardware.set_torque(false) };
+        let outcome = loop {
+            let done = if holds { self.hardware.hold() } else { self.hardware.disable_torque() };
             self.hardware.take_events(&mut self.events);
-            match done {
-                Ok(()) => break,
-                Err(error) if self.hardware.now() - start > RELEASE_PATIENCE => {
-                    outcome = Err(error);
-                    break;
-                }
-                Err(_) => self.hardware.wait_until(self.hardware.now() + RELEASE_PAUSE),
+            if done.is_ok() || self.hardware.now() - start > RELEASE_PATIENCE {
+                break done;
             }
-        }
+            self.hardware.wait_until(self.hardware.now() + RELEASE_PAUSE);
+        };
+        self.torque = if outcome.is_ok() { Torque::Settled } else { Torque::Unreachable };
         self.stats.counts = self.hardware.counts();
-        let is_done = outcome.is_ok();
         match outcome {
             Ok(()) if holds => self.say("torque held"),
             Ok(()) => self.say("torque off"),
@@ -287,7 +352,7 @@ impl<'a> Session<'a> {
         for event in &self.events {
             tracing::debug!(time_s = event.time_s, kind = ?event.kind, "{}", event.message);
         }
-        is_done
+        self.torque == Torque::Settled
     }
 
     fn say(&mut self, message: &str) {
@@ -319,6 +384,6 @@ fn check_start(rig: &RigConfig, strokes: &[f64]) -> Result<()> {
 
 impl Drop for Session<'_> {
     fn drop(&mut self) {
-        self.end(false);
+        self.end(End::Off);
     }
 }

@@ -5,7 +5,7 @@
 
 use super::align::Aligner;
 use super::{RunStats, SETTLE, Session, Stop};
-use crate::{Error, Event, EventKind, Result, Retreat, Violation};
+use crate::{Error, Event, Result};
 use hysteron_base::{BadInput, Journal, JournalWriter, Metadata, Recording};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -105,8 +105,9 @@ pub fn record(
     if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
         session.stats.processor = Some((used - used_before) / (end - start));
     }
-    let lets_go = retreat(&mut session, &mut tape, &mut stopped);
-    let is_torque_settled = session.end(lets_go);
+    // The last rows wait for the poses after them.
+    let mut watch = |session: &Session<'_>| tape.aligner.push_poses(&session.poses);
+    let is_torque_settled = session.conclude(&mut stopped, &mut watch);
     let last_events = std::mem::take(&mut session.events);
     let stats = session.stats.clone();
     drop(session);
@@ -129,64 +130,27 @@ fn follow(
     let sample = |i: usize| strokes.iter().map(move |channel| channel[i]);
     let mut target: Vec<f64> = sample(0).collect();
     // The first row needs the pose before it.
-    session.slew_with(&target, SETTLE, asked, &mut |session| tape.aligner.push_poses(&session.poses))?;
+    session.move_to(&target, SETTLE, asked, &mut |session| tape.aligner.push_poses(&session.poses))?;
     session.say("recording");
     for i in 0..strokes[0].len() {
         if asked() {
-            return Err(Stop::Asked);
+            return Err(session.stop_as_asked());
         }
         target.iter_mut().zip(sample(i)).for_each(|(s, commanded)| *s = commanded);
         let n_before = session.n_cycles;
         let done = session.cycle(&target);
         // What was measured is kept even if it is what ends the run; what was not is no row.
-        if session.n_cycles > n_before {
-            tape.take(session)?;
+        if session.n_cycles > n_before
+            && let Err(error) = tape.take(session)
+        {
+            session.say(&error.to_string());
+            return Err(error.into());
         }
         done?;
         progress(i + 1);
     }
     session.say("the plan is done");
     Ok(())
-}
-
-/// Brings the robot back to rest unless it must let go; true if it must. What stops it on the way is the reason of
-/// the end, if there was none before.
-fn retreat(session: &mut Session<'_>, tape: &mut Tape, stopped: &mut Option<Stop>) -> bool {
-    if let Some(stop) = stopped {
-        tell(session, stop);
-    }
-    let lets_go = match stopped {
-        Some(Stop::Limit(Violation { retreat, .. })) => *retreat == Retreat::LetGo,
-        Some(Stop::Failed(Error::Bus(_))) => true,
-        _ => false,
-    };
-    if !lets_go {
-        // On the way back the tip may still be out of sight or bounds: what must not be passed at once is what counts.
-        session.is_retreating = true;
-        let rest = vec![0.0; session.commanded.len()];
-        // The last rows wait for the poses after them.
-        let back = session
-            .slew_with(&rest, SETTLE, &|| false, &mut |session| tape.aligner.push_poses(&session.poses));
-        if let Err(stop) = back {
-            session.say("the way back to rest was cut short");
-            tell(session, &stop);
-            stopped.get_or_insert(stop);
-            return true;
-        }
-    }
-    lets_go
-}
-
-/// Notes what ended a motion.
-fn tell(session: &mut Session<'_>, stop: &Stop) {
-    match stop {
-        Stop::Limit(violation) => {
-            let servo = violation.tendon.map(|k| session.calibration.channels[k].servo_id);
-            session.note(EventKind::Limit, servo, violation.message.clone());
-        }
-        Stop::Asked => session.say("asked to stop"),
-        Stop::Failed(error) => session.say(&error.to_string()),
-    }
 }
 
 /// The journal and what is on its way to it.

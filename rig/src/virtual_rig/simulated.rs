@@ -101,15 +101,19 @@ impl Hardware for SimulatedRig {
         Ok(())
     }
 
-    fn set_torque(&mut self, on: bool) -> Result<()> {
+    fn enable_torque(&mut self) -> Result<()> {
         for k in 0..self.world.n_servos() {
             let position = self.world.servo(k).ticks();
             let command = self.world.command_mut(k);
-            if on && !command.torque_on {
-                command.goal = position;
+            if !command.torque_on {
+                (command.goal, command.torque_on) = (position, true);
             }
-            command.torque_on = on;
         }
+        Ok(())
+    }
+
+    fn disable_torque(&mut self) -> Result<()> {
+        (0..self.world.n_servos()).for_each(|k| self.world.command_mut(k).torque_on = false);
         Ok(())
     }
 

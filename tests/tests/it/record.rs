@@ -12,8 +12,8 @@ use hysteron_base::{Recording, rng};
 use hysteron_tests::emulated::{EmulatedRig, signal};
 use hysteron_tests::{Outcome, program, run};
 
-/// From the death of a run to the last servo's release: the watchman asks each of four servos for three things, each
-/// of them up to three times with 100 ms to answer [s].
+/// From the death of a run to the last servo's release: the watchdog process tells all at once, and one that misses it
+/// up to three times in each of three transfers of 100 ms; four may [s].
 const RELEASE: f64 = 4.0 * 3.0 * 3.0 * 0.1;
 /// Processes of a busy machine wait for their turn that long [s].
 const SLACK: f64 = 2.0;
@@ -85,15 +85,41 @@ fn a_run_that_is_asked_twice_ends_at_once_and_its_watchman_lets_go() {
     assert!(Recording::read(rig.file("recovered.parquet")).unwrap().n_samples() > 10);
 }
 
-#[test]
-fn a_rig_that_shall_hold_is_held_after_ctrl_c() {
+/// A rig whose file says hold.
+fn holding() -> EmulatedRig {
     let rig = EmulatedRig::start("", 20.0);
     rig.replace("at_end = \"release\"", "at_end = \"hold\"");
+    rig
+}
+
+#[test]
+fn a_rig_that_shall_hold_lets_go_after_ctrl_c_and_kill() {
+    let rig = holding();
     let process = recording(&rig);
     signal(&process, "INT");
     assert!(ended(process).error(1).contains("stopped on request"));
-    assert!(rig.torques().last().unwrap().1);
+    assert!(!rig.torques().last().unwrap().1);
     is_kept(&rig, PARTIAL);
+    let rig = holding();
+    let process = recording(&rig);
+    signal(&process, "KILL");
+    ended(process);
+    assert!(rig.wait_for_torque(false).as_secs_f64() < RELEASE + SLACK);
+}
+
+#[test]
+fn a_calibration_that_is_stopped_or_killed_lets_go_although_the_rig_shall_hold() {
+    for name in ["INT", "TERM", "KILL"] {
+        let rig = holding();
+        let process = rig.calibrate("new.toml").spawn().unwrap();
+        rig.wait_for_torque(true);
+        std::thread::sleep(Duration::from_millis(300));
+        signal(&process, name);
+        assert_ne!(ended(process).code, Some(0), "{name}");
+        let released = rig.wait_for_torque(false).as_secs_f64();
+        assert!(released < RELEASE + SLACK, "{name}: under torque for {released} s");
+        assert!(!rig.file("new.toml").exists(), "{name}");
+    }
 }
 
 #[test]

@@ -316,7 +316,7 @@ fn check_torque(rig: &Rig, outcome: &Outcome, injected: &[(f64, Fault)], problem
         problems.push("out of reach and moving".into());
     }
     let mut hardware = rig.open();
-    if !wait_for(|| hardware.set_torque(false).is_ok() && rig.is_released()) {
+    if !wait_for(|| hardware.disable_torque().is_ok() && rig.is_released()) {
         problems.push(format!("torque {:?} although asked again", rig.emulator.torque_on()));
     }
 }

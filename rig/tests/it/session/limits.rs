@@ -213,23 +213,29 @@ fn is_held(rig: &Rig) -> bool {
 }
 
 #[test]
-fn a_rig_that_shall_hold_holds_at_the_end_and_when_asked_to_stop() {
+fn a_rig_that_shall_hold_holds_after_a_run_that_came_to_its_end() {
     let rig = Rig::new(&[PATIENT, HOLD]);
     let outcome = recorded(&rig, 50, &[], usize::MAX);
     assert!(outcome.stopped.is_none() && outcome.is_torque_settled, "{:?}", outcome.stopped);
     assert!(is_held(&rig));
+}
+
+#[test]
+fn a_rig_that_shall_hold_lets_go_after_any_other_end() {
+    let rig = Rig::new(&[PATIENT, HOLD]);
+    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(1)], 50);
+    assert!(matches!(outcome.stopped, Some(Stop::Limit(_))));
+    assert!(rig.comes_to_be_released());
     drop(rig);
 
     let rig = Rig::new(&[PATIENT, HOLD]);
     let outcome = recorded_until(&rig, 300, &[], usize::MAX, 50);
     assert!(matches!(outcome.stopped, Some(Stop::Asked)) && outcome.is_torque_settled);
-    assert!(is_held(&rig));
-}
-
-#[test]
-fn a_rig_that_shall_hold_lets_go_where_holding_is_the_danger() {
-    let rig = Rig::new(&[PATIENT, HOLD]);
-    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(1)], 50);
-    assert!(matches!(outcome.stopped, Some(Stop::Limit(_))));
     assert!(rig.comes_to_be_released());
+
+    // A limit after which the robot first goes back to rest.
+    let narrow = ("tip_max_mm = [60.0, 60.0, 95.0]", "tip_max_mm = [60.0, 5.0, 95.0]");
+    let (mut stage, outcome) = Stage::record(&[HOLD, narrow], &small_circle(400), Mishap::None);
+    assert!(matches!(&outcome.stopped, Some(Stop::Limit(limit)) if limit.retreat == Retreat::ToRest));
+    assert!(stage.goals.last() == Some(&stage.rest) && !stage.is_under_torque());
 }

@@ -6,6 +6,7 @@ mod limits;
 mod probe;
 mod record;
 mod stage;
+mod torque;
 
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_control::Plan;

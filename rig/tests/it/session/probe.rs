@@ -208,9 +208,14 @@ impl Hardware for Probe<'_> {
         self.rig.read_slow(samples)
     }
 
-    fn set_torque(&mut self, on: bool) -> Result<()> {
+    fn enable_torque(&mut self) -> Result<()> {
         self.look();
-        self.rig.set_torque(on)
+        self.rig.enable_torque()
+    }
+
+    fn disable_torque(&mut self) -> Result<()> {
+        self.look();
+        self.rig.disable_torque()
     }
 
     fn hold(&mut self) -> Result<()> {

@@ -1,13 +1,16 @@
-//! A simulated rig on which something happens in the middle of a recording.
+//! A simulated rig on which something happens in the middle of a recording or of a calibration.
 
 use super::probe::simulated;
 use hysteron_base::{Metadata, Recording};
 use hysteron_rig::bus::{BusCounts, ServoReport};
+use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::{Outcome, RecordOptions, Session, record};
 use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use hysteron_rig::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
+use std::cell::Cell;
 use std::path::Path;
+use std::rc::Rc;
 
 /// Reads after which it happens: in the middle of the rows.
 pub const MOMENT: usize = 150;
@@ -19,6 +22,8 @@ pub enum Mishap {
     ToTheWorld(fn(&mut World)),
     /// This much more heat is read [°C].
     Heat(f64),
+    /// Something else is read of the servos.
+    Servos(fn(&mut [Option<ServoSample>])),
 }
 
 /// A simulated rig, and what it is told.
@@ -26,6 +31,8 @@ pub struct Stage {
     hardware: SimulatedRig,
     mishap: Mishap,
     n_reads: usize,
+    /// Whether the servos are under torque, for whoever cannot ask while a session has this.
+    pub torque: Rc<Cell<bool>>,
     /// Goals, each time they are written.
     pub goals: Vec<Vec<i32>>,
     /// Largest load that was read, either way [-].
@@ -35,21 +42,32 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Records these commands on the rig `typical`, with its rig file after these replacements.
-    pub fn record(replace: &[(&str, &str)], commands: &Recording, mishap: Mishap) -> (Self, Outcome) {
-        let robot = VirtualRobot::preset("typical").unwrap();
-        let mut text = rig_file(&robot);
+    /// A robot with the rig file of `typical` after these replacements.
+    pub fn set(robot: &VirtualRobot, replace: &[(&str, &str)], mishap: Mishap) -> (Self, RigConfig) {
+        let mut text = rig_file(robot);
         for (from, to) in replace {
             assert!(text.contains(from), "{from}");
             text = text.replace(from, to);
         }
         let config = RigConfig::from_toml(&text, Path::new("")).unwrap();
-        let hardware = SimulatedRig::new(&robot, &config, 1);
-        let mut stage =
-            Self { hardware, mishap, n_reads: 0, goals: Vec::new(), load_max: 0.0, rest: Vec::new() };
-        let positions: Vec<i32> = stage.prepare().unwrap().iter().map(|servo| servo.position).collect();
+        let hardware = SimulatedRig::new(robot, &config, 1);
+        let (torque, goals, rest) = Default::default();
+        (Self { hardware, mishap, n_reads: 0, torque, goals, load_max: 0.0, rest }, config)
+    }
+
+    /// The calibration of `typical`, for where the servos stand now; also notes where rest is.
+    pub fn calibration(&mut self) -> Calibration {
+        let positions: Vec<i32> = self.prepare().unwrap().iter().map(|servo| servo.position).collect();
         let calibration = simulated().0.unwrapped(&positions);
-        stage.rest = calibration.channels.iter().map(|channel| channel.zero).collect();
+        self.rest = calibration.channels.iter().map(|channel| channel.zero).collect();
+        calibration
+    }
+
+    /// Records these commands on the rig `typical`, with its rig file after these replacements.
+    pub fn record(replace: &[(&str, &str)], commands: &Recording, mishap: Mishap) -> (Self, Outcome) {
+        let robot = VirtualRobot::preset("typical").unwrap();
+        let (mut stage, config) = Self::set(&robot, replace, mishap);
+        let calibration = stage.calibration();
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.parquet");
         let options = RecordOptions { out: out.clone(), meta: Metadata::default() };
@@ -96,6 +114,11 @@ impl Hardware for Stage {
             happens(self.hardware.world_mut());
         }
         self.hardware.read_servos(samples)?;
+        if self.n_reads >= MOMENT
+            && let Mishap::Servos(reads) = self.mishap
+        {
+            reads(samples);
+        }
         let loads = samples.iter().flatten().map(|sample| sample.load.abs());
         self.load_max = loads.fold(self.load_max, f64::max);
         Ok(())
@@ -111,8 +134,14 @@ impl Hardware for Stage {
         Ok(())
     }
 
-    fn set_torque(&mut self, on: bool) -> Result<()> {
-        self.hardware.set_torque(on)
+    fn enable_torque(&mut self) -> Result<()> {
+        self.torque.set(true);
+        self.hardware.enable_torque()
+    }
+
+    fn disable_torque(&mut self) -> Result<()> {
+        self.torque.set(false);
+        self.hardware.disable_torque()
     }
 
     fn hold(&mut self) -> Result<()> {
