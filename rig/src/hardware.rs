@@ -34,6 +34,8 @@ pub trait Hardware {
     fn now(&self) -> f64;
     /// Waits until that time [s]; returns at once if it is past.
     fn wait_until(&mut self, time: f64);
+    /// Whether that clock is everybody's: nobody may wait for anything else then.
+    fn is_real_time(&self) -> bool;
     /// Number of servos, one per tendon.
     fn n_servos(&self) -> usize;
     /// Checks every servo against the rig file and makes it ready, with its torque off.

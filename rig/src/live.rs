@@ -85,6 +85,10 @@ impl Hardware for LiveRig {
         }
     }
 
+    fn is_real_time(&self) -> bool {
+        true
+    }
+
     fn n_servos(&self) -> usize {
         self.bus.ids().len()
     }

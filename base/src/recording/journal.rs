@@ -10,9 +10,11 @@ use super::crc::crc32;
 use super::{Channel, Check, Metadata, Recording, fill};
 use crate::{BadInput, Error, Result, file};
 use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 const MAGIC: &[u8; 8] = b"hystjrnl";
 const FORMAT: &str = "hysteron-journal";
@@ -38,19 +40,45 @@ struct Header {
     metadata: Vec<(String, String)>,
 }
 
+/// A file that a journal is written to.
+pub trait JournalFile: Debug + Send + Sync {
+    /// Appends all bytes.
+    ///
+    /// # Errors
+    /// What the file system says; a part may then be in the file.
+    fn append_all(&self, bytes: &[u8]) -> io::Result<()>;
+    /// Cuts the file to this many bytes.
+    ///
+    /// # Errors
+    /// What the file system says.
+    fn cut(&self, length: u64) -> io::Result<()>;
+    /// Waits until all that was appended is on the disk.
+    ///
+    /// # Errors
+    /// What the file system says.
+    fn sync(&self) -> io::Result<()>;
+}
+
+impl JournalFile for File {
+    fn append_all(&self, bytes: &[u8]) -> io::Result<()> {
+        let mut file = self;
+        file.write_all(bytes)
+    }
+
+    fn cut(&self, length: u64) -> io::Result<()> {
+        self.set_len(length)
+    }
+
+    fn sync(&self) -> io::Result<()> {
+        self.sync_data()
+    }
+}
+
 /// Appends to a journal. Equal calls give equal bytes.
 #[derive(Debug)]
 pub struct JournalWriter {
-    file: File,
-    n_channels: usize,
-    /// Bytes of the file that are whole frames.
-    length: u64,
-    /// Time of the last row [s].
-    last: f64,
-    /// The frame under way; holds any row without growing.
-    frame: Vec<u8>,
-    /// A torn frame stands at the end and cannot be removed.
-    is_broken: bool,
+    pub(super) frames: Frames,
+    pub(super) output: Output,
 }
 
 impl JournalWriter {
@@ -77,22 +105,28 @@ impl JournalWriter {
             }
             file => file.map_err(io)?,
         };
-        let journal = Self::begin(file, &header, names.len()).map_err(io)?;
+        let journal = Self::begin(Arc::new(file), &header, names.len()).map_err(io)?;
         // The name too must be on the disk.
         File::open(folder).and_then(|folder| folder.sync_all()).map_err(io)?;
         Ok(journal)
     }
 
-    fn begin(file: File, header: &[u8], n_channels: usize) -> io::Result<Self> {
-        let frame = Vec::with_capacity(FRAME + 1 + 8 * (1 + n_channels));
-        let last = f64::NEG_INFINITY;
-        let mut journal = Self { file, n_channels, length: 0, last, frame, is_broken: false };
+    /// Begins a journal in an empty file of another kind.
+    ///
+    /// # Errors
+    /// `InvalidInput` for names that are none; else what the file says.
+    pub fn over(file: Arc<dyn JournalFile>, names: &[String], meta: &Metadata) -> io::Result<Self> {
+        let header = header(names, meta).map_err(|bad| invalid(bad.to_string()))?;
+        Self::begin(file, &header, names.len())
+    }
+
+    fn begin(file: Arc<dyn JournalFile>, header: &[u8], n_channels: usize) -> io::Result<Self> {
+        let mut output = Output { file, length: 0, is_broken: false };
         let mut start = MAGIC.to_vec();
         framed_into(&mut start, |payload| payload.extend_from_slice(header));
-        journal.file.write_all(&start)?;
-        journal.length = start.len() as u64;
-        journal.file.sync_all()?;
-        Ok(journal)
+        output.write(&start)?;
+        output.sync()?;
+        Ok(Self { frames: Frames::new(n_channels), output })
     }
 
     /// Appends a row: its time [s] and one value per channel, NaN where it is missing. The row is with the
@@ -103,6 +137,49 @@ impl JournalWriter {
     /// `InvalidInput` for another number of values, an infinite one, or a time that is not later; else what the
     /// file system says. The row is then not in the file, and the next one may be tried.
     pub fn append(&mut self, time: f64, values: &[f64]) -> io::Result<()> {
+        let before = self.frames.last;
+        let written = self.frames.row(time, values).and_then(|frame| self.output.write(frame));
+        if written.is_err() {
+            self.frames.last = before;
+        }
+        written
+    }
+
+    /// Appends a line of text that belongs to a time [s].
+    ///
+    /// # Errors
+    /// `InvalidInput` for more than 4096 bytes or a time that is not finite; else as [`JournalWriter::append`].
+    pub fn note(&mut self, time: f64, text: &str) -> io::Result<()> {
+        self.frames.note(time, text).and_then(|frame| self.output.write(frame))
+    }
+
+    /// Waits until all that was appended is on the disk; call it every second or so.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub fn sync(&self) -> io::Result<()> {
+        self.output.sync()
+    }
+}
+
+/// Makes frames of rows and notes.
+#[derive(Debug)]
+pub(super) struct Frames {
+    n_channels: usize,
+    /// Time of the last row [s].
+    last: f64,
+    /// The frame under way; holds any row without growing.
+    frame: Vec<u8>,
+}
+
+impl Frames {
+    fn new(n_channels: usize) -> Self {
+        let frame = Vec::with_capacity(FRAME + 1 + 8 * (1 + n_channels));
+        Self { n_channels, last: f64::NEG_INFINITY, frame }
+    }
+
+    /// The frame of a row, as [`JournalWriter::append`] takes it.
+    pub(super) fn row(&mut self, time: f64, values: &[f64]) -> io::Result<&[u8]> {
         if values.len() != self.n_channels {
             let (expected, found) = (self.n_channels, values.len());
             return Err(invalid(format!("expected {expected} values, got {found}")));
@@ -117,9 +194,9 @@ impl JournalWriter {
                 values[i]
             )));
         }
-        let mut frame = std::mem::take(&mut self.frame);
-        frame.clear();
-        framed_into(&mut frame, |payload| {
+        self.last = time;
+        self.frame.clear();
+        framed_into(&mut self.frame, |payload| {
             payload.push(ROW);
             payload.extend_from_slice(&time.to_le_bytes());
             for value in values {
@@ -128,57 +205,63 @@ impl JournalWriter {
                 payload.extend_from_slice(&value.to_le_bytes());
             }
         });
-        self.frame = frame;
-        self.write_frame()?;
-        self.last = time;
-        Ok(())
+        Ok(&self.frame)
     }
 
-    /// Appends a line of text that belongs to a time [s].
-    ///
-    /// # Errors
-    /// `InvalidInput` for more than 4096 bytes or a time that is not finite; else as [`JournalWriter::append`].
-    pub fn note(&mut self, time: f64, text: &str) -> io::Result<()> {
+    /// The frame of a note, as [`JournalWriter::note`] takes it.
+    pub(super) fn note(&mut self, time: f64, text: &str) -> io::Result<&[u8]> {
         if text.len() > LONGEST_NOTE || !time.is_finite() {
             return Err(invalid(format!("expected at most {LONGEST_NOTE} bytes at a finite time")));
         }
-        let mut frame = std::mem::take(&mut self.frame);
-        frame.clear();
-        framed_into(&mut frame, |payload| {
+        self.frame.clear();
+        framed_into(&mut self.frame, |payload| {
             payload.push(NOTE);
             payload.extend_from_slice(&time.to_le_bytes());
             payload.extend_from_slice(text.as_bytes());
         });
-        self.frame = frame;
-        self.write_frame()
+        Ok(&self.frame)
     }
+}
 
-    /// Waits until all that was appended is on the disk; call it every second or so.
-    ///
-    /// # Errors
-    /// What the file system says.
-    pub fn sync(&self) -> io::Result<()> {
-        self.file.sync_data()
-    }
+/// The file of a journal, which always ends with a whole frame.
+#[derive(Debug)]
+pub(super) struct Output {
+    pub(super) file: Arc<dyn JournalFile>,
+    /// Bytes of the file that are whole frames.
+    length: u64,
+    /// A torn frame stands at the end and cannot be removed.
+    is_broken: bool,
+}
 
-    /// Writes the frame, or leaves the file as it was: after a torn frame a reader would stop.
-    fn write_frame(&mut self) -> io::Result<()> {
+impl Output {
+    /// Writes a frame, or leaves the file as it was: after a torn frame a reader would stop.
+    pub(super) fn write(&mut self, frame: &[u8]) -> io::Result<()> {
         if self.is_broken {
             self.cut_torn_end()?;
         }
-        if let Err(error) = self.file.write_all(&self.frame) {
+        if let Err(error) = self.file.append_all(frame) {
             self.is_broken = self.cut_torn_end().is_err();
             return Err(error);
         }
-        self.length += self.frame.len() as u64;
+        self.length += frame.len() as u64;
         Ok(())
     }
 
+    fn sync(&self) -> io::Result<()> {
+        self.file.sync()
+    }
+
     fn cut_torn_end(&mut self) -> io::Result<()> {
-        self.file.set_len(self.length)?;
+        self.file.cut(self.length)?;
         self.is_broken = false;
         Ok(())
     }
+}
+
+/// Bytes of the first of these frames.
+pub(super) fn frame_length(frames: &[u8]) -> usize {
+    let length = frames.first_chunk::<4>().map_or(0, |length| u32::from_le_bytes(*length) as usize);
+    (FRAME + length).min(frames.len())
 }
 
 /// Payload of the header frame, if a recording may have these channels and metadata.

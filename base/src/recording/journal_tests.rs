@@ -227,15 +227,14 @@ fn a_recording_is_not_written_as_a_journal() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_an_error_of_the_file_system() {
-    let full = || OpenOptions::new().append(true).open("/dev/full").unwrap();
+    let full = || Arc::new(OpenOptions::new().append(true).open("/dev/full").unwrap());
     let kind = |result: io::Result<()>| result.unwrap_err().kind();
     let header = header(&names(), &meta()).unwrap();
     assert_eq!(kind(JournalWriter::begin(full(), &header, 3).map(|_| ())), io::ErrorKind::StorageFull);
-    let frame = Vec::new();
-    let mut journal =
-        JournalWriter { file: full(), n_channels: 1, length: 0, last: -1.0, frame, is_broken: false };
+    let output = Output { file: full(), length: 0, is_broken: false };
+    let mut journal = JournalWriter { frames: Frames::new(1), output };
     assert_eq!(kind(journal.append(0.0, &[0.0])), io::ErrorKind::StorageFull);
-    assert!(journal.is_broken); // a device has no length to return to
+    assert!(journal.output.is_broken); // a device has no length to return to
     assert!(journal.append(0.0, &[0.0]).is_err());
 }
 
@@ -245,8 +244,8 @@ fn a_torn_frame_is_cut_before_the_next() {
     let path = folder.path().join("a.journal");
     let mut journal = JournalWriter::create(&path, &names(), &meta()).unwrap();
     journal.append(0.0, &[0.0; 3]).unwrap();
-    journal.file.write_all(b"torn").unwrap();
-    journal.is_broken = true;
+    journal.output.file.append_all(b"torn").unwrap();
+    journal.output.is_broken = true;
     journal.append(1.0, &[0.0; 3]).unwrap();
     let read = Journal::read(&path).unwrap();
     assert_eq!((read.recording.n_samples(), read.lost_bytes), (2, 0));
@@ -256,11 +255,11 @@ fn a_torn_frame_is_cut_before_the_next() {
 fn appending_a_row_does_not_grow_the_buffer() {
     let folder = tempfile::tempdir().unwrap();
     let mut journal = JournalWriter::create(folder.path().join("a.journal"), &names(), &meta()).unwrap();
-    let before = (journal.frame.as_ptr(), journal.frame.capacity());
+    let before = (journal.frames.frame.as_ptr(), journal.frames.frame.capacity());
     for row in 0..100 {
         journal.append(f64::from(row), &[0.0; 3]).unwrap();
     }
-    assert_eq!((journal.frame.as_ptr(), journal.frame.capacity()), before);
+    assert_eq!((journal.frames.frame.as_ptr(), journal.frames.frame.capacity()), before);
 }
 
 proptest! {

@@ -8,12 +8,14 @@ mod crc;
 mod csv;
 mod fill;
 mod journal;
+mod journal_queue;
 mod metadata;
 mod names;
 mod parquet;
 
 use crate::{BadInput, Error, Result, file};
-pub use journal::{Journal, JournalWriter};
+pub use journal::{Journal, JournalFile, JournalWriter};
+pub use journal_queue::JournalQueue;
 pub use metadata::Metadata;
 use std::path::Path;
 

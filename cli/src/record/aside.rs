@@ -1,9 +1,9 @@
-//! How a trajectory ended. A recording that is not complete gets a name of its own: nothing partial stands under the final
-//! one.
+//! What became of a trajectory, and what earlier runs have left of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use hysteron_rig::session::{Outcome, events_path};
+use hysteron_base::{Journal, Recording};
+use hysteron_rig::session::{Outcome, free_name, journal_path, recover};
 
 use super::Job;
 
@@ -13,31 +13,41 @@ pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
     match &outcome.stopped {
         None if outcome.is_torque_settled => Ok(()),
         None => Err(anyhow::anyhow!("{name}: the torque could not be dealt with; switch the supply off")),
-        Some(stop) => Err(anyhow::anyhow!("{name}: {stop} ({})", set_aside(&job.out, outcome)?)),
-    }
-}
-
-/// Gives a recording that is not complete a name of its own, so that the same command can go on; says where it is.
-fn set_aside(out: &Path, outcome: &Outcome) -> anyhow::Result<String> {
-    if outcome.n_rows == 0 {
-        return Ok("nothing was recorded yet".to_owned());
-    }
-    let (aside, log) = free_name(out, "partial");
-    std::fs::rename(out, &aside)?;
-    std::fs::rename(events_path(out), log)?;
-    Ok(format!("{} rows are in {}", outcome.n_rows, aside.display()))
-}
-
-/// `NAME.kind-1.parquet`, or with the first number that is free, and the log beside it.
-pub fn free_name(out: &Path, kind: &str) -> (PathBuf, PathBuf) {
-    let ending = out.extension().unwrap_or_default().to_string_lossy().into_owned();
-    let mut number = 1;
-    loop {
-        let named = out.with_extension(format!("{kind}-{number}.{ending}"));
-        if !named.exists() {
-            let log = events_path(&named);
-            return (named, log);
+        Some(stop) if outcome.n_rows == 0 => {
+            Err(anyhow::anyhow!("{name}: {stop} (nothing was recorded yet)"))
         }
-        number += 1;
+        Some(stop) => {
+            let (n_rows, out) = (outcome.n_rows, outcome.out.display());
+            Err(anyhow::anyhow!("{name}: {stop} ({n_rows} rows are in {out})"))
+        }
+    }
+}
+
+/// Opens what a crashed run has left, under a name of its own.
+pub fn rescue(out: &Path) -> anyhow::Result<()> {
+    let journal = journal_path(out);
+    if !journal.exists() {
+        return Ok(());
+    }
+    let rescued = free_name(out, "crashed");
+    match recover(&journal, &rescued) {
+        Ok((n_rows, _)) => {
+            tracing::warn!("an earlier run crashed; its {n_rows} rows are in {}", rescued.display());
+        }
+        // Not even one row.
+        Err(error) if error.bad_input().is_some() => tracing::warn!("{error}; it is discarded"),
+        Err(error) => return Err(error.into()),
+    }
+    Ok(std::fs::remove_file(&journal)?)
+}
+
+/// Removes the journal of a recording that is there: its run was killed between the two. Rows of any other run are kept.
+pub fn clear_journal(out: &Path, recording: &Recording) -> anyhow::Result<()> {
+    let journal = journal_path(out);
+    let has_same_rows =
+        |found: &Recording| found.time() == recording.time() && found.channels() == recording.channels();
+    match Journal::read(&journal) {
+        Ok(found) if has_same_rows(&found.recording) => Ok(std::fs::remove_file(&journal)?),
+        _ => rescue(out),
     }
 }

@@ -158,26 +158,57 @@ pub fn is_folder(out: &Path) -> bool {
     !matches!(out.extension().and_then(|ending| ending.to_str()), Some("parquet" | "csv"))
 }
 
-/// Separates the trajectories whose recordings are there from those that are missing.
-pub fn split_done(jobs: Vec<Job>) -> anyhow::Result<(Vec<Done>, Vec<Job>)> {
+/// Separates the trajectories whose recordings are there, of this rig (`identity`), from those that are missing.
+pub fn split_done(jobs: Vec<Job>, identity: &[(&str, String)]) -> anyhow::Result<(Vec<Done>, Vec<Job>)> {
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for job in jobs {
         if !job.out.exists() {
+            check_log(&job.out)?;
             missing.push(job);
             continue;
         }
         let recording = Recording::read(&job.out)?;
-        let key_of = |recording: &Recording| {
-            ["plan.sha256", STROKES_KEY].map(|key| recording.meta().extra.get(key).cloned())
-        };
-        let (found, expected) = (key_of(&recording), key_of(&job.commands));
-        if found != expected || recording.n_samples() < job.commands.n_samples() {
-            let found = if found == expected { "an incomplete one" } else { "one of other commands" };
-            return Err(BadInput::new(job.out.display().to_string(), "a recording of these commands", found)
-                .hint("a measurement is never overwritten; move it away or choose another --out")
-                .into());
-        }
+        check_done(&job, &recording, identity)?;
         there.push((job, recording));
     }
     Ok((there, missing))
+}
+
+/// Refuses a recording that is not the one that this command would make.
+fn check_done(job: &Job, recording: &Recording, identity: &[(&str, String)]) -> Result<(), BadInput> {
+    let place = job.out.display().to_string();
+    let hint = "a measurement is never overwritten; move it away or choose another --out";
+    let key_of = |recording: &Recording| {
+        ["plan.sha256", STROKES_KEY].map(|key| recording.meta().extra.get(key).cloned())
+    };
+    let (found, expected) = (key_of(recording), key_of(&job.commands));
+    if found != expected || recording.n_samples() < job.commands.n_samples() {
+        let found = if found == expected { "an incomplete one" } else { "one of other commands" };
+        return Err(BadInput::new(place, "a recording of these commands", found).hint(hint));
+    }
+    for (key, expected) in identity {
+        let found = recording.meta().extra.get(*key);
+        if found != Some(expected) {
+            let found = found.map_or("none", String::as_str);
+            return Err(BadInput::new(format!("{place}: {key}"), expected, found).hint(hint));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a name whose log is that of another recording: NAME.parquet and NAME.csv share one.
+fn check_log(out: &Path) -> Result<(), BadInput> {
+    let others = ["parquet", "csv"].map(|ending| out.with_extension(ending));
+    match others.iter().find(|other| *other != out && other.exists()) {
+        Some(other) => {
+            let found = format!("that of {}", other.display());
+            Err(BadInput::new(
+                out.display().to_string(),
+                "a name of its own, and of its log and journal",
+                found,
+            )
+            .hint("choose another --out"))
+        }
+        None => Ok(()),
+    }
 }

@@ -1,15 +1,13 @@
 //! Recording on a rig's ports, in real time, one trajectory after the other.
 
-use std::path::Path;
-
-use hysteron_base::{Metadata, file};
+use hysteron_base::Metadata;
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Session, journal_path, record as record_one, recover};
+use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
 use hysteron_rig::{Hardware, LiveRig};
 
-use super::aside::{ended, free_name};
-use super::source::{Source, calibration_path};
+use super::aside::{ended, rescue};
+use super::source::Source;
 use super::summary::Summary;
 use super::{Arguments, Job};
 use crate::watchman::WatchedRig;
@@ -19,23 +17,19 @@ pub fn record(
     source: &Source,
     arguments: &Arguments,
     jobs: &[Job],
-    folder: Option<&Path>,
+    calibration: &Calibration,
     meta: &dyn Fn(&Job, &Calibration) -> Metadata,
     summary: &mut Summary,
 ) -> anyhow::Result<()> {
     let rig = source.rig();
-    let calibration = Calibration::read(&calibration_path(rig, arguments.calibration.as_ref()), rig)?;
     for job in jobs {
         rescue(&job.out)?;
     }
     let mut hardware = LiveRig::open(rig)?;
     let servos = hardware.prepare()?;
     calibration.check(rig, &servos)?;
-    if let Some(folder) = folder {
-        file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
-    }
     let mut hardware = WatchedRig::new(hardware, &arguments.rig)?;
-    let run = Run { rig, calibration: &calibration, meta };
+    let run = Run { rig, calibration, meta };
     let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary);
     if is_torque_settled {
         hardware.close();
@@ -83,25 +77,8 @@ impl Run<'_> {
         progress: &mut dyn FnMut(usize),
     ) -> hysteron_rig::Result<Outcome> {
         let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
+        let recorder = Recorder::begin(self.rig, self.calibration, options)?;
         let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
-        record_one(session, &job.commands, &options, &interrupt::is_asked, progress)
+        recorder.run(session, &job.commands, &interrupt::is_asked, progress)
     }
-}
-
-/// Opens what a crashed run has left, under a name of its own.
-fn rescue(out: &Path) -> anyhow::Result<()> {
-    let journal = journal_path(out);
-    if !journal.exists() {
-        return Ok(());
-    }
-    let (rescued, _) = free_name(out, "crashed");
-    match recover(&journal, &rescued) {
-        Ok((n_rows, _)) => {
-            tracing::warn!("an earlier run crashed; its {n_rows} rows are in {}", rescued.display());
-        }
-        // Not even one row.
-        Err(error) if error.bad_input().is_some() => tracing::warn!("{error}; it is discarded"),
-        Err(error) => return Err(error.into()),
-    }
-    Ok(std::fs::remove_file(&journal)?)
 }

@@ -9,7 +9,7 @@ mod summary;
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{Metadata, file};
+use hysteron_base::{Lock, Metadata};
 use hysteron_rig::calibration::Calibration;
 
 use crate::figures::data_set::{self, DataSet};
@@ -32,7 +32,8 @@ whole plan is checked against the rig's limits before anything moves. So are str
 
 Writes one recording per trajectory: commanded strokes, positions, loads, the tip in the robot's frame, at the plan's \
 rate on one clock; rows that were filled in are marked. Beside them the log of events, and for a folder the plan, the \
-rig, the calibration and a report. While a run lasts, its rows are in a .journal that survives a crash; \
+rig, the calibration and a report; a folder of another rig, plan or seed is refused, and so is one that another \
+command is writing. While a run lasts, its rows are in a .journal that survives a crash; \
 `hysteron rig recover` opens it. Run the command again to go on: trajectories that are there are not repeated, and \
 the rows of one that was cut short are kept beside it as NAME.partial-1.parquet.
 
@@ -113,7 +114,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => jobs::of_strokes(arguments, &source)?,
     };
     let folder = is_folder(&arguments.out).then_some(arguments.out.as_path());
-    let (there, missing) = split_done(work.jobs)?;
+    let calibration = source.calibration(arguments.calibration.as_ref())?;
+    // Until all is done: the folder, and each file for those who name it alone.
+    let _folder = folder.map(Lock::folder).transpose()?;
+    let _files = work.jobs.iter().map(|job| Lock::file(&job.out)).collect::<Result<Vec<_>, _>>()?;
+    let mut description = source.description_files();
+    description.extend(work.plan_text.map(|text| ("plan.toml", text)));
+    let (there, missing) = split_done(work.jobs, &source.identity(arguments.seed, calibration.as_ref()))?;
+    if let Some(folder) = folder {
+        source::check_description(folder, &description)?;
+    }
+    for (job, recording) in &there {
+        aside::clear_journal(&job.out, recording)?;
+    }
     tracing::info!(
         "{}: {} trajectories, {} samples, {:.0} s; {} are there already",
         work.name,
@@ -131,18 +144,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Ok(())
     } else {
         let meta = |job: &Job, calibration: &Calibration| metadata(&source, arguments, job, calibration);
-        match &source {
-            Source::Live { .. } => live::record(&source, arguments, &missing, folder, &meta, &mut summary),
-            Source::Virtual { .. } => {
-                simulated::record(&source, arguments, &missing, folder, &meta, &mut summary)
+        match (&source, calibration) {
+            (Source::Live { .. }, Some(calibration)) => {
+                if let Some(folder) = folder {
+                    source::keep_calibration(folder, &calibration)?;
+                }
+                live::record(&source, arguments, &missing, &calibration, &meta, &mut summary)
+            }
+            (_, given) => {
+                simulated::record(&source, arguments, &missing, (given, folder), &meta, &mut summary)
             }
         }
     };
     if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
-        source.write_description(folder)?;
-        if let Some(text) = work.plan_text {
-            file::write_bytes(&folder.join("plan.toml"), text)?;
-        }
+        source::write_description(folder, &description)?;
     }
     summary.sort();
     summary.print();
@@ -166,12 +181,12 @@ fn metadata(source: &Source, arguments: &Arguments, job: &Job, calibration: &Cal
     meta.command = terminal::command_line();
     let mut say = |key: &str, value: String| meta.extra.insert(key.to_owned(), value);
     say("rig.name", source.rig().name.clone());
-    say("rig.sha256", source.rig().hash.clone());
     say("calibration.date", calibration.date.clone());
-    say("calibration.sha256", file::sha256_hex(calibration.to_toml().as_bytes()));
     if let Source::Virtual { name, .. } = source {
         say("virtual.robot", name.clone());
-        say("virtual.seed", arguments.seed.to_string());
+    }
+    for (key, value) in source.identity(arguments.seed, Some(calibration)) {
+        say(key, value);
     }
     meta
 }

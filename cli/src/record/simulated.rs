@@ -4,14 +4,14 @@
 use std::path::Path;
 use std::sync::Mutex;
 
-use hysteron_base::{Metadata, file};
+use hysteron_base::Metadata;
 use hysteron_rig::calibration::{Calibration, calibrate};
-use hysteron_rig::session::{RecordOptions, Session, journal_path, record as record_one};
+use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use rayon::prelude::*;
 
 use super::aside::ended;
-use super::source::Source;
+use super::source::{self, Source};
 use super::summary::Summary;
 use super::{Arguments, Job};
 use crate::{interrupt, terminal};
@@ -23,21 +23,21 @@ pub fn record(
     source: &Source,
     arguments: &Arguments,
     jobs: &[Job],
-    folder: Option<&Path>,
+    (given, folder): (Option<Calibration>, Option<&Path>),
     meta: &(dyn Fn(&Job, &Calibration) -> Metadata + Sync),
     summary: &mut Summary,
 ) -> anyhow::Result<()> {
     let Source::Virtual { rig, robot, .. } = source else { return Ok(()) };
     let mut fresh = SimulatedRig::new(robot, rig, arguments.seed);
-    let calibration = match &arguments.calibration {
-        Some(path) => Calibration::read(path, rig)?,
+    let calibration = match given {
+        Some(calibration) => calibration,
         None => {
             let mut log = |line: &str| tracing::debug!("{line}");
             calibrate(&mut fresh, rig, DATE.to_owned(), &interrupt::is_asked, &mut log)?
         }
     };
     if let Some(folder) = folder {
-        file::write_bytes(&folder.join("calibration.toml"), calibration.to_toml())?;
+        source::keep_calibration(folder, &calibration)?;
     }
     let bar = terminal::progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
     let collected = Mutex::new(summary);
@@ -51,9 +51,9 @@ pub fn record(
             // A simulation can be repeated.
             std::fs::remove_file(&journal)?;
         }
+        let recorder = Recorder::begin(rig, &calibration, options)?;
         let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
-        let outcome =
-            record_one(session, &job.commands, &options, &interrupt::is_asked, &mut |_| bar.inc(1))?;
+        let outcome = recorder.run(session, &job.commands, &interrupt::is_asked, &mut |_| bar.inc(1))?;
         ended(&outcome, job)?;
         if let Ok(mut summary) = collected.lock() {
             summary.add(job, &outcome);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
+use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
 
@@ -29,6 +30,8 @@ pub enum Source {
         text: String,
         /// What it is called.
         name: String,
+        /// SHA-256 of that file and of the member of its population.
+        hash: String,
     },
 }
 
@@ -63,7 +66,8 @@ impl Source {
             robot = robot.draw(member);
         }
         let rig = RigConfig::from_toml(&rig_file(&robot), Path::new(""))?;
-        Ok(Self::Virtual { rig, robot: Box::new(robot), text, name: name.to_owned() })
+        let hash = file::sha256_hex(format!("{member:?} of\n{text}").as_bytes());
+        Ok(Self::Virtual { rig, robot: Box::new(robot), text, name: name.to_owned(), hash })
     }
 
     /// What is written on the rig's file.
@@ -81,17 +85,74 @@ impl Source {
         }
     }
 
-    /// Writes the files that describe it beside a data set, as they were when it was read.
-    pub fn write_description(&self, folder: &Path) -> anyhow::Result<()> {
+    /// The calibration that was asked for; a virtual rig finds its own if there is none.
+    pub fn calibration(&self, named: Option<&PathBuf>) -> anyhow::Result<Option<Calibration>> {
+        let path = match self {
+            Self::Live { rig, .. } => Some(calibration_path(rig, named)),
+            Self::Virtual { .. } => named.cloned(),
+        };
+        Ok(path.map(|path| Calibration::read(&path, self.rig())).transpose()?)
+    }
+
+    /// What tells the recordings of this rig from those of another: metadata keys and their values.
+    pub fn identity(&self, seed: u64, calibration: Option<&Calibration>) -> Vec<(&'static str, String)> {
+        let mut identity = vec![("rig.sha256", self.rig().hash.clone())];
+        if let Self::Virtual { hash, .. } = self {
+            identity.extend([("virtual.sha256", hash.clone()), ("virtual.seed", seed.to_string())]);
+        }
+        if let Some(calibration) = calibration {
+            identity.push(("calibration.sha256", calibration.hash()));
+        }
+        identity
+    }
+
+    /// The files that describe it beside a data set, as they were when it was read: names and texts.
+    pub fn description_files(&self) -> Vec<(&'static str, String)> {
         match self {
-            Self::Live { text, .. } => file::write_bytes(&folder.join("rig.toml"), text)?,
+            Self::Live { text, .. } => vec![("rig.toml", text.clone())],
             Self::Virtual { text, robot, .. } => {
-                file::write_bytes(&folder.join("rig.toml"), rig_file(robot))?;
-                file::write_bytes(&folder.join("robot.toml"), text)?;
+                vec![("rig.toml", rig_file(robot)), ("robot.toml", text.clone())]
             }
         }
-        Ok(())
     }
+}
+
+/// Refuses a folder with files of these names that say something else: they belong to other recordings.
+pub fn check_description(folder: &Path, files: &[(&str, String)]) -> anyhow::Result<()> {
+    for (name, text) in files {
+        let path = folder.join(name);
+        if path.exists() && file::read_text(&path)? != *text {
+            return Err(of_another(&path).into());
+        }
+    }
+    Ok(())
+}
+
+/// Writes those of these files that are not there.
+pub fn write_description(folder: &Path, files: &[(&str, String)]) -> anyhow::Result<()> {
+    for (name, text) in files.iter().filter(|(name, _)| !folder.join(name).exists()) {
+        file::write_bytes(&folder.join(name), text)?;
+    }
+    Ok(())
+}
+
+/// Puts a calibration beside a data set; one that is there must say the same.
+pub fn keep_calibration(folder: &Path, calibration: &Calibration) -> anyhow::Result<()> {
+    let path = folder.join("calibration.toml");
+    if !path.exists() {
+        return Ok(file::write_bytes(&path, calibration.to_toml())?);
+    }
+    let found = Calibration::from_toml(&file::read_text(&path)?);
+    if found.is_ok_and(|found| found.hash() == calibration.hash()) {
+        Ok(())
+    } else {
+        Err(of_another(&path).into())
+    }
+}
+
+fn of_another(path: &Path) -> BadInput {
+    BadInput::new(path.display().to_string(), "the file of this command's rig, plan and seed", "another")
+        .hint("the recordings beside it are of another command; choose another --out")
 }
 
 /// Where the calibration of a rig on its ports is.

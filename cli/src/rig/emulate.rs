@@ -1,11 +1,10 @@
 //! `hysteron rig emulate`: the virtual rig on ports, for any program that speaks to the real one.
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::virtual_rig::emulator::{
     Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options, PoseDelivery, PoseServerSettings,
     TORQUE_LOG, Timing,
@@ -37,7 +36,7 @@ torque_nm, duration_s), brown_out (volts or servo, duration_s), unplug_tracker, 
 tracker_freeze, tracker_jump, tracker_corrupt (duration_s).
 
 Writes DIR/rig.toml, for --rig of the other verbs; DIR/faults.jsonl, what broke when; and DIR/torque.jsonl, which \
-servos drove their motors when, one line per change. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
+servos drove their motors when, one line per change. A folder in which another emulator runs is refused. Runs until Ctrl-C or --for-s; then the link is removed and the traffic is summed up.
 
 Examples, from the root of the repository:
   hysteron rig emulate --dir out/rig --for-s 1
@@ -105,6 +104,10 @@ impl Preset {
     }
 }
 
+/// Longest run: a year [s].
+const LONGEST: f64 = 31_536_000.0;
+/// Most faults that are drawn.
+const MOST_FAULTS: u32 = 100_000;
 /// What the tracker calls the tip; as in the rig file.
 const TRACKER_DEVICE: &str = "Tip";
 /// Its clock started before this program [s].
@@ -119,9 +122,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let world = World::new(&robot, arguments.seed);
     let options = options(arguments, &world)?;
     let n_faults = options.faults.list.len();
+    // The link, the rig file and the logs in it are those of one emulator.
+    let _folder = Lock::folder(&arguments.dir)?;
+    check_rig_file(&arguments.dir, &robot)?;
     interrupt::listen()?;
-    std::fs::create_dir_all(&arguments.dir)
-        .with_context(|| format!("creating {}", arguments.dir.display()))?;
     let n_servos = world.n_servos();
     let emulator = Emulator::start(world, options)?;
     let (_poses, tracker) = serve_poses(arguments, &emulator)?;
@@ -162,6 +166,30 @@ fn serve_poses(arguments: &Arguments, emulator: &Emulator) -> anyhow::Result<(Po
     Ok(emulator.serve_poses(PoseServerSettings { port, device, clock, format: Format::Transform })?)
 }
 
+/// Name of the rig file in the folder of an emulator.
+const RIG_FILE: &str = "rig.toml";
+/// What differs between runs of one emulator.
+const OF_A_RUN: [&str; 2] = ["address = ", "baud = "];
+
+/// Refuses a folder whose rig file is not one that this emulator would write: it is somebody else's.
+fn check_rig_file(folder: &Path, robot: &VirtualRobot) -> anyhow::Result<()> {
+    let path = folder.join(RIG_FILE);
+    if !path.exists() {
+        return Ok(());
+    }
+    let (found, own) = (file::read_text(&path)?, rig_file(robot));
+    let lasting = |text: &str| -> Vec<String> {
+        let is_lasting = |line: &&str| !OF_A_RUN.iter().any(|key| line.starts_with(key));
+        text.lines().filter(is_lasting).map(str::to_owned).collect()
+    };
+    if lasting(&found) == lasting(&own) {
+        return Ok(());
+    }
+    Err(BadInput::new(path.display().to_string(), "the rig file of this virtual robot, or none", "another")
+        .hint("move it away, or choose another --dir")
+        .into())
+}
+
 /// The rig file with which this program finds what is emulated.
 fn write_rig_file(
     arguments: &Arguments,
@@ -171,7 +199,7 @@ fn write_rig_file(
     let text = rig_file(robot)
         .replace("127.0.0.1:18944", &tracker.to_string())
         .replace("baud = 1000000", &format!("baud = {}", arguments.baud));
-    let path = arguments.dir.join("rig.toml");
+    let path = arguments.dir.join(RIG_FILE);
     file::write_bytes(&path, text)?;
     Ok(path)
 }
@@ -181,8 +209,15 @@ fn options(arguments: &Arguments, world: &World) -> anyhow::Result<Options> {
         Some(path) => Faults::read(path)?,
         None => Faults::default(),
     };
+    let n_servos = u8::try_from(world.n_servos()).unwrap_or(u8::MAX);
+    if let Some(path) = &arguments.faults {
+        faults.check_servos(n_servos).map_err(|bad| bad.within(path.display()))?;
+    }
+    if arguments.draw_faults > MOST_FAULTS {
+        let expected = format!("at most {MOST_FAULTS}");
+        return Err(BadInput::new("--draw-faults", expected, arguments.draw_faults.to_string()).into());
+    }
     if let Some(span) = arguments.for_s {
-        let n_servos = u8::try_from(world.n_servos()).unwrap_or(u8::MAX);
         faults.add(Faults::draw(arguments.seed, arguments.draw_faults as usize, span, n_servos));
     }
     Ok(Options {
@@ -197,8 +232,11 @@ fn options(arguments: &Arguments, world: &World) -> anyhow::Result<Options> {
 }
 
 fn duration(seconds: f64) -> Result<Duration, BadInput> {
-    Duration::try_from_secs_f64(seconds)
-        .map_err(|_| BadInput::new("--for-s", "a time from 0 s on", format!("{seconds} s")))
+    let wrong = || BadInput::new("--for-s", format!("0 to {LONGEST} s"), format!("{seconds} s"));
+    if seconds > LONGEST {
+        return Err(wrong());
+    }
+    Duration::try_from_secs_f64(seconds).map_err(|_| wrong())
 }
 
 fn print_counts(counts: &Counts) {

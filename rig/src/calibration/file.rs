@@ -2,9 +2,9 @@
 
 use super::{Calibration, ChannelMap};
 use crate::Result;
-use crate::config::{Direction, RigConfig};
+use crate::config::{Direction, PULLEY_RADIUS_MM, RigConfig};
 use crate::tracker::Registration;
-use hysteron_base::typed::{check_header, finite, not_negative, positive, text, vector};
+use hysteron_base::typed::{check_header, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -14,7 +14,15 @@ const VERSION: i64 = 1;
 /// Positions beyond this are no angle that a servo reaches [ticks].
 const FURTHEST: i64 = 1 << 24;
 
+/// Furthest from its zero that a tendon's slack can end [mm].
+const FURTHEST_MM: f64 = 1000.0;
+
 type Check<T> = std::result::Result<T, BadInput>;
+
+/// A number within bounds.
+fn within(key: &str, typed: f64, (low, high): (f64, f64)) -> Check<f64> {
+    require(key, &format!("{low} to {high}"), typed, (low..=high).contains(&typed))
+}
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,7 +70,26 @@ impl Calibration {
             }
             other => other,
         })?;
-        Ok(Self::from_toml(&text).map_err(|bad| bad.within(path.display()))?)
+        let found = Self::from_toml(&text).and_then(|found| found.check_rig(rig).map(|()| found));
+        Ok(found.map_err(|bad| bad.within(path.display()))?)
+    }
+
+    /// Refuses the calibration of another rig file.
+    fn check_rig(&self, rig: &RigConfig) -> Check<()> {
+        let hint = "it is the calibration of another rig; run `hysteron rig calibrate`";
+        let ids: Vec<u8> = self.channels.iter().map(|channel| channel.servo_id).collect();
+        if ids != rig.ids() {
+            let expected = format!("servos {:?}, as the rig file has", rig.ids());
+            return Err(BadInput::new("channel", expected, format!("{ids:?}")).hint(hint));
+        }
+        for (k, (channel, tendon)) in self.channels.iter().zip(&rig.tendons).enumerate() {
+            if channel.pulley_radius != tendon.pulley_radius || channel.winds != tendon.winds {
+                let place = format!("channel[{}]", k + 1);
+                let found = format!("{:?} mm, {:?}", 1e3 * channel.pulley_radius, channel.winds);
+                return Err(BadInput::new(place, "pulley and direction of the rig file", found).hint(hint));
+            }
+        }
+        Ok(())
     }
 
     /// The calibration in the text of a file.
@@ -82,11 +109,30 @@ impl Calibration {
             rig: self::text("rig", typed.rig)?,
             channels: channels?,
             registration_residual: match &typed.registration {
-                Some(typed) => not_negative("registration.residual_deg", typed.residual_deg)?,
+                Some(typed) => within("registration.residual_deg", typed.residual_deg, (0.0, 180.0))?,
                 None => 0.0,
             },
             registration: typed.registration.as_ref().map(registration).transpose()?,
         })
+    }
+
+    /// SHA-256 of what it says, numbers to nine digits: the same however often it was written and read.
+    pub fn hash(&self) -> String {
+        let mut text = format!("{} {}", self.date, self.rig);
+        let mut numbers: Vec<f64> = Vec::new();
+        for channel in &self.channels {
+            numbers.extend([f64::from(channel.servo_id), f64::from(channel.model)]);
+            numbers.extend([channel.ticks_per_turn, channel.zero].map(f64::from));
+            numbers.extend([channel.pulley_radius, channel.winds.sign(), channel.slack_end]);
+        }
+        if let Some(found) = &self.registration {
+            numbers.extend(found.rotation());
+            numbers.extend(found.translation());
+        }
+        for x in numbers {
+            text.push_str(&format!(" {x:.8e}"));
+        }
+        file::sha256_hex(text.as_bytes())
     }
 
     /// The text of a calibration file.
@@ -131,10 +177,10 @@ fn channel(number: usize, typed: &ChannelFile) -> Check<ChannelMap> {
         servo_id: typed.servo_id,
         model: typed.model,
         ticks_per_turn: ticks("ticks_per_turn", typed.ticks_per_turn, 1)?,
-        pulley_radius: positive(&key("pulley_radius_mm"), typed.pulley_radius_mm)?,
+        pulley_radius: within(&key("pulley_radius_mm"), typed.pulley_radius_mm, PULLEY_RADIUS_MM)?,
         winds: typed.winds,
         zero: ticks("zero_ticks", typed.zero_ticks, -FURTHEST)?,
-        slack_end: finite(&key("slack_end_mm"), typed.slack_end_mm)?,
+        slack_end: within(&key("slack_end_mm"), typed.slack_end_mm, (-FURTHEST_MM, FURTHEST_MM))?,
     })
 }
 

@@ -65,6 +65,13 @@ fn a_file_gives_back_what_was_written() {
     let read = Calibration::from_toml(&calibration.to_toml()).unwrap();
     assert_eq!(read.channels, calibration.channels);
     assert_eq!(read.date, calibration.date);
+    let mut again = read.clone();
+    for _ in 0..5 {
+        again = Calibration::from_toml(&again.to_toml()).unwrap();
+        assert_eq!(again.hash(), calibration.hash());
+    }
+    again.channels[2].zero += 1;
+    assert_ne!(again.hash(), calibration.hash());
     let (a, b) = (read.registration.unwrap(), calibration.registration.unwrap());
     assert!(a.angle_to(&b) < 1e-12);
     assert!((read.registration_residual - 0.01).abs() < 1e-15);
@@ -136,4 +143,33 @@ fn tendons_that_are_exchanged_are_refused() {
     rig.tendons[0].angle = rig.tendons[1].angle;
     rig.tendons[1].angle = angle;
     assert!(calibrated(&rig).unwrap_err().bad_input().is_some());
+}
+
+#[test]
+fn numbers_that_no_rig_has_and_the_calibration_of_another_rig_are_refused_on_reading() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("calibration.toml");
+    let refused = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        let error = Calibration::read(&path, &rig()).unwrap_err();
+        error.bad_input().unwrap().to_string()
+    };
+    let text = example().to_toml();
+    for (from, to, part) in [
+        (
+            "pulley_radius_mm = 10.0",
+            "pulley_radius_mm = 10000.0",
+            "channel[1].pulley_radius_mm: expected 1 to 100",
+        ),
+        ("slack_end_mm = 0.0", "slack_end_mm = 1e6", "channel[1].slack_end_mm"),
+        ("residual_deg = ", "residual_deg = 1", "registration.residual_deg"),
+        ("pulley_radius_mm = 10.0", "pulley_radius_mm = 12.0", "channel[1]: expected pulley"),
+        ("winds = \"positive\"", "winds = \"negative\"", "channel[1]: expected pulley"),
+        ("servo_id = 1", "servo_id = 7", "expected servos [1, 2, 3, 4]"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let to = if part.starts_with("registration") { "residual_deg = 500.0 # " } else { to };
+        let bad = refused(&text.replacen(from, to, 1));
+        assert!(bad.contains(part), "{bad}");
+    }
 }

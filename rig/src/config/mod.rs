@@ -4,7 +4,7 @@ mod typed;
 
 use crate::Result;
 use crate::bus::xl430;
-use hysteron_base::typed::{check_header, count, finite, not_negative, positive, require, text, vector};
+use hysteron_base::typed::{check_header, count, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,40 @@ const REPLAY: &str = "replay:";
 /// Largest id that protocol 2.0 gives to one servo.
 const ID_MAX: i64 = 252;
 
+/// Longest name of a device in OpenIGTLink [bytes].
+const DEVICE_BYTES: usize = 20;
+/// Radii of pulleys on the horn of such a servo [mm].
+pub(crate) const PULLEY_RADIUS_MM: (f64, f64) = (1.0, 100.0);
+/// Furthest that a stroke, or a point that a tracker sees, can be on such a rig [mm].
+const FURTHEST_MM: (f64, f64) = (1000.0, 10_000.0);
+/// Fastest that a limit of a stroke's rate makes sense, and of a tip's speed [mm/s].
+const FASTEST_MM_S: f64 = 1000.0;
+const FASTEST_TIP_MM_S: f64 = 100_000.0;
+/// Largest numbers that a servo's registers of heat and supply take [degrees C, V].
+const HOTTEST_DEGC: f64 = 100.0;
+const SUPPLY_MAX_V: f64 = 16.0;
+
 type Check<T> = std::result::Result<T, BadInput>;
+
+/// A number within bounds.
+fn within(key: &str, typed: f64, low: f64, high: f64) -> Check<f64> {
+    require(key, &format!("{low} to {high}"), typed, (low..=high).contains(&typed))
+}
+
+/// A number above zero, up to a bound.
+fn above_zero(key: &str, typed: f64, high: f64) -> Check<f64> {
+    require(key, &format!("0 < x <= {high}"), typed, 0.0 < typed && typed <= high)
+}
+
+/// A point that a tracker can see.
+fn point(key: &str, typed: [f64; 3]) -> Check<[f64; 3]> {
+    let furthest = FURTHEST_MM.1;
+    for (axis, x) in typed.into_iter().enumerate() {
+        within(key, x, -furthest, furthest)
+            .map_err(|bad| BadInput { place: format!("{key}[{axis}]"), ..bad })?;
+    }
+    vector(key, typed)
+}
 
 /// A rig: everything valid, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -217,7 +250,7 @@ impl RigConfig {
             tracker: typed.tracker.as_ref().map(|typed| tracker(typed, folder)).transpose()?,
             limits: limits(&typed.limits)?,
             motion: Motion {
-                slew: positive("motion.slew_mm_s", typed.motion.slew_mm_s)?,
+                slew: above_zero("motion.slew_mm_s", typed.motion.slew_mm_s, FASTEST_MM_S)?,
                 at_end: typed.motion.at_end,
             },
             calibration: calibration(&typed.calibration)?,
@@ -244,6 +277,17 @@ impl RigConfig {
                 format!("{}", 1e3 * self.motion.slew),
             ));
         }
+        if let Some(tracker) = &self.tracker {
+            self.check_rest(tracker)?;
+        }
+        let load = self.calibration.slack_load.max(self.calibration.pretension_load);
+        if load >= self.limits.load_max {
+            return Err(BadInput::new(
+                "calibration.slack_load_percent",
+                "a load of the calibration below limits.load_max_percent",
+                format!("{:?}", 100.0 * load),
+            ));
+        }
         let turn = |tendon: &TendonConfig| std::f64::consts::TAU * tendon.pulley_radius;
         let range = self.limits.stroke_max - self.limits.stroke_min;
         match self.tendons.iter().position(|tendon| range > turn(tendon)) {
@@ -255,6 +299,31 @@ impl RigConfig {
             .hint("use operating_mode = \"extended\"")),
             _ => Ok(()),
         }
+    }
+}
+
+impl RigConfig {
+    /// A tip that rests out of its bounds, or a tracker that counts as silent between two poses, would end every run.
+    fn check_rest(&self, tracker: &TrackerConfig) -> Check<()> {
+        for axis in 0..3 {
+            let (low, x, high) =
+                (self.limits.tip_min[axis], tracker.tip_rest[axis], self.limits.tip_max[axis]);
+            if !(low..=high).contains(&x) {
+                return Err(BadInput::new(
+                    format!("tracker.tip_rest_mm[{axis}]"),
+                    format!("within limits.tip_min_mm and tip_max_mm, {:?} to {:?}", 1e3 * low, 1e3 * high),
+                    format!("{:?}", 1e3 * x),
+                ));
+            }
+        }
+        if tracker.stale * tracker.rate < 1.0 {
+            return Err(BadInput::new(
+                "tracker.stale_ms",
+                format!("at least one period of the tracker, {:.1} ms", 1e3 / tracker.rate),
+                format!("{:?}", 1e3 * tracker.stale),
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -311,8 +380,13 @@ fn tendons(typed: &[typed::Tendon]) -> Check<Vec<TendonConfig>> {
         tendons.push(TendonConfig {
             servo_id,
             winds: typed.winds,
-            pulley_radius: positive(&key("pulley_radius_mm"), typed.pulley_radius_mm)?,
-            angle: finite(&key("angle_deg"), typed.angle_deg)?,
+            pulley_radius: within(
+                &key("pulley_radius_mm"),
+                typed.pulley_radius_mm,
+                PULLEY_RADIUS_MM.0,
+                PULLEY_RADIUS_MM.1,
+            )?,
+            angle: within(&key("angle_deg"), typed.angle_deg, -360.0, 360.0)?,
         });
     }
     Ok(tendons)
@@ -321,24 +395,50 @@ fn tendons(typed: &[typed::Tendon]) -> Check<Vec<TendonConfig>> {
 fn tracker(typed: &typed::Tracker, folder: &Path) -> Check<TrackerConfig> {
     Ok(TrackerConfig {
         source: match text("tracker.address", typed.address.clone())?.strip_prefix(REPLAY) {
-            Some(path) => TrackerSource::Replay(folder.join(path)),
-            None => TrackerSource::OpenIgtLink(typed.address.clone()),
+            Some(path) => TrackerSource::Replay(folder.join(text("tracker.address", path.to_owned())?)),
+            None => TrackerSource::OpenIgtLink(server("tracker.address", &typed.address)?),
         },
-        device: typed.device.clone(),
-        rate: positive("tracker.rate_hz", typed.rate_hz)?,
-        latency: not_negative("tracker.latency_ms", typed.latency_ms)?,
-        stale: positive("tracker.stale_ms", typed.stale_ms)?,
-        speed_max: positive("tracker.speed_max_mm_s", typed.speed_max_mm_s)?,
-        tip_rest: vector("tracker.tip_rest_mm", typed.tip_rest_mm)?,
+        device: device("tracker.device", &typed.device)?,
+        rate: within("tracker.rate_hz", typed.rate_hz, 1.0, 1000.0)?,
+        latency: within("tracker.latency_ms", typed.latency_ms, 0.0, 1000.0)?,
+        stale: above_zero("tracker.stale_ms", typed.stale_ms, 60_000.0)?,
+        speed_max: above_zero("tracker.speed_max_mm_s", typed.speed_max_mm_s, FASTEST_TIP_MM_S)?,
+        tip_rest: point("tracker.tip_rest_mm", typed.tip_rest_mm)?,
     })
+}
+
+/// Host and port of a server; whether it is there is seen when it is asked.
+fn server(key: &str, typed: &str) -> Check<String> {
+    let is_host = |host: &str| !host.is_empty() && !host.contains(|c: char| c.is_whitespace() || c == '/');
+    let is_port =
+        |port: &str| port.bytes().all(|b| b.is_ascii_digit()) && port.parse::<u16>().is_ok_and(|n| n > 0);
+    match typed.rsplit_once(':') {
+        Some((host, port)) if is_host(host) && is_port(port) => Ok(typed.to_owned()),
+        _ => Err(BadInput::new(
+            key,
+            "HOST:PORT with a port from 1 to 65535, or replay:FILE",
+            format!("{typed:?}"),
+        )
+        .hint("such as 192.168.0.5:18944")),
+    }
+}
+
+/// The name of a device, as OpenIGTLink can hold it; empty for the first that speaks.
+fn device(key: &str, typed: &str) -> Check<String> {
+    if typed.len() > DEVICE_BYTES || typed.chars().any(char::is_control) {
+        let expected = format!("a name of at most {DEVICE_BYTES} bytes");
+        return Err(BadInput::new(key, expected, format!("{typed:?}")));
+    }
+    Ok(typed.to_owned())
 }
 
 fn limits(typed: &typed::Limits) -> Check<Limits> {
     let limits = Limits {
-        stroke_min: finite("limits.stroke_min_mm", typed.stroke_min_mm)?,
-        stroke_max: finite("limits.stroke_max_mm", typed.stroke_max_mm)?,
-        stroke_rate_max: positive("limits.stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s)?,
-        lag_max: positive("limits.lag_max_mm", typed.lag_max_mm)?,
+        // Rest, where every run begins and ends, is at zero.
+        stroke_min: within("limits.stroke_min_mm", typed.stroke_min_mm, -FURTHEST_MM.0, 0.0)?,
+        stroke_max: within("limits.stroke_max_mm", typed.stroke_max_mm, 0.0, FURTHEST_MM.0)?,
+        stroke_rate_max: above_zero("limits.stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s, FASTEST_MM_S)?,
+        lag_max: above_zero("limits.lag_max_mm", typed.lag_max_mm, FURTHEST_MM.0)?,
         load_max: require(
             "limits.load_max_percent",
             "0 < x <= 100",
@@ -354,11 +454,11 @@ fn limits(typed: &typed::Limits) -> Check<Limits> {
             )?),
             None => None,
         },
-        temperature_max: finite("limits.temperature_max_degc", typed.temperature_max_degc)?,
-        voltage_min: not_negative("limits.voltage_min_v", typed.voltage_min_v)?,
-        voltage_max: positive("limits.voltage_max_v", typed.voltage_max_v)?,
-        tip_min: vector("limits.tip_min_mm", typed.tip_min_mm)?,
-        tip_max: vector("limits.tip_max_mm", typed.tip_max_mm)?,
+        temperature_max: above_zero("limits.temperature_max_degc", typed.temperature_max_degc, HOTTEST_DEGC)?,
+        voltage_min: within("limits.voltage_min_v", typed.voltage_min_v, 0.0, SUPPLY_MAX_V)?,
+        voltage_max: above_zero("limits.voltage_max_v", typed.voltage_max_v, SUPPLY_MAX_V)?,
+        tip_min: point("limits.tip_min_mm", typed.tip_min_mm)?,
+        tip_max: point("limits.tip_max_mm", typed.tip_max_mm)?,
     };
     let ordered = [
         ("limits.stroke_min_mm", typed.stroke_min_mm, "stroke_max_mm", typed.stroke_max_mm),
@@ -381,8 +481,8 @@ fn calibration(typed: &typed::Calibration) -> Check<CalibrationConfig> {
         file: PathBuf::from(text("calibration.file", typed.file.clone())?),
         slack_load: percent("calibration.slack_load_percent", typed.slack_load_percent)?,
         pretension_load: percent("calibration.pretension_load_percent", typed.pretension_load_percent)?,
-        search_max: positive("calibration.search_max_mm", typed.search_max_mm)?,
-        probe: positive("calibration.probe_mm", typed.probe_mm)?,
+        search_max: above_zero("calibration.search_max_mm", typed.search_max_mm, FURTHEST_MM.0)?,
+        probe: above_zero("calibration.probe_mm", typed.probe_mm, FURTHEST_MM.0)?,
     })
 }
 

@@ -18,7 +18,7 @@ use crate::config::{AtEnd, RigConfig, TrackerSource};
 use crate::tracker::Registration;
 use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSample, SlowSample, Violation};
 use hold::LoadGuard;
-pub use record::{Outcome, RecordOptions, events_path, journal_path, record, recover};
+pub use record::{Outcome, RecordOptions, Recorder, events_path, free_name, journal_path, recover};
 pub use stats::{RunStats, StatsSummary};
 
 /// Cycles without an answer after which a servo counts as lost.
@@ -363,6 +363,15 @@ impl<'a> Session<'a> {
         let time_s = self.hardware.now();
         self.events.push(Event { time_s, kind, servo, message });
     }
+}
+
+/// Rate of the poses that can be recorded [Hz]; none without a tracker whose frame is known. What is repeated is in the
+/// robot's frame already.
+fn tip_rate(rig: &RigConfig, calibration: &Calibration) -> Option<f64> {
+    let is_known = |source: &TrackerSource| {
+        calibration.registration.is_some() || matches!(source, TrackerSource::Replay(_))
+    };
+    rig.tracker.as_ref().filter(|tracker| is_known(&tracker.source)).map(|tracker| tracker.rate)
 }
 
 /// Refuses to move a robot whose servos do not stand where its calibration makes sense.

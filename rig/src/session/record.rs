@@ -1,21 +1,23 @@
 //! Recording: a plan is carried out, and every cycle becomes a row of a journal as soon as its pose is known.
 //!
 //! The journal is with the operating system row by row and on the disk every second, so a crash costs at most the
-//! rows that still wait for the tracker. When the run has ended, however it ended, the journal becomes the recording.
+//! rows that still wait for the tracker; no cycle waits for the disk. When the run has ended, however it ended, the
+//! journal becomes the recording, under a name of its own where the run did not come to its end: nothing that is cut
+//! short ever stands under the final name.
 
 use super::align::Aligner;
-use super::{RunStats, SETTLE, Session, Stop};
+use super::{RunStats, SETTLE, Session, Stop, tip_rate};
+use crate::calibration::Calibration;
+use crate::config::RigConfig;
 use crate::{Error, Event, Result};
-use hysteron_base::{BadInput, Journal, JournalWriter, Metadata, Recording};
+use hysteron_base::{BadInput, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
 
 /// Longest that a row waits for its pose [s].
 const WAIT_MAX: f64 = 0.4;
 /// Longest message in the log [characters]; escaped, each takes six bytes at most of a journal's 4096.
 const LONGEST_MESSAGE: usize = 600;
-/// The journal is brought to the disk so often.
-const SYNC_EVERY: Duration = Duration::from_secs(1);
 
 /// Where a recording goes and what it says of itself.
 #[derive(Debug, Clone)]
@@ -29,6 +31,8 @@ pub struct RecordOptions {
 /// What became of a run.
 #[derive(Debug)]
 pub struct Outcome {
+    /// Where the rows are: under the final name only those of a run that came to its end.
+    pub out: PathBuf,
     /// How it kept its time.
     pub stats: RunStats,
     /// What happened.
@@ -63,60 +67,147 @@ fn channel_names(n: usize, with_tip: bool) -> Vec<String> {
     names
 }
 
-/// Goes to rest, follows the strokes of `commands` (n tendons) sample by sample, returns to rest and ends the
-/// session.
-///
-/// `progress` is told the rows done; `asked` whether somebody wants it to stop.
-///
-/// # Errors
-/// If the recording cannot be begun or written. Whatever ends the run itself is in the outcome, beside the data.
-pub fn record(
-    mut session: Session<'_>,
-    commands: &Recording,
-    options: &RecordOptions,
-    asked: &dyn Fn() -> bool,
-    progress: &mut dyn FnMut(usize),
-) -> Result<Outcome> {
-    let strokes = commands.strokes();
-    let n = session.commanded.len();
-    if strokes.len() != n {
-        let found = format!("{} strokes", strokes.len());
-        return Err(BadInput::new("plan", format!("{n} strokes, one per tendon of the rig"), found).into());
-    }
-    let rate =
-        session.rig.tracker.as_ref().filter(|_| session.calibration.registration.is_some()).map(|t| t.rate);
-    let names = channel_names(n, rate.is_some());
-    let journal_path = journal_path(&options.out);
-    let journal = JournalWriter::create(&journal_path, &names, &options.meta)?;
-    let mut tape = Tape {
-        journal,
-        aligner: Aligner::new(4 * n, rate, WAIT_MAX),
-        n_written: names.len(),
-        start: 0.0,
-        last: None,
-        held: Vec::with_capacity(2 * n),
-        synced: Instant::now(),
-        events: Vec::new(),
-    };
+/// A recording that has been begun: its journal is on the disk, and nothing has moved yet. Dropped before its first row
+/// it leaves nothing.
+#[derive(Debug)]
+pub struct Recorder {
+    tape: Tape,
+    options: RecordOptions,
+}
 
-    let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
-    let before = clocks(&session);
-    let mut stopped = follow(&mut session, &strokes, &mut tape, asked, progress).err();
-    if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
-        session.stats.processor = Some((used - used_before) / (end - start));
+impl Recorder {
+    /// Begins the journal: before the torque goes on, since the disk may stall.
+    ///
+    /// # Errors
+    /// If there is such a journal already or it cannot be written.
+    pub fn begin(rig: &RigConfig, calibration: &Calibration, options: RecordOptions) -> Result<Self> {
+        let names = channel_names(rig.tendons.len(), tip_rate(rig, calibration).is_some());
+        let journal = JournalWriter::create(journal_path(&options.out), &names, &options.meta)?;
+        Self::of(journal, rig, calibration, options)
     }
-    // The last rows wait for the poses after them.
-    let mut watch = |session: &Session<'_>| tape.aligner.push_poses(&session.poses);
-    let is_torque_settled = session.conclude(&mut stopped, &mut watch);
-    let last_events = std::mem::take(&mut session.events);
-    let stats = session.stats.clone();
-    drop(session);
-    let has_rows = tape.last.is_some();
-    let (events, written) = tape.finish(last_events);
-    let finished = if has_rows { finish_journal(options, &stats) } else { discard_journal(options, &events) };
-    written?;
-    let (n_rows, n_gaps) = finished?;
-    Ok(Outcome { stats, events, stopped, n_rows, n_gaps, is_torque_settled })
+
+    /// The same in a file of another kind, which stands under the journal's name.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn begin_in(
+        file: Arc<dyn JournalFile>,
+        rig: &RigConfig,
+        calibration: &Calibration,
+        options: RecordOptions,
+    ) -> Result<Self> {
+        let names = channel_names(rig.tendons.len(), tip_rate(rig, calibration).is_some());
+        let journal = JournalWriter::over(file, &names, &options.meta).map_err(disk)?;
+        Self::of(journal, rig, calibration, options)
+    }
+
+    fn of(
+        journal: JournalWriter,
+        rig: &RigConfig,
+        calibration: &Calibration,
+        options: RecordOptions,
+    ) -> Result<Self> {
+        let (n, rate) = (rig.tendons.len(), tip_rate(rig, calibration));
+        let tape = Tape {
+            journal: JournalQueue::start(journal).map_err(disk)?,
+            aligner: Aligner::new(4 * n, rate, WAIT_MAX),
+            n_written: channel_names(n, rate.is_some()).len(),
+            start: 0.0,
+            last: None,
+            held: Vec::with_capacity(2 * n),
+            is_real_time: true,
+            events: Vec::new(),
+        };
+        Ok(Self { tape, options })
+    }
+
+    /// Goes to rest, follows the strokes of `commands` (n tendons) sample by sample, returns to rest and ends the
+    /// session.
+    ///
+    /// `progress` is told the rows done; `asked` whether somebody wants it to stop.
+    ///
+    /// # Errors
+    /// If the recording cannot be written. Whatever ends the run itself is in the outcome, beside the data.
+    pub fn run(
+        mut self,
+        // Dropped before the tape, which may have to wait for the disk.
+        mut session: Session<'_>,
+        commands: &Recording,
+        asked: &dyn Fn() -> bool,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Outcome> {
+        let strokes = commands.strokes();
+        let n = session.commanded.len();
+        if strokes.len() != n {
+            let expected = format!("{n} strokes, one per tendon of the rig");
+            return Err(BadInput::new("plan", expected, format!("{} strokes", strokes.len())).into());
+        }
+        let tape = &mut self.tape;
+        tape.is_real_time = session.hardware.is_real_time();
+        let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
+        let before = clocks(&session);
+        let mut stopped = follow(&mut session, &strokes, tape, asked, progress).err();
+        if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
+            session.stats.processor = Some((used - used_before) / (end - start));
+        }
+        // The last rows wait for the poses after them.
+        let mut watch = |session: &Session<'_>| tape.aligner.push_poses(&session.poses);
+        let is_torque_settled = session.conclude(&mut stopped, &mut watch);
+        let last_events = std::mem::take(&mut session.events);
+        let stats = session.stats.clone();
+        drop(session);
+        if let Err(error) = tape.finish(last_events) {
+            stopped.get_or_insert(Stop::Failed(error));
+        }
+        let out = if stopped.is_none() {
+            self.options.out.clone()
+        } else {
+            free_name(&self.options.out, "partial")
+        };
+        match self.keep(&out, &stats) {
+            Ok((n_rows, n_gaps)) => {
+                let events = std::mem::take(&mut self.tape.events);
+                Ok(Outcome { out, stats, events, stopped, n_rows, n_gaps, is_torque_settled })
+            }
+            // What went wrong first.
+            Err(error) => match stopped {
+                Some(Stop::Failed(first)) => Err(first),
+                _ => Err(error),
+            },
+        }
+    }
+
+    /// Turns the journal of a run that has ended into its recording and its log of events; the journal is removed when
+    /// both are whole. A run without a single row leaves its log alone. Returns the rows, and how many were filled in.
+    fn keep(&self, out: &Path, stats: &RunStats) -> Result<(usize, usize)> {
+        let journal = journal_path(&self.options.out);
+        let counts = if self.tape.last.is_some() {
+            let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
+            convert(&journal, out, ("run.stats", summary))?
+        } else {
+            let lines: String = self.tape.events.iter().map(|event| line_of(event) + "\n").collect();
+            hysteron_base::file::write_bytes(&events_path(&self.options.out), lines)?;
+            (0, 0)
+        };
+        std::fs::remove_file(&journal).map_err(|e| hysteron_base::Error::io(&journal, e))?;
+        Ok(counts)
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        if self.tape.last.is_none() {
+            // A run that ended has removed it already.
+            let _ = std::fs::remove_file(journal_path(&self.options.out));
+        }
+    }
+}
+
+/// `NAME.kind-1.parquet`, or with the first number that is free.
+pub fn free_name(out: &Path, kind: &str) -> PathBuf {
+    let ending = out.extension().unwrap_or_default().to_string_lossy();
+    let named = |number: u32| out.with_extension(format!("{kind}-{number}.{ending}"));
+    (1..).map(named).find(|path| !path.exists()).unwrap_or_default()
 }
 
 /// Goes to the first sample and follows them all.
@@ -154,8 +245,9 @@ fn follow(
 }
 
 /// The journal and what is on its way to it.
+#[derive(Debug)]
 struct Tape {
-    journal: JournalWriter,
+    journal: JournalQueue,
     aligner: Aligner,
     /// Channels of the journal; without a tracker the pose at a row's end is cut off.
     n_written: usize,
@@ -165,8 +257,8 @@ struct Tape {
     last: Option<f64>,
     /// Strokes and goals commanded in it.
     held: Vec<f64>,
-    /// When the journal was last brought to the disk.
-    synced: Instant,
+    /// Whether nobody may wait for the disk.
+    is_real_time: bool,
     /// What the journal has been told.
     events: Vec<Event>,
 }
@@ -189,13 +281,7 @@ impl Tape {
         self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads));
         self.aligner.push_poses(&session.poses);
         self.note(&mut session.events)?;
-        self.write(session.hardware.now())?;
-        // In real time: a simulated second is worth no wait for the disk.
-        if self.synced.elapsed() > SYNC_EVERY {
-            self.synced = Instant::now();
-            self.journal.sync().map_err(disk)?;
-        }
-        Ok(())
+        self.write(session.hardware.now())
     }
 
     /// Rows for cycles that came too late to take place before `time` [s]: the command held, nothing measured.
@@ -210,6 +296,9 @@ impl Tape {
 
     /// Writes the rows that are ready.
     fn write(&mut self, now: f64) -> Result<()> {
+        if !self.is_real_time {
+            self.journal.wait_for_room();
+        }
         while let Some((time, row)) = self.aligner.pop(now) {
             self.journal.append(time - self.start, &row[..self.n_written]).map_err(disk)?;
         }
@@ -228,11 +317,14 @@ impl Tape {
         Ok(())
     }
 
-    /// Writes what still waits; returns everything that happened.
-    fn finish(mut self, mut events: Vec<Event>) -> (Vec<Event>, Result<()>) {
+    /// Writes what still waits.
+    fn finish(&mut self, mut events: Vec<Event>) -> Result<()> {
+        // The servos are dealt with: there is time.
+        self.is_real_time = false;
         let rows = self.write(f64::INFINITY);
-        let written = rows.and(self.note(&mut events)).and_then(|()| self.journal.sync().map_err(disk));
-        (self.events, written)
+        let notes = self.note(&mut events);
+        let flushed = self.journal.flush().map_err(disk);
+        rows.and(notes).and(flushed)
     }
 }
 
@@ -246,31 +338,6 @@ fn line_of(event: &Event) -> String {
 /// A refusal of the file system, for people.
 fn disk(error: std::io::Error) -> Error {
     Error::Disk(error)
-}
-
-/// Turns the journal of a run that has ended into its recording and its log of events; the journal is removed when
-/// both are whole. Returns the rows, and how many of them were filled in.
-///
-/// # Errors
-/// If the journal holds no row, or a file cannot be written; the journal then stays.
-fn finish_journal(options: &RecordOptions, stats: &RunStats) -> Result<(usize, usize)> {
-    let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
-    let journal = journal_path(&options.out);
-    let counts = convert(&journal, &options.out, ("run.stats", summary))?;
-    remove(&journal)?;
-    Ok(counts)
-}
-
-/// Ends a run without a single row: its log is all there is.
-fn discard_journal(options: &RecordOptions, events: &[Event]) -> Result<(usize, usize)> {
-    let lines: String = events.iter().map(|event| line_of(event) + "\n").collect();
-    hysteron_base::file::write_bytes(&events_path(&options.out), lines)?;
-    remove(&journal_path(&options.out))?;
-    Ok((0, 0))
-}
-
-fn remove(journal: &Path) -> Result<()> {
-    Ok(std::fs::remove_file(journal).map_err(|e| hysteron_base::Error::io(journal, e))?)
 }
 
 /// Turns a journal that a crash has left into a recording and its log; the journal stays.

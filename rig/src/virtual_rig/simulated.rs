@@ -45,6 +45,10 @@ impl Hardware for SimulatedRig {
         }
     }
 
+    fn is_real_time(&self) -> bool {
+        false
+    }
+
     fn n_servos(&self) -> usize {
         self.world.n_servos()
     }

@@ -271,14 +271,48 @@ fn same_count(key: &str, n_tendons: usize, n: usize) -> Check<()> {
     Err(BadInput::new(key, expected, n.to_string()))
 }
 
+/// Largest magnitudes of what a robot on a bench can have, by the end of the key; the first that fits counts.
+const LARGEST: [(&str, f64); 24] = [
+    ("_m_s2", 100.0),
+    ("_kg_m2", 1.0),
+    ("_n_m2", 1e6),
+    ("_n_m_s", 1e3),
+    ("_n_m", 1e3),
+    ("_rad_s", 1e3),
+    ("_k_w", 1e4),
+    ("_j_k", 1e6),
+    ("_1_m", 1e3),
+    ("_mm", 1e4),
+    ("_deg", 3600.0),
+    ("_degc", 150.0),
+    ("_hz", 1e3),
+    ("_ms", 1e4),
+    ("_kg", 1e3),
+    ("_v", 100.0),
+    ("_a", 100.0),
+    ("_s", 1e7),
+    ("_n", 1e8),
+    ("_ticks", 4096.0),
+    ("_coefficient", 10.0),
+    ("_relative", 3.0),
+    ("_weights", 10.0),
+    ("_probability", 1.0),
+];
+
 /// A number for which `holds`, in SI: the unit is the end of the key, where `base` knows it.
 fn require(key: &str, expected: &str, typed: f64, holds: bool) -> Check<f64> {
     let name = key.rsplit('.').next().and_then(|last| last.split('[').next()).unwrap_or(key);
     let si = Unit::of_name(name).map_or(typed, |(_, unit)| unit.to_si(typed));
-    if holds && si.is_finite() && (si == 0.0) == (typed == 0.0) {
-        return Ok(si);
+    if !(holds && si.is_finite() && (si == 0.0) == (typed == 0.0)) {
+        return Err(BadInput::new(key, expected, format!("{typed:?}")));
     }
-    Err(BadInput::new(key, expected, format!("{typed:?}")))
+    match LARGEST.iter().find(|(ending, _)| name.ends_with(ending)) {
+        Some((_, largest)) if typed.abs() > *largest => {
+            let expected = format!("a number that a robot on a bench can have, at most {largest} either way");
+            Err(BadInput::new(key, expected, format!("{typed:?}")))
+        }
+        _ => Ok(si),
+    }
 }
 
 fn finite(key: &str, typed: f64) -> Check<f64> {

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Output};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use hysteron_base::{Recording, rng};
+use hysteron_base::{JournalWriter, Recording, rng};
 use hysteron_tests::emulated::{EmulatedRig, signal};
 use hysteron_tests::{Outcome, program, run};
 
@@ -141,8 +141,9 @@ fn a_disk_that_is_full_ends_the_run_safely_and_what_was_written_opens() {
         run(rig.path(), &["rig", "recover", "out.journal", "--out", "recovered.parquet"]).succeeded();
         "recovered.parquet"
     } else {
-        "out.parquet"
+        "out.partial-1.parquet"
     };
+    assert!(!rig.file("out.parquet").exists(), "cut short under the final name");
     let n_rows = Recording::read(rig.file(out)).unwrap().n_samples();
     assert!((100..=150).contains(&n_rows), "{n_rows}");
 }
@@ -165,6 +166,47 @@ fn a_tracker_that_is_unplugged_ends_the_run_and_the_rows_are_kept() {
 #[test]
 fn a_bus_that_is_unplugged_ends_the_run_and_the_rows_are_kept() {
     broken("kind = \"unplug_bus\"\nduration_s = 1.0", &["servo bus", "port lost"]);
+}
+
+#[test]
+fn two_recorders_with_one_name_do_not_harm_each_other() {
+    let rig = EmulatedRig::start("", 20.0);
+    let first = recording(&rig);
+    for out in ["out.parquet", "./out.parquet"] {
+        let second = ended(rig.record(out).spawn().unwrap());
+        assert!(second.error(2).contains(&format!("process {} is writing", first.id())), "{}", second.stderr);
+    }
+    signal(&first, "INT");
+    assert!(ended(first).error(1).contains("stopped on request"));
+    is_kept(&rig, PARTIAL);
+}
+
+#[test]
+fn what_a_run_leaves_that_is_killed_at_its_end_is_cleared_by_the_same_command() {
+    let rig = EmulatedRig::start("", 0.6);
+    ended(rig.record("out.parquet").spawn().unwrap()).succeeded();
+    let whole = std::fs::read(rig.file("out.parquet")).unwrap();
+    // As if it had been killed after the recording was whole and before the rest was cleared.
+    let recording = Recording::read(rig.file("out.parquet")).unwrap();
+    let names: Vec<String> = recording.channels().iter().map(|channel| channel.name.clone()).collect();
+    let mut journal = JournalWriter::create(rig.file("out.journal"), &names, recording.meta()).unwrap();
+    for (i, time) in recording.time().iter().enumerate() {
+        let row: Vec<f64> = recording.channels().iter().map(|channel| channel.values[i]).collect();
+        journal.append(*time, &row).unwrap();
+    }
+    drop(journal);
+    std::fs::write(rig.file(".out.parquet.lock"), "4711").unwrap();
+    ended(rig.record("out.parquet").spawn().unwrap()).succeeded();
+    assert!(!rig.file("out.journal").exists() && !rig.file(".out.parquet.lock").exists());
+    assert!(!rig.file("out.crashed-1.parquet").exists());
+    // Rows of another run are kept, under another name.
+    let mut journal = JournalWriter::create(rig.file("out.journal"), &names[..1], recording.meta()).unwrap();
+    (0..20).for_each(|i| journal.append(f64::from(i), &[1.0]).unwrap());
+    drop(journal);
+    ended(rig.record("out.parquet").spawn().unwrap()).succeeded();
+    assert!(!rig.file("out.journal").exists());
+    assert_eq!(Recording::read(rig.file("out.crashed-1.parquet")).unwrap().n_samples(), 20);
+    assert!(std::fs::read(rig.file("out.parquet")).unwrap() == whole);
 }
 
 /// Rows of the plan with 0.6 s of sustain.

@@ -149,3 +149,95 @@ fn a_recording_of_another_plan_is_not_overwritten() {
     assert!(record("paper").error(2).contains("one of other commands"));
     assert!(std::fs::read(place.path().join("one.parquet")).unwrap() == bytes);
 }
+
+/// Every file of a folder and its bytes.
+fn content(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let read = |name: String| {
+        let bytes = std::fs::read(folder.join(&name)).unwrap();
+        (name, bytes)
+    };
+    names_in(folder).into_iter().map(read).collect()
+}
+
+#[test]
+fn a_folder_of_another_rig_seed_or_plan_is_refused_and_left_as_it_is() {
+    let place = tempfile::tempdir().unwrap();
+    let record = |arguments: &[&str]| run(place.path(), &[&["record"], arguments].concat());
+    let only = ["--only", "circle", "--out", "data"];
+    record(&[&["--rig", "virtual:typical", "--plan", "quick"], &only[..]].concat()).succeeded();
+    let folder = place.path().join("data");
+    let before = content(&folder);
+    let robot = std::fs::read_to_string(folder.join("robot.toml")).unwrap();
+    let softer = robot.replace("axial_stiffness_n = 1050.0", "axial_stiffness_n = 1000.0");
+    assert_ne!(softer, robot);
+    std::fs::write(place.path().join("softer.toml"), softer).unwrap();
+    // The circle is there, and another trajectory is not: neither may be mixed.
+    for name in ["circle", "square"] {
+        let only = ["--only", name, "--out", "data"];
+        for (other, part) in [
+            (&["--rig", "virtual:typical", "--plan", "quick", "--seed", "2"][..], "another"),
+            (&["--rig", "virtual:harsh", "--plan", "quick"], "another"),
+            (&["--rig", "virtual:typical/3", "--plan", "quick"], "another"),
+            (&["--rig", "virtual:softer.toml", "--plan", "quick"], "another"),
+        ] {
+            let outcome = record(&[other, &only[..]].concat());
+            let error = outcome.error(2);
+            let is_named = error.contains(part) || error.contains("sha256") || error.contains("virtual.seed");
+            assert!(is_named && error.contains("choose another --out"), "{error}");
+            assert!(content(&folder) == before, "{other:?} {name}");
+        }
+    }
+    // The same command changes nothing, and goes on with the calibration that it left.
+    let again = ["--rig", "virtual:typical", "--plan", "quick", "--calibration", "data/calibration.toml"];
+    record(&[&again[..], &only[..]].concat()).succeeded();
+    assert_eq!(recordings(&folder), ["circle.parquet"]);
+    record(
+        &[&["--rig", "virtual:typical", "--plan", "quick"][..], &["--only", "square", "--out", "data"]]
+            .concat(),
+    )
+    .succeeded();
+    assert_eq!(recordings(&folder), ["circle.parquet", "square.parquet"]);
+}
+
+#[test]
+fn files_of_a_person_in_the_folder_are_not_overwritten() {
+    for name in ["plan.toml", "rig.toml", "robot.toml", "calibration.toml"] {
+        let place = tempfile::tempdir().unwrap();
+        std::fs::create_dir(place.path().join("data")).unwrap();
+        std::fs::write(place.path().join("data").join(name), "# mine\n").unwrap();
+        let outcome = run(place.path(), &[&RECORD[..], &["data", "--only", "circle"]].concat());
+        assert!(outcome.error(2).contains(name), "{}", outcome.stderr);
+        let text = std::fs::read_to_string(place.path().join("data").join(name)).unwrap();
+        assert_eq!(text, "# mine\n");
+        assert_eq!(names_in(&place.path().join("data")), [name]);
+    }
+}
+
+#[test]
+fn a_name_with_the_log_of_another_recording_is_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let record = |out: &str| run(place.path(), &[&RECORD[..], &[out, "--only", "circle"]].concat());
+    record("one.parquet").succeeded();
+    let before = content(place.path());
+    assert!(record("one.csv").error(2).contains("that of one.parquet"));
+    assert!(content(place.path()) == before);
+}
+
+#[test]
+fn a_calibration_is_replaced_by_a_calibration_alone_and_the_one_before_is_kept() {
+    let place = tempfile::tempdir().unwrap();
+    let calibrate = |seed: &str, out: &str| {
+        run(place.path(), &["rig", "calibrate", "--rig", "virtual:typical", "--seed", seed, "--out", out])
+    };
+    calibrate("1", "calibration.toml").succeeded();
+    let first = std::fs::read(place.path().join("calibration.toml")).unwrap();
+    calibrate("2", "calibration.toml").succeeded();
+    let names = names_in(place.path());
+    let kept = names.iter().find(|name| *name != "calibration.toml").unwrap();
+    assert!(names.len() == 2 && kept.starts_with("calibration.2"), "{names:?}");
+    assert!(std::fs::read(place.path().join(kept)).unwrap() == first);
+    assert!(std::fs::read(place.path().join("calibration.toml")).unwrap() != first);
+    std::fs::write(place.path().join("rig.toml"), "# mine\n").unwrap();
+    assert!(calibrate("1", "rig.toml").error(2).contains("expected a calibration, or a new file"));
+    assert_eq!(std::fs::read_to_string(place.path().join("rig.toml")).unwrap(), "# mine\n");
+}

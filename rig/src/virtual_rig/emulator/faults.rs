@@ -23,6 +23,8 @@ use serde::{Deserialize, Serialize};
 const FORMAT: (&str, i64) = ("hysteron-faults", 1);
 /// Largest id of a servo.
 const LAST_ID: u8 = 252;
+/// Latest that a fault comes, and longest that it lasts: a year [s].
+const LONGEST: f64 = 31_536_000.0;
 /// Most packets that one fault may concern.
 const MOST_PACKETS: u32 = 1_000_000;
 
@@ -202,7 +204,7 @@ impl Fault {
     /// # Errors
     /// `BadInput` naming the key, without the fault that it belongs to.
     pub fn check(&self) -> std::result::Result<(), BadInput> {
-        typed::not_negative("at_s", self.at_s)?;
+        within("at_s", Some(self.at_s), 0.0, LONGEST)?;
         let kind = serde_json::to_value(self.kind).ok();
         let kind = kind.as_ref().and_then(|kind| kind.as_str()).unwrap_or_default().to_owned();
         let given = [
@@ -234,17 +236,20 @@ impl Fault {
             typed::count("count", i64::from(count), i64::from(MOST_PACKETS))?;
         }
         self.duration_s.map_or(Ok(0.0), |x| typed::positive("duration_s", x))?;
+        within("duration_s", self.duration_s, 0.0, LONGEST)?;
         // Beyond these a servo would be no servo any more.
-        let within = |key, given: Option<f64>, low: f64, high: f64| match given {
-            Some(x) => typed::require(key, &format!("{low} to {high}"), x, (low..=high).contains(&x)),
-            None => Ok(0.0),
-        };
         self.delay_ms.map_or(Ok(0.0), |x| typed::positive("delay_ms", x))?;
         within("delay_ms", self.delay_ms, 0.0, 10_000.0)?;
         within("torque_nm", self.torque_nm, -100.0, 100.0)?;
         within("volts", self.volts, 0.0, 30.0)?;
         Ok(())
     }
+}
+
+/// A number that may be missing, within bounds.
+fn within(key: &str, given: Option<f64>, low: f64, high: f64) -> std::result::Result<(), BadInput> {
+    let Some(x) = given else { return Ok(()) };
+    typed::require(key, &format!("{low} to {high}"), x, (low..=high).contains(&x)).map(|_| ())
 }
 
 /// A list of faults, in order of time.
@@ -317,6 +322,21 @@ impl Faults {
         Self::sorted(list)
     }
 
+    /// Refuses faults of servos that a rig with ids from 1 to `n_servos` does not have.
+    ///
+    /// # Errors
+    /// `BadInput` naming when and what.
+    pub fn check_servos(&self, n_servos: u8) -> std::result::Result<(), BadInput> {
+        let is_there = |fault: &&Fault| fault.servo.is_none_or(|id| (1..=n_servos).contains(&id));
+        match self.list.iter().find(|fault| !is_there(fault)) {
+            Some(Fault { servo: Some(id), at_s, .. }) => {
+                let expected = format!("a servo of this rig, 1 to {n_servos}");
+                Err(BadInput::new(format!("the fault at {at_s} s: servo"), expected, id.to_string()))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Adds more.
     pub fn add(&mut self, more: Self) {
         let list = std::mem::take(&mut self.list);
@@ -356,7 +376,9 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused_by_name() {
         for (fault, part) in [
-            ("at_s = -1\nkind = \"unplug_bus\"", "fault[1].at_s: expected a finite number >= 0"),
+            ("at_s = -1\nkind = \"unplug_bus\"", "fault[1].at_s: expected 0 to 31536000"),
+            ("at_s = 1e300\nkind = \"unplug_bus\"", "at_s"),
+            ("at_s = 1\nkind = \"unplug_bus\"\nduration_s = 1e300", "duration_s"),
             ("at_s = nan\nkind = \"unplug_bus\"", "at_s"),
             ("at_s = 1\nkind = \"unplug_bus\"\nservo = 1", "servo: expected no such key"),
             ("at_s = 1\nkind = \"overload\"", "servo: expected this key"),
@@ -378,6 +400,18 @@ mod tests {
         assert!(
             Faults::parse("format = \"hysteron-faults\"\nversion = 2").unwrap_err().to_string().contains("1")
         );
+    }
+
+    #[test]
+    fn a_servo_that_the_rig_does_not_have_is_named() {
+        for (id, is_there) in [(0, false), (1, true), (4, true), (5, false), (99, false)] {
+            let text = format!("{HEAD}[[fault]]\nat_s = 1.5\nkind = \"overload\"\nservo = {id}\n");
+            let checked = Faults::parse(&text).unwrap().check_servos(4);
+            assert_eq!(checked.is_ok(), is_there, "{id}");
+            assert!(
+                is_there || checked.unwrap_err().to_string().contains("at 1.5 s: servo: expected a servo")
+            );
+        }
     }
 
     #[test]

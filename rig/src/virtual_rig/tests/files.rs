@@ -40,6 +40,19 @@ fn file_rejects_what_cannot_be() {
         ("dropout_probability = 0.001", "dropout_probability = 1.0", "tracker.dropout_probability"),
         ("robot_rotation_deg = [12.0", "robot_rotation_deg = [inf", "tracker.robot_rotation_deg[0]"),
         ("creep_relative = 0.15", "creep_relative = -0.15", "spread.creep_relative"),
+        ("length_mm = 80.0", "length_mm = 1e6", "body.length_mm"),
+        ("mass_kg = 0.0095", "mass_kg = 1e6", "body.mass_kg"),
+        ("pulley_radius_mm = 10.0", "pulley_radius_mm = 1e5", "servos.pulley_radius_mm"),
+        ("supply_v = 12.0", "supply_v = 400.0", "servos.supply_v"),
+        (
+            "ambient_temperature_degc = 24.0",
+            "ambient_temperature_degc = 500.0",
+            "servos.ambient_temperature_degc",
+        ),
+        ("latency_ms = 12.0", "latency_ms = 1e6", "tracker.latency_ms"),
+        ("robot_position_mm = [152.0", "robot_position_mm = [1e9", "tracker.robot_position_mm[0]"),
+        ("gravity_m_s2 = [0.0, 0.0, -9.81]", "gravity_m_s2 = [0.0, 0.0, -981.0]", "body.gravity_m_s2[2]"),
+        ("friction_relative = 0.2", "friction_relative = 50.0", "spread.friction_relative"),
     ] {
         assert_eq!(rejected(from, to), format!("robot.toml: {place}"));
     }

@@ -6,7 +6,7 @@
 use super::probe::{Probe, Read, Rig, simulated, wait_for};
 use super::{TURN, small_circle};
 use hysteron_base::{Metadata, Recording, rng};
-use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, events_path, journal_path, record};
+use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop, events_path, journal_path};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind, FaultMoment};
 use hysteron_rig::{Event, EventKind, Hardware};
 use rand::RngExt;
@@ -178,18 +178,19 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     let n_reads = probe.n_reads.clone();
     // Reads before the first row's, and up to the last row's.
     let rows = std::cell::Cell::new(None);
+    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
     let session = match Session::start(&mut probe, &rig.config, &calibration, 100.0) {
         Ok(session) => session,
         // A machine too busy for the emulator to answer, or a fault too early: that is no recording.
         Err(_) if n_tries > 0 && rig.comes_to_be_released() => return carry_out(script, n_tries - 1),
         Err(error) => panic!("{error}, torque {:?}", rig.emulator.torque_on()),
     };
-    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
-    let outcome = record(session, &small_circle(script.n_rows), &options, &|| false, &mut |_| {
+    let progress = &mut |_| {
         let n = n_reads.get();
         rows.set(Some((rows.get().map_or(n - 1, |(first, _)| first), n)));
-    })
-    .unwrap();
+    };
+    let outcome = recorder.run(session, &small_circle(script.n_rows), &|| false, progress).unwrap();
 
     let mut problems = Vec::new();
     let Probe { injected, reads, n_slow, rig: ports, .. } = probe;
@@ -248,7 +249,11 @@ fn check_data(
     if journal_path(&rig.out()).exists() {
         problems.push("the journal is still there".into());
     }
-    let log = std::fs::read_to_string(events_path(&rig.out())).unwrap();
+    if rig.out().exists() != outcome.stopped.is_none() {
+        problems.push("only a run that came to its end has the final name".into());
+    }
+    let kept = if outcome.n_rows == 0 { rig.out() } else { outcome.out.clone() };
+    let log = std::fs::read_to_string(events_path(&kept)).unwrap();
     let logged: Vec<Event> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     if logged.len() != outcome.events.len() {
         problems.push(format!("{} events in the log, {} happened", logged.len(), outcome.events.len()));
@@ -259,7 +264,7 @@ fn check_data(
         }
         return;
     }
-    let recording = Recording::read(rig.out()).unwrap();
+    let recording = Recording::read(&outcome.out).unwrap();
     // Of a servo that never answered there is no channel.
     let column = |stem: &str, k: usize| {
         let channel = recording.channel(&format!("{stem}_{}", k + 1));

@@ -3,7 +3,7 @@
 use super::probe::Rig;
 use super::small_circle;
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::session::{RecordOptions, Session, journal_path, record, recover};
+use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path, recover};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -12,10 +12,11 @@ const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400
 fn record_on(rig: &Rig, n: usize, asked: &dyn Fn() -> bool, progress: &mut dyn FnMut(usize)) -> bool {
     let calibration = rig.calibration(&rig.prepared());
     let mut hardware = rig.open();
+    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let Ok(recorder) = Recorder::begin(&rig.config, &calibration, options) else { return false };
     let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     assert_eq!(rig.emulator.torque_on(), [true; 4]);
-    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
-    record(session, &small_circle(n), &options, asked, progress).is_ok()
+    recorder.run(session, &small_circle(n), asked, progress).is_ok()
 }
 
 #[test]
@@ -38,6 +39,7 @@ fn a_panic_before_the_first_row_lets_go() {
     let panicked =
         catch_unwind(AssertUnwindSafe(|| record_on(&rig, 300, &|| panic!("on purpose"), &mut |_| {})));
     assert!(panicked.is_err() && rig.comes_to_be_released());
+    assert!(!journal_path(&rig.out()).exists());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::probe::Rig;
 use super::small_circle;
 use super::stage::{MOMENT, Mishap, Stage};
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::session::{Outcome, RecordOptions, Session, Stop, record};
+use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::{Error, EventKind, Retreat};
 use std::cell::Cell;
@@ -163,16 +163,17 @@ fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize)
     if at == 0 {
         break_all();
     }
-    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
+    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     let done = Cell::new(0);
-    record(session, &small_circle(n), &options, &|| done.get() >= stop, &mut |row| {
+    let progress = &mut |row| {
         if row == at {
             break_all();
         }
         done.set(row);
-    })
-    .unwrap()
+    };
+    recorder.run(session, &small_circle(n), &|| done.get() >= stop, progress).unwrap()
 }
 
 #[test]
@@ -182,7 +183,11 @@ fn a_servo_with_an_error_of_its_own_lets_all_go() {
     let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{:?}", outcome.stopped) };
     assert_eq!((violation.tendon, violation.retreat), (Some(1), Retreat::LetGo));
     assert_eq!(violation.message, "the servo reports overload");
-    assert!(rig.comes_to_be_released() && Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
+    assert!(
+        rig.comes_to_be_released()
+            && Recording::read(&outcome.out).unwrap().n_samples() >= MOMENT
+            && !rig.out().exists()
+    );
 }
 
 #[test]
@@ -197,7 +202,7 @@ fn a_servo_that_is_silent_is_lost_and_the_others_let_go() {
     assert!(outcome.events.iter().any(|e| e.kind == EventKind::ServoLost && e.servo == Some(3)));
     // It cannot be asked, and has no power.
     assert!(!outcome.is_torque_settled && rig.comes_to_be_released());
-    assert!(Recording::read(rig.out()).unwrap().n_samples() >= MOMENT);
+    assert!(Recording::read(&outcome.out).unwrap().n_samples() >= MOMENT && !rig.out().exists());
 }
 
 const HOLD: (&str, &str) = ("at_end = \"release\"", "at_end = \"hold\"");

@@ -1,6 +1,7 @@
 //! Sessions on an emulated rig, through its ports: recordings, limits, mishaps.
 
 mod campaign;
+mod disk;
 mod exits;
 mod limits;
 mod probe;
@@ -12,7 +13,7 @@ use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_control::Plan;
 use hysteron_rig::calibration::{Calibration, ChannelMap};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Session, record};
+use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
 use hysteron_rig::virtual_rig::World;
 use hysteron_rig::virtual_rig::emulator::{Emulator, Options, Timing};
 use hysteron_rig::{Hardware, LiveRig, Result};
@@ -89,9 +90,10 @@ impl Stand {
         let commands = circle(n);
         let mut hardware = LiveRig::open(&self.rig)?;
         let calibration = self.calibration(&mut hardware)?;
-        let session = Session::start(&mut hardware, &self.rig, &calibration, 100.0)?;
         let options = RecordOptions { out: self.out(), meta: Metadata::default() };
-        record(session, &commands, &options, asked, progress)
+        let recorder = Recorder::begin(&self.rig, &calibration, options)?;
+        let session = Session::start(&mut hardware, &self.rig, &calibration, 100.0)?;
+        recorder.run(session, &commands, asked, progress)
     }
 }
 

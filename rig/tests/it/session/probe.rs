@@ -182,6 +182,10 @@ impl Hardware for Probe<'_> {
         self.rig.wait_until(time);
     }
 
+    fn is_real_time(&self) -> bool {
+        self.rig.is_real_time()
+    }
+
     fn n_servos(&self) -> usize {
         self.rig.n_servos()
     }

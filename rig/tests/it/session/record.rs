@@ -44,7 +44,8 @@ fn a_run_that_is_asked_to_stop_keeps_what_it_has() {
     let done = std::cell::Cell::new(0);
     let outcome = stand.record(300, &|| done.get() >= 50, &mut |rows| done.set(rows)).unwrap();
     assert_eq!(outcome.n_rows - outcome.n_gaps, 50);
-    assert_eq!(Recording::read(stand.out()).unwrap().n_samples(), outcome.n_rows);
+    assert!(outcome.out.ends_with("run.partial-1.parquet") && !stand.out().exists());
+    assert_eq!(Recording::read(&outcome.out).unwrap().n_samples(), outcome.n_rows);
     assert_eq!(stand.emulator.torque_on(), [false; 4]);
 }
 

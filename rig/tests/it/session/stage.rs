@@ -5,7 +5,7 @@ use hysteron_base::{Metadata, Recording};
 use hysteron_rig::bus::{BusCounts, ServoReport};
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Session, record};
+use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
 use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use hysteron_rig::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
 use std::cell::Cell;
@@ -70,10 +70,11 @@ impl Stage {
         let calibration = stage.calibration();
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.parquet");
-        let options = RecordOptions { out: out.clone(), meta: Metadata::default() };
+        let options = RecordOptions { out, meta: Metadata::default() };
+        let recorder = Recorder::begin(&config, &calibration, options).unwrap();
         let session = Session::start(&mut stage, &config, &calibration, 100.0).unwrap();
-        let outcome = record(session, commands, &options, &|| false, &mut |_| {}).unwrap();
-        let n_rows = Recording::read(out).map_or(0, |recording| recording.n_samples());
+        let outcome = recorder.run(session, commands, &|| false, &mut |_| {}).unwrap();
+        let n_rows = Recording::read(&outcome.out).map_or(0, |recording| recording.n_samples());
         assert_eq!(n_rows, outcome.n_rows);
         (stage, outcome)
     }
@@ -91,6 +92,10 @@ impl Hardware for Stage {
 
     fn wait_until(&mut self, time: f64) {
         self.hardware.wait_until(time);
+    }
+
+    fn is_real_time(&self) -> bool {
+        self.hardware.is_real_time()
     }
 
     fn n_servos(&self) -> usize {
