@@ -14,6 +14,7 @@ use crate::{Data, Model, Scalar};
 /// Accelerations q̈ = M⁻¹ (τ − C q̇ − g + Jᵀ f) [rad/s²] or [m/s²].
 ///
 /// `data` keeps the factor of M for [`solve_mass`], and velocities and accelerations of the bodies.
+#[inline(always)]
 pub fn forward_dynamics<T: Scalar>(
     model: &Model,
     data: &mut Data<T>,

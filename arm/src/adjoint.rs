@@ -47,6 +47,7 @@ impl<T: Scalar> Cotangent<T> {
 /// Gradients of w·q̈ with respect to q, q̇ and τ, and to the external forces.
 ///
 /// `data` as [`crate::forward_dynamics`] left it for the same arguments.
+#[inline(always)]
 pub fn forward_dynamics_adjoint<T: Scalar>(
     model: &Model,
     data: &mut Data<T>,
@@ -98,6 +99,7 @@ pub fn forward_dynamics_adjoint<T: Scalar>(
 }
 
 /// Gradients of w·q̈ with respect to inertias and armatures; right after [`forward_dynamics_adjoint`], with q̈ at hand.
+#[inline(always)]
 pub fn parameter_adjoint<T: Scalar>(data: &Data<T>, ddq: &[T], cotangent: &mut Cotangent<T>) {
     for (i, body) in data.bodies.iter().enumerate() {
         // −∂(w·(I a + v ×* I v)) = −∂(w·I a) + ∂((v × w)·I v), in the body's own axes, in which parameters are constant.

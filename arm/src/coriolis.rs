@@ -14,6 +14,7 @@ use crate::spatial::{Motion, Sym3, Vec3, Wrench, add3, cross, cross_add, dot3, s
 use crate::{Data, Model, Scalar};
 
 /// Coriolis matrix C(q, q̇) (n × n, row by row): C q̇ is the Coriolis torque, Ṁ − 2C is skew.
+#[inline(always)]
 pub fn coriolis_matrix<T: Scalar>(model: &Model, data: &mut Data<T>, [q, dq]: [&[T]; 2], coriolis: &mut [T]) {
     let n = model.n_joints();
     move_bodies(model, data, q, dq);
@@ -51,18 +52,13 @@ pub(crate) fn find_momenta<T: Scalar>(data: &mut Data<T>) {
 pub(crate) fn second_rate<T: Scalar>(body: &Body<T>) -> Sym3<T> {
     let (Motion { angular, linear: v }, h) = (body.velocity, body.inertia.first);
     let [xx, xy, yy, xz, yz, zz] = body.inertia.second;
-    // Columns of ω× J, less those of h vᵀ.
-    let column = |column: Vec3<T>, v: T| {
-        let turned = cross(angular, column);
-        sub3(turned, scale3(v, h))
-    };
-    let [x, y, z] = [column([xx, xy, xz], v[0]), column([xy, yy, yz], v[1]), column([xz, yz, zz], v[2])];
+    // Columns of ω× J, less those of h vᵀ; with its transpose.
+    let x = sub3(cross(angular, [xx, xy, xz]), scale3(v[0], h));
+    let y = sub3(cross(angular, [xy, yy, yz]), scale3(v[1], h));
+    let z = sub3(cross(angular, [xz, yz, zz]), scale3(v[2], h));
     let trace = dot3(v, h);
-    let twice = |a: T| {
-        let sum = a + trace;
-        sum + sum
-    };
-    [twice(x[0]), x[1] + y[0], twice(y[1]), x[2] + z[0], y[2] + z[1], twice(z[2])]
+    let [a, b, c] = [x[0] + trace, y[1] + trace, z[2] + trace];
+    [a + a, x[1] + y[0], b + b, x[2] + z[0], y[2] + z[1], c + c]
 }
 
 /// 2 B m.

@@ -8,6 +8,7 @@ use crate::rnea::place_inertias;
 use crate::{Data, Model, Scalar};
 
 /// Mass matrix M(q) (n × n, row by row), armature included.
+#[inline(always)]
 pub fn mass_matrix<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], mass: &mut [T]) {
     place_bodies(model, data, q);
     place_inertias(data);

@@ -19,6 +19,7 @@ use crate::{Data, Model, Scalar};
 
 /// ∂τ/∂q, ∂τ/∂q̇ and ∂τ/∂q̈ = M of [`crate::inverse_dynamics`] (each n × n, row by row); external forces keep their
 /// direction while the arm moves.
+#[inline(always)]
 pub fn inverse_dynamics_derivatives<T: Scalar>(
     model: &Model,
     data: &mut Data<T>,
@@ -33,6 +34,7 @@ pub fn inverse_dynamics_derivatives<T: Scalar>(
 }
 
 /// ∂q̈/∂q, ∂q̈/∂q̇ and ∂q̈/∂τ = M⁻¹ of [`crate::forward_dynamics`] (each n × n, row by row). Writes q̈ to `ddq`.
+#[inline(always)]
 pub fn forward_dynamics_derivatives<T: Scalar>(
     model: &Model,
     data: &mut Data<T>,
@@ -119,6 +121,7 @@ fn find_axis_accelerations<T: Scalar>(model: &Model, data: &mut Data<T>) {
 }
 
 /// What follows from forces that keep their direction instead of turning with their body.
+#[inline(always)]
 fn add_external<T: Scalar>(model: &Model, data: &Data<T>, external: &[ExternalForce<T>], by_q: &mut [T]) {
     let n = model.n_joints();
     for force in external {

@@ -6,6 +6,7 @@ use crate::spatial::{Vec3, Wrench, add_scaled3, dot3};
 use crate::{Data, Model, Scalar};
 
 /// Kinetic energy [J] of the bodies, and of the rotors (½ armature q̇²).
+#[inline(always)]
 pub fn kinetic_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) -> T {
     move_bodies(model, data, q, dq);
     place_inertias(data);
@@ -17,12 +18,14 @@ pub fn kinetic_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq:
 }
 
 /// Potential energy [J] in gravity, zero where every mass is at the height of the base's origin. Links on the base do not count.
+#[inline(always)]
 pub fn potential_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> T {
     let (_, first) = first_moment(model, data, q);
     dot3(data.base_acceleration.linear, first)
 }
 
 /// Centre of mass [m] of all that moves.
+#[inline(always)]
 pub fn centre_of_mass<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> Vec3<T> {
     let (mass, first) = first_moment(model, data, q);
     let per_mass = mass.recip();
@@ -30,6 +33,7 @@ pub fn centre_of_mass<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> 
 }
 
 /// Angular (about the base's origin) and linear momentum of the bodies, without their rotors [N m s, N s].
+#[inline(always)]
 pub fn momentum<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) -> Wrench<T> {
     move_bodies(model, data, q, dq);
     place_inertias(data);
@@ -38,6 +42,7 @@ pub fn momentum<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T])
 }
 
 /// Mass [kg] and first moment [kg m] of all that moves.
+#[inline(always)]
 fn first_moment<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> (T, Vec3<T>) {
     place_bodies(model, data, q);
     let zero = q[0].splat(0.0);

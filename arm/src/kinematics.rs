@@ -4,7 +4,9 @@
 
 use crate::data::Body;
 use crate::model::{Joint, JointKind};
-use crate::spatial::{Motion, Pose, Vec3, add3, cross, cross_add, mul3_add, mul3_constant, scale3, splat3};
+use crate::spatial::{
+    Mat3, Motion, Pose, Vec3, add3, cross, cross_add, mul3_add, mul3_constant, scale3, splat3,
+};
 use crate::{Data, Model, Scalar};
 
 /// Places the body of `joint`, which stands on `parent`, at the coordinate `q`.
@@ -16,13 +18,14 @@ fn place<T: Scalar>(joint: &Joint, parent: Option<&Body<T>>, q: T, body: &mut Bo
         Some(p) => {
             (mul3_constant(&p.rotation, rotation), mul3_add(&p.rotation, splat3(q, *position), p.position))
         }
-        None => (rotation.map(|row| splat3(q, row)), splat3(q, *position)),
+        None => (splat_rows(q, rotation), splat3(q, *position)),
     };
     let z = [fixed[0][2], fixed[1][2], fixed[2][2]];
     match joint.kind {
         JointKind::Revolute => {
             let (sin, cos) = q.sin_cos();
-            body.rotation = fixed.map(|[x, y, z]| [cos.mul_add(x, sin * y), cos.mul_add(y, -(sin * x)), z]);
+            body.rotation =
+                [turned(fixed[0], sin, cos), turned(fixed[1], sin, cos), turned(fixed[2], sin, cos)];
             body.position = position;
             body.axis = Motion { angular: z, linear: cross(position, z) };
         }
@@ -32,6 +35,17 @@ fn place<T: Scalar>(joint: &Joint, parent: Option<&Body<T>>, q: T, body: &mut Bo
             body.axis = Motion { angular: [q.splat(0.0); 3], linear: z };
         }
     }
+}
+
+/// A row of R R_z.
+#[inline(always)]
+fn turned<T: Scalar>([x, y, z]: Vec3<T>, sin: T, cos: T) -> Vec3<T> {
+    [cos.mul_add(x, sin * y), cos.mul_add(y, -(sin * x)), z]
+}
+
+#[inline(always)]
+fn splat_rows<T: Scalar>(like: T, m: &Mat3<f64>) -> Mat3<T> {
+    [splat3(like, m[0]), splat3(like, m[1]), splat3(like, m[2])]
 }
 
 /// Positions of all bodies at `q`.
@@ -80,16 +94,19 @@ pub(crate) fn accelerate_bodies<T: Scalar>(model: &Model, data: &mut Data<T>, dd
 }
 
 /// Places all bodies at `q`.
+#[inline(always)]
 pub fn forward_kinematics<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) {
     place_bodies(model, data, q);
 }
 
 /// Places all bodies at `q` and gives them their velocities.
+#[inline(always)]
 pub fn forward_velocities<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) {
     move_bodies(model, data, q, dq);
 }
 
 /// Pose of a frame in the base.
+#[inline(always)]
 pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pose<T> {
     let frame = &model.frames[frame];
     let like = data.base_acceleration.linear[0];
@@ -99,13 +116,14 @@ pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pos
             Pose { rotation, position }.times(&frame.pose)
         }
         None => Pose {
-            rotation: frame.pose.rotation.map(|row| splat3(like, row)),
+            rotation: splat_rows(like, &frame.pose.rotation),
             position: splat3(like, frame.pose.position),
         },
     }
 }
 
 /// Linear [m/s] and angular [rad/s] velocity of a frame, in the axes of the base, of the point at its origin.
+#[inline(always)]
 pub fn frame_velocity<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> (Vec3<T>, Vec3<T>) {
     let position = frame_pose(model, data, frame).position;
     match model.frames[frame].joint {
@@ -116,6 +134,7 @@ pub fn frame_velocity<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) ->
 
 /// Jacobian of a frame (6 × n, row by row): linear velocity of its origin, then angular velocity, in the axes of the base,
 /// for the speeds of the joints.
+#[inline(always)]
 pub fn frame_jacobian<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, jacobian: &mut [T]) {
     let position = frame_pose(model, data, frame).position;
     fill_columns(model, frame, position[0], jacobian, |joint| {
@@ -125,6 +144,7 @@ pub fn frame_jacobian<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, ja
 }
 
 /// Rate of [`frame_jacobian`] (6 × n, row by row) while the joints move; after [`forward_velocities`].
+#[inline(always)]
 pub fn frame_jacobian_rate<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, rate: &mut [T]) {
     let position = frame_pose(model, data, frame).position;
     let (speed, _) = frame_velocity(model, data, frame);
@@ -136,6 +156,7 @@ pub fn frame_jacobian_rate<T: Scalar>(model: &Model, data: &Data<T>, frame: usiz
 }
 
 /// Writes the column of every joint that moves `frame`, and zeros elsewhere.
+#[inline(always)]
 fn fill_columns<T: Scalar>(
     model: &Model,
     frame: usize,

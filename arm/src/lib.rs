@@ -9,6 +9,7 @@
 
 mod aba;
 mod adjoint;
+mod batch;
 mod coriolis;
 mod crba;
 mod data;
@@ -16,15 +17,20 @@ mod dense;
 mod derivatives;
 mod energy;
 mod external;
+pub mod kernels;
 mod kinematics;
+mod lanes;
 mod model;
 mod regressor;
 mod rnea;
 mod scalar;
+mod simulator;
 pub mod spatial;
+mod stepper;
 
 pub use aba::{forward_dynamics, solve_mass};
 pub use adjoint::{Cotangent, forward_dynamics_adjoint, parameter_adjoint};
+pub use batch::{Batch, Kernel};
 pub use coriolis::coriolis_matrix;
 pub use crba::mass_matrix;
 pub use data::Data;
@@ -38,3 +44,5 @@ pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
 pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
 pub use scalar::Scalar;
+pub use simulator::{Simulator, Stops};
+pub use stepper::{Integrator, StepGradient, Stepper};

@@ -6,6 +6,7 @@ use crate::{Data, Model, Scalar};
 
 /// Regressor Y (n × 10 n, row by row): τ = Y π + armature q̈, with π the ten parameters of every body, joint by joint
 /// ([`Inertia::parameters`]).
+#[inline(always)]
 pub fn regressor<T: Scalar>(model: &Model, data: &mut Data<T>, [q, dq, ddq]: [&[T]; 3], regressor: &mut [T]) {
     let width = 10 * model.n_joints();
     move_bodies(model, data, q, dq);

@@ -11,6 +11,7 @@ use crate::{Data, Model, Scalar};
 /// Torques τ [N m] that give the accelerations: τ = M q̈ + C q̇ + g − Jᵀ f.
 ///
 /// `q`, `dq`, `ddq`, `tau` have one number for each joint [rad, rad/s, rad/s²] or [m, m/s, m/s²].
+#[inline(always)]
 pub fn inverse_dynamics<T: Scalar>(
     model: &Model,
     data: &mut Data<T>,
@@ -27,6 +28,7 @@ pub fn inverse_dynamics<T: Scalar>(
 }
 
 /// Torques [N m] of joints that move without acceleration: C q̇ + g − Jᵀ f.
+#[inline(always)]
 pub fn bias_torque<T: Scalar>(
     model: &Model,
     data: &mut Data<T>,
@@ -39,6 +41,7 @@ pub fn bias_torque<T: Scalar>(
 }
 
 /// Torques [N m] that hold the arm still: g(q).
+#[inline(always)]
 pub fn gravity_torque<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], tau: &mut [T]) {
     let still = std::mem::take(&mut data.still);
     bias_torque(model, data, [q, &still], &[], tau);
@@ -46,6 +49,7 @@ pub fn gravity_torque<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], tau
 }
 
 /// Torques of Coriolis and centrifugal forces [N m]: C(q, q̇) q̇.
+#[inline(always)]
 pub fn coriolis_torque<T: Scalar>(model: &Model, data: &mut Data<T>, [q, dq]: [&[T]; 2], tau: &mut [T]) {
     let gravity = data.base_acceleration;
     data.base_acceleration = Motion::zero(gravity.linear[0]);

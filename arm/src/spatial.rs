@@ -91,11 +91,9 @@ pub(crate) fn mul3_transposed_add<T: Scalar>(m: &Mat3<T>, a: Vec3<T>, b: Vec3<T>
 /// A B, of which B is constant.
 #[inline(always)]
 pub(crate) fn mul3_constant<T: Scalar>(a: &Mat3<T>, b: &Mat3<f64>) -> Mat3<T> {
-    let row = |r: Vec3<T>| {
-        let column = |c: usize| dot3(r, [r[0].splat(b[0][c]), r[0].splat(b[1][c]), r[0].splat(b[2][c])]);
-        [column(0), column(1), column(2)]
-    };
-    [row(a[0]), row(a[1]), row(a[2])]
+    let like = a[0][0];
+    let b = [splat3(like, b[0]), splat3(like, b[1]), splat3(like, b[2])];
+    [mul3_transposed(&b, a[0]), mul3_transposed(&b, a[1]), mul3_transposed(&b, a[2])]
 }
 
 /// The constant vector `a`, as numbers of the kind of `like`.
@@ -292,18 +290,17 @@ impl<T: Scalar> Inertia<T> {
         let u = add_scaled3(turned, self.mass.scale(0.5), p);
         let [xx, xy, yy, xz, yz, zz] = sym3_rotated(&self.second, rotation);
         let [x, y, z] = [p[0] * u[0], p[1] * u[1], p[2] * u[2]];
-        let off = |a: usize, b: usize, s: T| (-p[a]).mul_add(u[b], (-u[a]).mul_add(p[b], s));
-        let (yz_, xz_, xy_) = (y + z, x + z, x + y);
+        let (yz2, xz2, xy2) = (y + z, x + z, x + y);
         Self {
             mass: self.mass,
             first: add_scaled3(turned, self.mass, p),
             second: [
-                xx + yz_ + yz_,
-                off(0, 1, xy),
-                yy + xz_ + xz_,
-                off(0, 2, xz),
-                off(1, 2, yz),
-                zz + xy_ + xy_,
+                xx + yz2 + yz2,
+                (-p[0]).mul_add(u[1], (-u[0]).mul_add(p[1], xy)),
+                yy + xz2 + xz2,
+                (-p[0]).mul_add(u[2], (-u[0]).mul_add(p[2], xz)),
+                (-p[1]).mul_add(u[2], (-u[1]).mul_add(p[2], yz)),
+                zz + xy2 + xy2,
             ],
         }
     }
@@ -314,17 +311,16 @@ impl<T: Scalar> Inertia<T> {
         // x·Iy = m x_v·y_v + x_v·(y_ω × h) + x_ω·(h × y_v) + x_ωᵀ J y_ω.
         let h = add3(cross(x.linear, y.angular), cross(y.linear, x.angular));
         let (a, b) = (x.angular, y.angular);
-        let off = |i: usize, j: usize| a[i].mul_add(b[j], a[j] * b[i]);
         [
             dot3(x.linear, y.linear),
             h[0],
             h[1],
             h[2],
             a[0] * b[0],
-            off(0, 1),
+            a[0].mul_add(b[1], a[1] * b[0]),
             a[1] * b[1],
-            off(0, 2),
-            off(1, 2),
+            a[0].mul_add(b[2], a[2] * b[0]),
+            a[1].mul_add(b[2], a[2] * b[1]),
             a[2] * b[2],
         ]
     }
@@ -391,24 +387,30 @@ impl<T: Scalar> Articulated<T> {
     #[inline(always)]
     pub fn plus_reduced(&self, other: &Self, s: T, u: &Wrench<T>) -> Self {
         let (m, f) = (scale3(-s, u.moment), scale3(-s, u.force));
-        let (a, b) = (u.moment, u.force);
-        let sym = |p: &Sym3<T>, q: &Sym3<T>, x: Vec3<T>, y: Vec3<T>| {
-            [
-                x[0].mul_add(y[0], p[0] + q[0]),
-                x[0].mul_add(y[1], p[1] + q[1]),
-                x[1].mul_add(y[1], p[2] + q[2]),
-                x[0].mul_add(y[2], p[3] + q[3]),
-                x[1].mul_add(y[2], p[4] + q[4]),
-                x[2].mul_add(y[2], p[5] + q[5]),
-            ]
-        };
-        let row = |i: usize| add_scaled3(add3(self.coupling[i], other.coupling[i]), m[i], b);
+        let (h, g) = (&self.coupling, &other.coupling);
         Self {
-            second: sym(&self.second, &other.second, m, a),
-            coupling: [row(0), row(1), row(2)],
-            mass: sym(&self.mass, &other.mass, f, b),
+            second: sym3_sum_with(&self.second, &other.second, m, u.moment),
+            coupling: [
+                add_scaled3(add3(h[0], g[0]), m[0], u.force),
+                add_scaled3(add3(h[1], g[1]), m[1], u.force),
+                add_scaled3(add3(h[2], g[2]), m[2], u.force),
+            ],
+            mass: sym3_sum_with(&self.mass, &other.mass, f, u.force),
         }
     }
+}
+
+/// p + q + x yᵀ, which is symmetric.
+#[inline(always)]
+fn sym3_sum_with<T: Scalar>(p: &Sym3<T>, q: &Sym3<T>, x: Vec3<T>, y: Vec3<T>) -> Sym3<T> {
+    [
+        x[0].mul_add(y[0], p[0] + q[0]),
+        x[0].mul_add(y[1], p[1] + q[1]),
+        x[1].mul_add(y[1], p[2] + q[2]),
+        x[0].mul_add(y[2], p[3] + q[3]),
+        x[1].mul_add(y[2], p[4] + q[4]),
+        x[2].mul_add(y[2], p[5] + q[5]),
+    ]
 }
 
 /// A frame in another: where its axes point (columns) and where its origin is [m].

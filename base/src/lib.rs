@@ -8,6 +8,7 @@
 
 mod error;
 pub mod file;
+pub mod lanes;
 mod lock;
 mod recording;
 mod rng;

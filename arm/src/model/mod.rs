@@ -5,7 +5,10 @@
 //! them stays a frame with its name.
 
 mod build;
+mod builtin;
 mod description;
+mod edit;
+mod mjcf;
 mod urdf;
 mod xml;
 
@@ -72,13 +75,21 @@ pub struct Frame {
 }
 
 impl Model {
-    /// Reads a URDF file.
+    /// Reads a file of URDF or MJCF, whichever it is.
     ///
     /// # Errors
     /// `BadInput` naming file, line and element for whatever makes no arm; `Io` if the file cannot be read.
     pub fn read(path: &Path) -> Result<Self> {
         let text = file::read_text(path)?;
-        Ok(Self::from_urdf(&text, &xml::file_name(path))?)
+        Ok(Self::from_text(&text, &xml::file_name(path))?)
+    }
+
+    /// Takes `text` as MJCF where it begins with `<mujoco>`, else as URDF; `name` stands in errors.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_text(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
+        if xml::root_is(text, "mujoco") { mjcf::read(text, name) } else { urdf::read(text, name) }
     }
 
     /// Takes `text` as URDF; `name` stands in errors.
@@ -87,6 +98,14 @@ impl Model {
     /// As [`Self::read`].
     pub fn from_urdf(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
         urdf::read(text, name)
+    }
+
+    /// Takes `text` as MJCF; `name` stands in errors.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_mjcf(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
+        mjcf::read(text, name)
     }
 
     /// Name of the robot.

@@ -36,6 +36,19 @@ pub(super) fn parse<'t>(text: &'t str, name: &str) -> Check<Document<'t>> {
     })
 }
 
+/// True where the first element of `text` is called `tag`.
+pub(super) fn root_is(text: &str, tag: &str) -> bool {
+    let mut rest = text.trim_start_matches('\u{feff}').trim_start();
+    while let Some(after) = rest.strip_prefix("<?").or_else(|| rest.strip_prefix("<!--")) {
+        let end = if rest.starts_with("<?") { "?>" } else { "-->" };
+        let Some((_, next)) = after.split_once(end) else { return false };
+        rest = next.trim_start();
+    }
+    rest.strip_prefix('<')
+        .and_then(|rest| rest.strip_prefix(tag))
+        .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+}
+
 /// An upper bound of the levels of elements in `text`, valid whatever it is.
 fn deepest(text: &str) -> usize {
     let (mut depth, mut most, bytes) = (0_usize, 0, text.as_bytes());
@@ -86,7 +99,7 @@ impl Place<'_> {
         &self,
         node: &Node<'a, 'i>,
         tag: &'static str,
-    ) -> impl Iterator<Item = Node<'a, 'i>> {
+    ) -> impl Iterator<Item = Node<'a, 'i>> + use<'a, 'i> {
         node.children().filter(move |child| child.is_element() && child.tag_name().name() == tag)
     }
 

@@ -5,7 +5,11 @@
 mod adjoint;
 mod bad_models;
 mod balances;
+mod batches;
 mod derivatives;
+mod models;
+mod motion;
 mod numbers;
 mod reference;
 mod robots;
+mod rollouts;

@@ -9,9 +9,7 @@
 //! # Reference
 //! George, Liu (1981), Computer solution of large sparse positive definite systems, ch. 4.
 
-use pulp::{Simd, WithSimd};
-
-use super::Isa;
+use super::{Isa, Simd, WithSimd};
 
 /// Rows and columns of a block; a row of a block is one AVX-512 register.
 pub(crate) const BLOCK: usize = 16;

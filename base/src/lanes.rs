@@ -1,27 +1,68 @@
-//! Eight elements at a time: a number of which every lane belongs to another element.
+//! Explicit SIMD, through `pulp`: numbers of which every lane belongs to another element, or another state.
+//!
+//! A kernel is written once, generic over the instruction set, and dispatched at run time ([`Isa::detect`]).
+//! [`Isa::portable`] runs the same code one number at a time: it is what processors without AVX2 use, and what the tests
+//! compare with.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use pulp::{Simd, bytemuck};
+use pulp::bytemuck;
+pub use pulp::{Simd, WithSimd};
+
+/// The instruction set kernels run on.
+#[derive(Debug, Clone, Copy)]
+pub struct Isa(pulp::Arch);
+
+impl Isa {
+    /// The widest set this processor has: AVX-512, AVX2 + FMA, NEON, or the portable path.
+    pub fn detect() -> Self {
+        Self(pulp::Arch::new())
+    }
+
+    /// One number at a time, on any processor.
+    pub fn portable() -> Self {
+        Self(pulp::Arch::Scalar)
+    }
+
+    /// AVX2 + FMA, where this processor has them.
+    pub fn avx2() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        let found = pulp::x86::V3::try_new().map(|v3| Self(pulp::Arch::V3(v3)));
+        #[cfg(not(target_arch = "x86_64"))]
+        let found = None;
+        found
+    }
+
+    /// Every set this processor has, so that a test on AVX-512 covers AVX2 too.
+    pub fn all() -> Vec<Self> {
+        [Self::portable(), Self::detect()].into_iter().chain(Self::avx2()).collect()
+    }
+
+    /// Runs `op` compiled for this instruction set.
+    #[inline]
+    pub fn run<Op: WithSimd>(self, op: Op) -> Op::Output {
+        self.0.dispatch(op)
+    }
+}
 
 /// Elements per batch: the widest registers hold eight `f64`; narrower ones take several passes.
-pub(crate) const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// One number for each element of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
-pub(crate) struct Pack(pub [f64; LANES]);
+pub struct Pack(pub [f64; LANES]);
 
 /// A register of `f64`, with operators. `S` fixes how many lanes it has.
-#[derive(Clone, Copy)]
-pub(crate) struct Lanes<S: Simd> {
+#[derive(Debug, Clone, Copy)]
+pub struct Lanes<S: Simd> {
     simd: S,
     value: S::f64s,
 }
 
 /// Reads and writes the part of a [`Pack`] that one pass handles.
 #[derive(Clone, Copy)]
-pub(crate) struct Packs<S: Simd> {
+pub struct Packs<S: Simd> {
     simd: S,
     pass: usize,
 }
@@ -30,6 +71,7 @@ impl<S: Simd> Packs<S> {
     /// Passes needed to cover a batch.
     pub const PASSES: usize = LANES / S::F64_LANES;
 
+    /// The part number `pass` of [`Self::PASSES`].
     #[inline(always)]
     pub fn new(simd: S, pass: usize) -> Self {
         Self { simd, pass }
@@ -41,11 +83,13 @@ impl<S: Simd> Packs<S> {
         self.pass * S::F64_LANES..(self.pass + 1) * S::F64_LANES
     }
 
+    /// The lanes of this pass.
     #[inline(always)]
     pub fn load(self, pack: &Pack) -> Lanes<S> {
         Lanes { simd: self.simd, value: S::as_simd_f64s(&pack.0).0[self.pass] }
     }
 
+    /// `value` in every lane.
     #[inline(always)]
     pub fn splat(self, value: f64) -> Lanes<S> {
         Lanes { simd: self.simd, value: self.simd.splat_f64s(value) }
@@ -73,16 +117,17 @@ impl<S: Simd> Packs<S> {
 /// A padded point for each element of a batch.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(crate) struct Rows(pub [[f64; 4]; LANES]);
+pub struct Rows(pub [[f64; 4]; LANES]);
 
 impl Rows {
+    /// Zeros.
     pub const ZERO: Self = Self([[0.0; 4]; LANES]);
 }
 
 /// Puts one padded point for each element of a batch side by side, for [`Packs::gather`]. A register that is loaded right
 /// after its parts were stored waits for all of them to reach the cache: best collected long before.
 #[inline(always)]
-pub(crate) fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: &mut Rows) {
+pub fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: &mut Rows) {
     for (slot, row) in rows.0.iter_mut().enumerate() {
         *row = points[which[element::<S>(slot)] as usize];
     }
@@ -91,7 +136,7 @@ pub(crate) fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: 
 /// The element of a batch that row `slot` belongs to. When eight-lane registers are interleaved, the middle of each half
 /// swaps; the tests check every instruction set.
 #[inline(always)]
-pub(crate) fn element<S: Simd>(slot: usize) -> usize {
+pub fn element<S: Simd>(slot: usize) -> usize {
     if S::F64_LANES == 8 { [0, 2, 1, 3, 4, 6, 5, 7][slot] } else { slot }
 }
 
@@ -182,10 +227,7 @@ impl<S: Simd> Neg for Lanes<S> {
 
 #[cfg(test)]
 mod tests {
-    use pulp::WithSimd;
-
     use super::*;
-    use crate::simd::Isa;
 
     /// Checks every pass over one batch.
     struct Passes;

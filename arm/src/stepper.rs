@@ -1,0 +1,285 @@
+//! Smooth motion, forwards and backwards in time.
+//!
+//! Semi-implicit Euler with implicit damping: (M + hD) a = τ − D q̇ − C q̇ − g + Jᵀ f, q̇⁺ = q̇ + h a, q⁺ = q + h q̇⁺; damping is then
+//! an armature of h D, and one step is one forward dynamics. The way back needs the states only: every step is computed
+//! again from its state and pulled back by the adjoint of forward dynamics. Whoever computes torques from states (a
+//! controller, a network) does so between the steps, in both directions.
+
+use crate::adjoint::parameter_adjoint;
+use crate::{Cotangent, Data, ExternalForce, Model, Scalar, forward_dynamics, forward_dynamics_adjoint};
+
+/// How velocities and positions are advanced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Integrator {
+    /// First order; stable under damping of any size.
+    SemiImplicitEuler,
+    /// Fourth order; explicit in everything.
+    RungeKutta4,
+}
+
+/// Advances states of one model by a fixed time, and pulls gradients back.
+#[derive(Debug, Clone)]
+pub struct Stepper<T> {
+    /// Parameters may be changed through [`Stepper::set_parameters`] only: damping is part of the armature here.
+    data: Data<T>,
+    integrator: Integrator,
+    /// Length of a substep [s].
+    period: f64,
+    substeps: usize,
+    damping: Vec<T>,
+    torque: Vec<T>,
+    /// q, q̇ and q̈ of up to four stages.
+    stages: [[Vec<T>; 3]; 4],
+    cotangent: Cotangent<T>,
+}
+
+/// What [`Stepper::step_back`] gives besides the gradient by the state.
+#[derive(Debug, Clone)]
+pub struct StepGradient<T> {
+    /// By the torques of this step.
+    pub tau: Vec<T>,
+    /// By force and torque of the external forces of this step.
+    pub external: Vec<[[T; 3]; 2]>,
+    /// By the inertial parameters; every step adds to it.
+    pub inertias: Vec<[T; 10]>,
+    /// By the armatures; every step adds to it.
+    pub armature: Vec<T>,
+    /// By the damping; every step adds to it.
+    pub damping: Vec<T>,
+}
+
+impl<T: Scalar> StepGradient<T> {
+    /// Zeros for `model` with `n_external` external forces, of numbers like `like`.
+    pub fn new(model: &Model, n_external: usize, like: T) -> Self {
+        let Cotangent { tau, inertias, armature, external, .. } = Cotangent::new(model, n_external, like);
+        Self { damping: tau.clone(), tau, external, inertias, armature }
+    }
+}
+
+impl<T: Scalar> Stepper<T> {
+    /// Steps of `period` [s], each in `substeps` equal parts, of `model` with up to `n_external` external forces, of numbers
+    /// like `like`.
+    pub fn new(
+        model: &Model,
+        integrator: Integrator,
+        (period, substeps): (f64, usize),
+        n_external: usize,
+        like: T,
+    ) -> Self {
+        assert!(period > 0.0 && substeps > 0, "{substeps} substeps of {period} s");
+        let row = || vec![like.splat(0.0); model.n_joints()];
+        let mut stepper = Self {
+            data: Data::new(model, like),
+            integrator,
+            period: period / substeps as f64,
+            substeps,
+            damping: row(),
+            torque: row(),
+            stages: std::array::from_fn(|_| std::array::from_fn(|_| row())),
+            cotangent: Cotangent::new(model, n_external, like),
+        };
+        let damping: Vec<T> = model.joints.iter().map(|joint| like.splat(joint.drive.damping)).collect();
+        let fresh = Data::new(model, like);
+        stepper.set_parameters(&fresh.inertias, &fresh.armature, &damping);
+        stepper
+    }
+
+    /// Replaces inertias, armatures and dampings of all joints.
+    pub fn set_parameters(&mut self, inertias: &[crate::spatial::Inertia<T>], armature: &[T], damping: &[T]) {
+        self.data.inertias.copy_from_slice(inertias);
+        self.damping.copy_from_slice(damping);
+        let implicit = match self.integrator {
+            Integrator::SemiImplicitEuler => self.period,
+            Integrator::RungeKutta4 => 0.0,
+        };
+        for ((whole, armature), damping) in self.data.armature.iter_mut().zip(armature).zip(damping) {
+            *whole = *armature + damping.scale(implicit);
+        }
+    }
+
+    /// Advances `q`, `dq` by one period under constant torques and external forces. Appends the state before every substep to
+    /// `tape`, for [`Self::step_back`].
+    #[inline(always)]
+    pub fn step(
+        &mut self,
+        model: &Model,
+        [q, dq]: [&mut [T]; 2],
+        tau: &[T],
+        external: &[ExternalForce<T>],
+        tape: &mut Vec<T>,
+    ) {
+        for _ in 0..self.substeps {
+            tape.extend_from_slice(q);
+            tape.extend_from_slice(dq);
+            self.run_stages(model, [&*q, &*dq], tau, external);
+            match self.integrator {
+                Integrator::SemiImplicitEuler => {
+                    let acceleration = &self.stages[0][2];
+                    for i in 0..q.len() {
+                        dq[i] = acceleration[i].mul_add(dq[i].splat(self.period), dq[i]);
+                        q[i] = dq[i].mul_add(q[i].splat(self.period), q[i]);
+                    }
+                }
+                Integrator::RungeKutta4 => {
+                    for ([_, velocity, acceleration], weight) in self.stages.iter().zip([1.0, 2.0, 2.0, 1.0])
+                    {
+                        let h = weight * self.period / 6.0;
+                        add_scaled(q, velocity, h);
+                        add_scaled(dq, acceleration, h);
+                    }
+                }
+            }
+        }
+    }
+
+    /// States and accelerations of the stages of one substep from `q`, `dq`.
+    #[inline(always)]
+    fn run_stages(&mut self, model: &Model, [q, dq]: [&[T]; 2], tau: &[T], external: &[ExternalForce<T>]) {
+        let n_stages = match self.integrator {
+            Integrator::SemiImplicitEuler => 1,
+            Integrator::RungeKutta4 => 4,
+        };
+        for s in 0..n_stages {
+            let (done, rest) = self.stages.split_at_mut(s);
+            let stage = &mut rest[0];
+            stage[0].copy_from_slice(q);
+            stage[1].copy_from_slice(dq);
+            if let Some([_, velocity, acceleration]) = done.last() {
+                let h = if s == 3 { self.period } else { 0.5 * self.period };
+                add_scaled(&mut stage[0], velocity, h);
+                add_scaled(&mut stage[1], acceleration, h);
+            }
+            self.accelerate(model, s, tau, external);
+        }
+    }
+
+    /// Acceleration of a stage.
+    #[inline(always)]
+    fn accelerate(&mut self, model: &Model, stage: usize, tau: &[T], external: &[ExternalForce<T>]) {
+        let [q, dq, ddq] = &mut self.stages[stage];
+        for i in 0..q.len() {
+            self.torque[i] = (-self.damping[i]).mul_add(dq[i], tau[i]);
+        }
+        forward_dynamics(model, &mut self.data, [q, dq, &self.torque], external, ddq);
+    }
+
+    /// Pulls the gradient `q`, `dq` by the state after a period back to the state before it, which is taken from the end of
+    /// `tape`; with the same torques and external forces as on the way there.
+    #[inline(always)]
+    pub fn step_back(
+        &mut self,
+        model: &Model,
+        tape: &mut Vec<T>,
+        tau: &[T],
+        external: &[ExternalForce<T>],
+        [q, dq]: [&mut [T]; 2],
+        gradient: &mut StepGradient<T>,
+    ) {
+        let n = q.len();
+        let zero = q[0].splat(0.0);
+        gradient.tau.fill(zero);
+        gradient.external.fill([[zero; 3]; 2]);
+        for _ in 0..self.substeps {
+            let start = tape.len() - 2 * n;
+            self.run_stages(model, [&tape[start..start + n], &tape[start + n..]], tau, external);
+            tape.truncate(start);
+            match self.integrator {
+                Integrator::SemiImplicitEuler => self.euler_back(model, external, [q, dq], gradient),
+                Integrator::RungeKutta4 => self.runge_kutta_back(model, tau, external, [q, dq], gradient),
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn euler_back(
+        &mut self,
+        model: &Model,
+        external: &[ExternalForce<T>],
+        [q, dq]: [&mut [T]; 2],
+        gradient: &mut StepGradient<T>,
+    ) {
+        let h = self.period;
+        // By q̇⁺, all told; by the acceleration it is h times that.
+        for i in 0..q.len() {
+            dq[i] = q[i].scale(h) + dq[i];
+            self.torque[i] = dq[i].scale(h);
+        }
+        self.pull_back(model, 0, external, gradient);
+        let [_, velocity, acceleration] = &self.stages[0];
+        for i in 0..q.len() {
+            let mu = self.cotangent.tau[i];
+            q[i] = q[i] + self.cotangent.q[i];
+            dq[i] = dq[i] + self.cotangent.dq[i] - self.damping[i] * mu;
+            gradient.damping[i] = gradient.damping[i] - mu * (velocity[i] + acceleration[i].scale(h));
+        }
+    }
+
+    #[inline(always)]
+    fn runge_kutta_back(
+        &mut self,
+        model: &Model,
+        tau: &[T],
+        external: &[ExternalForce<T>],
+        [q, dq]: [&mut [T]; 2],
+        gradient: &mut StepGradient<T>,
+    ) {
+        let (n, h) = (q.len(), self.period);
+        // Gradients by the state of the stage that was pulled back last, and their sum.
+        let zero = q[0].splat(0.0);
+        let [mut by_q, mut by_dq, mut sum_q, mut sum_dq] = [0; 4].map(|_| vec![zero; n]);
+        for (s, (weight, next)) in
+            [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)].into_iter().enumerate().rev()
+        {
+            let by_velocity: Vec<T> =
+                (0..n).map(|i| q[i].scale(weight * h / 6.0) + by_q[i].scale(next * h)).collect();
+            let by_acceleration: Vec<T> =
+                (0..n).map(|i| dq[i].scale(weight * h / 6.0) + by_dq[i].scale(next * h)).collect();
+            self.accelerate(model, s, tau, external);
+            self.torque.copy_from_slice(&by_acceleration);
+            self.pull_back(model, s, external, gradient);
+            for i in 0..n {
+                let mu = self.cotangent.tau[i];
+                by_q[i] = self.cotangent.q[i];
+                by_dq[i] = by_velocity[i] + self.cotangent.dq[i] - self.damping[i] * mu;
+                gradient.damping[i] = gradient.damping[i] - mu * self.stages[s][1][i];
+                sum_q[i] = sum_q[i] + by_q[i];
+                sum_dq[i] = sum_dq[i] + by_dq[i];
+            }
+        }
+        for i in 0..n {
+            q[i] = q[i] + sum_q[i];
+            dq[i] = dq[i] + sum_dq[i];
+        }
+    }
+
+    /// Adjoint of the acceleration of `stage`, which was computed last, for the cotangent in `torque`.
+    #[inline(always)]
+    fn pull_back(
+        &mut self,
+        model: &Model,
+        stage: usize,
+        external: &[ExternalForce<T>],
+        gradient: &mut StepGradient<T>,
+    ) {
+        forward_dynamics_adjoint(model, &mut self.data, external, &self.torque, &mut self.cotangent);
+        parameter_adjoint(&self.data, &self.stages[stage][2], &mut self.cotangent);
+        let Cotangent { tau, inertias, armature, external: forces, .. } = &self.cotangent;
+        for (sum, part) in gradient.tau.iter_mut().zip(tau).chain(gradient.armature.iter_mut().zip(armature))
+        {
+            *sum = *sum + *part;
+        }
+        let bodies = gradient.inertias.iter_mut().flatten().zip(inertias.iter().flatten());
+        let forces = gradient.external.iter_mut().flatten().flatten().zip(forces.iter().flatten().flatten());
+        for (sum, part) in bodies.chain(forces) {
+            *sum = *sum + *part;
+        }
+    }
+}
+
+/// a += s b.
+#[inline(always)]
+fn add_scaled<T: Scalar>(a: &mut [T], b: &[T], s: f64) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = b.mul_add(a.splat(s), *a);
+    }
+}
