@@ -24,6 +24,15 @@ struct Compiler {
     ranges_limit: bool,
 }
 
+/// A joint with its pivot [m] and axis in the body that it moves.
+struct Hinge {
+    name: String,
+    kind: JointKind,
+    pivot: Vec3<f64>,
+    axis: Vec3<f64>,
+    drive: Drive,
+}
+
 struct Reader<'f, 'a, 'i> {
     place: Place<'f>,
     compiler: Compiler,
@@ -136,8 +145,7 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
         let joints: Vec<Node> = self.place.children(node, "joint").collect();
         let mut at = parent;
         for (k, joint) in joints.iter().enumerate() {
-            let described = self.joint(joint, class, &name, k)?;
-            let (joint_name, kind, pivot, axis, drive) = described;
+            let Hinge { name: joint_name, kind, pivot, axis, drive } = self.joint(joint, class, &name, k)?;
             let place = self.place.of(joint);
             let between = self.description.links.len();
             self.description.links.push(Link {
@@ -193,14 +201,8 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
         Ok(())
     }
 
-    /// Name, kind, pivot and axis in the body, and drive.
-    fn joint(
-        &self,
-        node: &Node<'a, '_>,
-        class: &'a str,
-        body: &str,
-        k: usize,
-    ) -> Check<(String, JointKind, Vec3<f64>, Vec3<f64>, Drive)> {
+    /// The joint number `k` of `body`.
+    fn joint(&self, node: &Node<'a, '_>, class: &'a str, body: &str, k: usize) -> Check<Hinge> {
         let class = node.attribute("class").unwrap_or(class);
         let Some(defaults) = self.classes.get(class) else {
             return Err(self.place.error(node, "a class of <default>", format!("\"{class}\"")));
@@ -260,7 +262,7 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
         };
         let pivot = numbers("pos", 3)?.map_or([0.0; 3], |p| [p[0], p[1], p[2]]);
         let name = node.attribute("name").map_or_else(|| format!("{body}/joint_{k}"), str::to_owned);
-        Ok((name, kind, pivot, axis, drive))
+        Ok(Hinge { name, kind, pivot, axis, drive })
     }
 
     fn inertia(&self, body: &Node) -> Check<Option<Inertia<f64>>> {
