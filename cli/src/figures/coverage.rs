@@ -6,12 +6,12 @@ use hysteron_base::file;
 use plotters::prelude::*;
 use serde::Serialize;
 
+use super::figure::{Entry, Figure, register_embedded_font, save};
 use super::report::{Page, write_metrics};
 use super::sheet::{BELOW, COLORS, LEFT, Sheet};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
 use super::tracking::square_around;
-use super::{Figure, register_embedded_font, save};
 use crate::generate::{Card, Row, tip_of};
 use crate::inputs::Input;
 use crate::terminal;
@@ -19,7 +19,6 @@ use crate::terminal;
 const SYNTHETIC: RGBColor = COLORS[1];
 const REAL: RGBColor = COLORS[0];
 const SIDE: f64 = 440.0;
-const TOP: f64 = 38.0;
 /// Points of a recording that are drawn at most: a shape, not every sample.
 const MOST_POINTS: usize = 1500;
 
@@ -88,8 +87,12 @@ impl Coverage {
 }
 
 impl Figure for Coverage {
-    fn name(&self) -> &'static str {
-        "coverage"
+    fn name(&self) -> String {
+        "coverage".into()
+    }
+
+    fn title(&self) -> String {
+        "Coverage".into()
     }
 
     fn caption(&self) -> String {
@@ -97,23 +100,25 @@ impl Figure for Coverage {
         format!("Paths of the twin's tip{robot}.")
     }
 
-    fn size(&self) -> (u32, u32) {
-        ((LEFT + SIDE + 24.0) as u32, (TOP + SIDE + BELOW + 8.0) as u32)
+    fn legend(&self) -> Vec<Entry> {
+        let names = [("synthetic", SYNTHETIC), ("robot", REAL)];
+        let shown = names.into_iter().zip(&self.paths).filter(|(_, paths)| !paths.is_empty());
+        shown.map(|((name, color), _)| (name.to_owned(), color)).collect()
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![[LEFT + SIDE + 16.0, SIDE + BELOW + 8.0]]
+    }
+
+    fn draw<DB: DrawingBackend>(&self, _: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {
         let ([x, y], half) = square_around(self.paths.iter().flatten().flatten());
         let mm_per_px = 2.0 * half / SIDE;
-        sheet.title("Coverage")?;
-        let names = [("synthetic", SYNTHETIC), ("robot", REAL)];
-        let shown = names.into_iter().zip(&self.paths).filter(|(_, paths)| !paths.is_empty());
-        sheet.legend(&shown.map(|((name, color), _)| (name.to_owned(), color)).collect::<Vec<_>>())?;
-        let part = sheet.part(4.0, TOP, LEFT + SIDE, SIDE + BELOW);
+        let part = sheet.part(0.0, 0.0, LEFT + SIDE, SIDE + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
-        for ((_, color), paths) in names.into_iter().zip(&self.paths) {
+        for (color, paths) in [SYNTHETIC, REAL].into_iter().zip(&self.paths) {
             for path in paths {
                 for run in between_sharp_turns(&simplified(path, 0.6 * mm_per_px)) {
                     chart.draw_series(LineSeries::new(run.iter().copied(), part.line(color, 0.6)))?;

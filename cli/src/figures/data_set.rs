@@ -5,10 +5,15 @@ use std::path::Path;
 use hysteron_base::{Recording, file};
 use serde::Serialize;
 
+use super::figure::{register_embedded_font, save};
+use super::lines::{Shaded, TimeChart, spans, without_gaps};
 use super::report::{Page, write_metrics};
+use super::series::{MEASURED, Tip, millimetres, numbered_panels, tip_panels};
 use super::shapes::{CommandAndTip, NamedShape};
-use super::{register_embedded_font, save};
 use crate::record::Row;
+
+/// Recordings that are drawn at most, where there are not more families.
+const MOST_SHOWN: usize = 9;
 
 /// Everything the report may show.
 pub struct DataSet<'a> {
@@ -39,8 +44,10 @@ struct Metrics<'a> {
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
 pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let shown = representatives(data.recordings);
-    let figure = CommandAndTip::new(data.angles, &shown).ok();
+    let (shown, n_more) = representatives(data.recordings);
+    let moving: Vec<(&str, &Recording)> =
+        shown.iter().copied().filter(|it| has_shape(data.angles, it)).collect();
+    let figure = if moving.is_empty() { None } else { CommandAndTip::new(data.angles, &moving).ok() };
     let drawn = figure.as_ref().map(|figure| save(folder, figure, with_png)).transpose()?;
     let shapes = figure.map_or(vec![], |figure| figure.numbers());
     let Some((_, first)) = data.recordings.first() else { return Ok(()) };
@@ -58,38 +65,91 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<()
     };
     write_metrics(folder, &metrics)?;
 
-    let mut page = Page::new(data.title, &meta.source, &meta.command);
+    let about = "Commanded strokes, loads and measured tip of every trajectory, on one clock.";
+    let mut page = Page::new(data.title, about, &meta.command);
     let mm = |[low, high]: [f64; 2]| format!("{:.2} to {:.2}", 1e3 * low, 1e3 * high);
     let [x, y, z] = metrics.tip_range_m.map(mm);
-    page.table(
-        &["Samples", "Tip x [mm]", "Tip y [mm]", "Tip z [mm]"],
-        [vec![metrics.samples.to_string(), x, y, z]],
-    );
+    page.heading("Results");
+    page.list([
+        ("Samples", metrics.samples.to_string()),
+        ("Samples filled in", filled_in(data.recordings).to_string()),
+        ("Tip x [mm]", x),
+        ("Tip y [mm]", y),
+        ("Tip z [mm]", z),
+    ]);
     page.table(&Row::HEADINGS, data.rows.iter().map(Row::cells));
-    for NamedShape { name, numbers } in &shapes {
-        page.shape(name, numbers);
+    if !shapes.is_empty() {
+        page.table(&NamedShape::HEADINGS, shapes.iter().map(NamedShape::cells));
+    }
+    page.heading("Figures");
+    if n_more > 0 {
+        page.paragraph(&format!(
+            "{} of {} recordings: every family is among them.",
+            shown.len(),
+            shown.len() + n_more
+        ));
     }
     if let Some(figure) = &drawn {
         page.figure(figure);
+    }
+    for (name, recording) in shown {
+        page.figure(&save(folder, &over_time(name, recording), with_png)?);
     }
     file::write_bytes(&folder.join("report.html"), page.finish(&meta.commit))?;
     Ok(())
 }
 
-/// The first recording of every family, and all that are not for training.
-fn representatives(recordings: &[(String, Recording)]) -> Vec<(&str, &Recording)> {
-    let key = |recording: &Recording, key: &str| recording.meta().extra.get(key).cloned().unwrap_or_default();
-    let mut families = Vec::new();
-    recordings
-        .iter()
-        .filter(|(_, recording)| {
-            let family = key(recording, "plan.family");
-            let is_new = !families.contains(&family);
-            families.push(family);
-            is_new || key(recording, "plan.role") != "training"
-        })
-        .map(|(name, recording)| (name.as_str(), recording))
-        .collect()
+fn filled_in(recordings: &[(String, Recording)]) -> usize {
+    recordings.iter().flat_map(|(_, recording)| recording.gap()).filter(|gap| **gap).count()
+}
+
+/// Whether a recording moved enough to be drawn as command and tip.
+fn has_shape(angles: &[f64], recording: &(&str, &Recording)) -> bool {
+    CommandAndTip::new(angles, std::slice::from_ref(recording)).is_ok()
+}
+
+/// The recordings that are shown, and how many are not: the first of every family, then those that are not for
+/// training, then others in the order of the plan.
+fn representatives(recordings: &[(String, Recording)]) -> (Vec<(&str, &Recording)>, usize) {
+    let key = |k: usize, key: &str| recordings[k].1.meta().extra.get(key).cloned().unwrap_or_default();
+    let is_first = |k: usize| (0..k).all(|earlier| key(earlier, "plan.family") != key(k, "plan.family"));
+    let rank = |k: usize| match key(k, "plan.role").as_str() {
+        _ if is_first(k) => 0,
+        "training" => 2,
+        _ => 1,
+    };
+    let mut order: Vec<usize> = (0..recordings.len()).collect();
+    order.sort_by_key(|k| rank(*k));
+    order.truncate(MOST_SHOWN.max(order.iter().filter(|k| rank(**k) == 0).count()));
+    order.sort_unstable();
+    let shown = order.iter().map(|k| (recordings[*k].0.as_str(), &recordings[*k].1)).collect();
+    (shown, recordings.len() - order.len())
+}
+
+/// Strokes, loads and tip of a recording over time; what was not measured is shaded and has no line.
+fn over_time(name: &str, recording: &Recording) -> TimeChart {
+    let (time, gap) = (recording.time(), recording.gap());
+    let strokes = recording.strokes().into_iter().map(millimetres).collect();
+    let mut panels = numbered_panels("stroke [mm]", "tendon", strokes);
+    let measured = |stem: &str, unit: &str| -> Vec<Vec<f64>> {
+        recording.numbered(stem, unit).into_iter().map(|values| without_gaps(values, gap)).collect()
+    };
+    for (label, stem, unit) in
+        [("load [-]", "load", ""), ("tension [N]", "tension", "n"), ("current [A]", "current", "a")]
+    {
+        let series = measured(stem, unit);
+        if !series.is_empty() {
+            panels.extend(numbered_panels(label, "tendon", series));
+        }
+    }
+    if let Some(tip) = recording.tip() {
+        panels.extend(tip_panels(&[Tip::new("measured tip", MEASURED, &tip).without_gaps(gap)]));
+    }
+    let caption = "Commanded strokes [mm], loads as the servos report them, as a part of their largest, and measured tip \
+                   [mm], over time [s]. Shaded: samples that were not measured and are filled in. Each panel has its own \
+                   scale.";
+    let chart = TimeChart::over_time(format!("{name}-time"), name, caption, time, panels);
+    TimeChart { shaded: vec![Shaded { name: "filled in".into(), spans: spans(time, gap) }], ..chart }
 }
 
 fn tip_range(recordings: &[(String, Recording)]) -> [[f64; 2]; 3] {

@@ -6,10 +6,10 @@ use hysteron_base::file;
 use hysteron_twin::fit::Standing;
 use serde::Serialize;
 
+use super::figure::{register_embedded_font, save};
 use super::lines::{Curve, TimeChart, TimePanel};
 use super::report::{Page, write_metrics};
-use super::sheet::COLORS;
-use super::{register_embedded_font, save};
+use super::series::{MEASURED, TWIN, UNCORRECTED};
 use crate::fit_material::{Outcome, digits, standing};
 use crate::terminal;
 
@@ -202,11 +202,13 @@ fn chart(outcome: &Outcome, shown: Shown) -> TimeChart {
                 values[2][c].push(1e3 * (tips[1] - zero));
             }
         }
-        // A second between recordings keeps the times in order.
+        // A second between recordings keeps the times in order, and a row without values parts their lines.
+        time.push(offset + times[times.len() - 1] + 0.5);
+        values.iter_mut().flatten().for_each(|values| values.push(f64::NAN));
         offset += times[times.len() - 1] + 1.0;
     }
     let names = ["measured", "scene", "fitted"];
-    let colors = [COLORS[6], COLORS[4], COLORS[0]];
+    let colors = [MEASURED, UNCORRECTED, TWIN];
     let first = if shown == Shown::Errors { 1 } else { 0 };
     let panel = |c: usize| TimePanel {
         label: format!("{} [mm]", ["x", "y", "z"][c]),
@@ -223,19 +225,15 @@ fn chart(outcome: &Outcome, shown: Shown) -> TimeChart {
         Shown::Tips => (
             "overlay",
             "Tip as measured, and of the twin before and after",
-            "Tip as measured, with the scene as given and with the fitted one; recordings one after the other.",
+            "Tip as measured, with the scene as given and with the fitted one [mm], over time [s]; recordings one after \
+             the other, each axis with its own scale.",
         ),
         Shown::Errors => (
             "residuals",
             "Error of the twin's tip",
-            "Tip of the twin less the measured one, before and after.",
+            "Tip of the twin minus the measured one [mm], with the scene as given and with the fitted one, over time [s]; \
+             each axis has its own scale.",
         ),
     };
-    TimeChart {
-        name,
-        title: title.into(),
-        caption: caption.into(),
-        time,
-        panels: (0..3).map(panel).collect(),
-    }
+    TimeChart::over_time(name, title, caption, &time, (0..3).map(panel).collect())
 }

@@ -1,13 +1,20 @@
-//! The report of an identification.
+//! The report of an identification: errors without and with auxiliary tendons, and their strokes over time.
 
 use std::path::Path;
 
-use hysteron_base::file;
+use hysteron_base::{Recording, file};
 use serde::Serialize;
 
+use super::auxiliary_strokes;
+use super::figure::{register_embedded_font, save};
+use super::lines::TimeChart;
 use super::report::{Page, write_metrics};
+use super::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, millimetres, tip_panels};
 use crate::identify::summary::Row;
 use crate::terminal;
+
+/// Recordings that are drawn at most: those with the largest error that is left.
+const MOST_RECORDINGS: usize = 4;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
@@ -21,7 +28,7 @@ struct Metrics<'a> {
     commit: &'a str,
 }
 
-/// Who chose the virtual strokes.
+/// How the auxiliary strokes were chosen.
 #[derive(Clone, Copy)]
 pub enum Chosen {
     /// One QP a sample.
@@ -30,7 +37,7 @@ pub enum Chosen {
     ByNetwork,
 }
 
-/// Writes `report.html` and `metrics.json` to `folder`.
+/// Writes the figures of the recordings in `folder`, `report.html` and `metrics.json` to it.
 pub fn write(
     folder: &Path,
     title: &str,
@@ -39,6 +46,7 @@ pub fn write(
     rows: &[Row],
     left_out: &[String],
 ) -> anyhow::Result<()> {
+    register_embedded_font()?;
     let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
     let metrics = Metrics {
         format: "hysteron-metrics",
@@ -52,20 +60,79 @@ pub fn write(
     write_metrics(folder, &metrics)?;
     let about = match chosen {
         Chosen::ByQps => {
-            "Distance of the twin's tip from the measured one, without and with virtual tendons, and how often their bounds \
-             bind."
+            "Distance of the twin's tip from the measured one, without and with auxiliary tendons, and how often their bounds \
+             are active. One QP per sample found the auxiliary strokes."
         }
         Chosen::ByNetwork => {
-            "Distance of the twin's tip from the measured one, without virtual tendons and with the strokes of the network: \
-             what it leaves is for a second one to learn. Nothing was solved for."
+            "Distance of the twin's tip from the measured one, without auxiliary tendons and with the auxiliary strokes of a \
+             network. The error that is left is the training data of a second network; no QP was solved."
         }
     };
     let mut page = Page::new(title, about, &command);
+    page.heading("Results");
     page.table(&Row::HEADINGS, rows.iter().map(Row::cells));
     if !left_out.is_empty() {
         page.table(&["Left out"], left_out.iter().map(|why| vec![why.clone()]));
     }
+    page.heading("Figures");
+    let shown = largest_errors(rows);
+    if shown.len() < rows.len() {
+        page.paragraph(&format!(
+            "The {} of {} recordings with the largest error that is left (99th percentile).",
+            shown.len(),
+            rows.len()
+        ));
+    }
+    for row in shown {
+        let recording = Recording::read(folder.join(format!("{}.parquet", row.name)))?;
+        for chart in charts(&row.name, &recording) {
+            page.figure(&save(folder, &chart, false)?);
+        }
+    }
     page.small(&format!("Scene {scene_sha256}."));
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
     Ok(())
+}
+
+/// The recordings with the largest error that is left, in their own order.
+fn largest_errors(rows: &[Row]) -> Vec<&Row> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|a, b| rows[*b].summary.after.p99_m.total_cmp(&rows[*a].summary.after.p99_m));
+    order.truncate(MOST_RECORDINGS);
+    order.sort_unstable();
+    order.into_iter().map(|k| &rows[k]).collect()
+}
+
+/// Tips, their errors and the auxiliary strokes of a recording.
+fn charts(name: &str, recording: &Recording) -> Vec<TimeChart> {
+    let tip = |stem: &str| -> Vec<&[f64]> {
+        ["x", "y", "z"].iter().map_while(|axis| recording.channel(&format!("{stem}_{axis}_m"))).collect()
+    };
+    let time = recording.time();
+    let measured = Tip::new("measured", MEASURED, &tip("tip")).without_gaps(recording.gap());
+    let twins = [("uncorrected twin", UNCORRECTED, "bare"), ("twin with auxiliary tendons", TWIN, "twin")]
+        .map(|(name, color, stem)| Tip::new(name, color, &tip(stem)));
+    let errors = TimeChart::over_time(
+        format!("{name}-error"),
+        format!("{name}: error of the tip"),
+        "Distance of the twin's tip from the measured one [mm] over time [s], without and with auxiliary tendons.",
+        time,
+        vec![error_panel(&measured, &twins)],
+    );
+    let [uncorrected, corrected] = twins;
+    let tips = TimeChart::over_time(
+        format!("{name}-tip"),
+        format!("{name}: tip"),
+        "Tip as measured, of the twin without and of the twin with auxiliary tendons [mm], over time [s]; interrupted where \
+         nothing was measured. Each axis has its own scale.",
+        time,
+        tip_panels(&[measured, uncorrected, corrected]),
+    );
+    let strokes = auxiliary_strokes(time, recording.aux().into_iter().map(millimetres).collect());
+    let strokes = TimeChart {
+        name: format!("{name}-auxiliary-strokes"),
+        title: format!("{name}: auxiliary strokes"),
+        ..strokes
+    };
+    vec![tips, errors, strokes]
 }

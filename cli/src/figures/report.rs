@@ -4,10 +4,10 @@ use std::path::Path;
 
 use hysteron_base::file;
 use hysteron_control::score::AxisScore;
-use hysteron_control::shape::ShapeNumbers;
+use plotters::style::RGBColor;
 use serde::Serialize;
 
-use super::Drawn;
+use super::figure::{Drawn, Entry};
 use super::shapes::NamedShape;
 use crate::run::{Run, Summary};
 
@@ -84,8 +84,8 @@ impl Page {
     pub(super) fn new(title: &str, about: &str, command: &str) -> Self {
         let [title, about, command] = [title, about, command].map(escaped);
         Self(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
              <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n"
         ))
     }
@@ -108,44 +108,56 @@ impl Page {
 
     /// A table with a row of headings.
     pub(super) fn table(&mut self, headings: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
-        self.0.push_str("<table>\n<tr>");
-        headings.iter().for_each(|heading| self.0.push_str(&format!("<th>{heading}</th>")));
+        self.0.push_str("<div class=\"scroll\"><table>\n<tr>");
+        headings
+            .iter()
+            .for_each(|heading| self.0.push_str(&format!("<th scope=\"col\">{}</th>", escaped(heading))));
         self.0.push_str("</tr>\n");
         for row in rows {
             self.0.push_str("<tr>");
             row.iter().for_each(|cell| self.0.push_str(&format!("<td>{}</td>", escaped(cell))));
             self.0.push_str("</tr>\n");
         }
-        self.0.push_str("</table>\n");
+        self.0.push_str("</table></div>\n");
     }
 
     /// A table of names and values.
     pub(super) fn list<'a>(&mut self, rows: impl IntoIterator<Item = (&'a str, String)>) {
-        self.0.push_str("<table>\n");
+        self.0.push_str("<div class=\"scroll\"><table>\n");
         for (name, value) in rows {
-            self.0.push_str(&format!("<tr><th>{}</th><td>{}</td></tr>\n", escaped(name), escaped(&value)));
+            let [name, value] = [name, &value].map(escaped);
+            self.0.push_str(&format!("<tr><th scope=\"row\">{name}</th><td>{value}</td></tr>\n"));
         }
-        self.0.push_str("</table>\n");
+        self.0.push_str("</table></div>\n");
     }
 
-    /// The numbers of a shape.
-    pub(super) fn shape(&mut self, name: &str, numbers: &ShapeNumbers) {
-        let title = format!("Shape of {name}");
-        let rows = [
-            (title.as_str(), Some(String::new())),
-            ("Largest displacement [mm]", Some(mm(numbers.excursion_m))),
-            ("Tip over command", Some(format!("{:.2}", numbers.tip_per_stroke))),
-            ("Diamond ratio", numbers.diamond_ratio.map(|ratio| format!("{ratio:.3}"))),
-            ("Rest missed by [%]", Some(format!("{:.2}", 100.0 * numbers.rest_miss))),
-        ];
-        self.list(rows.into_iter().filter_map(|(name, value)| Some((name, value?))));
+    /// Names and values that are shown when asked for: how it was computed, not what came of it.
+    pub(super) fn details_list<'a>(
+        &mut self,
+        summary: &str,
+        rows: impl IntoIterator<Item = (&'a str, String)>,
+    ) {
+        self.0.push_str(&format!("<details>\n<summary>{}</summary>\n", escaped(summary)));
+        self.list(rows);
+        self.0.push_str("</details>\n");
     }
 
     /// A figure with its caption.
     pub(super) fn figure(&mut self, figure: &Drawn) {
-        let caption = escaped(&figure.caption);
-        self.0
-            .push_str(&format!("<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>\n", figure.svg));
+        let [title, caption] = [&figure.title, &figure.caption].map(|text| escaped(text));
+        self.0.push_str(&format!("<figure>\n<h3>{title}</h3>\n"));
+        if !figure.legend.is_empty() {
+            let entry = |(name, RGBColor(r, g, b)): &Entry| {
+                format!("<span><i style=\"background:rgb({r},{g},{b})\"></i>{}</span>", escaped(name))
+            };
+            let entries: Vec<String> = figure.legend.iter().map(entry).collect();
+            self.0.push_str(&format!("<p class=\"legend\">{}</p>\n", entries.join("\n")));
+        }
+        let class = if figure.is_wide { "wide" } else { "tiles" };
+        let tiles = figure.tiles.concat();
+        self.0.push_str(&format!(
+            "<div class=\"{class}\">\n{tiles}</div>\n<figcaption>{caption}</figcaption>\n</figure>\n"
+        ));
     }
 
     /// A line in small print.
@@ -168,47 +180,57 @@ fn mm(value: f64) -> String {
 fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
     let run = metrics.run;
     let mut page = Page::new(&format!("{}: {title}", metrics.robot.name), metrics.source, metrics.command);
-    let rows = [
-        ("Samples", run.samples.to_string()),
-        ("Duration [s]", format!("{:.2}", run.duration_s)),
+    results(&mut page, metrics);
+    if !metrics.shapes.is_empty() {
+        page.table(&NamedShape::HEADINGS, metrics.shapes.iter().map(NamedShape::cells));
+    }
+    page.heading("Figures");
+    figures.iter().for_each(|figure| page.figure(figure));
+    page.heading("Model and solver");
+    page.list([
         ("Mesh", format!("{} nodes, {} tetrahedra", metrics.robot.nodes, metrics.robot.tetrahedra)),
-        ("Unknowns", metrics.robot.unknowns.to_string()),
-        ("Virtual tendons", metrics.robot.auxiliary_tendons.to_string()),
-        ("Steps of this run", run.steps.to_string()),
-        ("Time for them [s]", format!("{:.2}", run.wall_s)),
-        ("Steps per second", format!("{:.0}", metrics.steps_per_s)),
-        ("Iterations per step", format!("{:.2}", metrics.iterations_per_step)),
-        ("Renewals of the factor", run.renewals.to_string()),
-        ("Newton iterations", run.newton_iterations.to_string()),
-        ("Sub-steps", run.sub_steps.to_string()),
-        ("QPs solved by clarabel", run.clarabel_solves.to_string()),
-        ("Worst relative residual", format!("{:.1e}", run.worst_relative_residual)),
-        ("Worst stroke error [mm]", format!("{:.1e}", 1e3 * run.worst_stroke_error_m)),
-        ("Tip x [mm]", format!("{} to {}", mm(run.tip_min_m[0]), mm(run.tip_max_m[0]))),
-        ("Tip y [mm]", format!("{} to {}", mm(run.tip_min_m[1]), mm(run.tip_max_m[1]))),
-        ("Tip z [mm]", format!("{} to {}", mm(run.tip_min_m[2]), mm(run.tip_max_m[2]))),
-    ];
-    let goals = run.goals.iter().flat_map(|goals| {
-        [
-            ("Goals out of reach", goals.out_of_reach.to_string()),
-            ("Tolerance [mm]", (1e3 * goals.tolerance_m).to_string()),
-            ("Largest distance from a goal [mm]", format!("{:.1e}", 1e3 * goals.largest_distance_m)),
-            ("QPs solved for strokes", run.rounds.to_string()),
-        ]
-    });
-    page.list(rows.into_iter().chain(goals));
+        ("Degrees of freedom", metrics.robot.unknowns.to_string()),
+        ("Auxiliary tendons", metrics.robot.auxiliary_tendons.to_string()),
+        ("Computing time [s]", format!("{:.2}", run.wall_s)),
+    ]);
+    page.details_list("Solver details", solver(metrics));
+    page.small(&format!("Scene {}.", metrics.robot.scene_sha256));
+    page.finish(metrics.commit)
+}
+
+/// What came of a run.
+fn results(page: &mut Page, metrics: &Metrics) {
+    let run = metrics.run;
+    page.heading("Results");
     if let Some(score) = &run.against_measured {
         let percent =
             |nrmse: Option<f64>| nrmse.map_or("-".to_owned(), |part| format!("{:.2}", 100.0 * part));
         let row = |(axis, score): (&str, &AxisScore)| {
             vec![axis.to_owned(), format!("{:.3}", 1e3 * score.rmse_m), percent(score.nrmse)]
         };
-        let headings = ["Against the measured tip", "RMSE [mm]", "NRMSE [%]"];
-        page.table(&headings, ["x", "y", "z"].into_iter().zip(&score.axes).map(row));
+        let distance = vec!["distance".to_owned(), format!("{:.3}", 1e3 * score.rmse_m), "-".to_owned()];
+        let rows = ["x", "y", "z"].into_iter().zip(&score.axes).map(row).chain([distance]);
+        page.table(&["Simulated against measured tip", "RMSE [mm]", "NRMSE [%]"], rows);
+        page.list([("Largest distance from the measured tip [mm]", format!("{:.3}", 1e3 * score.max_m))]);
+    }
+    if let Some(goals) = &run.goals {
+        page.list([
+            ("Goals out of reach", format!("{} of {}", goals.out_of_reach, run.samples)),
+            ("Tolerance [mm]", (1e3 * goals.tolerance_m).to_string()),
+            ("Largest distance from a goal [mm]", format!("{:.1e}", 1e3 * goals.largest_distance_m)),
+        ]);
     }
     if let Some(part) = run.extrapolated {
         page.list([("Network outside its training range", format!("{:.1} % of the samples", 100.0 * part))]);
     }
+    let range = |c: usize| format!("{} to {}", mm(run.tip_min_m[c]), mm(run.tip_max_m[c]));
+    page.list([
+        ("Samples", run.samples.to_string()),
+        ("Duration [s]", format!("{:.2}", run.duration_s)),
+        ("Tip x [mm]", range(0)),
+        ("Tip y [mm]", range(1)),
+        ("Tip z [mm]", range(2)),
+    ]);
     if !run.tendons.is_empty() {
         let headings = ["Tendon", "Stroke [mm]", "Largest tension [N]", "At the lower tension bound"];
         let rows = run.tendons.iter().map(|tendon| {
@@ -221,21 +243,38 @@ fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
         });
         page.table(&headings, rows);
     }
-    for NamedShape { name, numbers } in metrics.shapes {
-        page.shape(name, numbers);
-    }
-    for figure in figures {
-        page.figure(figure);
-    }
-    page.small(&format!("Scene {}.", metrics.robot.scene_sha256));
-    page.finish(metrics.commit)
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#282c34;max-width:940px;margin:2em auto;padding:0 1em}\
+/// How a run was computed.
+fn solver(metrics: &Metrics) -> Vec<(&'static str, String)> {
+    let run = metrics.run;
+    let mut rows = vec![
+        ("Steps", run.steps.to_string()),
+        ("Steps per second", format!("{:.0}", metrics.steps_per_s)),
+        ("Iterations per step", format!("{:.2}", metrics.iterations_per_step)),
+        ("Refactorisations of the stiffness", run.renewals.to_string()),
+        ("Newton iterations", run.newton_iterations.to_string()),
+        ("Substeps", run.sub_steps.to_string()),
+        ("QPs solved by Clarabel", run.clarabel_solves.to_string()),
+        ("Largest relative force residual", format!("{:.1e}", run.worst_relative_residual)),
+        ("Largest stroke residual [mm]", format!("{:.1e}", 1e3 * run.worst_stroke_error_m)),
+    ];
+    if run.goals.is_some() {
+        rows.push(("QPs solved for strokes", run.rounds.to_string()));
+    }
+    rows
+}
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#282c34;max-width:944px;margin:2em auto;padding:0 1em}\
 pre{background:#f4f5f7;padding:.8em 1em;white-space:pre-wrap;border-radius:4px}\
 table{border-collapse:collapse;margin:1em 0}th,td{text-align:left;padding:.15em 1.2em .15em 0;font-weight:normal;\
-border-bottom:1px solid #e1e4e8}td{font-variant-numeric:tabular-nums}figure{margin:2em 0}svg{max-width:100%;height:auto}\
-figcaption{color:#5a6068}.small{color:#5a6068;font-size:12px;overflow-wrap:anywhere}";
+border-bottom:1px solid #e1e4e8}td,th{white-space:nowrap}td{font-variant-numeric:tabular-nums}th{vertical-align:bottom}\
+h1{font-size:1.7em;line-height:1.25;overflow-wrap:anywhere}h3{font-size:1em;margin:0}.scroll{overflow-x:auto}\
+figure{margin:2em 0}svg{display:block;max-width:100%;height:auto}.tiles{display:flex;flex-wrap:wrap;align-items:flex-start}\
+.wide{overflow-x:auto}@media(max-width:640px){.wide svg{max-width:none;width:680px}}\
+.legend{display:flex;flex-wrap:wrap;gap:.2em 1.4em;margin:.3em 0;font-size:13px}\
+.legend i{display:inline-block;width:22px;height:4px;margin-right:6px;vertical-align:middle}\
+summary{cursor:pointer}figcaption{color:#5a6068}.small{color:#5a6068;font-size:12px;overflow-wrap:anywhere}";
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

@@ -7,7 +7,7 @@ use anyhow::Result;
 use hysteron_twin::TwinState;
 use plotters::prelude::*;
 
-use super::Figure;
+use super::figure::Figure;
 use super::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
 use crate::run::Run;
 
@@ -45,6 +45,10 @@ const VIEWS: [View; 2] = [
     View { title: "from the front", axes: [0, 2], depth: 1, near: -1.0 },
     View { title: "from the right", axes: [1, 2], depth: 0, near: 1.0 },
 ];
+
+/// Size of a view, and of the tensions beside them [px].
+const VIEW: [f64; 2] = [400.0, 500.0];
+const SIDE: [f64; 2] = [140.0, 470.0];
 
 const BODY: [f64; 3] = [176.0, 190.0, 204.0];
 const GHOST_EDGE: RGBColor = RGBColor(170, 176, 184);
@@ -162,6 +166,25 @@ impl RobotPicture {
         Ok(())
     }
 
+    /// The colours of tensions, and the tension of the first tendons.
+    fn draw_tensions<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        const LEFT: f64 = 12.0;
+        let most = self.most_tension();
+        if most > 0.0 {
+            sheet.part(LEFT, 20.0, SIDE[0] - LEFT, 200.0).color_bar("tension [N]", 0.0, most)?;
+        }
+        let shown = self.tendons.iter().filter(|tendon| tendon.is_primary).take(10);
+        for (k, tendon) in shown.enumerate() {
+            let color = if tendon.tension == 0.0 { SLACK } else { ramp(tendon.tension.abs() / most) };
+            let text = format!("{} {} N", tendon.name, number(tendon.tension));
+            sheet.sample(color, &text, LEFT, 250.0 + 20.0 * k as f64)?;
+        }
+        Ok(())
+    }
+
     /// Range of both shapes along an axis [mm].
     fn extent(&self, axis: usize) -> std::ops::Range<f64> {
         padded(self.rest.iter().chain(&self.moved).map(|point| point[axis]))
@@ -216,56 +239,44 @@ fn tendons(run: &Run, state: &TwinState) -> Vec<DrawnTendon> {
 }
 
 impl Figure for RobotPicture {
-    fn name(&self) -> &'static str {
-        "robot"
+    fn name(&self) -> String {
+        "robot".into()
+    }
+
+    fn title(&self) -> String {
+        format!("{} at t = {} s", self.name, number(self.time))
     }
 
     fn caption(&self) -> String {
         format!(
-            "The robot at t = {} s, where its tip is farthest from rest, with its tendons coloured by tension; a \
+            "The robot at t = {} s, where its tip is farthest from rest, with its tendons coloured by tension [N]; a \
              thin grey tendon is slack. The pale outline is the unloaded body.",
             number(self.time)
         )
     }
 
-    fn size(&self) -> (u32, u32) {
-        (900, 560)
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![VIEW, VIEW, SIDE]
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Result<()>
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> Result<()>
     where
         DB::ErrorType: 'static,
     {
-        const TOP: f64 = 40.0;
-        const SIDE: f64 = 120.0;
-        sheet.title(&format!("{} at t = {} s", self.name, number(self.time)))?;
-        let (width, height) = sheet.size();
-        let size = ((width - SIDE - 8.0) / 2.0, height - TOP - 28.0);
+        const TITLE: f64 = 20.0;
+        let Some(view) = VIEWS.get(tile) else { return self.draw_tensions(sheet) };
         let length = |axis: usize| {
             let range = self.extent(axis);
             range.end - range.start
         };
+        let size = [VIEW[0], VIEW[1] - TITLE];
         let mm_per_px = VIEWS
             .iter()
-            .map(|view| (length(view.axes[0]) / (size.0 - LEFT)).max(length(view.axes[1]) / (size.1 - BELOW)))
+            .map(|view| {
+                (length(view.axes[0]) / (size[0] - LEFT)).max(length(view.axes[1]) / (size[1] - BELOW))
+            })
             .fold(0.0, f64::max);
-        for (k, view) in VIEWS.iter().enumerate() {
-            let left = 4.0 + k as f64 * size.0;
-            sheet.text(view.title, left + LEFT, TOP + 8.0)?;
-            self.draw_view(&sheet.part(left, TOP + 20.0, size.0, size.1), view, mm_per_px)?;
-        }
-        let left = width - SIDE + 12.0;
-        let most = self.most_tension();
-        if most > 0.0 {
-            let bar = sheet.part(left, TOP + 20.0, SIDE - 14.0, 200.0);
-            bar.color_bar("tension [N]", 0.0, most)?;
-        }
-        let shown = self.tendons.iter().filter(|tendon| tendon.is_primary).take(10);
-        for (k, tendon) in shown.enumerate() {
-            let color = if tendon.tension == 0.0 { SLACK } else { ramp(tendon.tension.abs() / most) };
-            let text = format!("{} {} N", tendon.name, number(tendon.tension));
-            sheet.sample(color, &text, left, TOP + 250.0 + 20.0 * k as f64)?;
-        }
-        Ok(())
+        sheet.text(view.title, LEFT, 8.0)?;
+        self.draw_view(&sheet.part(0.0, TITLE, size[0], size[1]), view, mm_per_px)
     }
 }

@@ -5,7 +5,7 @@ use hysteron_control::shape::{Shape, ShapeNumbers};
 use plotters::prelude::*;
 use serde::Serialize;
 
-use super::Figure;
+use super::figure::{Entry, Figure};
 use super::sheet::{BELOW, COLORS, LEFT, Sheet};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
@@ -15,11 +15,9 @@ const TIP: RGBColor = COLORS[0];
 /// Side of the square inside a pair of axes, height of the lines above it, room between columns [px].
 const SIDE: f64 = 240.0;
 const ABOVE: f64 = 44.0;
-const BETWEEN: f64 = 16.0;
-const TOP: f64 = 38.0;
+const BETWEEN: f64 = 18.0;
 const COLUMN: f64 = LEFT + SIDE + BETWEEN;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
-const MOST_COLUMNS: usize = 3;
 /// Steps of a line that are drawn at once.
 const PIECE: usize = 6;
 
@@ -39,6 +37,29 @@ pub struct NamedShape {
     pub numbers: ShapeNumbers,
 }
 
+impl NamedShape {
+    /// Headings of [`NamedShape::cells`].
+    pub const HEADINGS: [&'static str; 5] = [
+        "Shape",
+        "Largest displacement [mm]",
+        "Tip over command [-]",
+        "Diamond ratio [-]",
+        "Return error at rest [%]",
+    ];
+
+    /// The numbers as text.
+    pub fn cells(&self) -> Vec<String> {
+        let ShapeNumbers { excursion_m, tip_per_stroke, diamond_ratio, rest_miss } = self.numbers;
+        vec![
+            self.name.clone(),
+            format!("{:.2}", 1e3 * excursion_m),
+            format!("{tip_per_stroke:.2}"),
+            diamond_ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.3}")),
+            format!("{:.2}", 100.0 * rest_miss),
+        ]
+    }
+}
+
 impl CommandAndTip {
     /// The figure of at least one recording, each with its name, for tendons at these angles [rad] about z.
     pub fn new(angles: &[f64], recordings: &[(&str, &Recording)]) -> Result<Self, BadInput> {
@@ -56,63 +77,66 @@ impl CommandAndTip {
             .collect()
     }
 
-    fn columns(&self) -> usize {
-        self.shapes.len().min(MOST_COLUMNS)
+    /// Half the side of every pair of axes [mm].
+    fn half(&self) -> f64 {
+        let paths = self.shapes.iter().flat_map(|(_, shape)| paths(shape));
+        let reach = paths.flatten().fold(0.0, |far: f64, (x, y)| far.max(x.abs()).max(y.abs()));
+        1.08 * reach
     }
 }
 
 /// The numbers in one line.
 fn line(numbers: &ShapeNumbers) -> String {
     let ratio = numbers.diamond_ratio.map_or(String::new(), |ratio| format!("diamond {ratio:.3}, "));
-    format!("{ratio}rest missed by {:.2} %", 100.0 * numbers.rest_miss)
+    format!("{ratio}return error {:.2} %", 100.0 * numbers.rest_miss)
 }
 
 impl Figure for CommandAndTip {
-    fn name(&self) -> &'static str {
-        "command-tip"
+    fn name(&self) -> String {
+        "command-tip".into()
+    }
+
+    fn title(&self) -> String {
+        "Command and tip".into()
     }
 
     fn caption(&self) -> String {
         "Commanded path in tendon space, brought over the tip by one factor, and path of the tip from where it \
          rested, from above; all axes have one scale. Diamond: radius over the commanded one, towards the \
-         diagonals over towards the axes. Rest missed by: distance of the last rest from the first, over the \
-         largest displacement."
+         diagonals over towards the axes. Return error: distance of the last rest from the first, over the \
+         largest displacement (hysteresis at rest)."
             .to_owned()
     }
 
-    fn size(&self) -> (u32, u32) {
-        let rows = self.shapes.len().div_ceil(self.columns());
-        let width = (COLUMN * self.columns() as f64 + 16.0).max(480.0);
-        (width as u32, (TOP + ROW * rows as f64 + 6.0) as u32)
+    fn legend(&self) -> Vec<Entry> {
+        vec![("command, scaled".into(), COMMAND), ("tip".into(), TIP)]
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![[COLUMN, ROW]; self.shapes.len()]
+    }
+
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {
-        sheet.title("Command and tip")?;
-        sheet.legend(&[("command, scaled".into(), COMMAND), ("tip".into(), TIP)])?;
-        let paths: Vec<[Vec<(f64, f64)>; 2]> = self.shapes.iter().map(|(_, shape)| paths(shape)).collect();
-        let reach =
-            paths.iter().flatten().flatten().fold(0.0, |far: f64, (x, y)| far.max(x.abs()).max(y.abs()));
-        let half = 1.08 * reach;
-        for (k, ((name, shape), paths)) in self.shapes.iter().zip(paths).enumerate() {
-            let (row, column) = (k / self.columns(), k % self.columns());
-            let (x, y) = (4.0 + COLUMN * column as f64, TOP + ROW * row as f64);
-            sheet.text(name, x + LEFT, y + 12.0)?;
-            sheet.text(&line(&shape.numbers), x + LEFT, y + 30.0)?;
-            let part = sheet.part(x, y + ABOVE, LEFT + SIDE, SIDE + BELOW);
-            let mut chart = part.chart(-half..half, -half..half, "x [mm]", "y [mm]")?;
-            for (path, color, width) in [(&paths[0], COMMAND, 3.0), (&paths[1], TIP, 1.2)] {
-                // A tenth of its width is not seen.
-                let fewer = simplified(path, 0.1 * width * 2.0 * half / SIDE);
-                // In short pieces: where a line runs over itself, bitmaps would leave it out.
-                let lines = between_sharp_turns(&fewer).flat_map(|line| {
-                    (0..line.len()).step_by(PIECE).map(|from| &line[from..line.len().min(from + PIECE + 1)])
-                });
-                for line in lines {
-                    chart.draw_series(LineSeries::new(line.iter().copied(), part.line(color, width)))?;
-                }
+        let (name, shape) = &self.shapes[tile];
+        let half = self.half();
+        sheet.text(name, LEFT, 12.0)?;
+        sheet.text(&line(&shape.numbers), LEFT, 30.0)?;
+        let part = sheet.part(0.0, ABOVE, LEFT + SIDE, SIDE + BELOW);
+        let mut chart = part.chart(-half..half, -half..half, "x [mm]", "y [mm]")?;
+        for (path, color, width) in
+            paths(shape).iter().zip([(COMMAND, 3.0), (TIP, 1.2)]).map(|(p, (c, w))| (p, c, w))
+        {
+            // A tenth of its width is not seen.
+            let fewer = simplified(path, 0.1 * width * 2.0 * half / SIDE);
+            // In short pieces: where a line runs over itself, bitmaps would leave it out.
+            let lines = between_sharp_turns(&fewer).flat_map(|line| {
+                (0..line.len()).step_by(PIECE).map(|from| &line[from..line.len().min(from + PIECE + 1)])
+            });
+            for line in lines {
+                chart.draw_series(LineSeries::new(line.iter().copied(), part.line(color, width)))?;
             }
         }
         Ok(())
@@ -133,6 +157,8 @@ mod tests {
     use hysteron_base::{Channel, Metadata};
     use hysteron_control::Plan;
     use hysteron_control::shape::even_angles;
+
+    use crate::figures::figure::{drawn, png, register_embedded_font};
 
     /// The trajectories of the plan `quick`, and a tip that is drawn towards a diamond and comes late.
     fn recordings() -> Vec<(String, Recording)> {
@@ -162,15 +188,15 @@ mod tests {
         let named: Vec<(&str, &Recording)> =
             recordings.iter().map(|(name, it)| (name.as_str(), it)).collect();
         let figure = CommandAndTip::new(&even_angles(4), &named).unwrap();
-        super::super::register_embedded_font().unwrap();
-        let svg = super::super::svg_of(&figure).unwrap();
-        for (name, numbers) in named.iter().map(|(name, _)| name).zip(figure.numbers()) {
+        register_embedded_font().unwrap();
+        let tiles = drawn(&figure).unwrap().tiles;
+        for ((svg, (name, _)), numbers) in tiles.iter().zip(&named).zip(figure.numbers()) {
             assert_eq!(&numbers.name, name);
             assert!(svg.contains(*name) && svg.contains(&line(&numbers.numbers)), "{name}");
         }
         let circle = &figure.numbers()[2].numbers;
         assert!(circle.diamond_ratio.unwrap() < 0.97 && circle.rest_miss < 0.01, "{circle:?}");
-        assert!(super::super::png_of(&figure).unwrap().starts_with(b"\x89PNG"));
+        assert!(png(&figure).unwrap().starts_with(b"\x89PNG"));
     }
 
     #[test]

@@ -2,9 +2,11 @@
 
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::axis::Axis;
+use super::figure::{Entry, legend_width};
 
 /// Colours that are told apart without red and green (Okabe and Ito, 2008).
 pub const COLORS: [RGBColor; 7] = [
@@ -27,7 +29,7 @@ pub const LEFT: f64 = 54.0;
 pub const BELOW: f64 = 38.0;
 
 /// A chart with plain axes.
-pub type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+pub type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
 
 /// Part of a figure, measured in pixels of normal size.
 pub struct Sheet<DB: DrawingBackend> {
@@ -85,20 +87,14 @@ where
         Ok(())
     }
 
-    /// Line samples and names in one row that ends at the right edge, at the height of the title.
-    pub fn legend(&self, entries: &[(String, RGBColor)]) -> anyhow::Result<()> {
-        let style = self.text_style(TEXT, Pos::new(HPos::Left, VPos::Center));
-        let mut widths = Vec::new();
-        for (name, _) in entries {
-            let (width, _) = self.area.estimate_text_size(name, &style)?;
-            widths.push(f64::from(width) / self.scale + 46.0);
-        }
-        let mut x = self.size().0 - 6.0 - widths.iter().sum::<f64>();
-        for ((name, color), width) in entries.iter().zip(widths) {
-            let ends = vec![(self.px(x), self.px(20.0)), (self.px(x + 22.0), self.px(20.0))];
+    /// Line samples and names in a row from `left`, at the height of the row's middle.
+    pub fn legend(&self, entries: &[Entry], left: f64, y: f64) -> anyhow::Result<()> {
+        let mut x = left;
+        for (name, color) in entries {
+            let ends = vec![(self.px(x), self.px(y)), (self.px(x + 22.0), self.px(y))];
             self.area.draw(&PathElement::new(ends, self.line(*color, 2.5)))?;
-            self.text(name, x + 28.0, 20.0)?;
-            x += width;
+            self.text(name, x + 28.0, y)?;
+            x += legend_width(name);
         }
         Ok(())
     }
@@ -113,10 +109,12 @@ where
     ) -> anyhow::Result<Chart<'_, DB>> {
         let (width, height) = self.size();
         let below = if x_name.is_empty() { 8.0 } else { BELOW };
+        // A label is some 60 px wide and 16 px high.
+        let (x, y) = (Axis::new(&x, (width / 75.0) as usize), Axis::new(&y, (height / 30.0) as usize));
         let mut chart = ChartBuilder::on(&self.area)
             .set_label_area_size(LabelAreaPosition::Left, self.px(LEFT))
             .set_label_area_size(LabelAreaPosition::Bottom, self.px(below))
-            .build_cartesian_2d(x, y)?;
+            .build_cartesian_2d(x.clone(), y.clone())?;
         let text = ("sans-serif", TEXT * self.scale).into_font().color(&INK);
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT)
@@ -125,15 +123,11 @@ where
             .set_all_tick_mark_size(self.px(4.0))
             .label_style(text.clone())
             .axis_desc_style(text)
-            .x_labels((width / 75.0).max(3.0) as usize)
-            .y_labels((height / 45.0).max(3.0) as usize)
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
-            .y_desc(y_name);
+            .y_desc(y.named(y_name));
         if x_name.is_empty() {
             mesh.x_label_formatter(&|_| String::new());
         } else {
-            mesh.x_desc(x_name);
+            mesh.x_desc(x.named(x_name));
         }
         mesh.draw()?;
         Ok(chart)
@@ -183,13 +177,20 @@ pub fn ramp(part: f64) -> RGBColor {
     RGBColor(mixed(0).round() as u8, mixed(1).round() as u8, mixed(2).round() as u8)
 }
 
-/// The range of the values with 5 % of air, and never empty.
+/// The range of the values with 5 % of air; that of one value alone goes 10 % to either side.
 pub fn padded(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    // Thinner is one value, in the units of an axis.
+    const THINNEST: f64 = 1e-6;
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for value in values {
         (low, high) = (low.min(value), high.max(value));
     }
-    let air = (0.05 * (high - low)).max(1e-3);
+    let far = low.abs().max(high.abs());
+    let air = match high - low {
+        span if span >= THINNEST * far.max(1.0) => 0.05 * span,
+        _ if far >= THINNEST => 0.1 * far,
+        _ => 0.5,
+    };
     low - air..high + air
 }
 
@@ -201,10 +202,4 @@ pub fn number(value: f64) -> String {
         size if size > 0.0 => format!("{value:.2}"),
         _ => "0".to_owned(),
     }
-}
-
-/// A tick label: as short as it is exact, with a true minus sign.
-fn tick(value: f64) -> String {
-    let rounded = (value * 1e6).round() / 1e6 + 0.0;
-    rounded.to_string().replace('-', "\u{2212}")
 }

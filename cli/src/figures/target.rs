@@ -7,12 +7,12 @@ use hysteron_control::TargetPath;
 use plotters::prelude::*;
 use serde::Serialize;
 
+use super::figure::{Entry, Figure, register_embedded_font, save};
 use super::report::{Page, write_metrics};
 use super::sheet::{BELOW, COLORS, LEFT, Sheet};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
 use super::tracking::{TARGET, dashes, square_around};
-use super::{Figure, register_embedded_font, save};
 use crate::target::reach::Reach;
 use crate::terminal;
 
@@ -20,7 +20,6 @@ const WAY: RGBColor = RGBColor(190, 194, 200);
 const MISSED: RGBColor = COLORS[1];
 const REACHED: RGBColor = COLORS[2];
 const SIDE: f64 = 440.0;
-const TOP: f64 = 38.0;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
@@ -103,8 +102,12 @@ struct Picture<'a> {
 }
 
 impl Figure for Picture<'_> {
-    fn name(&self) -> &'static str {
-        "target"
+    fn name(&self) -> String {
+        "target".into()
+    }
+
+    fn title(&self) -> String {
+        "Target".into()
     }
 
     fn caption(&self) -> String {
@@ -117,11 +120,19 @@ impl Figure for Picture<'_> {
         format!("The target's curve, dashed, and the way to it from rest, at (0, 0).{reach}")
     }
 
-    fn size(&self) -> (u32, u32) {
-        ((LEFT + SIDE + 24.0) as u32, (TOP + SIDE + BELOW + 8.0) as u32)
+    fn legend(&self) -> Vec<Entry> {
+        let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
+        if self.reach.is_some() {
+            names.extend([("reached".to_owned(), REACHED), ("out of reach".to_owned(), MISSED)]);
+        }
+        names
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![[LEFT + SIDE + 16.0, SIDE + BELOW + 8.0]]
+    }
+
+    fn draw<DB: DrawingBackend>(&self, _: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {
@@ -130,13 +141,7 @@ impl Figure for Picture<'_> {
         let curve: Vec<(f64, f64)> = self.target.outline.points().iter().map(mm).collect();
         let ([x, y], half) = square_around(all.iter().chain(&curve));
         let mm_per_px = 2.0 * half / SIDE;
-        sheet.title("Target")?;
-        let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
-        if self.reach.is_some() {
-            names.extend([("reached".to_owned(), REACHED), ("out of reach".to_owned(), MISSED)]);
-        }
-        sheet.legend(&names)?;
-        let part = sheet.part(4.0, TOP, LEFT + SIDE, SIDE + BELOW);
+        let part = sheet.part(0.0, 0.0, LEFT + SIDE, SIDE + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
         for way in [&all[..=*self.target.curve().start()], &all[*self.target.curve().end()..]] {
             for run in between_sharp_turns(&simplified(way, 0.15 * mm_per_px)) {

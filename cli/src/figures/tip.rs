@@ -3,7 +3,8 @@
 use anyhow::{Context, Result};
 use plotters::prelude::*;
 
-use super::Figure;
+use super::figure::{Entry, Figure};
+use super::series::millimetres;
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};
 use super::simplify::simplified;
 use crate::run::Run;
@@ -12,6 +13,11 @@ use crate::run::Run;
 const PIECES: usize = 80;
 const GOALS: RGBColor = COLORS[5];
 const MEASURED: RGBColor = RGBColor(190, 194, 200);
+
+/// Axes of the views, and their sizes [px].
+const VIEWS: [([usize; 2], [f64; 2]); 3] =
+    [([0, 1], [430.0, 440.0]), ([0, 2], [430.0, 300.0]), ([1, 2], [430.0, 300.0])];
+const BAR: [f64; 2] = [90.0, 300.0];
 
 /// The path of the tip, coloured by time.
 pub struct TipPath {
@@ -31,9 +37,9 @@ impl TipPath {
         let tip = run.recording.tip().context("the recording has no tip")?;
         let time = run.recording.time();
         Ok(Self {
-            tip: tip.map(super::millimetres),
-            goals: run.goals.map(|goals| goals.positions().map(super::millimetres)),
-            measured: run.measured.map(|measured| measured.map(super::millimetres)),
+            tip: tip.map(millimetres),
+            goals: run.goals.map(|goals| goals.positions().map(millimetres)),
+            measured: run.measured.map(|measured| measured.map(millimetres)),
             time: [time[0], time[time.len() - 1]],
         })
     }
@@ -117,53 +123,61 @@ pub fn between_sharp_turns(line: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, 
 }
 
 impl Figure for TipPath {
-    fn name(&self) -> &'static str {
-        "tip-path"
+    fn name(&self) -> String {
+        "tip-path".into()
+    }
+
+    fn title(&self) -> String {
+        "Path of the tip".into()
     }
 
     fn caption(&self) -> String {
-        "Path of the tip from above and from two sides, coloured by time; the two axes of a view have one scale. \
+        "Path of the tip from above and from two sides [mm], coloured by time; the two axes of a view have one scale. \
          Circle: first sample; triangle: last."
             .to_owned()
             + if self.goals.is_some() { " Blue dots below: the goals." } else { "" }
             + if self.measured.is_some() { " Wide grey line below: the tip as measured on the robot." } else { "" }
     }
 
-    fn size(&self) -> (u32, u32) {
-        (900, 540)
+    fn legend(&self) -> Vec<Entry> {
+        let goals = self.goals.as_ref().map(|_| ("goals".to_owned(), GOALS));
+        let measured = self.measured.as_ref().map(|_| ("measured".to_owned(), MEASURED));
+        let simulated = [("simulated".to_owned(), ramp(0.5))];
+        if goals.is_none() && measured.is_none() {
+            return Vec::new();
+        }
+        goals.into_iter().chain(measured).chain(simulated).collect()
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Result<()>
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        let mut tiles = VIEWS.map(|(_, size)| size).to_vec();
+        tiles.push(BAR);
+        tiles
+    }
+
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> Result<()>
     where
         DB::ErrorType: 'static,
     {
-        const TOP: f64 = 40.0;
-        const SIDE: f64 = 330.0;
-        sheet.title("Path of the tip")?;
-        if self.goals.is_some() {
-            sheet.legend(&[("goals".into(), GOALS)])?;
-        }
-        if self.measured.is_some() {
-            sheet.legend(&[("measured".into(), MEASURED), ("twin".into(), ramp(0.5))])?;
-        }
-        let (width, height) = sheet.size();
-        let main = (width - SIDE - 95.0, height - TOP - 10.0);
-        let small = (SIDE, main.1 / 2.0);
+        let Some((axes, size)) = VIEWS.get(tile) else {
+            let (width, height) = sheet.size();
+            let bar = sheet.part(14.0, 8.0, width - 14.0, height.min(230.0) - 8.0);
+            return bar.color_bar("time [s]", self.time[0], self.time[1]);
+        };
         let length = |axis: usize| {
             let range = self.range(axis);
             range.end - range.start
         };
         // A tip at rest would be magnified without end.
-        let fits = |(width, height): (f64, f64), [a, b]: [usize; 2]| {
+        let fits = |[a, b]: [usize; 2], [width, height]: [f64; 2]| {
             (length(a) / (width - LEFT)).max(length(b) / (height - BELOW)).max(1e-3)
         };
-        let from_side = fits(small, [0, 2]).max(fits(small, [1, 2]));
-        self.view(&sheet.part(4.0, TOP, main.0, main.1), [0, 1], fits(main, [0, 1]))?;
-        let left = main.0 + 8.0;
-        self.view(&sheet.part(left, TOP, small.0, small.1), [0, 2], from_side)?;
-        self.view(&sheet.part(left, TOP + small.1, small.0, small.1), [1, 2], from_side)?;
-        let bar = sheet.part(width - 72.0, TOP + 4.0, 70.0, 220.0);
-        bar.color_bar("time [s]", self.time[0], self.time[1])
+        // The two from the side have one scale.
+        let mm_per_px = match tile {
+            0 => fits(*axes, *size),
+            _ => VIEWS[1..].iter().map(|(axes, size)| fits(*axes, *size)).fold(0.0, f64::max),
+        };
+        self.view(sheet, *axes, mm_per_px)
     }
 }
 

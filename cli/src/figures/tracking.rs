@@ -5,15 +5,17 @@ use std::path::Path;
 
 use hysteron_base::file;
 use hysteron_control::TargetPath;
-use hysteron_control::tracking::{Repeatability, errors};
+use hysteron_control::tracking::{Repeatability, Timed, errors};
 use plotters::prelude::*;
 use serde::Serialize;
 
+use super::figure::{Drawn, Figure, register_embedded_font, save};
+use super::lines::{Curve, TimeChart, TimePanel};
 use super::report::{Page, write_metrics};
+use super::series::millimetres;
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
-use super::{Drawn, Figure, register_embedded_font, save};
 use crate::evaluate::{METRICS, Row, cells, headings};
 use crate::terminal;
 
@@ -21,13 +23,13 @@ pub const TARGET: RGBColor = COLORS[0];
 /// Side of the square inside a pair of axes, height of the line above it, room between columns [px].
 const SIDE: f64 = 240.0;
 const ABOVE: f64 = 26.0;
-const TOP: f64 = 38.0;
-const COLUMN: f64 = LEFT + SIDE + 16.0;
+const COLUMN: f64 = LEFT + SIDE + 18.0;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
 const BAR: f64 = 90.0;
-const MOST_COLUMNS: usize = 3;
 /// Recordings that are drawn at most.
 const MOST_PANELS: usize = 12;
+/// Recordings in a chart over time at most.
+const MOST_CURVES: usize = 5;
 /// Colours that are told apart along a path.
 const SHADES: f64 = 24.0;
 
@@ -79,12 +81,60 @@ pub fn write(folder: &Path, target: &TargetPath, rows: &[Row], with_png: bool) -
                  over x and y, and polygon IoU as in paper 003, section V-B; definitions in docs/control.md.";
     let mut page = Page::new(&format!("Target {}", target.name), about, &command);
     page.table(&headings(), cells(rows));
+    page.heading("Figures");
     page.figure(&figure);
+    if let Some(chart) = over_time(target, rows) {
+        page.figure(&save(folder, &chart, with_png)?);
+    }
+    page.heading("Recordings");
     let source = |row: &Row| vec![row.name.clone(), row.source.clone(), row.sha256.clone()];
     page.table(&["Recording", "Source", "SHA-256"], rows.iter().map(source));
     page.small(&format!("Target {}.", target.hash));
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
     Ok(())
+}
+
+/// Target and tips at the same times, and their distance; `None` where the times do not compare.
+pub(super) fn over_time(target: &TargetPath, rows: &[Row]) -> Option<TimeChart> {
+    let shown: Vec<&Row> =
+        rows.iter().filter(|row| row.score.aligned_rmse_m.is_some()).take(MOST_CURVES).collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let samples: Vec<usize> = target.curve().collect();
+    let time: Vec<f64> = samples.iter().map(|i| target.time(*i)).collect();
+    let goal: Vec<[f64; 3]> = samples.iter().map(|i| target.points()[*i]).collect();
+    let tip = |row: &Row| -> Vec<[f64; 2]> {
+        let path = Timed { time: &row.tracked.time, points: &row.tracked.points };
+        time.iter().map(|t| path.at(*t).unwrap_or([f64::NAN; 2])).collect()
+    };
+    let tips: Vec<Vec<[f64; 2]>> = shown.iter().map(|row| tip(row)).collect();
+    // The first colour is the target's.
+    let curves = |of: &dyn Fn(usize, &[f64; 2]) -> f64| -> Vec<Curve> {
+        let values = |tip: &Vec<[f64; 2]>| tip.iter().enumerate().map(|(i, p)| 1e3 * of(i, p)).collect();
+        shown
+            .iter()
+            .zip(&tips)
+            .enumerate()
+            .map(|(k, (row, tip))| Curve::new(&row.name, k + 1, values(tip)))
+            .collect()
+    };
+    let axis = |c: usize| {
+        let wanted = Curve::new("target", 0, goal.iter().map(|p| 1e3 * p[c]).collect());
+        let panel = [wanted].into_iter().chain(curves(&|_, p| p[c])).collect();
+        TimePanel::new(["x [mm]", "y [mm]"][c], panel)
+    };
+    let distance = |i: usize, p: &[f64; 2]| (p[0] - goal[i][0]).hypot(p[1] - goal[i][1]);
+    let panels = vec![axis(0), axis(1), TimePanel::new("error [mm]", curves(&distance))];
+    let more = match rows.len() - shown.len() {
+        0 => String::new(),
+        n => format!(" {n} more recordings are in the table."),
+    };
+    let caption = format!(
+        "Target and measured tip at equal times, and the distance between them [mm] over time [s]. A tip that follows late \
+         shows a large error here even where its path lies on the target.{more}"
+    );
+    Some(TimeChart::over_time("tracking-time", "Target and tip over time", caption, &time, panels))
 }
 
 /// Writes the figure alone, as `tracking.svg`, to `folder`.
@@ -113,7 +163,7 @@ impl Overlay {
         let panel = |row: &Row| Panel {
             name: row.name.clone(),
             path: row.tracked.curve().iter().map(|[x, y]| (1e3 * x, 1e3 * y)).collect(),
-            errors: super::millimetres(&errors(target, &row.tracked)),
+            errors: millimetres(&errors(target, &row.tracked)),
         };
         Self {
             target: target.outline.points().iter().map(|p| (1e3 * p[0], 1e3 * p[1])).collect(),
@@ -122,8 +172,32 @@ impl Overlay {
         }
     }
 
-    fn columns(&self) -> usize {
-        self.panels.len().min(MOST_COLUMNS)
+    /// Largest distance from the target in all panels [mm].
+    fn largest(&self) -> f64 {
+        self.panels.iter().flat_map(|panel| &panel.errors).fold(1e-6, |most: f64, error| most.max(*error))
+    }
+
+    fn draw_panel<DB: DrawingBackend>(&self, panel: &Panel, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let paths = self.panels.iter().flat_map(|panel| &panel.path);
+        let ([x, y], half) = square_around(self.target.iter().chain(paths));
+        let mm_per_px = 2.0 * half / SIDE;
+        let most = panel.errors.iter().copied().fold(0.0, f64::max);
+        sheet.text(&format!("{}: at most {} mm off", panel.name, number(most)), LEFT, 12.0)?;
+        let part = sheet.part(0.0, ABOVE, LEFT + SIDE, SIDE + BELOW);
+        let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
+        for (shade, line) in shades(panel, self.largest()) {
+            let fewer = simplified(&line, 0.15 * mm_per_px);
+            for run in between_sharp_turns(&fewer) {
+                chart.draw_series(LineSeries::new(run.iter().copied(), part.line(ramp(shade), 2.2)))?;
+            }
+        }
+        for dash in dashes(&self.target, 5.0 * mm_per_px) {
+            chart.draw_series(LineSeries::new(dash, part.line(TARGET, 1.2)))?;
+        }
+        Ok(())
     }
 }
 
@@ -139,8 +213,12 @@ pub fn square_around<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> ([f64;
 }
 
 impl Figure for Overlay {
-    fn name(&self) -> &'static str {
-        "tracking"
+    fn name(&self) -> String {
+        "tracking".into()
+    }
+
+    fn title(&self) -> String {
+        "Target and tip".into()
     }
 
     fn caption(&self) -> String {
@@ -149,50 +227,24 @@ impl Figure for Overlay {
             n => format!(" {n} more are in the table."),
         };
         format!(
-            "Target, dashed, and path of the tip on it, coloured by its distance from the target; all axes have one \
+            "Target, dashed, and path of the tip on it, coloured by its distance from the target [mm]; all axes have one \
              scale.{more}"
         )
     }
 
-    fn size(&self) -> (u32, u32) {
-        let rows = self.panels.len().div_ceil(self.columns());
-        let width = (COLUMN * self.columns() as f64 + BAR).max(480.0);
-        (width as u32, (TOP + ROW * rows as f64 + 6.0) as u32)
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        let panels = self.panels.iter().map(|_| [COLUMN, ROW]);
+        panels.chain([[BAR, ABOVE + SIDE + 8.0]]).collect()
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {
-        sheet.title("Target and tip")?;
-        let paths = self.panels.iter().flat_map(|panel| &panel.path);
-        let ([x, y], half) = square_around(self.target.iter().chain(paths));
-        let largest =
-            self.panels.iter().flat_map(|panel| &panel.errors).fold(1e-6, |most: f64, e| most.max(*e));
-        let mm_per_px = 2.0 * half / SIDE;
-        for (k, panel) in self.panels.iter().enumerate() {
-            let (row, column) = (k / self.columns(), k % self.columns());
-            let (left, top) = (4.0 + COLUMN * column as f64, TOP + ROW * row as f64);
-            let most = panel.errors.iter().copied().fold(0.0, f64::max);
-            sheet.text(
-                &format!("{}: at most {} mm off", panel.name, number(most)),
-                left + LEFT,
-                top + 12.0,
-            )?;
-            let part = sheet.part(left, top + ABOVE, LEFT + SIDE, SIDE + BELOW);
-            let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
-            for (shade, line) in shades(panel, largest) {
-                let fewer = simplified(&line, 0.15 * mm_per_px);
-                for run in between_sharp_turns(&fewer) {
-                    chart.draw_series(LineSeries::new(run.iter().copied(), part.line(ramp(shade), 2.2)))?;
-                }
-            }
-            for dash in dashes(&self.target, 5.0 * mm_per_px) {
-                chart.draw_series(LineSeries::new(dash, part.line(TARGET, 1.2)))?;
-            }
+        match self.panels.get(tile) {
+            Some(panel) => self.draw_panel(panel, sheet),
+            None => sheet.part(12.0, ABOVE, BAR - 12.0, SIDE).color_bar("error [mm]", 0.0, self.largest()),
         }
-        let bar = sheet.part(COLUMN * self.columns() as f64 + 12.0, TOP + ABOVE, BAR - 12.0, SIDE);
-        bar.color_bar("error [mm]", 0.0, largest)
     }
 }
 

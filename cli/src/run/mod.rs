@@ -116,6 +116,8 @@ pub struct Run<'a> {
     pub goals: Option<&'a Goals<'a>>,
     /// Where the robot's own tip was measured under the same strokes, if it was: x, y and z (n_samples each) [m].
     pub measured: Option<[&'a [f64]; 3]>,
+    /// Samples whose tip was not measured (n_samples).
+    pub gap: &'a [bool],
     /// State in which the tip was farthest from rest, and its sample.
     pub farthest: (usize, &'a TwinState),
     /// Numbers of the run.
@@ -234,6 +236,7 @@ pub fn carry_out(
             recording,
             goals: command.goals.as_ref(),
             measured,
+            gap: samples.gap(),
             farthest: (farthest.0, &farthest.1),
             summary: &summary,
         };

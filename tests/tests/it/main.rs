@@ -11,6 +11,7 @@ mod generate;
 mod mesh;
 mod reach;
 mod record;
+mod reports;
 mod repository;
 mod simulate;
 mod study;

@@ -249,7 +249,7 @@ fn pictures_and_report_are_whole() {
         }
     }
     let report = String::from_utf8(place.read("figures/report.html")).unwrap();
-    assert_eq!(report.matches("<svg").count(), 6);
+    assert_eq!(report.matches("<figure>").count(), 6);
     assert!(report.contains("hysteron simulate scene.toml --strokes circle.csv"));
     assert!(!report.contains("NaN") && !report.contains("src="));
     let metrics = String::from_utf8(place.read("figures/metrics.json")).unwrap();

@@ -44,7 +44,8 @@ fn recordings_are_measured_against_their_target() {
         assert_eq!(row["sha256"].as_str().unwrap().len(), 64);
     }
     assert!(found["repeatability"]["rmse_m"]["variation"].as_f64().unwrap() < 1e-3);
-    assert_eq!(names_in(&place.path().join("report")), ["metrics.json", "report.html", "tracking.svg"]);
+    let names = ["metrics.json", "report.html", "tracking-time.svg", "tracking.svg"];
+    assert_eq!(names_in(&place.path().join("report")), names);
     let report = String::from_utf8(place.read("report/report.html")).unwrap();
     assert!(report.contains("hysteron evaluate --target target.parquet tips") && report.contains("<svg"));
     let svg = String::from_utf8(place.read("report/tracking.svg")).unwrap();

@@ -3,19 +3,19 @@
 use hysteron_base::Recording;
 use plotters::prelude::*;
 
-use crate::figures::Figure;
+use crate::figures::figure::{Entry, Figure};
 use crate::figures::sheet::{BELOW, COLORS, LEFT, Sheet, padded};
 use crate::figures::simplify::simplified;
 use crate::figures::tip::between_sharp_turns;
 
 const ROBOT: RGBColor = RGBColor(178, 183, 190);
 const TWIN: [RGBColor; 2] = [COLORS[1], COLORS[0]];
-/// Inside of a pair of axes, line above it, room between columns, title [px].
+/// Inside of a pair of axes, line above it, room between columns [px].
 const WIDTH: f64 = 380.0;
 const HEIGHT: f64 = 330.0;
 const ABOVE: f64 = 26.0;
 const COLUMN: f64 = LEFT + WIDTH + 16.0;
-const TOP: f64 = 38.0;
+const NAMES: [&str; 2] = ["without the network", "with the network"];
 
 /// A point per sample: stroke and tip [mm].
 type Path = Vec<(f64, f64)>;
@@ -49,49 +49,50 @@ impl Hysteresis {
 }
 
 impl Figure for Hysteresis {
-    fn name(&self) -> &'static str {
-        "hysteresis"
+    fn name(&self) -> String {
+        "hysteresis".into()
+    }
+
+    fn title(&self) -> String {
+        "Tip over stroke".into()
     }
 
     fn caption(&self) -> String {
         format!(
-            "Trajectory {}, which nobody has learned from. Across: how far the first tendon is pulled. Up: how far the \
-             tip goes its way. The wide grey line is the robot: for one stroke it has several places, and which one it \
-             takes depends on where it came from. Left, the twin without its network; right, with it.",
+            "Trajectory {}, a test path that was used for no fit. Horizontal: stroke of the first tendon [mm]; vertical: \
+             displacement of the tip along that tendon's direction [mm]. The wide grey line is the robot: at one stroke its \
+             tip has several positions, depending on the motion before (hysteresis). Left, the twin without its network; \
+             right, with it.",
             self.trajectory
         )
     }
 
-    fn size(&self) -> (u32, u32) {
-        ((2.0 * COLUMN + 12.0) as u32, (TOP + ABOVE + HEIGHT + BELOW + 6.0) as u32)
+    fn legend(&self) -> Vec<Entry> {
+        let twins = NAMES.iter().zip(TWIN).map(|(name, color)| (format!("twin {name}"), color));
+        [("robot".to_owned(), ROBOT)].into_iter().chain(twins).collect()
     }
 
-    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![[COLUMN, ABOVE + HEIGHT + BELOW + 6.0]; 2]
+    }
+
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {
-        sheet.title("Tip over stroke")?;
-        let names = ["twin", "twin with network"];
-        let mut legend = vec![("robot".to_owned(), ROBOT)];
-        legend.extend(names.iter().zip(TWIN).map(|(name, color)| ((*name).to_owned(), color)));
-        sheet.legend(&legend)?;
         let all = || self.twin.iter().chain([&self.robot]).flatten();
         let (x, y) = (padded(all().map(|point| point.0)), padded(all().map(|point| point.1)));
         let aspect = (x.end - x.start) / (y.end - y.start) * HEIGHT / WIDTH;
-        for (k, twin) in self.twin.iter().enumerate() {
-            let left = 4.0 + COLUMN * k as f64;
-            sheet.text(["without the network", "with the network"][k], left + LEFT, TOP + 12.0)?;
-            let part = sheet.part(left, TOP + ABOVE, LEFT + WIDTH, HEIGHT + BELOW);
-            let mut chart =
-                part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
-            for (path, color, width) in [(&self.robot, ROBOT, 4.0), (twin, TWIN[k], 1.3)] {
-                // Compared where both axes have one scale; a sixth of a pixel is not seen.
-                let even: Path = path.iter().map(|(x, y)| (*x, aspect * y)).collect();
-                let fewer = simplified(&even, 0.15 * (x.end - x.start) / WIDTH);
-                for run in between_sharp_turns(&fewer) {
-                    let points = run.iter().map(|(x, y)| (*x, y / aspect));
-                    chart.draw_series(LineSeries::new(points, part.line(color, width)))?;
-                }
+        sheet.text(NAMES[tile], LEFT, 12.0)?;
+        let part = sheet.part(0.0, ABOVE, LEFT + WIDTH, HEIGHT + BELOW);
+        let mut chart = part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
+        for (path, color, width) in [(&self.robot, ROBOT, 4.0), (&self.twin[tile], TWIN[tile], 1.3)] {
+            // Compared where both axes have one scale; a sixth of a pixel is not seen.
+            let even: Path = path.iter().map(|(x, y)| (*x, aspect * y)).collect();
+            let fewer = simplified(&even, 0.15 * (x.end - x.start) / WIDTH);
+            for run in between_sharp_turns(&fewer) {
+                let points = run.iter().map(|(x, y)| (*x, y / aspect));
+                chart.draw_series(LineSeries::new(points, part.line(color, width)))?;
             }
         }
         Ok(())

@@ -13,8 +13,9 @@ use hysteron_control::score::{PathScore, score};
 use hysteron_control::tracking::{Origin, Part};
 use serde::Serialize;
 
+use super::figure::{Drawn, register_embedded_font, save};
 use super::report::{Page, write_metrics};
-use super::{Drawn, register_embedded_font, save, tracking};
+use super::tracking;
 use crate::evaluate::{self, Row};
 use crate::inputs;
 use crate::study::{DATA, PREDICTED, STROKES, Stage, Study, Target, Track, Way, folder, repeat};

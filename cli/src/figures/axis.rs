@@ -1,0 +1,206 @@
+//! Axes: round ticks, and labels that tell them apart.
+//!
+//! An axis has at least three ticks at multiples of 1, 2 or 5 times a power of ten, whatever its range. Labels show as
+//! many digits as the step has. Where numbers would be long, a power of ten or an offset goes into the axis' name.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
+
+/// Fewest ticks of an axis.
+const FEWEST: usize = 3;
+/// Thinnest range over the largest value in it: doubles hold three digits more.
+const THINNEST: f64 = 1e-9;
+/// Largest and smallest range: their powers of ten are doubles.
+const LARGEST: f64 = 1e290;
+const SMALLEST: f64 = 1e-290;
+/// Widths of the range away from zero beyond which labels count from an offset.
+const FAR: f64 = 1e3;
+/// Largest and smallest label without a power of ten.
+const LARGEST_LABEL: f64 = 1e5;
+const SMALLEST_LABEL: f64 = 1e-2;
+
+/// A range with its ticks.
+#[derive(Clone)]
+pub struct Axis {
+    coordinate: RangedCoordf64,
+    ticks: Vec<f64>,
+    /// What labels count from.
+    offset: f64,
+    /// Power of ten that labels are divided by.
+    exponent: i32,
+    /// Digits behind the point.
+    decimals: usize,
+}
+
+impl Axis {
+    /// An axis over a finite range with about `most` ticks, and at least three.
+    pub fn new(range: &Range<f64>, most: usize) -> Self {
+        let range = drawable(range);
+        let span = range.end - range.start;
+        let offset = if range.start.abs().max(range.end.abs()) > FAR * span {
+            let round = 10f64.powi(span.log10().ceil() as i32);
+            (range.start / round).floor() * round
+        } else {
+            0.0
+        };
+        let (low, high) = (range.start - offset, range.end - offset);
+        let (magnitude, power) = step(low, high, most);
+        let step = f64::from(magnitude) * 10f64.powi(power);
+        let first = (low / step).ceil();
+        let places: Vec<f64> = (0..count(low, high, step)).map(|k| (first + k as f64) * step).collect();
+        let largest = places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
+        let is_short = (SMALLEST_LABEL..LARGEST_LABEL).contains(&largest);
+        let exponent = if is_short { 0 } else { 3 * (largest.log10() / 3.0).floor() as i32 };
+        Self {
+            coordinate: range.into(),
+            ticks: places.iter().map(|place| (offset + place).clamp(low + offset, high + offset)).collect(),
+            offset,
+            exponent,
+            decimals: usize::try_from(exponent - power).unwrap_or(0),
+        }
+    }
+
+    /// The axis' name, with what its labels are to be multiplied by and added to.
+    pub fn named(&self, name: &str) -> String {
+        let factor = if self.exponent == 0 { String::new() } else { format!(" \u{d7} 1e{}", self.exponent) };
+        let offset = match self.offset {
+            0.0 => String::new(),
+            offset if offset.abs() < 1e9 => format!(" + {offset}"),
+            offset => format!(" + {offset:e}"),
+        };
+        format!("{name}{factor}{offset}").replace("+ -", "- ").replace('-', "\u{2212}")
+    }
+
+    /// The label of a tick, with a true minus sign.
+    pub fn label(&self, tick: f64) -> String {
+        let value = (tick - self.offset) / 10f64.powi(self.exponent);
+        let text = format!("{value:.*}", self.decimals);
+        // Rounded to nothing from below.
+        let is_zero = text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
+        if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
+    }
+}
+
+/// The range itself, or a wider one around it that has ticks.
+fn drawable(range: &Range<f64>) -> Range<f64> {
+    let clamped = |value: f64| value.clamp(-LARGEST, LARGEST);
+    let (low, high) = (clamped(range.start.min(range.end)), clamped(range.start.max(range.end)));
+    let far = low.abs().max(high.abs());
+    let thinnest = (THINNEST * far).max(SMALLEST);
+    if high - low >= thinnest {
+        return low..high;
+    }
+    let half = if far < SMALLEST { 0.5 } else { 0.5 * thinnest };
+    let middle = 0.5 * low + 0.5 * high;
+    middle - half..middle + half
+}
+
+/// A step as factor 1, 2 or 5 and power of ten: the finest with at most `most` ticks where it has three, or else the
+/// coarsest with three.
+fn step(low: f64, high: f64, most: usize) -> (u8, i32) {
+    let power = (high - low).log10().ceil() as i32;
+    // The first has two ticks at most, the last ten or more.
+    let all = (0..3).flat_map(|finer| [5, 2, 1].map(|factor| (factor, power - finer)));
+    let counted: Vec<((u8, i32), usize)> = all
+        .map(|(factor, power)| ((factor, power), count(low, high, f64::from(factor) * 10f64.powi(power))))
+        .filter(|(_, n)| *n >= FEWEST)
+        .collect();
+    let finest = counted.iter().rev().find(|(_, n)| *n <= most);
+    finest.or(counted.first()).map_or((1, power - 2), |(step, _)| *step)
+}
+
+/// Number of multiples of the step in a range.
+fn count(low: f64, high: f64, step: f64) -> usize {
+    ((high / step).floor() - (low / step).ceil() + 1.0) as usize
+}
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.coordinate.map(value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.coordinate.range()
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format_ext(&self, tick: &f64) -> String {
+        self.label(*tick)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn labels(range: Range<f64>, most: usize) -> Vec<String> {
+        let axis = Axis::new(&range, most);
+        axis.ticks.iter().map(|tick| axis.label(*tick)).collect()
+    }
+
+    fn check(range: Range<f64>, most: usize) {
+        let axis = Axis::new(&range, most);
+        let labels = labels(range.clone(), most);
+        assert!(labels.len() >= FEWEST, "{range:?}, at most {most}: {labels:?}");
+        // The step before has less than three, so that the range is less than three of it; the next is 2.5 times finer.
+        assert!(labels.len() <= most.max(8), "{range:?}, at most {most}: {labels:?}");
+        for (k, label) in labels.iter().enumerate() {
+            assert!(!labels[..k].contains(label), "{range:?}, at most {most}: {labels:?}");
+            assert!(label.chars().count() <= 9, "{range:?}, at most {most}: {label}");
+            assert!(!label.contains("NaN") && !label.contains("inf"), "{range:?}: {label}");
+        }
+        let shown = Ranged::range(&axis);
+        let inside = |tick: &f64| (shown.start..=shown.end).contains(tick);
+        assert!(axis.ticks.iter().all(inside), "{range:?}, {:?} in {shown:?}", axis.ticks);
+    }
+
+    #[test]
+    fn strokes_of_a_few_millimetres_have_more_labels_than_zero() {
+        assert_eq!(labels(-8.3..8.3, 3), ["\u{2212}5", "0", "5"]);
+        assert_eq!(labels(0.0..1.0, 5), ["0.0", "0.5", "1.0"]);
+        assert_eq!(labels(-0.0123..0.0004, 4), ["\u{2212}0.010", "\u{2212}0.005", "0.000"]);
+    }
+
+    #[test]
+    fn every_kind_of_range_has_three_labels_that_differ() {
+        let constant = [0.0, 1.0, -3.7, 1e-12, 1e12, -1e300, 5e-324, f64::MAX];
+        let small = [1e-300, 1e-15, 1e-6, 1e-3, 0.4999, 0.9, 1.0, 9.99, 1e3, 1e6, 1e15, 1e300];
+        for most in 1..14 {
+            constant.iter().for_each(|value| check(*value..*value, most));
+            for width in small {
+                for start in [0.0, -width, -0.3 * width, 1.0, -1.0, 1e9, -1e9, 123.456] {
+                    check(start..start + width, most);
+                }
+            }
+            check(f64::MIN..f64::MAX, most);
+        }
+    }
+
+    #[test]
+    fn powers_and_offsets_stand_in_the_name() {
+        let name = |range: Range<f64>| Axis::new(&range, 5).named("x [mm]");
+        assert_eq!(name(0.0..10.0), "x [mm]");
+        assert_eq!(name(0.0..3e-6), "x [mm] \u{d7} 1e\u{2212}6");
+        assert_eq!(name(0.0..4e6), "x [mm] \u{d7} 1e6");
+        assert_eq!(name(1_000_000.0..1_000_003.0), "x [mm] + 1000000");
+    }
+
+    proptest! {
+        #[test]
+        fn any_range_has_three_labels_that_differ(a in prop::num::f64::NORMAL, b in prop::num::f64::NORMAL, most in 1usize..20) {
+            check(a.min(b)..a.max(b), most);
+            check(a..a + a.abs() * 1e-4, most);
+        }
+    }
+}
