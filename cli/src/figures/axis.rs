@@ -70,7 +70,8 @@ impl Axis {
             offset if offset.abs() < 1e9 => format!(" + {offset}"),
             offset => format!(" + {offset:e}"),
         };
-        format!("{name}{factor}{offset}").replace("+ -", "- ").replace('-', "\u{2212}")
+        let count = format!("{factor}{offset}").replace("+ -", "- ").replace('-', "\u{2212}");
+        format!("{name}{count}")
     }
 
     /// The label of a tick, with a true minus sign.
@@ -191,6 +192,7 @@ mod tests {
     fn powers_and_offsets_stand_in_the_name() {
         let name = |range: Range<f64>| Axis::new(&range, 5).named("x [mm]");
         assert_eq!(name(0.0..10.0), "x [mm]");
+        assert_eq!(Axis::new(&(0.0..1.0), 5).named("load [-]"), "load [-]");
         assert_eq!(name(0.0..3e-6), "x [mm] \u{d7} 1e\u{2212}6");
         assert_eq!(name(0.0..4e6), "x [mm] \u{d7} 1e6");
         assert_eq!(name(1_000_000.0..1_000_003.0), "x [mm] + 1000000");
