@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 use hysteron_learn::{Adam, Architecture, Batch, Head, Memory, Network, Outputs, Runner, Trainer};
 
-use crate::measure::shortest;
+use crate::measure::{shortest, shortest_of_both};
 use crate::table::{Goal, Row};
 
 /// Sequences in a batch.
@@ -127,19 +127,15 @@ fn sample_seconds(stepped: Stepped) -> Result<f64> {
 /// Training diverged.
 pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
     let (mut fused, mut unrolled) = (Training::fused(steps, Outputs::All)?, Training::unrolled(steps)?);
-    let (mut fast, mut slow, mut apart) = (f64::INFINITY, f64::INFINITY, 0.0f64);
-    // The second steps show that the first ones moved the weights alike.
-    for _ in 0..2 {
-        let (here, seconds) = fused.timed()?;
-        fast = fast.min(seconds);
-        let (there, seconds) = unrolled.timed()?;
-        slow = slow.min(seconds);
-        apart = apart.max((here / there - 1.0).abs());
-    }
-    drop(unrolled);
-    for _ in 0..repetitions {
-        fast = fast.min(fused.timed()?.1);
-    }
+    let mut apart = 0.0f64;
+    let [fast, slow] = shortest_of_both(repetitions.max(2), |k| -> Result<[f64; 2]> {
+        let ((here, fast), (there, slow)) = (fused.timed()?, unrolled.timed()?);
+        // The second step shows that the first moved the weights alike; from step to step rounding grows.
+        if k < 2 {
+            apart = apart.max((here / there - 1.0).abs());
+        }
+        Ok([fast, slow])
+    })?;
     let name = format!("LSTM 2 × 512, batch of {ROWS} × {steps}");
     Ok(vec![
         Row::new(format!("{name}: step of training"), fast, "s")

@@ -63,6 +63,26 @@ pub fn percentile(values: &[f64], p: f64) -> f64 {
     sorted.get((p * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
+/// Value that the share `p` of all steps of all runs stays below [s]: a step that something else delayed counts as it was.
+pub fn percentile_of_steps(runs: &[Run], p: f64) -> f64 {
+    let seconds: Vec<f64> = runs.iter().flat_map(|run| run.seconds.iter().copied()).collect();
+    percentile(&seconds, p)
+}
+
+/// Shortest time that each of two ways took [s], called in turn and as often as each other.
+///
+/// # Errors
+/// That of the first call that fails.
+pub fn shortest_of_both<E>(
+    repetitions: usize,
+    mut call: impl FnMut(usize) -> Result<[f64; 2], E>,
+) -> Result<[f64; 2], E> {
+    (0..repetitions).try_fold([f64::INFINITY; 2], |shortest, k| {
+        let seconds = call(k)?;
+        Ok([shortest[0].min(seconds[0]), shortest[1].min(seconds[1])])
+    })
+}
+
 /// Shortest duration of `repetitions` calls [s], after one that does not count.
 pub fn shortest(repetitions: usize, mut call: impl FnMut()) -> f64 {
     call();
@@ -111,4 +131,29 @@ pub fn machine() -> serde_json::Value {
         "compiler": command("rustc", &["--version"]),
         "commit": command("git", &["rev-parse", "--short", "HEAD"]),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_percentile_of_steps_counts_every_step_of_every_run() {
+        // Each run is slow in another step: the shortest time of every step hides all of them.
+        let run = |slow: usize| {
+            let seconds = (0..10).map(|k| if k == slow { 1.0 } else { 1e-3 }).collect();
+            Run { seconds, ..Run::default() }
+        };
+        let runs: Vec<Run> = (0..5).map(run).collect();
+        assert_eq!(percentile_of_steps(&runs, 0.99), 1.0);
+        assert_eq!(percentile_of_steps(&runs, 0.5), 1e-3);
+    }
+
+    #[test]
+    fn both_ways_are_timed_as_often() {
+        let times = [[3.0, 9.0], [2.0, 8.0], [4.0, 7.0]];
+        let found: Result<_, ()> = shortest_of_both(3, |k| Ok(times[k]));
+        assert_eq!(found, Ok([2.0, 7.0]));
+        assert_eq!(shortest_of_both(3, |k| if k == 1 { Err(k) } else { Ok([1.0; 2]) }), Err(1));
+    }
 }

@@ -3,21 +3,29 @@
 use std::path::PathBuf;
 
 use hysteron_base::{BadInput, Scene};
-use hysteron_twin::residual::{AdaptOptions, ResidualModel};
-use hysteron_twin::{Motion, Plant, Twin};
+use hysteron_twin::residual::{AdaptOptions, Adapted, Kept, adapt, n_samples};
+use hysteron_twin::{Motion, Twin};
+use serde::Serialize;
 use serde_json::json;
 
+use crate::figures::report::write_metrics;
 use crate::network::Network;
 use crate::{inputs, interrupt, paths, terminal};
 
 const HELP: &str = "\
 Needs a checkpoint by `hysteron fit-residual` and recordings of the robot as it is now (strokes and measured tip): a tendon \
-was tensioned anew, friction has grown, a tool was put on. The network stays as it is; a correction of a few parameters, \
-linear in the strokes and in what hysteresis made of them, is found sample by sample, within bounds, and slowly forgets. \
-A minute of motion is enough (`record --plan quick`).
+was tensioned anew, friction or play has grown, a tool was put on. The network stays as it is. Two kinds of change are \
+sought: a few physical numbers (how far each tendon is pulled at stroke zero, play of the servos, friction), and on top of \
+them a correction that is linear in the strokes and in what hysteresis made of them. A minute of motion is enough \
+(`record --plan quick`); motion like that of the training is best, for where the network leaves its training nothing is \
+learned.
 
-Writes the checkpoint with its correction, for `simulate --residual`, `generate`, `command --scene` and `track`, and for \
-`adapt` again. Prints how far the twin's tip is off along each recording, without and with what was learned from all of \
+The recordings take turns: a change is fitted to the others and judged on the one held out (a single recording, or two, \
+are cut into pieces). Only what does better there by a tenth is kept; a robot that has not changed keeps its checkpoint.
+
+Writes the checkpoint with what was kept, for `simulate --residual`, `generate`, `command --scene` and `track`, and for \
+`adapt` again; and metrics.json. Prints how far the twin's tip is off on what was held out, by what would be kept, the \
+decision, what was found, and how far the tip is off along each recording without and with what was learned from all of \
 them.
 
 Examples, from the root of the repository:
@@ -43,6 +51,9 @@ pub struct Arguments {
     /// Checkpoint to write, .safetensors
     #[arg(long, value_name = "CKPT")]
     out: PathBuf,
+    /// Folder for metrics.json [default: OUT without its ending]
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     /// Time after which what was seen counts a third
     #[arg(long, value_name = "S", default_value_t = AdaptOptions::default().memory_s)]
     memory_s: f64,
@@ -66,60 +77,119 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;
     }
     interrupt::listen()?;
-    let n_samples: usize = motions.iter().map(Motion::len).sum();
-    let bar = terminal::progress("samples", 2 * n_samples, 0);
-    let pass = |network: &Network, options: Option<AdaptOptions>| {
-        follow(&twin, network, &motions, options, &mut || {
-            bar.inc(1);
-            !interrupt::is_asked()
-        })
+    let bar = terminal::progress("samples", n_samples(&twin, &motions), 0);
+    let on_sample = || {
+        bar.inc(1);
+        !interrupt::is_asked()
     };
     let options = AdaptOptions { memory_s: arguments.memory_s, ..AdaptOptions::default() };
-    let (before, mut model) = pass(&network, Some(options))?;
-    model.training["adapted_to"] = inputs.iter().map(|input| json!([input.name, input.hash])).collect();
-    let adapted = network.with(model);
-    let (after, _) = pass(&adapted, None)?;
+    let adapted = adapt(&twin, network.auxiliary(), network.model(), &motions, &options, &on_sample)?;
     bar.finish_and_clear();
-    for ((input, before), after) in inputs.iter().zip(before).zip(after) {
-        terminal::say(format_args!(
-            "{}: tip off by {before:.3} mm (rms) before, {after:.3} mm after",
-            input.name
-        ));
-    }
-    adapted.model().write(&arguments.out)?;
+    let Some(mut adapted) = adapted else { anyhow::bail!("interrupted; nothing is written") };
+    let hashes = inputs.iter().map(|input| json!([input.name, input.hash])).collect();
+    adapted.model.training["adapted_to"] = hashes;
+    adapted.model.training["adapted_kept"] = json!(adapted.kept);
+    adapted.model.write(&arguments.out)?;
+    let folder = paths::beside(&arguments.out, arguments.figures.as_deref());
+    write_metrics(&folder, &Metrics::new(&adapted, &options))?;
+    print(&adapted);
     terminal::say(arguments.out.display());
     Ok(())
 }
 
-/// Rolls out all motions, from rest each; returns the root mean square distance of the tip in each [mm], and the model with
-/// what was learned on the way.
-fn follow(
-    twin: &Twin,
-    network: &Network,
-    motions: &[Motion],
-    options: Option<AdaptOptions>,
-    go_on: &mut dyn FnMut() -> bool,
-) -> anyhow::Result<(Vec<f64>, ResidualModel)> {
-    let mut distances = Vec::new();
-    let mut rollout = network.rollout(twin, motions[0].step)?;
-    if let Some(options) = options {
-        rollout.adapt(options)?;
-    }
-    for motion in motions {
-        rollout.restart();
-        let (mut square, mut count) = (0.0, 0.0);
-        for i in 0..motion.len() {
-            let tip = rollout.step(motion.strokes_at(i))?.tip;
-            if !motion.gap[i] {
-                square += (0..3).map(|c| (tip[c] - motion.tips[i][c]).powi(2)).sum::<f64>();
-                count += 1.0;
-                rollout.learn(motion.tips[i]);
-            }
-            if !go_on() {
-                anyhow::bail!("interrupted; nothing is written");
-            }
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    kept: Kept,
+    /// By what would be kept: the root mean square distance of the tip on all blocks while each was held out.
+    held_out: Vec<HeldOut>,
+    blocks: Vec<Block<'a>>,
+    /// Beyond what the checkpoint had; in the checkpoint only where `kept` says so.
+    found: Found<'a>,
+    recordings: &'a [hysteron_twin::residual::MotionErrors],
+    options: &'a AdaptOptions,
+    command: String,
+    commit: &'static str,
+}
+
+#[derive(Serialize)]
+struct HeldOut {
+    kept: Kept,
+    rms_m: f64,
+}
+
+#[derive(Serialize)]
+struct Block<'a> {
+    recording: &'a str,
+    time_s: [f64; 2],
+}
+
+#[derive(Serialize)]
+struct Found<'a> {
+    zeros_m: &'a [f64],
+    play_m: f64,
+    friction_ratio: f64,
+    prior_weight: f64,
+}
+
+impl<'a> Metrics<'a> {
+    fn new(adapted: &'a Adapted, options: &'a AdaptOptions) -> Self {
+        let held_out = adapted.held_out_m.iter().map(|&(kept, rms_m)| HeldOut { kept, rms_m });
+        let blocks = adapted.blocks.iter().map(|(name, time)| Block { recording: name, time_s: *time });
+        Self {
+            format: "hysteron-metrics",
+            version: 1,
+            kept: adapted.kept,
+            held_out: held_out.collect(),
+            blocks: blocks.collect(),
+            found: Found {
+                zeros_m: &adapted.found.zeros_m,
+                play_m: adapted.found.play_m,
+                friction_ratio: adapted.found.friction_ratio,
+                prior_weight: adapted.prior_weight,
+            },
+            recordings: &adapted.motions,
+            options,
+            command: terminal::command_line(),
+            commit: env!("HYSTERON_COMMIT"),
         }
-        distances.push(1e3 * (square / f64::max(count, 1.0)).sqrt());
     }
-    Ok((distances, rollout.adapted()))
+}
+
+/// What would be kept, in words.
+fn words(kept: Kept) -> &'static str {
+    match kept {
+        Kept::Nothing => "nothing new",
+        Kept::Change => "zeros, play and friction",
+        Kept::Correction => "a linear correction",
+        Kept::Both => "zeros, play, friction and a linear correction",
+    }
+}
+
+/// Prints errors held out, the decision, what was found and errors along the recordings.
+fn print(adapted: &Adapted) {
+    for (kept, rms) in &adapted.held_out_m {
+        terminal::say(format_args!("held out, with {}: tip {:.3} mm off (rms)", words(*kept), 1e3 * rms));
+    }
+    terminal::say(format_args!("kept: {}", words(adapted.kept)));
+    let zeros: Vec<String> = adapted.found.zeros_m.iter().map(|zero| format!("{:.2}", 1e3 * zero)).collect();
+    terminal::say(format_args!(
+        "found: zeros {} mm, play {:.2} mm more, friction times {:.2}",
+        zeros.join(", "),
+        1e3 * adapted.found.play_m,
+        adapted.found.friction_ratio
+    ));
+    for motion in &adapted.motions {
+        let outside = match motion.extrapolating {
+            0.0 => String::new(),
+            part => format!("; {:.0} % of it outside the network's training, not learned from", 100.0 * part),
+        };
+        terminal::say(format_args!(
+            "{}: tip off by {:.3} mm (rms) before, {:.3} mm after{outside}",
+            motion.name,
+            1e3 * motion.before_m,
+            1e3 * motion.after_m
+        ));
+    }
 }

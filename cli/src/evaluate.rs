@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, Recording};
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};
 use serde::Serialize;
@@ -151,14 +151,40 @@ pub fn headings() -> Vec<&'static str> {
     ["Recording"].into_iter().chain(METRICS.iter().map(|metric| metric.heading)).collect()
 }
 
+/// What the strokes of a tracked path say of themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Commanded {
+    /// Part of the samples in which a network was outside what it had seen in training [-].
+    pub extrapolating: f64,
+    /// Part of the samples in which a limit held a stroke back [-].
+    pub limited: f64,
+}
+
+impl Commanded {
+    /// Of a recording by `hysteron command`.
+    pub fn of(strokes: &Recording) -> Self {
+        let part = |flag: &str| {
+            strokes
+                .channel(flag)
+                .map_or(0.0, |values| values.iter().sum::<f64>() / values.len().max(1) as f64)
+        };
+        Self { extrapolating: part("extrapolating"), limited: part("limited") }
+    }
+}
+
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    run_commanded(arguments, None)
+}
+
+/// Carries out the verb for recordings of strokes that say something of themselves.
+pub fn run_commanded(arguments: &Arguments, commanded: Option<&Commanded>) -> anyhow::Result<()> {
     let target = TargetPath::open(&arguments.target)?;
     let part = if arguments.whole { Part::Whole } else { Part::AtTheSameTimes };
     let origin = if arguments.relative_to_rest { Origin::Rest } else { Origin::Frame };
     let rows = rows(&target, inputs::read(&arguments.recordings)?, part, origin)?;
     if let Some(folder) = &arguments.out {
-        figures::tracking::write(folder, &target, &rows, arguments.png)?;
+        figures::tracking::write(folder, &target, &rows, commanded, arguments.png)?;
     }
     print(&rows);
     Ok(())

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hysteron_base::{BadInput, Recording, rng};
-use hysteron_learn::{Epoch, Progress};
+use hysteron_control::split::{MotionKind, draw_validation};
+use hysteron_learn::{Epoch, FitReport, Progress};
 use hysteron_twin::residual::{
-    Fitted, PUBLISHED, Sequence, Sessions, StatefulOptions, fit_stateful, fit_windowed,
+    Fitted, PUBLISHED, ResidualModel, Sequence, Sessions, StatefulOptions, fit_stateful, fit_windowed,
 };
 use indicatif::ProgressBar;
-use rand::seq::IndexedRandom;
 
+use crate::figures::training::{self, Told};
 use crate::inputs::{self, Input};
 use crate::paper_design::PaperDesign;
 use crate::unfinished::Unfinished;
@@ -29,7 +30,8 @@ identify --residual writes with the first, does better: linearised where a netwo
 extrapolate. paper is the published one: windows of 100 samples, 2 x 128 units, all virtual strokes as outputs.
 
 Writes a checkpoint for `hysteron simulate --residual`: weights, ranges, design, which recordings were used and how \
-well it did. Ctrl-C ends the training and writes the best weights so far; the same command then goes on from OUT.training-1, ..., one \
+well it did; report.html and metrics.json, in a folder beside it, have the learning curves and the error of every axis beside \
+those of the twin alone and of the linear part. Warns where a network does no better. Ctrl-C ends the training and writes the best weights so far; the same command then goes on from OUT.training-1, ..., one \
 for each network, and comes to what it would have come to without the interruption (not with --feedback).
 
 Examples, from the root of the repository:
@@ -53,7 +55,8 @@ pub struct Arguments {
     /// Which network
     #[arg(long, value_enum, default_value_t = DesignName::Stateful)]
     design: DesignName,
-    /// Recordings to stop by, by name [default: one of every family, drawn by the seed]
+    /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one of each that has
+    /// two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     held_out: Vec<String>,
     /// Epochs at most [default: 100; paper: 30]
@@ -68,6 +71,9 @@ pub struct Arguments {
     /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
     #[arg(long)]
     feedback: bool,
+    /// Folder for report.html and metrics.json [default: OUT without its ending]
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     #[command(flatten)]
     paper: PaperDesign,
     /// Seed of weights, order and held-out recordings
@@ -103,7 +109,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     tracing::info!("{} recordings, {samples} samples", sequences.len());
     for held_out in &held_out {
         let names: Vec<&str> = held_out.iter().map(|&k| usable[k].name.as_str()).collect();
-        tracing::info!("a network that stops by {}", names.join(", "));
+        terminal::say(format_args!("a network is validated on: {}", names.join(", ")));
     }
     interrupt::listen()?;
     // What a network with feedback has seen of itself is in no file.
@@ -115,9 +121,38 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
     let fitted = fit(arguments, &sequences, &held_out, &scene_hash, &display, &sessions);
     display.bar.finish_and_clear();
-    let Fitted { model, is_finished } = fitted?;
+    let Fitted { model, reports, is_finished } = fitted?;
     model.write(&arguments.out)?;
+    report(arguments, &model, &reports)?;
     unfinished.end(is_finished)
+}
+
+/// Prints how well the networks do, and writes their report.
+fn report(arguments: &Arguments, model: &ResidualModel, reports: &[FitReport]) -> anyhow::Result<()> {
+    for (k, report) in reports.iter().enumerate() {
+        let of_method = report.methods.iter().zip(report.together());
+        let errors: Vec<String> = of_method.map(|(name, error)| format!("{name} {error:.3} mm")).collect();
+        terminal::say(format_args!("network {} in validation: {}", k + 1, errors.join(", ")));
+    }
+    let warnings = training::losses(reports);
+    warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+    let floor = model.training["gradient_floor_relative_error"].as_f64();
+    let floor = floor.map(|error| {
+        ("What the floor of derivatives takes from the gradient, over its length", format!("{error:.1e}"))
+    });
+    let told = Told {
+        title: "Residual network",
+        about: format!(
+            "What the twin misses of the robot, learned from identified recordings; {} networks, of which the mean is taken. \
+             Errors are those of the tip through the linearised twin, root mean square.",
+            reports.len()
+        ),
+        reports,
+        training: &model.training,
+        facts: floor.into_iter().collect(),
+        warnings: &warnings,
+    };
+    training::write(&paths::beside(&arguments.out, arguments.figures.as_deref()), &told)
 }
 
 fn fit(
@@ -211,18 +246,19 @@ fn held_out(arguments: &Arguments, usable: &[&Input], member: usize) -> Result<V
     if !arguments.held_out.is_empty() {
         return Ok((0..names.len()).filter(|&k| arguments.held_out.contains(&usable[k].name)).collect());
     }
-    let family = |k: usize| usable[k].recording.meta().extra.get("plan.family").cloned().unwrap_or_default();
-    let mut families: Vec<String> = (0..names.len()).map(family).collect();
-    families.sort();
-    families.dedup();
     let mut stream = rng(arguments.seed, &format!("residual/held-out/{member}"));
-    // A family of one is needed for training.
-    let draw = |name: &String| {
-        let members: Vec<usize> = (0..names.len()).filter(|&k| family(k) == *name).collect();
-        if members.len() < 2 { None } else { members.choose(&mut stream).copied() }
-    };
-    let drawn: Vec<usize> = families.iter().filter_map(draw).collect();
-    Ok(if drawn.is_empty() { vec![names.len() - 1] } else { drawn })
+    let kinds: Vec<String> = usable.iter().map(|input| kind(&input.recording)).collect();
+    Ok(draw_validation(&kinds, &mut stream))
+}
+
+/// Kind of the motion: the family of its plan, or where it has none what its strokes tell.
+fn kind(recording: &Recording) -> String {
+    if let Some(family) = recording.meta().extra.get("plan.family") {
+        return family.clone();
+    }
+    let strokes = recording.strokes();
+    let rows: Vec<f64> = (0..recording.n_samples()).flat_map(|i| strokes.iter().map(move |s| s[i])).collect();
+    MotionKind::of(&rows, strokes.len()).name().to_owned()
 }
 
 fn sequence(input: &Input) -> anyhow::Result<Sequence> {

@@ -8,7 +8,6 @@ use hysteron_twin::residual::{ResidualModel, Rollout};
 use hysteron_twin::{Bare, Plant, Twin};
 
 /// A network and the tendons that it drives.
-#[derive(Clone)]
 pub struct Network {
     /// SHA-256 of its checkpoint.
     pub hash: String,
@@ -36,9 +35,9 @@ impl Network {
         &self.model
     }
 
-    /// The same with another model of the same robot.
-    pub fn with(&self, model: ResidualModel) -> Self {
-        Self { model, ..self.clone() }
+    /// The tendons that it drives.
+    pub fn auxiliary(&self) -> &Auxiliary {
+        &self.auxiliary
     }
 
     /// Number of virtual tendons.

@@ -6,23 +6,26 @@ use hysteron_base::BadInput;
 use hysteron_control::path::is_recording;
 
 use crate::command::{Given, Way};
+use crate::evaluate::{self, Commanded};
 use crate::record::{self, source::Source};
-use crate::{evaluate, terminal};
+use crate::terminal;
 
 const HELP: &str = "\
 `hysteron command`, `hysteron record` and `hysteron evaluate` in one: finds the strokes for a path, within the limits of \
 the rig, carries them out, and measures how closely the tip followed. The tip sensor only watches; nothing is fed back. \
 The strokes come from a network (a checkpoint by `hysteron train`), or, with --scene, from the robot's twin (with a \
-checkpoint by `hysteron fit-residual`, or the nominal twin without one).
+checkpoint by `hysteron fit-residual`, or the twin of the scene \
+without one; with --nominal, without what is fitted of that scene).
 
 PATH is a target (`hysteron target --help`: circle:40, a .toml, an .svg) or a recording of where a tip went.
 
 Writes to DIR strokes.parquet, a recording of every repeat, repeat-1.parquet, ..., and for a target report.html, \
-metrics.json and an overlay of target and tip. What is recorded is never repeated or overwritten: the same command goes \
+metrics.json and an overlay of target and tip; they say for how much of the path a network was outside its training, and a limit \
+held a stroke back. What is recorded is never repeated or overwritten: the same command goes \
 on where an earlier one was cut short.
 
 Examples, from the root of the repository:
-  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --target circle:30 --out out/nominal
+  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --nominal --target circle:30 --out out/nominal
   hysteron track --rig virtual:typical out/quick/inverse.safetensors --target circle:30 --repeats 5 --out out/network
   hysteron track --rig virtual:typical out/quick/residual.safetensors --scene meshes/tpu80/scene-typical.toml \\
       --target circle:40 --out out/calibrated
@@ -67,7 +70,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rate: Some(limits.stroke_rate_max),
     };
     let strokes = arguments.out.join("strokes.parquet");
-    arguments.way.strokes(&given)?.write(&strokes)?;
+    let commanded = arguments.way.strokes(&given)?;
+    commanded.write(&strokes)?;
     let mut tips = Vec::new();
     for k in 0..arguments.repeats {
         let out = arguments.out.join(format!("repeat-{}.parquet", k + 1));
@@ -85,7 +89,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         terminal::say(arguments.out.display());
         return Ok(());
     }
-    evaluate::run(&evaluate::Arguments::of(target, tips, &arguments.out, arguments.png))?;
+    let arguments_of = evaluate::Arguments::of(target, tips, &arguments.out, arguments.png);
+    evaluate::run_commanded(&arguments_of, Some(&Commanded::of(&commanded)))?;
     terminal::say(format_args!("report: {}", arguments.out.join("report.html").display()));
     Ok(())
 }

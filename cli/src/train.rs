@@ -7,10 +7,11 @@ use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, StatefulOptions, fit_stateful,
     fit_windowed,
 };
-use hysteron_learn::{Epoch, Progress, Session};
+use hysteron_learn::{Epoch, Progress, Session, WeightFormat};
 use indicatif::ProgressBar;
 use serde_json::json;
 
+use crate::figures::training::{self, Told};
 use crate::paper_design::PaperDesign;
 use crate::unfinished::Unfinished;
 use crate::{inputs, interrupt, paths, terminal};
@@ -26,7 +27,9 @@ rate and direction of the path, now and a little ahead, and corrects a static re
 windows of 200 samples of x and y, 2 x 512 units, all strokes as outputs.
 
 Writes a checkpoint for `hysteron command`: weights, ranges, design, which recordings were used and how well it did. \
-Prints the error of every stroke on the trajectories held out, beside that of the static regression alone. Ctrl-C ends \
+Prints which recordings it is validated on, and the error of every stroke there beside that of static regressions (one reads \
+the path as much ahead as the tip is found to come after the strokes); warns where the network does no better. report.html and \
+metrics.json, in a folder beside the checkpoint, have them too, with the learning curve. Ctrl-C ends \
 the training and writes the best weights so far; the same command then goes on from OUT.training, and comes to what it \
 would have come to without the interruption.
 
@@ -53,7 +56,8 @@ pub struct Arguments {
     /// Where the tip shall be in x, y and z, for a robot of several segments; else in x and y
     #[arg(long)]
     spatial: bool,
-    /// A recording to stop by, by name; may be given several times [default: one of every family, drawn by the seed]
+    /// A recording to validate on and stop by, by name; may be given several times [default: a sixth of every kind of motion and
+    /// at least one of each that has two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     held_out: Vec<String>,
     /// Epochs at most [default: 30]
@@ -65,6 +69,13 @@ pub struct Arguments {
     /// Pull that all tendons are to have in common at the least, so that none goes slack; stateful only
     #[arg(long, value_name = "MM")]
     least_pull_mm: Option<f64>,
+    /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's own cache (from
+    /// a megabyte on); what it changes of the strokes is measured and reported; stateful only
+    #[arg(long, value_enum, default_value_t = Weights::Float32)]
+    weights: Weights,
+    /// Folder for report.html and metrics.json [default: OUT without its ending]
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     #[command(flatten)]
     paper: PaperDesign,
     /// Seed of weights, order, noise and held-out recordings
@@ -80,11 +91,22 @@ enum DesignName {
     Paper,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Weights {
+    /// As they were trained
+    Float32,
+    /// Whole numbers of 16 bits in the unit of their row
+    Int16,
+}
+
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     paths::check_checkpoint(&arguments.out)?;
     if arguments.design == DesignName::Paper && arguments.least_pull_mm.is_some() {
         return Err(BadInput::new("--least-pull-mm", "the stateful design", "the paper's").into());
+    }
+    if arguments.design == DesignName::Paper && arguments.weights != Weights::Float32 {
+        return Err(BadInput::new("--weights", "the stateful design", "the paper's").into());
     }
     let data = dataset(arguments)?;
     interrupt::listen()?;
@@ -106,7 +128,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     fitted.model.training["commit"] = json!(env!("HYSTERON_COMMIT"));
     fitted.model.training["version"] = json!(env!("CARGO_PKG_VERSION"));
     fitted.model.write(&arguments.out)?;
-    report(&fitted);
+    report(arguments, &data, &fitted)?;
     unfinished.end(fitted.is_finished)
 }
 
@@ -122,16 +144,15 @@ fn dataset(arguments: &Arguments) -> anyhow::Result<Dataset> {
     let all = demonstrations.collect::<Result<Vec<_>, BadInput>>()?;
     let left_out = inputs.len() - all.len();
     let data = Dataset::new(all, &arguments.held_out, arguments.seed)?;
-    let names: Vec<&str> = data.validation.iter().map(|one| one.name.as_str()).collect();
-    tracing::info!(
-        "{} real and {} synthetic recordings to learn from, {} samples; {} to stop by: {}; {left_out} left out by their \
-         role",
+    let names: Vec<String> =
+        data.validation.iter().map(|one| format!("{} ({})", one.name, one.kind())).collect();
+    terminal::say(format_args!("validated on: {}", names.join(", ")));
+    terminal::say(format_args!(
+        "learns from: {} real and {} synthetic recordings, {} samples; {left_out} left out by their role",
         data.count(Origin::Real),
         data.count(Origin::Synthetic),
         data.training.iter().map(Demonstration::len).sum::<usize>(),
-        names.len(),
-        names.join(", "),
-    );
+    ));
     Ok(data)
 }
 
@@ -141,6 +162,10 @@ fn stateful(arguments: &Arguments) -> StatefulOptions {
     StatefulOptions {
         learning: default.learning.with([arguments.epochs, arguments.hidden]),
         loss: LossWeights { least_pull_m, ..default.loss },
+        weights: match arguments.weights {
+            Weights::Float32 => WeightFormat::Float32,
+            Weights::Int16 => WeightFormat::Int16,
+        },
         seed: arguments.seed,
         ..default
     }
@@ -177,14 +202,55 @@ impl Display {
     }
 }
 
-/// Prints how well it does.
-fn report(fitted: &Fitted) {
-    let root_mean = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
-    let line = |what: String, found: f64, regression: f64| {
-        terminal::say(format!("{what}: {found:.4} mm, static regression {regression:.4} mm"));
+/// Prints how well it does, and writes its report.
+fn report(arguments: &Arguments, data: &Dataset, fitted: &Fitted) -> anyhow::Result<()> {
+    let report = &fitted.report;
+    let line = |what: &str, errors: &[f64]| {
+        let Some((network, baselines)) = errors.split_last() else { return };
+        let baselines =
+            report.methods.iter().zip(baselines).map(|(name, error)| format!("{name} {error:.4} mm"));
+        let baselines: Vec<String> = baselines.collect();
+        terminal::say(format_args!("{what} in validation: {network:.4} mm, {}", baselines.join(", ")));
     };
-    for (k, (found, regression)) in fitted.held_out_mm.iter().zip(&fitted.regression_mm).enumerate() {
-        line(format!("stroke {} held out", k + 1), *found, *regression);
+    report.channels.iter().for_each(|channel| line(&channel.name, &channel.errors));
+    line("all strokes", &report.together());
+    let mut warnings = training::losses(std::slice::from_ref(report));
+    for (kind, names) in data.unvalidated() {
+        let names = names.join(", ");
+        warnings.push(format!("motion of kind {kind} is learned from and validated on nowhere: {names}"));
     }
-    line("all strokes held out".to_owned(), root_mean(&fitted.held_out_mm), root_mean(&fitted.regression_mm));
+    warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+    let said = &fitted.model.training;
+    let mut facts =
+        vec![("Delay of the tip behind the strokes [ms]", format!("{:.0}", 1e3 * number(&said["delay_s"])))];
+    if let Some(rms) = said["weights"]["stroke_rmse_mm"].as_f64() {
+        let largest = number(&said["weights"]["stroke_largest_mm"]);
+        facts.push((
+            "What 16-bit weights change of the strokes in validation, rms and largest [mm]",
+            format!("{rms:.1e}, {largest:.1e}"),
+        ));
+    }
+    if let Some(error) = said["gradient_floor_relative_error"].as_f64() {
+        facts.push((
+            "What the floor of derivatives takes from the gradient, over its length",
+            format!("{error:.1e}"),
+        ));
+    }
+    let told = Told {
+        title: "Inverse controller",
+        about: format!(
+            "From the path of a tip to strokes: {} recordings to learn from, {} to validate on and stop by.",
+            report.training.len(),
+            report.validation.len()
+        ),
+        reports: std::slice::from_ref(report),
+        training: said,
+        facts,
+        warnings: &warnings,
+    };
+    training::write(&paths::beside(&arguments.out, arguments.figures.as_deref()), &told)
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
 }

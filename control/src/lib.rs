@@ -11,6 +11,7 @@ pub mod path;
 pub mod plan;
 pub mod score;
 pub mod shape;
+pub mod split;
 pub mod tracking;
 
 pub use error::{Error, Result};

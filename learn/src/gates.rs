@@ -47,16 +47,10 @@ fn sigmoid<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     simd.mul_add_f32s(half, tanh(simd, simd.mul_f32s(half, x)), half)
 }
 
-/// Derivatives below this are zero on the way back. They die away with the steps, by many powers of ten where the loss
-/// sees the last step alone; where all are zero the way back ends, and below 1e-38, where a processor multiplies a hundred
-/// times slower, it does not come. Summed over steps and rows they would add some 1e-13 to a gradient, which f32 does
-/// not resolve in one of 1e-6, and which Adam's ε of 1e-8 outweighs in a smaller one.
-pub(crate) const VANISHED: f32 = 1e-16;
-
-/// Zero where it has vanished.
+/// Zero where it is at most `floor`.
 #[inline(always)]
-fn flush<S: Simd>(simd: S, d: S::f32s) -> S::f32s {
-    let is_there = simd.greater_than_f32s(simd.abs_f32s(d), simd.splat_f32s(VANISHED));
+fn flush<S: Simd>(simd: S, d: S::f32s, floor: S::f32s) -> S::f32s {
+    let is_there = simd.greater_than_f32s(simd.abs_f32s(d), floor);
     simd.select_f32s(is_there, d, simd.splat_f32s(0.0))
 }
 
@@ -155,6 +149,8 @@ pub(crate) struct Backward<'a> {
     pub dc: &'a mut [f32],
     /// H.
     pub hidden: usize,
+    /// Derivatives of at most this size become zero; see [`crate::Schedule::gradient_floor`].
+    pub floor: f32,
 }
 
 impl Backward<'_> {
@@ -170,6 +166,7 @@ impl WithSimd for Backward<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let n = self.hidden;
         let one = simd.splat_f32s(1.0);
+        let floor = simd.splat_f32s(self.floor);
         let rows = self.gates.chunks_exact_mut(4 * n).zip(self.dc.chunks_exact_mut(n));
         for (row, (gates, dc)) in rows.enumerate() {
             let [i, f, g, o] = four(gates, n);
@@ -189,11 +186,11 @@ impl WithSimd for Backward<'_> {
                 let df = through_sigmoid(simd, vf, simd.mul_f32s(dc_now, load.at(c_before)));
                 let do_ = through_sigmoid(simd, vo, simd.mul_f32s(dh, tanh_c));
                 let dg = simd.mul_f32s(simd.mul_f32s(dc_now, vi), simd.negate_mul_add_f32s(vg, vg, one));
-                simd.partial_store_f32s(&mut i[k..], flush(simd, di));
-                simd.partial_store_f32s(&mut f[k..], flush(simd, df));
-                simd.partial_store_f32s(&mut g[k..], flush(simd, dg));
-                simd.partial_store_f32s(&mut o[k..], flush(simd, do_));
-                simd.partial_store_f32s(&mut dc[k..], flush(simd, simd.mul_f32s(dc_now, vf)));
+                simd.partial_store_f32s(&mut i[k..], flush(simd, di, floor));
+                simd.partial_store_f32s(&mut f[k..], flush(simd, df, floor));
+                simd.partial_store_f32s(&mut g[k..], flush(simd, dg, floor));
+                simd.partial_store_f32s(&mut o[k..], flush(simd, do_, floor));
+                simd.partial_store_f32s(&mut dc[k..], flush(simd, simd.mul_f32s(dc_now, vf), floor));
             }
         }
     }
@@ -293,9 +290,15 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_that_have_vanished_are_zero_and_the_others_as_they_are() {
-        // From 1 to 1e-44: an open cell hands all of it on, and half of it or a quarter goes to each gate.
-        let dh: Vec<f32> = (0..45).map(|k| 10f32.powi(-k)).collect();
+    fn derivatives_below_the_floor_are_zero_and_the_others_as_they_are() {
+        // From 1 to 1e-36: an open cell hands all of it on, and half of it or a quarter goes to each gate.
+        for floor in [0.0, 1e-16] {
+            derivatives_with(floor);
+        }
+    }
+
+    fn derivatives_with(floor: f32) {
+        let dh: Vec<f32> = (0..37).map(|k| 10f32.powi(-k)).collect();
         let n = dh.len();
         let mut gates = vec![0.5; 4 * n];
         let (zeros, mut dc) = (vec![0.0; n], vec![0.0; n]);
@@ -308,6 +311,7 @@ mod tests {
             dh_next: &zeros,
             dc: &mut dc,
             hidden: n,
+            floor,
         }
         .run();
         let tanh_c = 1f64.tanh();
@@ -317,7 +321,7 @@ mod tests {
         for (part, found) in parts.iter().zip(gates.chunks(n).chain([&dc[..]])) {
             for (found, dh) in found.iter().zip(&dh) {
                 let expected = part * f64::from(*dh);
-                if expected < 0.99 * f64::from(VANISHED) {
+                if expected < 0.99 * f64::from(floor) {
                     assert_eq!(*found, 0.0, "{dh}");
                 } else {
                     // tanh is within five units in the last place of 0.76, and 1 - tanh² is 0.42.

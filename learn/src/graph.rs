@@ -36,6 +36,8 @@ pub(crate) struct Graph {
     cells: Cells,
     /// One for each layer.
     tapes: Vec<Arc<Mutex<Tape>>>,
+    /// Derivatives of at most this size become zero on the way back through fused layers.
+    pub gradient_floor: f32,
 }
 
 /// One forward pass.
@@ -59,7 +61,7 @@ impl Graph {
 
     fn with_cells(architecture: &Architecture, device: Device, cells: Cells) -> Self {
         let tapes = (0..architecture.layers).map(|_| Arc::default()).collect();
-        Self { device, cells, tapes }
+        Self { device, cells, tapes, gradient_floor: 0.0 }
     }
 
     /// Runs the batch; `memory` goes on. `masks` are what sequences are multiplied by on the way into the second
@@ -91,7 +93,21 @@ impl Graph {
             }
             let state = [&mut memory.h[layer], &mut memory.c[layer]];
             x = match self.cells {
-                Cells::Fused => fused(shape, layer, &x, &parameters[layer], state, &self.tapes[layer])?,
+                Cells::Fused => {
+                    let operation = FusedLayer {
+                        shape,
+                        h0: state[0].clone(),
+                        c0: state[1].clone(),
+                        input_gradient: if layer == 0 {
+                            InputGradient::Unused
+                        } else {
+                            InputGradient::Wanted
+                        },
+                        tape: self.tapes[layer].clone(),
+                        floor: self.gradient_floor,
+                    };
+                    fused(operation, &x, &parameters[layer], state)?
+                }
                 Cells::Unrolled => unrolled(shape, &x, &parameters[layer], state)?,
             };
         }
@@ -164,24 +180,16 @@ fn unrolled(
 
 /// A layer in one operation; `state` goes on.
 fn fused(
-    shape: Shape,
-    layer: usize,
+    operation: FusedLayer,
     x: &Tensor,
     parameters: &Tensor,
     [h0, c0]: [&mut Vec<f32>; 2],
-    tape: &Arc<Mutex<Tape>>,
 ) -> candle_core::Result<Tensor> {
-    let operation = FusedLayer {
-        shape,
-        h0: h0.clone(),
-        c0: c0.clone(),
-        input_gradient: if layer == 0 { InputGradient::Unused } else { InputGradient::Wanted },
-        tape: tape.clone(),
-    };
+    let (shape, tape) = (operation.shape, operation.tape.clone());
     let h = x.apply_op2(parameters, operation)?;
     let last = (shape.steps - 1) * shape.rows;
     *h0 = h.narrow(0, last, shape.rows)?.flatten_all()?.to_vec1()?;
-    c0.copy_from_slice(locked(tape).last_cells(shape));
+    c0.copy_from_slice(locked(&tape).last_cells(shape));
     Ok(h)
 }
 
@@ -203,6 +211,7 @@ struct FusedLayer {
     c0: Vec<f32>,
     input_gradient: InputGradient,
     tape: Arc<Mutex<Tape>>,
+    floor: f32,
 }
 
 impl FusedLayer {
@@ -271,15 +280,8 @@ impl CustomOp2 for FusedLayer {
             let weights = self.weights(parameters);
             let state = [&self.h0[..], &self.c0];
             let tape = &mut locked(&self.tape);
-            sequence::backward(
-                self.shape,
-                weights,
-                [x, h, dh],
-                state,
-                tape,
-                &mut d_parameters,
-                dx.as_deref_mut(),
-            );
+            let gradients = sequence::Gradients { parameters: &mut d_parameters, inputs: dx.as_deref_mut() };
+            sequence::backward(self.shape, weights, [x, h, dh], state, tape, self.floor, gradients);
         })?;
         let dx = dx.map(|dx| Tensor::from_vec(dx, x.shape(), x.device())).transpose()?;
         Ok((dx, Some(Tensor::from_vec(d_parameters, parameters.shape(), parameters.device())?)))

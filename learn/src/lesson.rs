@@ -76,6 +76,8 @@ pub struct Learned {
     pub epochs: usize,
     /// Their error on data held out.
     pub held_out: f64,
+    /// Of every epoch, the error in training and on data held out.
+    pub curve: Vec<[f64; 2]>,
     /// False where it was ended before its time and can go on from its file.
     pub is_finished: bool,
 }
@@ -97,6 +99,7 @@ pub fn teach<L: Lesson>(
         Some(path) => resumed(path, identity)?,
         None => Training::new(Trainer::new(network, schedule.adam, seed)?, schedule.renewed),
     };
+    training.set_gradient_floor(schedule.gradient_floor);
     let is_over =
         |training: &Training| training.epochs() >= schedule.epochs || training.is_stuck(schedule.patience);
     let mut is_finished = is_over(&training);
@@ -106,7 +109,7 @@ pub fn teach<L: Lesson>(
         let mut on_step = |done, of| (session.progress)(&Progress::Step { epoch, done, of });
         let Some(loss) = lesson.train(&mut training, epoch, &mut on_step)? else { break };
         let held_out = lesson.validate(&training)?;
-        training.end_epoch(held_out);
+        training.end_epoch(loss.sqrt(), held_out);
         if let Some(path) = session.file {
             training.save(path, identity)?;
         }
@@ -118,7 +121,7 @@ pub fn teach<L: Lesson>(
         }
     }
     let (network, epochs, held_out) = training.best().ok_or(Error::NothingTrained)?;
-    Ok(Learned { network: network.clone(), epochs, held_out, is_finished })
+    Ok(Learned { network: network.clone(), epochs, held_out, curve: training.curve().to_vec(), is_finished })
 }
 
 fn resumed(path: &Path, identity: &Value) -> crate::Result<Training> {

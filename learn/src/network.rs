@@ -4,7 +4,7 @@ use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
 use crate::architecture::Part;
-use crate::{Architecture, Head};
+use crate::{Architecture, Head, Normaliser};
 
 /// The weights of a network.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +73,36 @@ impl Network {
             }
         }
         Ok(Self { architecture, parameters })
+    }
+
+    /// The same function of physical values for inputs and outputs that are normalised by `other` ranges instead of its `own`.
+    ///
+    /// # Errors
+    /// `BadInput` if the head is not linear.
+    ///
+    /// # Panics
+    /// If there are not as many channels as the network has.
+    pub fn for_ranges(&self, own: [&Normaliser; 2], other: [&Normaliser; 2]) -> Result<Self, BadInput> {
+        let Architecture { inputs, hidden, layers, outputs, head, .. } = self.architecture;
+        if head != Head::Linear {
+            return Err(BadInput::new("network", "a linear head", format!("{head:?}")));
+        }
+        let [to_own, to_other] = [own[0].from_normalised(other[0]), other[1].from_normalised(own[1])];
+        assert_eq!([to_own.len(), to_other.len()], [inputs, outputs], "channels");
+        let mut network = self.clone();
+        let (ih, rest) = network.parameters[0].split_at_mut(4 * hidden * inputs);
+        let bias = &mut rest[4 * hidden * hidden..];
+        for (row, bias) in ih.chunks_exact_mut(inputs).zip(bias) {
+            let shifted: f64 = row.iter().zip(&to_own).map(|(w, [_, shift])| f64::from(*w) * shift).sum();
+            *bias = (f64::from(*bias) + shifted) as f32;
+            row.iter_mut().zip(&to_own).for_each(|(w, [scale, _])| *w = (f64::from(*w) * scale) as f32);
+        }
+        let (weight, bias) = network.parameters[layers].split_at_mut(outputs * hidden);
+        for ((row, bias), [scale, shift]) in weight.chunks_exact_mut(hidden).zip(bias).zip(to_other) {
+            row.iter_mut().for_each(|w| *w = (f64::from(*w) * scale) as f32);
+            *bias = (f64::from(*bias) * scale + shift) as f32;
+        }
+        Ok(network)
     }
 
     /// A network with random weights: all from U(-1/√H, 1/√H), the defaults of PyTorch.

@@ -85,6 +85,40 @@ impl Normaliser {
         Self::new(self.channels.into_iter().map(widened).collect())
     }
 
+    /// For each channel the scale a and shift b with which a value x that `other` has normalised is a x + b here.
+    ///
+    /// # Panics
+    /// If the two have another number of channels.
+    pub fn from_normalised(&self, other: &Self) -> Vec<[f64; 2]> {
+        assert_eq!(self.channels.len(), other.channels.len(), "channels");
+        let map = |(own, other): (&ChannelRange, &ChannelRange)| {
+            let [width, of_other] = [own, other].map(|channel| channel.max - channel.min);
+            if width > 0.0 {
+                [of_other / width, (2.0 * (other.min - own.min) + of_other) / width - 1.0]
+            } else {
+                // A constant channel maps to 0.
+                [0.0, 0.0]
+            }
+        };
+        self.channels.iter().zip(&other.channels).map(map).collect()
+    }
+
+    /// Ranges that hold those of all `parts`, which have the same channels.
+    ///
+    /// # Errors
+    /// `BadInput` if there is none.
+    pub fn union(parts: &[&Self]) -> Result<Self, BadInput> {
+        let first =
+            parts.first().ok_or_else(|| BadInput::new("ranges", "at least one set of them", "none"))?;
+        let channel = |k: usize| {
+            let all = parts.iter().map(|part| &part.channels[k]);
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            let (min, max) = all.fold(ends, |(min, max), one| (min.min(one.min), max.max(one.max)));
+            ChannelRange { name: first.channels[k].name.clone(), min, max }
+        };
+        Self::new((0..first.channels.len()).map(channel).collect())
+    }
+
     /// Writes `values`, one for each channel, mapped to [-1, 1]; beyond where they are outside the ranges.
     ///
     /// # Panics

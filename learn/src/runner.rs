@@ -1,19 +1,21 @@
 //! One sample at a time, without tensors or allocation.
 
+use serde::{Deserialize, Serialize};
+
 use crate::gates::{Forward, PANEL, multiply_add_panels, multiply_add_short_panels};
 use crate::network::LayerWeights;
 use crate::{Head, Network};
 
-/// A network of more weights than this [byte] does not stay in a core's own cache from sample to sample, and takes as long as
-/// its weights take to come: they are then kept in half as many bits.
-const KEPT: usize = 1 << 20;
-
-/// How the weights of a matrix are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Precision {
-    Single,
-    /// Whole numbers of a 32767th of the largest in the row.
-    Short,
+/// How a [`Runner`] keeps the weights of its matrices. A network that does not stay in a core's own cache takes as long for a
+/// sample as its weights take to come from memory: half as many bits come in half the time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WeightFormat {
+    /// As they were trained, `f32`.
+    #[default]
+    Float32,
+    /// Whole numbers of 16 bits in the unit of their row, a 32767th of its largest; sums in `f32`.
+    Int16,
 }
 
 /// A matrix in panels of [`PANEL`] rows: for each panel, for each column, the entries of its rows.
@@ -26,12 +28,12 @@ enum Panels {
 
 impl Panels {
     /// From a row-major matrix; the last panel is filled up with zeros.
-    fn new(matrix: &[f32], n_columns: usize, precision: Precision) -> Self {
+    fn new(matrix: &[f32], n_columns: usize, format: WeightFormat) -> Self {
         let panel = |rows: &[f32], column: usize| -> [f32; PANEL] {
             std::array::from_fn(|r| rows.get(r * n_columns + column).copied().unwrap_or(0.0))
         };
         let panels = matrix.chunks(PANEL * n_columns);
-        if precision == Precision::Single {
+        if format == WeightFormat::Float32 {
             return Self::Single(
                 panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect(),
             );
@@ -81,8 +83,8 @@ struct Layer {
 
 /// A network with its memory, stepped one sample at a time, for rollouts and controllers.
 ///
-/// Steps as [`crate::Trainer::predict`] does for one row, to the round-off of `f32`; a network of more than a megabyte, whose
-/// weights it keeps in 16 bits, to theirs.
+/// Steps as [`crate::Trainer::predict`] does for one row, to the round-off of `f32`; with [`WeightFormat::Int16`], to that of
+/// its weights.
 #[derive(Debug, Clone)]
 pub struct Runner {
     inputs: usize,
@@ -102,12 +104,15 @@ pub struct Runner {
 }
 
 impl Runner {
-    /// A runner with nothing remembered. Dropout does not act.
+    /// A runner with nothing remembered and weights as they were trained. Dropout does not act.
     pub fn new(network: &Network) -> Self {
+        Self::with_weights(network, WeightFormat::Float32)
+    }
+
+    /// As [`Runner::new`], with weights in another format.
+    pub fn with_weights(network: &Network, format: WeightFormat) -> Self {
         let architecture = network.architecture();
         let hidden = architecture.hidden;
-        let is_large = size_of::<f32>() * network.n_parameters() > KEPT;
-        let precision = if is_large { Precision::Short } else { Precision::Single };
         let pad = |values: &[f32]| {
             let mut all = padded(values.len());
             all[..values.len()].copy_from_slice(values);
@@ -117,8 +122,8 @@ impl Runner {
             let inputs = architecture.layer_inputs(l);
             let weights = LayerWeights::new(parameters, inputs, hidden);
             Layer {
-                from_input: Panels::new(weights.ih, inputs, precision),
-                from_memory: Panels::new(weights.hh, hidden, precision),
+                from_input: Panels::new(weights.ih, inputs, format),
+                from_memory: Panels::new(weights.hh, hidden, format),
                 bias: pad(weights.bias),
                 h: vec![0.0; hidden],
                 c: vec![0.0; hidden],
@@ -131,7 +136,7 @@ impl Runner {
             inputs: architecture.inputs,
             hidden,
             layers,
-            head: Panels::new(head, hidden, precision),
+            head: Panels::new(head, hidden, format),
             head_bias: pad(head_bias),
             kind: architecture.head,
             gates: padded(4 * hidden),
@@ -193,12 +198,12 @@ mod tests {
             |k: usize| if k / n_columns == 3 { 0.0 } else { (k as f32 * 0.7).sin() / (1 + k % 5) as f32 };
         let matrix: Vec<f32> = (0..n_rows * n_columns).map(entry).collect();
         let x: Vec<f32> = (0..n_columns).map(|k| (k as f32 * 1.3).cos()).collect();
-        let product = |precision| {
+        let product = |format| {
             let mut out = padded(n_rows);
-            Panels::new(&matrix, n_columns, precision).multiply_add(&x, &mut out);
+            Panels::new(&matrix, n_columns, format).multiply_add(&x, &mut out);
             out
         };
-        let (single, short) = (product(Precision::Single), product(Precision::Short));
+        let (single, short) = (product(WeightFormat::Float32), product(WeightFormat::Int16));
         let reach: f32 = x.iter().map(|x| x.abs()).sum();
         let mut n_different = 0;
         for (r, row) in matrix.chunks(n_columns).enumerate() {

@@ -33,6 +33,10 @@ pub struct Schedule {
     pub fall: Fall,
     /// Part of the running mean of the weights that each step renews; none for no mean.
     pub renewed: Option<f32>,
+    /// Derivatives of at most this size become zero on the way back through time; at zero none do. Where the loss sees the
+    /// last of many steps alone, they die away by many powers of ten, the way back ends where all are zero, and below 1e-38
+    /// a processor may multiply a hundred times slower.
+    pub gradient_floor: f32,
 }
 
 /// Refuses counts of a training that are zero.
@@ -63,7 +67,7 @@ mod tests {
 
     fn rates<const N: usize>(fall: Fall, epochs: [usize; N]) -> [f64; N] {
         let adam = Adam { learning_rate: 1e-3, ..Adam::default() };
-        let schedule = Schedule { epochs: 30, patience: 30, adam, fall, renewed: None };
+        let schedule = Schedule { epochs: 30, patience: 30, adam, fall, renewed: None, gradient_floor: 0.0 };
         epochs.map(|epoch| schedule.learning_rate(epoch))
     }
 

@@ -102,8 +102,16 @@ pub(crate) fn forward(
         });
 }
 
-/// Goes back through time after [`forward`], as far as anything is left of the derivatives: writes the gradient by the
-/// parameters, as [`LayerWeights`] lie, and by the inputs. The gates on the tape are used up.
+/// What [`backward`] writes.
+pub(crate) struct Gradients<'a> {
+    /// By the parameters, as [`LayerWeights`] lie.
+    pub parameters: &'a mut [f32],
+    /// By the inputs, where they are wanted.
+    pub inputs: Option<&'a mut [f32]>,
+}
+
+/// Goes back through time after [`forward`], as far as anything is left of the derivatives, of which those of at most
+/// `floor` count as zero. The gates on the tape are used up.
 ///
 /// `h` is what `forward` wrote and `dh` the gradient by it.
 pub(crate) fn backward(
@@ -112,15 +120,15 @@ pub(crate) fn backward(
     [x, h, dh]: [&[f32]; 3],
     [h0, c0]: [&[f32]; 2],
     tape: &mut Tape,
-    d_parameters: &mut [f32],
-    dx: Option<&mut [f32]>,
+    floor: f32,
+    gradients: Gradients<'_>,
 ) {
     let n = shape.hidden;
     let Tape { gates, cells } = tape;
     let cells = &cells[..];
     let walk = |(index, gates): (usize, &mut Vec<&mut [f32]>)| {
         let first = index * shape.group() * n;
-        back_through_time(shape, weights.hh, gates, first, [cells, dh, c0])
+        back_through_time(shape, weights.hh, gates, first, [cells, dh, c0], floor)
     };
     let mut groups = by_group(gates, shape, 4 * n);
     let begins: Vec<usize> = groups.par_iter_mut().enumerate().map(walk).collect();
@@ -129,8 +137,8 @@ pub(crate) fn backward(
         gates.into_iter().take(own).skip(begin).for_each(|gates| gates.fill(0.0));
     }
     let dz = &gates[begin * shape.rows * 4 * n..];
-    gradient(shape, begin, [dz, x, h, h0], d_parameters);
-    if let Some(dx) = dx {
+    gradient(shape, begin, [dz, x, h, h0], gradients.parameters);
+    if let Some(dx) = gradients.inputs {
         let (before, dx) = dx.split_at_mut(begin * shape.rows * shape.inputs);
         before.fill(0.0);
         let chunks = dx.par_chunks_mut(CHUNK * shape.inputs).zip(dz.par_chunks(CHUNK * 4 * n));
@@ -146,6 +154,7 @@ fn back_through_time(
     gates: &mut [&mut [f32]],
     first: usize,
     [cells, dh, c0]: [&[f32]; 3],
+    floor: f32,
 ) -> usize {
     let n = shape.hidden;
     let Some(size) = gates.first().map(|gates| gates.len() / 4) else { return 0 };
@@ -166,6 +175,7 @@ fn back_through_time(
             dh_next: &dh_next,
             dc: &mut dc,
             hidden: n,
+            floor,
         }
         .run();
         if t <= from_above && is_zero(gates) && is_zero(&dc) {
@@ -215,8 +225,8 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
-    use crate::gates::VANISHED;
 
+    const FLOOR: f32 = 1e-16;
     /// Three groups of 9, 9 and 1 rows.
     const SHAPE: Shape = Shape { steps: 120, rows: 19, inputs: 3, hidden: 5 };
 
@@ -227,7 +237,7 @@ mod tests {
 
     /// The gradient by parameters and inputs for a derivative of this size in the last step of the first group, and less in
     /// the others; in units of that size.
-    fn gradient_of(size: f32) -> [Vec<f32>; 2] {
+    fn gradient_of(size: f32, floor: f32) -> [Vec<f32>; 2] {
         let Shape { steps, rows, inputs, hidden } = SHAPE;
         let parameters = uniform("parameters", 4 * hidden * (inputs + hidden + 1));
         let weights = LayerWeights::new(&parameters, inputs, hidden);
@@ -243,23 +253,32 @@ mod tests {
         }
         let mut found = [vec![0.0; parameters.len()], vec![0.0; x.len()]];
         let [d_parameters, dx] = &mut found;
-        backward(SHAPE, weights, [&x, &h, &dh], memory, &mut tape, d_parameters, Some(dx));
+        let gradients = Gradients { parameters: d_parameters, inputs: Some(dx) };
+        backward(SHAPE, weights, [&x, &h, &dh], memory, &mut tape, floor, gradients);
         found.map(|values| values.iter().map(|value| value / size).collect())
     }
 
     #[test]
-    fn the_way_back_ends_where_derivatives_have_vanished_and_misses_nothing() {
+    fn the_way_back_ends_below_the_floor_and_misses_no_more_than_it() {
         // A gradient is linear in what it is made from, and powers of two are exact: all that differs is what vanishes.
         let (small, large) = (2f32.powi(-20), 2f32.powi(60));
-        let [ended, whole] = [small, large].map(gradient_of);
+        let [ended, whole] = [gradient_of(small, FLOOR), gradient_of(large, FLOOR)];
         let n_before = |[_, dx]: &[Vec<f32>; 2]| dx.iter().take_while(|value| **value == 0.0).count();
         let n_step = SHAPE.rows * SHAPE.inputs;
         assert!(n_before(&ended) > 10 * n_step, "{} steps before", n_before(&ended) / n_step);
         assert_eq!(n_before(&whole), 0);
         // What has vanished, from every step and row, times an input or state of at most 1.
-        let lost = (SHAPE.steps * SHAPE.rows) as f32 * VANISHED / small;
+        let lost = (SHAPE.steps * SHAPE.rows) as f32 * FLOOR / small;
         for (ended, whole) in ended.iter().flatten().zip(whole.iter().flatten()) {
             assert!((ended - whole).abs() <= lost + f32::EPSILON * whole.abs(), "{ended} {whole}");
         }
+    }
+
+    #[test]
+    fn without_a_floor_no_derivative_is_lost() {
+        // Powers of two are exact as long as nothing falls below what f32 holds.
+        let [small, large] = [2f32.powi(-20), 1.0].map(|size| gradient_of(size, 0.0));
+        assert_eq!(small, large);
+        assert!(small[1].iter().all(|value| *value != 0.0));
     }
 }

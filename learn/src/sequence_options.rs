@@ -65,6 +65,7 @@ impl SequenceOptions {
             adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
             fall: Fall::HalfCosine,
             renewed: Some(renewed),
+            gradient_floor: 0.0,
         }
     }
 }

@@ -69,6 +69,16 @@ impl Trainer {
         self.adam.learning_rate = learning_rate;
     }
 
+    /// Derivatives of at most this size become zero from the next step on, see [`crate::Schedule::gradient_floor`]; none do
+    /// at zero, as at first. Acts on the processor.
+    ///
+    /// # Panics
+    /// If it is negative or not finite.
+    pub fn set_gradient_floor(&mut self, floor: f32) {
+        assert!(floor >= 0.0 && floor.is_finite(), "floor of derivatives: {floor}");
+        self.graph.gradient_floor = floor;
+    }
+
     /// The outputs for a batch, without dropout: [step][row][channel], or [row][channel] for
     /// [`crate::Outputs::Last`]. `memory` goes on.
     ///
@@ -104,14 +114,7 @@ impl Trainer {
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<f64> {
         self.adam.check()?;
-        batch.check(self.network.architecture(), memory)?;
-        let masks = self.masks(batch);
-        let pass = self.graph.forward(&self.network, batch, memory, &masks)?;
-        let outputs = pass.outputs()?;
-        let mut d_outputs = vec![0.0; outputs.len()];
-        let value = loss(&outputs, &mut d_outputs);
-        self.finite("loss", value)?;
-        let gradients = pass.gradients(&d_outputs)?;
+        let (value, gradients) = self.gradient(batch, memory, loss)?;
         let square = |values: &Vec<f32>| values.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
         let norm = gradients.iter().map(square).sum::<f64>().sqrt();
         self.finite("norm of the gradient", norm)?;
@@ -122,6 +125,26 @@ impl Trainer {
             self.adam.update(self.steps, scale, gradient, weights, moments);
         }
         Ok(value)
+    }
+
+    /// The loss, and its gradient by each vector of parameters, as [`Trainer::step`] takes them.
+    ///
+    /// # Errors
+    /// As [`Trainer::step`].
+    pub(crate) fn gradient(
+        &self,
+        batch: &Batch<'_>,
+        memory: &mut Memory,
+        loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
+    ) -> Result<(f64, Vec<Vec<f32>>)> {
+        batch.check(self.network.architecture(), memory)?;
+        let masks = self.masks(batch);
+        let pass = self.graph.forward(&self.network, batch, memory, &masks)?;
+        let outputs = pass.outputs()?;
+        let mut d_outputs = vec![0.0; outputs.len()];
+        let value = loss(&outputs, &mut d_outputs);
+        self.finite("loss", value)?;
+        Ok((value, pass.gradients(&d_outputs)?))
     }
 
     fn finite(&self, what: &'static str, value: f64) -> Result<()> {

@@ -33,6 +33,9 @@ struct Course {
     epochs: usize,
     /// Epochs done when the best weights were found, and their error.
     best: Option<(usize, f64)>,
+    /// Of every epoch, the error in training and on data held out; files of older programs have none.
+    #[serde(default)]
+    curve: Vec<[f64; 2]>,
 }
 
 impl Training {
@@ -43,12 +46,22 @@ impl Training {
     pub fn new(trainer: Trainer, renewed: Option<f32>) -> Self {
         assert!(renewed.is_none_or(|part| part > 0.0 && part <= 1.0), "part of the mean: {renewed:?}");
         let mean = renewed.map(|_| trainer.network().clone());
-        Self { trainer, mean, best: None, course: Course { renewed, epochs: 0, best: None } }
+        Self {
+            trainer,
+            mean,
+            best: None,
+            course: Course { renewed, epochs: 0, best: None, curve: Vec::new() },
+        }
     }
 
     /// The step size from the next step on; see [`Trainer::set_learning_rate`].
     pub fn set_learning_rate(&mut self, learning_rate: f64) {
         self.trainer.set_learning_rate(learning_rate);
+    }
+
+    /// Derivatives of at most this size become zero from the next step on; see [`Trainer::set_gradient_floor`].
+    pub fn set_gradient_floor(&mut self, floor: f32) {
+        self.trainer.set_gradient_floor(floor);
     }
 
     /// One step of training, see [`Trainer::step`].
@@ -81,13 +94,20 @@ impl Training {
         self.mean.as_ref().unwrap_or(self.trainer.network())
     }
 
-    /// Ends an epoch with the error of [`Training::network`] on data held out; keeps the weights if none did better.
-    pub fn end_epoch(&mut self, error: f64) {
+    /// Ends an epoch with the error in training, and that of [`Training::network`] on data held out; keeps the weights if
+    /// none did better there.
+    pub fn end_epoch(&mut self, training: f64, error: f64) {
         self.course.epochs += 1;
+        self.course.curve.push([training, error]);
         if self.course.best.is_none_or(|(_, best)| error < best) {
             self.course.best = Some((self.course.epochs, error));
             self.best = Some(self.network().clone());
         }
+    }
+
+    /// Of every epoch, the error in training and on data held out.
+    pub fn curve(&self) -> &[[f64; 2]] {
+        &self.course.curve
     }
 
     /// Epochs done.

@@ -1,14 +1,14 @@
 //! The published way to train (paper 003, sections V-A d and V-B c): windows of samples, an output at the end of each, mean
 //! squared error, Adam with a step size that may fall in stairs.
 
-use hysteron_base::rng;
+use hysteron_base::{BadInput, rng};
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
 use crate::schedule::check_counts;
 use crate::{
-    Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Normaliser, Outputs, Result, Schedule, Sum,
-    Training, mean, mean_squared_error,
+    Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Network, Normaliser, Outputs, Result,
+    Schedule, Sum, Trainer, Training, mean, mean_squared_error,
 };
 
 /// How to train on windows.
@@ -36,6 +36,8 @@ pub struct WindowedOptions {
     pub stair_factor: f64,
     /// Weight decay of Adam.
     pub weight_decay: f64,
+    /// Derivatives of at most this size become zero on the way back through time, which then ends early; at zero none do.
+    pub gradient_floor: f32,
     /// Seed of weights, order and dropout.
     pub seed: u64,
 }
@@ -48,13 +50,18 @@ impl WindowedOptions {
     }
 
     fn check(&self) -> Result<()> {
-        Ok(check_counts(&[
+        check_counts(&[
             ("window", self.window),
             ("stride", self.stride),
             ("epochs", self.epochs),
             ("batch", self.batch),
             ("stair", self.stair),
-        ])?)
+        ])?;
+        if !(self.gradient_floor >= 0.0 && self.gradient_floor.is_finite()) {
+            let found = self.gradient_floor.to_string();
+            return Err(BadInput::new("gradient_floor", "a finite number >= 0", found).into());
+        }
+        Ok(())
     }
 }
 
@@ -137,6 +144,30 @@ impl<'a> WindowedLesson<'a> {
         Ok(squares.into_iter().map(|sum| sum / ends.len().max(1) as f64).collect())
     }
 
+    /// What the floor of derivatives takes from the gradient of these weights: the length of the difference over that of the
+    /// whole gradient, on one batch of windows from all training paths.
+    ///
+    /// # Errors
+    /// As [`crate::Trainer::step`].
+    pub fn gradient_floor_error(&self, network: &Network) -> Result<f64> {
+        let all = self.ends(&self.seen);
+        let every = all.len().div_ceil(self.options.batch).max(1);
+        let ends: Vec<End> = all.into_iter().step_by(every).collect();
+        let (inputs, targets) = self.gather(&self.seen, &ends);
+        let batch = self.batch(&inputs, ends.len());
+        let gradient = |floor: f32| {
+            let mut trainer = Trainer::new(network.clone(), Adam::default(), self.options.seed)?;
+            trainer.set_gradient_floor(floor);
+            let mut memory = Memory::zeros(network.architecture(), ends.len());
+            trainer.gradient(&batch, &mut memory, |found, d| mean_squared_error(found, &targets, d))
+        };
+        let ((_, whole), (_, floored)) = (gradient(0.0)?, gradient(self.options.gradient_floor)?);
+        let length = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+        let pairs = whole.iter().flatten().zip(floored.iter().flatten());
+        let lost = length(&mut pairs.map(|(a, b)| f64::from(*a) - f64::from(*b)));
+        Ok(lost / length(&mut whole.iter().flatten().map(|v| f64::from(*v))).max(f64::MIN_POSITIVE))
+    }
+
     fn ends(&self, paths: &[WindowedPath]) -> Vec<End> {
         let of_path = |(k, path): (usize, &WindowedPath)| {
             path.ends.iter().step_by(self.options.stride).map(move |&end| (k, end)).collect::<Vec<_>>()
@@ -161,13 +192,16 @@ impl Lesson for WindowedLesson<'_> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
-        let WindowedOptions { epochs, learning_rate, weight_decay, stair, stair_factor, .. } = *self.options;
+        let WindowedOptions {
+            epochs, learning_rate, weight_decay, stair, stair_factor, gradient_floor, ..
+        } = *self.options;
         Schedule {
             epochs,
             patience: epochs,
             adam: Adam { learning_rate, weight_decay, ..Adam::default() },
             fall: Fall::Stairs { epochs: stair, factor: stair_factor },
             renewed: None,
+            gradient_floor,
         }
     }
 
@@ -207,7 +241,7 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::{ChannelRange, Network, Session, teach};
+    use crate::{ChannelRange, Session, teach};
 
     const OPTIONS: WindowedOptions = WindowedOptions {
         window: 8,
@@ -221,6 +255,7 @@ mod tests {
         stair: 10,
         stair_factor: 0.5,
         weight_decay: 0.0,
+        gradient_floor: 0.0,
         seed: 1,
     };
 
@@ -274,10 +309,32 @@ mod tests {
     }
 
     #[test]
-    fn options_out_of_range_are_named() {
-        let options = WindowedOptions { stride: 0, ..OPTIONS };
+    fn what_a_floor_takes_from_the_gradient_is_measured() {
         let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
-        let refused = WindowedLesson::new(&options, [&inputs, &outputs], 1.0, [Vec::new(), Vec::new()]);
-        assert_eq!(refused.unwrap_err().to_string().split(':').next(), Some("stride"));
+        let lost = |gradient_floor: f32| {
+            let options = WindowedOptions { gradient_floor, ..OPTIONS };
+            let paths = [vec![play(120, 0.0)], Vec::new()];
+            let lesson = WindowedLesson::new(&options, [&inputs, &outputs], 1e3, paths).unwrap();
+            let network = Network::new(&options.architecture(1, 1, Head::Linear), 1).unwrap();
+            lesson.gradient_floor_error(&network).unwrap()
+        };
+        // Derivatives of a mean over 16 rows are some hundredths and less: all of it is below 1, part of it below 1e-3.
+        assert_eq!(lost(0.0), 0.0);
+        let (some, all) = (lost(1e-3), lost(1.0));
+        assert!(1e-4 < some && some < 1.0 && some < all, "{some} {all}");
+    }
+
+    #[test]
+    fn options_out_of_range_are_named() {
+        let bad = [
+            ("stride", WindowedOptions { stride: 0, ..OPTIONS }),
+            ("gradient_floor", WindowedOptions { gradient_floor: -1.0, ..OPTIONS }),
+            ("gradient_floor", WindowedOptions { gradient_floor: f32::NAN, ..OPTIONS }),
+        ];
+        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
+        for (name, options) in bad {
+            let refused = WindowedLesson::new(&options, [&inputs, &outputs], 1.0, [Vec::new(), Vec::new()]);
+            assert_eq!(refused.unwrap_err().to_string().split(':').next(), Some(name));
+        }
     }
 }

@@ -1,91 +1,250 @@
-//! A robot that changes, and a minute of data after which its twin has followed: play grown, friction grown, a load added.
-//! (Tendons that are tensioned anew change nothing here: a virtual rig finds their zeros by itself every day.)
+//! A robot that changes, or does not, and a minute of data after which its twin has followed: friction half as much again, play
+//! grown by 0.3 mm, a tendon that has gone slack by 0.6 mm, a load added.
 //!
-//! Targets are followed on the robot as it was, on the changed one, and there again with a network that has learned from
-//! a minute of it.
+//! Targets are followed on each robot with the network of the robot as it was, and with what `adapt` kept after a minute of it.
+//! The plan of that minute (`quick`) is faster than the motion that the network learned from.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use hysteron_base::file;
+use hysteron_rig::calibration::Calibration;
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, Strokes, scene_path};
+use super::chain::{Chain, FRICTION, scene_path};
 use super::write_metrics;
 use crate::table::print_cells;
 
-/// A change of the preset `typical`, by lines of its file.
+/// A change of the preset `typical`: lines of its file, and how far its first tendon is let go [m]. A rig finds its zeros before
+/// it records; a tendon that has gone slack since is one whose zero in the calibration is not where it was found.
 struct Change {
     name: &'static str,
     lines: &'static [(&'static str, &'static str)],
+    slack: f64,
 }
 
-const CHANGES: [Change; 3] = [
-    Change { name: "play grown", lines: &[("play_mm = 0.10", "play_mm = 0.50")] },
+const CHANGES: [Change; 5] = [
+    Change { name: "unchanged", lines: &[], slack: 0.0 },
     Change {
-        name: "friction grown",
+        name: "friction times 1.5",
         lines: &[
-            ("friction_coefficient = 0.22", "friction_coefficient = 0.44"),
-            ("friction_force_n = 0.10", "friction_force_n = 0.40"),
+            ("friction_coefficient = 0.22", "friction_coefficient = 0.33"),
+            ("friction_force_n = 0.10", "friction_force_n = 0.15"),
         ],
+        slack: 0.0,
     },
+    Change { name: "play +0.3 mm", lines: &[("play_mm = 0.10", "play_mm = 0.40")], slack: 0.0 },
+    Change { name: "a tendon slack by 0.6 mm", lines: &[], slack: 0.6e-3 },
     Change {
         name: "load added",
         lines: &[("tip_load_n = [0.0, 0.0, 0.0]", "tip_load_n = [0.30, -0.15, -0.10]")],
+        slack: 0.0,
     },
 ];
+/// Of a quick study.
+const N_QUICK: usize = 4;
 
 const TARGETS: [&str; 3] = ["circle:40", "diamond:60", "lissajous:60"];
+/// Where the servos wake up, so that one calibration is for all that is recorded of a robot.
+const SEED: &str = "2";
 
-/// Runs the study; quick: one target.
+/// What the network of a quick study learns from, for less time than the plan `paper`.
+const PLAN: &str = r#"format = "hysteron-plan"
+version = 1
+name = "adaptation"
+seed = 1
+rate_hz = 100
+tendon_angles_deg = [0, 90, 180, 270]
+release = 1.0
+scale = 1.3
+rest_before_s = 1.32
+rest_after_s = 2
+stroke_max_mm = 9
+stroke_rate_max_mm_s = 7
+"#;
+/// Its trajectories: name, family, amplitude [mm], frequency [Hz] and what else an entry says.
+const TRAJECTORIES: [(&str, &str, f64, f64, &str); 5] = [
+    ("sinusoid-1", "sinusoid", 4.8, 0.1, "orientation_deg = 20\n"),
+    ("sinusoid-2", "sinusoid", 4.4, 0.13, "orientation_deg = 110\n"),
+    ("circle-1", "circle", 4.8, 0.1, "phase_deg = 0\ndirection = \"counter_clockwise\"\n"),
+    ("circle-2", "circle", 3.6, 0.13, "phase_deg = 0\ndirection = \"clockwise\"\n"),
+    ("square-1", "square", 4.4, 0.1, "orientation_deg = 30\ndirection = \"counter_clockwise\"\n"),
+];
+
+/// How closely a tip followed its target.
+#[derive(Debug, Clone, Copy)]
+struct Tip {
+    rmse_mm: f64,
+    aligned_mm: f64,
+    nrmse_percent: f64,
+}
+
+/// A target on a robot, before and after adaptation; none where the rig did not carry the strokes out.
+struct Row {
+    change: &'static str,
+    target: &'static str,
+    kept: String,
+    tips: [Option<Tip>; 2],
+}
+
+/// Runs the study; quick: a twin that has learned from two minutes, without the load.
 ///
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
-    let (chain, targets) = (Chain::of_typical(folder)?, &TARGETS[..if quick { 1 } else { TARGETS.len() }]);
-    chain.record("typical", "paper", "data")?;
-    chain.calibrate(FRICTION.0, FRICTION.1, &chain.training_recordings()?, 1, None)?;
-    let (old, scene) = (chain.path("friction-1.safetensors")?, scene_path(FRICTION.1));
+    let study = Study::new(folder, quick)?;
+    let changes = if quick { &CHANGES[..N_QUICK] } else { &CHANGES[..] };
     let mut rows = Vec::new();
-    for change in &CHANGES {
-        let stem = format!("adapted/{}", change.name.replace(' ', "-"));
-        let rig = format!("virtual:{}", chain.changed_robot(change.lines, &stem)?);
-        let minute = chain.path(&format!("{stem}/minute"))?;
-        chain.hysteron(&["record", "--rig", &rig, "--plan", "quick", "--out", &minute])?;
-        let new = chain.path(&format!("{stem}/residual.safetensors"))?;
-        chain.once(&new, &["adapt", &old, "--scene", &scene, &minute, "--out", &new])?;
-        for target in targets {
-            let follow = |rig: &str, model: &str, when: &str| -> Result<Option<f64>> {
-                let strokes = Strokes { scene: Some(&scene), model: Some(model) };
-                let name = format!("{stem}/{}/{when}", target.replace(':', ""));
-                let found = chain.track(rig, strokes, target, [1, 1], &name)?;
-                Ok(found.map(|repeats| repeats[0].nrmse_percent))
-            };
-            let found = [
-                follow("virtual:typical", &old, "as-it-was")?,
-                follow(&rig, &old, "changed")?,
-                follow(&rig, &new, "adapted")?,
-            ];
-            rows.push((change.name, *target, found));
+    for change in changes {
+        let robot = study.robot(change)?;
+        let kept = robot.kept()?;
+        for target in TARGETS {
+            let tips =
+                [robot.track(&study.old, target, "before")?, robot.track(&robot.new, target, "after")?];
+            rows.push(Row { change: change.name, target, kept: kept.clone(), tips });
         }
     }
     print(&rows);
-    let row = |(change, target, [was, changed, adapted]): &(&str, &str, [Option<f64>; 3])| {
-        json!({
-            "change": change, "target": target,
-            "nrmse_percent": { "as it was": was, "changed": changed, "adapted": adapted },
-        })
-    };
-    write_metrics(folder, "adaptation", json!({ "rows": rows.iter().map(row).collect::<Vec<Value>>() }))
+    write_metrics(folder, "adaptation", json!({ "rows": rows.iter().map(Row::json).collect::<Vec<Value>>() }))
 }
 
-fn print(rows: &[(&str, &str, [Option<f64>; 3])]) {
-    let heading = ["Change", "Target", "NRMSE [%] before", "after the change", "after a minute of data"];
+struct Study {
+    chain: Chain,
+    scene: String,
+    old: String,
+}
+
+impl Study {
+    fn new(folder: &Path, quick: bool) -> Result<Self> {
+        let chain = if quick { Chain::new(folder)? } else { Chain::of_typical(folder)? };
+        let plan = if quick { write_plan(&chain)? } else { "paper".to_owned() };
+        chain.record("typical", &plan, "data")?;
+        let old = chain.calibrate(FRICTION.0, FRICTION.1, &chain.training_recordings()?, 1, None)?.remove(0);
+        Ok(Self { chain, scene: scene_path(FRICTION.1), old: old.display().to_string() })
+    }
+
+    /// A minute of a changed robot, and what its twin learned of it.
+    fn robot(&self, change: &Change) -> Result<Robot<'_>> {
+        let stem = format!("adapted/{}", change.name.replace([' ', '.'], "-"));
+        let rig = format!("virtual:{}", self.chain.changed_robot(change.lines, &stem)?);
+        let path = |name: &str| self.chain.path(&format!("{stem}/{name}"));
+        let (found, minute, new) = (path("zeros")?, path("minute")?, path("residual.safetensors")?);
+        let record = ["record", "--rig", &rig, "--plan", "quick", "--seed", SEED];
+        self.chain.hysteron(&[&record[..], &["--only", "circle", "--out", &found]].concat())?;
+        let calibration = path("calibration.toml")?;
+        let zeros = Path::new(&found).join("calibration.toml");
+        file::write_bytes(Path::new(&calibration), let_go(&zeros, change.slack)?)?;
+        let minute_of = ["--calibration", &calibration, "--out", &minute];
+        self.chain.hysteron(&[&record[..], &minute_of[..]].concat())?;
+        self.chain.once(&new, &["adapt", &self.old, "--scene", &self.scene, &minute, "--out", &new])?;
+        Ok(Robot { study: self, stem, rig, calibration, new })
+    }
+}
+
+/// A calibration whose first tendon is let go by `slack` [m].
+fn let_go(path: &Path, slack: f64) -> Result<String> {
+    let rig = RigConfig::from_toml(&rig_file(&VirtualRobot::preset("typical")?), Path::new(""))?;
+    let mut calibration = Calibration::read(path, &rig)?;
+    let first = calibration.channels.first_mut().context("a calibration without servos")?;
+    first.zero = first.ticks(-slack);
+    Ok(calibration.to_toml())
+}
+
+struct Robot<'a> {
+    study: &'a Study,
+    stem: String,
+    rig: String,
+    calibration: String,
+    new: String,
+}
+
+impl Robot<'_> {
+    /// What `adapt` kept, by its name in `metrics.json`.
+    fn kept(&self) -> Result<String> {
+        let metrics: Value = serde_json::from_slice(&std::fs::read(
+            Path::new(&self.new).with_extension("").join("metrics.json"),
+        )?)?;
+        Ok(metrics["kept"].as_str().context("nothing kept in metrics.json")?.to_owned())
+    }
+
+    fn track(&self, model: &str, target: &str, when: &str) -> Result<Option<Tip>> {
+        let Study { chain, scene, .. } = self.study;
+        let out = chain.path(&format!("{}/{}/{when}", self.stem, target.replace(':', "")))?;
+        let metrics = Path::new(&out).join("metrics.json");
+        let track =
+            ["-q", "track", model, "--scene", scene, "--rig", &self.rig, "--calibration", &self.calibration];
+        let arguments = [&track[..], &["--seed", SEED, "--target", target, "--out", &out]].concat();
+        if !metrics.exists() && chain.hysteron(&arguments).is_err() {
+            return Ok(None);
+        }
+        let found: Value = serde_json::from_slice(&std::fs::read(metrics)?)?;
+        let number = |key: &str| {
+            found["recordings"][0][key].as_f64().with_context(|| format!("no {key} in metrics.json"))
+        };
+        Ok(Some(Tip {
+            rmse_mm: 1e3 * number("rmse_m")?,
+            aligned_mm: 1e3 * number("aligned_rmse_m")?,
+            nrmse_percent: 100.0 * number("nrmse")?,
+        }))
+    }
+}
+
+fn write_plan(chain: &Chain) -> Result<String> {
+    let entry = |(name, family, amplitude, frequency, own): (&str, &str, f64, f64, &str)| {
+        format!(
+            "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\namplitude_mm = {amplitude}\n\
+             frequency_hz = {frequency}\n{own}attack_s = 4\nsustain_s = 10\ndecay_s = 4\n"
+        )
+    };
+    let path = chain.path("plan.toml")?;
+    file::write_bytes(Path::new(&path), PLAN.to_owned() + &TRAJECTORIES.map(entry).concat())?;
+    Ok(path)
+}
+
+impl Row {
+    fn json(&self) -> Value {
+        let tip = |tip: &Option<Tip>| {
+            tip.map(|it| {
+                json!({ "rmse_mm": it.rmse_mm, "aligned_rmse_mm": it.aligned_mm, "nrmse_percent": it.nrmse_percent })
+            })
+        };
+        let [before, after] = self.tips.each_ref().map(tip);
+        json!({
+            "change": self.change, "target": self.target, "kept": self.kept, "before": before, "after": after,
+            "gain": self.gain(),
+        })
+    }
+
+    /// Part of the error at equal times that adaptation took away [-].
+    fn gain(&self) -> Option<f64> {
+        let [before, after] = self.tips;
+        Some(1.0 - after?.aligned_mm / before?.aligned_mm)
+    }
+}
+
+fn print(rows: &[Row]) {
+    let heading = [
+        "Change",
+        "Target",
+        "kept",
+        "RMSE [mm], at equal times [mm], NRMSE [%] before",
+        "after a minute of data",
+        "gain at equal times [%]",
+    ];
     let mut cells = vec![heading.map(str::to_owned).to_vec()];
-    for (change, target, found) in rows {
-        let number = |value: &Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
-        let names = [change, target].map(|name| (*name).to_owned());
-        cells.push(names.into_iter().chain(found.iter().map(number)).collect());
+    for row in rows {
+        let tip = |tip: &Option<Tip>| {
+            let shown =
+                |it: &Tip| format!("{:.2}, {:.2}, {:.2}", it.rmse_mm, it.aligned_mm, it.nrmse_percent);
+            tip.as_ref().map_or("-".to_owned(), shown)
+        };
+        let mut line = vec![row.change.to_owned(), row.target.to_owned(), row.kept.clone()];
+        line.extend(row.tips.iter().map(tip));
+        line.push(row.gain().map_or("-".to_owned(), |gain| format!("{:.0}", 100.0 * gain)));
+        cells.push(line);
     }
     print_cells(&cells);
 }

@@ -17,7 +17,8 @@ const HELP: &str = "\
 Two ways. With a checkpoint by `hysteron train`, a network says the strokes, one cell update a sample. With --scene, \
 the robot's twin goes along the path and its tip is steered, sample by sample; the strokes that did it are the answer. \
 That takes longer, needs no training for paths, and where the checkpoint is by `hysteron fit-residual`, the twin shows \
-the robot's hysteresis, and the strokes take it back. Without a checkpoint the twin is the nominal one.
+the robot's hysteresis, and the strokes take it back. Without a checkpoint the twin is that of \
+the scene, with whatever was fitted of it; with --nominal, without.
 
 PATH is a target (`hysteron target --help`: circle:40, a .toml, an .svg) or a recording (.parquet or .csv) with \
 tip_x_mm and tip_y_mm (or in m), and tip_z_mm for a network that was trained with it, at the rate of the training.
@@ -32,7 +33,7 @@ Examples, from the root of the repository:
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
       --out out/commands/ellipse.parquet --figures out/commands
-  hysteron command --scene meshes/tpu80/scene.toml --target circle:30 --out out/commands/nominal.parquet
+  hysteron command --scene meshes/tpu80/scene.toml --nominal --target circle:30 --out out/commands/nominal.parquet
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
 
@@ -71,6 +72,9 @@ pub struct Way {
     /// Steer the twin of this scene along the path
     #[arg(long, value_name = "SCENE")]
     scene: Option<PathBuf>,
+    /// Leave out of the scene what is fitted to a robot: zeros and compliance of the tendons, friction, backlash
+    #[arg(long, requires = "scene", conflicts_with = "checkpoint")]
+    nominal: bool,
 }
 
 /// Limits that stand instead of those of a training [m, m/s].
@@ -135,7 +139,8 @@ impl Way {
         };
         let answer = match &self.scene {
             Some(scene) => {
-                through::strokes(scene, self.checkpoint.as_deref(), given, &target, &mut progress)?
+                let twin = if self.nominal { through::Twins::Nominal } else { through::Twins::OfScene };
+                through::strokes((scene, twin), self.checkpoint.as_deref(), given, &target, &mut progress)?
             }
             None => by_network(self, given, &target, &mut progress)?,
         };

@@ -14,15 +14,38 @@ use crate::plan::angles_of;
 /// Largest stroke, where none is given [m], and fastest change [m/s].
 const LIMITS: [f64; 2] = [16e-3, 12e-3];
 
+/// Which twin is steered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Twins {
+    /// That of the scene.
+    OfScene,
+    /// The same without what is fitted to a robot.
+    Nominal,
+}
+
+impl Twins {
+    /// The scene of the twin.
+    fn scene(self, path: &Path) -> anyhow::Result<Scene> {
+        let mut scene = Scene::read(path)?;
+        if self == Self::Nominal {
+            scene.friction = None;
+            for tendon in &mut scene.tendons {
+                (tendon.zero, tendon.compliance) = (0.0, 0.0);
+            }
+        }
+        Ok(scene)
+    }
+}
+
 /// Steers the twin along the path and back to no strokes. `progress` ends it where it returns false.
 pub fn strokes(
-    scene: &Path,
+    (scene, twins): (&Path, Twins),
     checkpoint: Option<&Path>,
     given: &Given,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
-    let scene = Scene::read(scene)?;
+    let scene = twins.scene(scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = checkpoint.map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let tendons = Tendons { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };

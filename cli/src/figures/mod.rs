@@ -11,7 +11,7 @@ mod figure;
 pub mod fit;
 pub mod identification;
 mod lines;
-mod report;
+pub mod report;
 mod robot;
 mod series;
 mod shapes;
@@ -21,6 +21,7 @@ pub mod study;
 pub mod target;
 mod tip;
 pub mod tracking;
+pub mod training;
 
 use std::path::Path;
 

@@ -70,7 +70,7 @@ pub(super) fn write(
 }
 
 /// Writes `metrics.json`.
-pub(super) fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<()> {
+pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<()> {
     let mut json = serde_json::to_string_pretty(metrics)?;
     json.push('\n');
     Ok(file::write_bytes(&folder.join("metrics.json"), json)?)

@@ -16,7 +16,7 @@ use super::series::millimetres;
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
-use crate::evaluate::{METRICS, Row, cells, headings};
+use crate::evaluate::{Commanded, METRICS, Row, cells, headings};
 use crate::terminal;
 
 pub const TARGET: RGBColor = COLORS[0];
@@ -39,6 +39,9 @@ struct Metrics<'a> {
     version: u32,
     target: Target<'a>,
     recordings: &'a [Row],
+    /// What the strokes say of themselves, where these are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    commanded: Option<&'a Commanded>,
     /// By metric, over the recordings.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     repeatability: BTreeMap<&'static str, Repeatability>,
@@ -56,7 +59,13 @@ struct Target<'a> {
 }
 
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, target: &TargetPath, rows: &[Row], with_png: bool) -> anyhow::Result<()> {
+pub fn write(
+    folder: &Path,
+    target: &TargetPath,
+    rows: &[Row],
+    commanded: Option<&Commanded>,
+    with_png: bool,
+) -> anyhow::Result<()> {
     register_embedded_font()?;
     let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
     let repeats = METRICS.iter().filter_map(|metric| Some((metric.key, metric.repeatability(rows)?)));
@@ -71,6 +80,7 @@ pub fn write(folder: &Path, target: &TargetPath, rows: &[Row], with_png: bool) -
             laps: target.laps().count(),
         },
         recordings: rows,
+        commanded,
         repeatability: repeats.collect(),
         command: &command,
         commit,
@@ -80,6 +90,19 @@ pub fn write(folder: &Path, target: &TargetPath, rows: &[Row], with_png: bool) -
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in paper 003, section V-B; definitions in docs/control.md.";
     let mut page = Page::new(&format!("Target {}", target.name), about, &command);
+    if let Some(Commanded { extrapolating, limited }) = commanded {
+        let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);
+        if *extrapolating > 0.0 {
+            page.paragraph(&format!(
+                "Warning: the network was asked for what it had not seen in training in {}.",
+                percent(*extrapolating)
+            ));
+        }
+        page.list([
+            ("Network outside its training", percent(*extrapolating)),
+            ("Strokes held back by a limit", percent(*limited)),
+        ]);
+    }
     page.table(&headings(), cells(rows));
     page.heading("Figures");
     page.figure(&figure);

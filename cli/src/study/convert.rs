@@ -264,7 +264,7 @@ fn track(typed: typed::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<
     for (k, named) in typed.targets.iter().enumerate() {
         let key = format!("track.targets[{}]", k + 1);
         let target = target(named, folder).with_context(|| key.clone())?;
-        if ways.iter().any(|way| *way != Way::Nominal) {
+        if ways.iter().any(|way| !matches!(way, Way::Nominal | Way::Scene)) {
             check_rate(&key, target.path.rate_hz, recorded)?;
         }
         if targets.iter().any(|earlier| earlier.name == target.name) {

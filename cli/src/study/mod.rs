@@ -51,10 +51,11 @@ STUDY is a file that says what to do; every part but the first may be left out. 
 
   [track]                         # paths that nobody has learned, open loop, measured
   targets = [\"circle:40\"]         # as for hysteron target
-  ways = [\"nominal\", \"twin\", \"network\"]
+  ways = [\"nominal\", \"scene\", \"twin\", \"network\"]
   repeats = 1                     # on as many days of a virtual rig
 
-ways: nominal, through the twin of the scene as it is; twin, through the calibrated twin with its network; network, by \
+ways: nominal, through the twin of the scene without zeros, compliance and friction of its tendons, which are fitted to a robot; \
+scene, through the twin of the scene as it is; twin, through the calibrated twin with its network; network, by \
 the inverse network. The whole file, rig, plan, scene and targets are checked before anything runs.
 
 Every stage is a verb of this program, shown as you could type it. It is done once: a stamp in OUT/stages says what it \
@@ -160,8 +161,10 @@ pub struct Target {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
-    /// Through the twin of the scene as it is, without a network.
+    /// Through the twin of the scene without what is fitted to a robot, and without a network.
     Nominal,
+    /// Through the twin of the scene as it is, without a network.
+    Scene,
     /// Through the calibrated twin with its network.
     Twin,
     /// By the inverse network.
@@ -173,6 +176,7 @@ impl Way {
     pub fn name(self) -> &'static str {
         match self {
             Self::Nominal => "nominal",
+            Self::Scene => "scene",
             Self::Twin => "twin",
             Self::Network => "network",
         }

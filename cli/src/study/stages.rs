@@ -293,7 +293,8 @@ impl Planner<'_> {
         let folder = folder(target, way);
         let step = step("track").word("--rig").with(self.study.rig.argument.clone());
         let step = match way {
-            Way::Nominal => step.word("--scene").with(self.nominal_scene()),
+            Way::Nominal => step.word("--scene").with(self.nominal_scene()).word("--nominal"),
+            Way::Scene => step.word("--scene").with(self.scene()),
             Way::Twin => step.with(self.checkpoint()).word("--scene").with(self.scene()),
             Way::Network => step.with(self.made("inverse/network.safetensors")),
         };
@@ -330,7 +331,8 @@ pub fn repeat(number: usize) -> String {
 
 fn about(target: &Target, way: Way) -> String {
     let how = match way {
-        Way::Nominal => "through the twin as it is",
+        Way::Nominal => "through the twin without what is fitted to a robot",
+        Way::Scene => "through the twin of the scene",
         Way::Twin => "through the calibrated twin",
         Way::Network => "by the inverse network",
     };

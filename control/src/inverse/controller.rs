@@ -3,6 +3,7 @@
 use hysteron_base::BadInput;
 use hysteron_learn::{Adam, Batch, Memory, Outputs, Runner, Trainer, windows};
 
+use super::delay::ahead;
 use super::model::check_limits;
 use super::smooth::{PathPoint, smooth};
 use super::windowed::normalised_path;
@@ -65,7 +66,7 @@ impl<'a> Controller<'a> {
             regression,
             path: smoothed_path(path, features)?,
             features: Features::new(features),
-            runner: Runner::new(&model.network),
+            runner: Runner::with_weights(&model.network, model.weights),
             limiter: Limiter::new(limits, model)?,
             n_done: 0,
             raw: Vec::with_capacity(model.inputs.channels.len()),
@@ -114,7 +115,8 @@ fn bound(outputs: &[f32], bounded: &mut [f32]) {
 fn smoothed_path(path: &[Tip], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
     check_path(path)?;
     let half = (spec.half_width_s / spec.step_s).round() as usize;
-    Ok(smooth(path, &vec![false; path.len()], spec.step_s, spec.smoothing, half))
+    let smoothed = smooth(path, &vec![false; path.len()], spec.step_s, spec.smoothing, half);
+    Ok(ahead(&smoothed, spec.delay_s / spec.step_s))
 }
 
 fn check_path(path: &[Tip]) -> Check<()> {

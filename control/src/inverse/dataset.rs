@@ -1,11 +1,11 @@
 //! What the controller learns from: recordings of commanded strokes and the tip that they made.
 
 use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
-use rand::seq::IndexedRandom;
 use serde::Serialize;
 
 use super::{Axes, Tip};
 use crate::Limits;
+use crate::split::{MotionKind, draw_validation};
 
 /// Largest difference of a sample's duration that still counts as the same rate [-].
 const SAME_STEP: f64 = 0.01;
@@ -110,6 +110,14 @@ impl Demonstration {
         self.tip.is_empty()
     }
 
+    /// Kind of its motion: the family of its plan, or where it has none what its strokes tell.
+    pub fn kind(&self) -> String {
+        match &self.family[..] {
+            "" => MotionKind::of(&self.strokes, self.n_tendons).name().to_owned(),
+            family => family.to_owned(),
+        }
+    }
+
     /// Strokes of a sample [m].
     pub fn strokes_at(&self, sample: usize) -> &[f64] {
         &self.strokes[sample * self.n_tendons..(sample + 1) * self.n_tendons]
@@ -143,8 +151,8 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Splits demonstrations: those named in `held_out` are validated on; without names one of every family, drawn by
-    /// `seed` from the real ones if there are any.
+    /// Splits demonstrations: those named in `held_out` are validated on; without names a sixth of every kind of motion, and at
+    /// least one where there are two, drawn by `seed`: real ones, and synthetic ones of the kinds that no real one is left for.
     ///
     /// # Errors
     /// Fewer than two demonstrations, none left to learn from, a name that is not among them, or different robots,
@@ -168,6 +176,19 @@ impl Dataset {
     /// How many demonstrations to learn from have this origin.
     pub fn count(&self, origin: Origin) -> usize {
         self.training.iter().filter(|one| one.origin == origin).count()
+    }
+
+    /// Kinds of motion that are learned from and validated on nowhere, with the names of what they are learned from.
+    pub fn unvalidated(&self) -> Vec<(String, Vec<String>)> {
+        let validated: Vec<String> = self.validation.iter().map(Demonstration::kind).collect();
+        let mut left: std::collections::BTreeMap<String, Vec<String>> = std::collections::BTreeMap::new();
+        for one in &self.training {
+            let kind = one.kind();
+            if !validated.contains(&kind) {
+                left.entry(kind).or_default().push(one.name.clone());
+            }
+        }
+        left.into_iter().collect()
     }
 
     /// The robots that it is of, rig before scene.
@@ -221,18 +242,23 @@ fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// One of every family that has more than one, or the last of all.
+/// Names of what to validate on: some of every kind of motion of the real demonstrations, and of the kinds that these leave out,
+/// of the synthetic ones.
 fn drawn(all: &[Demonstration], seed: u64) -> Vec<String> {
-    let real: Vec<&Demonstration> = all.iter().filter(|one| one.origin == Origin::Real).collect();
-    let candidates = if real.is_empty() { all.iter().collect() } else { real };
-    let mut families: Vec<&str> = candidates.iter().map(|one| one.family.as_str()).collect();
-    families.sort_unstable();
-    families.dedup();
     let mut stream = rng(seed, "inverse/held-out");
-    let draw = |family: &&str| {
-        let members: Vec<&&Demonstration> = candidates.iter().filter(|one| one.family == *family).collect();
-        if members.len() < 2 { None } else { members.choose(&mut stream).map(|one| one.name.clone()) }
+    let kinds: Vec<String> = all.iter().map(Demonstration::kind).collect();
+    let mut draw = |indices: &[usize]| -> Vec<usize> {
+        let kinds: Vec<String> = indices.iter().map(|&k| kinds[k].clone()).collect();
+        draw_validation(&kinds, &mut stream).into_iter().map(|k| indices[k]).collect()
     };
-    let drawn: Vec<String> = families.iter().filter_map(draw).collect();
-    if drawn.is_empty() { vec![candidates[candidates.len() - 1].name.clone()] } else { drawn }
+    let of = |origin| -> Vec<usize> { (0..all.len()).filter(|&k| all[k].origin == origin).collect() };
+    let mut found = draw(&of(Origin::Real));
+    let covered: Vec<&String> = found.iter().map(|&k| &kinds[k]).collect();
+    let left: Vec<usize> =
+        of(Origin::Synthetic).into_iter().filter(|&k| !covered.contains(&&kinds[k])).collect();
+    // A kind with a single synthetic demonstration is learned from; the last of all would be one where nothing else is.
+    let has_pair = |k: &usize| left.iter().filter(|&&l| kinds[l] == kinds[*k]).count() > 1;
+    let pairs: Vec<usize> = left.iter().copied().filter(has_pair).collect();
+    found.extend(draw(if found.is_empty() { &left } else { &pairs }));
+    found.into_iter().map(|k| all[k].name.clone()).collect()
 }

@@ -34,6 +34,9 @@ pub struct FeatureSpec {
     pub plays_m: Vec<f64>,
     /// Time constants of the lags [s].
     pub lags_s: Vec<f64>,
+    /// How far ahead of itself the path is read, for the tip comes that much later than its strokes [s].
+    #[serde(default)]
+    pub delay_s: f64,
 }
 
 impl FeatureSpec {
@@ -57,6 +60,7 @@ impl FeatureSpec {
             ),
             ("plays_m", all(&self.plays_m), "widths > 0"),
             ("lags_s", all(&self.lags_s), "times > 0"),
+            ("delay_s", (0.0..100.0).contains(&self.delay_s), "0 <= s < 100"),
         ];
         match checks.iter().find(|(_, fits, _)| !fits) {
             Some((name, _, expected)) => Err(BadInput::new(*name, *expected, format!("{self:?}"))),

@@ -1,19 +1,26 @@
 //! What both designs share in training: epochs, the best weights on trajectories held out, and going on from a file.
 
-use hysteron_learn::{Adam, Learned, Lesson, Network, Normaliser, Session, Trainer, Training, teach};
+use hysteron_base::Bounds;
+use hysteron_learn::{
+    Adam, ChannelErrors, FitReport, Learned, Lesson, Network, Normaliser, Session, Trainer, Training,
+    WeightFormat, teach,
+};
 use serde_json::{Value, json};
 
 use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
+use crate::{Limits, Result};
 
 /// A trained controller and how well it does on the trajectories held out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     /// With the best weights.
     pub model: InverseModel,
-    /// Root mean square error of each stroke [mm].
+    /// Root mean square error of each stroke in validation [mm].
     pub held_out_mm: Vec<f64>,
-    /// The same of the static regression alone.
+    /// The same of the regression without memory but for the delay.
     pub regression_mm: Vec<f64>,
+    /// How the training went, and these errors beside each other.
+    pub report: FitReport,
     /// False where the training was ended before its time and can go on from its file.
     pub is_finished: bool,
 }
@@ -21,7 +28,7 @@ pub struct Fitted {
 /// A design in training, judged by its strokes in millimetres.
 pub(super) trait Strokes: Lesson {
     /// Mean square error of each stroke held out [mm²].
-    fn squares(&self, training: &Training) -> Result<Vec<f64>, Self::Error>;
+    fn squares(&self, training: &Training) -> std::result::Result<Vec<f64>, Self::Error>;
 }
 
 /// The best weights, the epochs after which they were found, and whether the training came to its end.
@@ -37,23 +44,37 @@ pub(super) struct Parts {
     pub outputs: Normaliser,
     pub design: Design,
     pub workspace: Workspace,
-    /// Root mean square error of the static regression for each stroke held out [mm].
-    pub regression_mm: Vec<f64>,
+    pub weights: WeightFormat,
+    /// Root mean square error of regressions for each stroke held out: without delay, and with it [mm].
+    pub regressions_mm: [Vec<f64>; 2],
+    /// [s].
+    pub delay_s: f64,
 }
 
 impl Outcome {
     /// The controller; `identity` is that of the training.
-    pub fn into_fitted(self, data: &Dataset, identity: Value, parts: Parts) -> Fitted {
-        let Parts { inputs, outputs, design, workspace, regression_mm } = parts;
+    pub fn into_fitted(self, data: &Dataset, identity: Value, parts: Parts) -> Result<Fitted> {
+        let report = self.report(data, &parts);
+        let Parts {
+            inputs,
+            outputs,
+            design,
+            workspace,
+            weights,
+            regressions_mm: [_, regression_mm],
+            delay_s,
+        } = parts;
         let mut training = identity;
         training["epochs"] = json!(self.learned.epochs);
         training["held_out_stroke_rmse_mm"] = json!(self.held_out_mm);
         training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
-        let model = InverseModel {
+        training["delay_s"] = json!(delay_s);
+        let mut model = InverseModel {
             network: self.learned.network,
             inputs,
             outputs,
             design,
+            weights,
             n_tendons: data.n_tendons,
             step_s: data.step,
             limits: data.limits(),
@@ -61,9 +82,60 @@ impl Outcome {
             robots: data.robots(),
             training,
         };
+        if model.weights != WeightFormat::Float32 {
+            let [rms, largest] = weight_error_mm(&model, &data.validation)?;
+            model.training["weights"] =
+                json!({ "format": model.weights, "stroke_rmse_mm": rms, "stroke_largest_mm": largest });
+        }
         let is_finished = self.learned.is_finished;
-        Fitted { model, held_out_mm: self.held_out_mm, regression_mm, is_finished }
+        Ok(Fitted { model, held_out_mm: self.held_out_mm, regression_mm, report, is_finished })
     }
+
+    fn report(&self, data: &Dataset, parts: &Parts) -> FitReport {
+        let names = |all: &[Demonstration]| all.iter().map(|one| one.name.clone()).collect();
+        let [without_delay, with_delay] = &parts.regressions_mm;
+        // One regression where there is no delay.
+        let is_late = parts.delay_s > 0.0;
+        let mut methods = vec!["static regression".to_owned()];
+        if is_late {
+            methods.push(format!("static regression, {:.0} ms later", 1e3 * parts.delay_s));
+        }
+        methods.push("network".to_owned());
+        let channel = |k: usize| {
+            let mut errors = vec![without_delay[k]];
+            errors.extend(is_late.then(|| with_delay[k]));
+            errors.push(self.held_out_mm[k]);
+            ChannelErrors { name: format!("stroke {}", k + 1), errors }
+        };
+        FitReport {
+            training: names(&data.training),
+            validation: names(&data.validation),
+            curve: self.learned.curve.clone(),
+            epochs: self.learned.epochs,
+            unit: "mm",
+            methods,
+            channels: (0..data.n_tendons).map(channel).collect(),
+        }
+    }
+}
+
+/// Wide enough to hold nothing back.
+const WIDE: Limits = Limits { stroke: Bounds { min: -1e3, max: 1e3 }, stroke_rate: 1e9 };
+
+/// What the format of the weights changes of the strokes for the paths of `demonstrations`: root mean square, and the largest [mm].
+fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Result<[f64; 2]> {
+    let exact = InverseModel { weights: WeightFormat::Float32, ..model.clone() };
+    let (mut square, mut largest, mut count) = (0.0, 0.0f64, 0.0);
+    for one in demonstrations {
+        let strokes = |model: &InverseModel| {
+            Ok::<_, crate::Error>(model.command(&one.tip, WIDE, &mut |_| true)?.strokes)
+        };
+        for (kept, exact) in strokes(model)?.iter().zip(strokes(&exact)?) {
+            let off = 1e3 * (kept - exact).abs();
+            (square, largest, count) = (square + off * off, largest.max(off), count + 1.0);
+        }
+    }
+    Ok([(square / f64::max(count, 1.0)).sqrt(), largest])
 }
 
 /// Trains `network`, or goes on from the session's file; see [`teach`].
@@ -73,7 +145,7 @@ pub(super) fn run<L: Strokes>(
     seed: u64,
     identity: &Value,
     session: &mut Session<'_>,
-) -> Result<Outcome, L::Error> {
+) -> std::result::Result<Outcome, L::Error> {
     let learned = teach(lesson, network, seed, identity, session)?;
     // Judged by themselves, not by what the training came to after them.
     let judged = Training::new(Trainer::new(learned.network.clone(), Adam::default(), seed)?, None);

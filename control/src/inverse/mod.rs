@@ -7,6 +7,7 @@
 mod axes;
 mod controller;
 mod dataset;
+mod delay;
 mod features;
 mod fit;
 mod loss;
@@ -22,6 +23,7 @@ use hysteron_base::BadInput;
 pub use axes::{Axes, Tip};
 pub use controller::{Commands, Controller, Step};
 pub use dataset::{Dataset, Demonstration, Origin};
+pub use delay::ahead;
 pub use features::{FeatureSpec, Features};
 pub use fit::Fitted;
 pub use loss::LossWeights;

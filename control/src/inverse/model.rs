@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_learn::{Checkpoint, Network, Normaliser};
+use hysteron_learn::{Checkpoint, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -39,6 +39,8 @@ pub struct InverseModel {
     pub outputs: Normaliser,
     /// How they are made and used.
     pub design: Design,
+    /// What the stateful design's weights are kept as while it commands.
+    pub weights: WeightFormat,
     /// Number of tendons.
     pub n_tendons: usize,
     /// Duration of a sample [s].
@@ -63,6 +65,8 @@ const SAME_STEP: f64 = 0.01;
 #[serde(deny_unknown_fields)]
 struct Details {
     design: Design,
+    #[serde(default)]
+    weights: WeightFormat,
     n_tendons: usize,
     step_s: f64,
     stroke_min_m: f64,
@@ -81,6 +85,7 @@ impl InverseModel {
     pub fn write(&self, path: &Path) -> Result<()> {
         let details = Details {
             design: self.design.clone(),
+            weights: self.weights,
             n_tendons: self.n_tendons,
             step_s: self.step_s,
             stroke_min_m: self.limits.stroke.min,
@@ -110,6 +115,7 @@ impl InverseModel {
             inputs,
             outputs,
             design: details.design,
+            weights: details.weights,
             n_tendons: details.n_tendons,
             step_s: details.step_s,
             limits: Limits {

@@ -65,6 +65,22 @@ impl StaticRegression {
         Ok(Self { radius_m, coefficients: (0..n_tendons).map(column).collect() })
     }
 
+    /// Mean square error of each stroke on demonstrations with their smoothed paths, without samples that were filled in [mm²].
+    pub(super) fn squares(&self, demonstrations: &[Demonstration], paths: &[Vec<PathPoint>]) -> Vec<f64> {
+        let n = self.n_tendons();
+        let (mut squares, mut strokes, mut count) = (vec![0.0; n], vec![0.0; n], 0.0);
+        for (one, path) in demonstrations.iter().zip(paths) {
+            for (i, point) in path.iter().enumerate().filter(|(i, _)| !one.gap[*i]) {
+                self.strokes_into(point.position, &mut strokes);
+                for ((sum, found), stroke) in squares.iter_mut().zip(&strokes).zip(one.strokes_at(i)) {
+                    *sum += (1e3 * (found - stroke)).powi(2);
+                }
+                count += 1.0;
+            }
+        }
+        squares.into_iter().map(|sum| sum / f64::max(count, 1.0)).collect()
+    }
+
     /// Number of tendons.
     pub fn n_tendons(&self) -> usize {
         self.coefficients.len()

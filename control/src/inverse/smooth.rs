@@ -3,6 +3,7 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
+use super::delay::{ahead, fit_delay};
 use super::{Dataset, Demonstration, StaticRegression, Tip, Workspace};
 
 /// Which samples a line is drawn through.
@@ -65,44 +66,61 @@ fn line_through(samples: impl Iterator<Item = usize>, i: usize, path: &[Tip], st
     PathPoint { position: [0, 1, 2].map(|c| (p[c] - rate[c] * t1) / n), rate }
 }
 
-/// The paths of a data set, smoothed.
+/// The paths of a data set, smoothed, and as far ahead of themselves as the tip comes after its strokes.
 pub(super) struct Smoothed {
     /// Of the training.
     pub training: Vec<Vec<PathPoint>>,
     /// Of the validation.
     pub validation: Vec<Vec<PathPoint>>,
-    /// Strokes without memory, fitted to the training.
+    /// How much later than a stroke the tip is where it brings it [s].
+    pub delay_s: f64,
+    /// Strokes without memory but for the delay, fitted to the training.
     pub regression: StaticRegression,
     /// Root mean square error of each of its strokes on the validation [mm].
     pub regression_mm: Vec<f64>,
+    /// The same of a regression without delay.
+    pub without_delay_mm: Vec<f64>,
     /// Where the tip was in training.
     pub workspace: Workspace,
 }
 
-/// Smooths all paths and fits what has no memory.
-pub(super) fn smoothed(data: &Dataset, smoothing: Smoothing, half_width: f64) -> Result<Smoothed, BadInput> {
+/// Smooths all paths, finds the delay, up to `largest_delay` [s], and fits what else has no memory.
+pub(super) fn smoothed(
+    data: &Dataset,
+    smoothing: Smoothing,
+    half_width: f64,
+    largest_delay: f64,
+) -> Result<Smoothed, BadInput> {
     let half = (half_width / data.step).round() as usize;
     let paths = |all: &[Demonstration]| -> Vec<Vec<PathPoint>> {
         all.iter().map(|one| smooth(&one.tip, &one.gap, data.step, smoothing, half)).collect()
     };
-    let (training, validation) = (paths(&data.training), paths(&data.validation));
-    let regression = StaticRegression::new(data.axes, &data.training, &training)?;
-    let mut squares = vec![0.0; data.n_tendons];
-    let mut strokes = vec![0.0; data.n_tendons];
-    let mut count = 0.0;
-    for (one, path) in data.validation.iter().zip(&validation) {
-        for (i, point) in path.iter().enumerate().filter(|(i, _)| !one.gap[*i]) {
-            regression.strokes_into(point.position, &mut strokes);
-            for ((sum, found), stroke) in squares.iter_mut().zip(&strokes).zip(one.strokes_at(i)) {
-                *sum += (1e3 * (found - stroke)).powi(2);
-            }
-            count += 1.0;
-        }
-    }
+    let (mut training, mut validation) = (paths(&data.training), paths(&data.validation));
     let workspace =
         Workspace::new(data.axes, training.iter().flatten().map(|point| point.position).collect());
-    let regression_mm = squares.into_iter().map(|sum| f64::sqrt(sum / f64::max(count, 1.0))).collect();
-    Ok(Smoothed { training, validation, regression, regression_mm, workspace })
+    let fit = |training: &[Vec<PathPoint>], validation: &[Vec<PathPoint>]| {
+        let regression = StaticRegression::new(data.axes, &data.training, training)?;
+        let errors = regression.squares(&data.validation, validation).into_iter().map(f64::sqrt).collect();
+        Ok::<(StaticRegression, Vec<f64>), BadInput>((regression, errors))
+    };
+    let (_, without_delay_mm) = fit(&training, &validation)?;
+    let most = (largest_delay / data.step) as usize;
+    // By what is learned from: errors in validation stay those of something that was not chosen by them.
+    let seen = (&data.training[..], &training[..]);
+    let delay = fit_delay(data.axes, seen, seen, most)?;
+    for paths in [&mut training, &mut validation] {
+        paths.iter_mut().for_each(|path| *path = ahead(path, delay));
+    }
+    let (regression, regression_mm) = fit(&training, &validation)?;
+    Ok(Smoothed {
+        training,
+        validation,
+        delay_s: delay * data.step,
+        regression,
+        regression_mm,
+        without_delay_mm,
+        workspace,
+    })
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@ use std::ops::Range;
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Lesson, Network, Normaliser, Schedule, SequenceOptions, Sequences, Session, Sum, Training, mean,
+    Lesson, Network, Normaliser, Schedule, SequenceOptions, Sequences, Session, Sum, Training, WeightFormat,
+    mean,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -39,6 +40,11 @@ pub struct StatefulOptions {
     pub lags_s: Vec<f64>,
     /// Weights of the terms of the loss.
     pub loss: LossWeights,
+    /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that is not known
+    /// in advance.
+    pub largest_delay_s: f64,
+    /// What the weights are kept as where the controller commands.
+    pub weights: WeightFormat,
     /// Seed of weights and noise.
     pub seed: u64,
 }
@@ -63,6 +69,8 @@ impl Default for StatefulOptions {
             plays: vec![0.02, 0.05, 0.12, 0.3, 0.6],
             lags_s: vec![0.3, 3.0, 30.0],
             loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, least_pull_m: 0.0 },
+            largest_delay_s: 0.5,
+            weights: WeightFormat::Float32,
             seed: 1,
         }
     }
@@ -72,14 +80,16 @@ impl StatefulOptions {
     fn check(&self) -> Check<()> {
         self.learning.check()?;
         let LossWeights { tip, smooth_s, pull, least_pull_m } = self.loss;
-        let weights = [("tip", tip), ("smooth_s", smooth_s), ("pull", pull), ("least_pull_m", least_pull_m)];
+        let late = ("largest_delay_s", self.largest_delay_s);
+        let weights =
+            [("tip", tip), ("smooth_s", smooth_s), ("pull", pull), ("least_pull_m", least_pull_m), late];
         match weights.into_iter().find(|(_, weight)| !(*weight >= 0.0 && weight.is_finite())) {
             Some((name, weight)) => Err(BadInput::new(name, "a finite number >= 0", weight.to_string())),
             None => Ok(()),
         }
     }
 
-    fn features(&self, data: &Dataset) -> Check<FeatureSpec> {
+    fn features(&self, data: &Dataset, delay_s: f64) -> Check<FeatureSpec> {
         let largest =
             data.training.iter().flat_map(|one| &one.strokes).fold(0.0f64, |max, s| max.max(s.abs()));
         let spec = FeatureSpec {
@@ -92,6 +102,7 @@ impl StatefulOptions {
             slow_m_s: self.slow_m_s,
             plays_m: self.plays.iter().map(|part| part * largest).collect(),
             lags_s: self.lags_s.clone(),
+            delay_s,
         };
         spec.check()?;
         Ok(spec)
@@ -105,9 +116,10 @@ impl StatefulOptions {
 /// leaves finite numbers.
 pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Session<'_>) -> Result<Fitted> {
     options.check()?;
-    let spec = options.features(data)?;
-    let Smoothed { training, validation, regression, regression_mm, workspace } =
-        smoothed(data, spec.smoothing, spec.half_width_s)?;
+    options.features(data, 0.0)?;
+    let Smoothed { training, validation, delay_s, regression, regression_mm, without_delay_mm, workspace } =
+        smoothed(data, options.smoothing, options.half_width_s, options.largest_delay_s)?;
+    let spec = options.features(data, delay_s)?;
     let seen: Vec<Raw> = training.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
     let unseen: Vec<Raw> = validation.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
     let inputs = input_ranges(&seen, &spec)?;
@@ -127,17 +139,16 @@ pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Ses
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("stateful", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;
-    Ok(outcome.into_fitted(
-        data,
-        training,
-        Parts {
-            inputs,
-            outputs,
-            design: Design::Stateful { features: spec, regression },
-            workspace,
-            regression_mm,
-        },
-    ))
+    let parts = Parts {
+        inputs,
+        outputs,
+        design: Design::Stateful { features: spec, regression },
+        workspace,
+        weights: options.weights,
+        regressions_mm: [without_delay_mm, regression_mm],
+        delay_s,
+    };
+    outcome.into_fitted(data, training, parts)
 }
 
 /// A trajectory before it is normalised.

@@ -3,7 +3,8 @@
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
-    ChannelRange, Head, Network, Normaliser, Session, Training, WindowedLesson, WindowedOptions, WindowedPath,
+    ChannelRange, Head, Network, Normaliser, Session, Training, WeightFormat, WindowedLesson,
+    WindowedOptions, WindowedPath,
 };
 use serde_json::json;
 
@@ -25,18 +26,22 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
     stair: 10,
     stair_factor: 0.5,
     weight_decay: 1e-4,
+    gradient_floor: 1e-16,
     seed: 1,
 };
 
 /// Half the time over which the tip is smoothed for the static regression and the workspace; the network sees it as it is.
 const HALF_WIDTH_S: f64 = 0.1;
+/// Largest delay of the tip that a regression beside it is offered [s].
+const LARGEST_DELAY_S: f64 = 0.5;
 
 /// Trains the paper's design; [`PUBLISHED`] are its options.
 ///
 /// # Errors
 /// Options out of range, a file to go on from that belongs to another training, training that leaves finite numbers.
 pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Session<'_>) -> Result<Fitted> {
-    let Smoothed { regression_mm, workspace, .. } = smoothed(data, Smoothing::Centred, HALF_WIDTH_S)?;
+    let Smoothed { without_delay_mm, regression_mm, delay_s, workspace, .. } =
+        smoothed(data, Smoothing::Centred, HALF_WIDTH_S, LARGEST_DELAY_S)?;
     let (inputs, outputs) = (input_ranges(data)?, output_ranges(data)?);
     let paths = [&data.training, &data.validation]
         .map(|all| all.iter().map(|one| normalised(one, &inputs, &outputs)).collect());
@@ -45,8 +50,19 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("paper", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;
-    let design = Design::Windowed { window: options.window };
-    Ok(outcome.into_fitted(data, training, Parts { inputs, outputs, design, workspace, regression_mm }))
+    let floor_error = lesson.gradient_floor_error(&outcome.learned.network)?;
+    let parts = Parts {
+        inputs,
+        outputs,
+        design: Design::Windowed { window: options.window },
+        workspace,
+        weights: WeightFormat::Float32,
+        regressions_mm: [without_delay_mm, regression_mm],
+        delay_s,
+    };
+    let mut fitted = outcome.into_fitted(data, training, parts)?;
+    fitted.model.training["gradient_floor_relative_error"] = json!(floor_error);
+    Ok(fitted)
 }
 
 impl Strokes for WindowedLesson<'_> {

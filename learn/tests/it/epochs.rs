@@ -19,7 +19,7 @@ fn epoch(training: &mut Training, error: f64) {
         let batch = Batch { inputs: &inputs, steps: 6, rows: 4, outputs: Outputs::All };
         training.step(&batch, &mut memory, mean_square(&targets)).unwrap();
     }
-    training.end_epoch(error);
+    training.end_epoch(2.0 * error, error);
 }
 
 #[test]
@@ -38,6 +38,8 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     errors[2..].iter().for_each(|&error| epoch(&mut resumed, error));
     assert_eq!(resumed.network(), whole.network());
     assert_eq!(resumed.best(), whole.best());
+    assert_eq!(resumed.curve(), whole.curve());
+    assert_eq!(whole.curve()[1], [2.0 * (0.1 + 0.2), 0.1 + 0.2]);
     let (best, epochs, error) = whole.best().unwrap();
     assert_eq!((epochs, error, whole.epochs()), (2, 0.1 + 0.2, 4));
     assert_ne!(best, whole.network());

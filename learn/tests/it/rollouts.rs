@@ -1,6 +1,9 @@
 //! A runner and a sequence are the same network.
 
-use hysteron_learn::{Adam, Architecture, Batch, Head, Memory, Network, Outputs, Runner, Trainer};
+use hysteron_learn::{
+    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Runner, Trainer,
+    WeightFormat,
+};
 
 use super::{architecture, uniform};
 
@@ -33,23 +36,29 @@ fn runner_steps_as_the_sequence_does() {
 }
 
 #[test]
-fn weights_of_a_large_network_are_kept_in_sixteen_bits() {
+fn weights_are_kept_in_sixteen_bits_where_that_is_asked_for_and_only_there() {
     let architecture = architecture(256, 2, 0.0);
     let network = Network::new(&architecture, 3).unwrap();
     assert!(4 * network.n_parameters() > 1 << 20);
     let inputs = uniform("inputs", 400 * 3);
     let batch = Batch { inputs: &inputs, steps: 400, rows: 1, outputs: Outputs::All };
-    let mut runner = Runner::new(&network);
+    let runners =
+        [WeightFormat::Float32, WeightFormat::Int16].map(|format| Runner::with_weights(&network, format));
     let trainer = Trainer::new(network, Adam::default(), 0).unwrap();
     let expected = trainer.predict(&batch, &mut Memory::zeros(&architecture, 1)).unwrap();
-    let mut largest = 0.0f32;
-    for (input, expected) in inputs.chunks(3).zip(expected.chunks(2)) {
-        for (found, expected) in runner.step(input).iter().zip(expected) {
-            largest = largest.max((found - expected).abs());
+    let [single, short] = runners.map(|mut runner| {
+        let mut largest = 0.0f32;
+        for (input, expected) in inputs.chunks(3).zip(expected.chunks(2)) {
+            for (found, expected) in runner.step(input).iter().zip(expected) {
+                largest = largest.max((found - expected).abs());
+            }
         }
-    }
+        largest
+    });
+    // Sums of 512 products instead of 70.
+    assert!(single <= TOL * (512.0f32 / 70.0).sqrt(), "{single}");
     // Outputs of a controller stand for strokes of ±15 mm, and less than a micrometre is to be lost.
-    assert!(0.0 < largest && largest < 1e-6 / 15e-3, "{largest}");
+    assert!(single < short && short < 1e-6 / 15e-3, "{short}");
 }
 
 #[test]
@@ -108,4 +117,40 @@ fn joined_networks_give_the_mean_of_their_outputs() {
     let wider = Network::new(&Architecture { hidden: 12, ..architecture }, 1).unwrap();
     assert!(Network::mean_of(&[members[0].clone(), wider]).is_err());
     assert!(Network::mean_of(&[]).is_err());
+}
+
+#[test]
+fn a_network_for_other_ranges_is_the_same_function() {
+    let range = |name: &str, min: f64, max: f64| ChannelRange { name: name.to_owned(), min, max };
+    let inputs = |widths: [f64; 3]| {
+        let channels =
+            ["a", "b", "c"].iter().zip(widths).map(|(name, width)| range(name, -0.3 * width, 0.7 * width));
+        Normaliser::new(channels.collect()).unwrap()
+    };
+    let outputs = |at: f64| Normaliser::new(vec![range("u", at, at + 0.5), range("v", -at, 2.0)]).unwrap();
+    // A channel that was constant in training says nothing, whatever the other ranges.
+    let own = [inputs([1.0, 2.0, 0.0]), outputs(0.1)];
+    let union = [
+        Normaliser::union(&[&own[0], &inputs([3.0, 1.0, 2.0])]).unwrap(),
+        Normaliser::union(&[&own[1], &outputs(0.4)]).unwrap(),
+    ];
+    let architecture = Architecture { head: Head::Linear, ..architecture(11, 2, 0.0) };
+    let network = Network::new(&architecture, 5).unwrap();
+    let moved = network.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).unwrap();
+    let step = |runner: &mut Runner, [inputs, outputs]: &[Normaliser; 2], values: &[f64]| {
+        let mut normalised = [0.0; 3];
+        inputs.normalise_into(values, &mut normalised);
+        let mut found = [0.0; 2];
+        outputs.restore_into(runner.step(&normalised), &mut found);
+        found
+    };
+    let (mut here, mut there) = (Runner::new(&network), Runner::new(&moved));
+    for values in uniform("values", 40 * 3).chunks(3) {
+        let values: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
+        let [a, b] = [step(&mut here, &own, &values), step(&mut there, &union, &values)];
+        // Ranges up to three times as wide, each rounding once more.
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 3.0 * 2.0 * f64::from(TOL)), "{a:?} {b:?}");
+    }
+    let tanh = Network::new(&Architecture { head: Head::Tanh, ..architecture }, 5).unwrap();
+    assert!(tanh.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).is_err());
 }

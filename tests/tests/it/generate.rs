@@ -142,11 +142,21 @@ fn a_twin_learns_what_its_network_does_not_know() {
     // What it learns is a least-squares fit of all recordings together.
     let mut squares = [0.0; 2];
     for line in &lines {
-        let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let numbers: Vec<f64> =
+            line.split_whitespace().filter_map(|word| word.parse().ok()).take(2).collect();
         assert_eq!(numbers.len(), 2, "{line}");
         squares.iter_mut().zip(&numbers).for_each(|(sum, rms)| *sum += rms * rms);
     }
     assert!(squares[1] < squares[0], "{lines:?}");
+    // It is kept because motion that it was not fitted to says so.
+    let metrics: serde_json::Value = serde_json::from_slice(&place.read("new/metrics.json")).unwrap();
+    let held_out = |kept: &serde_json::Value| {
+        let all = metrics["held_out"].as_array().unwrap();
+        all.iter().find(|one| one["kept"] == *kept).unwrap()["rms_m"].as_f64().unwrap()
+    };
+    let [nothing, kept] = [&serde_json::json!("nothing"), &metrics["kept"]].map(held_out);
+    assert!(kept < 0.9 * nothing, "{kept} {nothing}");
+    assert!(adapted.stdout.contains("kept: "), "{}", adapted.stdout);
     // What was learned is in the checkpoint.
     let simulate = |checkpoint: &str, out: &str| {
         let arguments = ["simulate", "scene-coreact.toml", "--strokes", "data/line.parquet"];

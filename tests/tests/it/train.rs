@@ -1,5 +1,8 @@
-//! `hysteron train`: what an interruption leaves.
+//! `hysteron train`: splits, reports, and what an interruption leaves.
 
+use std::path::Path;
+
+use hysteron_base::{Metadata, Recording};
 use hysteron_tests::run;
 
 const RECORD: [&str; 7] = ["record", "--rig", "virtual:typical", "--plan", "quick", "--out", "data"];
@@ -33,4 +36,100 @@ fn an_interrupted_training_fails_keeps_its_best_weights_and_goes_on() {
     assert!(beside.exists() && std::fs::read(&checkpoint).unwrap() != whole);
     run(place.path(), &TRAIN).succeeded();
     assert!(!beside.exists() && std::fs::read(&checkpoint).unwrap() == whole);
+}
+
+const PLAN: &str = r#"format = "hysteron-plan"
+version = 1
+name = "pairs"
+seed = 1
+rate_hz = 100
+tendon_angles_deg = [0, 90, 180, 270]
+release = 1.0
+rest_before_s = 0.5
+rest_after_s = 0.5
+stroke_max_mm = 8
+stroke_rate_max_mm_s = 8
+"#;
+
+/// Two motions of each of three kinds, recorded, and written as plain tables that say nothing of a plan.
+fn plain_tables(place: &Path) {
+    let family = |k: usize, family: &str, own: &str| {
+        format!(
+            "\n[[trajectory]]\nname = \"t{k}\"\nrole = \"training\"\nfamily = \"{family}\"\namplitude_mm = {}\n\
+             frequency_hz = 0.2\n{own}attack_s = 1\nsustain_s = 5\ndecay_s = 1\n",
+            3.0 + 0.3 * k as f64
+        )
+    };
+    let circle = "phase_deg = 0\ndirection = \"clockwise\"\n";
+    let square = "orientation_deg = 45\ndirection = \"clockwise\"\n";
+    let trajectories: Vec<String> =
+        [("sinusoid", "orientation_deg = 20\n"), ("circle", circle), ("square", square)]
+            .iter()
+            .enumerate()
+            .flat_map(|(k, (name, own))| [family(2 * k, name, own), family(2 * k + 1, name, own)])
+            .collect();
+    std::fs::write(place.join("pairs.toml"), PLAN.to_owned() + &trajectories.concat()).unwrap();
+    run(place, &["record", "--rig", "virtual:typical", "--plan", "pairs.toml", "--out", "recorded"])
+        .succeeded();
+    std::fs::create_dir(place.join("tables")).unwrap();
+    for k in 0..6 {
+        let read = Recording::read(place.join(format!("recorded/t{k}.parquet"))).unwrap();
+        let is_told =
+            |name: &str| name.starts_with("stroke_") || name.starts_with("tip_") && name.ends_with("_m");
+        let told = read.channels().iter().filter(|channel| is_told(&channel.name)).cloned().collect();
+        let table =
+            Recording::new(read.time().to_vec(), told, read.gap().to_vec(), Metadata::default()).unwrap();
+        table.write(place.join(format!("tables/t{k}.csv"))).unwrap();
+    }
+}
+
+#[test]
+fn tables_without_a_plan_are_validated_on_every_kind_of_motion_and_the_report_says_all_of_it() {
+    let place = tempfile::tempdir().unwrap();
+    plain_tables(place.path());
+    let train = ["train", "tables", "--out", "inverse.safetensors", "--epochs", "2", "--hidden", "8"];
+    let done = run(place.path(), &[&train[..], &["--weights", "int16"]].concat()).succeeded();
+    let validated = done.stdout.lines().find(|line| line.starts_with("validated on:")).unwrap();
+    assert!(["(line)", "(loop)", "(polygon)"].iter().all(|kind| validated.contains(kind)), "{validated}");
+    let read = |name: &str| std::fs::read_to_string(place.path().join("inverse").join(name)).unwrap();
+    let metrics: serde_json::Value = serde_json::from_str(&read("metrics.json")).unwrap();
+    let network = &metrics["networks"][0];
+    let n = |key: &str| network[key].as_array().unwrap().len();
+    assert_eq!([n("validation"), n("training"), n("curve"), n("channels")], [3, 3, 2, 4]);
+    // After two epochs a network of eight units does not beat the regression everywhere, and says where.
+    let methods = network["methods"].as_array().unwrap();
+    let loses = |channel: &serde_json::Value| {
+        let errors: Vec<f64> =
+            channel["errors"].as_array().unwrap().iter().map(|e| e.as_f64().unwrap()).collect();
+        let (network, baselines) = errors.split_last().unwrap();
+        baselines.iter().filter(|baseline| *baseline <= network).count()
+    };
+    assert!(methods.len() >= 2 && methods[methods.len() - 1] == "network");
+    let n_lost: usize = network["channels"].as_array().unwrap().iter().map(loses).sum();
+    assert_eq!(metrics["warnings"].as_array().unwrap().len(), n_lost);
+    assert_eq!(done.stderr.matches("no better than").count(), n_lost, "{}", done.stderr);
+    // What whole numbers for weights change was measured with these weights.
+    let weights = &metrics["training"]["weights"];
+    let changed = weights["stroke_largest_mm"].as_f64().unwrap();
+    assert!(weights["format"] == "int16" && 0.0 < changed && changed < 1e-3, "{weights}");
+    assert!(read("report.html").contains("Learning curve"));
+}
+
+#[test]
+fn a_path_beyond_the_training_stands_in_the_report_of_its_tracking() {
+    let place = tempfile::tempdir().unwrap();
+    plain_tables(place.path());
+    let train = ["train", "recorded", "--out", "inverse.safetensors", "--epochs", "1", "--hidden", "8"];
+    run(place.path(), &train).succeeded();
+    let track =
+        ["track", "inverse.safetensors", "--rig", "virtual:typical", "--target", "circle:60", "--out", "far"];
+    run(place.path(), &track).succeeded();
+    let read = |name: &str| std::fs::read_to_string(place.path().join("far").join(name)).unwrap();
+    let metrics: serde_json::Value = serde_json::from_str(&read("metrics.json")).unwrap();
+    // Tips of 4.5 mm of stroke come some 15 mm out, the path goes 30.
+    let part = metrics["commanded"]["extrapolating"].as_f64().unwrap();
+    assert!(part > 0.5, "{part}");
+    let shown = format!("{:.1} % of the samples", 100.0 * part);
+    let html = read("report.html");
+    assert!(html.contains(&shown) && html.contains("had not seen in training"), "{shown}");
 }

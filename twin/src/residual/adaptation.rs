@@ -1,7 +1,6 @@
-//! A residual network that goes on learning: a few parameters, found recursively from the tip as it is measured.
+//! A correction of the residual network, linear in what hysteresis is made of, found recursively from the measured tip.
 //!
-//! A robot changes: a tendon is tensioned anew, friction grows, a tool is put on. The network stays, and the displacement of
-//! the tip that it says is missing gets a correction Θ φ, linear in what hysteresis is made of: φ holds one, the stroke of
+//! The network stays, and the displacement of the tip that it says is missing gets a correction Θ φ: φ holds one, the stroke of
 //! every primary tendon and its plays. Θ is a slow random process around zero (Ornstein-Uhlenbeck), so that what is not seen
 //! again is forgotten, and neither Θ nor its covariance P can grow beyond their prior; a Kalman filter follows it:
 //!
@@ -10,10 +9,10 @@
 //!     k = P φ / (r + φᵀ P φ),  Θ ← Θ + e kᵀ,  P ← P - k φᵀ P
 //! ```
 //!
-//! with what the measured tip has from the twin's, less Θ φ, as e. The three axes share φ, hence P and k. The twin goes on
-//! with the correction that it had: with friction, a correction that is still being found would move its tip by less than it
-//! says, or later, and be driven on.
+//! with what the measured tip has from the twin's, less Θ φ, as e. The three axes share φ, hence P and k. One more term of
+//! one, with a prior and a time of its own, is the drift of the tracker: it takes its part of e and is never kept.
 
+use hysteron_base::BadInput;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +33,45 @@ pub struct AdaptOptions {
     pub gain: f64,
     /// Largest correction, along each axis [m].
     pub largest_m: f64,
+    /// Deviation of the tracker's drift, along each axis [m].
+    pub drift_m: f64,
+    /// Time over which that stays what it is [s].
+    pub drift_time_s: f64,
+    /// Prior deviation of a tendon's zero [m].
+    pub zero_m: f64,
+    /// Prior deviation of the play [m].
+    pub play_m: f64,
+    /// Prior deviation of the factor on friction [-].
+    pub friction_ratio: f64,
+    /// Part of the error on motion held out by which more numbers must do better than fewer to be kept [-].
+    pub least_gain: f64,
+}
+
+impl AdaptOptions {
+    /// Refuses numbers that are not positive.
+    ///
+    /// # Errors
+    /// `BadInput` naming one.
+    pub(super) fn check(&self) -> Result<(), BadInput> {
+        let positive = [
+            ("memory_s", self.memory_s),
+            ("noise_m", self.noise_m),
+            ("noise_time_s", self.noise_time_s),
+            ("offset_m", self.offset_m),
+            ("gain", self.gain),
+            ("largest_m", self.largest_m),
+            ("drift_m", self.drift_m),
+            ("drift_time_s", self.drift_time_s),
+            ("zero_m", self.zero_m),
+            ("play_m", self.play_m),
+            ("friction_ratio", self.friction_ratio),
+            ("least_gain", self.least_gain),
+        ];
+        match positive.iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
+            Some((name, value)) => Err(BadInput::new(*name, "a finite number > 0", value.to_string())),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Default for AdaptOptions {
@@ -45,6 +83,13 @@ impl Default for AdaptOptions {
             offset_m: 1e-3,
             gain: 0.05,
             largest_m: 8e-3,
+            // A tracker's distortion wanders by some tenths of a millimetre within minutes.
+            drift_m: 2e-4,
+            drift_time_s: 120.0,
+            zero_m: 5e-4,
+            play_m: 3e-4,
+            friction_ratio: 0.5,
+            least_gain: 0.1,
         }
     }
 }
@@ -68,8 +113,9 @@ impl Adaptation {
         })
     }
 
-    fn zero(spec: &FeatureSpec, largest_m: f64) -> Self {
-        Self { rows: [(); 3].map(|()| vec![0.0; n_terms(spec)]), largest_m }
+    /// On top of a correction that was there before.
+    pub(super) fn added_to(&self, before: Option<&Self>) -> Self {
+        before.map_or_else(|| self.clone(), |before| before.plus(self))
     }
 
     /// Both corrections together, within the bound of `other`.
@@ -100,7 +146,7 @@ pub(super) fn terms_into(spec: &FeatureSpec, features: &[f64], terms: &mut Vec<f
     }
 }
 
-/// The filter.
+/// The filter. Its last term is the tracker's drift.
 #[derive(Debug, Clone)]
 pub(super) struct Filter {
     options: AdaptOptions,
@@ -108,8 +154,8 @@ pub(super) struct Filter {
     /// P, and the diagonal of P₀.
     covariance: DMatrix<f64>,
     prior: DVector<f64>,
-    /// a² and r.
-    kept: f64,
+    /// By term: a; and r.
+    kept: DVector<f64>,
     noise: f64,
 }
 
@@ -117,40 +163,50 @@ impl Filter {
     /// Knows nothing yet.
     pub fn new(spec: &FeatureSpec, options: AdaptOptions) -> Self {
         let n = n_terms(spec);
-        let deviation = |term: usize| if term == 0 { options.offset_m } else { options.gain };
-        let prior = DVector::from_fn(n, |term, _| deviation(term).powi(2));
+        let deviation = |term: usize| match term {
+            0 => options.offset_m,
+            _ if term == n => options.drift_m,
+            _ => options.gain,
+        };
+        let prior = DVector::from_fn(n + 1, |term, _| deviation(term).powi(2));
+        let time = |term: usize| if term == n { options.drift_time_s } else { options.memory_s };
+        let rows = [(); 3].map(|()| vec![0.0; n + 1]);
         Self {
-            theta: Adaptation::zero(spec, options.largest_m),
+            theta: Adaptation { rows, largest_m: options.largest_m },
             covariance: DMatrix::from_diagonal(&prior),
             prior,
-            kept: (-2.0 * spec.step_s / options.memory_s).exp(),
+            kept: DVector::from_fn(n + 1, |term, _| (-spec.step_s / time(term)).exp()),
             // An error that stays for several samples is one measurement, not several.
             noise: options.noise_m.powi(2) * f64::max(options.noise_time_s / spec.step_s, 1.0),
             options,
         }
     }
 
-    /// What was found, on top of the correction that the twin had.
-    pub fn added_to(&self, before: Option<&Adaptation>) -> Adaptation {
-        before.map_or_else(|| self.theta.clone(), |before| before.plus(&self.theta))
+    /// What was found, without the drift.
+    pub fn correction(&self) -> Adaptation {
+        let mut found = self.theta.clone();
+        found.rows.iter_mut().for_each(|row| row.truncate(self.kept.len() - 1));
+        found
     }
 
     /// One sample: from the twin's tip to the measured one [m] where the terms were φ.
     pub fn update(&mut self, terms: &[f64], missed: [f64; 3]) {
-        let known = self.theta.displacement(terms);
+        let terms = DVector::from_iterator(self.kept.len(), terms.iter().copied().chain([1.0]));
+        let known = self.theta.displacement(terms.as_slice());
         let error: [f64; 3] = std::array::from_fn(|c| missed[c] - known[c]);
-        self.covariance *= self.kept;
+        self.covariance.column_iter_mut().zip(&self.kept).for_each(|(mut column, kept)| column *= *kept);
+        self.covariance.row_iter_mut().zip(&self.kept).for_each(|(mut row, kept)| row *= *kept);
         for (k, prior) in self.prior.iter().enumerate() {
-            self.covariance[(k, k)] += (1.0 - self.kept) * prior;
+            self.covariance[(k, k)] += (1.0 - self.kept[k].powi(2)) * prior;
         }
-        let forgets = self.kept.sqrt();
-        let terms = DVector::from_column_slice(terms);
         let spread = &self.covariance * &terms;
         let gain = &spread / (self.noise + terms.dot(&spread));
         for (row, error) in self.theta.rows.iter_mut().zip(error) {
             // What the correction cannot do, or what is no small error, is no reason to turn it upside down.
             let error = error.clamp(-self.options.largest_m, self.options.largest_m);
-            row.iter_mut().zip(&gain).for_each(|(theta, gain)| *theta = forgets * *theta + gain * error);
+            for ((theta, gain), kept) in row.iter_mut().zip(&gain).zip(&self.kept) {
+                *theta = kept * *theta + gain * error;
+            }
         }
         self.covariance -= gain * spread.transpose();
         // Rounding must not make it lose its symmetry.
@@ -172,6 +228,12 @@ mod tests {
         offset_m: 2e-3,
         gain: 0.5,
         largest_m: 8e-3,
+        drift_m: 1e-9,
+        drift_time_s: 120.0,
+        zero_m: 5e-4,
+        play_m: 3e-4,
+        friction_ratio: 0.5,
+        least_gain: 0.1,
     };
 
     fn spec() -> FeatureSpec {
@@ -185,7 +247,7 @@ mod tests {
         for _ in 0..n {
             let mut terms = vec![1.0];
             terms.extend((0..4).map(|_| stream.random_range(-5e-3..5e-3)));
-            let (asked, given) = (of(&terms), filter.theta.displacement(&terms));
+            let (asked, given) = (of(&terms), filter.correction().displacement(&terms));
             filter.update(&terms, asked);
             left.push(std::array::from_fn(|c| asked[c] - given[c]));
         }
@@ -211,13 +273,13 @@ mod tests {
         let options = AdaptOptions { memory_s: 10.0, ..OPEN };
         let mut filter = Filter::new(&spec(), options);
         follow(&mut filter, 1000, &|_| [1e-3, 0.0, 0.0]);
-        let learned = filter.theta.displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
+        let learned = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
         assert!((learned / 1e-3 - 1.0).abs() < 0.1, "{learned}");
         // Samples that tell nothing: no terms at all.
         for _ in 0..1000 {
             filter.update(&[0.0; 5], [0.0; 3]);
         }
-        let left = filter.theta.displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
+        let left = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
         assert!((left / learned - (-1.0f64).exp()).abs() < 1e-9, "{left} of {learned}");
     }
 
@@ -225,12 +287,25 @@ mod tests {
     fn neither_correction_nor_uncertainty_passes_its_bound() {
         let mut filter = Filter::new(&spec(), OPEN);
         follow(&mut filter, 20_000, &|_| [1.0, -1.0, 1.0]);
-        let given = filter.theta.displacement(&[1.0, 0.0, 0.0, 0.0, 0.0]);
+        let given = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0]);
         assert!(given.iter().all(|c| c.abs() <= OPEN.largest_m), "{given:?}");
         let within = (0..5).all(|k| {
             let variance = filter.covariance[(k, k)];
             variance > 0.0 && variance <= filter.prior[k] * (1.0 + 1e-12)
         });
         assert!(within, "{}", filter.covariance);
+    }
+
+    #[test]
+    fn a_tracker_that_stands_elsewhere_is_no_change_of_the_robot() {
+        // As likely a drift as an offset: half of it is either's; a drift ten times as likely takes all but a hundredth.
+        for (drift_m, part) in [(2e-3, 0.5), (2e-2, 0.01)] {
+            let options = AdaptOptions { drift_m, drift_time_s: 1e6, memory_s: 1e6, ..OPEN };
+            let mut filter = Filter::new(&spec(), options);
+            (0..2000).for_each(|_| filter.update(&[1.0, 0.0, 0.0, 0.0, 0.0], [3e-4, 0.0, 0.0]));
+            let kept = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
+            // The noise of 2000 samples, r = 50 (0.3 mm)², is some 1e-3 of either prior.
+            assert!((kept / 3e-4 - part).abs() < 0.01, "{kept}");
+        }
     }
 }

@@ -8,7 +8,7 @@
 
 use hysteron_base::BadInput;
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Weights of the terms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,10 @@ pub struct LinearPart {
     per_tendon: usize,
     /// Θ: by axis, then by term [m].
     rows: [Vec<f64>; 3],
+    /// For each feature the scale and shift from the network's ranges to those that the part was fitted in; none where these are
+    /// the same.
+    #[serde(default)]
+    ranges: Vec<[f64; 2]>,
 }
 
 /// One sample of the fit: the tip's error is `error` + `gain` z for a displacement z.
@@ -45,7 +49,7 @@ impl LinearPart {
     ) -> Result<Self, BadInput> {
         let per_tendon = n_features / n_tendons.max(1);
         let n = 1 + 2 * n_features;
-        let mut part = Self { per_tendon, rows: [(); 3].map(|()| vec![0.0; n]) };
+        let mut part = Self { per_tendon, rows: [(); 3].map(|()| vec![0.0; n]), ranges: Vec::new() };
         let mut blocks = [(); 9].map(|()| DMatrix::<f64>::zeros(n, n));
         let mut right = DVector::zeros(3 * n);
         let (mut terms, mut scale) = (Vec::with_capacity(n), 0.0);
@@ -86,9 +90,15 @@ impl LinearPart {
         Ok(part)
     }
 
+    /// The same part for features that are normalised by ranges from which `ranges` lead to those of the fit.
+    pub(super) fn for_ranges(self, ranges: &[[f64; 2]]) -> Self {
+        Self { ranges: ranges.to_vec(), ..self }
+    }
+
     /// Whether it is for features of so many tendons.
     pub fn fits(&self, n_tendons: usize, n_features: usize) -> bool {
         self.per_tendon * n_tendons == n_features
+            && (self.ranges.is_empty() || self.ranges.len() == n_features)
             && self.rows.iter().all(|row| row.len() == 1 + 2 * n_features)
     }
 
@@ -96,7 +106,8 @@ impl LinearPart {
     fn terms_into(&self, features: &[f32], terms: &mut Vec<f64>) {
         terms.clear();
         terms.push(1.0);
-        terms.extend(features.iter().map(|feature| f64::from(feature.clamp(-1.0, 1.0))));
+        let in_fit = |k: usize, feature: f64| self.ranges.get(k).map_or(feature, |[a, b]| a * feature + b);
+        terms.extend(features.iter().enumerate().map(|(k, &x)| in_fit(k, f64::from(x)).clamp(-1.0, 1.0)));
         for first in (1..=features.len()).step_by(self.per_tendon) {
             let stroke = terms[first];
             (first..first + self.per_tendon).for_each(|k| terms.push(stroke * terms[k]));
@@ -108,6 +119,29 @@ impl LinearPart {
         self.terms_into(features, terms);
         self.rows.each_ref().map(|row| row.iter().zip(&*terms).map(|(weight, term)| weight * term).sum())
     }
+}
+
+/// What several parts say in the mean [m]; `terms` is scratch.
+pub(super) fn mean_displacement(parts: &[LinearPart], features: &[f32], terms: &mut Vec<f64>) -> [f64; 3] {
+    let sum = parts.iter().fold([0.0; 3], |sum, part| {
+        let said = part.displacement(features, terms);
+        std::array::from_fn(|c| sum[c] + said[c])
+    });
+    sum.map(|value| value / parts.len().max(1) as f64)
+}
+
+/// Reads one part, as files of older programs have it, or several.
+pub(super) fn one_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<LinearPart>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Parts {
+        One(LinearPart),
+        More(Vec<LinearPart>),
+    }
+    Ok(match Parts::deserialize(deserializer)? {
+        Parts::One(part) => vec![part],
+        Parts::More(parts) => parts,
+    })
 }
 
 /// block += factor t tᵀ, the lower triangle.
@@ -133,7 +167,8 @@ mod tests {
             (0..13).map(|k| if k < used { 1e-3 * ((seed + 3 * k) as f64).sin() } else { 0.0 }).collect()
         };
         // Products act along the axis alone.
-        let truth = LinearPart { per_tendon: 3, rows: [row(1, 7), row(2, 7), row(5, 13)] };
+        let rows = [row(1, 7), row(2, 7), row(5, 13)];
+        let truth = LinearPart { per_tendon: 3, rows, ranges: Vec::new() };
         assert!(truth.fits(n_tendons, n_features) && !truth.fits(3, n_features));
         let features: Vec<[f32; 6]> =
             (0..500).map(|i| std::array::from_fn(|k| ((i * (k + 2)) as f32 * 0.37).sin())).collect();
@@ -157,6 +192,12 @@ mod tests {
             // have means of 1/4.
             assert!((found - truth).abs() < 4.0 * 10.0 * RIDGE * 1e-3, "{found} {truth}");
         }
+        // In ranges of twice the width, about another middle, it is the same.
+        let wide = truth.clone().for_ranges(&[[2.0, 0.5]; 6]);
+        let halved = features[7].map(|x| (x - 0.5) / 2.0);
+        let [same, expected] =
+            [wide.displacement(&halved, &mut terms), truth.displacement(&features[7], &mut terms)];
+        assert!(same.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-8), "{same:?} {expected:?}");
         let far = features[7].map(|feature| 3.0 * feature.signum());
         let end = features[7].map(f32::signum);
         assert_eq!(truth.displacement(&far, &mut terms), truth.displacement(&end, &mut terms));

@@ -7,7 +7,9 @@
 //! (three numbers: across the robot spread over the tendons, along it added to the tip), and is fitted to the measured
 //! tip through the linearised twin, ∂y/∂s of the identification.
 
+mod adapt;
 mod adaptation;
+mod change;
 mod decoder;
 mod features;
 mod follower;
@@ -21,10 +23,12 @@ mod windowed;
 
 use std::path::PathBuf;
 
-use hysteron_learn::{Learned, Lesson, Network, Progress, Session, teach};
+use hysteron_learn::{FitReport, Learned, Lesson, Network, Progress, Session, teach};
 use serde_json::Value;
 
+pub use adapt::{Adapted, Kept, MotionErrors, adapt, n_samples};
 pub use adaptation::{AdaptOptions, Adaptation};
+pub use change::RobotChange;
 pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
 pub use follower::{Coordinates, FollowLimits, FollowStep, Follower};
@@ -48,6 +52,8 @@ pub struct Sessions<'a> {
 pub struct Fitted {
     /// With the best weights.
     pub model: ResidualModel,
+    /// How the training of each network went.
+    pub reports: Vec<FitReport>,
     /// False where a training was ended before its time and can go on from its file.
     pub is_finished: bool,
 }

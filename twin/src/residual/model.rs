@@ -7,7 +7,8 @@ use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Adaptation, Decoder, FeatureSpec, LinearPart};
+use super::linear::one_or_more;
+use super::{Adaptation, Decoder, FeatureSpec, LinearPart, RobotChange};
 use crate::Result;
 
 /// How network and twin go together.
@@ -25,8 +26,9 @@ pub enum Design {
         features: FeatureSpec,
         /// What its outputs mean.
         decoder: Decoder,
-        /// What is added to its outputs.
-        linear: LinearPart,
+        /// What is added to its outputs: the mean of these, one for each network that the mean of networks is made of.
+        #[serde(deserialize_with = "one_or_more")]
+        linear: Vec<LinearPart>,
     },
 }
 
@@ -47,7 +49,9 @@ pub struct ResidualModel {
     pub step_s: f64,
     /// Hash of the scene that it was trained for.
     pub scene_hash: String,
-    /// What was learned of the robot since.
+    /// How the robot has changed since, as far as a few physical numbers say it.
+    pub change: Option<RobotChange>,
+    /// What else was learned of the robot since.
     pub adaptation: Option<Adaptation>,
     /// Data, seed, scores.
     pub training: Value,
@@ -66,7 +70,8 @@ impl ResidualModel {
     pub fn write(&self, path: &Path) -> Result<()> {
         let details = json!({
             "design": self.design, "n_aux": self.n_aux, "step_s": self.step_s,
-            "scene_sha256": self.scene_hash, "adaptation": self.adaptation, "training": self.training,
+            "scene_sha256": self.scene_hash, "change": self.change,
+            "adaptation": self.adaptation, "training": self.training,
         });
         let (network, inputs, outputs) = (self.network.clone(), self.inputs.clone(), self.outputs.clone());
         Checkpoint { kind: KIND.into(), network, inputs, outputs, details }.write(path)?;
@@ -90,11 +95,13 @@ impl ResidualModel {
         };
         let design = serde_json::from_value(of("design")).map_err(bad)?;
         let adaptation: Option<Adaptation> = serde_json::from_value(of("adaptation")).map_err(bad)?;
+        let change: Option<RobotChange> = serde_json::from_value(of("change")).map_err(bad)?;
         let n_aux = serde_json::from_value(of("n_aux")).map_err(bad)?;
         let [decodes, adds, adapts] = match (&design, &adaptation) {
             (Design::Stateful { features, decoder, linear }, adaptation) => [
                 decoder.fits(features.n_primary, n_aux),
-                linear.fits(features.n_primary, features.n_of_strokes()),
+                !linear.is_empty()
+                    && linear.iter().all(|part| part.fits(features.n_primary, features.n_of_strokes())),
                 adaptation.as_ref().is_none_or(|adaptation| adaptation.fits(features)),
             ],
             (Design::Windowed { .. }, adaptation) => [true, true, adaptation.is_none()],
@@ -106,8 +113,16 @@ impl ResidualModel {
                 return Err(BadInput::new(place, "that of this network", "another").into());
             }
         }
+        if let Some(change) = &change {
+            let n_primary = match &design {
+                Design::Stateful { features, .. } => features.n_primary,
+                Design::Windowed { .. } => inputs.channels.len().saturating_sub(3),
+            };
+            change.check(n_primary).map_err(|bad| bad.within(path.display()))?;
+        }
         Ok(Self {
             design,
+            change,
             adaptation,
             n_aux,
             step_s: serde_json::from_value(of("step_s")).map_err(bad)?,

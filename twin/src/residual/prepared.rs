@@ -10,7 +10,10 @@ use super::linear::Equation;
 use super::{Decoder, FeatureSpec, Features, LinearPart, Sequence};
 
 /// Ranges of the tip displacement that is missing and that the linear part does not say.
-pub(super) fn output_ranges(seen: &[Seen], linear: &LinearPart) -> std::result::Result<Normaliser, BadInput> {
+pub(super) fn output_ranges(
+    seen: &[&Seen],
+    linear: &LinearPart,
+) -> std::result::Result<Normaliser, BadInput> {
     let (mut samples, mut terms) = (Vec::new(), Vec::new());
     for seen in seen {
         for (i, (undone, gain)) in seen.undone.iter().zip(&seen.gain).enumerate() {
@@ -77,6 +80,22 @@ impl Seen {
 
     fn features_at(&self, sample: usize) -> &[f32] {
         &self.features[sample * self.n_features..(sample + 1) * self.n_features]
+    }
+
+    /// Sums of the squared errors of x, y and z where nothing is added, and where the linear part alone is [mm²], and how many
+    /// samples they are of.
+    pub fn squares(&self, linear: &LinearPart) -> ([[f64; 3]; 2], f64) {
+        let (mut sums, mut count, mut terms) = ([[0.0; 3]; 2], 0.0, Vec::new());
+        for i in (0..self.gap.len()).filter(|&i| !self.gap[i]) {
+            let said = linear.displacement(self.features_at(i), &mut terms);
+            for a in 0..3 {
+                let added: f64 = (0..3).map(|c| self.gain[i][a][c] * said[c]).sum();
+                sums[0][a] += (1e3 * self.undone[i][a]).powi(2);
+                sums[1][a] += (1e3 * (self.undone[i][a] + added)).powi(2);
+            }
+            count += 1.0;
+        }
+        (sums, count)
     }
 
     /// Some samples, for least squares.
@@ -160,6 +179,19 @@ pub(super) struct Walk<'a> {
     pub widths: [f32; 2],
     /// Between -1/2 and 1/2.
     pub noise: &'a mut dyn FnMut() -> f32,
+    /// Sums of the squared errors of x, y and z so far [mm²].
+    pub squares: [f64; 3],
+}
+
+impl<'a> Walk<'a> {
+    pub fn new(
+        sequences: &'a mut [Prepared],
+        spec: &'a FeatureSpec,
+        widths: [f32; 2],
+        noise: &'a mut dyn FnMut() -> f32,
+    ) -> Self {
+        Self { sequences, spec, widths, noise, squares: [0.0; 3] }
+    }
 }
 
 impl Sequences for Walk<'_> {
@@ -204,6 +236,9 @@ impl Sequences for Walk<'_> {
             let error: [f32; 3] =
                 std::array::from_fn(|a| offset[a] + (0..3).map(|c| gain[a][c] * output[c]).sum::<f32>());
             all.loss += f64::from(weight * error.iter().map(|e| e * e).sum::<f32>());
+            for (sum, e) in self.squares.iter_mut().zip(error) {
+                *sum += f64::from(weight * e * e);
+            }
             all.count += f64::from(weight);
             if let Some(gradient) = gradient.as_deref_mut() {
                 for c in 0..3 {

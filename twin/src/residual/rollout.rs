@@ -1,13 +1,16 @@
 //! Closed-loop rollout (eq. 11): the network drives the auxiliary tendons, the twin's tip goes back to the network.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use hysteron_base::BadInput;
 use hysteron_learn::Runner;
 
-use super::adaptation::{Filter, terms_into};
+use super::adaptation::terms_into;
+use super::change::ChangedStrokes;
 use super::decoder::Decoding;
-use super::{AdaptOptions, Design, Features, ResidualModel};
+use super::linear::mean_displacement;
+use super::{Design, Features, ResidualModel};
 use crate::coreact::{
     Auxiliary, Chooser, FrictionPoints, Goal, Step, allowed_strokes, distance, sensitivity,
 };
@@ -24,7 +27,8 @@ const LARGEST_OUTPUT: f64 = 1.25;
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
 pub struct Rollout<'a> {
-    twin: &'a Twin,
+    /// With the friction that the robot has now.
+    twin: Cow<'a, Twin>,
     auxiliary: &'a Auxiliary,
     model: &'a ResidualModel,
     runner: Runner,
@@ -44,8 +48,9 @@ pub struct Rollout<'a> {
     decoding: Decoding,
     /// Terms of the correction.
     terms: Vec<f64>,
-    /// What learns the correction, if anything does.
-    filter: Option<Filter>,
+    /// Where the robot has changed: what commanded strokes come to, and these [m].
+    changed: Option<ChangedStrokes>,
+    primary: Vec<f64>,
 }
 
 impl<'a> Rollout<'a> {
@@ -60,12 +65,12 @@ impl<'a> Rollout<'a> {
         step: f64,
     ) -> std::result::Result<Self, BadInput> {
         model.check(twin.n_primary, auxiliary.len(), step)?;
-        Ok(Self::at_rest(twin, auxiliary, model))
-    }
-
-    fn at_rest(twin: &'a Twin, auxiliary: &'a Auxiliary, model: &'a ResidualModel) -> Self {
+        let twin = match &model.change {
+            Some(change) if change.friction_ratio != 1.0 => Cow::Owned(change.twin(twin)),
+            _ => Cow::Borrowed(twin),
+        };
         let state = twin.rest();
-        Self {
+        Ok(Self {
             tip: twin.tip_of(&state),
             runner: Runner::new(&model.network),
             features: match &model.design {
@@ -73,7 +78,7 @@ impl<'a> Rollout<'a> {
                 Design::Windowed { .. } => None,
             },
             window: VecDeque::new(),
-            stepper: Stepper::new(twin),
+            stepper: Stepper::new(&twin),
             strokes: vec![0.0; auxiliary.len()],
             inputs: Vec::new(),
             normalised: vec![0.0; model.inputs.channels.len()],
@@ -82,45 +87,18 @@ impl<'a> Rollout<'a> {
             targets: Vec::new(),
             decoding: Decoding::new(auxiliary.len()),
             terms: Vec::new(),
-            filter: None,
+            changed: model.change.as_ref().map(ChangedStrokes::new),
+            primary: Vec::new(),
             state,
             twin,
             auxiliary,
             model,
-        }
+        })
     }
 
-    /// Back to rest; what was learned stays.
-    pub fn restart(&mut self) {
-        let filter = self.filter.take();
-        *self = Self { filter, ..Self::at_rest(self.twin, self.auxiliary, self.model) };
-    }
-
-    /// Learns what to add to the correction of the network, which stays what it is meanwhile.
-    ///
-    /// # Errors
-    /// The paper's design, which has none.
-    pub fn adapt(&mut self, options: AdaptOptions) -> std::result::Result<(), BadInput> {
-        let Design::Stateful { features, .. } = &self.model.design else {
-            return Err(BadInput::new("checkpoint", "a stateful network", "the paper's design")
-                .hint("only the stateful design has a correction that can learn"));
-        };
-        self.filter = Some(Filter::new(features, options));
-        Ok(())
-    }
-
-    /// Learns from where the robot's tip was measured in this sample [m], if it is to learn.
-    pub fn learn(&mut self, measured: [f64; 3]) {
-        if let Some(filter) = &mut self.filter {
-            filter.update(&self.terms, std::array::from_fn(|c| measured[c] - self.tip[c]));
-        }
-    }
-
-    /// The model with what has been learned.
-    pub fn adapted(&self) -> ResidualModel {
-        let before = self.model.adaptation.as_ref();
-        let after = self.filter.as_ref().map(|filter| filter.added_to(before));
-        ResidualModel { adaptation: after.or_else(|| before.cloned()), ..self.model.clone() }
+    /// Terms of the linear correction in this sample; none of the paper's design.
+    pub(super) fn terms(&self) -> &[f64] {
+        &self.terms
     }
 
     /// Auxiliary strokes now (n_aux) [m].
@@ -154,18 +132,48 @@ impl<'a> Rollout<'a> {
         }
         self.model.outputs.restore_into(&self.bounded, &mut self.outputs);
     }
+
+    /// From outputs to auxiliary strokes, within their bounds and rate; gives what is missing along z [m].
+    fn auxiliary_strokes(&mut self) -> Result<f64> {
+        let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
+        let mut along = 0.0;
+        match &self.model.design {
+            Design::Stateful { features, decoder, linear } => {
+                let [x, y, z] = self.outputs[..] else {
+                    return Err(three_outputs(self.outputs.len()).into());
+                };
+                let of_strokes = &self.normalised[..features.n_of_strokes()];
+                let [lx, ly, lz] = mean_displacement(linear, of_strokes, &mut self.terms);
+                terms_into(features, &self.inputs, &mut self.terms);
+                let [dx, dy, dz] =
+                    self.model.adaptation.as_ref().map_or([0.0; 3], |of| of.displacement(&self.terms));
+                let across = [x + lx + dx, y + ly + dy];
+                decoder.strokes_into(&self.primary, across, &mut self.decoding, &mut self.strokes);
+                along = z + lz + dz;
+            }
+            Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
+        }
+        for (stroke, allowed) in self.strokes.iter_mut().zip(&allowed) {
+            *stroke = allowed.clamp(*stroke);
+        }
+        Ok(along)
+    }
 }
 
 impl Plant for Rollout<'_> {
-    fn step(&mut self, primary: &[f64]) -> Result<PlantStep> {
+    fn step(&mut self, commanded: &[f64]) -> Result<PlantStep> {
+        match &mut self.changed {
+            Some(changed) => changed.follow_into(commanded, &mut self.primary),
+            None => commanded.clone_into(&mut self.primary),
+        }
         self.inputs.clear();
         let sees_tip = match (&self.model.design, &mut self.features) {
             (Design::Stateful { features: spec, .. }, Some(features)) => {
-                features.append(primary, &mut self.inputs);
+                features.append(&self.primary, &mut self.inputs);
                 spec.feedback
             }
             _ => {
-                self.inputs.extend_from_slice(primary);
+                self.inputs.extend_from_slice(&self.primary);
                 true
             }
         };
@@ -175,29 +183,9 @@ impl Plant for Rollout<'_> {
         let is_extrapolating = self.model.inputs.is_outside(&self.inputs, MARGIN);
         self.model.inputs.normalise_into(&self.inputs, &mut self.normalised);
         self.run_network();
-        let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
-        let mut along = 0.0;
-        match &self.model.design {
-            Design::Stateful { features, decoder, linear } => {
-                let [x, y, z] = self.outputs[..] else {
-                    return Err(three_outputs(self.outputs.len()).into());
-                };
-                let of_strokes = &self.normalised[..features.n_of_strokes()];
-                let [lx, ly, lz] = linear.displacement(of_strokes, &mut self.terms);
-                terms_into(features, &self.inputs, &mut self.terms);
-                let [dx, dy, dz] =
-                    self.model.adaptation.as_ref().map_or([0.0; 3], |of| of.displacement(&self.terms));
-                let across = [x + lx + dx, y + ly + dy];
-                decoder.strokes_into(primary, across, &mut self.decoding, &mut self.strokes);
-                along = z + lz + dz;
-            }
-            Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
-        }
-        for (stroke, allowed) in self.strokes.iter_mut().zip(&allowed) {
-            *stroke = allowed.clamp(*stroke);
-        }
-        self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
+        let along = self.auxiliary_strokes()?;
+        self.auxiliary.targets_into(&self.primary, &self.strokes, &mut self.targets);
+        let report = self.stepper.step(&self.twin, &self.targets, &mut self.state)?;
         self.tip = self.twin.tip_of(&self.state);
         self.tip[2] += along;
         Ok(PlantStep { tip: self.tip, is_extrapolating, report })
@@ -208,7 +196,7 @@ impl Plant for Rollout<'_> {
     }
 
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(self.twin, &self.state)
+        self.stepper.tip_per_stroke(&self.twin, &self.state)
     }
 }
 

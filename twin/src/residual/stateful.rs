@@ -6,7 +6,10 @@
 //! memory handed on.
 
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{Learned, Lesson, Network, Normaliser, Schedule, SequenceOptions, Training};
+use hysteron_learn::{
+    Adam, ChannelErrors, FitReport, Learned, Lesson, Network, Normaliser, Schedule, SequenceOptions, Trainer,
+    Training,
+};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -60,8 +63,9 @@ impl Default for StatefulOptions {
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
 /// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
-/// others take out. Networks are trained in parallel, each with a session of its own. What they have in common, decoder,
-/// linear part and ranges, is fitted to all `sequences`: errors on those held out are to stop by, not to judge by.
+/// others take out. Networks are trained in parallel, each with a session of its own, and each with ranges and a linear part
+/// of what it learns from alone. The decoder, of which there is one, is fitted to what no network holds out; where nothing is
+/// left, to all, for it is made of the twin's sensitivities and not of the measured tip.
 ///
 /// # Errors
 /// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of
@@ -75,11 +79,12 @@ pub fn fit_stateful(
 ) -> Result<Fitted> {
     options.learning.check()?;
     let first = first_of_one_robot(sequences, sequences)?;
+    let shared = shared(sequences, held_out);
     let decoder = match first.decoder.clone() {
         Some(decoder) => decoder,
-        None => Decoder::fit(sequences)?,
+        None => Decoder::fit(&shared)?,
     };
-    let largest = sequences.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
+    let largest = shared.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
     let spec = FeatureSpec {
         n_primary: first.n_primary,
         plays_m: options.plays.iter().map(|part| part * largest).collect(),
@@ -87,42 +92,26 @@ pub fn fit_stateful(
         feedback: options.feedback,
         step_s: first.step,
     };
-    let inputs = input_ranges(sequences, &spec)?;
-    let seen: Vec<Seen> =
-        sequences.par_iter().map(|sequence| Seen::new(sequence, &spec, &decoder, &inputs)).collect();
-    let equations = seen.iter().flat_map(Seen::equations);
-    let linear = LinearPart::fit(spec.n_primary, spec.n_of_strokes(), equations)?;
-    let outputs = output_ranges(&seen, &linear)?;
-    let prepared: Vec<Prepared> =
-        seen.iter().map(|seen| prepare(seen, &spec, &linear, &inputs, &outputs)).collect();
-    let listed =
-        |indices: &[usize]| -> Vec<&str> { indices.iter().map(|&k| sequences[k].name.as_str()).collect() };
-    let train = |(number, held_out): (usize, &Vec<usize>)| {
-        let (unseen, seen): (Vec<usize>, Vec<usize>) =
-            (0..prepared.len()).partition(|k| held_out.contains(k));
-        if seen.is_empty() || unseen.is_empty() {
-            let found = format!("{} and {}", seen.len(), unseen.len());
-            return Err(BadInput::new("sequences to learn from and to stop by", "some of each", found).into());
-        }
-        let seed = rng(options.seed, &format!("residual/member/{number}")).random();
-        let copies = |indices: &[usize]| indices.iter().map(|&k| prepared[k].clone()).collect();
-        let (seen_ones, unseen_ones) = (copies(&seen), copies(&unseen));
-        let mut lesson = Trajectories { options, spec: &spec, seed, seen: seen_ones, unseen: unseen_ones };
-        let network = Network::new(&options.learning.architecture(spec.len(), 3), seed)?;
-        let identity = json!({
-            "scene": scene_hash, "options": options, "trained_on": listed(&seen), "held_out": listed(&unseen),
-            "inputs": inputs.channels, "outputs": outputs.channels,
-        });
-        sessions.teach(number, &mut lesson, network, seed, &identity)
-    };
-    let members = held_out.par_iter().enumerate().map(train).collect::<Result<Vec<Learned>>>()?;
-    let report = |(member, held_out): (&Learned, &Vec<usize>)| {
-        let held_out = listed(held_out);
-        json!({ "held_out": held_out, "held_out_rmse_mm": member.held_out, "epochs": member.epochs })
-    };
-    let reports: Vec<_> = members.iter().zip(held_out).map(report).collect();
-    let is_finished = members.iter().all(|member| member.is_finished);
-    let networks: Vec<Network> = members.into_iter().map(|member| member.network).collect();
+    let course = Course { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
+    let members = held_out
+        .par_iter()
+        .enumerate()
+        .map(|(number, held_out)| course.member(number, held_out))
+        .collect::<Result<Vec<Member>>>()?;
+    let inputs = Normaliser::union(&members.iter().map(|member| &member.inputs).collect::<Vec<_>>())?;
+    let outputs = Normaliser::union(&members.iter().map(|member| &member.outputs).collect::<Vec<_>>())?;
+    let (mut networks, mut linear, mut reports, mut told) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let is_finished = members.iter().all(|member| member.learned.is_finished);
+    for member in members {
+        let Learned { network, held_out, epochs, .. } = &member.learned;
+        told.push(json!({
+            "held_out": member.report.validation, "held_out_rmse_mm": held_out, "epochs": epochs,
+        }));
+        networks.push(network.for_ranges([&member.inputs, &member.outputs], [&inputs, &outputs])?);
+        let to_own = member.inputs.from_normalised(&inputs);
+        linear.push(member.linear.for_ranges(&to_own[..spec.n_of_strokes()]));
+        reports.push(member.report);
+    }
     let model = ResidualModel {
         network: Network::mean_of(&networks)?,
         inputs,
@@ -131,13 +120,106 @@ pub fn fit_stateful(
         step_s: spec.step_s,
         design: Design::Stateful { features: spec, decoder, linear },
         scene_hash: scene_hash.to_owned(),
+        change: None,
         adaptation: None,
-        training: json!({ "options": options, "sequences": names(sequences), "members": reports }),
+        training: json!({ "options": options, "sequences": names(sequences), "members": told }),
     };
-    Ok(Fitted { model, is_finished })
+    Ok(Fitted { model, reports, is_finished })
 }
 
-fn input_ranges(sequences: &[Sequence], spec: &FeatureSpec) -> std::result::Result<Normaliser, BadInput> {
+/// Sequences that no network holds out, or all where there is none.
+fn shared(sequences: &[Sequence], held_out: &[Vec<usize>]) -> Vec<Sequence> {
+    let is_shared = |k: &usize| held_out.iter().all(|indices| !indices.contains(k));
+    let shared: Vec<Sequence> =
+        (0..sequences.len()).filter(is_shared).map(|k| sequences[k].clone()).collect();
+    if shared.is_empty() { sequences.to_vec() } else { shared }
+}
+
+/// What all networks have in common.
+struct Course<'a> {
+    sequences: &'a [Sequence],
+    scene_hash: &'a str,
+    options: &'a StatefulOptions,
+    sessions: &'a Sessions<'a>,
+    spec: &'a FeatureSpec,
+    decoder: &'a Decoder,
+}
+
+/// One network and what it was fitted with.
+struct Member {
+    learned: Learned,
+    inputs: Normaliser,
+    outputs: Normaliser,
+    linear: LinearPart,
+    report: FitReport,
+}
+
+impl Course<'_> {
+    /// Fits ranges, linear part and network to all sequences but those `held_out`.
+    fn member(&self, number: usize, held_out: &[usize]) -> Result<Member> {
+        let Self { sequences, options, spec, .. } = *self;
+        let (unseen, seen): (Vec<usize>, Vec<usize>) =
+            (0..sequences.len()).partition(|k| held_out.contains(k));
+        if seen.is_empty() || unseen.is_empty() {
+            let found = format!("{} and {}", seen.len(), unseen.len());
+            return Err(BadInput::new("sequences to learn from and to stop by", "some of each", found).into());
+        }
+        let listed = |indices: &[usize]| -> Vec<String> {
+            indices.iter().map(|&k| sequences[k].name.clone()).collect()
+        };
+        let inputs = input_ranges(seen.iter().map(|&k| &sequences[k]), spec)?;
+        let all: Vec<Seen> =
+            sequences.par_iter().map(|sequence| Seen::new(sequence, spec, self.decoder, &inputs)).collect();
+        let linear = LinearPart::fit(
+            spec.n_primary,
+            spec.n_of_strokes(),
+            seen.iter().flat_map(|&k| all[k].equations()),
+        )?;
+        let outputs = output_ranges(&seen.iter().map(|&k| &all[k]).collect::<Vec<_>>(), &linear)?;
+        let prepared = |indices: &[usize]| -> Vec<Prepared> {
+            indices.iter().map(|&k| prepare(&all[k], spec, &linear, &inputs, &outputs)).collect()
+        };
+        let seed = rng(options.seed, &format!("residual/member/{number}")).random();
+        let mut task = Trajectories { options, spec, seed, seen: prepared(&seen), unseen: prepared(&unseen) };
+        let network = Network::new(&options.learning.architecture(spec.len(), 3), seed)?;
+        let identity = json!({
+            "scene": self.scene_hash, "options": options, "trained_on": listed(&seen), "held_out": listed(&unseen),
+            "inputs": inputs.channels, "outputs": outputs.channels,
+        });
+        let baselines = unseen.iter().map(|&k| all[k].squares(&linear)).collect();
+        drop(all);
+        let learned = self.sessions.teach(number, &mut task, network, seed, &identity)?;
+        let report = FitReport {
+            training: listed(&seen),
+            validation: listed(&unseen),
+            curve: learned.curve.clone(),
+            epochs: learned.epochs,
+            unit: "mm",
+            methods: ["twin alone", "linear part alone", "network"].map(str::to_owned).to_vec(),
+            channels: channel_errors(baselines, task.squares(&learned, seed)?),
+        };
+        Ok(Member { learned, inputs, outputs, linear, report })
+    }
+}
+
+/// Root mean square errors of x, y and z: of the twin alone and with the linear part, sequence by sequence, and with the network.
+fn channel_errors(baselines: Vec<([[f64; 3]; 2], f64)>, network: [f64; 3]) -> Vec<ChannelErrors> {
+    let count = baselines.iter().map(|(_, count)| count).sum::<f64>().max(1.0);
+    let of_axis = |(a, axis): (usize, &str)| {
+        let root = |sum: f64| (sum / count).sqrt();
+        let baseline = |k: usize| root(baselines.iter().map(|(sums, _)| sums[k][a]).sum());
+        ChannelErrors {
+            name: format!("tip {axis}"),
+            errors: vec![baseline(0), baseline(1), root(network[a])],
+        }
+    };
+    ["x", "y", "z"].into_iter().enumerate().map(of_axis).collect()
+}
+
+fn input_ranges<'a>(
+    sequences: impl Iterator<Item = &'a Sequence>,
+    spec: &FeatureSpec,
+) -> std::result::Result<Normaliser, BadInput> {
     let names = spec.names();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut samples = Vec::new();
@@ -162,6 +244,17 @@ struct Trajectories<'a> {
     unseen: Vec<Prepared>,
 }
 
+impl Trajectories<'_> {
+    /// Sums of the squared errors of x, y and z on what is unseen, with the weights that are kept [mm²].
+    fn squares(&mut self, learned: &Learned, seed: u64) -> Result<[f64; 3]> {
+        let trainer = Trainer::new(learned.network.clone(), Adam::default(), seed)?;
+        let mut still = || 0.0;
+        let mut walk = Walk::new(&mut self.unseen, self.spec, [0.0; 2], &mut still);
+        Training::new(trainer, None).judge_sequences(&mut walk, self.options.learning.piece)?;
+        Ok(walk.squares)
+    }
+}
+
 impl Lesson for Trajectories<'_> {
     type Error = Error;
 
@@ -181,15 +274,14 @@ impl Lesson for Trajectories<'_> {
         let mut stream = rng(self.seed, &format!("residual/noise/{epoch}"));
         let mut noise = || stream.random::<f32>() - 0.5;
         let widths = [self.options.learning.input_noise as f32, width];
-        let mut walk = Walk { sequences: &mut self.seen, spec: self.spec, widths, noise: &mut noise };
+        let mut walk = Walk::new(&mut self.seen, self.spec, widths, &mut noise);
         Ok(training.train_sequences(&mut walk, self.options.learning.piece, on_step)?)
     }
 
     /// [mm]; the tip seen is the network's own of the pass before.
     fn validate(&mut self, training: &Training) -> Result<f64> {
         let mut still = || 0.0;
-        let mut walk =
-            Walk { sequences: &mut self.unseen, spec: self.spec, widths: [0.0; 2], noise: &mut still };
+        let mut walk = Walk::new(&mut self.unseen, self.spec, [0.0; 2], &mut still);
         Ok(training.judge_sequences(&mut walk, self.options.learning.piece)?.mean().sqrt())
     }
 }

@@ -3,7 +3,8 @@
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
-    ChannelRange, Head, Network, Normaliser, WindowedLesson, WindowedOptions, WindowedPath,
+    Adam, ChannelErrors, ChannelRange, FitReport, Head, Learned, Network, Normaliser, Trainer, Training,
+    WindowedLesson, WindowedOptions, WindowedPath,
 };
 use serde_json::json;
 
@@ -24,6 +25,7 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
     stair: 30,
     stair_factor: 1.0,
     weight_decay: 1e-4,
+    gradient_floor: 1e-16,
     seed: 1,
 };
 
@@ -58,6 +60,10 @@ pub fn fit_windowed(
     });
     let network = Network::new(&architecture, options.seed)?;
     let learned = sessions.teach(0, &mut lesson, network, options.seed, &identity)?;
+    let floor_error = lesson.gradient_floor_error(&learned.network)?;
+    identity["gradient_floor_relative_error"] = json!(floor_error);
+    let judged = Training::new(Trainer::new(learned.network.clone(), Adam::default(), options.seed)?, None);
+    let report = report(training, held_out, &learned, &lesson.squares(&judged)?);
     identity["held_out_stroke_rmse_mm"] = json!(learned.held_out);
     identity["epochs"] = json!(learned.epochs);
     let model = ResidualModel {
@@ -68,10 +74,34 @@ pub fn fit_windowed(
         n_aux,
         step_s: first.step,
         scene_hash: scene_hash.to_owned(),
+        change: None,
         adaptation: None,
         training: identity,
     };
-    Ok(Fitted { model, is_finished: learned.is_finished })
+    Ok(Fitted { model, reports: vec![report], is_finished: learned.is_finished })
+}
+
+/// Errors of the virtual strokes beside strokes of zero, the twin alone. `squares` are the network's mean squares [mm²].
+fn report(training: &[Sequence], held_out: &[Sequence], learned: &Learned, squares: &[f64]) -> FitReport {
+    let channel = |(k, square): (usize, &f64)| {
+        let strokes = || {
+            let of_one = |s: &'_ Sequence| -> Vec<f64> {
+                (0..s.len()).filter(|&i| !s.gap[i]).map(|i| s.auxiliary[k][i]).collect()
+            };
+            held_out.iter().flat_map(of_one)
+        };
+        let zero = strokes().map(|s| (1e3 * s).powi(2)).sum::<f64>() / (strokes().count().max(1) as f64);
+        ChannelErrors { name: format!("aux {:02}", k + 1), errors: vec![zero.sqrt(), square.sqrt()] }
+    };
+    FitReport {
+        training: names(training),
+        validation: names(held_out),
+        curve: learned.curve.clone(),
+        epochs: learned.epochs,
+        unit: "mm",
+        methods: ["no strokes", "network"].map(str::to_owned).to_vec(),
+        channels: squares.iter().enumerate().map(channel).collect(),
+    }
 }
 
 fn ranges(

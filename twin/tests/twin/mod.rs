@@ -1,3 +1,4 @@
+mod adapt;
 mod bad_input;
 mod campaign;
 mod coreact;

@@ -1,7 +1,7 @@
 //! A three-segment robot driven by nine strokes: tip error on patterns that were not fitted, in five folds.
 //!
-//! Beside each other: a reduced model with fitted zeros, compliance and angles of its tendons; a regression and a network
-//! with a memory of what it leaves; static regressions of the tip on the strokes and a network, without any model; and on
+//! Beside each other: a reduced model, three arcs of constant curvature with fitted zeros, compliance and angles of the tendons
+//! (twelve numbers); a kernel ridge and a network with a memory on what it leaves; static regressions of the tip on the strokes and a network, without any model; and on
 //! fewer rows the finite-element twin with the reduced model's parameters, with its own, and with virtual tendons that
 //! bring its marker to where a regression of what it leaves says (CoReAct), or to where it was measured. A pattern and its
 //! holds are never divided.
@@ -43,15 +43,15 @@ const LEARN_EVERY: usize = 4;
 
 /// What predicts the tip. The last five see the rows of the finite-element twin alone, the very last one the tip itself.
 const METHODS: [&str; 12] = [
-    "reduced model, fitted",
-    "reduced model + kernel regression",
-    "reduced model + LSTM",
+    "constant curvature, 12 parameters",
+    "constant curvature + kernel ridge on its residual",
+    "constant curvature + LSTM on its residual",
     "cubic regression on all strokes",
     "cubic regression on the segments' bending",
     "kernel regression",
     "LSTM without a model",
-    "reduced model, on the twin's rows",
-    "FE twin, the reduced model's parameters",
+    "constant curvature, on the twin's rows",
+    "FE twin, the constant-curvature model's parameters",
     "FE twin, fitted",
     "FE twin + CoReAct",
     "FE twin, led to the measured tip",

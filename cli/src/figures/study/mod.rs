@@ -63,6 +63,8 @@ struct Tracked<'a> {
     rmse_m: Vec<f64>,
     nrmse: Vec<Option<f64>>,
     iou: Vec<Option<f64>>,
+    aligned_rmse_m: Vec<Option<f64>>,
+    lag_s: Vec<Option<f64>>,
     /// Part of the samples in which a limit held a stroke back.
     held_back: f64,
     /// Part of the samples in which a network left its training range.
@@ -175,6 +177,8 @@ fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> a
         rmse_m: rows.iter().map(|row| row.score.rmse_m).collect(),
         nrmse: rows.iter().map(|row| row.score.nrmse).collect(),
         iou: rows.iter().map(|row| row.score.iou).collect(),
+        aligned_rmse_m: rows.iter().map(|row| row.score.aligned_rmse_m).collect(),
+        lag_s: rows.iter().map(|row| row.score.lag_s).collect(),
         held_back: part("limited"),
         extrapolating: part("extrapolating"),
         rows,

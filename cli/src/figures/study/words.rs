@@ -36,7 +36,10 @@ pub fn rig(study: &Study) -> String {
 /// How a way to strokes is called.
 fn explained(way: Way) -> &'static str {
     match way {
-        Way::Nominal => "nominal: the twin as it is, nothing learned",
+        Way::Nominal => "nominal: the twin without zeros, compliance and friction of its tendons",
+        Way::Scene => {
+            "scene: the twin with what its scene says of these, fitted to recordings as a rule; no network"
+        }
         Way::Twin => "twin: the calibrated twin with its network",
         Way::Network => "network: the inverse network",
     }
@@ -51,12 +54,17 @@ fn shown(value: Option<f64>, scale: f64, digits: usize) -> String {
     value.map_or("-".to_owned(), |value| format!("{:.digits$}", scale * value))
 }
 
-/// RMSE, NRMSE and IoU of all repeats of these.
-fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [String; 3] {
+/// Headings of [`numbers`].
+const NUMBERS: [&str; 5] = ["RMSE [mm]", "NRMSE [%]", "IoU", "At equal times [mm]", "Lag [ms]"];
+
+/// RMSE, NRMSE, IoU, RMSE at equal times and lag of all repeats of these.
+fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [String; 5] {
     [
         shown(mean(tracked.clone().flat_map(|it| it.rmse_m.iter().copied())), 1e3, 2),
         shown(mean(tracked.clone().flat_map(|it| it.nrmse.iter().flatten().copied())), 100.0, 2),
-        shown(mean(tracked.flat_map(|it| it.iou.iter().flatten().copied())), 1.0, 3),
+        shown(mean(tracked.clone().flat_map(|it| it.iou.iter().flatten().copied())), 1.0, 3),
+        shown(mean(tracked.clone().flat_map(|it| it.aligned_rmse_m.iter().flatten().copied())), 1e3, 2),
+        shown(mean(tracked.flat_map(|it| it.lag_s.iter().flatten().copied())), 1e3, 0),
     ]
 }
 
@@ -70,15 +78,16 @@ pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
         return;
     }
     page.paragraph(&format!(
-        "Distance of the tip from the path, over {} that the rig carried out in every way: the smaller RMSE and NRMSE, and \
-         the nearer IoU to 1, the better.",
+        "Distance of the tip from the path, over {} that the rig carried out in every way: the smaller RMSE, \
+         NRMSE and lag, and the nearer IoU to 1, the better.",
         if common.len() == 1 { "the one path".to_owned() } else { format!("the {} paths", common.len()) },
     ));
     let row = |(k, way): (usize, &Way)| {
-        let [rmse, nrmse, iou] = numbers(common.iter().map(move |ways| &ways[k]));
-        vec![explained(*way).to_owned(), rmse, nrmse, iou]
+        let numbers = numbers(common.iter().map(move |ways| &ways[k]));
+        [explained(*way).to_owned()].into_iter().chain(numbers).collect()
     };
-    page.table(&["Strokes by", "RMSE [mm]", "NRMSE [%]", "IoU"], track.ways.iter().enumerate().map(row));
+    let headings = [&["Strokes by"][..], &NUMBERS].concat();
+    page.table(&headings, track.ways.iter().enumerate().map(row));
 }
 
 /// The table of all paths and ways.
@@ -89,13 +98,13 @@ pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
         if it.is_carried_out() {
             cells.extend(numbers(std::iter::once(it)));
         } else {
-            cells.extend(["not carried out", "", ""].map(str::to_owned));
+            cells.extend(["not carried out", "", "", "", ""].map(str::to_owned));
         }
         cells.extend([percent(it.held_back), percent(it.extrapolating)]);
         cells
     };
     let headings =
-        ["Path", "Strokes by", "RMSE [mm]", "NRMSE [%]", "IoU", "Held back [%]", "Beyond training [%]"];
+        [&["Path", "Strokes by"][..], &NUMBERS, &["Held back [%]", "Beyond training [%]"]].concat();
     page.table(&headings, tracked.iter().map(row));
     if track.repeats > 1 {
         page.paragraph(&format!("Means over {} repeats; the figures show the first.", track.repeats));
@@ -108,6 +117,11 @@ pub fn glossary(page: &mut Page) {
         ("RMSE", "root mean square distance from points of the path to the tip's nearest, mean of x and y"),
         ("NRMSE", "the same over the width of the path"),
         ("IoU", "overlap of what the path and the tip enclose, over what they cover together: 1 is the same"),
+        (
+            "At equal times",
+            "root mean square distance of the tip from where it should be at that time: lag and all",
+        ),
+        ("Lag", "how much later the tip is where it should be"),
         ("Held back", "samples in which a stroke or its rate would have passed a limit"),
         ("Beyond training", "samples in which a network was asked for what it had never seen"),
         ("Not carried out", "the rig stopped, or would not begin: its load or strokes passed a limit"),

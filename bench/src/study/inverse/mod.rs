@@ -1,8 +1,11 @@
 //! The inverse network on robots that other people recorded: which strokes, or motor angles, made a given path of the tip?
 //!
-//! Beside it the static regression that it corrects, and the same network without looking ahead. On the trunk, blocks of the
+//! Beside it rivals without a network: a static regression, the same of the tip some time later, and a kernel on two tips, with
+//! the delay that does best on the trajectories to stop by; and the same network without looking ahead. On the trunk, blocks of the
 //! run take turns: most to learn from, some to stop by, some to judge on; and the same blocks of a run with a load at the tip. On the three-segment robot whole patterns, in five folds.
 #![allow(clippy::print_stdout)] // this program prints tables
+
+mod rivals;
 
 use std::path::Path;
 
@@ -21,6 +24,7 @@ use super::ftdcr::{N_FOLDS, N_TENDONS, Pattern, folds, read_patterns};
 use super::{data_folder, rms, write_metrics};
 use crate::columns::Columns;
 use crate::table::print_cells;
+use rivals::Rival;
 
 /// Nominal duration of a sample of the trunk, and of the three-segment robot [s].
 const TRUNK_STEP: f64 = 0.01;
@@ -39,10 +43,21 @@ const STOP_BY: usize = 4;
 /// No limits.
 const WIDE: Limits = Limits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
 
-/// Root mean square error over all strokes [mm or degrees] of what was judged: static regression, network without looking
-/// ahead, network.
-type Errors = [f64; 3];
-const METHODS: [&str; 3] = ["static regression", "network, no look ahead", "network"];
+/// Root mean square error over all strokes [mm or degrees] of what was judged, by method.
+type Errors = [f64; METHODS.len()];
+const METHODS: [&str; 5] = [
+    "static regression",
+    "static regression, delayed",
+    "kernel on two tips, delayed",
+    "network, no look ahead",
+    "network",
+];
+
+/// Errors, and the delays that the methods chose [s].
+struct Judged {
+    errors: Errors,
+    delays_s: Errors,
+}
 
 /// Runs the study, a quick one with fewer epochs and folds; robots whose recordings are not there are skipped by name.
 ///
@@ -95,30 +110,37 @@ fn ftdcr_options(quick: bool) -> StatefulOptions {
 
 /// The same for a path that is not known in advance.
 fn without_looking_ahead(options: &StatefulOptions) -> StatefulOptions {
-    StatefulOptions { smoothing: Smoothing::Causal, horizons_s: Vec::new(), ..options.clone() }
+    StatefulOptions {
+        smoothing: Smoothing::Causal,
+        horizons_s: Vec::new(),
+        largest_delay_s: 0.0,
+        ..options.clone()
+    }
 }
 
-/// Trains both networks on `known`, and judges on `judged`.
-fn judge(known: &Dataset, judged: &[&Demonstration], options: &StatefulOptions) -> Result<Errors> {
+/// Trains both networks on `known` and judges on `judged`, beside rivals that know and are judged on the same.
+fn judge(
+    known: &Dataset,
+    judged: &[&Demonstration],
+    [plain, delayed, kernel]: &[Rival; 3],
+    options: &StatefulOptions,
+) -> Result<Judged> {
     let fit = |options: &StatefulOptions| -> Result<InverseModel> {
         Ok(fit_stateful(known, options, &mut Session { file: None, progress: &mut |_| true })?.model)
     };
     let (blind, seeing) = (fit(&without_looking_ahead(options))?, fit(options)?);
-    let Design::Stateful { regression, .. } = &seeing.design else { unreachable!("what fit_stateful makes") };
-    let statics = |path: &[Tip]| -> Result<Vec<f64>> {
-        let mut strokes = vec![0.0; seeing.n_tendons * path.len()];
-        let each = path.iter().zip(strokes.chunks_exact_mut(seeing.n_tendons));
-        each.for_each(|(tip, strokes)| regression.strokes_into(*tip, strokes));
-        Ok(strokes)
-    };
+    let Design::Stateful { features, .. } = &seeing.design else { unreachable!("what fit_stateful makes") };
     let by = |model: &InverseModel, path: &[Tip]| -> Result<Vec<f64>> {
         Ok(model.command(path, WIDE, &mut |_| true)?.strokes)
     };
-    Ok([
-        error(judged, &statics)?,
+    let errors = [
+        plain.error,
+        delayed.error,
+        kernel.error,
         error(judged, &|path| by(&blind, path))?,
         error(judged, &|path| by(&seeing, path))?,
-    ])
+    ];
+    Ok(Judged { errors, delays_s: [plain.delay_s, delayed.delay_s, kernel.delay_s, 0.0, features.delay_s] })
 }
 
 /// Root mean square of what strokes miss [mm].
@@ -158,14 +180,19 @@ fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
     let known = Dataset::new(known, &names, 1)?;
     let judged: Vec<&Demonstration> = judged.iter().collect();
     let under_load: Vec<&Demonstration> = under_load.iter().collect();
+    let rivals = [rivals::all(&known, &judged)?, rivals::all(&known, &under_load)?];
     let found = (1..=seeds)
         .into_par_iter()
         .map(|seed| {
             let options = StatefulOptions { seed, ..trunk_options(quick) };
-            Ok([judge(&known, &judged, &options)?, judge(&known, &under_load, &options)?])
+            let [same, other] = [(&judged, &rivals[0]), (&under_load, &rivals[1])]
+                .map(|(judged, rivals)| judge(&known, judged, rivals, &options));
+            Ok([same?, other?])
         })
-        .collect::<Result<Vec<[Errors; 2]>>>()?;
-    let row = |k: usize| found.iter().map(|both| both[k]).collect::<Vec<Errors>>();
+        .collect::<Result<Vec<[Judged; 2]>>>()?;
+    let row = |k: usize| found.iter().map(|both| both[k].errors).collect::<Vec<Errors>>();
+    let delays: Vec<Errors> = found.iter().map(|both| both[0].delays_s).collect();
+    print_delays(&delays);
     let (same, other) = (row(0), row(1));
     print_errors(
         "trunk, error of the motor angles [deg]",
@@ -173,9 +200,10 @@ fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
     );
     let paths = compare_paths(&tips, &loaded);
     println!("trunk, the path under load against the one without, same commands: {paths}\n");
-    Ok(
-        json!({ "methods": METHODS, "unseen_blocks_deg": same, "loaded_deg": other, "path_under_load": paths }),
-    )
+    Ok(json!({
+        "methods": METHODS, "unseen_blocks_deg": same, "loaded_deg": other, "delays_s": delays,
+        "path_under_load": paths,
+    }))
 }
 
 /// Blocks of the trunk's run, in order; the tip from where it was in the first second of the run.
@@ -247,11 +275,13 @@ fn study_ftdcr(path: &Path, quick: bool) -> Result<Value> {
             let known: Vec<Demonstration> = known.into_iter().map(|(one, _)| one.clone()).collect();
             let stop: Vec<String> =
                 known.iter().skip(STOP_BY - 1).step_by(STOP_BY).map(|one| one.name.clone()).collect();
-            judge(&Dataset::new(known, &stop, 1)?, &judged, &ftdcr_options(quick))
+            let known = Dataset::new(known, &stop, 1)?;
+            judge(&known, &judged, &rivals::all(&known, &judged)?, &ftdcr_options(quick))
         })
-        .collect::<Result<Vec<Errors>>>()?;
-    print_errors("three segments, error of the strokes [mm]", &[("unseen patterns, five folds", &found)]);
-    Ok(json!({ "methods": METHODS, "folds_mm": found }))
+        .collect::<Result<Vec<Judged>>>()?;
+    let errors: Vec<Errors> = found.iter().map(|judged| judged.errors).collect();
+    print_errors("three segments, error of the strokes [mm]", &[("unseen patterns, five folds", &errors)]);
+    Ok(json!({ "methods": METHODS, "folds_mm": errors }))
 }
 
 fn pattern(pattern: &Pattern) -> Demonstration {
@@ -274,6 +304,15 @@ fn print_errors(what: &str, rows: &[(&str, &Vec<Errors>)]) {
     }
     print_cells(&cells);
     println!();
+}
+
+/// The delays that the methods chose, mean over the seeds.
+fn print_delays(delays: &[Errors]) {
+    let cells = METHODS.iter().enumerate().map(|(m, name)| {
+        let delay = mean(delays.iter().map(|delays| delays[m]));
+        format!("{name} {:.0} ms", 1e3 * delay)
+    });
+    println!("trunk, delay of the tip behind the angles: {}", cells.collect::<Vec<_>>().join("; "));
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {

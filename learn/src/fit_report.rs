@@ -1,0 +1,72 @@
+//! How a fit went and how well it does on what it did not learn from, beside the baselines that it must beat.
+
+use serde::Serialize;
+
+/// What there is to tell of a fit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FitReport {
+    /// Names of the trajectories that were learned from.
+    pub training: Vec<String>,
+    /// Names of those that it was stopped by, and is judged on.
+    pub validation: Vec<String>,
+    /// Of every epoch, the error in training and in validation, in `unit`.
+    pub curve: Vec<[f64; 2]>,
+    /// Epochs after which the weights were found that are kept.
+    pub epochs: usize,
+    /// Unit of all errors.
+    pub unit: &'static str,
+    /// What was judged: baselines, and the network last.
+    pub methods: Vec<String>,
+    /// Root mean square errors in validation.
+    pub channels: Vec<ChannelErrors>,
+}
+
+/// Errors of an output.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelErrors {
+    /// Which output.
+    pub name: String,
+    /// By method.
+    pub errors: Vec<f64>,
+}
+
+impl FitReport {
+    /// Where the network, the last method, does no better than a baseline: output, baseline, its error, the network's.
+    pub fn losses(&self) -> Vec<(&str, &str, [f64; 2])> {
+        let mut losses = Vec::new();
+        for ChannelErrors { name, errors } in &self.channels {
+            let Some((network, baselines)) = errors.split_last() else { continue };
+            let lost = baselines.iter().zip(&self.methods).filter(|(baseline, _)| *baseline <= network);
+            losses.extend(lost.map(|(baseline, method)| (&name[..], &method[..], [*baseline, *network])));
+        }
+        losses
+    }
+
+    /// Root mean square over all outputs, by method.
+    pub fn together(&self) -> Vec<f64> {
+        let n = self.channels.len().max(1) as f64;
+        let of_method = |k: usize| {
+            let squares = self.channels.iter().map(|channel| channel.errors[k].powi(2));
+            (squares.sum::<f64>() / n).sqrt()
+        };
+        (0..self.methods.len()).map(of_method).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_network_that_does_no_better_than_a_baseline_is_named() {
+        let channel =
+            |name: &str, errors: [f64; 3]| ChannelErrors { name: name.to_owned(), errors: errors.to_vec() };
+        let report = FitReport {
+            methods: ["none", "linear", "network"].map(str::to_owned).to_vec(),
+            channels: vec![channel("stroke 1", [3.0, 1.0, 0.5]), channel("stroke 2", [4.0, 1.0, 1.2])],
+            ..FitReport::default()
+        };
+        assert_eq!(report.losses(), [("stroke 2", "linear", [1.0, 1.2])]);
+        assert_eq!(report.together()[..2], [12.5f64.sqrt(), 1.0]);
+    }
+}

@@ -1,0 +1,457 @@
+//! A twin learns from a little motion how its robot has changed, and keeps only what motion held out confirms.
+//!
+//! Two kinds of change are sought. The physical one ([`RobotChange`]: zeros of the tendons, play, friction) is a least-squares
+//! fit on the rollout with a prior around no change; what is left, a correction linear in strokes and plays ([`Adaptation`])
+//! may follow. A minute of motion errs alike from beginning to end: its tracker drifts, and the twin has errors of its own in
+//! it that are no change of the robot. So the errors are whitened before they are fitted, and blocks of the motion take turns:
+//! a change is fitted to the others and judged on this one. How strong the prior is, and whether either kind is kept,
+//! is decided by what was missed in all blocks held out.
+
+mod blocks;
+mod ridge;
+mod rolled;
+mod whitening;
+
+use hysteron_base::{BadInput, Bounds};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::adaptation::Filter;
+use super::{AdaptOptions, Adaptation, Design, ResidualModel, RobotChange};
+use crate::Result;
+use crate::coreact::Auxiliary;
+use crate::model::Twin;
+use crate::motion::Motion;
+use blocks::{Block, blocks};
+use ridge::Normal;
+use rolled::{Rig, Rolled, Task};
+use whitening::Whitening;
+
+/// What is kept of what was sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kept {
+    /// The model as it was.
+    Nothing,
+    /// Zeros, play and friction.
+    Change,
+    /// The linear correction.
+    Correction,
+    /// Both.
+    Both,
+}
+
+impl Kept {
+    /// From the fewest numbers to the most.
+    const ALL: [Self; 4] = [Self::Nothing, Self::Change, Self::Correction, Self::Both];
+
+    fn has_change(self) -> bool {
+        matches!(self, Self::Change | Self::Both)
+    }
+
+    fn has_correction(self) -> bool {
+        matches!(self, Self::Correction | Self::Both)
+    }
+}
+
+/// Root mean square distance of the twin's tip from the measured one [m].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MotionErrors {
+    /// Name of the motion.
+    pub name: String,
+    /// With the model as it was.
+    pub before_m: f64,
+    /// With the model that came out, which has learned from this motion too; as before where nothing was kept.
+    pub after_m: f64,
+    /// Part of the samples in which the network was outside its training range, from which nothing is learned [-].
+    pub extrapolating: f64,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adapted {
+    /// The model, with what was kept.
+    pub model: ResidualModel,
+    /// What was kept.
+    pub kept: Kept,
+    /// Root mean square distance of the tip over all blocks while each was held out [m], by what would be kept.
+    pub held_out_m: Vec<(Kept, f64)>,
+    /// Blocks, by the name of their motion and their first and last time [s].
+    pub blocks: Vec<(String, [f64; 2])>,
+    /// The change that was found, kept or not, beyond what the model had.
+    pub found: RobotChange,
+    /// Weight of the prior, chosen on the blocks held out.
+    pub prior_weight: f64,
+    /// Errors of every motion.
+    pub motions: Vec<MotionErrors>,
+}
+
+/// Weights of the prior to choose from, strongest first: a weaker one has to do better.
+const WEIGHTS: [f64; 4] = [30.0, 10.0, 3.0, 1.0];
+/// Differences of the parameters for derivatives of the rollout: far above its accuracy, well below what matters.
+const ZERO_STEP: f64 = 2e-4;
+const PLAY_STEP: f64 = 2e-4;
+const FRICTION_STEP: f64 = 0.2;
+/// How far a change may go.
+const ZEROS: Bounds = Bounds { min: -3e-3, max: 3e-3 };
+const MOST_PLAY: f64 = 2e-3;
+const FRICTION: Bounds = Bounds { min: 0.2, max: 5.0 };
+/// Times that the fit to all motion looks at its own rollout: a tendon that has gone slack is not linear in its zero.
+const ROUNDS: usize = 2;
+
+/// Fits what has changed and keeps what blocks held out confirm. `on_sample` is told of every sample of a rollout, and of how
+/// many there will be at most by [`n_samples`]; where it returns false, nothing comes out.
+///
+/// # Errors
+/// Less than two blocks of motion; a model of another robot or rate; those of [`crate::Stepper::step`].
+pub fn adapt(
+    twin: &Twin,
+    auxiliary: &Auxiliary,
+    model: &ResidualModel,
+    motions: &[Motion],
+    options: &AdaptOptions,
+    on_sample: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<Adapted>> {
+    let search = Search::new(Rig { twin, auxiliary, model, motions, on_sample }, options)?;
+    let Some(seen) = search.look()? else { return Ok(None) };
+    let Some(judged) = search.judge(&seen)? else { return Ok(None) };
+    search.finish(&seen, judged)
+}
+
+/// Samples of rollouts that [`adapt`] makes at most.
+pub fn n_samples(twin: &Twin, motions: &[Motion]) -> usize {
+    let all: usize = motions.iter().map(Motion::len).sum();
+    let parameters = twin.n_primary + 1 + usize::from(!twin.friction.is_empty());
+    // The model as it is, a difference for each parameter, the blocks held out (each motion up to its end at most), the rounds
+    // of the fit to all.
+    let held_out: usize = blocks(motions).iter().map(|block| block.samples.end).sum();
+    all * (1 + parameters + ROUNDS) + held_out
+}
+
+/// All that stays while the search goes on.
+struct Search<'a> {
+    rig: Rig<'a>,
+    options: &'a AdaptOptions,
+    blocks: Vec<Block>,
+    before: RobotChange,
+    /// Prior deviation, bounds and difference of each parameter: zeros, play, and friction where there is any.
+    deviations: Vec<f64>,
+    bounds: Vec<Bounds>,
+    steps: Vec<f64>,
+}
+
+/// Every motion with the model as it was, and what each parameter does to it.
+struct Seen {
+    motions: Vec<Rolled>,
+    /// By motion, by parameter: ∂(missed)/∂p, by axis [m over the parameter's unit].
+    columns: Vec<Vec<[Vec<f64>; 3]>>,
+    /// By block: normal equations of the whitened errors.
+    normals: Vec<Normal>,
+}
+
+/// What blocks held out said.
+struct Judged {
+    kept: Kept,
+    held_out_m: Vec<(Kept, f64)>,
+    weight: f64,
+}
+
+impl<'a> Search<'a> {
+    fn new(rig: Rig<'a>, options: &'a AdaptOptions) -> Result<Self> {
+        options.check()?;
+        let blocks = blocks(rig.motions);
+        if blocks.len() < 2 {
+            return Err(BadInput::new("recordings", "two of them, or one of 8 s or more", "less")
+                .hint("what is learned from one must show on another")
+                .into());
+        }
+        let n = rig.twin.n_primary;
+        let before = rig.model.change.clone().unwrap_or_else(|| RobotChange::none(n));
+        let mut search = Self {
+            deviations: vec![options.zero_m; n],
+            bounds: vec![ZEROS; n],
+            steps: vec![ZERO_STEP; n],
+            rig,
+            options,
+            blocks,
+            before,
+        };
+        search.deviations.push(options.play_m);
+        search.bounds.push(Bounds { min: -search.before.play_m, max: MOST_PLAY });
+        search.steps.push(PLAY_STEP);
+        if !rig.twin.friction.is_empty() {
+            let had = search.before.friction_ratio;
+            search.deviations.push(options.friction_ratio);
+            search.bounds.push(Bounds { min: FRICTION.min - had, max: FRICTION.max - had });
+            search.steps.push(FRICTION_STEP);
+        }
+        Ok(search)
+    }
+
+    /// The change that the parameters `p` add to what was known.
+    fn change(&self, p: &[f64]) -> RobotChange {
+        let n = self.before.zeros_m.len();
+        RobotChange {
+            zeros_m: self.before.zeros_m.iter().zip(p).map(|(zero, more)| zero + more).collect(),
+            play_m: (self.before.play_m + p[n]).max(0.0),
+            friction_ratio: self.before.friction_ratio + p.get(n + 1).copied().unwrap_or(0.0),
+        }
+    }
+
+    fn whole(&self, p: &[f64]) -> Vec<Task> {
+        let task =
+            |motion| Task { motion, n_samples: self.rig.motions[motion].len(), change: self.change(p) };
+        (0..self.rig.motions.len()).map(task).collect()
+    }
+
+    fn whitening(&self, motion: usize) -> Whitening {
+        let step = self.rig.motions[motion].step;
+        let noise = self.options.noise_m.powi(2) * (self.options.noise_time_s / step).max(1.0);
+        Whitening { drift: self.options.drift_m, drift_time: self.options.drift_time_s, noise, step }
+    }
+
+    /// Rolls out all motions, as they are and with every parameter a little off.
+    fn look(&self) -> Result<Option<Seen>> {
+        let n = self.deviations.len();
+        let mut points = vec![vec![0.0; n]];
+        points.extend((0..n).map(|k| (0..n).map(|l| if k == l { self.steps[k] } else { 0.0 }).collect()));
+        let tasks: Vec<Task> = points.iter().flat_map(|p: &Vec<f64>| self.whole(p)).collect();
+        let Some(mut motions) = self.rig.roll(&tasks)? else { return Ok(None) };
+        let varied = motions.split_off(self.rig.motions.len());
+        let column = |motion: usize, k: usize| -> [Vec<f64>; 3] {
+            let (from, to) = (&motions[motion], &varied[k * motions.len() + motion]);
+            std::array::from_fn(|c| {
+                to.missed[c]
+                    .iter()
+                    .zip(&from.missed[c])
+                    .map(|(to, from)| (to - from) / self.steps[k])
+                    .collect()
+            })
+        };
+        let columns: Vec<Vec<_>> =
+            (0..motions.len()).map(|motion| (0..n).map(|k| column(motion, k)).collect()).collect();
+        let normals = self.normals(&motions, &columns);
+        Ok(Some(Seen { motions, columns, normals }))
+    }
+
+    /// Normal equations of each block.
+    fn normals(&self, motions: &[Rolled], columns: &[Vec<[Vec<f64>; 3]>]) -> Vec<Normal> {
+        let mut normals = vec![Normal::zeros(self.deviations.len()); self.blocks.len()];
+        for (m, motion) in motions.iter().enumerate() {
+            let (whitening, is_used) = (self.whitening(m), motion.is_used());
+            for c in 0..3 {
+                let white = |series: &[f64]| whitening.apply(series.iter().copied(), &is_used);
+                let errors = white(&motion.missed[c]);
+                let columns: Vec<Vec<f64>> = columns[m].iter().map(|column| white(&column[c])).collect();
+                for (block, normal) in
+                    self.blocks.iter().zip(&mut normals).filter(|(block, _)| block.motion == m)
+                {
+                    let part = |values: &[f64]| values[block.samples.clone()].to_vec();
+                    let columns: Vec<Vec<f64>> = columns.iter().map(|column| part(column)).collect();
+                    normal.add(&part(&errors), &columns);
+                }
+            }
+        }
+        normals
+    }
+
+    /// The parameters that fit all blocks but `held_out`.
+    fn fit(&self, normals: &[Normal], held_out: Option<usize>, weight: f64) -> Vec<f64> {
+        let mut sum = Normal::zeros(self.deviations.len());
+        for (_, normal) in normals.iter().enumerate().filter(|(k, _)| Some(*k) != held_out) {
+            sum.square += &normal.square;
+            sum.right += &normal.right;
+        }
+        sum.solve(weight, &self.deviations, &self.bounds)
+    }
+
+    /// The weight of the prior with which blocks held out are missed by the least, whitened and to first order.
+    fn choose_weight(&self, normals: &[Normal]) -> f64 {
+        let left = |weight: f64| -> f64 {
+            let of_block = |(k, normal): (usize, &Normal)| {
+                let p = nalgebra::DVector::from_vec(self.fit(normals, Some(k), weight));
+                2.0 * normal.right.dot(&p) + p.dot(&(&normal.square * &p))
+            };
+            normals.iter().enumerate().map(of_block).sum()
+        };
+        let better = |best: [f64; 2], &weight: &f64| {
+            let sum = left(weight);
+            if sum < best[1] { [weight, sum] } else { best }
+        };
+        WEIGHTS.iter().fold([WEIGHTS[0], f64::INFINITY], better)[0]
+    }
+
+    /// The linear correction that motions ask for, one after the other, but for a block; none where the design has none.
+    fn correction(&self, motions: &[Rolled], held_out: Option<&Block>) -> Option<Adaptation> {
+        let Design::Stateful { features, .. } = &self.rig.model.design else { return None };
+        let mut filter = Filter::new(features, *self.options);
+        for (m, motion) in motions.iter().enumerate() {
+            let is_used = motion.is_used();
+            let is_held_out =
+                |i: usize| held_out.is_some_and(|block| block.motion == m && block.samples.contains(&i));
+            for i in (0..is_used.len()).filter(|&i| is_used[i] && !is_held_out(i)) {
+                filter.update(motion.terms_at(i), motion.missed_at(i));
+            }
+        }
+        Some(filter.correction())
+    }
+
+    /// Judges all that may be kept on every block in turn.
+    fn judge(&self, seen: &Seen) -> Result<Option<Judged>> {
+        let weight = self.choose_weight(&seen.normals);
+        let fits: Vec<Vec<f64>> =
+            (0..self.blocks.len()).map(|k| self.fit(&seen.normals, Some(k), weight)).collect();
+        let task = |(block, p): (&Block, &Vec<f64>)| Task {
+            motion: block.motion,
+            n_samples: block.samples.end,
+            change: self.change(p),
+        };
+        let tasks: Vec<Task> = self.blocks.iter().zip(&fits).map(task).collect();
+        let Some(changed) = self.rig.roll(&tasks)? else { return Ok(None) };
+        let of_block = |k: usize| -> Vec<(Kept, Option<Squares>)> {
+            let (block, p) = (&self.blocks[k], &fits[k]);
+            // What the training blocks are missed by under the change, to first order.
+            let left: Vec<Rolled> =
+                seen.motions.iter().zip(&seen.columns).map(|(m, c)| moved(m, c, p)).collect();
+            let corrections =
+                [self.correction(&seen.motions, Some(block)), self.correction(&left, Some(block))];
+            let squares = |kept: Kept| {
+                let rolled = if kept.has_change() { &changed[k] } else { &seen.motions[block.motion] };
+                let correction = corrections[usize::from(kept.has_change())].as_ref();
+                match (kept.has_correction(), correction) {
+                    (false, _) => Some(Squares::of(rolled, block, None)),
+                    (true, Some(correction)) => Some(Squares::of(rolled, block, Some(correction))),
+                    (true, None) => None,
+                }
+            };
+            Kept::ALL.map(|kept| (kept, squares(kept))).into()
+        };
+        let all: Vec<Vec<_>> = (0..self.blocks.len()).into_par_iter().map(of_block).collect();
+        let error = |number: usize| -> Option<f64> {
+            let sum =
+                all.iter().try_fold(Squares::default(), |sum, block| Some(sum.plus(block[number].1?)))?;
+            Some(sum.root_mean())
+        };
+        let held_out_m: Vec<(Kept, f64)> =
+            Kept::ALL.iter().enumerate().filter_map(|(number, kept)| Some((*kept, error(number)?))).collect();
+        Ok(Some(Judged { kept: self.decide(&held_out_m), held_out_m, weight }))
+    }
+
+    /// What does better on blocks held out than all that has fewer numbers, by enough.
+    fn decide(&self, held_out_m: &[(Kept, f64)]) -> Kept {
+        let mut best = held_out_m[0];
+        for candidate in &held_out_m[1..] {
+            if candidate.1 < (1.0 - self.options.least_gain) * best.1 {
+                best = *candidate;
+            }
+        }
+        best.0
+    }
+
+    /// Fits to all motion what is kept.
+    fn finish(&self, seen: &Seen, judged: Judged) -> Result<Option<Adapted>> {
+        let n = self.deviations.len();
+        let mut p = self.fit(&seen.normals, None, judged.weight);
+        let found = p.clone();
+        let mut last = seen.motions.clone();
+        if judged.kept.has_change() {
+            for round in 0..ROUNDS {
+                let Some(rolled) = self.rig.roll(&self.whole(&p))? else { return Ok(None) };
+                last = rolled;
+                if round + 1 < ROUNDS {
+                    // Errors as they are now, less what the parameters did to first order: as if from the beginning.
+                    let back: Vec<f64> = p.iter().map(|p| -p).collect();
+                    let from_start: Vec<Rolled> = last
+                        .iter()
+                        .zip(&seen.columns)
+                        .map(|(motion, columns)| moved(motion, columns, &back))
+                        .collect();
+                    p = self.fit(&self.normals(&from_start, &seen.columns), None, judged.weight);
+                }
+            }
+        }
+        let kept_p = if judged.kept.has_change() { p.clone() } else { vec![0.0; n] };
+        let correction = judged.kept.has_correction().then(|| self.correction(&last, None)).flatten();
+        let errors = |motion: usize, rolled: &Rolled, correction: Option<&Adaptation>| {
+            let whole = Block { motion, samples: 0..rolled.is_measured.len() };
+            Squares::of(rolled, &whole, correction).root_mean()
+        };
+        let motion_errors = |m: usize| MotionErrors {
+            name: self.rig.motions[m].name.clone(),
+            before_m: errors(m, &seen.motions[m], None),
+            after_m: errors(m, &last[m], correction.as_ref()),
+            extrapolating: mean_of(&seen.motions[m].is_extrapolating),
+        };
+        let motions = (0..last.len()).map(motion_errors).collect();
+        let change = self.change(&kept_p);
+        let before = self.rig.model.adaptation.as_ref();
+        let model = ResidualModel {
+            change: if change.is_none() { None } else { Some(change) },
+            adaptation: correction.as_ref().map(|it| it.added_to(before)).or_else(|| before.cloned()),
+            ..self.rig.model.clone()
+        };
+        let of_block = |block: &Block| {
+            let motion = &self.rig.motions[block.motion];
+            let ends = [block.samples.start, block.samples.end - 1].map(|i| motion.time[i]);
+            (motion.name.clone(), ends)
+        };
+        let (n_primary, p) = (self.before.zeros_m.len(), if judged.kept.has_change() { p } else { found });
+        Ok(Some(Adapted {
+            model,
+            kept: judged.kept,
+            held_out_m: judged.held_out_m,
+            blocks: self.blocks.iter().map(of_block).collect(),
+            found: RobotChange {
+                zeros_m: p[..n_primary].to_vec(),
+                play_m: p[n_primary],
+                friction_ratio: 1.0 + p.get(n_primary + 1).copied().unwrap_or(0.0),
+            },
+            prior_weight: judged.weight,
+            motions,
+        }))
+    }
+}
+
+/// What a motion is missed by when the parameters move by `p`, to first order.
+fn moved(motion: &Rolled, columns: &[[Vec<f64>; 3]], p: &[f64]) -> Rolled {
+    let mut moved = motion.clone();
+    for (column, p) in columns.iter().zip(p) {
+        for (series, column) in moved.missed.iter_mut().zip(column) {
+            series.iter_mut().zip(column).for_each(|(missed, slope)| *missed += p * slope);
+        }
+    }
+    moved
+}
+
+fn mean_of(flags: &[bool]) -> f64 {
+    flags.iter().filter(|flag| **flag).count() as f64 / flags.len().max(1) as f64
+}
+
+/// Squared distances of the tip, and how many.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    sum: f64,
+    count: f64,
+}
+
+impl Squares {
+    /// Of a block, less what a correction says.
+    fn of(rolled: &Rolled, block: &Block, correction: Option<&Adaptation>) -> Self {
+        let mut squares = Self::default();
+        for i in block.samples.clone().filter(|&i| rolled.is_measured[i]) {
+            let said = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));
+            let missed = rolled.missed_at(i);
+            squares.sum += (0..3).map(|c| (missed[c] - said[c]).powi(2)).sum::<f64>();
+            squares.count += 1.0;
+        }
+        squares
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { sum: self.sum + other.sum, count: self.count + other.count }
+    }
+
+    fn root_mean(self) -> f64 {
+        (self.sum / self.count.max(1.0)).sqrt()
+    }
+}
