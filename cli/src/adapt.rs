@@ -21,7 +21,8 @@ them a correction that is linear in the strokes and in what hysteresis made of t
 learned.
 
 The recordings take turns: a change is fitted to the others and judged on the one held out (a single recording, or two, \
-are cut into pieces). Only what does better there by a tenth is kept; a robot that has not changed keeps its checkpoint.
+are cut into pieces). Only what does better there by a tenth is kept, where a mean of up to 0.2 mm along an axis counts as the \
+tracker's drift and not as an error; a robot that has not changed keeps its checkpoint.
 
 Writes the checkpoint with what was kept, for `simulate --residual`, `generate`, `command --scene` and `track`, and for \
 `adapt` again; and metrics.json. Prints how far the twin's tip is off on what was held out, by what would be kept, the \

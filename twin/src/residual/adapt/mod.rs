@@ -5,7 +5,7 @@
 //! may follow. A minute of motion errs alike from beginning to end: its tracker drifts, and the twin has errors of its own in
 //! it that are no change of the robot. So the errors are whitened before they are fitted, and blocks of the motion take turns:
 //! a change is fitted to the others and judged on this one. How strong the prior is, and whether either kind is kept,
-//! is decided by what was missed in all blocks held out.
+//! is decided by what was missed in all blocks held out, beyond what a tracker that drifts may stand aside in each.
 
 mod blocks;
 mod ridge;
@@ -74,7 +74,8 @@ pub struct Adapted {
     pub model: ResidualModel,
     /// What was kept.
     pub kept: Kept,
-    /// Root mean square distance of the tip over all blocks while each was held out [m], by what would be kept.
+    /// Root mean square distance of the tip over all blocks while each was held out [m], by what would be kept; without a mean of
+    /// each block that the tracker's drift explains.
     pub held_out_m: Vec<(Kept, f64)>,
     /// Blocks, by the name of their motion and their first and last time [s].
     pub blocks: Vec<(String, [f64; 2])>,
@@ -308,6 +309,7 @@ impl<'a> Search<'a> {
         };
         let tasks: Vec<Task> = self.blocks.iter().zip(&fits).map(task).collect();
         let Some(changed) = self.rig.roll(&tasks)? else { return Ok(None) };
+        let drift = self.options.drift_m;
         let of_block = |k: usize| -> Vec<(Kept, Option<Squares>)> {
             let (block, p) = (&self.blocks[k], &fits[k]);
             // What the training blocks are missed by under the change, to first order.
@@ -319,8 +321,8 @@ impl<'a> Search<'a> {
                 let rolled = if kept.has_change() { &changed[k] } else { &seen.motions[block.motion] };
                 let correction = corrections[usize::from(kept.has_change())].as_ref();
                 match (kept.has_correction(), correction) {
-                    (false, _) => Some(Squares::of(rolled, block, None)),
-                    (true, Some(correction)) => Some(Squares::of(rolled, block, Some(correction))),
+                    (false, _) => Some(Squares::of(rolled, block, None, drift)),
+                    (true, Some(correction)) => Some(Squares::of(rolled, block, Some(correction), drift)),
                     (true, None) => None,
                 }
             };
@@ -374,7 +376,7 @@ impl<'a> Search<'a> {
         let correction = judged.kept.has_correction().then(|| self.correction(&last, None)).flatten();
         let errors = |motion: usize, rolled: &Rolled, correction: Option<&Adaptation>| {
             let whole = Block { motion, samples: 0..rolled.is_measured.len() };
-            Squares::of(rolled, &whole, correction).root_mean()
+            Squares::of(rolled, &whole, correction, 0.0).root_mean()
         };
         let motion_errors = |m: usize| MotionErrors {
             name: self.rig.motions[m].name.clone(),
@@ -435,16 +437,23 @@ struct Squares {
 }
 
 impl Squares {
-    /// Of a block, less what a correction says.
-    fn of(rolled: &Rolled, block: &Block, correction: Option<&Adaptation>) -> Self {
-        let mut squares = Self::default();
-        for i in block.samples.clone().filter(|&i| rolled.is_measured[i]) {
+    /// Of a block, less what a correction says, and less a mean along each axis of up to `drift` [m]: a tracker that stands
+    /// aside by that much for the whole of a block says nothing of the robot.
+    fn of(rolled: &Rolled, block: &Block, correction: Option<&Adaptation>, drift: f64) -> Self {
+        let left = |i: usize| -> [f64; 3] {
             let said = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));
             let missed = rolled.missed_at(i);
-            squares.sum += (0..3).map(|c| (missed[c] - said[c]).powi(2)).sum::<f64>();
-            squares.count += 1.0;
-        }
-        squares
+            std::array::from_fn(|c| missed[c] - said[c])
+        };
+        let errors: Vec<[f64; 3]> =
+            block.samples.clone().filter(|&i| rolled.is_measured[i]).map(left).collect();
+        let count = errors.len() as f64;
+        let aside: [f64; 3] = std::array::from_fn(|c| {
+            let mean = errors.iter().map(|error| error[c]).sum::<f64>() / count.max(1.0);
+            mean.clamp(-drift, drift)
+        });
+        let square = |error: &[f64; 3]| (0..3).map(|c| (error[c] - aside[c]).powi(2)).sum::<f64>();
+        Self { sum: errors.iter().map(square).sum(), count }
     }
 
     fn plus(self, other: Self) -> Self {
