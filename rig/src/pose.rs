@@ -20,7 +20,7 @@ pub enum Quality {
     Good,
     /// The tracker itself marks it as invalid.
     Flagged,
-    /// The same values as before, longer than a living sensor's noise allows.
+    /// The same values as before, more often than the sensor's noise allows, or while the tip must have moved.
     Frozen,
     /// Further from the pose before than the tip can move.
     Jump,

@@ -4,6 +4,7 @@
 use super::*;
 use proptest::prelude::*;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 const NAN: f64 = f64::NAN;
 
@@ -30,8 +31,12 @@ fn write_example(folder: &Path, name: &str) -> PathBuf {
 }
 
 fn example_bytes() -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    file::read_bytes(&write_example(folder.path(), "a.journal")).unwrap()
+    static EXAMPLE: OnceLock<Vec<u8>> = OnceLock::new();
+    let written = || {
+        let folder = tempfile::tempdir().unwrap();
+        file::read_bytes(&write_example(folder.path(), "a.journal")).unwrap()
+    };
+    EXAMPLE.get_or_init(written).clone()
 }
 
 /// Where each frame ends in the example: header, 2 rows, note, 2 rows.

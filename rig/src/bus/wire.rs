@@ -94,6 +94,7 @@ pub struct Wire {
 impl Wire {
     /// Opens a port.
     pub fn open(path: &Path, baud: u32, reply_timeout: f64) -> std::io::Result<Self> {
+        refuse_in_use(path)?;
         let bus = Bus::open_with_buffers(path, baud, Vec::new(), vec![0; BUFFER])?;
         // Two programs on one bus take each other's answers. Whoever dies lets the port go.
         #[cfg(unix)]
@@ -216,6 +217,20 @@ impl Wire {
         }
         Ok(Answer { id, alert, parameters: &self.answer })
     }
+}
+
+/// Refuses a port that another program has, before anything is set or read on it.
+fn refuse_in_use(path: &Path) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use rustix::fs::{FlockOperation, Mode, OFlags};
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let port = rustix::fs::open(path, flags, Mode::empty())?;
+        rustix::fs::flock(&port, FlockOperation::NonBlockingLockExclusive)?;
+    }
+    #[cfg(not(unix))]
+    let _ = path;
+    Ok(())
 }
 
 /// Address and length as the parameters of a read.

@@ -1,6 +1,6 @@
 //! One cycle: wait for its time, command, read, check.
 
-use super::{End, LOST_AFTER, SLOW_EVERY, Session, Stop, Torque};
+use super::{End, LOST_AFTER, LOST_MOTION, SLOW_EVERY, Session, Still, Stop, Torque};
 use crate::{Error, EventKind, Quality, Retreat, Violation};
 
 impl Session<'_> {
@@ -134,6 +134,7 @@ impl Session<'_> {
                 *pose = registration.apply(pose);
             }
         }
+        self.check_motion();
         let now = self.hardware.now();
         for pose in &self.poses {
             if pose.quality == Quality::Good {
@@ -141,6 +142,36 @@ impl Session<'_> {
                 self.stats.pose_age.add(now - pose.time);
             } else {
                 self.stats.n_doubtful += 1;
+            }
+        }
+    }
+
+    /// Marks poses that stay the same to the last bit although the servos have moved on: of a tracker that rounds to more
+    /// than its noise, this alone tells a frozen one from a tip at rest.
+    fn check_motion(&mut self) {
+        for i in 0..self.poses.len() {
+            let pose = self.poses[i];
+            if pose.quality != Quality::Good {
+                continue;
+            }
+            let is_same = |still: &Still| {
+                still.pose.position == pose.position && still.pose.orientation == pose.orientation
+            };
+            let Some(still) = self.still.as_mut().filter(|still| is_same(still)) else {
+                self.still = Some(Still { pose, strokes: self.measured.clone(), is_told: false });
+                continue;
+            };
+            let moved = self.measured.iter().zip(&still.strokes).map(|(now, then)| (now - then).abs());
+            let furthest = moved.fold(0.0, f64::max);
+            if furthest > LOST_MOTION {
+                self.poses[i].quality = Quality::Frozen;
+                if !std::mem::replace(&mut still.is_told, true) {
+                    let message = format!(
+                        "the tip has not moved by a bit while a tendon moved by {:.1} mm: its poses are not used",
+                        1e3 * furthest
+                    );
+                    self.note(EventKind::TrackerQuality, None, message);
+                }
             }
         }
     }

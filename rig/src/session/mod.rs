@@ -32,6 +32,9 @@ const RELEASE_PAUSE: f64 = 0.05;
 /// Time that the robot is left at rest before a run [s].
 const SETTLE: f64 = 0.5;
 
+/// By how much a tendon can be moved while the tip stays where it is [m]: play and slack of tendons that were set by hand
+/// are some tenths of a millimetre, and the others move, too.
+const LOST_MOTION: f64 = 2e-3;
 /// By how much a stroke may be beyond its limits before a run [m]: a tendon that was let go unwinds a little.
 const START_MARGIN: f64 = 2e-3;
 
@@ -99,6 +102,16 @@ impl From<Error> for Stop {
     }
 }
 
+/// A tip whose pose stays the same to the last bit.
+#[derive(Debug, Clone)]
+struct Still {
+    pose: Pose,
+    /// Strokes measured at first (n) [m].
+    strokes: Vec<f64>,
+    /// It was told that it must have moved.
+    is_told: bool,
+}
+
 /// A rig under torque.
 pub struct Session<'a> {
     hardware: &'a mut dyn Hardware,
@@ -129,6 +142,8 @@ pub struct Session<'a> {
     n_cycles: u64,
     /// Poses of the last cycle, in the robot's frame if there is a registration.
     poses: Vec<Pose>,
+    /// Since when the tip has not moved by a bit.
+    still: Option<Still>,
     /// When the tip was last tracked [s].
     last_tracked: f64,
     events: Vec<Event>,
@@ -184,6 +199,7 @@ impl<'a> Session<'a> {
             silent: vec![0; n],
             n_cycles: 0,
             poses: Vec::with_capacity(16),
+            still: None,
             last_tracked: now,
             events: Vec::new(),
             stats: RunStats::new(1.0 / rate),

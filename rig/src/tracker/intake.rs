@@ -5,6 +5,7 @@ use super::clock::ClockMap;
 use super::decoder::Decoded;
 use super::message::{Content, Message, ToolPose};
 use super::quality::{Limits, Monitor};
+use super::repeats::Repeats;
 use crate::{Event, EventKind, Pose, Quality};
 use std::collections::VecDeque;
 
@@ -12,6 +13,8 @@ use std::collections::VecDeque;
 const MOST: usize = 16 * 1024;
 /// Most names of other tools that are remembered.
 const MOST_NAMES: usize = 16;
+/// Longest that a repeated pose is held back, and the part of the time without poses that is no fault yet [s, -].
+const HOLD: (f64, f64) = (0.15, 0.5);
 /// Shortest time between two events of a kind that can come with every message [s].
 const REST: f64 = 1.0;
 
@@ -42,6 +45,9 @@ pub(super) struct Intake {
     device: Option<String>,
     clock: ClockMap,
     monitor: Monitor,
+    repeats: Repeats,
+    /// Poses on their way from there.
+    decided: Vec<Pose>,
     stale_after: f64,
     last_stamp: Option<f64>,
     last_time: f64,
@@ -91,6 +97,8 @@ impl Intake {
             device,
             clock: ClockMap::new(latency),
             monitor: Monitor::new(limits),
+            repeats: Repeats::new(HOLD.0.min(HOLD.1 * stale_after)),
+            decided: Vec::new(),
             stale_after,
             last_stamp: None,
             last_time: f64::NEG_INFINITY,
@@ -193,6 +201,15 @@ impl Intake {
         let quality = if pose.valid { Quality::Good } else { Quality::Flagged };
         let mut pose = Pose { time, position: pose.position, orientation: pose.orientation, quality };
         pose.quality = self.monitor.judge(&pose);
+        let mut decided = std::mem::take(&mut self.decided);
+        self.repeats.take(pose, &mut decided);
+        for pose in decided.drain(..) {
+            self.hand_on(name, pose, arrival);
+        }
+        self.decided = decided;
+    }
+
+    fn hand_on(&mut self, name: &str, pose: Pose, arrival: f64) {
         self.counts.poses += 1;
         if pose.quality != Quality::Good {
             self.counts.doubtful += 1;

@@ -14,6 +14,7 @@ mod intake;
 mod message;
 mod quality;
 mod registration;
+mod repeats;
 mod replay;
 
 pub use client::{Client, Settings};

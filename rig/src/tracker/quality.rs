@@ -1,4 +1,4 @@
-//! Whether a pose can be trusted, from those before it.
+//! Whether a pose can be trusted, from the last good one before it; repetitions are judged in `repeats.rs`.
 
 use crate::{Pose, Quality};
 
@@ -9,10 +9,6 @@ pub struct Limits {
     pub speed: f64,
     /// Largest distance that noise alone puts between two poses [m].
     pub noise: f64,
-    /// Equal poses in a row that a tracker may send because it is read faster than it measures.
-    pub frozen_frames: usize,
-    /// Time that they may last [s]. Frozen is what exceeds both.
-    pub frozen_time: f64,
     /// Corner of the range in the tracker's frame with the smallest coordinates [m]. A pose outside the range is
     /// flagged.
     pub range_min: [f64; 3],
@@ -23,14 +19,7 @@ pub struct Limits {
 impl Default for Limits {
     /// A tip that follows a hand, an electromagnetic tracker at 40 Hz, no limit of the range.
     fn default() -> Self {
-        Self {
-            speed: 1.0,
-            noise: 3e-3,
-            frozen_frames: 5,
-            frozen_time: 0.2,
-            range_min: [f64::NEG_INFINITY; 3],
-            range_max: [f64::INFINITY; 3],
-        }
+        Self { speed: 1.0, noise: 3e-3, range_min: [f64::NEG_INFINITY; 3], range_max: [f64::INFINITY; 3] }
     }
 }
 
@@ -40,14 +29,12 @@ pub struct Monitor {
     limits: Limits,
     /// Last pose that was good.
     good: Option<Pose>,
-    /// First of the latest equal poses, and how many they are.
-    equal: Option<(Pose, usize)>,
 }
 
 impl Monitor {
     /// A watch that has seen nothing.
     pub fn new(limits: Limits) -> Self {
-        Self { limits, good: None, equal: None }
+        Self { limits, good: None }
     }
 
     /// Judges the next pose. Its own quality is what the tracker says of it.
@@ -55,25 +42,11 @@ impl Monitor {
     /// A jump is measured from the last good pose, so what was moved by hand is good again after the time that the
     /// tip could have needed.
     pub fn judge(&mut self, pose: &Pose) -> Quality {
-        let n_equal = match &mut self.equal {
-            Some((first, n)) if bits(first) == bits(pose) => {
-                *n += 1;
-                *n
-            }
-            equal => {
-                *equal = Some((*pose, 1));
-                1
-            }
-        };
-        let since = self.equal.map_or(pose.time, |(first, _)| first.time);
         let limits = &self.limits;
         let outside =
             (0..3).any(|k| !(limits.range_min[k]..=limits.range_max[k]).contains(&pose.position[k]));
         if pose.quality != Quality::Good || outside {
             return Quality::Flagged;
-        }
-        if n_equal > limits.frozen_frames && pose.time - since > limits.frozen_time {
-            return Quality::Frozen;
         }
         if let Some(good) = &self.good {
             let squares = (0..3).map(|k| (pose.position[k] - good.position[k]).powi(2));
@@ -85,12 +58,6 @@ impl Monitor {
         self.good = Some(*pose);
         Quality::Good
     }
-}
-
-/// Position and orientation, bit by bit.
-fn bits(pose: &Pose) -> [u64; 7] {
-    let ([x, y, z], [qw, qx, qy, qz]) = (pose.position, pose.orientation);
-    [x, y, z, qw, qx, qy, qz].map(f64::to_bits)
 }
 
 #[cfg(test)]
@@ -113,17 +80,6 @@ mod tests {
             .collect();
         assert_eq!(back[..6], [Quality::Jump; 6]);
         assert_eq!(back[7], Quality::Good);
-    }
-
-    #[test]
-    fn equal_poses_are_frozen_after_both_limits() {
-        let mut monitor = Monitor::new(Limits { frozen_frames: 3, frozen_time: 0.1, ..Limits::default() });
-        for k in 0..5 {
-            assert_eq!(monitor.judge(&pose(0.025 * f64::from(k), 0.0)), Quality::Good, "{k}");
-        }
-        assert_eq!(monitor.judge(&pose(0.1251, 0.0)), Quality::Frozen);
-        assert_eq!(monitor.judge(&pose(0.15, f64::MIN_POSITIVE)), Quality::Good, "another value is alive");
-        assert_eq!(monitor.judge(&pose(0.35, f64::MIN_POSITIVE)), Quality::Good, "two frames only");
     }
 
     #[test]

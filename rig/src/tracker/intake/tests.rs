@@ -27,7 +27,7 @@ fn first_tool_is_kept_if_none_is_named() {
 fn repeated_stamps_and_poses_from_the_past_are_left_out() {
     let mut intake = intake();
     for (stamp, arrival) in [(5.0, 0.1), (5.0, 0.12), (5.02, 0.14), (5.01, 0.16), (5.1, 0.2)] {
-        intake.take(tool("Tip", 0.0, Some(stamp)), arrival);
+        intake.take(tool("Tip", 1e-3 * arrival, Some(stamp)), arrival);
     }
     assert_eq!((intake.counts.poses, intake.counts.repeated), (3, 2));
     let times: Vec<f64> = intake.poses.iter().map(|pose| pose.time).collect();

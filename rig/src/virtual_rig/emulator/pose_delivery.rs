@@ -151,6 +151,8 @@ mod tests {
         wait("valid", well, &is_well);
         wait("elsewhere", PoseFaults { displaced: true, ..well }, &seen(Quality::Jump));
         wait("back", well, &is_well);
+        // Long enough to learn that this tracker never repeats itself.
+        wait("many poses", well, &|poses, _| poses.len() > 60);
         wait("frozen", PoseFaults { frozen: true, ..well }, &seen(Quality::Frozen));
         wait("thawed", well, &is_well);
         wait("silent", PoseFaults { silent: true, ..well }, &told(EventKind::TrackerStale));

@@ -1,6 +1,7 @@
 //! Sessions on an emulated rig, through its ports: recordings, limits, mishaps.
 
 mod campaign;
+mod campaign_calibration;
 mod disk;
 mod exits;
 mod limits;

@@ -1,9 +1,11 @@
 //! A recording without mishaps.
 
-use super::{Stand, circle};
+use super::probe::Rig;
+use super::{Stand, circle, small_circle};
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_rig::bus::xl430;
 use hysteron_rig::config::{TrackerConfig, TrackerSource};
+use hysteron_rig::session::{RecordOptions, Recorder, Session};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::{EventKind, Hardware, LiveRig};
 
@@ -115,4 +117,31 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_question() {
         assert_eq!((mode, error), (3, 0));
     }
     assert!(hardware.counts().timeouts > 0);
+}
+
+#[test]
+fn a_tracker_that_repeats_its_last_pose_leaves_gaps() {
+    // A busy machine may be silent for longer than a tracker should be.
+    let patient =
+        [("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0"), ("stale_ms = 300.0", "stale_ms = 2000.0")];
+    let rig = Rig::new(&patient);
+    let calibration = rig.calibration(&rig.prepared());
+    let mut hardware = rig.open();
+    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
+    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
+    let progress = &mut |row: usize| {
+        if row.is_multiple_of(150) {
+            rig.emulator.inject(Fault::new(0.0, FaultKind::TrackerFreeze).lasting(0.2)).unwrap();
+        }
+    };
+    let outcome = recorder.run(session, &small_circle(600), &|| false, progress).unwrap();
+    assert!(outcome.stopped.is_none(), "{:?}", outcome.stopped);
+    assert!(outcome.events.iter().any(|event| event.kind == EventKind::TrackerQuality));
+    let recording = Recording::read(&outcome.out).unwrap();
+    let (gap, [x, y, z]) = (recording.gap(), recording.tip().unwrap());
+    assert!(gap.iter().filter(|gap| **gap).count() >= 3 * 15, "{} gaps", outcome.n_gaps);
+    for i in (1..gap.len()).filter(|i| !gap[*i] && !gap[i - 1]) {
+        assert!((x[i], y[i], z[i]) != (x[i - 1], y[i - 1], z[i - 1]), "row {i} repeats the one before");
+    }
 }
