@@ -66,6 +66,11 @@ impl Cables {
         self.rest_lengths.is_empty()
     }
 
+    /// Length of the longest cable at rest [m]; zero where there is none.
+    pub fn longest(&self) -> f64 {
+        self.rest_lengths.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Row j of C T: how much cable `j` is stretched [m].
     pub fn stretch(&self, j: usize, tensions: &[f64]) -> f64 {
         self.compliance[j].iter().map(|&(k, compliance)| compliance * tensions[k]).sum()

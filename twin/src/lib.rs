@@ -34,7 +34,7 @@ pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};
 pub use motion::Motion;
-pub use plant::{Bare, Plant, PlantStep};
+pub use plant::{Bare, Plant, PlantStep, settle};
 pub use rollout::{Rollout, rollout, rollouts};
 pub use state::TwinState;
 pub use step::{StepReport, Stepper};

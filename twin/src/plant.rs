@@ -1,4 +1,7 @@
-//! What goes on by one sample when its primary strokes are given: the twin by itself, or with its residual network.
+//! What goes on by one sample when its primary strokes are given: the twin by itself, or with its residual network; and where
+//! it rests.
+
+use nalgebra::Vector3;
 
 use crate::model::{Target, Twin};
 use crate::step::{StepReport, Stepper};
@@ -30,6 +33,30 @@ pub trait Plant {
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]>;
 }
 
+/// Most samples that a plant is given to come to rest.
+const MOST_SETTLING: usize = 500;
+/// Movement of the tip in a sample below which it rests, over the robot's length [-]: a few times what a step leaves.
+const SETTLED: f64 = 1e-5;
+
+/// Brings `plant`, a simulation with `twin` that has just been made, to where the robot rests under the strokes `primary`
+/// (n_primary) [m]: zeros, gravity and a network hold it away from the undeformed body, and virtual tendons get there at a
+/// limited rate. Returns the last of at most 500 samples.
+///
+/// # Errors
+/// Those of [`Plant::step`].
+pub fn settle(twin: &Twin, plant: &mut dyn Plant, primary: &[f64]) -> Result<PlantStep> {
+    let still = SETTLED * twin.cables.longest();
+    let mut step = plant.step(primary)?;
+    for _ in 1..MOST_SETTLING {
+        let before = Vector3::from(step.tip);
+        step = plant.step(primary)?;
+        if (Vector3::from(step.tip) - before).norm() <= still {
+            break;
+        }
+    }
+    Ok(step)
+}
+
 /// A twin whose virtual tendons rest.
 #[derive(Debug, Clone)]
 pub struct Bare<'a> {
@@ -41,7 +68,7 @@ pub struct Bare<'a> {
 }
 
 impl<'a> Bare<'a> {
-    /// Starts from rest.
+    /// Starts from the undeformed body; see [`settle`].
     pub fn new(twin: &'a Twin) -> Self {
         let resting = twin.tendons[twin.n_primary..].iter();
         let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();

@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::Vector3;
 
 use crate::model::Twin;
-use crate::plant::Plant;
+use crate::plant::{Plant, settle};
 use crate::{Error, Result, TwinState};
 
 /// Samples between two Jacobians, which change with the shape, slowly; each stands until the next.
@@ -48,8 +48,8 @@ pub enum Outcome {
     Ended,
 }
 
-/// Lets `plant`, a simulation with `twin` that is at rest, follow the strokes of `commands`. `on_sample` is called after
-/// each sample and ends the run where it returns false.
+/// Lets `plant`, a simulation with `twin` that has just been made, follow the strokes of `commands` from where it rests under the
+/// first of them. `on_sample` is called after each sample and ends the run where it returns false.
 ///
 /// # Errors
 /// Commands of another robot; those of [`Plant::step`] but for a missing equilibrium.
@@ -65,11 +65,16 @@ pub fn synthesise(
         let expected = format!("{}, one per tendon of the scene", twin.n_primary);
         return Err(BadInput::new("stroke columns", expected, strokes.len().to_string()).into());
     }
-    let length = twin.cables.rest_lengths.iter().copied().fold(0.0, f64::max);
+    let length = twin.cables.longest();
     let mut columns = Columns::new(twin.n_primary, commands.n_samples());
     let mut jacobian = [(); 3].map(|()| vec![0.0; twin.n_primary]);
-    let mut before = (vec![0.0; twin.n_primary], twin.tip_of(plant.state()));
-    let mut now = vec![0.0; twin.n_primary];
+    let mut now: Vec<f64> = strokes.iter().map(|series| series[0]).collect();
+    let rest = match settle(twin, plant, &now) {
+        Ok(rest) => rest,
+        Err(Error::NoEquilibrium { .. }) => return Ok(Outcome::Dropped(0, Unphysical::NoEquilibrium)),
+        Err(other) => return Err(other),
+    };
+    let mut before = (now.clone(), rest.tip);
     for i in 0..commands.n_samples() {
         now.iter_mut().zip(&strokes).for_each(|(now, series)| *now = series[i]);
         let step = match plant.step(&now) {

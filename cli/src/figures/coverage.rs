@@ -32,7 +32,7 @@ struct Metrics<'a> {
     commit: &'a str,
 }
 
-/// Writes the figure, `report.html` and `metrics.json` to `folder`.
+/// Writes the figure, `report.html` and `metrics.json` to `folder`; an empty set has no figure.
 pub fn write(folder: &Path, card: &Card, real: &[Input], with_png: bool) -> anyhow::Result<()> {
     register_embedded_font()?;
     let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
@@ -40,7 +40,6 @@ pub fn write(folder: &Path, card: &Card, real: &[Input], with_png: bool) -> anyh
         folder,
         &Metrics { format: "hysteron-metrics", version: 1, card, command: &command, commit },
     )?;
-    let figure = save(folder, &Coverage::new(card, real), with_png)?;
     let about =
         "Synthetic data: what the twin did on the strokes of a plan. To learn from, not measured on a robot.";
     let mut page = Page::new(&format!("Synthetic data, plan {}", card.plan), about, &command);
@@ -61,7 +60,10 @@ pub fn write(folder: &Path, card: &Card, real: &[Input], with_png: bool) -> anyh
         ]);
     }
     page.list(rows);
-    page.figure(&figure);
+    match card.why_empty() {
+        Some(why) => page.paragraph(&format!("No figure: {why}.")),
+        None => page.figure(&save(folder, &Coverage::new(card, real), with_png)?),
+    }
     page.table(&Row::HEADINGS, card.rows.iter().map(Row::cells));
     page.small(&format!("Scene {}.", card.scene_sha256));
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;

@@ -107,6 +107,15 @@ where
         x_name: &str,
         y_name: &str,
     ) -> anyhow::Result<Chart<'_, DB>> {
+        for (name, range) in [(x_name, &x), (y_name, &y)] {
+            let is_drawable = range.start.is_finite() && range.end.is_finite() && range.start < range.end;
+            anyhow::ensure!(
+                is_drawable,
+                "axis {name:?} from {} to {}: nothing to draw",
+                range.start,
+                range.end
+            );
+        }
         let (width, height) = self.size();
         let below = if x_name.is_empty() { 8.0 } else { BELOW };
         // A label is some 60 px wide and 16 px high.

@@ -162,6 +162,17 @@ impl Card {
         }
     }
 
+    /// Why there is no trajectory in the set, if there is none.
+    pub fn why_empty(&self) -> Option<String> {
+        let first = self.rows.first().filter(|_| self.made == 0)?;
+        Some(format!(
+            "the twin can do none of the {} trajectories; {}: {} (hint: smaller amplitudes)",
+            self.rows.len(),
+            first.name,
+            first.left_out
+        ))
+    }
+
     /// Says what there is.
     pub fn print(&self) {
         terminal::say(format_args!(

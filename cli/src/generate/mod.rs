@@ -83,6 +83,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let twin = Twin::from_scene(&scene)?;
     let (plan, text) = plan::read(&arguments.plan)?;
     plan::check_tendons(&plan, &plan::angles_of(&scene), &format!("scene {}", scene.name))?;
+    let n_trajectories = plan.trajectories().len();
+    if let Some(shard) = arguments.shard.filter(|shard| shard.of() > n_trajectories) {
+        let expected = format!("at most {n_trajectories} parts, the trajectories of plan {}", plan.name);
+        return Err(BadInput::new("--shard", expected, shard.of().to_string()).into());
+    }
     let network = arguments.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let real = if arguments.real.is_empty() { Vec::new() } else { inputs::read(&arguments.real)? };
     let jobs = plan.trajectories().iter().enumerate();
@@ -157,8 +162,8 @@ fn finish(
     file::write_bytes(&arguments.out.join("plan.toml"), text)?;
     figures::coverage::write(&arguments.out, &card, real, arguments.png)?;
     card.print();
-    if card.made == 0 {
-        anyhow::bail!("the twin can do none of the trajectories (hint: smaller amplitudes)");
+    if let Some(why) = card.why_empty() {
+        anyhow::bail!("{why}");
     }
     terminal::say(format_args!("report: {}", arguments.out.join("report.html").display()));
     Ok(())

@@ -10,6 +10,11 @@ pub struct Shard {
 }
 
 impl Shard {
+    /// Number of parts, N.
+    pub fn of(self) -> usize {
+        self.of
+    }
+
     /// Whether the `k`-th trajectory, from 0, is in it.
     pub fn has(self, k: usize) -> bool {
         k % self.of == self.part - 1

@@ -7,7 +7,7 @@ use hysteron_twin::residual::{FollowLimits, Follower};
 use hysteron_twin::synthetic::{Outcome, Unphysical};
 use hysteron_twin::{Error, Plant, Twin};
 
-/// The strokes, or why there are none. `plant`, a simulation with `twin` that is at rest, is steered where that is needed;
+/// The strokes, or why there are none. `plant`, a simulation with `twin` that has just been made, is steered where that is needed;
 /// `on_sample` is then called after each sample and ends it where it returns false.
 pub fn strokes<'a>(
     twin: &'a Twin,
@@ -22,7 +22,12 @@ pub fn strokes<'a>(
     let coordinates = |point: [f64; 2], strokes: &mut [f64]| trajectory.tendons.strokes_into(point, strokes);
     let (step, limits) =
         (trajectory.rate_hz.recip(), FollowLimits { stroke: limits.stroke.max, rate: limits.stroke_rate });
-    let mut follower = Follower::new(twin, plant, &coordinates, limits, step)?;
+    let no_equilibrium = |sample: usize| Outcome::Dropped(sample, Unphysical::NoEquilibrium);
+    let mut follower = match Follower::new(twin, plant, &coordinates, limits, step) {
+        Ok(follower) => follower,
+        Err(Error::NoEquilibrium { .. }) => return Ok(Err(no_equilibrium(0))),
+        Err(other) => return Err(other.into()),
+    };
     let mut columns = vec![Vec::new(); twin.n_primary];
     let n = trajectory.n_samples();
     for i in 0.. {
@@ -32,9 +37,7 @@ pub fn strokes<'a>(
         };
         match found {
             Ok(_) => {}
-            Err(Error::NoEquilibrium { .. }) => {
-                return Ok(Err(Outcome::Dropped(i, Unphysical::NoEquilibrium)));
-            }
+            Err(Error::NoEquilibrium { .. }) => return Ok(Err(no_equilibrium(i))),
             Err(other) => return Err(other.into()),
         }
         columns.iter_mut().zip(follower.strokes()).for_each(|(column, stroke)| column.push(*stroke));

@@ -53,13 +53,15 @@ impl Reach {
         let targets: Vec<Target> = (0..twin.tendons.len())
             .map(|j| if j < twin.n_primary { Target::Free } else { resting(&twin.tendons[j]) })
             .collect();
-        let mut state = twin.rest();
+        let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+        // Zeros and gravity hold the tip away from the undeformed body's.
+        let at_rest: Vec<Target> = twin.tendons.iter().map(resting).collect();
+        stepper.step(&twin, &at_rest, &mut state)?;
         let rest = twin.tip_of(&state);
         let spacing = SPACING.max(target.outline.length() / MOST_GOALS);
         let curve = target.outline.evenly(spacing);
         let way = way_to(curve[0], spacing);
         let mut reach = Self::none(scene, tolerance, curve.len());
-        let mut stepper = Stepper::new(&twin);
         interrupt::listen()?;
         let bar = terminal::progress("goals", way.len() + curve.len(), 0);
         for (i, goal) in way.iter().chain(&curve).enumerate() {

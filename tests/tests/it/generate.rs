@@ -94,6 +94,54 @@ fn a_plan_of_the_tip_leads_the_tip() {
     assert!(outcome.error(2).contains("expected tendons, got tip"), "{}", outcome.stderr);
 }
 
+/// The scene with another line for every tendon.
+fn with_tendons(place: &Workplace, line: &str) -> String {
+    let text = String::from_utf8(place.read("scene.toml")).unwrap();
+    text.replace("ring_mm = 0.85", &format!("ring_mm = 0.85\n{line}"))
+}
+
+#[test]
+fn a_robot_that_rests_aside_has_synthetic_data_too() {
+    let place = Workplace::new();
+    place.write("short.toml", PLAN);
+    place.write("tip.toml", PLAN.replace("seed = 5", "seed = 5\nspace = \"tip\""));
+    let scene = with_tendons(&place, "zero_mm = 0.3");
+    // The first tendon is pulled by a millimetre more, and it hangs sideways: the tip rests some millimetres aside.
+    let scene = scene.replacen("zero_mm = 0.3", "zero_mm = 1.3", 1);
+    place.write("aside.toml", scene.replace("_m_s2 = [0.0, 0.0, 0.0]", "_m_s2 = [0.0, -9.81, 0.0]"));
+    for plan in ["short.toml", "tip.toml"] {
+        place.run(&["generate", "aside.toml", "--plan", plan, "--out", "data"]).succeeded();
+        let card: serde_json::Value = serde_json::from_slice(&place.read("data/metrics.json")).unwrap();
+        assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(3), Some(0)), "{plan}");
+        if plan == "short.toml" {
+            let found = Recording::read(place.path().join("data/line.parquet")).unwrap();
+            let x = found.require("tip_x_m").unwrap();
+            assert!(x[0].abs() > 0.8e-3, "a rest that tests nothing: {} m", x[0]);
+            // 0.1 s of rest at its beginning.
+            assert!((x[5] - x[0]).abs() < 1e-6, "{} m", x[5] - x[0]);
+        }
+        std::fs::remove_dir_all(place.path().join("data")).unwrap();
+    }
+}
+
+#[test]
+fn an_empty_set_is_told_and_not_drawn() {
+    let place = Workplace::new();
+    place.write("short.toml", PLAN);
+    let scene = String::from_utf8(place.read("scene.toml")).unwrap();
+    place.write("weak.toml", scene.replace("tension_max_n = 200.0", "tension_max_n = 0.5"));
+    let outcome = place.run(&["generate", "weak.toml", "--plan", "short.toml", "--out", "data", "--png"]);
+    let error = outcome.error(1);
+    assert!(error.contains("none of the 3 trajectories") && error.contains("largest tension"), "{error}");
+    let card: serde_json::Value = serde_json::from_slice(&place.read("data/metrics.json")).unwrap();
+    assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(0), Some(3)));
+    let report = String::from_utf8(place.read("data/report.html")).unwrap();
+    assert!(report.contains("No figure") && !report.contains("NaN") && !report.contains("<svg"), "{report}");
+    for name in ["coverage.svg", "coverage.png"] {
+        assert!(!place.path().join("data").join(name).exists(), "{name}");
+    }
+}
+
 #[test]
 fn what_cannot_be_generated_is_refused() {
     let place = Workplace::new();
@@ -110,8 +158,11 @@ fn what_cannot_be_generated_is_refused() {
         assert!(words.iter().all(|word| error.contains(word)), "{words:?} in {error}");
         assert!(!place.path().join("data").exists());
     }
-    let shard = ["generate", "scene.toml", "--plan", "short.toml", "--out", "data", "--shard", "3/2"];
-    assert_eq!(place.run(&shard).code, Some(2));
+    for (shard, words) in [("3/2", "1 <= I <= N"), ("4/4", "at most 3 parts")] {
+        let shard = ["generate", "scene.toml", "--plan", "short.toml", "--out", "data", "--shard", shard];
+        let outcome = place.run(&shard);
+        assert!(outcome.error(2).contains(words), "{}", outcome.stderr);
+    }
 }
 
 #[test]

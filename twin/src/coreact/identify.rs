@@ -99,7 +99,7 @@ impl<'a> Identifier<'a> {
             state: twin.rest(),
             strokes: vec![0.0; auxiliary.len()],
             targets: Vec::new(),
-            length: 1e-3 * twin.cables.rest_lengths.iter().copied().fold(0.0, f64::max),
+            length: 1e-3 * twin.cables.longest(),
             memory: Memory::default(),
             problem: Problem::new(twin),
         }

@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::Result;
 use crate::model::Twin;
-use crate::plant::{Bare, Plant};
+use crate::plant::{Bare, Plant, settle};
 
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
@@ -46,8 +46,8 @@ pub struct Follower<'a> {
     /// Duration of a sample [s].
     duration: f64,
     command: Vector2<f64>,
-    /// Where the tip was to go in the sample before, in x and y [m].
-    goal: Vector2<f64>,
+    /// Where the tip was to go in the sample before, in x and y [m]; none before the first.
+    goal: Option<Vector2<f64>>,
     tip: [f64; 3],
     strokes: Vec<f64>,
 }
@@ -60,13 +60,13 @@ const PROBED: f64 = 0.5;
 const PROBE_STEPS: usize = 50;
 
 impl<'a> Follower<'a> {
-    /// Steers `plant`, a simulation with `twin` that is at rest, with samples of `duration` [s].
+    /// Steers `plant`, a simulation with `twin` that has just been made, from where it rests, with samples of `duration` [s].
     ///
     /// # Errors
     /// Limits that are not positive; commands that do not move the tip in x and y; those of [`Plant::step`].
     pub fn new(
         twin: &Twin,
-        plant: Box<dyn Plant + 'a>,
+        mut plant: Box<dyn Plant + 'a>,
         coordinates: Coordinates<'a>,
         limits: FollowLimits,
         duration: f64,
@@ -81,12 +81,14 @@ impl<'a> Follower<'a> {
         let inverse = inverse.ok_or_else(|| {
             BadInput::new("tendons", "that move the tip in x and y", format!("{effect:.3} m/m"))
         })?;
-        let tip = twin.tip_of(plant.state());
+        let mut strokes = vec![0.0; twin.n_primary];
+        coordinates([0.0; 2], &mut strokes);
+        let tip = settle(twin, &mut *plant, &strokes)?.tip;
         Ok(Self {
             tip,
-            strokes: vec![0.0; twin.n_primary],
+            strokes,
             command: Vector2::zeros(),
-            goal: Vector2::new(tip[0], tip[1]),
+            goal: None,
             plant,
             coordinates,
             limits,
@@ -106,9 +108,10 @@ impl<'a> Follower<'a> {
     /// Those of [`Plant::step`].
     pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
         let goal = Vector2::from(goal);
-        let missed = self.goal - Vector2::new(self.tip[0], self.tip[1]);
-        let change = self.inverse * (goal - self.goal + FEEDBACK * missed);
-        self.goal = goal;
+        // The robot need not rest where the path begins: what is missing there is made up for like any other error.
+        let before = self.goal.replace(goal).unwrap_or(goal);
+        let missed = before - Vector2::new(self.tip[0], self.tip[1]);
+        let change = self.inverse * (goal - before + FEEDBACK * missed);
         let allowed = change.cap_magnitude(self.limits.rate * self.duration);
         let command = (self.command + allowed).cap_magnitude(self.limits.stroke);
         let is_limited = command != self.command + change;

@@ -1,9 +1,9 @@
 //! Steering a twin along a path, and doing it again with the strokes alone.
 
 use hysteron_twin::residual::{FollowLimits, Follower};
-use hysteron_twin::{Bare, Plant};
+use hysteron_twin::{Bare, Plant, settle};
 
-use super::scenes;
+use super::{distance, scenes};
 
 const LIMITS: FollowLimits = FollowLimits { stroke: 2e-3, rate: 5e-3 };
 
@@ -56,4 +56,28 @@ fn limits_hold_and_the_way_home_ends_without_strokes() {
     for wrong in [FollowLimits { stroke: 0.0, ..LIMITS }, FollowLimits { rate: f64::NAN, ..LIMITS }] {
         assert!(Follower::new(&twin, Box::new(Bare::new(&twin)), &coordinates, wrong, 0.01).is_err());
     }
+}
+
+#[test]
+fn a_robot_that_rests_aside_is_led_onto_its_path_at_the_allowed_rate() {
+    let (mut scene, mesh) = scenes::robot();
+    scene.tendons[0].zero = 3e-4;
+    let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
+    let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).unwrap().tip;
+    assert!(rest[0].abs() > 1e-3, "a rest that tests nothing: {rest:?}");
+    let follow = |goal: [f64; 2]| {
+        let mut follower =
+            Follower::new(&twin, Box::new(Bare::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
+        let first = follower.step(goal).unwrap().tip;
+        let (moved, mut last) = (follower.strokes().to_vec(), first);
+        (0..100).for_each(|_| last = follower.step(goal).unwrap().tip);
+        (moved, first, last)
+    };
+    // Where it rests, nothing is commanded: it does not move before it has to.
+    let (moved, first, _) = follow([rest[0], rest[1]]);
+    assert!(moved.iter().all(|stroke| stroke.abs() < 1e-7) && distance(first, rest) < 1e-6, "{moved:?}");
+    let (moved, first, last) = follow([0.0, 0.0]);
+    assert!(distance(first, rest) < distance(rest, [0.0, 0.0, rest[2]]), "a jump: {first:?}");
+    assert!(moved[0].hypot(moved[1]) <= LIMITS.rate * 0.01 * (1.0 + 1e-12), "{moved:?}");
+    assert!(last[0].hypot(last[1]) < 1e-7, "{last:?}");
 }

@@ -2,9 +2,9 @@
 
 use hysteron_base::{Channel, Friction, Metadata, Recording};
 use hysteron_twin::synthetic::{Outcome, Unphysical, synthesise};
-use hysteron_twin::{Bare, Stepper, Twin};
+use hysteron_twin::{Bare, Plant, PlantStep, Stepper, Twin, TwinState, settle};
 
-use super::{Robot, scenes, strokes, tolerance};
+use super::{Robot, distance, scenes, strokes, tolerance};
 
 /// Change of a stroke in central differences [m]. Strokes of 4 mm bend the body by about a radian; a thousandth of that
 /// changes the Jacobian to second order by 1e-6 of itself.
@@ -129,6 +129,78 @@ fn what_the_twin_cannot_do_is_no_data() {
     match outcome(&twin, &pulled) {
         Outcome::Dropped(i, Unphysical::Overloaded(name)) => {
             assert!((5..100).contains(&i) && name == "tendon_1", "{i} {name}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A robot whose first tendon is already pulled where a recording says zero: its tip rests 2 % of its length and more aside.
+fn pretensioned() -> Twin {
+    let (mut scene, mesh) = scenes::robot();
+    scene.tendons[0].zero = 3e-4;
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let away = distance(rest, twin.tip_of(&twin.rest()));
+    assert!(away > 0.02 * scenes::LENGTH, "a rest that tests nothing: {away}");
+    twin
+}
+
+#[test]
+fn a_trajectory_begins_where_the_robot_rests() {
+    let twin = pretensioned();
+    let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
+    let Outcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
+    let [x, y, z] = found.tip().expect("a tip");
+    // Two equilibria of the same strokes: within what a step of the fast iteration leaves, 1e-6 mm, and some.
+    assert!(distance([x[0], y[0], z[0]], rest) < tolerance(1e-8));
+    let step = |i: usize| distance([x[i], y[i], z[i]], [x[i - 1], y[i - 1], z[i - 1]]);
+    assert!((1..60).all(|i| step(i) < 0.01 * scenes::LENGTH));
+}
+
+/// The twin, but for what its tip does by itself.
+struct Moved<'a> {
+    bare: Bare<'a>,
+    sample: usize,
+    by: fn(usize) -> f64,
+}
+
+impl Plant for Moved<'_> {
+    fn step(&mut self, primary: &[f64]) -> hysteron_twin::Result<PlantStep> {
+        let mut step = self.bare.step(primary)?;
+        step.tip[0] += (self.by)(self.sample);
+        self.sample += 1;
+        Ok(step)
+    }
+
+    fn state(&self) -> &TwinState {
+        self.bare.state()
+    }
+
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
+        self.bare.tip_per_stroke()
+    }
+}
+
+#[test]
+fn only_a_tip_that_jumps_on_its_way_is_no_data() {
+    let twin = pretensioned();
+    let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
+    let made = |by| {
+        let mut plant = Moved { bare: Bare::new(&twin), sample: 0, by };
+        synthesise(&twin, &mut plant, &commands, Metadata::default(), &mut || true).expect("an outcome")
+    };
+    // A network takes a second to come to what it says at rest, 4 mm in all: the robot has rested for long.
+    let Outcome::Made(found) = made(|sample| 4e-3 * (1.0 - (-0.05 * sample as f64).exp())) else {
+        panic!("no data")
+    };
+    let x = found.tip().expect("a tip")[0];
+    let undisturbed = twin.tip_of(&twin.rest())[0];
+    assert!((x[0] - undisturbed).abs() > 4e-3, "it has not come to rest: {}", x[0]);
+    // A snap by 2 % of the length, long after it has come to rest.
+    match made(|sample| if sample > 30 { 0.02 * scenes::LENGTH } else { 0.0 }) {
+        Outcome::Dropped(i, Unphysical::Jump(by)) => {
+            assert!((25..35).contains(&i) && (by / (0.02 * scenes::LENGTH) - 1.0).abs() < 0.5, "{i} {by}");
         }
         other => panic!("{other:?}"),
     }
