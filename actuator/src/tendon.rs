@@ -4,10 +4,12 @@
 //! has slid through guide j towards the pulley, its tension is T_i = k_i max(0, l_i - l0_i + u_i - u_{i+1}). A guide
 //! sticks while |T_{j-1} - T_j| is below F + tanh(μθ_j/2)(T_{j-1} + T_j), otherwise the difference is that bound with the
 //! sign of the slip. Given the statuses of all guides this is one tridiagonal system; the statuses come from an active
-//! set that begins with the last ones, and from `policies.rs` where that cycles.
+//! set that begins with the last ones, and from `policies.rs` where that cycles. Friction that gives way before it slides has
+//! no statuses, but a share of its bound for every slip; Newton's method finds the slips (`sliding.rs`).
 
 use crate::friction::capstan_factor;
 use crate::policies::Policy;
+use crate::presliding::{Elements, FrictionLaw};
 use hysteron_base::BadInput;
 
 /// What a tendon and its guides are.
@@ -21,6 +23,8 @@ pub struct TendonSpec {
     pub friction: f64,
     /// Friction of each guide without tension, F > 0: without it a slack tendon would have no definite place [N].
     pub friction_force: f64,
+    /// How it comes to its bound.
+    pub law: FrictionLaw,
 }
 
 /// What a guide does.
@@ -49,7 +53,9 @@ pub struct Tendon {
     pub tensions: Vec<f64>,
     /// What each guide did last; the first and the last entry mean nothing (n_segments + 1).
     pub guides: Vec<Guide>,
-    /// Work that the guides have turned into heat so far [J].
+    /// How far friction that gives way has been strained at each guide (n_segments + 1) [-].
+    pub(crate) elements: Vec<Elements>,
+    /// Work done on the guides so far: heat, and what friction that gives way holds elastically [J].
     pub dissipated: f64,
 }
 
@@ -70,13 +76,16 @@ pub struct TendonTrial {
     /// tanh(μθ/2) of each guide.
     pub(crate) factors: Vec<f64>,
     /// Factors of T_{j-1} and T_j in the row of guide j, zero where it sticks.
-    row: Vec<[f64; 2]>,
+    pub(crate) row: Vec<[f64; 2]>,
     pub(crate) upper: Vec<f64>,
     /// 1 - upper, with 1 where nothing floats; the first one is that of the pulley.
     pub(crate) defect: Vec<f64>,
     pub(crate) pivot: Vec<f64>,
     pub(crate) right: Vec<f64>,
     pub(crate) policy: Vec<Policy>,
+    /// Slips at the beginning of an iteration, and how they change in it.
+    pub(crate) start: Vec<f64>,
+    pub(crate) change: Vec<f64>,
 }
 
 /// More active sets than any increment has needed by far.
@@ -104,6 +113,9 @@ impl Tendon {
         positive("tendon.axial_stiffness", spec.axial_stiffness)?;
         positive("tendon.friction_force", spec.friction_force)
             .map_err(|bad| bad.hint("a few millinewtons stand for a smooth guide"))?;
+        if spec.law != FrictionLaw::Coulomb {
+            positive("tendon.law", spec.law.presliding())?;
+        }
         if !(spec.friction.is_finite() && spec.friction >= 0.0) {
             return Err(BadInput::new(
                 "tendon.friction",
@@ -124,6 +136,7 @@ impl Tendon {
             slips: vec![0.0; n + 1],
             tensions: vec![0.0; n],
             guides: vec![Guide::Sticks; n + 1],
+            elements: vec![Elements::default(); n + 1],
             dissipated: 0.0,
         }
     }
@@ -150,13 +163,17 @@ impl Tendon {
             pivot: vec![1.0; n + 1],
             right: vec![0.0; n + 1],
             policy: vec![Policy::default(); n + 1],
+            start: vec![0.0; n + 1],
+            change: vec![0.0; n + 1],
         }
     }
 
     /// Makes `trial` the present state.
     pub fn commit(&mut self, trial: &TendonTrial) {
         for j in 1..self.n_segments() {
-            self.dissipated += (trial.tensions[j - 1] - trial.tensions[j]) * (trial.slips[j] - self.slips[j]);
+            let slip = trial.slips[j] - self.slips[j];
+            self.dissipated += (trial.tensions[j - 1] - trial.tensions[j]) * slip;
+            self.spec.law.strain(&mut self.elements[j], slip);
         }
         self.slips.copy_from_slice(&trial.slips);
         self.tensions.copy_from_slice(&trial.tensions);
@@ -179,6 +196,10 @@ impl Tendon {
         trial.slips[0] = wound;
         trial.slips[m] = 0.0;
         trial.has_cycled = false;
+        if self.spec.law != FrictionLaw::Coulomb {
+            self.solve_sliding(lengths, trial);
+            return;
+        }
         for round in 0..2 {
             for _ in 0..MOST_ACTIVE_SETS {
                 self.solve_statuses(lengths, trial);

@@ -1,6 +1,6 @@
 //! A tendon on its own: capstan profile, slip fronts, slack, energy.
 
-use hysteron_actuator::{Guide, Tendon, TendonSpec, TendonTrial};
+use hysteron_actuator::{FrictionLaw, Guide, Tendon, TendonSpec, TendonTrial};
 use proptest::prelude::*;
 
 const M: usize = 9;
@@ -9,9 +9,14 @@ const LENGTH: f64 = 0.01;
 const TRACE: f64 = 2e-6;
 
 fn tendon(friction: f64) -> Tendon {
+    tendon_of(friction, FrictionLaw::Coulomb)
+}
+
+fn tendon_of(friction: f64, law: FrictionLaw) -> Tendon {
     let mut rest_lengths = vec![LENGTH; M];
     rest_lengths[0] = 0.3;
-    Tendon::new(TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force: 0.01 }).unwrap()
+    Tendon::new(TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force: 0.01, law })
+        .unwrap()
 }
 
 fn wraps() -> Vec<f64> {
@@ -170,8 +175,13 @@ fn tangent_is_the_derivative_of_the_tensions() {
 
 #[test]
 fn tendon_rejects_guides_without_friction_force() {
-    let spec =
-        TendonSpec { rest_lengths: vec![1.0, 1.0], axial_stiffness: 1.0, friction: 0.1, friction_force: 0.0 };
+    let spec = TendonSpec {
+        rest_lengths: vec![1.0, 1.0],
+        axial_stiffness: 1.0,
+        friction: 0.1,
+        friction_force: 0.0,
+        law: FrictionLaw::Coulomb,
+    };
     let reject = |change: fn(&mut TendonSpec)| {
         let mut spec = TendonSpec { friction_force: 0.1, ..spec.clone() };
         change(&mut spec);
@@ -208,6 +218,111 @@ proptest! {
                 if slip.abs() > 1e-12 {
                     prop_assert!((a - b - bound.copysign(slip)).abs() < TRACE, "guide {}: {} {} {}", j, a, b, slip);
                 }
+            }
+        }
+    }
+}
+
+/// A random walk of wound tendon and lengths; after each step what guide j holds back must be within its bound, and the work done on
+/// the guides must not fall below what their elements can hold.
+fn wander(law: FrictionLaw, friction: f64, seed: u64) -> (Tendon, usize) {
+    let mut tendon = tendon_of(friction, law);
+    let mut trial = tendon.trial();
+    let mut state = seed;
+    let mut draw = || {
+        // Knuth's MMIX generator: enough to move a tendon about.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    let rest = tendon.spec.rest_lengths.clone();
+    let (mut wound, mut lengths, mut n_stuck) = (1e-3, rest.clone(), 0);
+    for _ in 0..2000 {
+        wound = f64::clamp(wound + 1e-3 * draw(), -2e-3, 5e-3);
+        for (length, rest) in lengths.iter_mut().zip(&rest) {
+            *length = f64::clamp(*length + 5e-5 * draw(), rest - 2e-4, rest + 2e-4);
+        }
+        let turns = wraps();
+        tendon.solve(&lengths, &turns, wound, &mut trial);
+        n_stuck += usize::from(trial.has_cycled);
+        for j in 1..M {
+            let (before, after) = (trial.tensions[j - 1], trial.tensions[j]);
+            let bound = tendon.spec.friction_force
+                + hysteron_actuator::capstan_factor(friction, turns[j]) * (before + after);
+            // Rounding of a stretch of a metre's thousandth, times the stiffness.
+            assert!((before - after).abs() <= bound + 1e-6, "{law:?}: guide {j}: {before} {after} {bound}");
+        }
+        tendon.commit(&trial);
+    }
+    (tendon, n_stuck)
+}
+
+#[test]
+fn friction_that_gives_way_finds_its_slips_wherever_the_tendon_goes() {
+    for law in [
+        FrictionLaw::Dahl(5e-5),
+        FrictionLaw::Prandtl(5e-5),
+        FrictionLaw::Dahl(1e-3),
+        FrictionLaw::Prandtl(1e-3),
+    ] {
+        for seed in 1..=4 {
+            let (tendon, n_stuck) = wander(law, 0.3, seed);
+            assert_eq!(n_stuck, 0, "{law:?}, seed {seed}: steps without a solution");
+            assert!(tendon.dissipated > 0.0, "{law:?}: {} J", tendon.dissipated);
+        }
+    }
+}
+
+#[test]
+fn friction_that_gives_way_at_once_is_coulombs() {
+    // Slips of millimetres against a hundredth of a micrometre.
+    let pulled = |law| {
+        let mut tendon = tendon_of(0.3, law);
+        let (mut trial, lengths) = (tendon.trial(), tendon.spec.rest_lengths.clone());
+        for wound in [1e-3, 3e-3, 2.5e-3, 0.5e-3, 2e-3] {
+            tendon.solve(&lengths, &wraps(), wound, &mut trial);
+            tendon.commit(&trial);
+        }
+        tendon.tensions
+    };
+    let coulomb = pulled(FrictionLaw::Coulomb);
+    for law in [FrictionLaw::Dahl(1e-8), FrictionLaw::Prandtl(1e-8)] {
+        for (found, expected) in pulled(law).iter().zip(&coulomb) {
+            // What a slip of 1e-8 m is worth in tension: 5 mN, at each of eight guides.
+            assert!((found - expected).abs() < 0.05, "{law:?}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn tangent_of_friction_that_gives_way_is_the_derivative() {
+    for law in [FrictionLaw::Dahl(2e-4), FrictionLaw::Prandtl(2e-4)] {
+        let mut tendon = tendon_of(0.3, law);
+        let (mut trial, mut lengths) = (tendon.trial(), tendon.spec.rest_lengths.clone());
+        for wound in [1e-3, 3e-3] {
+            tendon.solve(&lengths, &wraps(), wound, &mut trial);
+            tendon.commit(&trial);
+        }
+        let mut at = |lengths: &[f64]| {
+            tendon.solve(lengths, &wraps(), 3.1e-3, &mut trial);
+            (trial.tensions.clone(), trial.clone())
+        };
+        let (_, mut here) = at(&lengths);
+        here.tangent(&tendon);
+        let step = 1e-9;
+        for column in 0..M {
+            lengths[column] += step;
+            let (ahead, _) = at(&lengths);
+            lengths[column] -= 2.0 * step;
+            let (behind, _) = at(&lengths);
+            lengths[column] += step;
+            for row in 0..M {
+                let difference = (ahead[row] - behind[row]) / (2.0 * step);
+                let exact = here.tangent[row * M + column];
+                // Stiffness of a segment: 5000 N over 10 mm; tensions are known to 1e-9 N.
+                assert!(
+                    (exact - difference).abs() < 1e-4 * 5e5,
+                    "{law:?}: {row} {column} {exact} {difference}"
+                );
             }
         }
     }

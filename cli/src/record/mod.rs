@@ -23,7 +23,7 @@ const HELP: &str = "\
 RIG is a rig file, for a rig on its ports, real or emulated (`hysteron rig emulate`); it must be calibrated \
 (`hysteron rig calibrate`). Or it is a virtual rig in this process, much faster than real time: virtual:mild, \
 virtual:typical, virtual:harsh, virtual:ROBOT.toml (a copy of a file in rig/presets), and virtual:typical/7 for member \
-7 of its population. docs/rig.md is the guide for real ones.
+7 of its population; virtual:wide/7 is one of a wide population (docs/virtual-rig.md). docs/rig.md is the guide for real ones.
 
 PLAN is a plan file (control/README.md), or the name of one that is built in: quick (a minute: sinusoid, diagonal, \
 circle, square, ellipse) or paper (18 trajectories with 258 000 samples, and three to check with: 50 minutes). The \

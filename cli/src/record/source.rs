@@ -57,7 +57,8 @@ impl Source {
             Some(text) => text.to_owned(),
             None if base.ends_with(".toml") => file::read_text(Path::new(base))?,
             None => {
-                let expected = "virtual:mild, virtual:typical, virtual:harsh or virtual:ROBOT.toml";
+                let expected =
+                    "virtual:mild, virtual:typical, virtual:harsh, virtual:wide or virtual:ROBOT.toml";
                 return Err(BadInput::new("--rig", expected, named.display().to_string()).into());
             }
         };

@@ -14,7 +14,8 @@ use reach::Reach;
 const HELP: &str = "\
 PATH is one of
   a curve with its size in mm: circle:40 (diameter), diamond:60 (diagonal), square:50 (side), lissajous:56 (height; \
-width 0.9 of it, x to y as 1 to 2), figure_eight:60 (width), spiral:40 (outer diameter, 3 turns)
+width 0.9 of it, x to y as 1 to 2), figure_eight:60 (width), ellipse:40 (length; height 0.6 of it), rose:40 (outer \
+diameter, 4 petals), spiral:40 (outer diameter, 3 turns)
   a target file, .toml: the same with timing, place and rotation, and polylines (docs/control.md has all keys)
   an outline of your own, .csv with the columns x_mm,y_mm (or _m; z too), or .svg with one shape: its width in mm, cm, \
 in, pt or pc over the width of its viewBox is a unit of the drawing

@@ -20,6 +20,8 @@ pub(crate) struct BodySpec {
     pub n_sections: usize,
     /// Relaxed stiffness: bending about the two principal axes, torsion [N m²], stretch [N].
     pub stiffness: [f64; 4],
+    /// Stiffness of each section over that (n_sections) [-].
+    pub section_factors: Vec<f64>,
     /// Turn of the principal axes about z [rad].
     pub axes_angle: f64,
     /// Curvature without load about x and y [1/m].
@@ -55,8 +57,8 @@ pub(crate) struct Body {
     pub(crate) wound: Vec<f64>,
     /// Work that creep has turned into heat so far [J].
     pub(crate) creep_heat: f64,
-    /// Stiffness of a section per strain: of rotations [N m], of stretch [N m].
-    pub(super) stiffness: [f64; 4],
+    /// Stiffness of each section per strain: of rotations [N m], of stretch [N m] (n_sections).
+    pub(super) stiffness: Vec<[f64; 4]>,
     /// Strains without load.
     pub(super) natural: [f64; 4],
     /// Tendon positions in the principal axes [m].
@@ -118,6 +120,8 @@ impl Body {
         let natural = apply(&to_axes, [spec.natural_curvature[0], spec.natural_curvature[1], 0.0]);
         let natural = [natural[0] * section, natural[1] * section, 0.0, 0.0];
         let b = spec.stiffness;
+        let uniform = [b[0] / section, b[1] / section, b[2] / section, b[3] * section];
+        let stiffness = spec.section_factors.iter().map(|factor| uniform.map(|k| k * factor)).collect();
         let guides: Vec<V3> = spec.guides.iter().map(|g| apply(&to_axes, [g[0], g[1], 0.0])).collect();
         let weight = scale(spec.mass / n as f64, apply(&to_axes, spec.gravity));
         let strains = vec![natural; n];
@@ -140,7 +144,7 @@ impl Body {
             has_factor: false,
         };
         let mut body = Self {
-            stiffness: [b[0] / section, b[1] / section, b[2] / section, b[3] * section],
+            stiffness,
             natural,
             guides,
             node_force: weight,
@@ -202,7 +206,7 @@ impl Body {
                 let strain = trial_strains[s][a];
                 let increment = strain - self.strains[s][a];
                 let y = &self.elastic[(4 * s + a) * n_terms..(4 * s + a + 1) * n_terms];
-                let mut force = self.stiffness[a] * prony.stress(strain - self.natural[a], increment, y);
+                let mut force = self.stiffness[s][a] * prony.stress(strain - self.natural[a], increment, y);
                 for k in 0..n_tendons {
                     force += trials[k].tensions[s + 1] * segments[s * n_tendons + k].by[a];
                 }
@@ -212,7 +216,7 @@ impl Body {
         self.subtract_loads();
         let mut square = 0.0;
         for (i, r) in self.work.residual.iter_mut().enumerate() {
-            *r /= self.stiffness[i % 4].sqrt();
+            *r /= self.stiffness[i / 4][i % 4].sqrt();
             square += *r * *r;
         }
         square.sqrt()
@@ -310,10 +314,11 @@ impl Body {
                 }
             }
         }
-        let scales = self.stiffness.map(|k| 1.0 / k.sqrt());
+        let scale = |i: usize| 1.0 / self.stiffness[i / 4][i % 4].sqrt();
         for (i, row) in lu.a.chunks_exact_mut(size).enumerate() {
+            let of_row = scale(i);
             for (j, x) in row.iter_mut().enumerate() {
-                *x *= scales[i % 4] * scales[j % 4];
+                *x *= of_row * scale(j);
             }
         }
     }
@@ -350,7 +355,7 @@ impl Body {
             for b in 0..4 {
                 block[a][b] += bend[a][b] + if a < 3 && b < 3 { turn[a][b] } else { 0.0 };
             }
-            block[a][a] += self.stiffness[a] * self.work.prony.tangent;
+            block[a][a] += self.stiffness[s][a] * self.work.prony.tangent;
         }
         block
     }
@@ -412,10 +417,10 @@ impl Body {
         let mut energy = 0.0;
         for (s, strain) in self.strains.iter().enumerate() {
             for a in 0..4 {
-                energy += 0.5 * self.stiffness[a] * (strain[a] - self.natural[a]).powi(2);
+                energy += 0.5 * self.stiffness[s][a] * (strain[a] - self.natural[a]).powi(2);
                 for (k, weight) in self.spec.prony.weights.iter().enumerate() {
                     energy +=
-                        0.5 * self.stiffness[a] * weight * self.elastic[(4 * s + a) * n_terms + k].powi(2);
+                        0.5 * self.stiffness[s][a] * weight * self.elastic[(4 * s + a) * n_terms + k].powi(2);
                 }
             }
         }
@@ -438,7 +443,7 @@ impl Body {
                     *y = self.work.prony.decay[k] * before + self.work.prony.gain[k] * increment;
                     let mean = 0.5 * (before + *y);
                     let flowed = increment - (*y - before);
-                    self.creep_heat += self.stiffness[a] * self.work.prony.weights[k] * mean * flowed;
+                    self.creep_heat += self.stiffness[s][a] * self.work.prony.weights[k] * mean * flowed;
                 }
             }
         }

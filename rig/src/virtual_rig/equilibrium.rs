@@ -81,7 +81,7 @@ impl Body {
             self.spec.prony.step_into(h, &mut self.work.prony);
             self.work.prony_step = h;
         }
-        let unit = self.stiffness.iter().copied().fold(f64::INFINITY, f64::min).sqrt();
+        let unit = self.stiffness.iter().flatten().copied().fold(f64::INFINITY, f64::min).sqrt();
         self.predict(h);
         let mut norm = self.evaluate(wound);
         report.evaluations += 1;
@@ -148,7 +148,7 @@ impl Body {
         let mut part = 1.0;
         // A section that turns or stretches too much at once leaves what the tangent knows.
         let largest = (0..self.work.direction.len())
-            .map(|i| (self.work.direction[i] / self.stiffness[i % 4].sqrt()).abs())
+            .map(|i| (self.work.direction[i] / self.stiffness[i / 4][i % 4].sqrt()).abs())
             .fold(0.0, f64::max);
         if largest > 0.3 {
             part = 0.3 / largest;
@@ -156,7 +156,7 @@ impl Body {
         for _ in 0..most_halvings {
             for (s, strain) in self.work.trial_strains.iter_mut().enumerate() {
                 for a in 0..4 {
-                    let step = self.work.direction[4 * s + a] / self.stiffness[a].sqrt();
+                    let step = self.work.direction[4 * s + a] / self.stiffness[s][a].sqrt();
                     strain[a] = self.work.best_strains[s][a] - part * step;
                 }
             }

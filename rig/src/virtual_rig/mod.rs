@@ -8,6 +8,7 @@ pub mod emulator;
 mod equilibrium;
 mod linear;
 mod loops;
+mod population;
 mod robot;
 mod section;
 mod sensor;
@@ -15,10 +16,12 @@ mod simulated;
 #[cfg(test)]
 mod tests;
 mod typed;
+mod typed_population;
 mod world;
 
 pub use loops::{LoopWidth, loop_width};
-pub use robot::{BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot};
+pub use population::{Population, Ranges, Spread};
+pub use robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
 pub use simulated::SimulatedRig;
 pub use world::{BalanceCounts, Energy, TrackedPose, World};
 

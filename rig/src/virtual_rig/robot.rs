@@ -1,11 +1,10 @@
-//! What a virtual robot is: read from a file whose keys carry units, checked, and drawn as a member of a population.
+//! What a virtual robot is: read from a file whose keys carry units, and checked.
 
+use super::population::Population;
 use super::typed;
 use crate::Result;
-use hysteron_actuator::{Prony, ServoSpec};
-use hysteron_base::{BadInput, file, rng};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+use hysteron_actuator::{FrictionLaw, Prony, ServoSpec};
+use hysteron_base::{BadInput, file};
 use std::path::Path;
 
 /// A virtual robot. Every number is valid and SI.
@@ -21,8 +20,8 @@ pub struct VirtualRobot {
     pub servos: ServoParameters,
     /// Its tracker.
     pub tracker: TrackerParameters,
-    /// How members of the population differ.
-    pub spread: Spread,
+    /// How members of its population differ.
+    pub population: Population,
 }
 
 /// The body: a rod along z, base at the origin.
@@ -34,6 +33,8 @@ pub struct BodyParameters {
     pub n_sections: usize,
     /// Relaxed bending stiffness about the two principal axes [N m²].
     pub bending_stiffness: [f64; 2],
+    /// Stiffness of each section, base first, over that of the body (n_sections) [-].
+    pub section_factors: Vec<f64>,
     /// Turn of the principal axes about z [rad].
     pub axes_angle: f64,
     /// Torsional stiffness [N m²].
@@ -59,6 +60,8 @@ pub struct TendonParameters {
     pub radius: f64,
     /// Angle of each about z (n_tendons) [rad].
     pub angles: Vec<f64>,
+    /// How far each lies from where radius and angle say, in x and y (n_tendons) [m].
+    pub offsets: Vec<[f64; 2]>,
     /// Axial stiffness E A [N].
     pub axial_stiffness: f64,
     /// Length between pulley and body [m].
@@ -67,12 +70,17 @@ pub struct TendonParameters {
     pub friction: f64,
     /// Friction of each guide without tension [N].
     pub friction_force: f64,
+    /// How that friction comes to its bound.
+    pub law: FrictionLaw,
     /// Turn of each tendon between pulley and body [rad].
     pub base_wrap: f64,
     /// Slack at power-on, negative for pretension (n_tendons) [m].
     pub slack: Vec<f64>,
     /// Lost motion between pulley and tendon [m].
     pub play: f64,
+    /// How much more each is pulled at stroke zero than calibration left it, as when a knot has given since: negative is slack
+    /// (n_tendons) [m].
+    pub zero_errors: Vec<f64>,
 }
 
 /// The servos and their pulleys.
@@ -80,8 +88,10 @@ pub struct TendonParameters {
 pub struct ServoParameters {
     /// What each servo is.
     pub spec: ServoSpec,
-    /// Radius of each pulley [m].
+    /// Radius of the pulleys, as the rig file says [m].
     pub pulley_radius: f64,
+    /// Radius at which each tendon truly lies (n_tendons) [m].
+    pub true_radii: Vec<f64>,
     /// 1 where positive ticks wind the tendon, -1 where negative ones do (n_tendons).
     pub directions: Vec<f64>,
     /// Supply voltage [V].
@@ -113,39 +123,12 @@ pub struct TrackerParameters {
     pub robot_rotation: [f64; 3],
 }
 
-/// Standard deviations over a population: relative ones as logarithms.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
-    /// Of all stiffnesses of the body together [-].
-    pub stiffness: f64,
-    /// Of the ratio of the two bending stiffnesses [-].
-    pub anisotropy: f64,
-    /// Of the direction of the principal axes [rad].
-    pub axes_angle: f64,
-    /// Of each component of the natural curvature [1/m].
-    pub natural_curvature: f64,
-    /// Of the weights of creep [-].
-    pub creep: f64,
-    /// Of friction at the guides [-].
-    pub friction: f64,
-    /// Of the tendons' stiffness [-].
-    pub tendon_stiffness: f64,
-    /// Of each tendon's slack [m].
-    pub slack: f64,
-    /// Of the play [-].
-    pub play: f64,
-    /// Of the servos' friction [-].
-    pub servo_friction: f64,
-}
-
-/// Draws further out than this many deviations are drawn in.
-const FURTHEST: f64 = 2.5;
-
 /// Robots that are part of the program.
-const PRESETS: [(&str, &str); 3] = [
+const PRESETS: [(&str, &str); 4] = [
     ("mild", include_str!("../../presets/mild.toml")),
     ("typical", include_str!("../../presets/typical.toml")),
     ("harsh", include_str!("../../presets/harsh.toml")),
+    ("wide", include_str!("../../presets/wide.toml")),
 ];
 
 impl VirtualRobot {
@@ -167,14 +150,16 @@ impl VirtualRobot {
         Ok(typed.checked().map_err(|bad| bad.within(place))?)
     }
 
-    /// A preset: `mild`, `typical` or `harsh`.
+    /// A preset: `mild`, `typical`, `harsh` or `wide`.
     ///
     /// # Errors
     /// `BadInput` for another name.
     pub fn preset(name: &str) -> Result<Self> {
         let Some((_, text)) = PRESETS.iter().find(|(known, _)| *known == name) else {
             let found = format!("\"{name}\"");
-            return Err(BadInput::new("virtual robot", "mild, typical, harsh or a file.toml", found).into());
+            return Err(
+                BadInput::new("virtual robot", "mild, typical, harsh, wide or a file.toml", found).into()
+            );
         };
         Self::from_toml(text, name)
     }
@@ -188,41 +173,4 @@ impl VirtualRobot {
     pub fn n_tendons(&self) -> usize {
         self.tendons.angles.len()
     }
-
-    /// A member of the population around this robot. The same seed gives the same member.
-    pub fn draw(&self, seed: u64) -> Self {
-        let mut robot = self.clone();
-        let mut rng = rng(seed, "virtual-rig/population");
-        let mut normal = |deviation: f64| deviation * gaussian(&mut rng).clamp(-FURTHEST, FURTHEST);
-        let spread = &self.spread;
-        let body = &mut robot.body;
-        let stiffness = normal(spread.stiffness).exp();
-        let ratio = normal(0.5 * spread.anisotropy).exp();
-        body.bending_stiffness[0] *= stiffness * ratio;
-        body.bending_stiffness[1] *= stiffness / ratio;
-        body.torsional_stiffness *= stiffness;
-        body.axial_stiffness *= stiffness;
-        body.axes_angle += normal(spread.axes_angle);
-        body.natural_curvature = body.natural_curvature.map(|k| k + normal(spread.natural_curvature));
-        let creep = normal(spread.creep).exp();
-        body.prony.weights.iter_mut().for_each(|weight| *weight *= creep);
-        let tendons = &mut robot.tendons;
-        let friction = normal(spread.friction).exp();
-        tendons.friction *= friction;
-        tendons.friction_force *= friction;
-        tendons.axial_stiffness *= normal(spread.tendon_stiffness).exp();
-        tendons.slack.iter_mut().for_each(|slack| *slack += normal(spread.slack));
-        tendons.play *= normal(spread.play).exp();
-        let gears = normal(spread.servo_friction).exp();
-        let friction = &mut robot.servos.spec.friction;
-        friction.coulomb *= gears;
-        friction.breakaway *= gears;
-        robot
-    }
-}
-
-/// A normal number of deviation 1: Box and Muller (1958).
-pub(super) fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random_range(f64::MIN_POSITIVE..1.0), rng.random_range(0.0..1.0));
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

@@ -2,7 +2,8 @@
 
 use super::TrackedPose;
 use super::linear::{V3, add, quaternion_of, quaternion_product, turn};
-use super::robot::{TrackerParameters, gaussian};
+use super::population::gaussian;
+use super::robot::TrackerParameters;
 use crate::{Pose, Quality};
 use hysteron_base::rng;
 use rand::RngExt;

@@ -1,14 +1,13 @@
 //! A virtual robot exactly as typed: one field per key, units still in the names; and every bound.
 
-use super::robot::{
-    BodyParameters, ServoParameters, Spread, TendonParameters, TrackerParameters, VirtualRobot,
-};
-use hysteron_actuator::{Prony, ServoSpec, Stribeck};
+use super::robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
+use super::typed_population::{RangesFile, SpreadFile, population};
+use hysteron_actuator::{FrictionLaw, Prony, ServoSpec, Stribeck};
 use hysteron_base::BadInput;
 use hysteron_base::units::Unit;
 use serde::Deserialize;
 
-type Check<T> = std::result::Result<T, BadInput>;
+pub(super) type Check<T> = std::result::Result<T, BadInput>;
 
 const FORMAT: &str = "hysteron-virtual-rig";
 const VERSION: i64 = 1;
@@ -26,7 +25,8 @@ pub(super) struct RobotFile {
     tendons: Tendons,
     servos: Servos,
     tracker: Tracker,
-    spread: SpreadFile,
+    spread: Option<SpreadFile>,
+    ranges: Option<RangesFile>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -36,6 +36,8 @@ struct Body {
     sections: i64,
     bending_stiffness_n_m2: [f64; 2],
     principal_axes_deg: f64,
+    /// Every section as stiff as the body where absent.
+    section_stiffness: Option<Vec<f64>>,
     torsional_stiffness_n_m2: f64,
     axial_stiffness_n: f64,
     natural_curvature_1_m: [f64; 2],
@@ -51,19 +53,36 @@ struct Body {
 struct Tendons {
     radius_mm: f64,
     angles_deg: Vec<f64>,
+    /// Where radius and angle say where absent.
+    offsets_mm: Option<Vec<[f64; 2]>>,
     axial_stiffness_n: f64,
     transmission_length_mm: f64,
     friction_coefficient: f64,
     friction_force_n: f64,
+    /// Coulomb's where absent; the others give way over `presliding_mm`.
+    friction_law: Option<LawName>,
+    presliding_mm: Option<f64>,
     base_wrap_deg: f64,
     slack_mm: Vec<f64>,
     play_mm: f64,
+    /// None where absent.
+    zero_errors_mm: Option<Vec<f64>>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum LawName {
+    Coulomb,
+    Dahl,
+    Prandtl,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Servos {
     pulley_radius_mm: f64,
+    /// As `pulley_radius_mm` says where absent.
+    true_radii_mm: Option<Vec<f64>>,
     directions: Vec<i64>,
     supply_v: f64,
     stall_torque_n_m: f64,
@@ -95,21 +114,6 @@ struct Tracker {
     robot_rotation_deg: [f64; 3],
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SpreadFile {
-    stiffness_relative: f64,
-    anisotropy_relative: f64,
-    principal_axes_deg: f64,
-    natural_curvature_1_m: f64,
-    creep_relative: f64,
-    friction_relative: f64,
-    tendon_stiffness_relative: f64,
-    slack_mm: f64,
-    play_relative: f64,
-    servo_friction_relative: f64,
-}
-
 impl RobotFile {
     pub(super) fn checked(self) -> Check<VirtualRobot> {
         if self.format != FORMAT {
@@ -132,7 +136,7 @@ impl RobotFile {
             tendons: tendons(self.tendons)?,
             servos: servos(self.servos, n)?,
             tracker: tracker(&self.tracker)?,
-            spread: spread(&self.spread)?,
+            population: population(self.spread, self.ranges)?,
         })
     }
 }
@@ -153,6 +157,7 @@ fn body(typed: Body) -> Check<BodyParameters> {
             positive("body.bending_stiffness_n_m2[0]", bending[0])?,
             positive("body.bending_stiffness_n_m2[1]", bending[1])?,
         ],
+        section_factors: section_factors(typed.section_stiffness, n_sections)?,
         axes_angle: finite("body.principal_axes_deg", typed.principal_axes_deg)?,
         torsional_stiffness: positive("body.torsional_stiffness_n_m2", typed.torsional_stiffness_n_m2)?,
         axial_stiffness: positive("body.axial_stiffness_n", typed.axial_stiffness_n)?,
@@ -174,18 +179,57 @@ fn tendons(typed: Tendons) -> Check<TendonParameters> {
     let each = |key: &str, values: Vec<f64>| -> Check<Vec<f64>> {
         values.into_iter().enumerate().map(|(k, x)| finite(&format!("{key}[{k}]"), x)).collect()
     };
+    let offsets = typed.offsets_mm.unwrap_or_else(|| vec![[0.0; 2]; n]);
+    same_count("tendons.offsets_mm", n, offsets.len())?;
+    let offset = |(k, offset)| vector(&format!("tendons.offsets_mm[{k}]"), offset);
+    let zero_errors = typed.zero_errors_mm.unwrap_or_else(|| vec![0.0; n]);
+    same_count("tendons.zero_errors_mm", n, zero_errors.len())?;
     Ok(TendonParameters {
         radius: positive("tendons.radius_mm", typed.radius_mm)?,
         angles: each("tendons.angles_deg", typed.angles_deg)?,
+        offsets: offsets.into_iter().enumerate().map(offset).collect::<Check<_>>()?,
         axial_stiffness: positive("tendons.axial_stiffness_n", typed.axial_stiffness_n)?,
         transmission_length: positive("tendons.transmission_length_mm", typed.transmission_length_mm)?,
         friction: not_negative("tendons.friction_coefficient", typed.friction_coefficient)?,
         friction_force: positive("tendons.friction_force_n", typed.friction_force_n)
             .map_err(|bad| bad.hint("a few millinewtons stand for a smooth guide"))?,
+        law: law(typed.friction_law, typed.presliding_mm)?,
         base_wrap: not_negative("tendons.base_wrap_deg", typed.base_wrap_deg)?,
         slack: each("tendons.slack_mm", typed.slack_mm)?,
         play: not_negative("tendons.play_mm", typed.play_mm)?,
+        zero_errors: each("tendons.zero_errors_mm", zero_errors)?,
     })
+}
+
+fn section_factors(typed: Option<Vec<f64>>, n_sections: usize) -> Check<Vec<f64>> {
+    const KEY: &str = "body.section_stiffness";
+    let factors = typed.unwrap_or_else(|| vec![1.0; n_sections]);
+    if factors.len() != n_sections {
+        let expected = format!("{n_sections} factors, one per section, base first");
+        return Err(BadInput::new(KEY, expected, factors.len().to_string()));
+    }
+    factors.into_iter().enumerate().map(|(s, x)| positive(&format!("{KEY}[{s}]"), x)).collect()
+}
+
+/// Coulomb's law has no slip over which it gives way, the others have one.
+fn law(name: Option<LawName>, presliding_mm: Option<f64>) -> Check<FrictionLaw> {
+    const KEY: &str = "tendons.presliding_mm";
+    let of_length: fn(f64) -> FrictionLaw = match name.unwrap_or(LawName::Coulomb) {
+        LawName::Coulomb => {
+            return match presliding_mm {
+                None => Ok(FrictionLaw::Coulomb),
+                Some(found) => Err(BadInput::new(
+                    KEY,
+                    "friction_law = \"dahl\" or \"prandtl\" with it",
+                    found.to_string(),
+                )),
+            };
+        }
+        LawName::Dahl => FrictionLaw::Dahl,
+        LawName::Prandtl => FrictionLaw::Prandtl,
+    };
+    let length = presliding_mm.ok_or_else(|| BadInput::new(KEY, "this key with the law", "nothing"))?;
+    positive(KEY, length).map(of_length)
 }
 
 fn servos(typed: Servos, n_tendons: usize) -> Check<ServoParameters> {
@@ -219,9 +263,13 @@ fn servos(typed: Servos, n_tendons: usize) -> Check<ServoParameters> {
         thermal_resistance: positive("servos.thermal_resistance_k_w", typed.thermal_resistance_k_w)?,
         ambient_temperature: finite("servos.ambient_temperature_degc", typed.ambient_temperature_degc)?,
     };
+    let true_radii = typed.true_radii_mm.unwrap_or_else(|| vec![typed.pulley_radius_mm; n_tendons]);
+    same_count("servos.true_radii_mm", n_tendons, true_radii.len())?;
+    let true_radius = |(k, x)| positive(&format!("servos.true_radii_mm[{k}]"), x);
     Ok(ServoParameters {
         spec: spec.checked().map_err(|bad| bad.within("servos"))?,
         pulley_radius: positive("servos.pulley_radius_mm", typed.pulley_radius_mm)?,
+        true_radii: true_radii.into_iter().enumerate().map(true_radius).collect::<Check<_>>()?,
         directions,
         supply: positive("servos.supply_v", typed.supply_v)?,
     })
@@ -244,22 +292,6 @@ fn tracker(typed: &Tracker) -> Check<TrackerParameters> {
         })?,
         robot_position: vector("tracker.robot_position_mm", typed.robot_position_mm)?,
         robot_rotation: vector("tracker.robot_rotation_deg", typed.robot_rotation_deg)?,
-    })
-}
-
-fn spread(typed: &SpreadFile) -> Check<Spread> {
-    let deviation = |key: &str, x: f64| not_negative(&format!("spread.{key}"), x);
-    Ok(Spread {
-        stiffness: deviation("stiffness_relative", typed.stiffness_relative)?,
-        anisotropy: deviation("anisotropy_relative", typed.anisotropy_relative)?,
-        axes_angle: deviation("principal_axes_deg", typed.principal_axes_deg)?,
-        natural_curvature: deviation("natural_curvature_1_m", typed.natural_curvature_1_m)?,
-        creep: deviation("creep_relative", typed.creep_relative)?,
-        friction: deviation("friction_relative", typed.friction_relative)?,
-        tendon_stiffness: deviation("tendon_stiffness_relative", typed.tendon_stiffness_relative)?,
-        slack: deviation("slack_mm", typed.slack_mm)?,
-        play: deviation("play_relative", typed.play_relative)?,
-        servo_friction: deviation("servo_friction_relative", typed.servo_friction_relative)?,
     })
 }
 
@@ -300,7 +332,7 @@ const LARGEST: [(&str, f64); 24] = [
 ];
 
 /// A number for which `holds`, in SI: the unit is the end of the key, where `base` knows it.
-fn require(key: &str, expected: &str, typed: f64, holds: bool) -> Check<f64> {
+pub(super) fn require(key: &str, expected: &str, typed: f64, holds: bool) -> Check<f64> {
     let name = key.rsplit('.').next().and_then(|last| last.split('[').next()).unwrap_or(key);
     let si = Unit::of_name(name).map_or(typed, |(_, unit)| unit.to_si(typed));
     if !(holds && si.is_finite() && (si == 0.0) == (typed == 0.0)) {
@@ -323,7 +355,7 @@ fn positive(key: &str, typed: f64) -> Check<f64> {
     require(key, "a finite number > 0", typed, typed > 0.0)
 }
 
-fn not_negative(key: &str, typed: f64) -> Check<f64> {
+pub(super) fn not_negative(key: &str, typed: f64) -> Check<f64> {
     require(key, "a finite number >= 0", typed, typed >= 0.0)
 }
 

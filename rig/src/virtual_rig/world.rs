@@ -77,7 +77,10 @@ struct Robot {
     zeros: Vec<f64>,
     /// Between pulley and tendon (n_servos) [m].
     plays: Vec<Play>,
+    /// Slack at the angles of power-on (n_servos) [m].
     slack: Vec<f64>,
+    /// By how much more each tendon is pulled from the next day on (n_servos) [m].
+    zero_errors: Vec<f64>,
     /// Scratch (n_servos) [m].
     wound: Vec<f64>,
     /// Truth at the last balance.
@@ -208,10 +211,14 @@ impl World {
         self.disturbances[k] = torque;
     }
 
-    /// The same robot on another day: what the tracker adds is another.
+    /// The same robot on another day: what the tracker adds is another, and what the calibration took for zero has given by the
+    /// robot's zero errors, once.
     pub fn reseed(&mut self, seed: u64, day: &str) {
         if let Some(robot) = &mut self.robot {
             robot.tracker.reseed(seed, day);
+            for (slack, error) in robot.slack.iter_mut().zip(&mut robot.zero_errors) {
+                *slack -= std::mem::take(error);
+            }
         }
     }
 
@@ -289,8 +296,10 @@ impl Robot {
             axial_stiffness: tendons.axial_stiffness,
             friction: tendons.friction,
             friction_force: tendons.friction_force,
+            law: tendons.law,
         };
-        let guides = tendons.angles.iter().map(|a| [tendons.radius * a.cos(), tendons.radius * a.sin()]);
+        let guides = tendons.angles.iter().zip(&tendons.offsets);
+        let guides = guides.map(|(a, [x, y])| [tendons.radius * a.cos() + x, tendons.radius * a.sin() + y]);
         let spec_of_body = BodySpec {
             length: body.length,
             n_sections: body.n_sections,
@@ -300,6 +309,7 @@ impl Robot {
                 body.torsional_stiffness,
                 body.axial_stiffness,
             ],
+            section_factors: body.section_factors.clone(),
             axes_angle: body.axes_angle,
             natural_curvature: body.natural_curvature,
             prony: body.prony.clone(),
@@ -319,10 +329,17 @@ impl Robot {
         Self {
             body,
             tracker: Tracker::new(robot.tracker, seed),
-            arms: robot.servos.directions.iter().map(|sign| sign * robot.servos.pulley_radius).collect(),
+            arms: robot
+                .servos
+                .directions
+                .iter()
+                .zip(&robot.servos.true_radii)
+                .map(|(sign, r)| sign * r)
+                .collect(),
             zeros,
             plays: vec![Play::new(tendons.play, 0.0); tendons.slack.len()],
             slack: tendons.slack.clone(),
+            zero_errors: tendons.zero_errors.clone(),
             wound,
             tip: Pose { time: 0.0, position, orientation, quality: Quality::Good },
             counts,

@@ -212,6 +212,7 @@ fn tensions_along_a_tendon_are_those_of_the_actuators_own_model() {
             axial_stiffness: robot.twin.cables.rest_lengths[0] / COMPLIANCE,
             friction: coefficient,
             friction_force: coulomb / 9.0,
+            law: hysteron_actuator::FrictionLaw::Coulomb,
         })
         .unwrap();
         let mut trial = other.trial();

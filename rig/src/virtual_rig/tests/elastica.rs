@@ -35,7 +35,7 @@ fn elastica(load: f64) -> [f64; 2] {
 
 fn cantilever(load: f64, n_sections: usize) -> [f64; 2] {
     let mut spec = spec();
-    spec.n_sections = n_sections;
+    (spec.n_sections, spec.section_factors) = (n_sections, vec![1.0; n_sections]);
     spec.stiffness[3] = 1e7;
     spec.guides.clear();
     let force = load * spec.stiffness[0] / spec.length.powi(2);

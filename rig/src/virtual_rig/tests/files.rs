@@ -35,6 +35,23 @@ fn file_rejects_what_cannot_be() {
         ("slack_mm = [0.05, 0.10, 0.0, 0.08]", "slack_mm = [0.05]", "tendons.slack_mm"),
         ("angles_deg = [0.0, 90.0, 180.0, 270.0]", "angles_deg = []", "tendons.angles_deg"),
         ("directions = [1, -1", "directions = [1, 0", "servos.directions[1]"),
+        ("play_mm = 0.10", "play_mm = 0.10\nzero_errors_mm = [0.0]", "tendons.zero_errors_mm"),
+        ("play_mm = 0.10", "play_mm = 0.10\noffsets_mm = [[0.0, 0.0]]", "tendons.offsets_mm"),
+        ("play_mm = 0.10", "play_mm = 0.10\npresliding_mm = 0.1", "tendons.presliding_mm"),
+        ("play_mm = 0.10", "play_mm = 0.10\nfriction_law = \"dahl\"", "tendons.presliding_mm"),
+        (
+            "play_mm = 0.10",
+            "play_mm = 0.10\nfriction_law = \"prandtl\"\npresliding_mm = 0.0",
+            "tendons.presliding_mm",
+        ),
+        ("sections = 8", "sections = 8\nsection_stiffness = [1.0]", "body.section_stiffness"),
+        (
+            "sections = 8",
+            "sections = 8\nsection_stiffness = [1, 1, 0, 1, 1, 1, 1, 1]",
+            "body.section_stiffness[2]",
+        ),
+        ("directions = [1,", "true_radii_mm = [1.0]\ndirections = [1,", "servos.true_radii_mm"),
+        ("directions = [1,", "true_radii_mm = [9, 9, -9, 9]\ndirections = [1,", "servos.true_radii_mm[2]"),
         ("breakaway_friction_n_m = 0.065", "breakaway_friction_n_m = 0.01", "servos.breakaway_friction_n_m"),
         ("rate_hz = 80.0", "rate_hz = 0.0", "tracker.rate_hz"),
         ("dropout_probability = 0.001", "dropout_probability = 1.0", "tracker.dropout_probability"),
@@ -72,4 +89,25 @@ fn numbers_leave_the_file_as_si() {
     assert_eq!(robot.tendons.angles[1], std::f64::consts::FRAC_PI_2);
     assert_eq!(robot.tracker.latency, 0.012);
     assert_eq!(robot.servos.pulley_radius, 0.01);
+}
+
+#[test]
+fn ranges_of_a_population_are_in_order_and_instead_of_a_spread() {
+    let text = VirtualRobot::preset_text("wide").unwrap();
+    let place = |text: String| {
+        VirtualRobot::from_toml(&text, "robot.toml").unwrap_err().bad_input().unwrap().place.clone()
+    };
+    for (from, to, key) in [
+        ("play_mm = [0.0, 0.4]", "play_mm = [0.4, 0.0]", "ranges.play_mm"),
+        ("play_mm = [0.0, 0.4]", "play_mm = [-0.1, 0.4]", "ranges.play_mm"),
+        ("bending_ratio = [0.833, 1.2]", "bending_ratio = [0.0, 1.2]", "ranges.bending_ratio"),
+        ("zero_error_mm = [-1.0, 1.0]", "zero_error_mm = [-1.0, inf]", "ranges.zero_error_mm"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        assert_eq!(place(text.replacen(from, to, 1)), format!("robot.toml: {key}"));
+    }
+    let (before, _) = text.split_once("[ranges]").unwrap();
+    assert_eq!(place(before.to_owned()), "robot.toml: spread");
+    let (_, spread) = VirtualRobot::preset_text("typical").unwrap().split_once("[spread]").unwrap();
+    assert_eq!(place(format!("{text}\n[spread]{spread}")), "robot.toml: spread");
 }

@@ -9,12 +9,14 @@ mod energy;
 mod files;
 mod forces;
 mod friction;
+mod golden;
+mod population;
 mod presets;
 mod recordings;
 mod whole;
 
 use super::body::{Body, BodySpec};
-use hysteron_actuator::{Prony, Tendon, TendonSpec};
+use hysteron_actuator::{FrictionLaw, Prony, Tendon, TendonSpec};
 
 /// The tube of paper 003 with round numbers, four tendons, and nothing that is not asked for.
 pub(super) fn spec() -> BodySpec {
@@ -22,6 +24,7 @@ pub(super) fn spec() -> BodySpec {
         length: 0.08,
         n_sections: 8,
         stiffness: [0.019, 0.019, 0.013, 1700.0],
+        section_factors: vec![1.0; 8],
         axes_angle: 0.0,
         natural_curvature: [0.0; 2],
         prony: Prony::new(vec![], vec![]).unwrap(),
@@ -40,9 +43,14 @@ pub(super) fn spec() -> BodySpec {
 
 /// A body with tendons of that friction.
 pub(super) fn body(spec: BodySpec, friction: f64, friction_force: f64) -> Body {
+    body_of_law(spec, friction, friction_force, FrictionLaw::Coulomb)
+}
+
+/// The same with another law of friction.
+pub(super) fn body_of_law(spec: BodySpec, friction: f64, friction_force: f64, law: FrictionLaw) -> Body {
     let mut rest_lengths = vec![spec.length / spec.n_sections as f64; spec.n_sections + 1];
     rest_lengths[0] = 0.3;
-    let tendon = TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force };
+    let tendon = TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force, law };
     let tendons = spec.guides.iter().map(|_| Tendon::new(tendon.clone()).unwrap()).collect();
     Body::new(spec, tendons)
 }

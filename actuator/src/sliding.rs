@@ -1,0 +1,105 @@
+//! Slips of a tendon whose friction gives way before it slides: a semismooth Newton method.
+//!
+//! With z_j(u_j) the share of the bound that guide j holds back, all its slips solve
+//!
+//!   f_j = (1 - h_j z_j) T_{j-1} - (1 + h_j z_j) T_j - F z_j = 0,     h_j = tanh(μθ_j/2).
+//!
+//! Every f_j falls with its own slip and rises with its neighbours', so the solution is unique; the system of each iteration
+//! is tridiagonal and diagonally dominant. A slip stops where it would reverse: there the slope of z jumps.
+
+use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
+
+/// More iterations than any increment has needed by far.
+const MOST_ITERATIONS: usize = 200;
+const MOST_HALVINGS: usize = 30;
+/// Slope of z at which a guide still counts as giving way, over 1/δ: between slack segments nothing else holds its slip.
+const TRACE: f64 = 1e-6;
+/// Residual over E A that rounding leaves [-].
+const ROOM: f64 = 10.0 * ROUNDING;
+
+impl Tendon {
+    /// Finds slips and tensions, from the slips in `trial`; its row factors are then those of the tangent.
+    pub(crate) fn solve_sliding(&self, lengths: &[f64], trial: &mut TendonTrial) {
+        let m = self.n_segments();
+        let room = ROOM * self.spec.axial_stiffness;
+        if !trial.slips.iter().all(|slip| slip.is_finite()) {
+            // Of lengths that were none.
+            trial.slips[1..].copy_from_slice(&self.slips[1..]);
+        }
+        let mut miss = self.evaluate_sliding(lengths, trial);
+        for _ in 0..MOST_ITERATIONS {
+            if miss <= room {
+                break;
+            }
+            // The change of each slip, in `right`.
+            for j in (1..m).rev() {
+                let after = if j + 1 < m { trial.right[j + 1] } else { 0.0 };
+                trial.right[j] += trial.upper[j] * after;
+            }
+            trial.start.copy_from_slice(&trial.slips);
+            trial.change.copy_from_slice(&trial.right);
+            let (mut part, mut next) = (1.0, f64::INFINITY);
+            for _ in 0..MOST_HALVINGS {
+                for j in 1..m {
+                    let from = trial.start[j] - self.slips[j];
+                    let to = from + part * trial.change[j];
+                    let reverses = from != 0.0 && to * from < 0.0;
+                    trial.slips[j] = if reverses { self.slips[j] } else { self.slips[j] + to };
+                }
+                next = self.evaluate_sliding(lengths, trial);
+                if next < miss {
+                    break;
+                }
+                part *= 0.5;
+            }
+            trial.has_cycled = next >= miss;
+            if trial.has_cycled {
+                break;
+            }
+            miss = next;
+        }
+        for j in 1..m {
+            let slip = trial.slips[j] - self.slips[j];
+            trial.guides[j] = match slip {
+                slip if slip > 0.0 => Guide::Pulls,
+                slip if slip < 0.0 => Guide::Releases,
+                _ => Guide::Sticks,
+            };
+        }
+    }
+
+    /// Tensions and row factors at the trial slips, and the right-hand side of Newton's system, its lower part eliminated, in
+    /// `right`; the sum of |f_j| [N].
+    fn evaluate_sliding(&self, lengths: &[f64], trial: &mut TendonTrial) -> f64 {
+        let m = self.n_segments();
+        for i in 0..m {
+            let stretch = self.stretch(lengths, &trial.slips, i);
+            trial.is_taut[i] = stretch > 0.0;
+            trial.tensions[i] = self.stiffness[i] * stretch.max(0.0);
+        }
+        let k = |i: usize, is_taut: &[bool]| if is_taut[i] { self.stiffness[i] } else { 0.0 };
+        let mut sum = 0.0;
+        for j in 1..m {
+            let (before, after, h) = (trial.tensions[j - 1], trial.tensions[j], trial.factors[j]);
+            let bound = self.spec.friction_force + h * (before + after);
+            let slip = trial.slips[j] - self.slips[j];
+            let law = self.spec.law;
+            let [z, _] = law.engaged(&self.elements[j], slip, 1.0);
+            let f = before - after - bound * z;
+            let [_, slope] = law.engaged(&self.elements[j], slip, f);
+            let gives = bound * slope.max(TRACE / law.presliding());
+            let (left, right) =
+                ((1.0 - h * z) * k(j - 1, &trial.is_taut), (1.0 + h * z) * k(j, &trial.is_taut));
+            // left + right + gives - left upper_{j-1}, without its cancellation.
+            let pivot = right + gives + left * trial.defect[j - 1];
+            trial.row[j] = [left, right];
+            trial.defect[j] = (gives + left * trial.defect[j - 1]) / pivot;
+            trial.pivot[j] = pivot;
+            trial.upper[j] = right / pivot;
+            let previous = if j == 1 { 0.0 } else { trial.right[j - 1] };
+            trial.right[j] = (f + left * previous) / pivot;
+            sum += f.abs();
+        }
+        sum
+    }
+}
