@@ -4,15 +4,16 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use hysteron_bench::study::{
-    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, rig, robots, sofa, sorosim,
-    tentacle,
+    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, population, rig, robots, sofa,
+    sorosim, tentacle,
 };
 use hysteron_bench::targets::{self, Effort};
 
 const USAGE: &str = "usage: hysteron-bench [--quick] [--out FOLDER]
-       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|inverse|rig|coreact|robots|edic|ladder|layouts|adaptation [--quick] [--out FOLDER]
+       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|inverse|rig|coreact|robots|edic|ladder|population|layouts|adaptation [--quick] [--out FOLDER]
+       hysteron-bench study population [--robots N]
 
 Without a study: measures every performance target and writes FOLDER/targets.json.
 A study compares with another program or a robot, or records from the emulated rig, and writes FOLDER/NAME/metrics.json.
@@ -31,12 +32,15 @@ fn main() -> ExitCode {
 
 fn run() -> Result<()> {
     let mut words = Vec::new();
-    let (mut quick, mut out) = (false, None);
+    let (mut quick, mut out, mut robots) = (false, None, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--quick" => quick = true,
             "--out" => out = arguments.next().map(PathBuf::from),
+            "--robots" => {
+                robots = Some(arguments.next().context("--robots N")?.parse().context("--robots N")?)
+            }
             "--help" | "-h" => {
                 println!("{USAGE}");
                 return Ok(());
@@ -64,6 +68,7 @@ fn run() -> Result<()> {
                 "coreact" => coreact::run(&folder, quick),
                 "ladder" => ladder::run(&folder, quick),
                 "robots" => robots::run(&folder, quick),
+                "population" => population::run(&folder, quick, robots),
                 "layouts" => layouts::run(&folder, quick),
                 "edic" => edic::run(&folder, quick),
                 "adaptation" => adaptation::run(&folder, quick),

@@ -37,6 +37,10 @@ pub struct Followed {
     pub nrmse_percent: f64,
     /// Overlap [-].
     pub iou: f64,
+    /// Root mean square distance from where the tip was to be at that time [mm]; the paper gives none.
+    pub aligned_rmse_mm: Option<f64>,
+    /// Lag behind the target [ms].
+    pub lag_ms: Option<f64>,
 }
 
 /// The program and where it works.
@@ -203,6 +207,30 @@ impl Chain {
         self.train(name, &again, seeds, epochs)
     }
 
+    /// Lets a calibrated twin carry out a plan, into the folder `name`.
+    ///
+    /// # Errors
+    /// The program fails, or refusals of the file system.
+    pub fn generate(&self, scene: &str, twin: &str, plan: &str, name: &str) -> Result<String> {
+        let (file, out) = (self.path(&format!("{name}-plan.toml"))?, self.path(name)?);
+        file::write_bytes(Path::new(&file), plan)?;
+        self.hysteron(&["generate", scene, "--residual", twin, "--plan", &file, "--out", &out])?;
+        Ok(out)
+    }
+
+    /// Trains an inverse network, as `NAME.safetensors`.
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn train_inverse(&self, name: &str, recordings: &[String], options: &[&str]) -> Result<String> {
+        let out = self.path(&format!("{name}.safetensors"))?;
+        let mut arguments = vec!["-q", "train", "--out", &out];
+        arguments.extend(options);
+        arguments.extend(recordings.iter().map(String::as_str));
+        self.once(&out, &arguments)?;
+        Ok(out)
+    }
+
     /// Follows a target on a rig, several times from the day `seed` on, into `name`; nothing where the rig would not carry
     /// the strokes out: the program has said why, so far because of the servos' load on a far path.
     ///
@@ -230,7 +258,12 @@ impl Chain {
         let rows = found["recordings"].as_array().context("no recordings in metrics.json")?;
         let row = |row: &Value| -> Result<Followed> {
             let number = |key: &str| row[key].as_f64().with_context(|| format!("no {key} in metrics.json"));
-            Ok(Followed { nrmse_percent: 100.0 * number("nrmse")?, iou: number("iou")? })
+            Ok(Followed {
+                nrmse_percent: 100.0 * number("nrmse")?,
+                iou: number("iou")?,
+                aligned_rmse_mm: row["aligned_rmse_m"].as_f64().map(|m| 1e3 * m),
+                lag_ms: row["lag_s"].as_f64().map(|s| 1e3 * s),
+            })
         };
         rows.iter().map(row).collect::<Result<Vec<_>>>().map(Some)
     }

@@ -185,7 +185,12 @@ fn track(chain: &Chain, way: &Way, target: &str, quick: bool) -> Result<Cell> {
 fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
     let mut cells = vec![vec!["NRMSE [%], IoU".to_owned(), "paper's EDIC".to_owned()]];
     cells[0].extend(WAYS.iter().map(|way| way.name.to_owned()));
-    let paper = |ideal: &Ideal| Followed { nrmse_percent: ideal.paper_nrmse, iou: ideal.paper_iou };
+    let paper = |ideal: &Ideal| Followed {
+        nrmse_percent: ideal.paper_nrmse,
+        iou: ideal.paper_iou,
+        aligned_rmse_mm: None,
+        lag_ms: None,
+    };
     for (ideal, row) in paths.iter().zip(rows) {
         let mut line = vec![ideal.path.to_owned(), shown(&[paper(ideal)], 0)];
         line.extend(row.iter().map(|cell| shown(&cell.followed, cell.refused)));

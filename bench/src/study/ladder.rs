@@ -98,12 +98,12 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let recordings = chain.training_recordings()?;
     chain.calibrate("twin", FRICTION.1, &recordings, 1, None)?;
     let twin = chain.path("twin-1.safetensors")?;
-    let synthetic = generate(&chain, &twin)?;
+    let synthetic = chain.generate(scene, &twin, &synthetic_plan(), "synthetic")?;
     let both = [&recordings[..], &[synthetic]].concat();
-    let inverse = train(&chain, "inverse", &recordings, &[])?;
-    let hybrid = train(&chain, "hybrid", &both, &[])?;
+    let inverse = chain.train_inverse("inverse", &recordings, &[])?;
+    let hybrid = chain.train_inverse("hybrid", &both, &[])?;
     let is_preset = PRESETS.contains(&name);
-    let paper = if is_preset { Some(train(&chain, "paper", &both, &PAPER)?) } else { None };
+    let paper = if is_preset { Some(chain.train_inverse("paper", &both, &PAPER)?) } else { None };
 
     let steered = Strokes { scene: Some(scene), model: Some(&twin) };
     let adapted = chain.path("adapted.safetensors")?;
@@ -131,9 +131,8 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     Ok(Robot { name: name.to_owned(), found })
 }
 
-fn generate(chain: &Chain, twin: &str) -> Result<String> {
-    let (plan, out) = (chain.path("plan.toml")?, chain.path("synthetic")?);
-    let scene = scene_path(FRICTION.1);
+/// What the calibrated twin is to do.
+fn synthetic_plan() -> String {
     let mut text = SYNTHETIC.to_owned();
     for (family, own) in FAMILIES {
         text += &format!(
@@ -141,18 +140,7 @@ fn generate(chain: &Chain, twin: &str) -> Result<String> {
              amplitude_mm = [4, 12]\nperiod_s = [12, 20]\n{own}attack_s = 8\nsustain_s = 20\ndecay_s = 20\n"
         );
     }
-    std::fs::write(&plan, text)?;
-    chain.hysteron(&["generate", &scene, "--residual", twin, "--plan", &plan, "--out", &out])?;
-    Ok(out)
-}
-
-fn train(chain: &Chain, name: &str, recordings: &[String], options: &[&str]) -> Result<String> {
-    let out = chain.path(&format!("{name}.safetensors"))?;
-    let mut arguments = vec!["-q", "train", "--out", &out];
-    arguments.extend(options);
-    arguments.extend(recordings.iter().map(String::as_str));
-    chain.once(&out, &arguments)?;
-    Ok(out)
+    text
 }
 
 /// A row for each robot and one for their mean: NRMSE and overlap in the mean of the targets that were carried out.
@@ -193,7 +181,8 @@ mod tests {
 
     #[test]
     fn refused_paths_are_told_and_do_not_count() {
-        let followed = |nrmse_percent| Some(Followed { nrmse_percent, iou: 0.9 });
+        let followed =
+            |nrmse_percent| Some(Followed { nrmse_percent, iou: 0.9, aligned_rmse_mm: None, lag_ms: None });
         let mut rows = [[followed(2.0); RUNGS.len()]; 2];
         rows[1] = [followed(1.0), None, followed(1.0), None, followed(1.0), followed(1.0)];
         rows[0][3] = None;

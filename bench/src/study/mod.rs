@@ -9,6 +9,7 @@ pub mod ftdcr;
 pub mod inverse;
 pub mod ladder;
 pub mod layouts;
+pub mod population;
 pub mod rig;
 pub mod robots;
 pub mod sofa;

@@ -157,6 +157,8 @@ fn keys(family: Family) -> (&'static str, &'static [&'static str], usize) {
         Family::Square => ("square", &["size_mm"], 1),
         Family::Lissajous => ("lissajous", &["size_mm", "width_mm", "cycles", "phase_deg"], 4),
         Family::FigureEight => ("figure_eight", &["size_mm"], 1),
+        Family::Ellipse => ("ellipse", &["size_mm", "aspect"], 2),
+        Family::Rose => ("rose", &["size_mm", "k"], 2),
         Family::Spiral => ("spiral", &["size_mm", "turns"], 2),
         Family::Polyline => ("polyline", &["points_mm", "closed", "may_cross"], 1),
         Family::Outline => ("outline", &["file", "closed", "may_cross"], 1),
@@ -171,6 +173,8 @@ fn check_keys(typed: &Curve) -> Check<&'static str> {
         ("cycles", typed.cycles.is_some()),
         ("phase_deg", typed.phase_deg.is_some()),
         ("turns", typed.turns.is_some()),
+        ("aspect", typed.aspect.is_some()),
+        ("k", typed.k.is_some()),
         ("points_mm", typed.points_mm.is_some()),
         ("file", typed.file.is_some()),
         ("closed", typed.closed.is_some()),
@@ -206,6 +210,16 @@ fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
         Family::Diamond => drawn(family::diamond(size), true, true),
         Family::Square => drawn(family::square(size), true, true),
         Family::FigureEight => drawn(family::figure_eight(size), true, true),
+        Family::Ellipse => {
+            let aspect = typed.aspect.unwrap_or_default();
+            require("curve.aspect", "0 < aspect <= 1", aspect, aspect > 0.0 && aspect <= 1.0)?;
+            drawn(family::ellipse(size, aspect), true, true)
+        }
+        Family::Rose => {
+            let k = typed.k.unwrap_or_default();
+            require("curve.k", "2 to 8", f64::from(k), (2..=8).contains(&k))?;
+            drawn(family::rose(size, k), true, true)
+        }
         Family::Spiral => {
             let turns = positive("curve.turns", typed.turns.unwrap_or_default())?;
             require("curve.turns", "at most 100", turns, turns <= 100.0)?;

@@ -25,6 +25,21 @@ pub(super) fn square(side: f64) -> Vec<Point> {
     vec![[r, r, 0.0], [-r, r, 0.0], [-r, -r, 0.0], [r, -r, 0.0]]
 }
 
+/// An ellipse of this length and `aspect` times that height, lying. From (length / 2, 0) counter-clockwise.
+pub(super) fn ellipse(length: f64, aspect: f64) -> Vec<Point> {
+    closed(1, |u| [0.5 * length * (TAU * u).cos(), 0.5 * aspect * length * (TAU * u).sin()])
+}
+
+/// The rose r = d/2 cos kθ, whose petals reach out to a circle of this diameter: k of them where k is odd, else 2k. From (d / 2, 0).
+pub(super) fn rose(diameter: f64, k: u32) -> Vec<Point> {
+    let turn = if k.is_multiple_of(2) { TAU } else { 0.5 * TAU };
+    closed(k, |u| {
+        let (sin, cos) = (turn * u).sin_cos();
+        let r = 0.5 * diameter * (f64::from(k) * turn * u).cos();
+        [r * cos, r * sin]
+    })
+}
+
 /// x = w/2 sin(2π n_x u + φ), y = h/2 sin(2π n_y u) for u from 0 to 1.
 pub(super) fn lissajous(width: f64, height: f64, cycles: [u32; 2], phase: f64) -> Vec<Point> {
     let [nx, ny] = cycles.map(f64::from);

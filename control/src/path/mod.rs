@@ -26,12 +26,14 @@ pub use outline::{Outline, Point};
 
 /// Curves that have a name on the command line, as in `circle:40`, and what is written for them in `[curve]`; `SIZE`
 /// stands for the size.
-const BUILT_IN: [(&str, &str); 6] = [
+const BUILT_IN: [(&str, &str); 8] = [
     ("circle", "size_mm = SIZE"),
     ("diamond", "size_mm = SIZE"),
     ("square", "size_mm = SIZE"),
     ("lissajous", "size_mm = SIZE\nwidth_mm = WIDTH\ncycles = [1, 2]\nphase_deg = 0"),
     ("figure_eight", "size_mm = SIZE"),
+    ("ellipse", "size_mm = SIZE\naspect = 0.6"),
+    ("rose", "size_mm = SIZE\nk = 2"),
     ("spiral", "size_mm = SIZE\nturns = 3"),
 ];
 /// Width of the built-in Lissajous curve over its height. Tables II and III give RMSE / NRMSE = size to the digits

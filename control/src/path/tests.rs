@@ -36,6 +36,9 @@ fn sizes_are_those_of_the_paper() {
         ("square:50", [0.050, 0.050], 0.2),
         // Length of the lemniscate of half width 1: 5.244115108584 (Gauss).
         ("figure_eight:60", [0.060, 0.060 / 8f64.sqrt()], 0.030 * 5.244_115_108_584),
+        // 4 a E(e) with e² = 1 - 0.6², and 4 k a E with e² = 1 - 1/k²: complete elliptic integrals of the second kind.
+        ("ellipse:40", [0.040, 0.024], 0.020 * 4.0 * 1.276349943170),
+        ("rose:40", [0.040, 0.040], 0.020 * 8.0 * 1.211056027568),
     ] {
         let target = TargetPath::named(named).unwrap();
         for (extent, size) in extent(&target).into_iter().zip(size) {
@@ -165,6 +168,10 @@ fn what_cannot_be_a_target_is_refused() {
         ),
         ("family = \"lissajous\"\nsize_mm = 9\nwidth_mm = 9\ncycles = [2, 4]\nphase_deg = 0", "curve.cycles"),
         ("family = \"spiral\"\nsize_mm = 9\nturns = 101", "curve.turns"),
+        ("family = \"ellipse\"\nsize_mm = 9\naspect = 1.1", "curve.aspect"),
+        ("family = \"ellipse\"\nsize_mm = 9", "curve.aspect"),
+        ("family = \"rose\"\nsize_mm = 9\nk = 1", "curve.k"),
+        ("family = \"circle\"\nsize_mm = 9\nk = 2", "curve.k"),
         ("family = \"outline\"\nfile = \"a.png\"", "curve.file"),
         ("family = \"outline\"\nfile = \"none.csv\"", "nothing there"),
     ] {

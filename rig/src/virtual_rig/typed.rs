@@ -304,7 +304,7 @@ fn same_count(key: &str, n_tendons: usize, n: usize) -> Check<()> {
 }
 
 /// Largest magnitudes of what a robot on a bench can have, by the end of the key; the first that fits counts.
-const LARGEST: [(&str, f64); 24] = [
+const LARGEST: [(&str, f64); 27] = [
     ("_m_s2", 100.0),
     ("_kg_m2", 1.0),
     ("_n_m2", 1e6),
@@ -329,6 +329,9 @@ const LARGEST: [(&str, f64); 24] = [
     ("_relative", 3.0),
     ("_weights", 10.0),
     ("_probability", 1.0),
+    ("_factor", 100.0),
+    ("_ratio", 100.0),
+    ("section_stiffness", 100.0),
 ];
 
 /// A number for which `holds`, in SI: the unit is the end of the key, where `base` knows it.

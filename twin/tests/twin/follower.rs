@@ -61,7 +61,7 @@ fn limits_hold_and_the_way_home_ends_without_strokes() {
 #[test]
 fn a_robot_that_rests_aside_is_led_onto_its_path_at_the_allowed_rate() {
     let (mut scene, mesh) = scenes::robot();
-    scene.tendons[0].zero = 3e-4;
+    scene.tendons[0].zero = 1e-3;
     let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
     let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).unwrap().tip;
     assert!(rest[0].abs() > 1e-3, "a rest that tests nothing: {rest:?}");

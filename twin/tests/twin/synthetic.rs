@@ -112,7 +112,8 @@ fn data_is_what_the_twin_does() {
     let [x, y, z] = found.tip().expect("a tip");
     for i in 0..60 {
         robot.go(&strokes(&commands.strokes().iter().map(|series| series[i]).collect::<Vec<f64>>()));
-        assert_eq!([x[i], y[i], z[i]], robot.tip(), "sample {i}");
+        // Steps before the first sample leave another history to the fast iteration, and what it leaves over.
+        assert!(distance([x[i], y[i], z[i]], robot.tip()) < tolerance(1e-9), "sample {i}");
     }
     assert_eq!(found.strokes(), commands.strokes());
     for name in ["tip_x_per_stroke", "tip_y_per_stroke", "tip_z_per_stroke"] {
@@ -137,7 +138,7 @@ fn what_the_twin_cannot_do_is_no_data() {
 /// A robot whose first tendon is already pulled where a recording says zero: its tip rests 2 % of its length and more aside.
 fn pretensioned() -> Twin {
     let (mut scene, mesh) = scenes::robot();
-    scene.tendons[0].zero = 3e-4;
+    scene.tendons[0].zero = 1e-3;
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
     let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let away = distance(rest, twin.tip_of(&twin.rest()));
@@ -197,10 +198,10 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     let x = found.tip().expect("a tip")[0];
     let undisturbed = twin.tip_of(&twin.rest())[0];
     assert!((x[0] - undisturbed).abs() > 4e-3, "it has not come to rest: {}", x[0]);
-    // A snap by 2 % of the length, long after it has come to rest.
-    match made(|sample| if sample > 30 { 0.02 * scenes::LENGTH } else { 0.0 }) {
+    // A snap by a tenth of the length, long after it has come to rest.
+    match made(|sample| if sample > 30 { 0.1 * scenes::LENGTH } else { 0.0 }) {
         Outcome::Dropped(i, Unphysical::Jump(by)) => {
-            assert!((25..35).contains(&i) && (by / (0.02 * scenes::LENGTH) - 1.0).abs() < 0.5, "{i} {by}");
+            assert!((25..35).contains(&i) && (by / (0.1 * scenes::LENGTH) - 1.0).abs() < 0.2, "{i} {by}");
         }
         other => panic!("{other:?}"),
     }

@@ -1,0 +1,328 @@
+//! The whole chain on robots of a wide population, `virtual:wide/1` to `virtual:wide/10`, each known from its recordings alone.
+//!
+//! One procedure for all, no hand on any: record a plan of minutes; fit the nominal scene; calibrate the twin in two passes; let it
+//! make data; train inverse networks; follow seven paths that nothing has learned. What was done for a robot stays in its folder:
+//! the same command goes on. A robot on which a stage fails is counted and named.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // this program prints tables, and which robot it is at
+
+use std::path::Path;
+
+use anyhow::Result;
+use hysteron_base::file;
+use serde_json::{Value, json};
+
+use super::chain::{Chain, Followed, Strokes};
+use super::write_metrics;
+use crate::table::print_cells;
+
+/// Members of the population.
+const ROBOTS: u64 = 10;
+/// Paths, as far out as the recordings go.
+const TARGETS: [&str; 7] =
+    ["circle:40", "diamond:40", "square:30", "ellipse:40", "figure_eight:40", "lissajous:36", "rose:40"];
+/// Ways to strokes.
+const WAYS: [&str; 5] =
+    ["nominal scene", "fitted scene", "network of recorded data", "calibrated twin", "hybrid network"];
+
+/// The scene before any fit, from that of `typical`: the drawing, and data sheets for wire in channels and sheaths lined with PTFE
+/// (`meshes/tpu80/scene-friction.toml`). Its mesh is named from the robot's folder.
+const NOMINAL: (&str, [(&str, &str); 7]) = (
+    include_str!("../../../meshes/tpu80/scene-typical-friction.toml"),
+    [
+        ("name = \"tpu80-typical-friction\"", "name = \"tpu80-nominal\""),
+        ("compliance_mm_per_n = 0.0251065", "compliance_mm_per_n = 0.02"),
+        ("zero_mm = 0.352247", "zero_mm = 0.0"),
+        ("sheath_exponent = 0.51945", "sheath_exponent = 0.31"),
+        ("sheath_compliance_share = 0.5", "sheath_compliance_share = 0.6"),
+        ("backlash_mm = 0.260928", "backlash_mm = 0.05"),
+        ("# The virtual rig's typical robot as", "# As drawn, not fitted:"),
+    ],
+);
+
+/// What is recorded: three minutes.
+const RECORDED: &str = r#"format = "hysteron-plan"
+version = 1
+name = "population"
+seed = 1
+rate_hz = 100
+tendon_angles_deg = [0, 90, 180, 270]
+release = 1.0
+rest_before_s = 1
+rest_after_s = 1
+stroke_max_mm = 9
+stroke_rate_max_mm_s = 12
+"#;
+/// Its trajectories: name, family and what else its entry says.
+const TRAJECTORIES: [(&str, &str, &str); 8] = [
+    ("circle", "circle", "amplitude_mm = 7.5\nphase_deg = 0\ndirection = \"counter_clockwise\""),
+    ("circle-back", "circle", "amplitude_mm = 5\nphase_deg = 90\ndirection = \"clockwise\""),
+    ("square", "square", "amplitude_mm = 7.5\norientation_deg = 45\ndirection = \"counter_clockwise\""),
+    ("diamond", "square", "amplitude_mm = 6.5\norientation_deg = 0\ndirection = \"clockwise\""),
+    ("along", "sinusoid", "amplitude_mm = 7\norientation_deg = 0"),
+    ("across", "sinusoid", "amplitude_mm = 7\norientation_deg = 90"),
+    ("diagonal", "sinusoid", "amplitude_mm = 6\norientation_deg = 45"),
+    ("anti-diagonal", "sinusoid", "amplitude_mm = 6\norientation_deg = 135"),
+];
+/// Those that a scene is fitted to.
+const FITTED: [&str; 3] = ["circle", "square", "diagonal"];
+/// What is fitted, and how: where the tip rests is not known to the scene.
+const FIT: [&str; 8] = [
+    "--fit",
+    "zero,compliance,sheath_exponent,backlash",
+    "--frame",
+    "trust",
+    "--step-mm",
+    "0.2",
+    "--every-mm",
+    "0.4",
+];
+
+/// Family, and what else the entry says.
+type Draws = &'static [(&'static str, &'static str)];
+
+/// What the calibrated twin does besides: as far again, and its tip along roses. Name of the plan, its beginning, and draws: family, how
+/// many, amplitudes and what else.
+const SYNTHETIC: [(&str, &str, Draws); 2] = [
+    (
+        "tendons",
+        "",
+        &[
+            ("circle", "count = 2\namplitude_mm = [4, 10]"),
+            ("rose", "count = 2\namplitude_mm = [6, 10]\nswings = [0.4, 1.6]"),
+            ("square", "count = 2\namplitude_mm = [5, 10]\norientation_deg = [45, 45]"),
+        ],
+    ),
+    ("tip", "space = \"tip\"\n", &[("rose", "count = 4\namplitude_mm = [10, 26]\nswings = [0.4, 1.6]")]),
+];
+
+/// How much is done for a robot.
+struct Effort {
+    robots: u64,
+    targets: &'static [&'static str],
+    /// Steps of an evaluation of the fit, and at most so many epochs of a training.
+    steps: &'static str,
+    epochs: Option<&'static str>,
+}
+
+const FULL: Effort = Effort { robots: ROBOTS, targets: &TARGETS, steps: "1500", epochs: None };
+/// Shows that it runs.
+const QUICK: Effort = Effort { robots: 1, targets: &["circle:40"], steps: "300", epochs: Some("3") };
+
+/// One robot: for every path what each way came to, none where the rig would not carry the strokes out; or why there is nothing.
+struct Robot {
+    name: String,
+    found: Result<Vec<Row>, String>,
+}
+
+type Row = [Option<Followed>; WAYS.len()];
+
+/// Runs the study on `robots` members; quick: one robot, one path, few steps and epochs.
+///
+/// # Errors
+/// The program cannot be built, or refusals of the file system.
+pub fn run(folder: &Path, quick: bool, robots: Option<u64>) -> Result<()> {
+    let effort = if quick { QUICK } else { FULL };
+    let mut all = Vec::new();
+    for member in 1..=robots.unwrap_or(effort.robots) {
+        let name = format!("wide/{member}");
+        eprintln!("{name}");
+        let found = known_from_recordings(&folder.join(name.replace('/', "-")), &name, &effort);
+        all.push(Robot { found: found.map_err(|error| format!("{error:#}")), name });
+        // After every robot: a study that is stopped has said what it found.
+        print(&all, effort.targets);
+        write_metrics(
+            folder,
+            "population",
+            json!({ "robots": all.iter().map(|one| json_of(one, effort.targets)).collect::<Vec<_>>() }),
+        )?;
+    }
+    Ok(())
+}
+
+/// The whole procedure on one robot.
+fn known_from_recordings(folder: &Path, name: &str, effort: &Effort) -> Result<Vec<Row>> {
+    let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
+    let nominal = nominal_scene(&chain)?;
+    let plan = chain.path("plan.toml")?;
+    file::write_bytes(Path::new(&plan), recorded_plan())?;
+    chain.record(name, &plan, "data")?;
+    let recordings = chain.training_recordings()?;
+    let fitted = fit(&chain, &nominal, effort.steps)?;
+    chain.calibrate("twin", &fitted, &recordings, 1, effort.epochs)?;
+    let twin = chain.path("twin-1.safetensors")?;
+    let mut both = recordings.clone();
+    for (name, ..) in &SYNTHETIC {
+        both.push(chain.generate(&fitted, &twin, &synthetic_plan(name), &format!("synthetic-{name}"))?);
+    }
+    let options: Vec<&str> = effort.epochs.iter().flat_map(|epochs| ["--epochs", epochs]).collect();
+    let recorded = chain.train_inverse("recorded", &recordings, &options)?;
+    let hybrid = chain.train_inverse("hybrid", &both, &options)?;
+    let steered = |scene, model| Strokes { scene: Some(scene), model };
+    let ways: [Strokes; WAYS.len()] = [
+        steered(nominal.as_str(), None),
+        steered(fitted.as_str(), None),
+        Strokes { scene: None, model: Some(&recorded) },
+        steered(fitted.as_str(), Some(&twin)),
+        Strokes { scene: None, model: Some(&hybrid) },
+    ];
+    let follow = |target: &&str| {
+        let mut row: Row = [None; WAYS.len()];
+        for (k, (cell, way)) in row.iter_mut().zip(ways).enumerate() {
+            let name = format!("tracked/{k}-{}", target.replace(':', ""));
+            *cell =
+                chain.track(&rig, way, target, [1, 1], &name)?.and_then(|repeats| repeats.first().copied());
+        }
+        Ok(row)
+    };
+    effort.targets.iter().map(follow).collect()
+}
+
+/// The scene of every robot before its recordings are looked at.
+fn nominal_scene(chain: &Chain) -> Result<String> {
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80/tpu80.msh").canonicalize()?;
+    let mesh = format!("file = {:?}", mesh.display().to_string());
+    let lines = [&NOMINAL.1[..], &[("file = \"tpu80.msh\"", &mesh)]].concat();
+    chain.write_changed(NOMINAL.0, &lines, "nominal.toml")
+}
+
+/// Fits the nominal scene to some of the recordings.
+fn fit(chain: &Chain, nominal: &str, steps: &str) -> Result<String> {
+    let out = chain.path("fitted.toml")?;
+    let recordings =
+        FITTED.iter().map(|name| chain.path(&format!("data/{name}.parquet"))).collect::<Result<Vec<_>>>()?;
+    let mut arguments = vec!["fit-material", nominal];
+    arguments.extend(recordings.iter().map(String::as_str));
+    arguments.extend(FIT);
+    arguments.extend(["--steps", steps, "--out", &out]);
+    chain.once(&out, &arguments)?;
+    Ok(out)
+}
+
+fn recorded_plan() -> String {
+    let entry = |(name, family, own): &(&str, &str, &str)| {
+        format!(
+            "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\nperiod_s = 8\n\
+             attack_s = 6\nsustain_s = 8\ndecay_s = 6\n"
+        )
+    };
+    RECORDED.to_owned() + &TRAJECTORIES.iter().map(entry).collect::<String>()
+}
+
+/// The plan of that name for the calibrated twin.
+fn synthetic_plan(name: &str) -> String {
+    let mut text = RECORDED.replace("name = \"population\"", &format!("name = \"{name}\""));
+    text = text.replace("stroke_max_mm = 9", "stroke_max_mm = 12");
+    for (_, head, draws) in SYNTHETIC.iter().filter(|(known, ..)| *known == name) {
+        text = text.replace("seed = 1\n", &format!("seed = 1\n{head}"));
+        for (family, own) in *draws {
+            text += &format!(
+                "\n[[draw]]\nname = \"{name}-{family}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\n\
+                 period_s = [12, 20]\nattack_s = 8\nsustain_s = 24\ndecay_s = 24\n"
+            );
+        }
+    }
+    text
+}
+
+fn json_of(robot: &Robot, targets: &[&str]) -> Value {
+    let way = |(way, cell): (&&str, &Option<Followed>)| {
+        json!({
+            "way": way,
+            "nrmse_percent": cell.map(|one| one.nrmse_percent),
+            "iou": cell.map(|one| one.iou),
+            "aligned_rmse_mm": cell.and_then(|one| one.aligned_rmse_mm),
+            "lag_ms": cell.and_then(|one| one.lag_ms),
+        })
+    };
+    let path = |(target, row): (&&str, &Row)| json!({ "target": target, "ways": WAYS.iter().zip(row).map(way).collect::<Vec<_>>() });
+    match &robot.found {
+        Ok(rows) => {
+            json!({ "robot": robot.name, "paths": targets.iter().zip(rows).map(path).collect::<Vec<_>>() })
+        }
+        Err(why) => json!({ "robot": robot.name, "failed": why }),
+    }
+}
+
+/// For each way a line per robot, and one for their mean: the mean over the paths of every number.
+fn print(robots: &[Robot], targets: &[&str]) {
+    println!("mean of {}", targets.join(", "));
+    let mut cells = vec![["NRMSE [%], IoU, at equal times [mm], lag [ms]"].map(str::to_owned).to_vec()];
+    cells[0].extend(WAYS.map(str::to_owned));
+    for robot in robots {
+        cells.push(match &robot.found {
+            Ok(rows) => line(&robot.name, rows),
+            Err(why) => {
+                let first = why.lines().next().unwrap_or_default();
+                println!("{} failed: {first}", robot.name);
+                [vec![robot.name.clone()], vec!["failed".to_owned(); WAYS.len()]].concat()
+            }
+        });
+    }
+    let all: Vec<Row> =
+        robots.iter().filter_map(|robot| robot.found.as_ref().ok()).flatten().copied().collect();
+    cells.push(line("all", &all));
+    print_cells(&cells);
+}
+
+fn line(name: &str, rows: &[Row]) -> Vec<String> {
+    let cell = |way: usize| {
+        let all: Vec<Followed> = rows.iter().filter_map(|row| row[way]).collect();
+        let mean = |of: fn(&Followed) -> Option<f64>| {
+            let values: Vec<f64> = all.iter().filter_map(of).collect();
+            values.iter().sum::<f64>() / values.len().max(1) as f64
+        };
+        let [nrmse, iou] = [mean(|one| Some(one.nrmse_percent)), mean(|one| Some(one.iou))];
+        let [aligned, lag] = [mean(|one| one.aligned_rmse_mm), mean(|one| one.lag_ms)];
+        match (all.len(), rows.len() - all.len()) {
+            (0, _) => "-".to_owned(),
+            (_, 0) => format!("{nrmse:.2}, {iou:.3}, {aligned:.2}, {lag:.0}"),
+            (_, refused) => format!("{nrmse:.2}, {iou:.3}, {aligned:.2}, {lag:.0} ({refused} refused)"),
+        }
+    };
+    std::iter::once(name.to_owned()).chain((0..WAYS.len()).map(cell)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hysteron_base::Scene;
+    use hysteron_control::Plan;
+
+    #[test]
+    fn plans_are_valid_and_the_nominal_scene_knows_no_robot() {
+        let plan = Plan::from_toml(&recorded_plan(), "plan").expect("a good plan");
+        assert_eq!(plan.trajectories().len(), TRAJECTORIES.len());
+        for (name, ..) in SYNTHETIC {
+            Plan::from_toml(&synthetic_plan(name), "plan").expect("a good plan");
+        }
+        let folder = std::env::temp_dir().join(format!("hysteron-population-{}", std::process::id()));
+        let text = NOMINAL.1.iter().fold(NOMINAL.0.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        });
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join("nominal.toml"), text).expect("a file");
+        std::fs::copy(
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80/tpu80.msh"),
+            folder.join("tpu80.msh"),
+        )
+        .expect("a mesh");
+        let scene = Scene::read(folder.join("nominal.toml")).expect("a good scene");
+        std::fs::remove_dir_all(&folder).expect("its removal");
+        assert!(scene.tendons.iter().all(|tendon| tendon.zero == 0.0 && tendon.compliance == 2e-5));
+    }
+
+    #[test]
+    fn a_robot_that_failed_is_told_and_does_not_count() {
+        let one = |nrmse_percent| {
+            Some(Followed { nrmse_percent, iou: 0.9, aligned_rmse_mm: Some(1.0), lag_ms: Some(50.0) })
+        };
+        let mut rows = [[one(2.0); WAYS.len()]; 2];
+        rows[1] = [one(1.0), None, one(1.0), one(1.0), one(1.0)];
+        rows[0][1] = None;
+        let cells = line("a", &rows);
+        assert_eq!(cells[..4], ["a", "1.50, 0.900, 1.00, 50", "-", "1.50, 0.900, 1.00, 50"]);
+        let failed = Robot { name: "b".to_owned(), found: Err("a stage".to_owned()) };
+        assert_eq!(json_of(&failed, &TARGETS)["failed"], "a stage");
+    }
+}
