@@ -26,12 +26,14 @@ pub enum MotionKind {
 const FLAT: f64 = 0.02;
 /// Slower than this part of the largest speed a motion has no direction that counts [-].
 const SLOW: f64 = 0.2;
-/// Mean |cos| between place and direction: 0 on a circle, 0.4 on a square, 2/π where both have nothing to do with each other.
-const ROUND: f64 = 0.25;
-/// Directions are counted in bins of 10°; a polygon of up to four corners has most of its way in four pairs of neighbours.
+/// Mean |cos| between place and direction: 0 on a circle, up to 0.3 where it grows and shrinks within a turn, 2/π where both have
+/// nothing to do with each other.
+const ROUND: f64 = 0.33;
+/// Directions are counted in bins of 10°; a polygon of up to four corners has most of its way in four pairs of neighbours, a circle
+/// a quarter of it.
 const BINS: usize = 36;
 const SIDES: usize = 4;
-const ON_SIDES: f64 = 0.7;
+const ON_SIDES: f64 = 0.5;
 /// Steps that a motion is looked at in: enough for its shape, long enough that a servo's ticks do not decide a direction.
 const LOOKS: usize = 600;
 
@@ -62,10 +64,10 @@ impl MotionKind {
             let turn = (way[1].atan2(way[0]) / std::f64::consts::TAU + 1.0).fract();
             bins[((turn * BINS as f64) as usize).min(BINS - 1)] += length(way);
         }
-        if along < ROUND * total {
-            Self::Loop
-        } else if on_sides(bins) > ON_SIDES * total {
+        if on_sides(bins) > ON_SIDES * total {
             Self::Polygon
+        } else if along < ROUND * total {
+            Self::Loop
         } else {
             Self::Curve
         }
