@@ -77,7 +77,8 @@ fn quick() -> StatefulOptions {
         learning_rate: 5e-3,
         ..default.learning
     };
-    StatefulOptions { learning, ..default }
+    // A delay would stand in for a part of the play: here the regression is to know nothing.
+    StatefulOptions { learning, largest_delay_s: 0.0, ..default }
 }
 
 fn quick_for(epochs: usize) -> StatefulOptions {
@@ -109,6 +110,17 @@ fn rmse_mm(model: &InverseModel, one: &Demonstration) -> f64 {
     let commands = command(model, &one.tip, WIDE);
     let errors: Vec<f64> = commands.strokes.iter().zip(&one.strokes).map(|(a, b)| 1e3 * (a - b)).collect();
     root_mean(&errors)
+}
+
+#[test]
+fn a_delay_is_offered_to_regression_and_network_alike() {
+    let late = fit(&dataset(), &StatefulOptions { largest_delay_s: 0.5, ..quick_for(1) });
+    let delay = late.model.training["delay_s"].as_f64().unwrap();
+    // The play of 0.8 mm puts the tip 0.4 mm behind strokes of some 3 mm/s.
+    assert!((0.05..0.3).contains(&delay), "{delay}");
+    let [without, with] = [0, 1].map(|k| late.report.together()[k]);
+    assert!(with < 0.9 * without, "{with} {without}");
+    assert!(late.report.methods.len() == 3 && late.regression_mm[0] == late.report.channels[0].errors[1]);
 }
 
 #[test]
