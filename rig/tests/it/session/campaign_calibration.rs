@@ -73,12 +73,14 @@ pub(super) fn carry_out(script: &Script) -> (Vec<(f64, Fault)>, String, Vec<Stri
     };
     let Probe { injected, rig: ports, .. } = probe;
     drop(ports);
-    // Nobody tells whether the servos could be reached: a bus that was away for longer than the session's patience
+    // Nobody tells whether the servos could be reached: a bus that was away or deaf for longer than the session's patience
     // leaves them to the watchdog process, whose part is played here; a servo that has lost its plug has lost its power.
-    let is_away = |fault: &Fault| {
-        fault.kind == FaultKind::UnplugBus && fault.duration_s.is_some_and(|duration| duration > 1.0)
+    let outlasts = |fault: &Fault| match fault.kind {
+        FaultKind::UnplugBus => fault.duration_s.is_some_and(|duration| duration > 1.0),
+        FaultKind::DropPacket | FaultKind::DropInstruction => fault.count.is_some_and(|count| count > 100),
+        _ => false,
     };
-    let is_reached = !injected.iter().any(|(_, fault)| is_away(fault));
+    let is_reached = !injected.iter().any(|(_, fault)| outlasts(fault));
     check_torque(&rig, is_reached, &injected, &mut problems);
     // And the port is free for the next program.
     if !wait_for(|| LiveRig::open(&rig.config).is_ok()) {
