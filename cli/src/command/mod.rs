@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Fastest change of a stroke [default: that of the training; with --scene 12]
     #[arg(long, value_name = "MM/S")]
     stroke_rate_max_mm_s: Option<f64>,
-    /// Folder for a figure of the strokes
+    /// Folder for figures and report.html
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
 }

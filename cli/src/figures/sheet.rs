@@ -144,6 +144,11 @@ where
 
     /// A vertical bar from the colour of `low` below to that of `high` above, with its name on top.
     pub fn color_bar(&self, name: &str, low: f64, high: f64) -> anyhow::Result<()> {
+        self.labelled_bar(name, &[0.0, 0.5, 1.0].map(|part| number(low + part * (high - low))))
+    }
+
+    /// The same with labels at the foot, in the middle and on top.
+    pub fn labelled_bar(&self, name: &str, labels: &[String; 3]) -> anyhow::Result<()> {
         const STEPS: usize = 64;
         const WIDTH: f64 = 14.0;
         const TOP: f64 = 24.0;
@@ -155,9 +160,8 @@ where
             let color = ramp((k as f64 + 0.5) / STEPS as f64);
             self.area.draw(&Rectangle::new([(0, y(k + 1)), (self.px(WIDTH), y(0))], color.filled()))?;
         }
-        for part in [0.0, 0.5, 1.0] {
-            let y = TOP + height * (1.0 - part);
-            self.text(&number(low + part * (high - low)), WIDTH + 6.0, y)?;
+        for (part, label) in [0.0, 0.5, 1.0].into_iter().zip(labels) {
+            self.text(label, WIDTH + 6.0, TOP + height * (1.0 - part))?;
         }
         Ok(())
     }

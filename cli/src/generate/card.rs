@@ -15,7 +15,8 @@ use crate::terminal;
 pub struct Row {
     /// Its name.
     pub name: String,
-    family: &'static str,
+    /// Family of its motion.
+    pub family: &'static str,
     amplitude_m: f64,
     frequency_hz: f64,
     /// None where it was left out.

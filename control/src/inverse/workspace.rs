@@ -48,6 +48,11 @@ impl Workspace {
         Self { corners_m, height_m }
     }
 
+    /// Corners of the hull, counter-clockwise [m].
+    pub fn corners(&self) -> &[[f64; 2]] {
+        &self.corners_m
+    }
+
     /// Its greater extent along x or y [m].
     pub fn width(&self) -> f64 {
         let span = |c: usize| {

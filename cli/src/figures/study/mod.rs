@@ -14,7 +14,9 @@ use hysteron_control::tracking::{Origin, Part};
 use serde::Serialize;
 
 use super::figure::{Drawn, register_embedded_font, save};
+use super::lines::TimeChart;
 use super::report::{Page, write_metrics};
+use super::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, tip_panels};
 use super::tracking;
 use crate::evaluate::{self, Row};
 use crate::inputs;
@@ -108,7 +110,7 @@ pub fn write(out: &Path, study: &Study, stages: &[Stage]) -> anyhow::Result<()> 
     if let Some(track) = &study.track {
         words::outcome(&mut page, track, &tracked);
     }
-    page.heading("What was done");
+    page.heading("Stages");
     page.table(&["Stage", "What it does"], words::stages(stages));
     if study.has_residual() {
         show_twin(&mut page, out, study, &predicted)?;
@@ -187,7 +189,7 @@ fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> a
 
 fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]) -> anyhow::Result<()> {
     let Some(first) = predicted.first() else { return Ok(()) };
-    page.heading("What the twin has learned");
+    page.heading("Hysteresis of the twin");
     page.paragraph(words::TWIN);
     let (measured, simulated) = read_predicted(out, &first.trajectory)?;
     let [without, with] = &simulated;
@@ -195,6 +197,11 @@ fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]
         Hysteresis::new(&first.trajectory, study.rig.first_angle, &measured, [without, with])
     {
         page.figure(&save(&out.join("figures"), &figure, false)?);
+    }
+    if let Some(charts) = over_time(&first.trajectory, &measured, [without, with]) {
+        for chart in charts {
+            page.figure(&save(&out.join("figures"), &chart, false)?);
+        }
     }
     let percent = |score: &PathScore| -> String {
         let part =
@@ -206,7 +213,7 @@ fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]
         vec![it.trajectory.clone(), mm(&it.without), mm(&it.with), percent(&it.without), percent(&it.with)]
     };
     let headings = [
-        "Not learned from",
+        "Test path",
         "RMSE [mm] without network",
         "with network",
         "NRMSE of x, y [%] without network",
@@ -216,8 +223,36 @@ fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]
     Ok(())
 }
 
+/// Tip and error of a trajectory over time, measured and of the twin without its network and with it.
+fn over_time(trajectory: &str, measured: &Recording, twins: [&Recording; 2]) -> Option<[TimeChart; 2]> {
+    let gap = measured.gap();
+    let robot = Tip::new("measured", MEASURED, &measured.tip()?).without_gaps(gap);
+    let twin = |name, color, recording: &Recording| Some(Tip::new(name, color, &recording.tip()?));
+    let twins = [
+        twin("twin without the network", UNCORRECTED, twins[0])?,
+        twin("twin with the network", TWIN, twins[1])?,
+    ];
+    let errors = TimeChart::over_time(
+        "predicted-error",
+        format!("{trajectory}: error of the twin's tip"),
+        "Distance of the twin's tip from the measured one [mm] over time [s], without and with the network.",
+        measured.time(),
+        vec![error_panel(&robot, &twins)],
+    );
+    let [without, with] = twins;
+    let tips = TimeChart::over_time(
+        "predicted-tip",
+        format!("{trajectory}: tip"),
+        "Tip as measured, of the twin without and of the twin with the network [mm], over time [s]; each axis has its own \
+         scale.",
+        measured.time(),
+        tip_panels(&[robot, without, with]),
+    );
+    Some([tips, errors])
+}
+
 fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]) -> anyhow::Result<()> {
-    page.heading("Paths that nobody has learned");
+    page.heading("Tracking of test paths");
     page.paragraph(words::TRACKING);
     words::tracking_table(page, track, tracked);
     for (target, ways) in track.targets.iter().zip(tracked.chunks(track.ways.len())) {
@@ -228,10 +263,12 @@ fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]
         };
         let rows: Vec<Row> = ways.iter().filter_map(first).collect();
         if !rows.is_empty() {
-            let mut drawn: Drawn =
-                tracking::overlay(&out.join("figures").join(&target.name), &target.path, &rows)?;
-            drawn.caption = format!("{}. {}", target.path.name, drawn.caption);
-            page.figure(&drawn);
+            let folder = out.join("figures").join(&target.name);
+            let over_time = tracking::over_time(&target.path, &rows);
+            let over_time = over_time.map(|chart| save(&folder, &chart, false)).transpose()?;
+            for drawn in [tracking::overlay(&folder, &target.path, &rows)?].into_iter().chain(over_time) {
+                page.figure(&Drawn { title: format!("{}: {}", target.path.name, drawn.title), ..drawn });
+            }
         }
     }
     words::glossary(page);

@@ -6,18 +6,17 @@ use super::Tracked;
 use crate::figures::report::Page;
 use crate::study::{Stage, Study, Track, Way};
 
-pub const ABOUT: &str = "A soft robot is bent by tendons. Pull one and let go again, and the tip does not come back the \
-way it went: tendons rub and stretch, the material creeps. That is hysteresis, and it spoils every path that is computed \
-without it. A study records the robot, teaches its digital twin the same hysteresis, and lets the twin say which strokes \
-lead the tip along a path. Then the strokes are carried out, without looking at the tip, and what the tip did is measured.";
+pub const ABOUT: &str = "Tendons bend a continuum robot. When a tendon is pulled and released again, the tip does not return on \
+the same path: friction, slack, backlash and creep cause hysteresis, and every path that is computed without it is missed. A \
+study records the robot, calibrates its digital twin on the recordings, and computes the strokes that lead the tip along \
+test paths. The rig carries these strokes out open loop, and the tip is measured.";
 
-pub const TWIN: &str = "The twin is a finite-element model of the body and its tendons. By itself it knows at most \
-the friction of its scene, nothing of how the material creeps. Virtual tendons along the body are then given the strokes that \
-bring the twin's tip to the measured one, and a network learns when they pull how much. What follows is a trajectory that was kept \
-aside.";
+pub const TWIN: &str = "The twin is a finite-element model of the body and its tendons. Without its network it has at most the \
+friction of its scene, and no creep. An identification finds the strokes of auxiliary tendons that bring the twin's tip to the \
+measured one, and a network learns these strokes. The figures show a test path, which was used for no fit.";
 
-pub const TRACKING: &str = "For each path the strokes were found beforehand, in each of these ways, and carried out open \
-loop: no sensor corrects the tip on its way. Paths are dashed; the tip is coloured by its distance from the path.";
+pub const TRACKING: &str = "For each path, each method computed the strokes beforehand, and the rig carried them out open loop: the \
+measured tip is not fed back. Targets are dashed; the colour of the tip's path is its distance from the target.";
 
 /// Says what measured.
 pub fn rig(study: &Study) -> String {
@@ -72,13 +71,13 @@ fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [Strin
 pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
     let common: Vec<&[Tracked]> =
         tracked.chunks(track.ways.len()).filter(|ways| ways.iter().all(Tracked::is_carried_out)).collect();
-    page.heading("What came of it");
+    page.heading("Results");
     if common.is_empty() {
-        page.paragraph("No path was carried out in all ways; the table below says which were.");
+        page.paragraph("No path was carried out by all methods; the table below says which were.");
         return;
     }
     page.paragraph(&format!(
-        "Distance of the tip from the path, over {} that the rig carried out in every way: the smaller RMSE, \
+        "Distance of the tip from the path, over {} that the rig carried out by every method: the smaller RMSE, \
          NRMSE and lag, and the nearer IoU to 1, the better.",
         if common.len() == 1 { "the one path".to_owned() } else { format!("the {} paths", common.len()) },
     ));
@@ -103,8 +102,7 @@ pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
         cells.extend([percent(it.held_back), percent(it.extrapolating)]);
         cells
     };
-    let headings =
-        [&["Path", "Strokes by"][..], &NUMBERS, &["Held back [%]", "Beyond training [%]"]].concat();
+    let headings = [&["Path", "Strokes by"][..], &NUMBERS, &["Limited [%]", "Outside training [%]"]].concat();
     page.table(&headings, tracked.iter().map(row));
     if track.repeats > 1 {
         page.paragraph(&format!("Means over {} repeats; the figures show the first.", track.repeats));
@@ -119,11 +117,11 @@ pub fn glossary(page: &mut Page) {
         ("IoU", "overlap of what the path and the tip enclose, over what they cover together: 1 is the same"),
         (
             "At equal times",
-            "root mean square distance of the tip from where it should be at that time: lag and all",
+            "root mean square distance of the tip from the target at the same time; contains the lag",
         ),
-        ("Lag", "how much later the tip is where it should be"),
-        ("Held back", "samples in which a stroke or its rate would have passed a limit"),
-        ("Beyond training", "samples in which a network was asked for what it had never seen"),
+        ("Lag", "delay of the tip behind the target"),
+        ("Limited", "samples in which a limit reduced a stroke or its rate"),
+        ("Outside training", "samples in which the input of a network was outside its training range"),
         ("Not carried out", "the rig stopped, or would not begin: its load or strokes passed a limit"),
     ];
     page.list(rows.map(|(name, text)| (name, text.to_owned())));
@@ -136,8 +134,9 @@ pub fn stages(stages: &[Stage]) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = stages.iter().filter(|stage| !is_tracking(stage)).map(row).collect();
     let n = stages.iter().filter(is_tracking).count();
     if n > 0 {
-        let about =
-            format!("strokes for a path are found, carried out and measured: {n} times, paths by ways");
+        let about = format!(
+            "strokes for a path are found, carried out and measured: {n} times, every path by every method"
+        );
         rows.push(vec!["track".to_owned(), about]);
     }
     rows
@@ -145,10 +144,10 @@ pub fn stages(stages: &[Stage]) -> Vec<Vec<String>> {
 
 /// Where everything is, and how it was made.
 pub fn files(page: &mut Page, stages: &[Stage], out: &Path) {
-    page.heading("By hand");
+    page.heading("Commands");
     page.paragraph(&format!(
-        "Every stage is a command that you can type; each wrote to a folder of its own in {}. Change a number in the study \
-         and run it again: only what depends on it is done again.",
+        "Every stage is one command of the program; each wrote to its own folder in {}. After a change of the study, the \
+         same command repeats only the stages that depend on it.",
         out.display()
     ));
     let commands = stages.iter().flat_map(|stage| &stage.steps).map(|step| step.shown());
