@@ -140,7 +140,7 @@ fn tensions(run: &Run) -> TimeChart {
 
 /// Strokes of auxiliary tendons [mm].
 fn auxiliary_strokes(time: &[f64], strokes: Vec<Vec<f64>>) -> TimeChart {
-    let panels = numbered_panels("stroke [mm]", "auxiliary tendon", strokes);
+    let panels = numbered_panels("stroke [mm]", "auxiliary", strokes);
     let caption = "Strokes of the auxiliary tendons [mm], which correct the twin; zero is no correction. All panels have \
                    one scale.";
     let chart = TimeChart::over_time("auxiliary-strokes", "Auxiliary strokes", caption, time, panels);

@@ -115,7 +115,7 @@ impl Page {
         self.0.push_str("</tr>\n");
         for row in rows {
             self.0.push_str("<tr>");
-            row.iter().for_each(|cell| self.0.push_str(&format!("<td>{}</td>", escaped(cell))));
+            row.iter().for_each(|cell| self.0.push_str(&table_cell(cell)));
             self.0.push_str("</tr>\n");
         }
         self.0.push_str("</table></div>\n");
@@ -125,8 +125,8 @@ impl Page {
     pub(super) fn list<'a>(&mut self, rows: impl IntoIterator<Item = (&'a str, String)>) {
         self.0.push_str("<div class=\"scroll\"><table>\n");
         for (name, value) in rows {
-            let [name, value] = [name, &value].map(escaped);
-            self.0.push_str(&format!("<tr><th scope=\"row\">{name}</th><td>{value}</td></tr>\n"));
+            let (name, value) = (escaped(name), table_cell(&value));
+            self.0.push_str(&format!("<tr><th scope=\"row\">{name}</th>{value}</tr>\n"));
         }
         self.0.push_str("</table></div>\n");
     }
@@ -268,13 +268,20 @@ fn solver(metrics: &Metrics) -> Vec<(&'static str, String)> {
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#282c34;max-width:944px;margin:2em auto;padding:0 1em}\
 pre{background:#f4f5f7;padding:.8em 1em;white-space:pre-wrap;border-radius:4px}\
 table{border-collapse:collapse;margin:1em 0}th,td{text-align:left;padding:.15em 1.2em .15em 0;font-weight:normal;\
-border-bottom:1px solid #e1e4e8}td,th{white-space:nowrap}td{font-variant-numeric:tabular-nums}th{vertical-align:bottom}\
+border-bottom:1px solid #e1e4e8}td{white-space:nowrap}td.long{white-space:normal;min-width:16em}td{font-variant-numeric:tabular-nums}th{vertical-align:bottom}\
 h1{font-size:1.7em;line-height:1.25;overflow-wrap:anywhere}h3{font-size:1em;margin:0}.scroll{overflow-x:auto}\
 figure{margin:2em 0}svg{display:block;max-width:100%;height:auto}.tiles{display:flex;flex-wrap:wrap;align-items:flex-start}\
 .wide{overflow-x:auto}@media(max-width:640px){.wide svg{max-width:none;width:680px}}\
 .legend{display:flex;flex-wrap:wrap;gap:.2em 1.4em;margin:.3em 0;font-size:13px}\
 .legend i{display:inline-block;width:22px;height:4px;margin-right:6px;vertical-align:middle}\
 summary{cursor:pointer}figcaption{color:#5a6068}.small{color:#5a6068;font-size:12px;overflow-wrap:anywhere}";
+
+/// A cell; prose is broken into lines, numbers are not.
+fn table_cell(text: &str) -> String {
+    const LONG: usize = 32;
+    let class = if text.chars().count() > LONG { " class=\"long\"" } else { "" };
+    format!("<td{class}>{}</td>", escaped(text))
+}
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

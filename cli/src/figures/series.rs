@@ -12,7 +12,7 @@ pub const TWIN: RGBColor = COLORS[0];
 /// The twin before a correction.
 pub const UNCORRECTED: RGBColor = COLORS[1];
 /// Where the tip was to go.
-pub const TARGET: RGBColor = COLORS[2];
+pub const TARGET: RGBColor = COLORS[4];
 
 /// Curves in one panel at most, so that their colours differ.
 const MOST_CURVES: usize = 6;

@@ -100,9 +100,10 @@ pub fn write(
         }
         page.list([
             ("Network outside its training", percent(*extrapolating)),
-            ("Strokes held back by a limit", percent(*limited)),
+            ("Strokes limited", percent(*limited)),
         ]);
     }
+    page.heading("Results");
     page.table(&headings(), cells(rows));
     page.heading("Figures");
     page.figure(&figure);

@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     rows.extend(carry_out(&missing, &twin, &chooser)?);
     rows.sort_by(|a, b| a.name.cmp(&b.name));
     summary::print(&rows);
-    let title = format!("Virtual strokes of {}", scene.name);
+    let title = format!("Auxiliary strokes of {}", scene.name);
     let chosen = if network.is_some() { Chosen::ByNetwork } else { Chosen::ByQps };
     figures::identification::write(&arguments.out, &title, chosen, &scene.hash, &rows, &excluded)?;
     if interrupt::is_asked() {
