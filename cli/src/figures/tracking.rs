@@ -90,6 +90,7 @@ pub fn write(
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in paper 003, section V-B; definitions in docs/control.md.";
     let mut page = Page::new(&format!("Target {}", target.name), about, &command);
+    page.heading("Results");
     if let Some(Commanded { extrapolating, limited }) = commanded {
         let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);
         if *extrapolating > 0.0 {
@@ -103,7 +104,6 @@ pub fn write(
             ("Strokes limited", percent(*limited)),
         ]);
     }
-    page.heading("Results");
     page.table(&headings(), cells(rows));
     page.heading("Figures");
     page.figure(&figure);
