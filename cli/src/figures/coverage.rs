@@ -75,6 +75,9 @@ pub fn write(folder: &Path, card: &Card, real: &[Input], with_png: bool) -> anyh
     Ok(())
 }
 
+/// Positions from above [mm].
+type Points = Vec<(f64, f64)>;
+
 /// Where samples of the tip are, from above: a tile for every family, and one for the robot.
 struct Coverage {
     /// Middle of the square that all tiles show, and half its side [mm].
@@ -82,7 +85,7 @@ struct Coverage {
     half: f64,
     groups: Vec<Group>,
     /// Corners of the convex hull of the robot's tips [mm].
-    hull: Vec<(f64, f64)>,
+    hull: Points,
     /// Most samples in a cell.
     most: f64,
 }
@@ -98,7 +101,7 @@ impl Coverage {
     fn new(card: &Card, real: &[Input]) -> Self {
         let mm =
             |tip: &[[f64; 2]]| -> Vec<(f64, f64)> { tip.iter().map(|[x, y]| (1e3 * x, 1e3 * y)).collect() };
-        let mut tips: BTreeMap<&str, (usize, Vec<(f64, f64)>)> = BTreeMap::new();
+        let mut tips: BTreeMap<&str, (usize, Points)> = BTreeMap::new();
         for row in card.rows.iter().filter(|row| !row.tip.is_empty()) {
             let (n, points) = tips.entry(row.family).or_default();
             *n += 1;
@@ -108,7 +111,7 @@ impl Coverage {
             real.iter().filter_map(|input| tip_of(&input.recording).ok()).collect();
         let robot = of_robot.concat();
         let hull = Workspace::new(Axes::Planar, robot.iter().map(|[x, y]| [*x, *y, 0.0]).collect());
-        let mut all: Vec<(String, Vec<(f64, f64)>)> = tips
+        let mut all: Vec<(String, Points)> = tips
             .into_iter()
             .map(|(family, (n, points))| (format!("{family}: {n} trajectories"), points))
             .collect();
