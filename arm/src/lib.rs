@@ -21,6 +21,7 @@ pub mod kernels;
 mod kinematics;
 mod lanes;
 mod model;
+mod recorded;
 mod regressor;
 mod rnea;
 mod scalar;
@@ -41,6 +42,7 @@ pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
 };
 pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
+pub use recorded::{Quantity, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};
 pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
 pub use scalar::Scalar;

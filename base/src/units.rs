@@ -28,7 +28,7 @@ const fn ten(suffix: &'static str, si_suffix: &'static str, exponent: i32) -> Un
 }
 
 /// Every unit known, each quantity with its SI unit first. The last two are plain numbers.
-const UNITS: [Unit; 38] = [
+const UNITS: [Unit; 41] = [
     ten("m", "m", 0),
     ten("cm", "m", -2),
     ten("mm", "m", -3),
@@ -58,8 +58,11 @@ const UNITS: [Unit; 38] = [
     ten("m_s2", "m_s2", 0),
     ten("percent", "ratio", -2),
     ten("kg", "kg", 0),
+    ten("kg_m", "kg_m", 0),
     ten("kg_m2", "kg_m2", 0),
     ten("kg_m3", "kg_m3", 0),
+    ten("j", "j", 0),
+    ten("rad_per_m", "rad_per_m", 0),
     ten("a", "a", 0),
     ten("ma", "a", -3),
     ten("v", "v", 0),

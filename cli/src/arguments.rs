@@ -26,6 +26,7 @@ Examples, from the root of the repository; where hysteron is not installed, `car
       --out out/commands/ellipse.parquet
   hysteron generate meshes/tpu80/scene.toml --plan quick --out out/bare
   hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --nominal --target circle:30 --out out/nominal
+  hysteron arm info panda
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1
 
@@ -62,6 +63,7 @@ pub enum Verb {
     Mesh(crate::mesh::Arguments),
     Check(crate::check::Arguments),
     Record(crate::record::Arguments),
+    Arm(crate::arm::Arguments),
     FitMaterial(crate::fit_material::Arguments),
     Identify(crate::identify::Arguments),
     FitResidual(crate::fit_residual::Arguments),

@@ -5,6 +5,7 @@
 
 mod adapt;
 mod arguments;
+mod arm;
 mod check;
 mod command;
 mod evaluate;
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
         Verb::Command(arguments) => command::run(arguments),
         Verb::Track(arguments) => track::run(arguments),
         Verb::Rig(arguments) => rig::run(arguments),
+        Verb::Arm(arguments) => arm::run(arguments),
         Verb::Run(arguments) => study::run(arguments, &program.passed_on()),
         Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on()),
         Verb::Watchman(arguments) => watchman::run(arguments),

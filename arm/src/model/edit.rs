@@ -122,6 +122,23 @@ impl Model {
         })
     }
 
+    /// Distance [m] that no frame can be from the base's origin: the lengths of the way to the farthest one, summed.
+    pub fn reach(&self) -> f64 {
+        let length = |v: Vec3<f64>| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let mut reaches: Vec<f64> = Vec::new();
+        for joint in &self.joints {
+            let slides = match (joint.kind, joint.drive.range) {
+                (JointKind::Prismatic, Some([low, high])) => low.abs().max(high.abs()),
+                _ => 0.0,
+            };
+            let before = joint.parent.map_or(0.0, |parent| reaches[parent]);
+            reaches.push(before + length(joint.placement.position) + slides);
+        }
+        let frames =
+            self.frames.iter().map(|f| f.joint.map_or(0.0, |j| reaches[j]) + length(f.pose.position));
+        frames.fold(0.0, f64::max)
+    }
+
     /// What looks wrong in numbers that are possible: one sentence each.
     pub fn suspicions(&self) -> Vec<String> {
         let mut found = Vec::new();

@@ -10,6 +10,7 @@ mod derivatives;
 mod models;
 mod motion;
 mod numbers;
+mod recorded;
 mod reference;
 mod robots;
 mod rollouts;

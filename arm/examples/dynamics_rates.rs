@@ -1,0 +1,138 @@
+//! Calls per second of the arm's algorithms on a URDF, as one JSON object: single calls, and states in batches of lanes.
+//!
+//!     cargo run --release -p hysteron-arm --example dynamics_rates -- arm/robots/panda.urdf [LOCKED_JOINT…]
+//!
+//! Processor time of one core, the best of seven rounds. `bench/peers/arm_dynamics_peer.py` runs it beside other programs.
+
+use std::hint::black_box;
+
+use hysteron_arm::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm::*;
+use hysteron_base::lanes::Isa;
+use rand::RngExt;
+use rustix::time::{ClockId, clock_gettime};
+
+const STATES: usize = 256;
+
+/// Processor time of this program [s].
+fn now() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// States per second of `run`, which handles all of them.
+fn rate(mut run: impl FnMut()) -> f64 {
+    let mut best = 0.0_f64;
+    for _ in 0..7 {
+        let (start, mut calls, mut end) = (now(), 0, now());
+        while end - start < 0.1 {
+            run();
+            calls += STATES;
+            end = now();
+        }
+        best = best.max(calls as f64 / (end - start));
+    }
+    best.round()
+}
+
+struct States {
+    n: usize,
+    inputs: [Vec<f64>; 3],
+}
+
+impl States {
+    fn at(&self, i: usize) -> [&[f64]; 3] {
+        [0, 1, 2].map(|k| &self.inputs[k][self.n * i..self.n * (i + 1)])
+    }
+}
+
+fn single(model: &Model, states: &States) -> serde_json::Value {
+    let n = model.n_joints();
+    let mut data = Data::new(model, 0.0);
+    let (mut x, mut mass, [mut a, mut b, mut c]) =
+        (vec![0.0; n], vec![0.0; n * n], [0; 3].map(|_| vec![0.0; n * n]));
+    let inverse = rate(|| {
+        for i in 0..STATES {
+            inverse_dynamics(model, &mut data, states.at(i), &[], &mut x);
+            black_box(&x);
+        }
+    });
+    let forward = rate(|| {
+        for i in 0..STATES {
+            forward_dynamics(model, &mut data, states.at(i), &[], &mut x);
+            black_box(&x);
+        }
+    });
+    let composite = rate(|| {
+        for i in 0..STATES {
+            mass_matrix(model, &mut data, states.at(i)[0], &mut mass);
+            black_box(&mass);
+        }
+    });
+    let inverse_derivatives = rate(|| {
+        for i in 0..STATES {
+            inverse_dynamics_derivatives(model, &mut data, states.at(i), &[], [&mut a, &mut b, &mut c]);
+            black_box(&a);
+        }
+    });
+    let forward_derivatives = rate(|| {
+        for i in 0..STATES {
+            let by = [&mut a[..], &mut b, &mut c];
+            forward_dynamics_derivatives(model, &mut data, states.at(i), &[], &mut x, by);
+            black_box(&a);
+        }
+    });
+    let (weights, mut gradient) = (vec![1.0; n], Cotangent::new(model, 0, 0.0));
+    let adjoint = rate(|| {
+        for i in 0..STATES {
+            forward_dynamics(model, &mut data, states.at(i), &[], &mut x);
+            forward_dynamics_adjoint(model, &mut data, &[], &weights, &mut gradient);
+            black_box(&gradient);
+        }
+    });
+    serde_json::json!({
+        "inverse_dynamics": inverse, "forward_dynamics": forward, "mass_matrix": composite,
+        "inverse_derivatives": inverse_derivatives, "forward_derivatives": forward_derivatives,
+        "forward_and_adjoint": adjoint,
+    })
+}
+
+fn batches(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
+    let n = model.n_joints();
+    let batch = Batch::on(model, isa);
+    let [q, dq, x] = &states.inputs;
+    let (mut out, [mut a, mut b, mut c]) = (vec![0.0; STATES * n], [0; 3].map(|_| vec![0.0; STATES * n * n]));
+    let inverse = rate(|| batch.run(&InverseDynamics, STATES, &[q, dq, x], &mut [&mut out]));
+    let forward = rate(|| batch.run(&ForwardDynamics, STATES, &[q, dq, x], &mut [&mut out]));
+    let composite = rate(|| batch.run(&MassMatrix, STATES, &[q], &mut [&mut a]));
+    let derivatives = rate(|| {
+        batch.run(&ForwardDerivatives, STATES, &[q, dq, x], &mut [&mut out, &mut a, &mut b, &mut c]);
+    });
+    serde_json::json!({
+        "inverse_dynamics": inverse, "forward_dynamics": forward, "mass_matrix": composite,
+        "forward_derivatives": derivatives,
+    })
+}
+
+#[allow(clippy::print_stdout)] // what it is for
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (file, locked) = arguments.split_first().ok_or("a robot file is missing")?;
+    let locked: Vec<(&str, f64)> = locked.iter().map(|name| (name.as_str(), 0.0)).collect();
+    let model = Model::read(file.as_ref())?.with_locked(&locked)?;
+    let n = model.n_joints();
+    let mut stream = hysteron_base::rng(1, "bench/arm");
+    let inputs = [0; 3].map(|_| (0..STATES * n).map(|_| stream.random_range(-1.0..1.0)).collect());
+    let states = States { n, inputs };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let mut report = serde_json::json!({ "joints": n, "single": single(&model, &states) });
+    pool.install(|| {
+        report["lanes"] = batches(&model, &states, Isa::detect());
+        if let Some(avx2) = Isa::avx2() {
+            report["lanes_avx2"] = batches(&model, &states, avx2);
+        }
+        report["lanes_portable"] = batches(&model, &states, Isa::portable());
+    });
+    println!("{report}");
+    Ok(())
+}

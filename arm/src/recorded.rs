@@ -1,0 +1,243 @@
+//! Recordings of arms: the names of their channels, dynamics of every row, motions under recorded torques.
+//!
+//! Joint k (from 1, as in [`Model::joints`]) has `q_k_rad`, `dq_k_rad_s`, `ddq_k_rad_s2` and `tau_k_n_m`, or `q_k_m`, `dq_k_m_s`,
+//! `ddq_k_m_s2` and `tau_k_n` where it slides.
+
+use hysteron_base::{BadInput, Channel, Metadata, Recording};
+
+use crate::{
+    Data, JointKind, Model, Simulator, Stops, coriolis_torque, forward_dynamics, frame_jacobian, frame_pose,
+    gravity_torque, inverse_dynamics, kinetic_energy, mass_matrix, potential_energy,
+};
+
+/// A quantity that every joint has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Coordinate.
+    Position,
+    /// Its rate.
+    Velocity,
+    /// The rate of that.
+    Acceleration,
+    /// What the joint is driven with.
+    Torque,
+}
+
+impl Quantity {
+    fn spelled(self, kind: JointKind) -> [&'static str; 2] {
+        match (self, kind) {
+            (Self::Position, JointKind::Revolute) => ["q", "rad"],
+            (Self::Position, JointKind::Prismatic) => ["q", "m"],
+            (Self::Velocity, JointKind::Revolute) => ["dq", "rad_s"],
+            (Self::Velocity, JointKind::Prismatic) => ["dq", "m_s"],
+            (Self::Acceleration, JointKind::Revolute) => ["ddq", "rad_s2"],
+            (Self::Acceleration, JointKind::Prismatic) => ["ddq", "m_s2"],
+            (Self::Torque, kind) => ["tau", torque_unit(kind)],
+        }
+    }
+}
+
+fn torque_unit(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute => "n_m",
+        JointKind::Prismatic => "n",
+    }
+}
+
+/// Name of the channel of `quantity` of joint number `joint` (from 0).
+pub fn channel_name(model: &Model, quantity: Quantity, joint: usize) -> String {
+    let [stem, unit] = quantity.spelled(model.joints[joint].kind);
+    format!("{stem}_{}_{unit}", joint + 1)
+}
+
+/// `quantity` of all joints, row by row (n_samples × n); `None` where the recording has it of no joint.
+///
+/// # Errors
+/// `BadInput` where it has it of some joints only, or of more than the model has.
+pub fn joint_rows(
+    model: &Model,
+    recording: &Recording,
+    quantity: Quantity,
+) -> Result<Option<Vec<f64>>, BadInput> {
+    let n = model.n_joints();
+    let names: Vec<String> = (0..n).map(|joint| channel_name(model, quantity, joint)).collect();
+    if names.iter().all(|name| recording.channel(name).is_none()) {
+        return Ok(None);
+    }
+    let columns: Vec<&[f64]> = names.iter().map(|name| recording.require(name)).collect::<Result<_, _>>()?;
+    let [stem, unit] = quantity.spelled(model.joints[n - 1].kind);
+    let next = format!("{stem}_{}_{unit}", n + 1);
+    if recording.channel(&next).is_some() {
+        let expected = format!("{n} joints, as \"{}\" has", model.name());
+        return Err(BadInput::new(next, expected, "one more"));
+    }
+    Ok(Some(
+        (0..recording.n_samples()).flat_map(|row| columns.iter().map(move |column| column[row])).collect(),
+    ))
+}
+
+fn needed(model: &Model, recording: &Recording, quantity: Quantity) -> Result<Vec<f64>, BadInput> {
+    joint_rows(model, recording, quantity)?
+        .ok_or_else(|| BadInput::new(channel_name(model, quantity, 0), "this channel", "none"))
+}
+
+/// Columns of a table that is filled row by row.
+struct Columns {
+    names: Vec<String>,
+    values: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn push(&mut self, row: &[f64]) {
+        for (column, value) in self.values.iter_mut().zip(row) {
+            column.push(*value);
+        }
+    }
+
+    fn recording(self, of: &Recording, model: &Model, source: &str) -> Result<Recording, BadInput> {
+        let channels =
+            self.names.into_iter().zip(self.values).map(|(name, values)| Channel::new(name, values));
+        let mut meta = Metadata { source: source.to_owned(), ..Metadata::default() };
+        let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+        meta.extra.insert("robot".to_owned(), model.name.clone());
+        meta.extra.insert("joint_names".to_owned(), joints.join(", "));
+        Recording::new(of.time().to_vec(), channels.collect(), of.gap().to_vec(), meta)
+    }
+}
+
+/// For every row of states: mass matrix, Coriolis torque, gravity, torque or acceleration, pose and Jacobian of a frame,
+/// energies.
+///
+/// `states` has coordinates and speeds of all joints, and accelerations (for inverse dynamics) or torques (for forward
+/// dynamics).
+///
+/// # Errors
+/// `BadInput` naming the channel that is missing, or the row whose result is not finite.
+pub fn dynamics_of_rows(model: &Model, states: &Recording, frame: usize) -> Result<Recording, BadInput> {
+    let n = model.n_joints();
+    let (q, dq) = (needed(model, states, Quantity::Position)?, needed(model, states, Quantity::Velocity)?);
+    let accelerations = joint_rows(model, states, Quantity::Acceleration)?;
+    let torques = joint_rows(model, states, Quantity::Torque)?;
+    let (given, is_inverse) = match (&accelerations, &torques) {
+        (Some(rows), None) => (rows, true),
+        (None, Some(rows)) => (rows, false),
+        (found, _) => {
+            let found = if found.is_some() { "both" } else { "neither" };
+            let expected = "accelerations (ddq_1_rad_s2, …) or torques (tau_1_n_m, …)";
+            return Err(BadInput::new("states", expected, found));
+        }
+    };
+    let mut columns = table(model, is_inverse);
+    let mut data = Data::new(model, 0.0);
+    let (mut mass, mut jacobian) = (vec![0.0; n * n], vec![0.0; 6 * n]);
+    let [mut result, mut coriolis, mut gravity] = [0; 3].map(|_| vec![0.0; n]);
+    let mut row = Vec::with_capacity(columns.names.len());
+    for (s, ((q, dq), given)) in q.chunks(n).zip(dq.chunks(n)).zip(given.chunks(n)).enumerate() {
+        if is_inverse {
+            inverse_dynamics(model, &mut data, [q, dq, given], &[], &mut result);
+        } else {
+            forward_dynamics(model, &mut data, [q, dq, given], &[], &mut result);
+        }
+        let pose = frame_pose(model, &data, frame);
+        frame_jacobian(model, &data, frame, &mut jacobian);
+        mass_matrix(model, &mut data, q, &mut mass);
+        coriolis_torque(model, &mut data, [q, dq], &mut coriolis);
+        gravity_torque(model, &mut data, q, &mut gravity);
+        row.clear();
+        for part in [q, dq, given, &result, &coriolis, &gravity, &mass, &pose.position, &jacobian] {
+            row.extend_from_slice(part);
+        }
+        row.push(kinetic_energy(model, &mut data, q, dq));
+        row.push(potential_energy(model, &mut data, q));
+        if let Some(at) = row.iter().position(|x| !x.is_finite()) {
+            let place = format!("row {}: {}", s + 1, columns.names[at]);
+            return Err(BadInput::new(place, "a finite result", row[at].to_string())
+                .hint("is a body without inertia, or a state far out of range?"));
+        }
+        columns.push(&row);
+    }
+    columns.recording(states, model, "rigid-body dynamics")
+}
+
+/// Names of the columns of [`dynamics_of_rows`].
+fn table(model: &Model, is_inverse: bool) -> Columns {
+    let n = model.n_joints();
+    let kind = |joint: usize| model.joints[joint].kind;
+    let (given, result) = match is_inverse {
+        true => (Quantity::Acceleration, Quantity::Torque),
+        false => (Quantity::Torque, Quantity::Acceleration),
+    };
+    let mut names = Vec::new();
+    for quantity in [Quantity::Position, Quantity::Velocity, given, result] {
+        names.extend((0..n).map(|joint| channel_name(model, quantity, joint)));
+    }
+    for stem in ["coriolis", "gravity"] {
+        names.extend((0..n).map(|joint| format!("{stem}_{}_{}", joint + 1, torque_unit(kind(joint)))));
+    }
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let unit = match (kind(i), kind(j)) {
+            (JointKind::Revolute, JointKind::Revolute) => "kg_m2",
+            (JointKind::Prismatic, JointKind::Prismatic) => "kg",
+            _ => "kg_m",
+        };
+        names.push(format!("mass_{}_{}_{unit}", i + 1, j + 1));
+    }
+    names.extend(["x", "y", "z"].map(|axis| format!("frame_{axis}_m")));
+    for (row, what) in ["vx", "vy", "vz", "wx", "wy", "wz"].iter().enumerate() {
+        let unit = |joint| match (row < 3, kind(joint)) {
+            (true, JointKind::Revolute) => "m",
+            (false, JointKind::Prismatic) => "rad_per_m",
+            _ => "ratio",
+        };
+        names.extend((0..n).map(|joint| format!("jacobian_{what}_{}_{}", joint + 1, unit(joint))));
+    }
+    names.extend(["kinetic_energy_j", "potential_energy_j"].map(str::to_owned));
+    Columns { values: vec![Vec::new(); names.len()], names }
+}
+
+/// Motion from rest at `start` [rad or m] under recorded torques, each of which holds until the next row; dry friction,
+/// damping and ends of ranges are those of the model.
+///
+/// # Errors
+/// `BadInput` for a missing channel, a start that has not n finite numbers, or a motion that is not finite any more.
+pub fn motion_under_torques(
+    model: &Model,
+    torques: &Recording,
+    start: &[f64],
+    substeps: usize,
+) -> Result<Recording, BadInput> {
+    let n = model.n_joints();
+    if start.len() != n || start.iter().any(|q| !q.is_finite()) {
+        return Err(BadInput::new("start", format!("{n} finite coordinates"), format!("{start:?}")));
+    }
+    let tau = needed(model, torques, Quantity::Torque)?;
+    let mut names = Vec::new();
+    for quantity in [Quantity::Position, Quantity::Velocity, Quantity::Torque] {
+        names.extend((0..n).map(|joint| channel_name(model, quantity, joint)));
+    }
+    names.extend(["kinetic_energy_j", "potential_energy_j"].map(str::to_owned));
+    let mut columns = Columns { values: vec![Vec::new(); names.len()], names };
+    let (mut q, mut dq, mut data) = (start.to_vec(), vec![0.0; n], Data::new(model, 0.0));
+    let (time, mut last) = (torques.time(), 0.0);
+    let mut simulator = None;
+    for (s, tau) in tau.chunks(n).enumerate() {
+        let energies = [kinetic_energy(model, &mut data, &q, &dq), potential_energy(model, &mut data, &q)];
+        columns.push(&[&q[..], &dq, tau, &energies].concat());
+        let Some(next) = time.get(s + 1) else { break };
+        let period = next - time[s];
+        // Rows of one rate keep their simulator.
+        if simulator.is_none() || (period - last).abs() > 1e-9 * period {
+            simulator = Some(Simulator::new(model, period, substeps, Stops::Rigid));
+            last = period;
+        }
+        if let Some(simulator) = &mut simulator {
+            simulator.step([&mut q, &mut dq], tau, &[]);
+        }
+        if let Some(joint) = (0..n).find(|joint| !(q[*joint].is_finite() && dq[*joint].is_finite())) {
+            let place = format!("row {}: joint {}", s + 1, model.joints[joint].name);
+            return Err(BadInput::new(place, "a motion that stays finite", "one that does not")
+                .hint("more substeps, or smaller torques"));
+        }
+    }
+    columns.recording(torques, model, "rigid-body simulation")
+}

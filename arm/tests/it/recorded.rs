@@ -1,0 +1,97 @@
+//! Tables of dynamics and simulated motions as recordings.
+
+use hysteron_arm::*;
+use hysteron_base::{Channel, Metadata, Recording};
+
+use crate::robots::{assert_close, model, reference};
+
+fn recording(channels: Vec<(String, Vec<f64>)>) -> Recording {
+    let n = channels[0].1.len();
+    let time = (0..n).map(|i| 0.01 * i as f64).collect();
+    let channels = channels.into_iter().map(|(name, values)| Channel::new(name, values)).collect();
+    Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap()
+}
+
+/// The reference states of the Panda, with accelerations or torques.
+fn states(given: Quantity) -> (Model, Recording) {
+    let (model, reference) = (model("panda"), reference("panda"));
+    let mut channels = Vec::new();
+    for (quantity, rows) in [
+        (Quantity::Position, reference.states.iter().map(|s| &s.q).collect::<Vec<_>>()),
+        (Quantity::Velocity, reference.states.iter().map(|s| &s.v).collect()),
+        (
+            given,
+            reference.states.iter().map(|s| if given == Quantity::Torque { &s.tau } else { &s.a }).collect(),
+        ),
+    ] {
+        for joint in 0..model.n_joints() {
+            channels
+                .push((channel_name(&model, quantity, joint), rows.iter().map(|row| row[joint]).collect()));
+        }
+    }
+    (model, recording(channels))
+}
+
+#[test]
+fn a_table_holds_what_the_reference_holds() {
+    let reference = reference("panda");
+    for (given, result) in
+        [(Quantity::Acceleration, Quantity::Torque), (Quantity::Torque, Quantity::Acceleration)]
+    {
+        let (model, states) = states(given);
+        let frame = model.frame(&reference.tip_frame).unwrap();
+        let table = dynamics_of_rows(&model, &states, frame).unwrap();
+        let rows = joint_rows(&model, &table, result).unwrap().unwrap();
+        for (s, (state, row)) in reference.states.iter().zip(rows.chunks(9)).enumerate() {
+            let expected =
+                if result == Quantity::Torque { &state.inverse_dynamics } else { &state.forward_dynamics };
+            assert_close("result", row, expected, 1e-9);
+            let mass = table.require("mass_2_3_kg_m2").unwrap()[s];
+            assert!((mass - state.mass_matrix[1][2]).abs() < 1e-9);
+            let x = table.require("frame_x_m").unwrap()[s];
+            assert!((x - state.tip_in_world[0][3]).abs() < 1e-9);
+            let speed = table.require("jacobian_vy_4_m").unwrap()[s];
+            assert!((speed - state.tip_jacobian_world_aligned[1][3]).abs() < 1e-9);
+        }
+        assert_eq!(table.meta().extra["joint_names"].split(", ").count(), 9);
+    }
+}
+
+#[test]
+fn states_that_do_not_fit_are_refused() {
+    let (model, states) = states(Quantity::Torque);
+    let without = |name: &str| {
+        let kept = states.channels().iter().filter(|channel| !channel.name.starts_with(name));
+        recording(kept.map(|channel| (channel.name.clone(), channel.values.clone())).collect())
+    };
+    let with = |name: &str| {
+        let mut all: Vec<_> = states.channels().iter().map(|c| (c.name.clone(), c.values.clone())).collect();
+        all.push((name.to_owned(), vec![0.0; states.n_samples()]));
+        recording(all)
+    };
+    for (states, expected) in [
+        (without("q_"), "q_1_rad"),
+        (without("dq_3"), "dq_3_rad_s"),
+        (without("tau_"), "neither"),
+        (with("q_10_m"), "9 joints, as \"panda\" has"),
+    ] {
+        let error = dynamics_of_rows(&model, &states, 0).unwrap_err().to_string();
+        assert!(error.contains(expected), "{expected}: {error}");
+    }
+}
+
+#[test]
+fn a_motion_under_the_torques_of_gravity_stays_at_rest() {
+    let model = model("three_link");
+    let start = [0.3, -0.4, 0.5];
+    let mut weight = [0.0; 3];
+    gravity_torque(&model, &mut Data::new(&model, 0.0), &start, &mut weight);
+    let channels = (0..3).map(|j| (channel_name(&model, Quantity::Torque, j), vec![weight[j]; 50])).collect();
+    let torques = recording(channels);
+    let motion = motion_under_torques(&model, &torques, &start, 4).unwrap();
+    let q = joint_rows(&model, &motion, Quantity::Position).unwrap().unwrap();
+    // An equilibrium that is unstable: rounding grows, little in half a second.
+    assert_close("coordinates", &q[3 * 49..], &start, 1e-9);
+    assert!(motion_under_torques(&model, &torques, &start[..2], 4).is_err());
+    assert!(motion_under_torques(&model, &torques, &[0.0, f64::NAN, 0.0], 4).is_err());
+}

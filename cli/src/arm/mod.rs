@@ -1,0 +1,65 @@
+//! `hysteron arm`: rigid-body arms.
+
+mod dynamics;
+mod info;
+mod simulate;
+
+use std::path::Path;
+
+use hysteron_arm::Model;
+
+const HELP: &str = "\
+MODEL is a file of URDF or MJCF, or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
+
+Examples, from the root of the repository:
+  hysteron arm info panda
+  hysteron arm check arm/robots/so101.urdf
+
+`hysteron arm dynamics --help` and `hysteron arm simulate --help` show what they read.
+
+Exit codes: 0 done, 1 failed, 2 bad input (nothing is written under the final name).";
+
+/// Rigid-body arms: what a robot file holds, its dynamics, its motion
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Verb {
+    Info(info::Arguments),
+    Check(info::CheckArguments),
+    Dynamics(dynamics::Arguments),
+    Simulate(simulate::Arguments),
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match &arguments.verb {
+        Verb::Info(arguments) => info::run(arguments),
+        Verb::Check(arguments) => info::check(arguments),
+        Verb::Dynamics(arguments) => dynamics::run(arguments),
+        Verb::Simulate(arguments) => simulate::run(arguments),
+    }
+}
+
+/// The built-in robot of that name, else the one in that file.
+fn model(text: &str) -> anyhow::Result<Model> {
+    if Model::builtin_names().any(|name| name == text) {
+        return Ok(Model::builtin(text)?);
+    }
+    if !text.contains(['.', '/']) && !Path::new(text).exists() {
+        return Ok(Model::builtin(text)?);
+    }
+    Ok(Model::read(Path::new(text))?)
+}
+
+/// The frame called `name`, or the last one.
+fn frame(model: &Model, name: Option<&str>) -> anyhow::Result<usize> {
+    match name {
+        Some(name) => Ok(model.frame(name)?),
+        None => Ok(model.frames().len() - 1),
+    }
+}

@@ -1,0 +1,49 @@
+//! `hysteron arm simulate`: the motion of an arm under recorded torques.
+
+use std::path::PathBuf;
+
+use hysteron_arm::motion_under_torques;
+use hysteron_base::Recording;
+
+use crate::terminal::say;
+
+const HELP: &str = "\
+Needs a recording (.csv or .parquet) with time_s and tau_1_n_m, … of every joint (tau_k_n where it slides). Each torque holds until \
+the next row. Damping, dry friction, armature and ranges are those of the robot's file.
+
+Writes a recording: torques, q_1_rad, …, dq_1_rad_s, …, and energies.
+
+Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
+
+/// Simulate the motion of an arm under recorded torques
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP)]
+pub struct Arguments {
+    /// File of URDF or MJCF, or name of a built-in robot
+    model: String,
+    /// Torques, .csv or .parquet
+    #[arg(long, value_name = "REC")]
+    torques: PathBuf,
+    /// Where the motion goes, .csv or .parquet
+    #[arg(long, value_name = "REC")]
+    out: PathBuf,
+    /// Coordinates at the start, in rad or m [default: zero]
+    #[arg(long, value_name = "Q,...", value_delimiter = ',', allow_negative_numbers = true)]
+    start: Vec<f64>,
+    /// Equal parts of the time between two rows
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    substeps: u16,
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let model = super::model(&arguments.model)?;
+    let torques = Recording::read(&arguments.torques)?;
+    let start =
+        if arguments.start.is_empty() { vec![0.0; model.n_joints()] } else { arguments.start.clone() };
+    let motion = motion_under_torques(&model, &torques, &start, usize::from(arguments.substeps))
+        .map_err(|bad| bad.within(arguments.torques.display()))?;
+    motion.write(&arguments.out)?;
+    say(format_args!("{} rows: {}", motion.n_samples(), arguments.out.display()));
+    Ok(())
+}
