@@ -12,6 +12,9 @@ use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
 /// More iterations than any increment has needed by far.
 const MOST_ITERATIONS: usize = 200;
 const MOST_HALVINGS: usize = 30;
+/// Sweeps over the guides where Newton's direction leads nowhere, and halvings of each slip's interval.
+const SWEEPS: usize = 10;
+const BISECTIONS: usize = 60;
 /// Slope of z at which a guide still counts as giving way, over 1/δ: between slack segments nothing else holds its slip.
 const TRACE: f64 = 1e-6;
 /// Residual over E A that rounding leaves [-].
@@ -52,12 +55,17 @@ impl Tendon {
                 }
                 part *= 0.5;
             }
-            trial.has_cycled = next >= miss;
-            if trial.has_cycled {
-                break;
+            if next >= miss {
+                // Where several slips stop at once, Newton's direction may lead nowhere: one guide after the other does.
+                trial.slips.copy_from_slice(&trial.start);
+                for _ in 0..SWEEPS {
+                    (1..m).for_each(|j| self.relax(lengths, trial, j));
+                }
+                next = self.evaluate_sliding(lengths, trial);
             }
             miss = next;
         }
+        trial.has_cycled = miss > room;
         for j in 1..m {
             let slip = trial.slips[j] - self.slips[j];
             trial.guides[j] = match slip {
@@ -66,6 +74,36 @@ impl Tendon {
                 _ => Guide::Sticks,
             };
         }
+    }
+
+    /// Sets slip j to where its own f_j is zero while the others stay, by bisection: f_j falls with it. For such equations sweeps over
+    /// the guides converge from anywhere (Rheinboldt 1970, On M-functions and their application to nonlinear Gauss-Seidel iterations).
+    fn relax(&self, lengths: &[f64], trial: &mut TendonTrial, j: usize) {
+        let law = self.spec.law;
+        let miss = |slip: f64, slips: &[f64]| {
+            let stretch = |i: usize, own: f64| self.stretch(lengths, slips, i) + own;
+            let own = slip - slips[j];
+            let before = self.stiffness[j - 1] * stretch(j - 1, -own).max(0.0);
+            let after = self.stiffness[j] * stretch(j, own).max(0.0);
+            let [z, _] = law.engaged(&self.elements[j], slip - self.slips[j], 1.0);
+            before - after - (self.spec.friction_force + trial.factors[j] * (before + after)) * z
+        };
+        let (mut low, mut high, mut reach) = (trial.slips[j], trial.slips[j], law.presliding());
+        while miss(low, &trial.slips) < 0.0 && reach < self.spec.rest_lengths[0] {
+            (high, low, reach) = (low, low - reach, 2.0 * reach);
+        }
+        while miss(high, &trial.slips) > 0.0 && reach < self.spec.rest_lengths[0] {
+            (low, high, reach) = (high, high + reach, 2.0 * reach);
+        }
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if miss(middle, &trial.slips) > 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        trial.slips[j] = 0.5 * (low + high);
     }
 
     /// Tensions and row factors at the trial slips, and the right-hand side of Newton's system, its lower part eliminated, in
