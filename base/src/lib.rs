@@ -22,5 +22,6 @@ pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, 
 pub use rng::rng;
 pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
+    TrackerFrame,
 };
 pub use units::LengthUnit;

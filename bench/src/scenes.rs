@@ -182,6 +182,7 @@ pub fn twin(
         material,
         gravity,
         point_forces: Vec::new(),
+        tracker: Default::default(),
         tip: Tip::Group("tip".into()),
         tendons,
         friction: setting.friction,

@@ -68,8 +68,13 @@ mod tests {
 
     #[test]
     fn other_errors_are_failures() {
-        let error =
-            hysteron_twin::Error::NoEquilibrium { reached: 0.5, relative_residual: 1.0, hint: String::new() };
+        let cause = hysteron_twin::Cause::NotConverged;
+        let error = hysteron_twin::Error::NoEquilibrium {
+            reached: 0.5,
+            relative_residual: 1.0,
+            cause,
+            hint: String::new(),
+        };
         assert_eq!(exit_code(&error.into()), 1);
         assert_eq!(exit_code(&anyhow::anyhow!("disk full")), 1);
     }

@@ -127,14 +127,25 @@ impl FemModel {
         }
     }
 
-    /// Internal nodal forces, the gradient of the energy \[N\], written to `out` (model order).
-    pub fn internal_force_into(&self, x: &[[f64; 4]], out: &mut [[f64; 4]]) {
+    /// Internal nodal forces, the gradient of the energy \[N\], written to `out` (model order). False if an element is
+    /// inverted, det F <= 0 in one of its quadrature points: no law means anything there, and what balances is no
+    /// equilibrium. [`Self::first_inverted`] names it.
+    pub fn internal_force_into(&self, x: &[[f64; 4]], out: &mut [[f64; 4]]) -> bool {
         out.fill([0.0; 4]);
         match &self.elements {
             ElementSet::Linear(elements) => elements::force_into(self.isa, elements, &self.material, x, out),
             ElementSet::Quadratic(elements) => {
-                elements::force_into(self.isa, elements, &self.material, x, out);
+                elements::force_into(self.isa, elements, &self.material, x, out)
             }
+        }
+    }
+
+    /// The first element, numbered as in the mesh file from 0, that is inverted at positions `x`, with the least det F of
+    /// its quadrature points \[-\]. Slow: to name what [`Self::internal_force_into`] has noticed.
+    pub fn first_inverted(&self, x: &[[f64; 4]]) -> Option<(usize, f64)> {
+        match &self.cells {
+            Cells::Tet4(cells) => elements::first_inverted::<4, 1>(cells, &self.rest, x),
+            Cells::Tet10(cells) => elements::first_inverted::<10, 4>(cells, &self.rest, x),
         }
     }
 

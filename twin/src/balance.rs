@@ -75,6 +75,8 @@ pub(crate) struct Balance {
     pub missing: Vec<f64>,
     /// Largest violated stroke condition [m].
     pub violation: f64,
+    /// True if no element is inverted.
+    pub is_upright: bool,
     /// Force that a strain of one would take [N].
     stiffness_force: f64,
 }
@@ -96,13 +98,14 @@ impl Balance {
             relative: f64::INFINITY,
             missing: vec![0.0; twin.cables.len()],
             violation: f64::INFINITY,
+            is_upright: true,
             stiffness_force: body.material.youngs_modulus * volume.powf(2.0 / 3.0),
         }
     }
 
     /// Evaluates everything at nodes `x` and tensions `t`.
     pub fn evaluate(&mut self, twin: &Twin, control: &Control, x: &[[f64; 4]], t: &[f64]) {
-        twin.body.internal_force_into(x, &mut self.internal);
+        self.is_upright = twin.body.internal_force_into(x, &mut self.internal);
         twin.cables.measure(x, &mut self.shape);
         for (applied, load) in self.applied.iter_mut().zip(&twin.loads) {
             *applied = load.map(|force| control.load * force);
@@ -176,8 +179,13 @@ impl Balance {
         Some(energy + missing.enumerate().map(clutch).sum::<f64>())
     }
 
-    /// True when forces and strokes meet the accuracy asked for.
+    /// True at an equilibrium: forces and strokes meet the accuracy asked for, and no element is inverted.
     pub fn is_met(&self, twin: &Twin) -> bool {
+        self.is_upright && self.is_balanced(twin)
+    }
+
+    /// True when forces and strokes meet the accuracy asked for, be elements inverted or not.
+    pub fn is_balanced(&self, twin: &Twin) -> bool {
         self.relative <= twin.accuracy.relative_residual && self.violation <= twin.accuracy.stroke
     }
 

@@ -19,7 +19,7 @@ pub enum Error {
     Learn(#[from] hysteron_learn::Error),
     /// The command cannot be balanced; the state is the last one that could.
     #[error(
-        "no equilibrium found beyond {:.1} % of the step (relative residual {relative_residual:.1e}; hint: {hint})",
+        "no equilibrium found beyond {:.1} % of the step: {cause} (relative residual {relative_residual:.1e}; hint: {hint})",
         100.0 * reached
     )]
     NoEquilibrium {
@@ -27,9 +27,32 @@ pub enum Error {
         reached: f64,
         /// Where the last attempt stopped.
         relative_residual: f64,
+        /// What stopped it.
+        cause: Cause,
         /// What to try.
         hint: String,
     },
+}
+
+/// Why a command cannot be balanced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The iteration found no balance.
+    NotConverged,
+    /// An element turns inside out on the way, det F <= 0, where no law means anything.
+    Inverted {
+        /// Its number in the mesh file, from 0.
+        element: usize,
+    },
+}
+
+impl std::fmt::Display for Cause {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::NotConverged => write!(f, "the iteration does not converge"),
+            Self::Inverted { element } => write!(f, "element {element} turns inside out"),
+        }
+    }
 }
 
 /// Result of a function in `twin`.

@@ -12,7 +12,7 @@ use crate::model::{Target, Twin};
 use crate::projection::Projection;
 use crate::qp::{QpStatus, RowQp, solve_rows};
 use crate::step::{StepReport, Stepper, check_targets};
-use crate::{Error, Result, TwinState};
+use crate::{Cause, Error, Result, TwinState};
 
 /// What the tip should reach, and how exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,6 +79,7 @@ impl Stepper {
             return Err(Error::NoEquilibrium {
                 reached: 1.0,
                 relative_residual: step.relative_residual,
+                cause: Cause::NotConverged,
                 hint,
             });
         };

@@ -1,5 +1,6 @@
 //! Quasi-static twin of a tendon-driven robot.
 
+mod adjoint;
 mod alignment;
 mod anderson;
 mod balance;
@@ -8,6 +9,7 @@ pub mod coreact;
 mod error;
 pub mod fit;
 mod friction;
+mod gmres;
 mod inverse;
 mod layout;
 mod model;
@@ -28,7 +30,7 @@ mod tip;
 
 pub use alignment::{alignment, nearest_rotation};
 pub use cable::Cables;
-pub use error::{Error, Result};
+pub use error::{Cause, Error, Result};
 pub use friction::FrictionPoint;
 pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
@@ -38,6 +40,7 @@ pub use plant::{Bare, Plant, PlantStep, settle};
 pub use rollout::{Rollout, rollout, rollouts};
 pub use state::TwinState;
 pub use step::{StepReport, Stepper};
+pub use tip::Registration;
 
 // Robots for unit tests; the integration tests use the same file.
 #[cfg(test)]

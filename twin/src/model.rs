@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::cable::Cables;
 use crate::friction::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
+use crate::tip::Registration;
 use crate::{Result, TwinState};
 
 /// How one tendon is driven during a step.
@@ -107,6 +108,8 @@ pub struct Twin {
     pub couples: Vec<Couple>,
     /// The tip, as weighted nodes.
     pub tip: Embedding,
+    /// From the scene's frame to that in which the tip is recorded.
+    pub tracker: Registration,
     /// Accuracy of every step.
     pub accuracy: Accuracy,
 }
@@ -190,6 +193,7 @@ impl Twin {
             loads,
             couples: Vec::new(),
             tip,
+            tracker: Registration::new(&scene.tracker),
             accuracy,
         })
     }

@@ -43,6 +43,8 @@ pub struct Motion {
     pub gap: Vec<bool>,
     /// Coordinates of the tip that vary; a constant one measures nothing.
     pub axes: [bool; 3],
+    /// Measured tensions of the primary tendons (n_samples × n_primary, row-major), where all of them were recorded [N].
+    measured_tensions: Option<Vec<f64>>,
     /// What each primary tendon is driven by.
     drives: Vec<Drive>,
 }
@@ -85,6 +87,7 @@ impl Motion {
             step: (time[time.len() - 1] - time[0]) / (time.len().max(2) - 1) as f64,
             strokes: strokes(primary, recording)?,
             tensions: tensions(primary, recording)?,
+            measured_tensions: measured_tensions(primary, recording),
             orientations: orientations(twin, recording),
             axes: std::array::from_fn(|c| is_moving(measured().map(|tip| tip[c]))),
             drives: primary.iter().map(|tendon| tendon.drive).collect(),
@@ -110,6 +113,21 @@ impl Motion {
     /// Strokes of the primary tendons in a sample [m].
     pub fn strokes_at(&self, sample: usize) -> &[f64] {
         row(&self.strokes, sample, self.drives.len())
+    }
+
+    /// Measured tension of a primary tendon that is driven by its stroke, where it was recorded [N].
+    pub fn measured_tension(&self, sample: usize, tendon: usize) -> Option<f64> {
+        let is_measured = self.drives[tendon] == Drive::Stroke;
+        self.measured_tensions
+            .as_ref()
+            .filter(|_| is_measured)
+            .map(|rows| rows[sample * self.drives.len() + tendon])
+    }
+
+    /// Largest tension recorded, if any [N].
+    pub fn largest_tension(&self) -> Option<f64> {
+        let rows = self.measured_tensions.as_ref()?;
+        rows.iter().copied().reduce(f64::max).filter(|largest| *largest > 0.0)
     }
 
     /// What the primary tendons are told in a sample, each as the scene drives it.
@@ -284,6 +302,15 @@ fn tensions(primary: &[TendonSpec], recording: &Recording) -> Check<Vec<f64>> {
     Ok(tensions)
 }
 
+/// Recorded tensions of all primary tendons, row by row; none where one is missing or is no number.
+fn measured_tensions(primary: &[TendonSpec], recording: &Recording) -> Option<Vec<f64>> {
+    let columns: Vec<&[f64]> =
+        (1..=primary.len()).map(|k| recording.channel(&format!("tension_{k}_n"))).collect::<Option<_>>()?;
+    let rows: Vec<f64> =
+        (0..recording.n_samples()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
+    rows.iter().all(|tension| tension.is_finite()).then_some(rows)
+}
+
 /// Rotations since the first sample, in which the robot is taken to stand straight: how the sensor sits in the tip
 /// drops out.
 fn orientations(twin: &Twin, recording: &Recording) -> Option<Vec<UnitQuaternion<f64>>> {
@@ -295,7 +322,7 @@ fn orientations(twin: &Twin, recording: &Recording) -> Option<Vec<UnitQuaternion
 
 /// Distance of the tip from the farthest node at rest [m].
 fn length_of(twin: &Twin) -> f64 {
-    let tip = Vector3::from(twin.tip_of(&twin.rest()));
+    let tip = Vector3::from(twin.tip.at(&twin.body.rest));
     let distance = |&[x, y, z, _]: &[f64; 4]| (Vector3::new(x, y, z) - tip).norm();
     twin.body.rest.iter().map(distance).fold(0.0, f64::max)
 }

@@ -9,7 +9,7 @@
 //! the step, a trial is accepted by the natural monotonicity test: the correction that the present factor
 //! and QP would make at the trial point must be smaller than the present one. Where the body is about to
 //! snap or wrinkle, corrections first grow; a definite tangent then gives a direction along which the
-//! potential energy falls, and a trial that lowers it enough is accepted too.
+//! potential energy falls, and a trial that lowers it enough is accepted too. One that inverts an element never is.
 //!
 //! # Reference
 //! Deuflhard (2011), Newton methods for nonlinear problems, sec. 3.1. Haynsworth (1968), Determination of the
@@ -21,6 +21,7 @@ use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, Control, move_nodes};
+use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::projection::Projection;
 use crate::qp::QpSolver;
@@ -61,6 +62,8 @@ pub(crate) struct Newton {
     displacement: Vec<f64>,
     correction: Vec<f64>,
     extent: f64,
+    /// An element that a trial has inverted.
+    inverted: Option<usize>,
 }
 
 /// How far along each Newton step the iteration goes.
@@ -76,8 +79,13 @@ pub(crate) enum Search {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Outcome {
     Converged,
-    /// With the relative residual it stopped at.
-    Stuck(f64),
+    /// With the relative residual it stopped at, and an element that was inverted there.
+    Stuck {
+        /// Norm of the residual over that of the applied forces [-].
+        relative_residual: f64,
+        /// The element, numbered as in the mesh file from 0.
+        inverted: Option<usize>,
+    },
 }
 
 impl Newton {
@@ -101,6 +109,7 @@ impl Newton {
             displacement: vec![0.0; n],
             correction: vec![0.0; n],
             extent: (0..3).map(extent).fold(0.0, f64::max),
+            inverted: None,
         }
     }
 
@@ -118,10 +127,11 @@ impl Newton {
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
+        self.inverted = None;
         balance.evaluate(twin, control, &state.positions, &state.tensions);
         for _ in 0..most {
-            if balance.is_met(twin) {
-                return Outcome::Converged;
+            if balance.is_balanced(twin) {
+                break;
             }
             report.newton_iterations += 1;
             if !balance.is_finite()
@@ -133,7 +143,13 @@ impl Newton {
                 break;
             }
         }
-        if balance.is_met(twin) { Outcome::Converged } else { Outcome::Stuck(balance.relative) }
+        if balance.is_met(twin) {
+            return Outcome::Converged;
+        }
+        if !balance.is_upright {
+            self.inverted = twin.body.first_inverted(&state.positions).map(|(element, _)| element);
+        }
+        Outcome::Stuck { relative_residual: balance.relative, inverted: self.inverted }
     }
 
     /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
@@ -182,42 +198,17 @@ impl Newton {
     /// symmetric factor holds: minimal residuals over K⁻¹ r, K⁻¹ C K⁻¹ r, … Only the turns of the loaded
     /// sections count in C, so a few directions are enough.
     fn follow_couples(&mut self, twin: &Twin, load: f64, state: &TwinState) {
-        let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let size = norm(&self.drift);
-        if !(size > 0.0 && size.is_finite()) {
-            return;
+        let mut drift = std::mem::take(&mut self.drift);
+        if drift.iter().any(|z| *z != 0.0) && drift.iter().all(|z| z.is_finite()) {
+            // Arnoldi's iteration on 1 - K⁻¹ C.
+            (drift, _) = gmres(twin.body.isa, &drift, (0.0, COUPLE_DIRECTIONS), |v| {
+                let mut image = self.couple_change(twin, load, state, v);
+                self.factor.solve(&mut image);
+                image.iter_mut().zip(v).for_each(|(image, v)| *image = v - *image);
+                image
+            });
         }
-        // Arnoldi's iteration on 1 - K⁻¹ C.
-        let mut basis: Vec<Vec<f64>> = vec![self.drift.iter().map(|z| z / size).collect()];
-        let mut images = Vec::new();
-        for k in 0..COUPLE_DIRECTIONS {
-            let mut image = self.couple_change(twin, load, state, &basis[k]);
-            self.factor.solve(&mut image);
-            for (image, v) in image.iter_mut().zip(&basis[k]) {
-                *image = v - *image;
-            }
-            images.push(DVector::from_column_slice(&image));
-            for v in &basis {
-                let along: f64 = image.iter().zip(v).map(|(a, b)| a * b).sum();
-                image.iter_mut().zip(v).for_each(|(a, b)| *a -= along * b);
-            }
-            let rest = norm(&image);
-            // Nothing new: the space is complete.
-            if rest < 1e-8 || !rest.is_finite() {
-                break;
-            }
-            image.iter_mut().for_each(|c| *c /= rest);
-            basis.push(image);
-        }
-        let images = DMatrix::from_columns(&images);
-        let right = images.transpose() * DVector::from_column_slice(&self.drift);
-        if let Some(factor) = (images.transpose() * &images).cholesky() {
-            let weights = factor.solve(&right);
-            self.drift.fill(0.0);
-            for (weight, v) in weights.iter().zip(&basis) {
-                hysteron_fem::axpy(twin.body.isa, *weight, v, &mut self.drift);
-            }
-        }
+        self.drift = drift;
     }
 
     /// Change of the couples' forces when the nodes move along `direction`, per unit of it.
@@ -317,12 +308,17 @@ impl Newton {
             return true;
         }
         let present = self.size(twin, balance, &self.drift, &increments);
-        let best_seen = balance.relative;
+        let (best_seen, was_upright) = (balance.relative, balance.is_upright);
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
         while part >= SHORTEST {
             self.try_part(twin, control, state, &increments, part, balance);
+            if was_upright && !balance.is_upright {
+                self.inverted = twin.body.first_inverted(&self.trial.positions).map(|(element, _)| element);
+                part *= 0.5;
+                continue;
+            }
             let is_closer = balance.is_finite() && {
                 let trial = self.size_of_correction(twin, control, balance);
                 // The relative residual decides once the corrections are lost in round-off.

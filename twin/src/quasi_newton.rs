@@ -89,6 +89,27 @@ impl QuasiNewton {
         usable.then_some(&self.projection)
     }
 
+    /// Y and W of the factor in use, however old.
+    pub fn last_projection(&self) -> &Projection {
+        &self.projection
+    }
+
+    /// Replaces a force by the displacement that the factor in use gives it.
+    pub fn solve(&mut self, force: &mut [f64]) {
+        self.factor.solve(force);
+    }
+
+    /// A new factor between steps pays never.
+    #[cfg(test)]
+    pub fn never_pays(&mut self) {
+        self.renewal_cost = f64::INFINITY;
+    }
+
+    /// The factor in use is of no use where the state is now.
+    pub fn distrust(&mut self) {
+        self.is_stale = true;
+    }
+
     /// The state has jumped: history and factor no longer fit.
     pub fn forget(&mut self) {
         self.predictor.clear();
@@ -121,9 +142,11 @@ impl QuasiNewton {
             if !balance.is_finite() || balance.relative > DIVERGED * best {
                 return false;
             }
-            if balance.is_met(twin) {
-                self.finish(twin, &balance.shape, state, iteration);
-                return true;
+            if balance.is_balanced(twin) {
+                if balance.is_upright {
+                    self.finish(twin, &balance.shape, state, iteration);
+                }
+                return balance.is_upright;
             }
             best = best.min(balance.relative);
             if iteration - renewed_at == RENEW_AFTER {

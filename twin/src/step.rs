@@ -2,7 +2,9 @@
 
 use hysteron_base::BadInput;
 
+use crate::adjoint::{TipAdjoint, tip_adjoints};
 use crate::balance::{Balance, Control};
+use crate::error::Cause;
 use crate::friction::{bounds_into, change_of_bounds, hold, play, remember};
 use crate::model::{Target, Twin};
 use crate::newton::{Newton, Outcome, Search};
@@ -283,19 +285,29 @@ impl Stepper {
 
     /// What a small change of each primary stroke does to the tip where the last step ended, ∂y/∂s [-]: three rows, one
     /// column per primary tendon, zero for a slack one or one driven by tension. Friction that sticks goes on sticking,
-    /// and virtual tendons keep their tensions. The stiffness is that of the step's factor, a few steps old at most.
+    /// and virtual tendons keep their tensions. Of the exact tangent, to a tenth of a per cent.
     ///
     /// `None` where the body has no stiffness or two tendons pull the same way.
     pub fn tip_per_stroke(&mut self, twin: &Twin, state: &TwinState) -> Option<[Vec<f64>; 3]> {
         let held: Vec<usize> = (0..state.tensions.len()).filter(|&j| self.is_held(j, state)).collect();
-        let of_held = twin.tip_per_held_stroke(self.projection(twin, state)?, &held)?;
-        Some(of_held.map(|row| {
+        let adjoints = self.tip_adjoints(twin, state, &held)?;
+        Some(adjoints.map(|adjoint| {
             let mut all = vec![0.0; twin.n_primary];
-            for (value, &j) in row.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
+            for (value, &j) in adjoint.of_stroke.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
                 all[j] = *value;
             }
             all
         }))
+    }
+
+    /// What everything does to the tip where the last step ended, the cables `held` keeping their strokes.
+    pub(crate) fn tip_adjoints(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        held: &[usize],
+    ) -> Option<[TipAdjoint; 3]> {
+        tip_adjoints(twin, &self.control, state, held, &mut self.quasi_newton)
     }
 
     #[cfg(test)]
@@ -349,7 +361,7 @@ impl Stepper {
                     reached = next;
                     part = (2.0 * part).min(1.0 - reached);
                 }
-                Outcome::Stuck(relative_residual) => {
+                Outcome::Stuck { relative_residual, inverted } => {
                     state.clone_from(&self.saved);
                     part *= 0.5;
                     if part < SMALLEST_PART {
@@ -364,7 +376,14 @@ impl Stepper {
                         }
                         let hint =
                             "reduce the stroke, raise the tension bounds, or use a finer or quadratic mesh";
-                        return Err(Error::NoEquilibrium { reached, relative_residual, hint: hint.into() });
+                        let cause =
+                            inverted.map_or(Cause::NotConverged, |element| Cause::Inverted { element });
+                        return Err(Error::NoEquilibrium {
+                            reached,
+                            relative_residual,
+                            cause,
+                            hint: hint.into(),
+                        });
                     }
                 }
             }

@@ -1,19 +1,43 @@
-//! The tip as an effector: where it is, how it is turned, and what tensions do to both.
+//! The tip as an effector: where it is, how it is turned, and what tensions do to both; all in the frame in which tips are
+//! recorded.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use hysteron_base::TrackerFrame;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::alignment::nearest_rotation;
 use crate::model::Twin;
 use crate::projection::Projection;
 use crate::state::TwinState;
 
-impl Twin {
-    /// Position of the tip [m].
-    pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
-        self.tip.at(&state.positions)
+/// From the frame of the scene to that of the tracker, x ↦ R x + shift.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Registration {
+    /// R.
+    pub turn: Matrix3<f64>,
+    /// Where the scene's origin is recorded [m].
+    pub shift: Vector3<f64>,
+}
+
+impl Registration {
+    /// Of the frame that a scene names.
+    pub fn new(frame: &TrackerFrame) -> Self {
+        let turn = Rotation3::from_scaled_axis(Vector3::from(frame.turn)).into_inner();
+        Self { turn, shift: frame.shift.into() }
     }
 
-    /// Rotation of the tip since rest: the one that brings its nodes' arms closest to what they are now (least
+    /// Where a point of the scene is recorded [m].
+    pub fn point(&self, x: [f64; 3]) -> [f64; 3] {
+        (self.turn * Vector3::from(x) + self.shift).into()
+    }
+}
+
+impl Twin {
+    /// Position of the tip, in the frame in which it is recorded [m].
+    pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
+        self.tracker.point(self.tip.at(&state.positions))
+    }
+
+    /// Rotation of the tip since rest, in the frame in which it is recorded: the one that brings its nodes' arms closest to what they are now (least
     /// squares).
     pub fn tip_rotation_of(&self, state: &TwinState) -> UnitQuaternion<f64> {
         let (rest, now) = (self.tip_arms(&self.body.rest), self.tip_arms(&state.positions));
@@ -21,37 +45,34 @@ impl Twin {
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nearest_rotation(&covariance)))
     }
 
-    /// From the tip to each of its nodes [m].
+    /// From the tip to each of its nodes, as recorded [m].
     fn tip_arms(&self, positions: &[[f64; 4]]) -> Vec<Vector3<f64>> {
         let center = Vector3::from(self.tip.at(positions));
-        self.tip.nodes.iter().map(|&node| at(positions, node) - center).collect()
+        self.tip.nodes.iter().map(|&node| self.tracker.turn * (at(positions, node) - center)).collect()
     }
 
     /// What the unit tension of each cable does to the tip: three rows of displacement [m/N], one column per
     /// cable.
     pub(crate) fn tip_displacement_rows(&self, projection: &Projection) -> [Vec<f64>; 3] {
-        std::array::from_fn(|c| {
-            let along = |column: &Vec<f64>| {
-                let carriers = self.tip.nodes.iter().zip(&self.tip.weights);
-                carriers.map(|(&node, weight)| weight * moved(column, node)[c]).sum()
-            };
-            projection.columns.iter().map(along).collect()
-        })
+        let of = |column: &Vec<f64>| -> Vector3<f64> {
+            let carriers = self.tip.nodes.iter().zip(&self.tip.weights);
+            self.tracker.turn
+                * carriers.map(|(&node, weight)| *weight * moved(column, node)).sum::<Vector3<f64>>()
+        };
+        let displacements: Vec<Vector3<f64>> = projection.columns.iter().map(of).collect();
+        std::array::from_fn(|c| displacements.iter().map(|displacement| displacement[c]).collect())
     }
 
-    /// What a change of each `held` stroke does to the tip while the others stay, ∂y/∂s = W_e,h W_h,h⁻¹: three rows of
-    /// displacement [-], one column per held cable. `None` where held cables pull the same way.
-    pub(crate) fn tip_per_held_stroke(
-        &self,
-        projection: &Projection,
-        held: &[usize],
-    ) -> Option<[Vec<f64>; 3]> {
-        let (n, n_cables) = (held.len(), projection.columns.len());
-        let among = DMatrix::from_fn(n, n, |a, b| projection.delassus[held[a] * n_cables + held[b]]);
-        let factor = among.cholesky()?;
-        let per_tension = self.tip_displacement_rows(projection);
-        let row = |row: &Vec<f64>| factor.solve(&DVector::from_fn(n, |a, _| row[held[a]]));
-        Some(per_tension.each_ref().map(|one| row(one).iter().copied().collect()))
+    /// What the displacement of each free unknown does to coordinate `c` of the recorded tip (n_unknowns) [-].
+    pub(crate) fn tip_weights(&self, c: usize) -> Vec<f64> {
+        let mut weights = vec![0.0; self.body.n_unknowns()];
+        for (&node, weight) in self.tip.nodes.iter().zip(&self.tip.weights) {
+            let first = 3 * node as usize;
+            for (k, entry) in weights.iter_mut().skip(first).take(3).enumerate() {
+                *entry += weight * self.tracker.turn[(c, k)];
+            }
+        }
+        weights
     }
 
     /// What the unit tension of each cable does to the tip's orientation: three rows of the rotation vector, in
@@ -63,7 +84,10 @@ impl Twin {
         let inverse = square.try_inverse().unwrap_or_else(Matrix3::zeros);
         let turn = |column: &Vec<f64>| -> Vector3<f64> {
             let nodes = self.tip.nodes.iter().zip(&arms);
-            inverse * nodes.map(|(&node, arm)| arm.cross(&moved(column, node))).sum::<Vector3<f64>>()
+            inverse
+                * nodes
+                    .map(|(&node, arm)| arm.cross(&(self.tracker.turn * moved(column, node))))
+                    .sum::<Vector3<f64>>()
         };
         let turns: Vec<Vector3<f64>> = projection.columns.iter().map(turn).collect();
         std::array::from_fn(|c| turns.iter().map(|turn| turn[c]).collect())

@@ -3,7 +3,8 @@
 //! Bounds are checked on the typed numbers, so a message shows what stands in the file and in its unit.
 
 use super::{
-    AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, Tip, typed,
+    AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
+    TrackerFrame, typed,
 };
 use crate::BadInput;
 use crate::typed::{check_header, count, finite, not_negative, positive, require, text, vector};
@@ -50,6 +51,7 @@ pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Che
         gravity: vector("gravity.acceleration_m_s2", typed.gravity.acceleration_m_s2)?,
         point_forces,
         tip: tip(typed.tip)?,
+        tracker: typed.tracker.map_or(Ok(TrackerFrame::default()), |typed| tracker(&typed))?,
         tendons,
         friction,
         auxiliary: typed.auxiliary.map(|typed| auxiliary(&typed)).transpose()?,
@@ -87,6 +89,16 @@ fn tip(typed: typed::Tip) -> Check<Tip> {
         (None, None) => Err(BadInput::new("tip", "either group or point_mm", "neither")),
         (Some(_), Some(_)) => Err(BadInput::new("tip", "either group or point_mm", "both")),
     }
+}
+
+fn tracker(typed: &typed::Tracker) -> Check<TrackerFrame> {
+    let turn = vector("tracker.turn_deg", typed.turn_deg.unwrap_or_default())?;
+    let angle = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if angle > std::f64::consts::PI {
+        let expected = "a rotation vector of at most 180 deg";
+        return Err(BadInput::new("tracker.turn_deg", expected, format!("{:.1} deg", angle.to_degrees())));
+    }
+    Ok(TrackerFrame { turn, shift: vector("tracker.shift_mm", typed.shift_mm.unwrap_or_default())? })
 }
 
 fn material(typed: &typed::Material) -> Check<Material> {

@@ -35,6 +35,8 @@ pub struct Scene {
     pub point_forces: Vec<PointForce>,
     /// What is reported as the tip.
     pub tip: Tip,
+    /// Frame in which the tip is recorded.
+    pub tracker: TrackerFrame,
     /// Primary tendons, with different names.
     pub tendons: Vec<Tendon>,
     /// How the primary tendons rub, if they do.
@@ -66,6 +68,16 @@ pub enum Tip {
     Group(String),
     /// A point of the body at rest [m].
     Point([f64; 3]),
+}
+
+/// Frame of the tracker against that of the scene: a point x of the scene is recorded at R x + shift, with R the rotation
+/// about the rotation vector `turn`. The default is the scene's own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TrackerFrame {
+    /// Rotation vector [rad], shorter than half a turn.
+    pub turn: [f64; 3],
+    /// Where the scene's origin is recorded [m].
+    pub shift: [f64; 3],
 }
 
 /// Strain measure and stress law of the elements.

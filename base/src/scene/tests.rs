@@ -110,6 +110,7 @@ fn example_is_read_into_si() {
     assert_eq!(scene.gravity, [0.0, 0.0, -9.81]);
     assert_eq!(scene.point_forces, [PointForce { at: [0.0, 0.0, 0.08], force: [0.1, 0.0, 0.0] }]);
     assert_eq!(scene.tip, Tip::Group("tip".into()));
+    assert_eq!(scene.tracker, TrackerFrame::default());
     assert_eq!(scene.tendons.len(), 2);
     assert_eq!(
         scene.tendons[0],
@@ -382,4 +383,15 @@ fn scene_file_errors_name_the_file() {
     assert!(matches!(Scene::read(&path), Err(Error::BadInput(bad)) if bad.found == "nothing there"));
     file::write_bytes(&path, EXAMPLE).unwrap();
     assert_eq!(Scene::read(&path).unwrap().mesh_path, folder.path().join("tpu80.msh"));
+}
+
+#[test]
+fn frame_of_the_tracker_is_read_and_checked() {
+    let with = |table: &str| format!("[tracker]\n{table}\n\n[[point_force]]");
+    let text = EXAMPLE.replace("[[point_force]]", &with("turn_deg = [0, 180, 0]\nshift_mm = [1, 0, -2]"));
+    let tracker = read(&text).unwrap().tracker;
+    assert_eq!(tracker, TrackerFrame { turn: [0.0, std::f64::consts::PI, 0.0], shift: [1e-3, 0.0, -2e-3] });
+    let half = with("turn_deg = [0, 150, 150]");
+    rejects("[[point_force]]", &half, "tracker.turn_deg", "212.1 deg");
+    rejects("[[point_force]]", &with("shift_mm = [nan, 0, 0]"), "tracker.shift_mm[0]", "NaN");
 }

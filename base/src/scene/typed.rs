@@ -20,6 +20,7 @@ pub(super) struct SceneFile {
     #[serde(default)]
     pub point_force: Vec<PointForce>,
     pub tip: Tip,
+    pub tracker: Option<Tracker>,
     #[serde(default)]
     pub tendon: Vec<Tendon>,
     pub friction: Option<Friction>,
@@ -72,6 +73,13 @@ pub(super) struct PointForce {
 pub(super) struct Tip {
     pub group: Option<String>,
     pub point_mm: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tracker {
+    pub turn_deg: Option<[f64; 3]>,
+    pub shift_mm: Option<[f64; 3]>,
 }
 
 #[derive(Debug, Deserialize)]

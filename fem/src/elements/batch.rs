@@ -79,6 +79,28 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
     }
 }
 
+/// The first of `cells` with det F <= 0 in a quadrature point at positions `x`, and that determinant.
+pub(crate) fn first_inverted<const N: usize, const Q: usize>(
+    cells: &[[u32; N]],
+    rest: &[[f64; 4]],
+    x: &[[f64; 4]],
+) -> Option<(usize, f64)> {
+    let least = |cell: &[u32; N]| {
+        let corners: [[f64; 4]; N] = cell.map(|node| rest[node as usize]);
+        let determinant = |l| {
+            let (_, gradients) = gradients_at(&corners, l);
+            let mut f = nalgebra::Matrix3::<f64>::zeros();
+            for (node, gradient) in cell.iter().zip(gradients) {
+                let [a, b, c, _] = x[*node as usize];
+                f += nalgebra::Vector3::new(a, b, c) * nalgebra::RowVector3::from(gradient);
+            }
+            f.determinant()
+        };
+        quadrature::<Q>().into_iter().map(determinant).fold(f64::INFINITY, f64::min)
+    };
+    cells.iter().map(least).enumerate().find(|(_, determinant)| *determinant <= 0.0)
+}
+
 /// Element volume density and rest gradients of the shape functions at barycentric `l`.
 fn gradients_at<const N: usize>(corners: &[[f64; 4]; N], l: [f64; 4]) -> (f64, [[f64; 3]; N]) {
     let by_barycentric = shape_derivatives::<N>(l);

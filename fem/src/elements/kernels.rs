@@ -6,7 +6,7 @@ use super::batch::{Elements, PairMap, PointData};
 use super::law::{
     Corotational, CorotationalEdges, Lame, NeoHookean, Point, PointLaw, SmallStrain, Tangent, lame_parameters,
 };
-use super::tensor::{Mat3, Vec3, apply, cross, dot, scale, scale_rows, sub};
+use super::tensor::{Mat3, Vec3, apply, cofactor, cross, dot, scale, scale_rows, sub};
 use crate::simd::{Isa, LANES, Lanes, Packs, Rows, Simd, WithSimd, collect, element};
 
 /// A point or force with a fourth number of padding, so that one register holds it.
@@ -36,14 +36,15 @@ pub(crate) fn energy<const N: usize, const Q: usize>(
     with_law!(material.law, |law| isa.run(Energy { elements, material, law, x }))
 }
 
-/// Adds the internal nodal forces ∂ψ/∂x \[N\] at positions `x` to `out` (model order).
+/// Adds the internal nodal forces ∂ψ/∂x \[N\] at positions `x` to `out` (model order). True if no element is inverted
+/// there: det F > 0 in every quadrature point, or not a number.
 pub(crate) fn force_into<const N: usize, const Q: usize>(
     isa: Isa,
     elements: &Elements<N, Q>,
     material: &Material,
     x: &[Padded],
     out: &mut [Padded],
-) {
+) -> bool {
     with_law!(material.law, |law| isa.run(Force { elements, material, law, x, out }))
 }
 
@@ -203,10 +204,11 @@ struct Force<'a, L, const N: usize, const Q: usize> {
 }
 
 impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q> {
-    type Output = ();
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let mut is_upright = true;
         let mut collected = Collected::new::<S>(&self.elements.nodes, self.x);
         let mut scattered = Scattered::new(&self.elements.nodes);
         for (batch, points) in self.elements.points.iter().enumerate() {
@@ -219,6 +221,7 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q
                 let mut forces = [[packs.splat(0.0); 3]; N];
                 for point in points {
                     let deformed = Deformed::new(packs, &edges, point);
+                    is_upright &= !is_inverted(&deformed.f);
                     let weight = packs.load(&point.weight);
                     let p = scale_rows(weight, &self.law.stress(lame, &deformed.at()));
                     for a in 1..N {
@@ -236,7 +239,14 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Force<'_, L, N, Q
             }
         }
         scattered.add_last::<S>(self.elements.nodes.len(), self.out);
+        is_upright
     }
+}
+
+/// True if det F <= 0 in some lane.
+#[inline(always)]
+fn is_inverted<S: Simd>(f: &Mat3<S>) -> bool {
+    (-dot(f[0], cofactor(f)[0])).exceeds(-f64::MIN_POSITIVE)
 }
 
 /// Forces on the nodes of every batch, added one batch after they are known: read back at once, they would be shuffled

@@ -6,7 +6,7 @@ use hysteron_base::{Law, Material, rng};
 use rand::RngExt;
 
 use super::Isa;
-use crate::{FactorKind, FemModel, Layers, Order, Stiffness, StiffnessFactor, Tangent, Tube, dot};
+use crate::{Cells, FactorKind, FemModel, Layers, Order, Stiffness, StiffnessFactor, Tangent, Tube, dot};
 use crate::{axpy, combine_into};
 
 const E: f64 = 2e5;
@@ -55,7 +55,7 @@ fn assert_near(what: &str, found: &[f64], expected: &[f64], acc: f64) {
 fn results(model: &FemModel) -> [Vec<f64>; 4] {
     let x = deformed(model);
     let mut force = vec![[0.0; 4]; model.n_nodes()];
-    model.internal_force_into(&x, &mut force);
+    assert!(model.internal_force_into(&x, &mut force));
     let pattern = Arc::new(model.stiffness_pattern(&[]));
     let [exact, warped] = [Tangent::Exact, Tangent::Warped].map(|kind| {
         let mut k = Stiffness::zeros(pattern.clone());
@@ -79,6 +79,43 @@ fn instruction_sets_agree_on_energy_force_and_stiffness() {
                 for (found, expected) in results(&model(law, order, isa)).iter().zip(&expected) {
                     assert_near(&format!("{law:?} {order:?} {isa:?}"), found, expected, ACC);
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn inverted_element_is_noticed_in_every_law_and_named() {
+    for order in [Order::Linear, Order::Quadratic] {
+        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
+            if law == Law::CorotationalEdges && order == Order::Quadratic {
+                continue;
+            }
+            for isa in Isa::all() {
+                let model = model(law, order, isa);
+                let mut force = vec![[0.0; 4]; model.n_nodes()];
+                let mut x = deformed(&model);
+                assert!(model.internal_force_into(&x, &mut force) && model.first_inverted(&x).is_none());
+                // One node of the last element mirrored across the plane of three others: far beyond its opposite face.
+                let cell: Vec<u32> = match &model.cells {
+                    Cells::Tet4(cells) => cells[cells.len() - 1].to_vec(),
+                    Cells::Tet10(cells) => cells[cells.len() - 1].to_vec(),
+                };
+                let at = |x: &[[f64; 4]], a: usize| {
+                    let [a, b, c, _] = x[cell[a] as usize];
+                    nalgebra::Vector3::new(a, b, c)
+                };
+                let normal = (at(&x, 1) - at(&x, 0)).cross(&(at(&x, 2) - at(&x, 0))).normalize();
+                let mirrored = at(&x, 3) - 4.0 * (at(&x, 3) - at(&x, 0)).dot(&normal) * normal;
+                x[cell[3] as usize][..3].copy_from_slice(mirrored.as_slice());
+                assert!(!model.internal_force_into(&x, &mut force), "{law:?} {order:?} {isa:?}");
+                let (element, determinant) = model.first_inverted(&x).unwrap();
+                assert!(determinant <= 0.0);
+                let has_node = match &model.cells {
+                    Cells::Tet4(cells) => cells[element].contains(&cell[3]),
+                    Cells::Tet10(cells) => cells[element].contains(&cell[3]),
+                };
+                assert!(has_node, "element {element}");
             }
         }
     }

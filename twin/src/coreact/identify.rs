@@ -327,8 +327,9 @@ fn sensitivity_names(n_aux: usize) -> Vec<String> {
 fn in_row(row: usize, error: Error) -> Error {
     match error {
         Error::BadInput(bad) => bad.within(format!("row {}", row + 1)).into(),
-        Error::NoEquilibrium { reached, relative_residual, hint } => {
-            Error::NoEquilibrium { reached, relative_residual, hint: format!("row {}: {hint}", row + 1) }
+        Error::NoEquilibrium { reached, relative_residual, cause, hint } => {
+            let hint = format!("row {}: {hint}", row + 1);
+            Error::NoEquilibrium { reached, relative_residual, cause, hint }
         }
         other => other,
     }

@@ -110,13 +110,6 @@ impl Linearised {
         }
     }
 
-    /// G: what strokes do to the tip while the cables `held` keep theirs and the others their tensions (rows × n_aux) [-].
-    /// `None` where held cables pull the same way.
-    pub fn gain(&self, held: &[usize]) -> Option<DMatrix<f64>> {
-        let n = self.among.nrows();
-        Some(self.response(held, &vec![0.0; n], &DVector::zeros(n))?.gain)
-    }
-
     /// What strokes do to the tip while the cables `held` keep theirs, up to what they still miss, and the tensions of the
     /// others change by `increments`. `None` where held cables pull the same way.
     pub fn response(&self, held: &[usize], missing: &[f64], increments: &DVector<f64>) -> Option<Response> {

@@ -1,7 +1,7 @@
 //! What auxiliary strokes do to the tip.
 
 use super::Auxiliary;
-use super::problem::{Linearised, others};
+use super::problem::others;
 use crate::TwinState;
 use crate::model::Twin;
 use crate::step::Stepper;
@@ -15,7 +15,8 @@ pub enum FrictionPoints {
     Slipping,
 }
 
-/// ∂tip/∂s where the last step of `stepper` ended (3 × n_aux, row by row) [-], tendons that are taut held at their strokes;
+/// ∂tip/∂s where the last step of `stepper` ended (3 × n_aux, row by row) [-], tendons that are taut held at their strokes,
+/// by the exact tangent;
 /// `None` where held cables pull the same way.
 pub(crate) fn sensitivity(
     stepper: &mut Stepper,
@@ -28,9 +29,14 @@ pub(crate) fn sensitivity(
         FrictionPoints::AsTheyAre => twin.cables.len(),
         FrictionPoints::Slipping => twin.n_primary,
     };
-    let held = |(_, j): &(usize, usize)| *j < n_counted && stepper.is_held(*j, state);
-    let held: Vec<usize> = others(twin).enumerate().filter(held).map(|(a, _)| a).collect();
-    let projection = stepper.projection(twin, state)?;
-    let gain = Linearised::new(twin, auxiliary, projection, state, None).gain(&held)?;
-    Some(std::array::from_fn(|c| gain.row(c).iter().copied().collect()))
+    let held: Vec<usize> = others(twin).filter(|&j| j < n_counted && stepper.is_held(j, state)).collect();
+    let adjoints = stepper.tip_adjoints(twin, state, &held)?;
+    let mut shape = twin.cables.shape();
+    twin.cables.measure(&state.positions, &mut shape);
+    Some(adjoints.map(|adjoint| {
+        let of_stroke = |(k, compliance): (usize, &f64)| {
+            twin.cables.row_times(&shape, twin.n_primary + k, &adjoint.of_force) / compliance
+        };
+        auxiliary.compliances.iter().enumerate().map(of_stroke).collect()
+    }))
 }

@@ -2,7 +2,7 @@
 
 use hysteron_base::{AuxiliaryLayout, BadInput, Bounds, Drive, Law, PointForce, Region, Scene, Tip};
 use hysteron_fem::Order;
-use hysteron_twin::{Error, Target, Twin};
+use hysteron_twin::{Cause, Error, Target, Twin};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 
@@ -79,10 +79,13 @@ fn impossible_stroke_stops_at_the_last_equilibrium() {
     robot.go(&strokes(&[0.0; 4]));
     let goal = 0.95 * scenes::LENGTH;
     let result = robot.stepper.step(&robot.twin, &strokes(&[goal; 4]), &mut robot.state);
-    let Err(Error::NoEquilibrium { reached, relative_residual, hint }) = result else {
+    let Err(Error::NoEquilibrium { reached, relative_residual, cause, hint }) = result else {
         panic!("expected no equilibrium, got {result:?}");
     };
-    println!("all tendons by 95 %: reached {:.1} %, residual {relative_residual:.1e}", 100.0 * reached);
+    println!(
+        "all tendons by 95 %: reached {:.1} %, residual {relative_residual:.1e}, {cause}",
+        100.0 * reached
+    );
     assert!(reached > 0.0 && reached < 1.0, "{reached}");
     assert!(hint.contains("reduce the stroke"));
     let strokes_there = robot.strokes();
@@ -102,10 +105,13 @@ fn impossible_stroke_stops_at_the_last_equilibrium() {
 
 #[test]
 fn error_names_the_part_reached() {
-    let error = Error::NoEquilibrium { reached: 0.25, relative_residual: 0.5, hint: "pull less".into() };
+    let cause = Cause::Inverted { element: 7 };
+    let error =
+        Error::NoEquilibrium { reached: 0.25, relative_residual: 0.5, cause, hint: "pull less".into() };
     assert_eq!(
         error.to_string(),
-        "no equilibrium found beyond 25.0 % of the step (relative residual 5.0e-1; hint: pull less)"
+        "no equilibrium found beyond 25.0 % of the step: element 7 turns inside out (relative residual 5.0e-1; hint: \
+         pull less)"
     );
 }
 

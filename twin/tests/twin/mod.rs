@@ -9,6 +9,7 @@ mod equilibrium;
 mod fit;
 mod follower;
 mod friction;
+mod inverted;
 mod layout;
 mod limit;
 mod qp;

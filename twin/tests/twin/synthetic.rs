@@ -9,12 +9,11 @@ use super::{Robot, distance, scenes, strokes, tolerance};
 /// Change of a stroke in central differences [m]. Strokes of 4 mm bend the body by about a radian; a thousandth of that
 /// changes the Jacobian to second order by 1e-6 of itself.
 const STEP: f64 = 4e-6;
-/// The step's stiffness is corotational, exact tangents differ by what a step of the fast iteration leaves: its factor is
-/// renewed where it needs more than a few corrections, which is where it is off by some per cent.
-const STALE: f64 = 0.05;
+/// One per cent: ten times what the adjoint solves leave.
+const EXACT: f64 = 0.01;
 
 /// Largest difference of J from central differences at `bent`, over its largest entry. A fresh stepper has the factor of
-/// this very shape.
+/// this very shape; `adjoint.rs` tests old ones.
 fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
     robot.stepper = Stepper::new(&robot.twin);
     robot.go(&strokes(bent));
@@ -46,7 +45,7 @@ fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
 fn the_jacobian_is_the_derivative_of_the_tip_by_strokes() {
     for bent in [[1e-3, 0.5e-3, 0.2e-3, 0.3e-3], [4e-3, 1e-3, -3e-3, 1e-3]] {
         let mut robot = Robot::new(&scenes::robot());
-        assert!(error_at(&mut robot, &bent).0 < tolerance(STALE));
+        assert!(error_at(&mut robot, &bent).0 < tolerance(EXACT));
     }
 }
 
@@ -54,7 +53,7 @@ fn the_jacobian_is_the_derivative_of_the_tip_by_strokes() {
 fn a_slack_tendon_moves_nothing() {
     let mut robot = Robot::new(&scenes::robot());
     let (error, jacobian) = error_at(&mut robot, &[4e-3, 0.0, -8e-3, 0.0]);
-    assert!(error < tolerance(STALE));
+    assert!(error < tolerance(EXACT));
     assert!(robot.state.tensions[2] == 0.0);
     assert!(jacobian.iter().all(|row| row[2] == 0.0 && row[0] != 0.0), "{jacobian:?}");
 }
@@ -67,7 +66,9 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
     }
     let smooth = (scene.clone(), mesh.clone());
     scene.friction = Some(Friction {
-        coefficient: 0.3,
+        // Without tension: capstan bounds shrink as tensions fall, and a point that slips on one way and sticks the other
+        // has two derivatives.
+        coefficient: 0.0,
         coulomb: 0.5,
         points: 4,
         sheath_exponent: 0.0,
@@ -83,7 +84,7 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
         robot.go(&strokes(&back));
     }
     let (error, stuck) = error_at(&mut rough, &back);
-    assert!(error < tolerance(STALE), "{error}");
+    assert!(error < tolerance(EXACT), "{error}");
     let (_, free) = error_at(&mut smooth, &back);
     // Friction along half of the tendon's compliance keeps that half from giving way: less than all, more than nothing.
     let held_back =
