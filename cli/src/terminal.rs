@@ -54,22 +54,6 @@ pub fn progress(of: &str, length: usize, done: usize) -> ProgressBar {
     bar
 }
 
-/// A count of something whose end is not known, with a message; drawn only where [`progress`] is.
-pub fn counter(of: &str) -> ProgressBar {
-    let target = if tracing::enabled!(tracing::Level::INFO) {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) =
-        ProgressStyle::with_template(&format!("{{spinner}} {{pos}} {of}, {{msg}} ({{elapsed}})"))
-    {
-        bar.set_style(style);
-    }
-    bar
-}
-
 /// The command line as typed, without the options that cannot change a result.
 pub fn command_line() -> String {
     shown(std::env::args().skip(1))

@@ -244,9 +244,9 @@ mod tests {
         let (mut scene, mesh) = scenes::robot();
         scene.tendons.iter_mut().for_each(|tendon| tendon.compliance = 2e-4);
         scene.friction = Some(Friction {
-            // Without tension: capstan bounds shrink as tensions fall, and points slip on.
+            // Beyond all tensions: every point sticks. One at its bound slips one way only, and has two derivatives.
             coefficient: 0.0,
-            coulomb: 0.5,
+            coulomb: 200.0,
             points: 4,
             sheath_exponent: 0.0,
             sheath_coulomb: 0.0,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::file;
-use hysteron_twin::fit::Standing;
+use hysteron_twin::fit::{Scale, Standing};
 use serde::Serialize;
 
 use super::figure::{register_embedded_font, save};
@@ -24,6 +24,12 @@ struct Metrics<'a> {
     correlation: &'a [Vec<f64>],
     errors_before: Errors,
     errors_after: Errors,
+    /// Of the fitted scene [m/s²].
+    gravity_m_s2: [f64; 3],
+    /// Largest tension of every tendon with the fitted scene [N].
+    largest_tensions_n: &'a [f64],
+    /// What speaks against the outcome, and what else would explain the errors that are left.
+    doubts: &'a [String],
     recordings: usize,
     recordings_of_another_role: usize,
     rows: usize,
@@ -50,6 +56,8 @@ struct ParameterRow<'a> {
     standard_error: Option<f64>,
     lower_bound: f64,
     upper_bound: f64,
+    /// Standard deviation of what is believed beforehand; a factor on a logarithmic scale.
+    prior_width: Option<f64>,
     is_at_bound: bool,
     standing: String,
 }
@@ -67,7 +75,8 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
     let drawn: Vec<_> =
         figures.iter().map(|figure| save(folder, figure, with_png)).collect::<anyhow::Result<_>>()?;
     let command = terminal::command_line();
-    let metrics = metrics(outcome, &command);
+    let doubts = outcome.doubts();
+    let metrics = metrics(outcome, &command, &doubts);
     write_metrics(folder, &metrics)?;
 
     let about = format!(
@@ -76,7 +85,10 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
         metrics.robot, metrics.recordings, metrics.rows, metrics.residuals, metrics.effective_residuals,
     );
     let mut page = Page::new(&format!("{}: fitted parameters", metrics.robot), &about, &command);
-    page.table(&["Parameter", "Scene", "Fitted", "Standard error", "Bounds", "Standing"], rows(outcome));
+    page.table(
+        &["Parameter", "Scene", "Fitted", "Standard error", "Bounds", "Believed within", "Standing"],
+        rows(outcome),
+    );
     let error_row = |name: &str, errors: &Errors| {
         let mm =
             errors.rmse_axes_m.iter().chain([&errors.rmse_distance_m]).map(|m| format!("{:.3}", 1e3 * m));
@@ -86,6 +98,7 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
         &["RMSE of the tip [mm]", "x", "y", "z", "distance"],
         [error_row("scene", &metrics.errors_before), error_row("fitted", &metrics.errors_after)],
     );
+    page.list(metrics.doubts.iter().map(|doubt| ("Doubt", doubt.clone())));
     page.table(&correlation_headings(&metrics), correlation_rows(&metrics));
     page.list([
         ("Search", metrics.ended.to_owned()),
@@ -102,7 +115,7 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
     Ok(())
 }
 
-fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
+fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> Metrics<'a> {
     let fit = &outcome.found.fit;
     let row = |(selected, estimate): (&hysteron_twin::fit::Selected, &'a hysteron_twin::fit::Estimate)| {
         ParameterRow {
@@ -112,6 +125,7 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
             standard_error: estimate.standard_error,
             lower_bound: selected.parameter.bounds.min,
             upper_bound: selected.parameter.bounds.max,
+            prior_width: selected.parameter.prior.map(|prior| prior.width),
             is_at_bound: estimate.standing == Standing::AtBound,
             standing: standing(&estimate.standing),
         }
@@ -130,6 +144,9 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str) -> Metrics<'a> {
         correlation: &fit.correlation,
         errors_before: errors(0),
         errors_after: errors(1),
+        gravity_m_s2: outcome.found.scene.gravity,
+        largest_tensions_n: &outcome.found.tensions,
+        doubts,
         recordings: motions.len(),
         recordings_of_another_role: outcome.n_other_role,
         rows: courses.iter().flat_map(|course| &course.tips).flatten().count(),
@@ -160,6 +177,11 @@ fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
             own(estimate.value),
             estimate.standard_error.map_or("-".into(), own),
             format!("{} to {}", own(bounds.min), own(bounds.max)),
+            match (selected.parameter.prior, selected.parameter.scale) {
+                (None, _) => "-".into(),
+                (Some(prior), Scale::Linear) => format!("± {}", own(prior.width)),
+                (Some(prior), Scale::Logarithmic) => format!("a factor of {}", digits(prior.width)),
+            },
             standing(&estimate.standing),
         ]
     };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Bounds, Recording, file, typed};
+use hysteron_twin::fit::Wanted;
 use hysteron_twin::{Motion, Twin};
 use serde::Deserialize;
 
@@ -17,25 +18,31 @@ const VERSION: i64 = 1;
 struct FitFile {
     format: String,
     version: i64,
-    /// Bounds by key; an empty list stands for the program's.
+    /// Bounds by key, and the width of what is believed; an empty list stands for the program's.
     fit: BTreeMap<String, Vec<f64>>,
 }
 
 /// Names and bounds in a file.
-pub fn read_names(path: &Path) -> anyhow::Result<Vec<(String, Option<Bounds>)>> {
+pub fn read_names(path: &Path) -> anyhow::Result<Vec<Wanted>> {
     let text = file::read_text(path)?;
     Ok(names(&text).map_err(|bad| bad.within(path.display()))?)
 }
 
-fn names(text: &str) -> Result<Vec<(String, Option<Bounds>)>, BadInput> {
+fn names(text: &str) -> Result<Vec<Wanted>, BadInput> {
     let typed: FitFile = typed::parse(text)?;
     typed::check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
-    let bounds = |(key, bounds): (String, Vec<f64>)| match bounds[..] {
-        [] => Ok((key, None)),
-        [min, max] if min < max => Ok((key, Some(Bounds { min, max }))),
-        _ => Err(BadInput::new(format!("fit.{key}"), "[smallest, largest] or []", format!("{bounds:?}"))),
+    let wanted = |(key, numbers): (String, Vec<f64>)| match numbers[..] {
+        [] => Ok(Wanted::named(key)),
+        [min, max] if min < max => Ok(Wanted { name: key, bounds: Some(Bounds { min, max }), width: None }),
+        [min, max, width] if min < max => {
+            Ok(Wanted { name: key, bounds: Some(Bounds { min, max }), width: Some(width) })
+        }
+        _ => {
+            let expected = "[smallest, largest], [smallest, largest, width of what is believed] or []";
+            Err(BadInput::new(format!("fit.{key}"), expected, format!("{numbers:?}")))
+        }
     };
-    typed.fit.into_iter().map(bounds).collect()
+    typed.fit.into_iter().map(wanted).collect()
 }
 
 /// The motions in recordings of this role.

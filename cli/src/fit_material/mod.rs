@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::Context;
 use hysteron_base::{BadInput, Scene};
 use hysteron_twin::fit::{
-    Fit, Frame, MaterialFit, MaterialOptions, Selected, Standing, Stepping, fit_material, select,
+    Fit, Frame, MaterialFit, MaterialOptions, Selected, Standing, Stepping, Wanted, fit_material, select,
 };
 use hysteron_twin::{Motion, Twin};
 
@@ -20,23 +20,30 @@ use crate::terminal::{self, say};
 const HELP: &str = "\
 Needs a scene and recordings of its robot (.parquet, .csv or .journal) in slow motion or at rest: the strokes or \
 tensions that drive the scene's tendons, and the tip (tip_x_mm, tip_y_mm, tip_z_mm). Samples marked as gaps are passed \
-through but not compared. A recording is followed from its beginning, for friction remembers; --steps shortens it.
+through but not compared. Where the recordings have the tensions of tendons that strokes drive (tension_1_n, ..), they \
+count too: a tenth of the largest as much as 2 % of the tip's motion.
 
 What can be fitted, by name: youngs_modulus, poisson_ratio, density, zero (how far each tendon is already pulled at \
-stroke zero), common_zero (the same for all), compliance (of all tendons); and of a scene that has [friction], \
-coefficient and coulomb (in the body), sheath_exponent, sheath_coulomb, sheath_compliance_share, backlash. A file gives \
-bounds of your own, in the unit of the key:
+stroke zero), common_zero (the same for all), compliance (of all tendons); gravity (its direction: every axis of the scene \
+is tried, and how it leans from the best), tracker (turn and shift of the tracker's frame, or tracker_turn and \
+tracker_shift alone); and of a scene that has [friction], coefficient and coulomb (in the body), sheath_exponent, \
+sheath_coulomb, sheath_compliance_share, backlash. \
+Every value is believed to be the scene's, give or take a width: the modulus within a factor of 2, the density of 1.3, \
+Poisson's ratio 0.05, zeros 1 mm, compliance 0.05 mm/N, coefficient 0.2, Coulomb forces 1 N, exponent 0.4, share 0.3, \
+backlash 0.3 mm, the tracker 5 deg and 2 mm. A file gives bounds of your own, and widths, in the unit of the key:
   format = \"hysteron-fit\"
   version = 1
   [fit]
   youngs_modulus_mpa = [5.0, 60.0]
-  zero_mm = [-1.0, 1.0]
-  compliance_mm_per_n = []        # the bounds of the program
+  zero_mm = [-1.0, 1.0, 0.2]      # the last one is the width
+  compliance_mm_per_n = []        # bounds and width of the program
 
 Writes a scene with the fitted values in place of the old ones, comments kept, and with --figures report.html and \
 metrics.json. What the recordings do not determine is held at the value of the scene, and the table says so: without \
-gravity and friction, strokes alone say nothing about the modulus. It also says which parameters the tip hardly tells \
-apart: mostly coefficient from coulomb, in the body as in the sheath. With friction use small steps (--step-mm 0.1).
+gravity and friction, strokes alone say nothing about the modulus. A value with a large error is held too, unless the \
+scene's fits worse than noise allows; then it is called vague. It also says which parameters the tip hardly tells \
+apart (mostly coefficient from coulomb, in the body as in the sheath), which tendon would need more than it can pull, and \
+what else would explain the errors that are left: another direction of gravity, a tilted tracker, zeros, friction.
 
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick
@@ -76,15 +83,20 @@ pub struct Arguments {
     /// Take only recordings made for this: training, validation or test
     #[arg(long, value_name = "ROLE")]
     role: Option<String>,
-    /// Step through samples between which a stroke (or, under tension, the tip) has moved so far
-    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    /// Step through samples between which a stroke (or, under tension, the tip) moves at most so far; samples where a
+    /// stroke turns back are among them
+    #[arg(long, value_name = "MM", default_value_t = 0.3)]
     step_mm: f64,
     /// Compare the tip where a stroke has moved so far since it was compared last
-    #[arg(long, value_name = "MM", default_value_t = 0.3)]
+    #[arg(long, value_name = "MM", default_value_t = 0.2)]
     every_mm: f64,
-    /// Most steps of an evaluation, shared evenly by the recordings: of each, the beginning
-    #[arg(long, value_name = "N", default_value_t = 6000)]
+    /// Most steps of an evaluation, shared evenly by the recordings, whose steps grow longer for that
+    #[arg(long, value_name = "N", default_value_t = 2000)]
     steps: usize,
+    /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four fifths of
+    /// it fits the worse
+    #[arg(long, value_name = "N")]
+    tension_max_n: Option<f64>,
     /// Error of a coordinate from which on it counts linearly rather than squared
     #[arg(long, value_name = "MM")]
     huber_mm: Option<f64>,
@@ -111,6 +123,9 @@ impl From<FrameChoice> for Frame {
     }
 }
 
+/// Length of the bar.
+const WHOLE: f64 = 1000.0;
+
 fn default_names() -> Vec<String> {
     ["youngs_modulus", "zero", "compliance"].map(str::to_owned).to_vec()
 }
@@ -129,6 +144,39 @@ pub struct Outcome<'a> {
     pub wall_s: f64,
     /// Recordings left out for their role.
     pub n_other_role: usize,
+    /// Largest tension that each tendon can be pulled with [N].
+    pub tension_max: Vec<f64>,
+}
+
+/// Part of the largest tension allowed from which on a tendon is said to need too much.
+const STRAINED: f64 = 0.8;
+
+impl Outcome<'_> {
+    /// What speaks against the outcome, and what else would explain the errors that are left.
+    pub fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let at_bound = |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Standing::AtBound;
+        for estimate in self.found.fit.estimates.iter().filter(at_bound) {
+            doubts
+                .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
+        }
+        for ((tendon, tension), most) in
+            self.scene.tendons.iter().zip(&self.found.tensions).zip(&self.tension_max)
+        {
+            if *tension > STRAINED * most {
+                let name = &tendon.name;
+                doubts.push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
+            }
+        }
+        for hint in &self.found.hints {
+            let [now, then] = hint.rms.map(|rms| 1e3 * rms);
+            let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
+            let what = &hint.instead;
+            doubts
+                .push(format!("would explain errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"));
+        }
+        doubts
+    }
 }
 
 /// Carries out the verb.
@@ -137,7 +185,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scene = Scene::read(&arguments.scene)?;
     let names = match &arguments.fit_file {
         Some(path) => inputs::read_names(path)?,
-        None => arguments.fit.iter().map(|name| (name.clone(), None)).collect(),
+        None => arguments.fit.iter().map(Wanted::named).collect(),
     };
     let selected = select(&scene, &names)?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
@@ -153,7 +201,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
 
     interrupt::listen()?;
-    let bar = terminal::counter("evaluations");
+    let bar = terminal::progress("per mille", WHOLE as usize, 0);
     let options = MaterialOptions {
         frame: arguments.frame.into(),
         stepping: Stepping {
@@ -162,9 +210,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             most: arguments.steps,
         },
         huber: arguments.huber_mm.map(|mm| 1e-3 * mm),
-        watch: &|evaluations, rms| {
-            bar.set_position(evaluations as u64);
-            bar.set_message(format!("RMSE {:.3} mm per coordinate", 1e3 * rms));
+        tension_max: arguments.tension_max_n,
+        watch: &|progress| {
+            bar.set_position((WHOLE * progress.done) as u64);
+            bar.set_message(format!("RMSE {:.3} mm per coordinate", 1e3 * progress.rms));
             !interrupt::is_asked()
         },
     };
@@ -181,6 +230,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         found: &found,
         wall_s: start.elapsed().as_secs_f64(),
         n_other_role,
+        tension_max: scene
+            .tendons
+            .iter()
+            .map(|tendon| arguments.tension_max_n.map_or(tendon.tension.max, |n| n.min(tendon.tension.max)))
+            .collect(),
     };
     tell(&outcome);
     scene_file::write(&arguments.scene, &scene, &found.scene, &arguments.out)?;
@@ -193,14 +247,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn check_arguments(arguments: &Arguments) -> Result<(), BadInput> {
-    let lengths = [
+    let numbers = [
         ("--step-mm", Some(arguments.step_mm)),
         ("--every-mm", Some(arguments.every_mm)),
         ("--huber-mm", arguments.huber_mm),
+        ("--tension-max-n", arguments.tension_max_n),
     ];
-    for (name, length) in lengths {
-        if let Some(mm) = length.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
-            return Err(BadInput::new(name, "a length above 0", format!("{mm} mm")));
+    for (name, length) in numbers {
+        if let Some(found) = length.filter(|value| !(*value > 0.0 && value.is_finite())) {
+            return Err(BadInput::new(name, "a number above 0", found.to_string()));
         }
     }
     let shown = arguments.out.display().to_string();
@@ -237,7 +292,12 @@ fn tell(outcome: &Outcome) {
         say(format_args!("RMSE of the tip, {name}: x {x:.3}, y {y:.3}, z {z:.3}, distance {distance:.3} mm"));
     }
     let fit = &found.fit;
+    if outcome.selected.iter().any(|selected| selected.quantity.name == "gravity") {
+        let [x, y, z] = found.scene.gravity;
+        say(format_args!("gravity: ({x:.3}, {y:.3}, {z:.3}) m/s²"));
+    }
     tell_collinear(fit);
+    outcome.doubts().iter().for_each(say);
     tracing::info!(
         "{} in {:.1} s: {} iterations, {} evaluations of {} steps; {} residuals worth {:.0} independent ones",
         fit.ended,
@@ -281,6 +341,7 @@ pub fn standing(standing: &Standing) -> String {
     match standing {
         Standing::Fitted => "fitted".into(),
         Standing::AtBound => "at a bound".into(),
+        Standing::Vague => "vague, but the scene's value fits worse".into(),
         Standing::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
         Standing::Undetermined(with) => format!("determined only together with {}, held", with.join(", ")),
     }

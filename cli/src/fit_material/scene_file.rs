@@ -51,6 +51,16 @@ pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path) -> anyhow::Result
             }
         }
     }
+    if new.gravity != old.gravity {
+        let gravity = text.get_mut("gravity").and_then(Item::as_table_like_mut).context("no [gravity]")?;
+        set_vector(gravity, "acceleration_m_s2", new.gravity);
+    }
+    if new.tracker != old.tracker {
+        let tracker = text.entry("tracker").or_insert_with(toml_edit::table);
+        let tracker = tracker.as_table_like_mut().context("no [tracker]")?;
+        set_vector(tracker, "turn_deg", new.tracker.turn);
+        set_vector(tracker, "shift_mm", new.tracker.shift);
+    }
     let mesh = relative(&new.mesh_path, to.parent().unwrap_or(Path::new("")))?;
     let place = text.get_mut("mesh").and_then(Item::as_table_like_mut).context("no [mesh]")?;
     replace(place, "file", value(mesh.to_string_lossy().into_owned()));
@@ -63,9 +73,19 @@ pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path) -> anyhow::Result
 
 /// Sets a number, in the unit of its key.
 fn set(table: &mut dyn TableLike, key: &str, si: f64) {
+    replace(table, key, value(shown(key, si)));
+}
+
+/// Sets three numbers, in the unit of their key.
+fn set_vector(table: &mut dyn TableLike, key: &str, si: [f64; 3]) {
+    let numbers: toml_edit::Array = si.iter().map(|number| shown(key, *number)).collect();
+    replace(table, key, value(numbers));
+}
+
+/// A number in the unit of its key, with the digits that are written.
+fn shown(key: &str, si: f64) -> f64 {
     let own = Unit::of_name(key).map_or(si, |(_, unit)| unit.from_si(si));
-    let shown: f64 = format!("{own:.*e}", DIGITS - 1).parse().unwrap_or(own);
-    replace(table, key, value(shown));
+    format!("{own:.*e}", DIGITS - 1).parse().unwrap_or(own)
 }
 
 /// Sets a key; the comment behind an old value stays.

@@ -10,7 +10,7 @@ use hysteron_control::plan::{Role, Trajectory};
 use hysteron_control::{Plan, TargetPath};
 use hysteron_twin::Twin;
 use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::fit::select;
+use hysteron_twin::fit::{Wanted, select};
 
 use super::stage::Argument;
 use super::{PlanChoice, Rig, SceneChoice, Study, Target, Track, Way, typed};
@@ -246,7 +246,7 @@ fn check_calibration(typed: &typed::Calibrate, plan: &Plan, scene: &Scene) -> an
     if let Some(found) = found {
         return Err(BadInput::new("calibrate.recordings", format!("of {}", names.join(", ")), found).into());
     }
-    let fit: Vec<_> = typed.fit.iter().map(|name| (name.clone(), None)).collect();
+    let fit: Vec<_> = typed.fit.iter().map(Wanted::named).collect();
     select(scene, &fit).context("calibrate.fit")?;
     Ok(())
 }

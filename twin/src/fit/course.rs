@@ -1,7 +1,8 @@
 //! Which samples of a motion a fit steps through, and which it compares.
 //!
-//! Friction remembers, so a motion is passed from its beginning, in steps that the fast iteration can follow. What
-//! counts is how far the tendons move, not how many samples that took: a rest costs nothing.
+//! Friction remembers, so a motion is passed from its beginning. What counts is the way that the strokes go, not how many
+//! samples that took: a rest costs nothing, a straight way little, and where strokes turn back, a sample is kept, however
+//! long the steps are.
 
 use hysteron_base::BadInput;
 
@@ -11,11 +12,12 @@ use crate::{Result, Target};
 /// How a fit goes through its motions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stepping {
-    /// How far a stroke moves from one step to the next (or the tip, where tendons are driven by tension) [m].
+    /// How far a stroke moves from one step to the next at most, unless a single sample moves farther (or the tip, where
+    /// tendons are driven by tension) [m].
     pub step: f64,
     /// How far from one compared sample to the next [m].
     pub every: f64,
-    /// Most steps of an evaluation, shared evenly by all motions: of each, the beginning.
+    /// Most steps of an evaluation, shared by all motions; steps grow longer until they are enough.
     pub most: usize,
 }
 
@@ -32,25 +34,30 @@ pub struct Course {
 
 /// Fewest compared samples of a motion.
 const FEWEST: usize = 8;
+/// Part of a step by which a stroke must go back to count as one that turns [-].
+const TURNED: f64 = 0.2;
+/// Part of a step that a stroke must have gone before it turned back: less is noise [-].
+const GONE: f64 = 0.02;
+/// Factor by which steps grow where there are too many.
+const LONGER: f64 = 1.25;
 
 impl Course {
-    /// Chooses at most `most` samples of `motion`; filled-in ones are passed and not compared.
+    /// Chooses samples of `motion`, at most `most`; filled-in ones are passed and not compared.
     ///
     /// # Errors
     /// Fewer than eight to compare.
     pub fn new(motion: &Motion, stepping: &Stepping, most: usize) -> Result<Self> {
-        let (mut samples, mut tips) = (Vec::new(), Vec::new());
+        let mut samples = way(motion, stepping.step, most);
+        let mut step = stepping.step;
+        let longest = (0..motion.len()).map(|sample| moved(motion, 0, sample)).fold(0.0, f64::max);
+        while samples.len() >= most && step < longest {
+            step = (step * LONGER).max(1e-6 * longest);
+            samples = way(motion, step, most);
+        }
         let mut compared = None;
-        for sample in 0..motion.len() {
-            if samples.len() == most {
-                break;
-            }
-            let moved = |from: &usize| moved(motion, *from, sample);
-            if samples.last().is_some_and(|last| moved(last) < stepping.step) {
-                continue;
-            }
-            samples.push(sample);
-            let is_due = compared.is_none_or(|last| moved(&last) >= stepping.every);
+        let mut tips = Vec::with_capacity(samples.len());
+        for &sample in &samples {
+            let is_due = compared.is_none_or(|last| moved(motion, last, sample) >= stepping.every);
             let is_compared = is_due && !motion.gap[sample];
             tips.push(is_compared.then(|| motion.tips[sample]));
             if is_compared {
@@ -68,6 +75,16 @@ impl Course {
         let targets = samples.iter().map(|&sample| motion.targets_at(sample)).collect();
         Ok(Self { samples, targets, tips })
     }
+
+    /// The first `n` steps.
+    pub fn beginning(&self, n: usize) -> Self {
+        let n = n.min(self.samples.len());
+        Self {
+            samples: self.samples[..n].to_vec(),
+            targets: self.targets[..n].to_vec(),
+            tips: self.tips[..n].to_vec(),
+        }
+    }
 }
 
 /// The courses of all motions.
@@ -79,13 +96,53 @@ pub fn courses(motions: &[Motion], stepping: &Stepping) -> Result<Vec<Course>> {
     motions.iter().map(|motion| Course::new(motion, stepping, most)).collect()
 }
 
-/// Largest change of a stroke between two samples, and of the tip where tensions drive [m].
-fn moved(motion: &Motion, from: usize, to: usize) -> f64 {
-    let by_stroke = motion.strokes_at(from).iter().zip(motion.strokes_at(to)).map(|(a, b)| (a - b).abs());
-    let tip = if motion.has_tensions() { distance(motion.tips[from], motion.tips[to]) } else { 0.0 };
-    by_stroke.fold(tip, f64::max)
+/// Samples from 0 on, at most `most`: from each, the farthest that lies within a step, or where a stroke turns back before
+/// that, or the next one that moves at all.
+fn way(motion: &Motion, step: f64, most: usize) -> Vec<usize> {
+    let mut samples = vec![0];
+    while samples.len() < most {
+        let Some(next) = next(motion, samples[samples.len() - 1], step) else { break };
+        samples.push(next);
+    }
+    samples
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+/// The sample after `from`; none where nothing moves any more.
+fn next(motion: &Motion, from: usize, step: f64) -> Option<usize> {
+    let start: Vec<f64> = coordinates(motion, from).collect();
+    // Farthest in either direction of each coordinate, and where that was.
+    let mut extremes = vec![[(0.0, from); 2]; start.len()];
+    let (mut last, mut size) = (from, 0.0);
+    for sample in from + 1..motion.len() {
+        let mut largest: f64 = 0.0;
+        for ((now, start), extremes) in coordinates(motion, sample).zip(&start).zip(&mut extremes) {
+            for (extreme, way) in extremes.iter_mut().zip([now - start, start - now]) {
+                largest = largest.max(way);
+                if way > extreme.0 {
+                    *extreme = (way, sample);
+                }
+                let turns_back = extreme.0 - way > TURNED * step && extreme.0 > GONE * step;
+                if turns_back {
+                    return Some(extreme.1);
+                }
+            }
+        }
+        if largest > step {
+            return Some(if size > TURNED * step { last } else { sample });
+        }
+        (last, size) = (sample, largest);
+    }
+    // What is left is worth a step where it moves.
+    (size > TURNED * step).then_some(last)
+}
+
+/// What tells how far a motion has gone: strokes, and where tensions drive, the tip [m].
+fn coordinates(motion: &Motion, sample: usize) -> impl Iterator<Item = f64> {
+    let tip = if motion.has_tensions() { &motion.tips[sample][..] } else { &[] };
+    motion.strokes_at(sample).iter().chain(tip).copied()
+}
+
+/// Largest change of a coordinate between two samples [m].
+fn moved(motion: &Motion, from: usize, to: usize) -> f64 {
+    coordinates(motion, from).zip(coordinates(motion, to)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }

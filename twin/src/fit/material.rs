@@ -1,24 +1,41 @@
-//! The physical parameters of a scene from what its robot did.
+//! The physical parameters of a scene from what its robot did, coarse to fine.
+//!
+//! A few steps of every recording decide where to begin, and which way gravity points; steps a few times as long as asked
+//! for then find the minimum and what it is worth; the steps asked for correct it by one step of Gauss and Newton.
 
-use hysteron_base::{BadInput, Scene};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use hysteron_base::Scene;
 use hysteron_fem::Mesh;
-use nalgebra::{Matrix3, Vector3};
 
+use super::comparison::{Comparison, check_axes};
 use super::course::{Course, Stepping, courses};
-use super::least_squares::{Fit, Options, least_squares};
+use super::hints::{Hint, hints, steepest};
+use super::least_squares::{Fit, Options, Parameter, Prior, TOLERANCE, least_squares};
 use super::quantity::Selected;
+use super::search::{minimum, polished};
 use crate::motion::Motion;
-use crate::{Result, Target, Twin, alignment, rollouts};
+use crate::{Result, Twin};
 
 /// Where the measured tip is expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Frame {
-    /// In the frame of the scene; a tip that rests elsewhere is an error.
+    /// In the frame of the scene's tracker; a tip that rests elsewhere is an error.
     Checked,
-    /// In the frame of the scene, wherever it rests.
+    /// In the frame of the scene's tracker, wherever it rests.
     Trusted,
     /// In a frame of its own, the same for all recordings: turned and shifted as suits the twin best.
     Fitted,
+}
+
+/// How far a fit has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Part of the steps that it is expected to take, 0 to 1; more than expected do not count.
+    pub done: f64,
+    /// Least root mean square of the residuals so far [m].
+    pub rms: f64,
 }
 
 /// How to fit.
@@ -29,8 +46,10 @@ pub struct MaterialOptions<'a> {
     pub stepping: Stepping,
     /// Error of a coordinate from which on it counts linearly, if any [m].
     pub huber: Option<f64>,
-    /// See [`Options::watch`].
-    pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
+    /// Largest tension that the drives of the robot can make, where that is less than the scene allows [N].
+    pub tension_max: Option<f64>,
+    /// Told how far the fit has come; false ends it.
+    pub watch: &'a (dyn Fn(Progress) -> bool + Sync),
 }
 
 /// Root mean square errors of the tip [m].
@@ -55,21 +74,39 @@ pub struct MaterialFit {
     pub courses: Vec<Course>,
     /// Tips of both, in the frame of the measurement: by motion, by step [m].
     pub tips: [Vec<Vec<[f64; 3]>>; 2],
-    /// Turn (row-major) and shift [m] from the scene to the frame of the measurement.
+    /// Turn (row-major) and shift [m] from the frame of the scene's tracker to that of the measurement.
     pub frame: ([[f64; 3]; 3], [f64; 3]),
+    /// Largest tension of every primary tendon with the fitted scene [N].
+    pub tensions: Vec<f64>,
+    /// What else would explain the errors that are left, the best first.
+    pub hints: Vec<Hint>,
 }
 
 /// Part of the measured motion that a parameter must move the tip by, between its bounds, to count as seen [-].
 const SEEN: f64 = 2e-3;
 /// Degrees of freedom of a rigid frame.
 const OF_FRAME: usize = 6;
+/// Steps of a motion that decide where to begin, and of all of it on the way.
+const BEGINNING: usize = 40;
+const ON_THE_WAY: usize = 150;
+/// Tolerance of a search that others follow [-].
+const ROUGH: f64 = 1e-3;
+/// Places of friction, between its bounds, from which a fit begins besides the scene's [-].
+const OTHER_STARTS: [f64; 2] = [0.05, 0.5];
+/// Quantities of friction.
+const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
+/// Evaluations per parameter that each level is expected to take.
+const EXPECTED: [usize; 3] = [9, 6, 1];
+/// Times that gravity may turn to another axis of the scene.
+const MOST_TURNS: usize = 3;
 
 /// Fits `selected` so that the twin's tip follows the measured one through `motions`. Auxiliary tendons are left out:
-/// what they stand in for is what a fit is to explain.
+/// what they stand in for is what a fit is to explain. Where the direction of gravity is selected, all axes of the scene are
+/// tried.
 ///
 /// # Errors
 /// Those of [`courses`], [`Twin::new`] and the first pass through the motions; with [`Frame::Checked`], a tip that
-/// rests elsewhere than the twin's.
+/// rests elsewhere than the twin's, unless the tracker's frame is fitted.
 pub fn fit_material(
     scene: &Scene,
     mesh: &Mesh,
@@ -77,115 +114,226 @@ pub fn fit_material(
     selected: &[Selected],
     options: &MaterialOptions,
 ) -> Result<MaterialFit> {
-    let bare = Scene { auxiliary: None, ..scene.clone() };
+    let is_tracked = selected.iter().any(|selected| selected.quantity.name.starts_with("tracker"));
     match options.frame {
-        Frame::Checked => {
-            let twin = Twin::new(&bare, mesh)?;
+        Frame::Checked if !is_tracked => {
+            let twin = Twin::new(&Scene { auxiliary: None, ..scene.clone() }, mesh)?;
             motions.iter().try_for_each(|motion| motion.check_registration(&twin))?;
         }
-        Frame::Trusted => {}
+        Frame::Checked | Frame::Trusted => {}
         Frame::Fitted => check_axes(motions)?,
     }
-    let courses = courses(motions, &options.stepping)?;
-    let targets: Vec<_> = courses.iter().map(|course| course.targets.clone()).collect();
-    let before = follow(&bare, mesh, &targets)?;
-    let with = |scene: &Scene, values: &[f64]| {
-        let mut candidate = scene.clone();
-        for (selected, value) in selected.iter().zip(values) {
-            (selected.quantity.set)(&mut candidate, selected.tendon, *value);
+    let steps = AtomicUsize::new(0);
+    let tension_max = |tendon: &hysteron_base::Tendon| {
+        options.tension_max.map_or(tendon.tension.max, |most| most.min(tendon.tension.max))
+    };
+    let fine = Comparison::new(
+        mesh,
+        motions,
+        courses(motions, &options.stepping)?,
+        options.frame,
+        scene.tendons.iter().map(tension_max).collect(),
+        &steps,
+    );
+    Levels::new(fine, scene, selected, options)?.run()
+}
+
+/// A fit on its way: what it starts from, and its courses from coarse to fine.
+struct Levels<'a> {
+    /// The scene as given.
+    given: &'a Scene,
+    /// With gravity along the axis from which it leans.
+    scene: Scene,
+    selected: Vec<Selected>,
+    options: &'a MaterialOptions<'a>,
+    beginning: Comparison<'a>,
+    coarse: Comparison<'a>,
+    fine: Comparison<'a>,
+    /// Steps that the fit is expected to take.
+    expected: usize,
+    best: Mutex<f64>,
+}
+
+impl<'a> Levels<'a> {
+    fn new(
+        fine: Comparison<'a>,
+        scene: &'a Scene,
+        selected: &[Selected],
+        options: &'a MaterialOptions,
+    ) -> Result<Self> {
+        let n_steps = |courses: &[Course]| courses.iter().map(|course| course.samples.len()).sum::<usize>();
+        let most = ON_THE_WAY * fine.motions.len();
+        let coarse = match n_steps(&fine.courses) <= 2 * most {
+            true => fine.courses.clone(),
+            false => courses(fine.motions, &Stepping { every: 0.0, most, ..options.stepping })?,
+        };
+        let beginning: Vec<Course> = coarse.iter().map(|course| course.beginning(BEGINNING)).collect();
+        let n = selected.len() + 1;
+        let by_level = [&beginning, &coarse, &fine.courses].map(|courses| n_steps(courses));
+        let expected = by_level.iter().zip(EXPECTED).map(|(steps, per)| per * n * steps).sum();
+        let mut levels = Self {
+            given: scene,
+            scene: Scene { auxiliary: None, ..scene.clone() },
+            selected: selected.to_vec(),
+            options,
+            beginning: fine.along(beginning),
+            coarse: fine.along(coarse),
+            fine,
+            expected,
+            best: Mutex::new(f64::INFINITY),
+        };
+        if levels.has("gravity") && levels.scene.gravity == [0.0; 3] {
+            levels.turn_gravity(super::quantity::along_axes(scene)[4]);
+        }
+        Ok(levels)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.selected.iter().any(|selected| selected.quantity.name == name)
+    }
+
+    /// Makes gravity lean from another direction.
+    fn turn_gravity(&mut self, gravity: [f64; 3]) {
+        self.scene.gravity = gravity;
+        for selected in self.selected.iter_mut().filter(|selected| selected.quantity.name == "gravity") {
+            let start = selected.value_of(&self.scene).unwrap_or(0.0);
+            let Parameter { bounds, prior, .. } = &mut selected.parameter;
+            *prior = prior.map(|prior| Prior { center: start, ..prior });
+            selected.parameter.start = bounds.clamp(start);
+        }
+    }
+
+    /// `scene` with these values.
+    fn with(&self, scene: &Scene, values: &[f64]) -> Scene {
+        let mut candidate = Scene { gravity: self.scene.gravity, ..scene.clone() };
+        if !self.has("gravity") {
+            candidate.gravity = scene.gravity;
+        }
+        for (selected, value) in self.selected.iter().zip(values) {
+            (selected.quantity.set)(&mut candidate, selected.component, *value);
         }
         candidate
-    };
-    let placed = |mut tips: Vec<Vec<[f64; 3]>>| {
-        let frame = match options.frame {
-            Frame::Fitted => frame_of(&courses, &tips),
-            _ => (Matrix3::identity(), Vector3::zeros()),
-        };
-        for tip in tips.iter_mut().flatten() {
-            *tip = (frame.0 * Vector3::from(*tip) + frame.1).into();
-        }
-        (tips, frame)
-    };
-    let parameters: Vec<_> = selected.iter().map(|selected| selected.parameter.clone()).collect();
-    let least = Options {
-        huber: options.huber,
-        smallest_effect: SEEN * motion_size(&courses),
-        n_nuisance: if options.frame == Frame::Fitted { OF_FRAME } else { 0 },
-        watch: options.watch,
-    };
-    let follow_with = |values: &[f64]| follow(&with(&bare, values), mesh, &targets);
-    let fit = least_squares(&parameters, &least, |values| {
-        Ok(series(motions, &courses, &placed(follow_with(values)?).0))
-    })?;
-    let (after, (turn, shift)) = placed(follow_with(&fit.values())?);
-    let (before, _) = placed(before);
-    let errors = [&before, &after].map(|tips| errors(motions, &courses, tips));
-    let turn = [0, 1, 2].map(|r| [0, 1, 2].map(|c| turn[(r, c)]));
-    let scene = with(scene, &fit.values());
-    Ok(MaterialFit { fit, scene, errors, courses, tips: [before, after], frame: (turn, shift.into()) })
-}
-
-/// Tips of the scene's twin under all sequences of targets: by motion, by step [m].
-fn follow(scene: &Scene, mesh: &Mesh, targets: &[Vec<Vec<Target>>]) -> Result<Vec<Vec<[f64; 3]>>> {
-    let twin = Twin::new(scene, mesh)?;
-    rollouts(&twin, &twin.rest(), targets).into_iter().map(|done| Ok(done?.tips)).collect()
-}
-
-/// Measured and predicted tips of the steps that are compared.
-fn compared<'a>(course: &'a Course, tips: &'a [[f64; 3]]) -> impl Iterator<Item = ([f64; 3], [f64; 3])> + 'a {
-    course.tips.iter().zip(tips).filter_map(|(measured, tip)| Some(((*measured)?, *tip)))
-}
-
-/// Residuals: a series for each used coordinate of each motion [m].
-fn series(motions: &[Motion], courses: &[Course], tips: &[Vec<[f64; 3]>]) -> Vec<Vec<f64>> {
-    let mut series = Vec::new();
-    for ((motion, course), tips) in motions.iter().zip(courses).zip(tips) {
-        for c in (0..3).filter(|&c| motion.axes[c]) {
-            series.push(compared(course, tips).map(|(measured, tip)| tip[c] - measured[c]).collect());
-        }
     }
-    series
-}
 
-fn errors(motions: &[Motion], courses: &[Course], tips: &[Vec<[f64; 3]>]) -> AxisErrors {
-    let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
-    for ((motion, course), tips) in motions.iter().zip(courses).zip(tips) {
-        for (measured, tip) in compared(course, tips) {
-            for c in (0..3).filter(|&c| motion.axes[c]) {
-                sums[c] += (tip[c] - measured[c]).powi(2);
-                counts[c] += 1.0;
+    fn parameters(&self, starts: &[f64]) -> Vec<Parameter> {
+        let parameter = |(selected, start): (&Selected, &f64)| Parameter {
+            start: selected.parameter.bounds.clamp(*start),
+            ..selected.parameter.clone()
+        };
+        self.selected.iter().zip(starts).map(parameter).collect()
+    }
+
+    fn residuals(&self, on: &Comparison, values: &[f64]) -> Result<Vec<Vec<f64>>> {
+        on.residuals(&self.with(&self.scene, values))
+    }
+
+    /// Runs `search` with the options of a search on `on`.
+    fn watched<T>(&self, on: &Comparison, search: impl FnOnce(&Options) -> Result<T>) -> Result<T> {
+        let watch = |_: usize, rms: f64| {
+            let Ok(mut best) = self.best.lock() else { return false };
+            *best = best.min(rms);
+            let done = on.steps.load(Ordering::Relaxed) as f64 / self.expected as f64;
+            (self.options.watch)(Progress { done: done.min(1.0), rms: *best })
+        };
+        search(&Options {
+            huber: self.options.huber,
+            smallest_effect: SEEN * on.motion_size(),
+            n_nuisance: if self.options.frame == Frame::Fitted { OF_FRAME } else { 0 },
+            tolerance: if on.courses == self.fine.courses { TOLERANCE } else { ROUGH },
+            watch: &watch,
+        })
+    }
+
+    fn run(mut self) -> Result<MaterialFit> {
+        let before = self.fine.answer(self.given)?;
+        let start = self.begin()?;
+        let mut fit = self.search(&start)?;
+        for _ in 0..MOST_TURNS {
+            let Some(gravity) = self.other_gravity(&fit)? else { break };
+            let last = (self.scene.gravity, self.selected.clone());
+            let values = fit.values();
+            self.turn_gravity(gravity);
+            let start: Vec<f64> = (self.selected.iter().zip(&values))
+                .map(|(s, value)| if s.quantity.name == "gravity" { s.parameter.start } else { *value })
+                .collect();
+            let other = self.search(&start)?;
+            if other.rms[1] >= fit.rms[1] {
+                (self.scene.gravity, self.selected) = last;
+                break;
+            }
+            fit = other;
+        }
+        // An assumption that cannot be tried explains nothing.
+        let hints = hints(&self.beginning, &self.with(&self.scene, &fit.values()), &self.selected, &fit)
+            .unwrap_or_default();
+        self.polish(&mut fit)?;
+        let scene = self.with(self.given, &fit.values());
+        let after = self.fine.answer(&scene)?;
+        let (tips_before, _) = self.fine.placed(self.given, &before);
+        let (tips_after, frame) = self.fine.placed(&scene, &after);
+        let turn = [0, 1, 2].map(|r| [0, 1, 2].map(|c| frame.turn[(r, c)]));
+        Ok(MaterialFit {
+            errors: [&tips_before, &tips_after].map(|tips| self.fine.errors(tips)),
+            tensions: self.fine.largest_tensions(&after),
+            frame: (turn, frame.shift.into()),
+            tips: [tips_before, tips_after],
+            courses: self.fine.courses,
+            scene,
+            fit,
+            hints,
+        })
+    }
+
+    /// Where to begin: with friction, the best of several places on the beginnings of the motions.
+    fn begin(&self) -> Result<Vec<f64>> {
+        let home: Vec<f64> = self.selected.iter().map(|selected| selected.parameter.start).collect();
+        let is_friction = |selected: &Selected| FRICTION.contains(&selected.quantity.name);
+        if !self.selected.iter().any(is_friction) {
+            return Ok(home);
+        }
+        let other = |place: f64| -> Vec<f64> {
+            let start = |selected: &Selected| match is_friction(selected) {
+                true => selected.parameter.value(place),
+                false => selected.parameter.start,
+            };
+            self.selected.iter().map(start).collect()
+        };
+        let mut best = (home.clone(), f64::INFINITY);
+        for start in std::iter::once(home).chain(OTHER_STARTS.map(other)) {
+            let parameters = self.parameters(&start);
+            let on = &self.beginning;
+            let found = self
+                .watched(on, |options| minimum(&parameters, options, |values| self.residuals(on, values)));
+            match found {
+                Ok((values, cost)) if cost < best.1 => best = (values, cost),
+                Ok(_) | Err(crate::Error::NoEquilibrium { .. }) => {}
+                Err(other) => return Err(other),
             }
         }
+        Ok(best.0)
     }
-    let mean = |c: usize| if counts[c] > 0.0 { sums[c] / counts[c] } else { 0.0 };
-    AxisErrors {
-        axes: std::array::from_fn(|c| mean(c).sqrt()),
-        distance: (0..3).map(mean).sum::<f64>().sqrt(),
+
+    /// The minimum in long steps, and what it is worth.
+    fn search(&self, start: &[f64]) -> Result<Fit> {
+        let (parameters, on) = (self.parameters(start), &self.coarse);
+        self.watched(on, |options| least_squares(&parameters, options, |values| self.residuals(on, values)))
     }
-}
 
-/// Root mean square distance of the compared tips from their mean [m].
-fn motion_size(courses: &[Course]) -> f64 {
-    let tips: Vec<Vector3<f64>> =
-        courses.iter().flat_map(|course| &course.tips).flatten().map(|tip| Vector3::from(*tip)).collect();
-    let mean = tips.iter().sum::<Vector3<f64>>() / tips.len() as f64;
-    (tips.iter().map(|tip| (tip - mean).norm_squared()).sum::<f64>() / tips.len() as f64).sqrt()
-}
-
-/// The turn and shift that bring predicted tips nearest to the measured ones.
-fn frame_of(courses: &[Course], tips: &[Vec<[f64; 3]>]) -> (Matrix3<f64>, Vector3<f64>) {
-    let pairs = courses.iter().zip(tips).flat_map(|(course, tips)| compared(course, tips));
-    let (to, from): (Vec<_>, Vec<_>) = pairs.map(|(a, b)| (Vector3::from(a), Vector3::from(b))).unzip();
-    alignment(&from, &to)
-}
-
-/// A frame needs all three coordinates.
-fn check_axes(motions: &[Motion]) -> Result<()> {
-    match motions.iter().find(|motion| motion.axes != [true; 3]) {
-        None => Ok(()),
-        Some(motion) => {
-            let place = format!("{}: tip", motion.name);
-            Err(BadInput::new(place, "three coordinates that vary, to fit a frame", "a constant one").into())
+    /// Another axis of the scene for gravity, if the errors would be smaller there.
+    fn other_gravity(&self, fit: &Fit) -> Result<Option<[f64; 3]>> {
+        if !self.has("gravity") {
+            return Ok(None);
         }
+        steepest(&self.coarse, &self.with(&self.scene, &fit.values()), &self.selected, fit)
+    }
+
+    /// Corrects what was fitted in long steps by the steps asked for.
+    fn polish(&self, fit: &mut Fit) -> Result<()> {
+        let on = &self.fine;
+        if self.coarse.courses == on.courses {
+            return Ok(());
+        }
+        let parameters = self.parameters(&fit.values());
+        self.watched(on, |options| polished(&parameters, options, |values| self.residuals(on, values), fit))
     }
 }

@@ -5,14 +5,18 @@
 //! steps through; `material` puts them together. The shape of a robot driven by strokes alone, without friction and
 //! gravity, does not depend on its modulus: what the data does not determine is held at its start and said to be.
 
+mod comparison;
 mod course;
+mod hints;
 mod least_squares;
 mod material;
 mod quantity;
+mod search;
 mod uncertainty;
 
 pub use course::{Course, Stepping, courses};
-pub use least_squares::{Fit, Options, Parameter, Scale, least_squares};
-pub use material::{AxisErrors, Frame, MaterialFit, MaterialOptions, fit_material};
-pub use quantity::{QUANTITIES, Quantity, Selected, select};
+pub use hints::Hint;
+pub use least_squares::{Fit, Options, Parameter, Prior, Scale, TOLERANCE, least_squares};
+pub use material::{AxisErrors, Frame, MaterialFit, MaterialOptions, Progress, fit_material};
+pub use quantity::{Of, QUANTITIES, Quantity, Selected, Wanted, select};
 pub use uncertainty::{Estimate, Standing};

@@ -1,8 +1,9 @@
 //! What the outcome of a fit is worth: standard errors, correlation, and what the data does not determine.
 //!
 //! Everything is computed in places between the bounds, 0 to 1, where parameters of different units compare. A
-//! direction in them is undetermined if moving along it from bound to bound does not move the residuals, or if its
-//! standard error is that of a number drawn evenly between the bounds.
+//! direction in them is undetermined if moving along it from bound to bound does not move the residuals. A parameter is
+//! vague if its standard error is more than half of what was believed before, or that of a number drawn evenly between the
+//! bounds; whether it is then held is for the search to say, which knows what the return costs.
 
 use nalgebra::DMatrix;
 
@@ -15,7 +16,10 @@ pub enum Standing {
     Fitted,
     /// On one of its bounds.
     AtBound,
-    /// Held at its start: the data does not determine it, or only together with the parameters named here.
+    /// Its standard error is large, but its start fits worse than noise allows.
+    Vague,
+    /// Held at its start, which fits as well: the data does not determine it, or only together with the parameters named
+    /// here.
     Undetermined(Vec<String>),
 }
 
@@ -28,7 +32,7 @@ pub struct Estimate {
     pub start: f64,
     /// Where it ended [SI].
     pub value: f64,
-    /// Standard error [SI], for a fitted one.
+    /// Standard error [SI], for a fitted or a vague one.
     pub standard_error: Option<f64>,
     /// What became of it.
     pub standing: Standing,
@@ -38,26 +42,31 @@ pub struct Estimate {
 const ON_BOUND: f64 = 1e-4;
 /// Standard deviation of a number drawn evenly from 0 to 1.
 const EVEN: f64 = 0.2887;
-/// Share of a direction from which on a parameter is named with it.
+/// Share of what was believed before that the data must leave of a standard deviation [-].
+const TOLD: f64 = 0.5;
+/// Share of a direction, or correlation, from which on a parameter is named with another.
 const NAMED: f64 = 0.3;
+const CORRELATED: f64 = 0.9;
 
 /// Variance of the residuals.
 pub struct Spread {
     /// Residual variance, already larger by how much neighbours repeat each other.
-    variance: f64,
+    pub variance: f64,
     /// How many independent residuals there are.
     pub n_effective: f64,
 }
 
 impl Spread {
     /// Of residuals after a fit of `n_parameters`. Each series counts as its length over its correlation time
-    /// 1 + 2 Σ ρ_k, summed until the correlation ρ_k first falls to zero.
+    /// 1 + 2 Σ ρ_k, summed until the correlation ρ_k first falls to zero. One of zeros alone, as of limits that are kept,
+    /// says nothing of the spread.
     pub fn new(series: &[Vec<f64>], n_parameters: usize) -> Self {
-        let n: usize = series.iter().map(Vec::len).sum();
-        let squares: f64 = series.iter().flatten().map(|r| r * r).sum();
-        let n_effective: f64 = series.iter().map(|r| r.len() as f64 / correlation_time(r)).sum();
-        let white = squares / (n - n_parameters) as f64;
-        Self { variance: white * n as f64 / n_effective, n_effective }
+        let series = || series.iter().filter(|series| series.iter().any(|r| *r != 0.0));
+        let n: usize = series().map(Vec::len).sum();
+        let squares: f64 = series().flatten().map(|r| r * r).sum();
+        let n_effective: f64 = series().map(|r| r.len() as f64 / correlation_time(r)).sum();
+        let white = squares / n.saturating_sub(n_parameters).max(1) as f64;
+        Self { variance: white * n as f64 / n_effective.max(1.0), n_effective }
     }
 }
 
@@ -88,10 +97,41 @@ pub fn unseen(free: &[usize], columns: &[Vec<f64>], smallest: f64) -> Option<(us
     (effect < smallest).then(|| most_of(&direction, free))
 }
 
-/// The same for a direction known no better than by its bounds.
-pub fn vague(free: &[usize], columns: &[Vec<f64>], spread: &Spread) -> Option<(usize, Vec<usize>)> {
-    let (singular, direction) = weakest(columns)?;
-    (spread.variance.sqrt() / singular > EVEN).then(|| most_of(&direction, free))
+/// The covariance of places that residuals with these columns and this variance leave, prior rows included: (JᵀJ)⁻¹ σ² =
+/// R⁻¹ R⁻ᵀ σ². `None` where a direction is not determined at all.
+pub fn covariance(columns: &[Vec<f64>], variance: f64) -> Option<DMatrix<f64>> {
+    let inverse = triangle(columns)?.try_inverse()?;
+    Some(&inverse * inverse.transpose() * variance)
+}
+
+/// The change of places that makes residuals with these columns least: -J⁺ r. `None` where a direction is not determined.
+pub fn correction(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Vec<f64>> {
+    let n = columns.first()?.len();
+    let matrix = DMatrix::from_iterator(n, columns.len(), columns.iter().flatten().copied());
+    let qr = matrix.qr();
+    let right = qr.q().transpose() * nalgebra::DVector::from_column_slice(residuals);
+    let change = qr.r().solve_upper_triangular(&right)?;
+    change.iter().all(|c| c.is_finite()).then(|| change.iter().map(|c| -c).collect())
+}
+
+/// Finds the vaguest of `free`, those in `kept` left aside: its position, and the parameters that it is hardly told apart
+/// from.
+pub fn vague(
+    parameters: &[Parameter],
+    free: &[usize],
+    covariance: &DMatrix<f64>,
+    kept: &[usize],
+) -> Option<(usize, Vec<usize>)> {
+    let vagueness = |a: usize| {
+        let believed = parameters[free[a]].prior_width().map_or(EVEN, |width| EVEN.min(TOLD * width));
+        covariance[(a, a)].sqrt() / believed
+    };
+    let candidates = (0..free.len()).filter(|&a| !kept.contains(&free[a]));
+    let at =
+        candidates.max_by(|&a, &b| vagueness(a).total_cmp(&vagueness(b))).filter(|&a| vagueness(a) > 1.0)?;
+    let correlation = |b: usize| covariance[(at, b)] / (covariance[(at, at)] * covariance[(b, b)]).sqrt();
+    let with = (0..free.len()).filter(|&b| b != at && correlation(b).abs() > CORRELATED);
+    Some((at, with.map(|b| free[b]).collect()))
 }
 
 /// Condition number of the matrix of these columns, each scaled to length one; one without columns.
@@ -127,32 +167,31 @@ fn most_of(direction: &[f64], free: &[usize]) -> (usize, Vec<usize>) {
     (at, (0..direction.len()).filter(shares).map(|k| free[k]).collect())
 }
 
-/// Estimates and correlation. `fitted` are the parameters off their bounds with their columns, `held` the
-/// undetermined ones with those that share their direction; others are on a bound.
+/// Estimates and correlation. `fitted` are the parameters off their bounds with the covariance of their places, `kept` the
+/// vague ones among them, `held` the undetermined ones with those that they are not told apart from; others are on a
+/// bound.
 pub fn estimates(
     parameters: &[Parameter],
     places: &[f64],
-    (fitted, columns): (&[usize], &[Vec<f64>]),
+    (fitted, covariance): (&[usize], Option<&DMatrix<f64>>),
+    kept: &[usize],
     held: &[(usize, Vec<usize>)],
-    spread: &Spread,
 ) -> (Vec<Estimate>, Vec<Vec<f64>>) {
-    // Covariance of the places: (JᵀJ)⁻¹ σ² = R⁻¹ R⁻ᵀ σ².
-    let inverse = triangle(columns).and_then(|r| r.try_inverse());
-    let covariance = inverse.map(|r| &r * r.transpose() * spread.variance);
     let position = |k: usize| fitted.iter().position(|&f| f == k);
-    let entry = |a: usize, b: usize| Some(covariance.as_ref()?[(position(a)?, position(b)?)]);
+    let entry = |a: usize, b: usize| Some(covariance?[(position(a)?, position(b)?)]);
     let estimate = |(k, parameter): (usize, &Parameter)| {
         let is_held = held.iter().find(|(h, _)| *h == k);
-        let value = if is_held.is_some() { parameter.start } else { parameter.value(places[k]) };
+        let value = if is_held.is_some() { parameter.home() } else { parameter.value(places[k]) };
         Estimate {
             name: parameter.name.clone(),
-            start: parameter.start,
+            start: parameter.home(),
             value,
             standard_error: entry(k, k).map(|variance| variance.sqrt() * parameter.slope(value)),
             standing: match (is_held, position(k)) {
                 (Some((_, with)), _) => {
                     Standing::Undetermined(with.iter().map(|&w| parameters[w].name.clone()).collect())
                 }
+                (None, Some(_)) if kept.contains(&k) => Standing::Vague,
                 (None, Some(_)) => Standing::Fitted,
                 (None, None) => Standing::AtBound,
             },

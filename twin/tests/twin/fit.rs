@@ -4,8 +4,8 @@
 use hysteron_base::{Bounds, Channel, Drive, Friction, Metadata, Recording, Scene, Tip};
 use hysteron_fem::{Mesh, Order};
 use hysteron_twin::fit::{
-    Course, Fit, Frame, MaterialFit, MaterialOptions, Options, Parameter, Scale, Standing, Stepping, courses,
-    fit_material, least_squares, select,
+    Course, Fit, Frame, MaterialFit, MaterialOptions, Options, Parameter, Prior, Scale, Standing, Stepping,
+    TOLERANCE, Wanted, courses, fit_material, least_squares, select,
 };
 use hysteron_twin::{Motion, Result, Target, Twin, rollout};
 use rand::RngExt;
@@ -14,11 +14,16 @@ use super::{assert_close, rng, scenes};
 
 const WATCH: &(dyn Fn(usize, f64) -> bool + Sync) = &|_, _| true;
 const STEPPING: Stepping = Stepping { step: 0.1e-3, every: 0.1e-3, most: usize::MAX };
-const OPTIONS: MaterialOptions<'_> =
-    MaterialOptions { frame: Frame::Checked, stepping: STEPPING, huber: None, watch: WATCH };
+const OPTIONS: MaterialOptions<'_> = MaterialOptions {
+    frame: Frame::Checked,
+    stepping: STEPPING,
+    huber: None,
+    tension_max: None,
+    watch: &|_| true,
+};
 
 fn parameter(name: &str, start: f64, min: f64, max: f64, scale: Scale) -> Parameter {
-    Parameter { name: name.into(), start, bounds: Bounds { min, max }, scale }
+    Parameter { name: name.into(), start, bounds: Bounds { min, max }, scale, prior: None }
 }
 
 fn curve(
@@ -28,7 +33,7 @@ fn curve(
     data: &[f64],
     of: fn(&[f64], f64) -> f64,
 ) -> Fit {
-    let options = Options { huber, smallest_effect: 1e-6, n_nuisance: 0, watch: WATCH };
+    let options = Options { huber, smallest_effect: 1e-6, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
     let residuals = |p: &[f64]| {
         Ok(vec![at.iter().zip(data).map(|(t, y)| of(p, *t) - y).collect()]) as Result<Vec<Vec<f64>>>
     };
@@ -111,7 +116,8 @@ fn parameter_beyond_its_bound_is_reported_on_it() {
 #[test]
 fn start_out_of_bounds_is_refused() {
     let parameters = [parameter("height", 3.0, 0.1, 2.0, Scale::Linear)];
-    let options = Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, watch: WATCH };
+    let options =
+        Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
     let error = least_squares(&parameters, &options, |_| Ok(vec![vec![0.0; 9]])).unwrap_err();
     assert_eq!(error.bad_input().unwrap().place, "start of height");
 }
@@ -159,7 +165,7 @@ fn fitted(
     frame: Frame,
 ) -> Result<MaterialFit> {
     let motions = [motion(scene, mesh, recording)?];
-    let names: Vec<_> = names.iter().map(|name| ((*name).to_owned(), None)).collect();
+    let names: Vec<_> = names.iter().copied().map(Wanted::named).collect();
     fit_material(scene, mesh, &motions, &select(scene, &names)?, &MaterialOptions { frame, ..OPTIONS })
 }
 
@@ -245,7 +251,7 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     let twin = Twin::new(&scene, &mesh).unwrap();
     let motions = [Motion::new(&twin, &recording, "rec").unwrap()];
     assert_eq!(motions[0].axes, [true, false, true]);
-    let selected = select(&scene, &[("youngs_modulus".into(), None)]).unwrap();
+    let selected = select(&scene, &[Wanted::named("youngs_modulus")]).unwrap();
     let stepping = Stepping { step: 1e-6, every: 1e-6, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
     let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();
@@ -291,14 +297,14 @@ fn gaps_are_passed_through_but_not_compared() {
         Recording::new(good.time().to_vec(), good.channels().to_vec(), gap.clone(), Metadata::default())
             .unwrap();
     let motion = motion(&scene, &mesh, &gappy).unwrap();
-    let course = Course::new(&motion, &STEPPING, usize::MAX).unwrap();
+    let course = Course::new(&motion, &Stepping { every: 0.0, ..STEPPING }, usize::MAX).unwrap();
     for (sample, tip) in course.samples.iter().zip(&course.tips) {
         assert_eq!(tip.is_none(), gap[*sample]);
     }
 }
 
 #[test]
-fn course_steps_by_stroke_from_the_beginning() {
+fn course_steps_by_stroke_from_the_beginning_to_the_end() {
     let (scene, mesh) = scenes::robot();
     let strokes = figure_of_eight(400);
     let motion = motion(&scene, &mesh, &recording(&scene, &mesh, &strokes, 0.0, "fit/course")).unwrap();
@@ -307,17 +313,43 @@ fn course_steps_by_stroke_from_the_beginning() {
     let apart =
         |a: usize, b: usize| (0..4).map(|k| (strokes[a][k] - strokes[b][k]).abs()).fold(0.0, f64::max);
     let farthest = (1..400).map(|i| apart(i, i - 1)).fold(0.0, f64::max);
+    assert_eq!(whole.samples[0], 0);
     for pair in whole.samples.windows(2) {
         let moved = apart(pair[0], pair[1]);
-        assert!((stepping.step..=stepping.step + farthest).contains(&moved), "{moved}");
+        assert!(moved <= stepping.step.max(farthest), "{moved}");
     }
     let compared: Vec<usize> =
         whole.samples.iter().zip(&whole.tips).filter(|(_, tip)| tip.is_some()).map(|(s, _)| *s).collect();
     assert!(compared.len() < whole.samples.len() / 2);
     assert!(compared.windows(2).all(|pair| apart(pair[0], pair[1]) >= stepping.every));
-    // Two motions share the steps.
+    // Two motions share the steps, which are then longer and still reach the end.
     let half = &courses(&[motion.clone(), motion], &stepping).unwrap()[1];
-    assert_eq!(half.samples[..], whole.samples[..40]);
+    assert!(half.samples.len() <= 40 && 2 * half.samples.len() < whole.samples.len());
+    assert!(apart(half.samples[half.samples.len() - 1], 399) < 0.3e-3);
+}
+
+#[test]
+fn however_long_the_steps_strokes_turn_back_at_a_sample() {
+    let (scene, mesh) = scenes::robot();
+    // To and fro five times, farther each time: nine turns, at samples that no step length meets by itself.
+    let mut strokes = vec![[0.0; 4]];
+    for turn in 1..=10 {
+        let goal = 0.137e-3 * f64::from(turn) * if turn % 2 == 0 { -1.0 } else { 1.0 };
+        while (strokes[strokes.len() - 1][0] - goal).abs() > 1e-9 {
+            let from = strokes[strokes.len() - 1][0];
+            let to = from + (goal - from).clamp(-0.01e-3, 0.01e-3);
+            strokes.push([to, 0.0, -to, 0.0]);
+        }
+    }
+    let motion = motion(&scene, &mesh, &recording(&scene, &mesh, &strokes, 0.0, "fit/turns")).unwrap();
+    let stepping = Stepping { step: 0.5e-3, every: 0.0, most: usize::MAX };
+    let course = Course::new(&motion, &stepping, usize::MAX).unwrap();
+    let turns: Vec<usize> = (1..strokes.len() - 1)
+        .filter(|&i| (strokes[i + 1][0] - strokes[i][0]) * (strokes[i][0] - strokes[i - 1][0]) < 0.0)
+        .collect();
+    assert_eq!(turns.len(), 9);
+    assert!(turns.iter().all(|turn| course.samples.contains(turn)), "{turns:?} {:?}", course.samples);
+    assert!(course.samples.len() < strokes.len() / 10);
 }
 
 #[test]
@@ -339,7 +371,7 @@ fn friction_and_backlash_come_back() {
     let mut scene = truth.clone();
     scene.friction = Some(Friction { coefficient: 0.05, backlash: 0.02e-3, ..friction });
     let motions = [motion(&scene, &mesh, &recording).unwrap()];
-    let names = ["coefficient", "backlash"].map(|name| (name.to_owned(), None));
+    let names = ["coefficient", "backlash"].map(Wanted::named);
     // Every sample is a step: friction knows only what it has seen.
     let stepping = Stepping { step: 0.0, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
@@ -357,7 +389,9 @@ fn friction_and_backlash_come_back() {
 fn selection_is_checked() {
     let (scene, _) = scenes::robot();
     let place = |names: &[(&str, Option<Bounds>)]| {
-        let names: Vec<_> = names.iter().map(|(name, bounds)| ((*name).to_owned(), *bounds)).collect();
+        let wanted =
+            |(name, bounds): &(&str, Option<Bounds>)| Wanted { bounds: *bounds, ..Wanted::named(*name) };
+        let names: Vec<_> = names.iter().map(wanted).collect();
         select(&scene, &names).err().map(|error| error.bad_input().unwrap().place.clone())
     };
     assert_eq!(place(&[("youngs_modulus_mpa", None), ("zero", None)]), None);
@@ -369,4 +403,118 @@ fn selection_is_checked() {
     let (inverted, elsewhere) = (Bounds { min: 2.0, max: 1.0 }, Bounds { min: 50.0, max: 60.0 });
     assert_eq!(place(&[("youngs_modulus", Some(inverted))]).as_deref(), Some("bounds of youngs_modulus"));
     assert_eq!(place(&[("youngs_modulus", Some(elsewhere))]).as_deref(), Some("start of youngs_modulus"));
+}
+
+/// A scene of the robot with this gravity, in a material so soft and heavy that it counts.
+fn heavy(scene: &Scene, gravity: [f64; 3]) -> Scene {
+    let mut heavy = Scene { gravity, ..scene.clone() };
+    (heavy.material.density, heavy.material.youngs_modulus) = (3000.0, 0.4e6);
+    heavy
+}
+
+#[test]
+fn gravity_that_points_the_wrong_way_is_named_and_found() {
+    let (robot, mesh) = scenes::robot();
+    // It hangs from a wall, a little off its axes; the scene says that it stands.
+    let direction = [9.2, 2.0, -2.7];
+    let size = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let truth = heavy(&robot, direction.map(|c: f64| 9.81 * c / size));
+    let recording = recording(&truth, &mesh, &figure_of_eight(60), 0.02e-3, "fit/gravity");
+    let scene = heavy(&robot, [0.0, 0.0, -9.81]);
+    let fit = |names: &[&str]| fitted(&scene, &mesh, &recording, names, Frame::Trusted).unwrap();
+
+    // Without it the fit says what is missing, and does not run away with the modulus.
+    let blind = fit(&["youngs_modulus", "zero"]);
+    let hint = blind.hints.iter().find(|hint| hint.fit == "gravity").expect("a hint");
+    assert!(hint.instead.starts_with("gravity along (9.81, 0.00, 0.00)"), "{:?}", blind.hints);
+    assert!(hint.rms[1] < 0.95 * hint.rms[0], "{hint:?}");
+    let modulus = blind.scene.material.youngs_modulus;
+    assert!((0.1e6..1.6e6).contains(&modulus), "two factors of two: {modulus}");
+
+    let found = fit(&["youngs_modulus", "zero", "gravity"]);
+    let cosine: f64 =
+        (0..3).map(|c| found.scene.gravity[c] * truth.gravity[c]).sum::<f64>() / 9.81f64.powi(2);
+    // Noise of 0.02 mm against a sag of millimetres; the nearest axis of the scene is 20° off.
+    assert!(cosine > 10f64.to_radians().cos(), "{:?} {:?}", found.scene.gravity, found.fit.estimates);
+    assert!(found.errors[1].distance < 0.2 * blind.errors[1].distance, "{:?}", found.errors);
+}
+
+#[test]
+fn tilted_tracker_is_named_and_found() {
+    let (scene, mesh) = scenes::robot();
+    let mut truth = scene.clone();
+    truth.tracker.turn = [0.05, -0.03, 0.02];
+    truth.tracker.shift = [0.4e-3, 0.0, -0.6e-3];
+    let recording = recording(&truth, &mesh, &figure_of_eight(60), 0.02e-3, "fit/tilt");
+    let blind = fitted(&scene, &mesh, &recording, &["zero"], Frame::Checked).unwrap();
+    assert!(blind.hints.iter().any(|hint| hint.fit.starts_with("tracker")), "{:?}", blind.hints);
+    let found = fitted(&scene, &mesh, &recording, &["tracker"], Frame::Checked).unwrap();
+    for (name, found, truth) in [
+        ("turn", found.scene.tracker.turn, truth.tracker.turn),
+        ("shift", found.scene.tracker.shift.map(|c| 1e2 * c), truth.tracker.shift.map(|c| 1e2 * c)),
+    ] {
+        for c in 0..3 {
+            // Half a degree; 0.1 mm.
+            assert_close(name, found[c], truth[c], 0.01);
+        }
+    }
+    assert!(found.errors[1].distance < 0.05e-3, "{:?}", found.errors);
+}
+
+#[test]
+fn what_is_believed_stays_where_the_data_says_little() {
+    let believed = |start: f64| Some(Prior { center: start, width: 0.2 });
+    let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+    let mut rng = rng("fit/prior");
+    // The second parameter moves the data by a tenth of the noise.
+    let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + 0.01 * p[1] * (7.0 * t).sin();
+    let data: Vec<f64> = at.iter().map(|t| of(&[0.4, 0.9], *t) + 0.1 * normal(&mut rng)).collect();
+    let mut parameters =
+        [parameter("slope", 0.3, 0.0, 1.0, Scale::Linear), parameter("wave", 0.1, 0.0, 1.0, Scale::Linear)];
+    for parameter in &mut parameters {
+        parameter.prior = believed(parameter.start);
+    }
+    let fit = curve(&parameters, None, &at, &data, of);
+    assert_eq!(fit.estimates[0].standing, Standing::Fitted);
+    assert_eq!((&fit.estimates[1].standing, fit.estimates[1].value), (&Standing::Undetermined(vec![]), 0.1));
+}
+
+#[test]
+fn vague_parameter_stays_where_its_return_would_cost() {
+    let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+    let of: fn(&[f64], f64) -> f64 = |p, t| 0.1 * p[0] * (7.0 * t).sin();
+    let fit = |truth: f64| {
+        let parameters = [parameter("wave", 0.05, 0.0, 1.3, Scale::Linear)];
+        // Noise of 0.2 that no wave explains: a standard error of 0.2 / √20 / 0.1 = 0.45, more than the 0.29 of the range
+        // that a number drawn evenly from it has.
+        let noise = |i: usize| if i.is_multiple_of(2) { 0.2 } else { -0.2 };
+        let data: Vec<f64> = at.iter().enumerate().map(|(i, t)| of(&[truth], *t) + noise(i)).collect();
+        curve(&parameters, None, &at, &data, of).estimates[0].clone()
+    };
+    // (1.1 / 0.45)² = 6 variances, and (0.25 / 0.45)² = 0.3.
+    let (large, small) = (fit(1.15), fit(0.3));
+    assert_eq!(large.standing, Standing::Vague, "{large:?}");
+    assert!((large.value - 1.15).abs() < 0.1, "{large:?}");
+    assert_eq!((small.standing.clone(), small.value), (Standing::Undetermined(vec![]), 0.05), "{small:?}");
+}
+
+#[test]
+fn tension_beyond_what_drives_can_make_counts_against_a_fit() {
+    let (mut truth, mesh) = scenes::robot();
+    truth.tendons.iter_mut().for_each(|tendon| tendon.compliance = 0.05e-3);
+    let recording = recording(&truth, &mesh, &figure_of_eight(60), 0.02e-3, "fit/limit");
+    let motions = [motion(&truth, &mesh, &recording).unwrap()];
+    // Strokes alone do not tell E from 1/C, so the scene may be ten times too stiff in both.
+    let mut scene = truth.clone();
+    scene.material.youngs_modulus *= 4.0;
+    scene.tendons.iter_mut().for_each(|tendon| tendon.compliance /= 4.0);
+    let selected = select(&scene, &["youngs_modulus", "compliance"].map(Wanted::named)).unwrap();
+    let largest = |tension_max: Option<f64>| {
+        let options = MaterialOptions { tension_max, ..OPTIONS };
+        let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();
+        found.tensions.iter().copied().fold(0.0, f64::max)
+    };
+    let free = largest(None);
+    let limited = largest(Some(0.5 * free));
+    assert!(limited < 0.6 * free, "{limited} of {free} N");
 }

@@ -66,10 +66,9 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
     }
     let smooth = (scene.clone(), mesh.clone());
     scene.friction = Some(Friction {
-        // Without tension: capstan bounds shrink as tensions fall, and a point that slips on one way and sticks the other
-        // has two derivatives.
+        // Beyond all tensions: every point sticks. One at its bound slips one way only, and has two derivatives.
         coefficient: 0.0,
-        coulomb: 0.5,
+        coulomb: 200.0,
         points: 4,
         sheath_exponent: 0.0,
         sheath_coulomb: 0.0,

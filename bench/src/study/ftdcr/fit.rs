@@ -6,7 +6,7 @@
 use anyhow::Result;
 use hysteron_base::Bounds;
 use hysteron_twin::alignment;
-use hysteron_twin::fit::{Options, Parameter, Scale, least_squares};
+use hysteron_twin::fit::{Options, Parameter, Scale, TOLERANCE, least_squares};
 use nalgebra::{Matrix3, Vector3};
 
 use super::recording::{N_TENDONS, Pattern, Row};
@@ -68,8 +68,13 @@ impl Fitted {
                 |(from, to): (&Vector3<f64>, &Vector3<f64>)| (turn * from + shift - to).as_slice().to_vec();
             Ok(markers.iter().zip(&measured).map(error).collect())
         };
-        let options =
-            Options { huber: Some(HUBER), smallest_effect: 1e-4, n_nuisance: 6, watch: &|_, _| true };
+        let options = Options {
+            huber: Some(HUBER),
+            smallest_effect: 1e-4,
+            n_nuisance: 6,
+            tolerance: TOLERANCE,
+            watch: &|_, _| true,
+        };
         let fit = least_squares(parameters, &options, residuals)?;
         let values = fit.values();
         let (turn, shift) = alignment(&markers(&values), &measured);
@@ -94,6 +99,7 @@ fn parameters() -> Vec<Parameter> {
         start,
         bounds: Bounds { min: start - half, max: start + half },
         scale: Scale::Linear,
+        prior: None,
     };
     let mut parameters: Vec<Parameter> =
         (0..N_TENDONS).map(|k| parameter(format!("zero of tendon {} [m]", k + 1), 0.0, 5e-3)).collect();
@@ -107,6 +113,7 @@ fn parameters() -> Vec<Parameter> {
         start: 1e-4,
         bounds: Bounds { min: 1e-6, max: 1e-2 },
         scale: Scale::Logarithmic,
+        prior: None,
     });
     parameters
 }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use anyhow::{Context, Result};
 use hysteron_fem::{FemModel, Mesh};
 use hysteron_twin::TwinState;
-use hysteron_twin::fit::{Fit, Options, Standing, least_squares};
+use hysteron_twin::fit::{Fit, Options, Standing, TOLERANCE, least_squares};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -80,7 +80,13 @@ impl Bench {
             parameters.iter_mut().zip(start).for_each(|(parameter, value)| parameter.start = *value);
             begin.push(known);
         }
-        let options = Options { huber: None, smallest_effect: SEEN, n_nuisance: 0, watch: &|_, _| true };
+        let options = Options {
+            huber: None,
+            smallest_effect: SEEN,
+            n_nuisance: 0,
+            tolerance: TOLERANCE,
+            watch: &|_, _| true,
+        };
         // Most parameters move only the markers, and differences come back to the same middle: the shapes last computed
         // serve them all.
         let known: Mutex<Vec<Known>> = Mutex::new(begin);

@@ -92,6 +92,7 @@ impl Set {
             start,
             bounds: Bounds { min, max },
             scale,
+            prior: None,
         };
         self.lines().into_iter().map(parameter).collect()
     }

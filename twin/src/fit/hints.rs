@@ -1,0 +1,252 @@
+//! What else would explain the errors that a fit leaves: assumptions that were not fitted, tried one by one.
+//!
+//! Each is tried at the minimum that was found. What was fitted may follow it to first order: the least squares of
+//! r + J δ, with what is believed of the parameters as rows of their own.
+
+use hysteron_base::{Friction, Scene};
+
+use super::comparison::Comparison;
+use super::least_squares::{Fit, Options, Parameter, TOLERANCE};
+use super::quantity::{QUANTITIES, Selected, Wanted, along_axes, select, stem};
+use super::search::{Problem, prior_rows};
+use super::uncertainty::{self, Spread, Standing};
+use crate::{Error, Result};
+
+/// An assumption that would explain errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hint {
+    /// What to assume instead, in words.
+    pub instead: String,
+    /// What to fit for that, as on the command line; empty where the scene has to be changed.
+    pub fit: String,
+    /// Root mean square of the residuals as fitted, and as it would be [m].
+    pub rms: [f64; 2],
+}
+
+/// Part of the residuals that is worth a hint [-].
+const WORTH: f64 = 0.05;
+/// Squared number of standard deviations per parameter that the gain must be worth: noise stays below.
+const NOISE: f64 = 9.0;
+/// Friction that a scene without any is tried with.
+const RUBBING: Friction = Friction {
+    points: 4,
+    coefficient: 0.2,
+    coulomb: 0.0,
+    sheath_exponent: 0.0,
+    sheath_coulomb: 0.0,
+    sheath_compliance_share: 0.0,
+    backlash: 0.0,
+};
+
+/// A minimum, linearised.
+struct Minimum<'a> {
+    on: &'a Comparison<'a>,
+    scene: &'a Scene,
+    series: Vec<Vec<f64>>,
+    /// Derivatives by the places of what was fitted, with the rows of what is believed.
+    columns: Vec<Vec<f64>>,
+    noise: f64,
+    /// How many independent residuals there are.
+    n_effective: f64,
+}
+
+/// Hints for the `scene` that `fit` has led to, the best first.
+///
+/// # Errors
+/// Those of the residuals; an alternative without equilibrium is none.
+pub(super) fn hints(on: &Comparison, scene: &Scene, selected: &[Selected], fit: &Fit) -> Result<Vec<Hint>> {
+    let minimum = Minimum::new(on, scene, selected, fit)?;
+    let mut hints = Vec::new();
+    let is_selected = |name: &str| selected.iter().any(|s| s.quantity.name == name);
+    if !is_selected("gravity") {
+        for (gravity, now) in minimum.other_gravities()? {
+            let direction = gravity.map(|c| format!("{c:.2}")).join(", ");
+            let instead = format!("gravity along ({direction}) m/s²");
+            hints.extend(minimum.hint(instead, "gravity", now, 2));
+        }
+    }
+    for quantity in &QUANTITIES {
+        let is_taken = selected.iter().any(|s| stem(s.quantity) == stem(quantity));
+        if is_taken || quantity.name.starts_with("common_") || quantity.name == "gravity" {
+            continue;
+        }
+        // What the scene lacks, or has beyond the bounds, is no alternative.
+        let Ok(more) = select(scene, &[Wanted::named(quantity.name)]) else { continue };
+        let (now, what) = minimum.with(&more)?;
+        hints.extend(minimum.hint(what, quantity.name, now, more.len()));
+    }
+    if scene.friction.is_none() {
+        let rubbing = Scene { friction: Some(RUBBING), ..scene.clone() };
+        if let Some(now) = minimum.instead(&rubbing)? {
+            let what = format!(
+                "[friction] with points = {} and coefficient = {}",
+                RUBBING.points, RUBBING.coefficient
+            );
+            hints.extend(minimum.hint(what, "", now, 1));
+        }
+    }
+    hints.sort_by(|a, b| a.rms[1].total_cmp(&b.rms[1]));
+    Ok(hints)
+}
+
+/// The axis of the scene along which gravity would leave the least errors, if that is not where it is now.
+///
+/// # Errors
+/// Those of [`hints`].
+pub(super) fn steepest(
+    on: &Comparison,
+    scene: &Scene,
+    selected: &[Selected],
+    fit: &Fit,
+) -> Result<Option<[f64; 3]>> {
+    let minimum = Minimum::new(on, scene, selected, fit)?;
+    let others = minimum.other_gravities()?;
+    let best = others.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(best.filter(|(_, cost)| minimum.gain(*cost) > NOISE).map(|(gravity, _)| gravity))
+}
+
+impl<'a> Minimum<'a> {
+    fn new(on: &'a Comparison<'a>, scene: &'a Scene, selected: &'a [Selected], fit: &Fit) -> Result<Self> {
+        // Those that lean against gravity go with it.
+        let is_free = |(s, standing): (&Selected, &Standing)| {
+            matches!(standing, Standing::Fitted | Standing::Vague) && s.quantity.name != "gravity"
+        };
+        let standings = fit.estimates.iter().map(|estimate| &estimate.standing);
+        let free: Vec<Selected> =
+            selected.iter().zip(standings).filter(|pair| is_free(*pair)).map(|pair| pair.0.clone()).collect();
+        let series = on.residuals(scene)?;
+        let spread = Spread::new(&series, free.len());
+        let (noise, n_effective) = (spread.variance.sqrt(), spread.n_effective);
+        let mut minimum = Self { on, scene, series, columns: Vec::new(), noise, n_effective };
+        minimum.columns = minimum.derivatives(&free)?.0;
+        Ok(minimum)
+    }
+
+    /// Derivatives by the places of these quantities, with the rows of what is believed, and what these miss now.
+    fn derivatives(&self, of: &[Selected]) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
+        let at = |s: &Selected| Parameter {
+            start: s.parameter.bounds.clamp(s.value_of(self.scene).unwrap_or(s.parameter.start)),
+            ..s.parameter.clone()
+        };
+        let parameters: Vec<Parameter> = of.iter().map(at).collect();
+        let residuals = |values: &[f64]| {
+            let mut scene = self.scene.clone();
+            for (s, value) in of.iter().zip(values) {
+                (s.quantity.set)(&mut scene, s.component, *value);
+            }
+            self.on.residuals(&scene)
+        };
+        let options = Options {
+            huber: None,
+            smallest_effect: 0.0,
+            n_nuisance: 0,
+            tolerance: TOLERANCE,
+            watch: &|_, _| true,
+        };
+        let (problem, first) = Problem::new(&parameters, &options, &residuals)?;
+        let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
+        let all: Vec<usize> = (0..parameters.len()).collect();
+        let columns = problem.columns(&places, &all, &first)?;
+        let off = parameters
+            .iter()
+            .zip(&places)
+            .filter_map(|(p, place)| Some(self.noise * (place - p.place(p.home())) / p.prior_width()?));
+        Ok((prior_rows(&parameters, &all, &columns, self.noise), off.collect()))
+    }
+
+    /// Sum of squares of `series` after what was fitted has followed.
+    fn followed(&self, series: &[Vec<f64>]) -> f64 {
+        let n = self.columns.first().map_or(0, Vec::len);
+        let mut residuals = series.concat();
+        // What is believed of the fitted ones is counted from where they are: the minimum balances both.
+        let data = residuals.len();
+        residuals.resize(n.max(data), 0.0);
+        if let Some(change) = uncertainty::correction(&self.columns, &residuals) {
+            for (column, change) in self.columns.iter().zip(change) {
+                residuals.iter_mut().zip(column).for_each(|(r, c)| *r += change * c);
+            }
+        }
+        residuals.iter().map(|r| r * r).sum()
+    }
+
+    /// The same with another scene; none without equilibrium.
+    fn instead(&self, scene: &Scene) -> Result<Option<f64>> {
+        match self.on.residuals(scene) {
+            Ok(series) => Ok(Some(self.followed(&series))),
+            Err(Error::NoEquilibrium { .. }) => Ok(None),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// The same with more quantities free, to first order, and how they would change.
+    fn with(&self, more: &[Selected]) -> Result<(f64, String)> {
+        let (columns, off) = self.derivatives(more)?;
+        let (n_before, n_more) = (self.columns.len(), columns.len());
+        let n_data: usize = self.series.iter().map(Vec::len).sum();
+        // Rows: data, what is believed of the fitted ones, then of these.
+        let zeros = |n: usize| std::iter::repeat_n(0.0, n);
+        let rows_before = self.columns.first().map_or(0, |column| column.len() - n_data);
+        let mut all: Vec<Vec<f64>> =
+            self.columns.iter().map(|c| c.iter().copied().chain(zeros(off.len())).collect()).collect();
+        all.extend(columns.iter().map(|c| {
+            let (data, believed) = c.split_at(n_data);
+            data.iter()
+                .copied()
+                .chain(zeros(rows_before))
+                .chain(believed.iter().copied())
+                .collect::<Vec<f64>>()
+        }));
+        let mut residuals = self.series.concat();
+        residuals.extend(zeros(rows_before));
+        residuals.extend(off);
+        let Some(mut change) = uncertainty::correction(&all, &residuals) else {
+            return Ok((f64::INFINITY, String::new()));
+        };
+        let mut words = Vec::new();
+        for (s, change) in more.iter().zip(&mut change[n_before..n_before + n_more]) {
+            let now = s.parameter.place(s.parameter.start);
+            *change = (now + *change).clamp(0.0, 1.0) - now;
+            let (key, factor) = s.quantity.key;
+            let unit = key.trim_start_matches(s.quantity.name).trim_start_matches('_');
+            let value = factor * s.parameter.value(now + *change);
+            words.push(format!("{} {value:.3} {unit}", s.parameter.name).trim_end().to_owned());
+        }
+        for (column, change) in all.iter().zip(&change) {
+            residuals.iter_mut().zip(column).for_each(|(r, c)| *r += change * c);
+        }
+        Ok((residuals.iter().map(|r| r * r).sum(), words.join(", ")))
+    }
+
+    /// Other axes of the scene for gravity, with the sums of squares there.
+    fn other_gravities(&self) -> Result<Vec<([f64; 3], f64)>> {
+        let gravity = self.scene.gravity;
+        let mut others = Vec::new();
+        for axis in along_axes(self.scene) {
+            let size = |g: [f64; 3]| g.iter().map(|c| c * c).sum::<f64>();
+            let cosine =
+                (0..3).map(|c| axis[c] * gravity[c]).sum::<f64>() / (size(axis) * size(gravity)).sqrt();
+            // Within 45° of where it is now.
+            if cosine > std::f64::consts::FRAC_1_SQRT_2 {
+                continue;
+            }
+            others.extend(
+                self.instead(&Scene { gravity: axis, ..self.scene.clone() })?.map(|cost| (axis, cost)),
+            );
+        }
+        Ok(others)
+    }
+
+    /// How much less than now a sum of squares is, in variances of an independent residual that it leaves: what an
+    /// assumption explains is no noise.
+    fn gain(&self, cost: f64) -> f64 {
+        self.n_effective * (self.followed(&self.series) / cost - 1.0)
+    }
+
+    /// The hint, if the gain is worth one.
+    fn hint(&self, instead: String, fit: &str, cost: f64, n_parameters: usize) -> Option<Hint> {
+        let n: usize = self.series.iter().map(Vec::len).sum();
+        let [now, then] = [self.followed(&self.series), cost].map(|cost| (cost / n as f64).sqrt());
+        let is_worth = self.gain(cost) > NOISE * n_parameters as f64 && then < (1.0 - WORTH) * now;
+        is_worth.then(|| Hint { instead, fit: fit.to_owned(), rms: [now, then] })
+    }
+}

@@ -1,0 +1,416 @@
+//! One search: Levenberg–Marquardt on a smooth parametrisation, with finite differences in parallel.
+//!
+//! A parameter p within its bounds is the angle u of p̃ = (1 + sin u)/2, where p̃ ∈ [0, 1] is its place between the
+//! bounds, on a logarithmic scale where asked. Only this module knows `levenberg-marquardt` and the `nalgebra` that it
+//! takes.
+//!
+//! # Reference
+//! Moré (1978), the Levenberg–Marquardt algorithm, as in MINPACK; James and Roos (1975) for the sine.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use hysteron_base::BadInput;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra_of_lm::{DMatrix, DVector, Dyn, Owned};
+use rayon::prelude::*;
+
+use super::least_squares::{Fit, Options, Parameter};
+use super::uncertainty::{self, Spread, Standing};
+use crate::{Error, Result};
+
+/// Difference of places for derivatives [-]: the solver's tolerance and the curvature of the residuals both stay
+/// below a hundredth of what such a step moves.
+const DIFFERENCE: f64 = 1e-3;
+/// A start on a bound is moved off it by this, for the sine is flat there [-].
+const OFF_BOUND: f64 = 1e-2;
+/// Evaluations allowed per parameter.
+const PATIENCE: usize = 20;
+/// The same for a search that only tells one valley from another.
+const QUICK_TOLERANCE: f64 = 1e-2;
+const QUICK_JACOBIANS: usize = 2;
+/// Parts of a correction that are tried.
+const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Times that the spread of the residuals is estimated anew, by which priors are weighed, and the part of it that is
+/// worth another search [-].
+const MOST_ROUNDS: usize = 3;
+const SAME_SPREAD: f64 = 0.7;
+
+/// Residuals of parameters, and what is believed of these.
+pub struct Problem<'a, F> {
+    parameters: &'a [Parameter],
+    options: &'a Options<'a>,
+    residuals: &'a F,
+    n_residuals: usize,
+    /// Standard deviation of an independent residual, which one of a prior counts as.
+    pub noise: f64,
+    effort: Effort,
+    /// What every residual counts as where there is no equilibrium.
+    failed: f64,
+    evaluations: AtomicUsize,
+    /// Least root mean square so far.
+    best: Mutex<f64>,
+}
+
+/// When a search ends.
+struct Effort {
+    tolerance: f64,
+    jacobians: usize,
+}
+
+/// Where a search ended.
+pub struct Found {
+    /// All parameters, also those that were not free.
+    pub places: Vec<f64>,
+    /// Jacobians computed.
+    pub iterations: usize,
+    /// Why the search ended.
+    pub ended: String,
+    /// True if it ended at a minimum.
+    pub is_converged: bool,
+}
+
+impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
+    /// With the residuals at the start, which are given back; nothing is known of their spread yet.
+    ///
+    /// # Errors
+    /// A start out of its bounds; fewer residuals than parameters; those of `residuals`.
+    pub fn new(
+        parameters: &'a [Parameter],
+        options: &'a Options<'a>,
+        residuals: &'a F,
+    ) -> Result<(Self, Vec<Vec<f64>>)> {
+        parameters.iter().try_for_each(Parameter::check)?;
+        let first = residuals(&parameters.iter().map(|p| p.start).collect::<Vec<_>>())?;
+        let n_residuals = first.iter().map(Vec::len).sum::<usize>();
+        if n_residuals <= parameters.len() + options.n_nuisance {
+            let expected = format!("more than the {} parameters", parameters.len() + options.n_nuisance);
+            return Err(BadInput::new("residuals", expected, n_residuals.to_string()).into());
+        }
+        let problem = Self {
+            parameters,
+            options,
+            residuals,
+            n_residuals,
+            noise: 0.0,
+            effort: Effort { tolerance: options.tolerance, jacobians: usize::MAX },
+            failed: 10.0 * rms(&first).max(f64::MIN_POSITIVE),
+            evaluations: AtomicUsize::new(1),
+            best: Mutex::new(rms(&first)),
+        };
+        Ok((problem, first))
+    }
+
+    /// Evaluations so far.
+    pub fn n_evaluations(&self) -> usize {
+        self.evaluations.load(Ordering::Relaxed)
+    }
+
+    /// Searches until the spread by which priors are weighed is that of the residuals found: from a large one on, with
+    /// which priors weigh more.
+    pub fn settle(
+        &mut self,
+        start: &[f64],
+        free: &[usize],
+        spread: impl Fn(&[Vec<f64>], usize) -> Spread,
+    ) -> Result<Found> {
+        let mut found = self.search(start, free)?;
+        for _ in 1..MOST_ROUNDS {
+            if free.iter().all(|&k| self.parameters[k].prior.is_none()) {
+                break;
+            }
+            let Some(series) = self.evaluate(&found.places)? else { break };
+            let noise = spread(&series, free.len()).variance.sqrt();
+            if noise > SAME_SPREAD * self.noise {
+                break;
+            }
+            self.noise = noise;
+            let iterations = found.iterations;
+            found = self.search(&found.places, free)?;
+            found.iterations += iterations;
+        }
+        Ok(found)
+    }
+
+    /// Those of `free` with a prior: position, how far off its middle they are, and what that counts per place.
+    fn believed(&self, places: &[f64], free: &[usize]) -> impl Iterator<Item = (usize, f64, f64)> {
+        let of = |(at, &k): (usize, &usize)| {
+            let parameter = &self.parameters[k];
+            let off = places[k] - parameter.place(parameter.home());
+            Some((at, off, self.noise / parameter.prior_width()?))
+        };
+        free.iter().enumerate().filter_map(of).collect::<Vec<_>>().into_iter()
+    }
+
+    /// The cost at `places`; with the residuals `otherwise` where there is no equilibrium.
+    pub fn cost_at(&self, places: &[f64], otherwise: &[Vec<f64>]) -> Result<f64> {
+        let series = self.evaluate(places)?;
+        let series = series.as_deref().unwrap_or(otherwise);
+        Ok(cost(self.parameters, places, series, self.noise))
+    }
+
+    /// The residuals with all parameters at `places`, bent by Huber's rule; none without equilibrium.
+    pub fn evaluate(&self, places: &[f64]) -> Result<Option<Vec<Vec<f64>>>> {
+        let values: Vec<f64> = self.parameters.iter().zip(places).map(|(p, place)| p.value(*place)).collect();
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        match (self.residuals)(&values) {
+            Ok(mut series) => {
+                if let Some(threshold) = self.options.huber {
+                    series.iter_mut().flatten().for_each(|r| *r = bent(*r, threshold));
+                }
+                let n: usize = series.iter().map(Vec::len).sum();
+                assert_eq!(n, self.n_residuals, "the number of residuals must not change");
+                Ok(Some(series))
+            }
+            Err(Error::NoEquilibrium { .. }) => Ok(None),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// Derivatives of the residuals by the places of the parameters `free`, one column each, by differences
+    /// from `series`, the residuals at `places`; zero where a neighbour has no equilibrium.
+    pub fn columns(&self, places: &[f64], free: &[usize], series: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+        let column = |&k: &usize| {
+            let step = if places[k] > 0.5 { -DIFFERENCE } else { DIFFERENCE };
+            let mut moved = places.to_vec();
+            moved[k] += step;
+            let Some(other) = self.evaluate(&moved)? else { return Ok(vec![0.0; self.n_residuals]) };
+            let pairs = other.iter().flatten().zip(series.iter().flatten());
+            Ok(pairs.map(|(other, here)| (other - here) / step).collect())
+        };
+        free.par_iter().map(column).collect()
+    }
+
+    /// The search from `start` with the parameters `free`.
+    pub fn search(&self, start: &[f64], free: &[usize]) -> Result<Found> {
+        let angle = |&k: &usize| (2.0 * start[k].clamp(OFF_BOUND, 1.0 - OFF_BOUND) - 1.0).asin();
+        let search = Search {
+            problem: self,
+            start,
+            free,
+            angles: DVector::from_iterator(free.len(), free.iter().map(angle)),
+            iterations: AtomicUsize::new(0),
+            last: Mutex::new(None),
+            failure: Mutex::new(None),
+        };
+        if free.is_empty() {
+            let ended = "nothing to fit is determined by the data".to_owned();
+            return Ok(Found { places: start.to_vec(), iterations: 0, ended, is_converged: true });
+        }
+        let method = LevenbergMarquardt::new().with_tol(self.effort.tolerance).with_patience(PATIENCE);
+        let (search, report) = method.minimize(search);
+        let iterations = search.iterations.load(Ordering::Relaxed);
+        let places = search.places();
+        if let Some(failure) = search.failure.into_inner().unwrap_or_default() {
+            return Err(failure);
+        }
+        let is_converged = report.termination.was_successful();
+        let ended = match report.termination {
+            levenberg_marquardt::TerminationReason::LostPatience => {
+                format!("not converged after {} evaluations", report.number_of_evaluations)
+            }
+            other => format!("{other:?}"),
+        };
+        Ok(Found { places, iterations, ended, is_converged })
+    }
+}
+
+/// Parameters, and the residuals there by recording.
+type Evaluated = (Vec<f64>, Vec<Vec<f64>>);
+
+/// The problem as `levenberg-marquardt` sees it: in angles, for the free parameters alone.
+struct Search<'a, F> {
+    problem: &'a Problem<'a, F>,
+    start: &'a [f64],
+    free: &'a [usize],
+    angles: DVector<f64>,
+    iterations: AtomicUsize,
+    /// Places and residuals that were asked for last: a Jacobian is wanted where the residuals were.
+    last: Mutex<Option<Evaluated>>,
+    failure: Mutex<Option<Error>>,
+}
+
+impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Search<'_, F> {
+    fn places(&self) -> Vec<f64> {
+        let mut places = self.start.to_vec();
+        for (&k, angle) in self.free.iter().zip(self.angles.iter()) {
+            places[k] = 0.5 * (1.0 + angle.sin());
+        }
+        places
+    }
+
+    /// The value, or nothing and the error kept for later.
+    fn keep<T>(&self, result: Result<T>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(error) => {
+                if let Ok(mut failure) = self.failure.lock() {
+                    *failure = Some(error);
+                }
+                None
+            }
+        }
+    }
+
+    /// Tells who watches; false if the search is to end.
+    fn goes_on(&self, rms: f64) -> bool {
+        let Ok(mut best) = self.problem.best.lock() else { return false };
+        *best = best.min(rms);
+        (self.problem.options.watch)(self.problem.evaluations.load(Ordering::Relaxed), *best)
+    }
+}
+
+impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_, F> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, angles: &DVector<f64>) {
+        self.angles.clone_from(angles);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.angles.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let places = self.places();
+        let series = self.keep(self.problem.evaluate(&places))?;
+        let n = self.problem.n_residuals;
+        let mut flat = series.as_ref().map_or_else(|| vec![self.problem.failed; n], |series| series.concat());
+        let believed = self.problem.believed(&places, self.free).collect::<Vec<_>>();
+        *self.last.lock().ok()? = series.map(|series| (places, series));
+        let rms = (flat.iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt();
+        flat.extend(believed.iter().map(|(_, off, weight)| weight * off));
+        self.goes_on(rms).then(|| DVector::from_vec(flat))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        if self.iterations.fetch_add(1, Ordering::Relaxed) >= self.problem.effort.jacobians {
+            return None;
+        }
+        let places = self.places();
+        let last = self.last.lock().ok()?.take().filter(|(at, _)| *at == places);
+        let series = match last {
+            Some((_, series)) => series,
+            None => self.keep(self.problem.evaluate(&places))??,
+        };
+        let mut columns = self.keep(self.problem.columns(&places, self.free, &series))?;
+        for (at, _, weight) in self.problem.believed(&places, self.free) {
+            for (other, column) in columns.iter_mut().enumerate() {
+                column.push(if other == at { weight } else { 0.0 });
+            }
+        }
+        for (column, angle) in columns.iter_mut().zip(self.angles.iter()) {
+            column.iter_mut().for_each(|value| *value *= 0.5 * angle.cos());
+        }
+        Some(DMatrix::from_vec(columns[0].len(), columns.len(), columns.concat()))
+    }
+}
+
+/// The residual whose square is Huber's loss.
+fn bent(residual: f64, threshold: f64) -> f64 {
+    let size = residual.abs();
+    if size <= threshold {
+        return residual;
+    }
+    residual.signum() * (threshold * (2.0 * size - threshold)).sqrt()
+}
+
+/// The minimum near the starts of `parameters`, roughly: their values, and the cost there.
+///
+/// # Errors
+/// Those of [`Problem::new`] and of `residuals`.
+pub fn minimum<F>(parameters: &[Parameter], options: &Options, residuals: F) -> Result<(Vec<f64>, f64)>
+where
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync,
+{
+    let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
+    problem.effort = Effort { tolerance: QUICK_TOLERANCE, jacobians: QUICK_JACOBIANS };
+    problem.noise = rms(&first);
+    let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
+    let all: Vec<usize> = (0..parameters.len()).collect();
+    let places = problem.search(&start, &all)?.places;
+    let series = problem.evaluate(&places)?.unwrap_or(first);
+    let values = parameters.iter().zip(&places).map(|(p, place)| p.value(*place)).collect();
+    Ok((values, series.iter().flatten().map(|r| r * r).sum()))
+}
+
+/// Corrects `fit`, from whose values the `parameters` start, by one step of Gauss and Newton, or a part of it, of those that
+/// are determined; with other residuals than it was found with.
+///
+/// # Errors
+/// Those of [`Problem::new`] and of `residuals`.
+pub fn polished<F>(parameters: &[Parameter], options: &Options, residuals: F, fit: &mut Fit) -> Result<()>
+where
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync,
+{
+    let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
+    let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
+    let is_free = |k: &usize| matches!(fit.estimates[*k].standing, Standing::Fitted | Standing::Vague);
+    let free = uncertainty::inside(&(0..parameters.len()).filter(is_free).collect::<Vec<_>>(), &places);
+    let spread = Spread::new(&first, free.len() + options.n_nuisance);
+    problem.noise = spread.variance.sqrt();
+    let columns = problem.columns(&places, &free, &first)?;
+    let rows = prior_rows(parameters, &free, &columns, problem.noise);
+    let mut flat = first.concat();
+    flat.extend(problem.believed(&places, &free).map(|(_, off, weight)| weight * off));
+    let mut best = (places.clone(), first, f64::INFINITY);
+    best.2 = cost(parameters, &best.0, &best.1, problem.noise);
+    if let Some(correction) = uncertainty::correction(&rows, &flat) {
+        for part in PARTS {
+            let mut moved = places.clone();
+            for (&k, change) in free.iter().zip(&correction) {
+                moved[k] = (places[k] + part * change).clamp(0.0, 1.0);
+            }
+            let Some(series) = problem.evaluate(&moved)? else { continue };
+            let price = cost(parameters, &moved, &series, problem.noise);
+            if price < best.2 {
+                best = (moved, series, price);
+                break;
+            }
+        }
+    }
+    let spread = Spread::new(&best.1, free.len() + options.n_nuisance);
+    let covariance = uncertainty::covariance(&rows, spread.variance);
+    fit.correct(parameters, &best.0, (&free, covariance.as_ref()));
+    fit.condition = uncertainty::condition(&columns);
+    fit.rms[1] = rms(&best.1);
+    fit.evaluations += problem.n_evaluations();
+    fit.iterations += 1;
+    (fit.n_residuals, fit.n_effective) = (problem.n_residuals, spread.n_effective);
+    Ok(())
+}
+
+/// Sum of squares of the residuals at `places` and of what is believed, each of which counts `noise`.
+pub fn cost(parameters: &[Parameter], places: &[f64], series: &[Vec<f64>], noise: f64) -> f64 {
+    let off = |(parameter, place): (&Parameter, &f64)| {
+        let off = place - parameter.place(parameter.home());
+        Some((noise * off / parameter.prior_width()?).powi(2))
+    };
+    let believed: f64 = parameters.iter().zip(places).filter_map(off).sum();
+    series.iter().flatten().map(|r| r * r).sum::<f64>() + believed
+}
+
+/// The columns of the parameters `free` with one row more for each prior.
+pub fn prior_rows(
+    parameters: &[Parameter],
+    free: &[usize],
+    columns: &[Vec<f64>],
+    noise: f64,
+) -> Vec<Vec<f64>> {
+    let mut columns = columns.to_vec();
+    for (at, &k) in free.iter().enumerate() {
+        let Some(width) = parameters[k].prior_width() else { continue };
+        for (other, column) in columns.iter_mut().enumerate() {
+            column.push(if other == at { noise / width } else { 0.0 });
+        }
+    }
+    columns
+}
+
+/// Root mean square of all residuals.
+pub fn rms(series: &[Vec<f64>]) -> f64 {
+    let n: usize = series.iter().map(Vec::len).sum();
+    (series.iter().flatten().map(|r| r * r).sum::<f64>() / n as f64).sqrt()
+}
