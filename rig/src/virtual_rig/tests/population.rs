@@ -130,7 +130,7 @@ fn a_hanging_body_stretches_and_a_level_one_sags_by_the_closed_forms() {
 
 #[test]
 fn sections_of_their_own_stiffness_bend_and_stretch_by_their_sum() {
-    let factors = vec![1.3, 0.8, 1.1, 0.7, 0.9, 1.2, 1.0, 0.6];
+    let factors = vec![0.7, 0.8, 1.1, 1.3, 0.9, 1.2, 1.0, 0.6];
     let (force, of_body) = (1e-3, spec());
     let (part, [bending, _, _, stretch]) = (of_body.length / 8.0, of_body.stiffness);
     let tip = |tip_load: [f64; 3]| {
@@ -202,7 +202,8 @@ fn pulleys_wind_by_their_true_radius_and_zeros_move_once() {
         bench.rest(3.0)
     };
     let [first, second, third] = [&[][..], &["one"], &["one", "two"]].map(tip_after);
-    // Tendons 1 and 2 stand at 0 and 90 degrees: the tip goes towards the one that is pulled, away from the slack one.
-    assert!(second[0] - first[0] > 1e-3 && second[1] - first[1] < -1e-3, "{first:?} {second:?}");
+    // Tendons 1 and 2 stand at 0 and 90 degrees: the tip goes towards the one that is pulled, and away from the one that goes
+    // slack by as much as that one pulled.
+    assert!(second[0] - first[0] > 1e-3 && second[1] - first[1] < -1e-4, "{first:?} {second:?}");
     assert_eq!(second, third);
 }
