@@ -8,11 +8,14 @@
 
 mod error;
 pub mod file;
+#[cfg(feature = "fuzz")]
+pub mod fuzz;
 pub mod lanes;
 mod lock;
 mod recording;
 mod rng;
 mod scene;
+pub mod size;
 pub mod typed;
 pub mod units;
 

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::figures::report::write_metrics;
 use crate::network::Network;
-use crate::{inputs, interrupt, paths, terminal};
+use crate::{inputs, interrupt, number, paths, terminal};
 
 const HELP: &str = "\
 Needs a checkpoint by `hysteron fit-residual` and recordings of the robot as it is now (strokes and measured tip): a tendon \
@@ -56,16 +56,13 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
     /// Time after which what was seen counts a third
-    #[arg(long, value_name = "S", default_value_t = AdaptOptions::default().memory_s)]
+    #[arg(long, value_name = "S", default_value_t = AdaptOptions::default().memory_s, value_parser = number::time_s)]
     memory_s: f64,
 }
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     paths::check_checkpoint(&arguments.out)?;
-    if !(arguments.memory_s > 0.0 && arguments.memory_s.is_finite()) {
-        return Err(BadInput::new("--memory-s", "a time > 0", arguments.memory_s.to_string()).into());
-    }
     let scene = Scene::read(&arguments.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = Network::read(&arguments.checkpoint, &scene, &twin)?;

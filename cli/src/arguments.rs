@@ -1,6 +1,12 @@
 //! The command line: verbs, options for all of them, and the help that goes with them.
 
+use std::process::ExitCode;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, Parser, Subcommand};
+use hysteron_base::BadInput;
+
+use crate::{number, terminal};
 
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
@@ -44,15 +50,18 @@ Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written und
 pub struct Program {
     #[command(subcommand)]
     pub verb: Verb,
-    /// Log more; twice for everything
+    /// Log details; twice for everything, of libraries too
     #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
     verbose: u8,
-    /// Log only warnings; twice for errors alone
+    /// Log only warnings, and show no progress; twice for errors alone
     #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
     quiet: u8,
     /// Threads to use [default: all cores]; results do not depend on it
-    #[arg(long, global = true, help_heading = "Options of all verbs", value_name = "N")]
-    threads: Option<std::num::NonZeroUsize>,
+    #[arg(long, global = true, help_heading = "Options of all verbs", value_name = "N", value_parser = number::threads)]
+    threads: Option<usize>,
+    /// Print what came of it as JSON, and nothing else on stdout
+    #[arg(long, global = true, help_heading = "Options of all verbs")]
+    json: bool,
 }
 
 /// What to do.
@@ -77,15 +86,38 @@ pub enum Verb {
     Rig(crate::rig::Arguments),
     Run(crate::study::Arguments),
     Demo(crate::study::demo::Arguments),
+    Completions(crate::manual::CompletionArguments),
+    Man(crate::manual::ManArguments),
     #[command(hide = true)]
     Watchman(crate::watchman::Arguments),
 }
 
 impl Program {
-    /// 1 unless asked for more or less.
-    pub fn verbosity(&self) -> i8 {
+    /// What was typed; or where it cannot be used, the exit code after the person was told.
+    pub fn typed() -> Result<Self, ExitCode> {
+        Self::try_parse().map_err(|error| match out_of_range(&error) {
+            Some(bad) => {
+                terminal::complain(&bad.into());
+                ExitCode::from(2)
+            }
+            None => {
+                // Help and version are no errors, and go to stdout.
+                let _ = error.print();
+                ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+            }
+        })
+    }
+
+    /// How much to log: 1 is the usual; none where nobody asked for more or less.
+    pub fn verbosity(&self) -> Option<i8> {
         let of = |count: u8| i8::try_from(count).unwrap_or(i8::MAX);
-        1i8.saturating_add(of(self.verbose)).saturating_sub(of(self.quiet))
+        let is_typed = self.verbose > 0 || self.quiet > 0;
+        is_typed.then(|| 1i8.saturating_add(of(self.verbose)).saturating_sub(of(self.quiet)))
+    }
+
+    /// True where stdout is for a program.
+    pub fn is_json(&self) -> bool {
+        self.json
     }
 
     /// The options of all verbs, for a program that this one starts.
@@ -102,8 +134,39 @@ impl Program {
     /// Limits the threads of everything that follows.
     pub fn use_threads(&self) -> anyhow::Result<()> {
         if let Some(threads) = self.threads {
-            rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
         }
         Ok(())
+    }
+}
+
+/// The error of a number's parser, its place the option.
+fn out_of_range(error: &clap::Error) -> Option<BadInput> {
+    if error.kind() != ErrorKind::ValueValidation {
+        return None;
+    }
+    let bad = std::error::Error::source(error)?.downcast_ref::<BadInput>()?.clone();
+    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else { return None };
+    let option = argument.split(' ').next().unwrap_or(argument);
+    Some(bad.within(option))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+
+    #[test]
+    fn verbs_and_options_do_not_contradict_each_other() {
+        use clap::CommandFactory;
+        Program::command().debug_assert();
+    }
+
+    #[test]
+    fn a_number_out_of_range_is_refused_in_the_form_of_all_errors() {
+        let typed = "hysteron track a.safetensors --target circle:4 --rig r --out o --repeats 1000000000";
+        let error = Program::try_parse_from(typed.split(' ')).unwrap_err();
+        let bad = out_of_range(&error).unwrap();
+        assert_eq!(bad.to_string(), "--repeats: expected at most 100, got 1000000000");
     }
 }

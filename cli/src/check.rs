@@ -7,8 +7,10 @@ use hysteron_base::{Drive, Scene};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
 use hysteron_twin::Twin;
 
-use crate::mesh::print_quality;
-use crate::terminal::say;
+use serde::Serialize;
+
+use crate::mesh::{self, print_quality};
+use crate::terminal::{self, say};
 
 const HELP: &str = "\
 Needs a scene and its mesh; writes nothing.
@@ -32,12 +34,12 @@ pub struct Arguments {
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scene = Scene::read(&arguments.scene)?;
-    let mesh = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
-    let quality = check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
-    let twin = Twin::new(&scene, &mesh)?;
+    let body = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let quality = check_mesh(&body, &scene.mesh_path.display().to_string())?;
+    let twin = Twin::new(&scene, &body)?;
 
     say(format_args!("{}: {}", scene.name, scene.mesh_path.display()));
-    print_quality(&mesh, &quality);
+    print_quality(&body, &quality);
     let mass = scene.material.density * quality.volume.sum;
     let tip = twin.tip_of(&twin.rest()).map(|c| (1e6 * c).round() / 1e3 + 0.0);
     say("");
@@ -46,7 +48,32 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     print_tendons(&twin);
     print_friction(&twin);
     say("");
-    print_equations(&twin)
+    let factor = print_equations(&twin)?;
+    terminal::summarise(&Summary {
+        robot: &scene.name,
+        scene_sha256: &scene.hash,
+        mesh: mesh::Summary::new(&body, &quality),
+        mass_kg: mass,
+        tip_m: twin.tip_of(&twin.rest()),
+        tendons: twin.n_primary,
+        auxiliary_tendons: twin.tendons.len() - twin.n_primary,
+        unknowns: twin.body.n_unknowns(),
+        factor_bytes: factor,
+    })
+}
+
+/// What the verb came to.
+#[derive(Serialize)]
+struct Summary<'a> {
+    robot: &'a str,
+    scene_sha256: &'a str,
+    mesh: mesh::Summary<'a>,
+    mass_kg: f64,
+    tip_m: [f64; 3],
+    tendons: usize,
+    auxiliary_tendons: usize,
+    unknowns: usize,
+    factor_bytes: usize,
 }
 
 fn print_friction(twin: &Twin) {
@@ -112,7 +139,8 @@ fn in_thousandths(value: f64) -> f64 {
     (1e9 * value).round() / 1e6 + 0.0
 }
 
-fn print_equations(twin: &Twin) -> anyhow::Result<()> {
+/// Prints their size; gives that of the factor [bytes].
+fn print_equations(twin: &Twin) -> anyhow::Result<usize> {
     let pattern = Arc::new(twin.body.stiffness_pattern(&[]));
     let kind = FactorKind::fastest(&pattern);
     let mut factor = StiffnessFactor::new(&pattern, kind, twin.body.isa);
@@ -129,5 +157,5 @@ fn print_equations(twin: &Twin) -> anyhow::Result<()> {
         twin.cables.len(),
         (factor.n_stored() * bytes) as f64 / 1e6,
     ));
-    Ok(())
+    Ok(factor.n_stored() * bytes)
 }

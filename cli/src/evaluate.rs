@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_base::typed::text as base_text;
 use hysteron_base::{BadInput, Recording};
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};
@@ -13,7 +14,8 @@ use crate::{figures, terminal};
 const HELP: &str = "\
 Needs a target (a file of `hysteron target --help`, a recording of one, or a curve with its size in mm, as circle:40) \
 and recordings of a tip, ours or not: .parquet or .csv with the columns time_s, tip_x_mm and tip_y_mm. A folder stands \
-for all recordings in it. Several recordings count as repeats of one experiment.
+for all recordings in it. Several recordings count as repeats of one experiment; results that are to be compared have \
+names, NAME=REC, and recordings of one name are repeats of it.
 
 A recording begins when the target does, and only the times of the curve count, not the way to it; with --whole, all \
 samples do. The tip is in the robot's frame, where it rests on the axis at x = y = 0; with --relative-to-rest it is \
@@ -22,7 +24,7 @@ measured from its mean over the target's rest at the beginning.
 RMSE goes from 2000 points of the target to the nearest points of the path, NRMSE is that over the target's range, each \
 per axis and averaged over x and y; IoU is the overlap of both polygons (paper 003, eqs. 19, 21, 22). Chamfer, \
 Hausdorff and discrete Fréchet distance, the RMSE at the same times and the lag stand beside them; docs/control.md \
-defines all. CV is the deviation of the repeats over their mean.
+defines all. CV is the deviation of repeats over their mean; rivals have none.
 
 Prints one line per recording. Writes to DIR metrics.json, and report.html with the target dashed and the paths coloured \
 by their distance from it.
@@ -30,6 +32,8 @@ by their distance from it.
 Example, from the root of the repository: a path that is 2 mm too wide
   hysteron target circle:40 --out out/circle40.parquet
   hysteron evaluate --target circle:38 out/circle40.parquet --out out/evaluated
+and two results beside each other
+  hysteron evaluate --target circle:38 wide=out/circle40.parquet twin=out/nominal/repeat-1.parquet
 
 Exit codes: 0 done, 1 failed, 2 bad input.";
 
@@ -40,9 +44,9 @@ pub struct Arguments {
     /// Target: a file, or FAMILY:SIZE_MM
     #[arg(long, value_name = "PATH")]
     target: String,
-    /// Recordings, .parquet or .csv, or folders of them; repeats of one experiment
-    #[arg(required = true, value_name = "REC")]
-    recordings: Vec<PathBuf>,
+    /// Recordings, .parquet or .csv, or folders of them: repeats of one experiment, or of each NAME
+    #[arg(required = true, value_name = "[NAME=]REC")]
+    results: Vec<String>,
     /// Folder for report.html, metrics.json and figures
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -61,7 +65,8 @@ impl Arguments {
     /// Recordings of one target, with a report in `out`.
     pub fn of(target: &str, recordings: Vec<PathBuf>, out: &Path, png: bool) -> Self {
         let (target, out) = (target.to_owned(), Some(out.to_owned()));
-        Self { target, recordings, out, png, whole: false, relative_to_rest: false }
+        let results = recordings.iter().map(|path| path.display().to_string()).collect();
+        Self { target, results, out, png, whole: false, relative_to_rest: false }
     }
 }
 
@@ -70,6 +75,9 @@ impl Arguments {
 pub struct Row {
     /// Its name.
     pub name: String,
+    /// What it is a repeat of, where results are compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub result: Option<String>,
     /// SHA-256 of its file.
     pub sha256: String,
     /// What it says of itself.
@@ -128,18 +136,30 @@ impl Metric {
     }
 }
 
-/// The table, without its headings: a row per recording, and for repeats their mean and variation.
+/// The recordings of each result, in order.
+pub fn results(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
+    rows.chunk_by(|a, b| a.result == b.result)
+}
+
+/// The table, without its headings: a row per recording, and for repeats of one result their mean and variation.
 pub fn cells(rows: &[Row]) -> Vec<Vec<String>> {
-    let line = |name: &str, cell: &dyn Fn(&Metric) -> String| {
-        [name.to_owned()].into_iter().chain(METRICS.iter().map(cell)).collect::<Vec<_>>()
+    let line = |name: String, cell: &dyn Fn(&Metric) -> String| {
+        [name].into_iter().chain(METRICS.iter().map(cell)).collect::<Vec<_>>()
     };
-    let mut table: Vec<Vec<String>> =
-        rows.iter().map(|row| line(&row.name, &|metric| metric.cell((metric.of)(&row.score)))).collect();
-    if rows.len() > 1 {
+    let mut table = Vec::new();
+    for rows in results(rows) {
+        let own =
+            rows.iter().map(|row| line(row.name.clone(), &|metric| metric.cell((metric.of)(&row.score))));
+        table.extend(own);
+        if rows.len() == 1 {
+            continue;
+        }
         let of = |metric: &Metric| metric.repeatability(rows);
         let percent = |part: f64| format!("{:.1} %", 100.0 * part);
-        table.push(line("mean", &|metric| metric.cell(of(metric).map(|it| it.mean))));
-        table.push(line("CV", &|metric| {
+        let name =
+            |what: &str| rows[0].result.as_ref().map_or(what.to_owned(), |name| format!("{name}, {what}"));
+        table.push(line(name("mean"), &|metric| metric.cell(of(metric).map(|it| it.mean))));
+        table.push(line(name("CV"), &|metric| {
             of(metric).and_then(|it| it.variation).map_or("-".to_owned(), percent)
         }));
     }
@@ -182,12 +202,52 @@ pub fn run_commanded(arguments: &Arguments, commanded: Option<&Commanded>) -> an
     let target = TargetPath::open(&arguments.target)?;
     let part = if arguments.whole { Part::Whole } else { Part::AtTheSameTimes };
     let origin = if arguments.relative_to_rest { Origin::Rest } else { Origin::Frame };
-    let rows = rows(&target, inputs::read(&arguments.recordings)?, part, origin)?;
+    let mut rows = Vec::new();
+    for (name, paths) in named(&arguments.results)? {
+        rows.extend(result(name, self::rows(&target, inputs::read(&paths)?, part, origin)?));
+    }
+    figures::tracking::summarise(&target, &rows, commanded)?;
     if let Some(folder) = &arguments.out {
         figures::tracking::write(folder, &target, &rows, commanded, arguments.png)?;
     }
     print(&rows);
     Ok(())
+}
+
+/// The name of a result, and the recordings that are its repeats.
+type Named = (Option<String>, Vec<PathBuf>);
+
+/// The recordings of each result, by its name; one without a name where none has one.
+fn named(typed: &[String]) -> Result<Vec<Named>, BadInput> {
+    let mut results: Vec<Named> = Vec::new();
+    for typed in typed {
+        // A file may have such a name.
+        let split = if Path::new(typed).exists() { None } else { typed.split_once('=') };
+        let (name, path) = match split {
+            Some((name, path)) => (Some(base_text("NAME", name.to_owned())?), path),
+            None => (None, typed.as_str()),
+        };
+        match results.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, paths)) => paths.push(path.into()),
+            None => results.push((name, vec![path.into()])),
+        }
+    }
+    if results.len() > 1 && results.iter().any(|(name, _)| name.is_none()) {
+        let found = results.iter().filter_map(|(name, _)| name.clone()).collect::<Vec<_>>().join(", ");
+        return Err(BadInput::new("recordings", "a name for all or for none, as NAME=REC", found));
+    }
+    Ok(results)
+}
+
+/// Recordings as repeats of a result, if it has a name.
+fn result(name: Option<String>, rows: Vec<Row>) -> Vec<Row> {
+    let Some(result) = name else { return rows };
+    let is_alone = rows.len() == 1;
+    let of = |row: Row| {
+        let name = if is_alone { result.clone() } else { format!("{result}, {}", row.name) };
+        Row { name, result: Some(result.clone()), ..row }
+    };
+    rows.into_iter().map(of).collect()
 }
 
 /// Measures recordings of a target.
@@ -202,6 +262,7 @@ pub fn rows(
             .map_err(|bad| bad.within(input.path.display()))?;
         Ok(Row {
             name: input.name,
+            result: None,
             sha256: input.hash,
             source: input.recording.meta().source.clone(),
             score: score(target, &tracked),
@@ -220,5 +281,24 @@ fn print(rows: &[Row]) {
     for row in &table {
         let numbers = row.iter().zip(&widths).skip(1).map(|(cell, width)| format!("  {cell:>width$}"));
         terminal::say(format!("{:<width$}{}", row[0], numbers.collect::<String>(), width = widths[0]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+
+    fn names(typed: &[&str]) -> Result<Vec<(Option<String>, usize)>, BadInput> {
+        let typed: Vec<String> = typed.iter().map(|&word| word.to_owned()).collect();
+        Ok(named(&typed)?.into_iter().map(|(name, paths)| (name, paths.len())).collect())
+    }
+
+    #[test]
+    fn repeats_have_one_name_and_rivals_their_own() {
+        assert_eq!(names(&["a.csv", "b.csv"]).unwrap(), [(None, 2)]);
+        let rivals = names(&["twin=a.csv", "network=b.csv", "twin=c.csv"]).unwrap();
+        assert_eq!(rivals, [(Some("twin".to_owned()), 2), (Some("network".to_owned()), 1)]);
+        assert!(names(&["twin=a.csv", "b.csv"]).is_err() && names(&["=a.csv"]).is_err());
     }
 }

@@ -2,18 +2,23 @@
 
 use hysteron_base::BadInput;
 
-/// A command that this program had started failed, and has said why.
-#[derive(Debug)]
-pub struct CommandFailed(
-    /// Its exit code; none if a signal ended it.
-    pub Option<i32>,
-);
+/// A command that this program had started did not come to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommandFailed {
+    /// It ended with this exit code, and has said why.
+    Ended(i32),
+    /// It was interrupted, as this program was, and has said so.
+    Interrupted,
+    /// A signal ended it.
+    Killed,
+}
 
 impl std::fmt::Display for CommandFailed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.0 {
-            Some(code) => write!(f, "the command failed (exit code {code}) and has said why above"),
-            None => write!(f, "the command was killed"),
+        match self {
+            Self::Ended(code) => write!(f, "the command failed (exit code {code}) and has said why above"),
+            Self::Interrupted => write!(f, "interrupted; the same command goes on from here"),
+            Self::Killed => write!(f, "the command was killed"),
         }
     }
 }
@@ -25,9 +30,15 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
     if error.chain().any(is_bad_input) { 2 } else { 1 }
 }
 
+/// True where a command that this program had started has printed the error: one line of errors is enough.
+pub fn is_told(error: &anyhow::Error) -> bool {
+    let failed = error.chain().find_map(|cause| cause.downcast_ref::<CommandFailed>());
+    failed.is_some_and(|failed| *failed != CommandFailed::Killed)
+}
+
 fn is_bad_input(cause: &(dyn std::error::Error + 'static)) -> bool {
-    if let Some(CommandFailed(code)) = cause.downcast_ref() {
-        return *code == Some(2);
+    if let Some(failed) = cause.downcast_ref::<CommandFailed>() {
+        return *failed == CommandFailed::Ended(2);
     }
     if let Some(error) = cause.downcast_ref::<hysteron_twin::Error>() {
         return error.bad_input().is_some();
@@ -63,6 +74,19 @@ mod tests {
         ];
         for error in wrapped {
             assert_eq!(exit_code(&error), 2, "{error:#}");
+        }
+    }
+
+    #[test]
+    fn what_a_command_has_told_is_not_told_again() {
+        let failed = |how: CommandFailed| anyhow::Error::new(how).context("[2/5] identify");
+        for (how, code, is_told_already) in [
+            (CommandFailed::Ended(1), 1, true),
+            (CommandFailed::Ended(2), 2, true),
+            (CommandFailed::Interrupted, 1, true),
+            (CommandFailed::Killed, 1, false),
+        ] {
+            assert_eq!((exit_code(&failed(how)), is_told(&failed(how))), (code, is_told_already), "{how:?}");
         }
     }
 

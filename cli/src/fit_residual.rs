@@ -1,22 +1,20 @@
 //! `hysteron fit-residual`: the network that makes the twin show the robot's hysteresis.
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hysteron_base::{BadInput, Recording, rng};
 use hysteron_control::split::{MotionKind, draw_validation};
-use hysteron_learn::{Epoch, FitReport, Progress};
+use hysteron_learn::{Epoch, FitReport, MOST_EPOCHS, MOST_HIDDEN, Progress};
 use hysteron_twin::residual::{
     Fitted, PUBLISHED, ResidualModel, Sequence, Sessions, StatefulOptions, fit_stateful, fit_windowed,
 };
-use indicatif::ProgressBar;
 
 use crate::figures::training::{self, Told};
 use crate::inputs::{self, Input};
 use crate::paper_design::PaperDesign;
 use crate::unfinished::Unfinished;
-use crate::{interrupt, paths, terminal};
+use crate::{interrupt, number, paths, terminal};
 
 const HELP: &str = "\
 Needs recordings by hysteron identify (folders of them), at least two: the network learns from some and stops when it \
@@ -42,6 +40,9 @@ Examples, from the root of the repository:
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";
 
+/// More networks than any mean gains from.
+pub const MOST_MEMBERS: usize = 32;
+
 /// Train the residual network on identified recordings (CoReAct)
 #[derive(Debug, clap::Args)]
 #[command(after_help = HELP)]
@@ -60,14 +61,14 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     held_out: Vec<String>,
     /// Epochs at most [default: 100; paper: 30]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::count::<MOST_EPOCHS>)]
     epochs: Option<usize>,
     /// Hidden units of a layer [default: 64; paper: 128]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::count::<MOST_HIDDEN>)]
     hidden: Option<usize>,
     /// Networks whose mean is taken, each stopped by other recordings; the paper's design has one
-    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::new(3).unwrap_or(NonZeroUsize::MIN))]
-    members: NonZeroUsize,
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = number::count::<MOST_MEMBERS>)]
+    members: usize,
     /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
     #[arg(long)]
     feedback: bool,
@@ -99,7 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
         .collect();
     let members = match arguments.design {
-        DesignName::Stateful => arguments.members.get(),
+        DesignName::Stateful => arguments.members,
         DesignName::Paper => 1,
     };
     let held_out =
@@ -191,7 +192,7 @@ fn fit(
 
 /// A bar over the epochs of all networks.
 struct Display {
-    bar: ProgressBar,
+    bar: terminal::Progress,
     start: Instant,
 }
 
@@ -204,11 +205,11 @@ impl Default for Display {
 impl Display {
     /// False where the training is to end.
     fn show(&self, member: usize, progress: &Progress) -> bool {
-        if let Progress::Epoch(Epoch { number, training, held_out, best }) = progress {
+        if let Progress::Epoch(Epoch { number, of, training, held_out, best }) = progress {
             self.bar.inc(1);
             self.bar.set_message(format!("held out {best:.3} mm"));
             tracing::debug!(
-                "network {}, epoch {number}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm; {:.0} s",
+                "network {}, epoch {number}/{of}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm; {:.0} s",
                 member + 1,
                 self.start.elapsed().as_secs_f64(),
             );

@@ -17,11 +17,14 @@ mod generate;
 mod identify;
 mod inputs;
 mod interrupt;
+mod manual;
 mod mesh;
 mod network;
+mod number;
 mod paper_design;
 mod paths;
 mod plan;
+mod progress;
 mod reach;
 mod record;
 mod rig;
@@ -38,11 +41,16 @@ mod watchman;
 use std::process::ExitCode;
 
 use arguments::{Program, Verb};
-use clap::Parser;
 
 fn main() -> ExitCode {
-    let program = Program::parse();
+    let program = match Program::typed() {
+        Ok(program) => program,
+        Err(code) => return code,
+    };
     terminal::start_log(program.verbosity());
+    if program.is_json() {
+        terminal::use_json();
+    }
     let done = program.use_threads().and_then(|()| match &program.verb {
         Verb::Simulate(arguments) => simulate::run(arguments),
         Verb::Reach(arguments) => reach::run(arguments),
@@ -63,12 +71,24 @@ fn main() -> ExitCode {
         Verb::Arm(arguments) => arm::run(arguments),
         Verb::Run(arguments) => study::run(arguments, &program.passed_on()),
         Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on()),
+        Verb::Completions(arguments) => {
+            manual::completions(arguments);
+            Ok(())
+        }
+        Verb::Man(arguments) => manual::man(arguments),
         Verb::Watchman(arguments) => watchman::run(arguments),
     });
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => {
+            terminal::conclude();
+            ExitCode::SUCCESS
+        }
         Err(error) => {
-            terminal::complain(&error);
+            if failure::is_told(&error) {
+                tracing::warn!("{error:#}");
+            } else {
+                terminal::complain(&error);
+            }
             ExitCode::from(failure::exit_code(&error))
         }
     }

@@ -1,5 +1,6 @@
 //! `hysteron mesh`: a round body with bore, channels and taper, straight from its measures.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -9,7 +10,10 @@ use hysteron_fem::{
     write_vtu,
 };
 
+use serde::Serialize;
+
 use crate::terminal::say;
+use crate::{number, terminal};
 
 const HELP: &str = "\
 The axis is z, the base lies at z = 0. The mesh has the groups base, tip and body, for the scene to name. Circles \
@@ -36,6 +40,7 @@ pub struct Arguments {
     #[arg(
         long,
         allow_negative_numbers = true,
+        value_parser = number::position_mm,
         value_name = "MM",
         required_unless_present = "profile",
         conflicts_with = "profile"
@@ -45,43 +50,44 @@ pub struct Arguments {
     #[arg(
         long,
         allow_negative_numbers = true,
+        value_parser = number::position_mm,
         value_name = "MM",
         required_unless_present = "profile",
         conflicts_with = "profile"
     )]
     outer_diameter_mm: Option<f64>,
     /// Outer diameter at the tip [default: as at the base]
-    #[arg(long, allow_negative_numbers = true, value_name = "MM", conflicts_with = "profile")]
+    #[arg(long, allow_negative_numbers = true, value_parser = number::position_mm, value_name = "MM", conflicts_with = "profile")]
     tip_diameter_mm: Option<f64>,
     /// Several links: height and outer diameter of every corner in mm, from the base up, as Z:D,Z:D,...
     #[arg(long, value_name = "Z:D,...", value_delimiter = ',', value_parser = corner)]
     profile: Vec<[f64; 2]>,
     /// Diameter of the central bore at the base; 0 for a solid body
-    #[arg(long, allow_negative_numbers = true, value_name = "MM", default_value_t = 0.0)]
+    #[arg(long, allow_negative_numbers = true, value_parser = number::position_mm, value_name = "MM", default_value_t = 0.0)]
     bore_diameter_mm: f64,
     /// Number of tendon channels, evenly spaced, the first on the x axis
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = number::up_to::<64>)]
     channels: u32,
     /// Diameter of every channel at the base
-    #[arg(long, allow_negative_numbers = true, value_name = "MM")]
+    #[arg(long, allow_negative_numbers = true, value_parser = number::position_mm, value_name = "MM")]
     channel_diameter_mm: Option<f64>,
     /// Distance of the channels from the axis at the base
-    #[arg(long, allow_negative_numbers = true, value_name = "MM")]
+    #[arg(long, allow_negative_numbers = true, value_parser = number::position_mm, value_name = "MM")]
     channel_radius_mm: Option<f64>,
     /// Length of an edge, roughly: sets layers and sides that are not given
-    #[arg(long, allow_negative_numbers = true, value_name = "MM", required_unless_present = "layers")]
+    #[arg(long, allow_negative_numbers = true, value_parser = number::position_mm, value_name = "MM", required_unless_present = "layers")]
     edge_mm: Option<f64>,
     /// Number of layers along the body
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::up_to::<20_000>)]
     layers: Option<u32>,
     /// Sides of the outer polygon [default: by edge length, else 16]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::up_to::<512>)]
     outer_sides: Option<u32>,
     /// Sides of the bore [default: by edge length, else 8]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::up_to::<512>)]
     bore_sides: Option<u32>,
     /// Sides of every channel [default: by edge length, else 4]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::up_to::<512>)]
     channel_sides: Option<u32>,
     /// Ten-node tetrahedra
     #[arg(long)]
@@ -118,7 +124,62 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     say(format_args!("{}", arguments.out.display()));
     print_quality(&mesh, &quality);
-    Ok(())
+    terminal::summarise(&Meshed { out: &arguments.out, mesh: Summary::new(&mesh, &quality) })
+}
+
+/// What the verb came to.
+#[derive(Serialize)]
+struct Meshed<'a> {
+    out: &'a std::path::Path,
+    #[serde(flatten)]
+    mesh: Summary<'a>,
+}
+
+/// A mesh in numbers.
+#[derive(Serialize)]
+pub struct Summary<'a> {
+    nodes: usize,
+    tetrahedra: usize,
+    volume_m3: f64,
+    /// Nodes of each group.
+    groups: BTreeMap<&'a str, usize>,
+    radius_ratio: Spread,
+    smallest_angle_rad: Spread,
+}
+
+/// How a figure is spread over the tetrahedra.
+#[derive(Serialize)]
+struct Spread {
+    min: f64,
+    min_tetrahedron: usize,
+    percentile_1: f64,
+    percentile_5: f64,
+    median: f64,
+    mean: f64,
+    max: f64,
+}
+
+impl<'a> Summary<'a> {
+    /// Of a mesh that was checked.
+    pub fn new(mesh: &'a Mesh, quality: &MeshQuality) -> Self {
+        let spread = |of: &Distribution| Spread {
+            min: of.min,
+            min_tetrahedron: of.min_cell,
+            percentile_1: of.percentile_1,
+            percentile_5: of.percentile_5,
+            median: of.median,
+            mean: of.mean,
+            max: of.max,
+        };
+        Self {
+            nodes: quality.n_nodes,
+            tetrahedra: quality.n_cells,
+            volume_m3: quality.volume.sum,
+            groups: mesh.groups.iter().map(|(name, nodes)| (name.as_str(), nodes.len())).collect(),
+            radius_ratio: spread(&quality.radius_ratio),
+            smallest_angle_rad: spread(&quality.smallest_angle),
+        }
+    }
 }
 
 /// The measures as the mesher takes them.
@@ -184,7 +245,9 @@ fn channels(arguments: &Arguments) -> Result<Vec<Channel>, BadInput> {
 
 /// `Z:D` as two numbers.
 fn corner(text: &str) -> Result<[f64; 2], String> {
-    let numbers = text.split_once(':').and_then(|(z, d)| Some([z.parse().ok()?, d.parse().ok()?]));
+    let numbers = text.split_once(':');
+    let numbers =
+        numbers.and_then(|(z, d)| Some([number::position_mm(z).ok()?, number::position_mm(d).ok()?]));
     numbers.ok_or_else(|| "expected Z:D in mm, for example 305:12.8".to_owned())
 }
 

@@ -1,15 +1,17 @@
 //! Options of the paper's networks, which both trainings take.
 
-use hysteron_learn::WindowedOptions;
+use hysteron_learn::{MOST_ROWS, WindowedOptions};
+
+use crate::number;
 
 /// The paper's design, as published or with less to learn from.
 #[derive(Debug, clap::Args)]
 pub struct PaperDesign {
     /// Only every Nth window of the paper's design; 1 is published
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = number::count::<MOST_ROWS>)]
     stride: usize,
     /// Windows of a step of the paper's design; 256 is published
-    #[arg(long, value_name = "N", default_value_t = 256)]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = number::count::<MOST_ROWS>)]
     batch: usize,
 }
 

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::BadInput;
-
+use crate::number;
 use crate::run::{Options, Task, carry_out};
 
 const HELP: &str = "\
@@ -40,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "REC")]
     goals: PathBuf,
     /// Distance that counts as reached
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    #[arg(long, value_name = "MM", default_value_t = 0.01, value_parser = number::length_mm)]
     tolerance_mm: f64,
     #[command(flatten)]
     options: Options,
@@ -49,9 +48,5 @@ pub struct Arguments {
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let tolerance = 1e-3 * arguments.tolerance_mm;
-    if !(tolerance > 0.0 && tolerance.is_finite()) {
-        let found = format!("{} mm", arguments.tolerance_mm);
-        return Err(BadInput::new("--tolerance-mm", "a length above 0", found).into());
-    }
     carry_out(Task::Reach(tolerance), &arguments.goals, &arguments.options, None)
 }

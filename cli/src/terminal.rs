@@ -1,15 +1,64 @@
 //! Everything a person reads in the terminal: results on stdout; log, progress and errors on stderr.
+//!
+//! What a verb comes to is one value: with `--json` it is all that stands on stdout, without it the verb's own lines do.
 
 use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use serde_json::{Value, json};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
 
-/// Prints a result.
+pub use crate::progress::{Progress, progress};
+
+static IS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// What the verb came to so far; the last word stands.
+static SUMMARY: Mutex<Option<Value>> = Mutex::new(None);
+
+/// From here on stdout holds nothing but what [`conclude`] prints.
+pub fn use_json() {
+    IS_JSON.store(true, Ordering::Relaxed);
+}
+
+/// True where stdout is for a program.
+pub fn is_json() -> bool {
+    IS_JSON.load(Ordering::Relaxed)
+}
+
+/// Prints a result for a person.
 pub fn say(line: impl std::fmt::Display) {
+    if !is_json() {
+        print(line);
+    }
+}
+
+/// What a verb came to: the same that stands in `metrics.json`, where it writes one. Printed at its end for whoever typed
+/// `--json`.
+pub fn summarise(summary: &impl Serialize) -> anyhow::Result<()> {
+    if is_json() {
+        let value = serde_json::to_value(summary)?;
+        if let Ok(mut last) = SUMMARY.lock() {
+            *last = Some(value);
+        }
+    }
+    Ok(())
+}
+
+/// Prints the summary of a verb that has done its work.
+pub fn conclude() {
+    let summary = SUMMARY.lock().ok().and_then(|mut last| last.take());
+    if is_json() {
+        print(format_args!("{:#}", summary.unwrap_or_else(|| json!({}))));
+    }
+}
+
+/// Prints a text that is itself the result, whoever reads it.
+pub fn print(text: impl std::fmt::Display) {
     // Whoever closed the pipe, as `head` does, has read enough.
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 /// Prints why the program failed.
@@ -18,40 +67,36 @@ pub fn complain(error: &anyhow::Error) {
     eprintln!("error: {error:#}");
 }
 
-/// Logs to stderr: warnings at 0, summaries at 1, details above. `RUST_LOG` overrides.
-pub fn start_log(verbosity: i8) {
-    let level = match verbosity {
-        ..0 => LevelFilter::ERROR,
-        0 => LevelFilter::WARN,
-        1 => LevelFilter::INFO,
-        2 => LevelFilter::DEBUG,
-        3.. => LevelFilter::TRACE,
+/// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. What
+/// `RUST_LOG` says stands where nothing was typed.
+pub fn start_log(verbosity: Option<i8>) {
+    let filter = match verbosity.unwrap_or(1) {
+        ..0 => LevelFilter::ERROR.to_string(),
+        0 => LevelFilter::WARN.to_string(),
+        1 => LevelFilter::INFO.to_string(),
+        2 => details(),
+        3.. => LevelFilter::TRACE.to_string(),
     };
-    let filter = std::env::var("RUST_LOG").unwrap_or_else(|_| level.to_string());
+    let by_environment = std::env::var("RUST_LOG").ok().filter(|_| verbosity.is_none());
     tracing_subscriber::fmt()
-        .with_env_filter(EnvFilter::new(filter))
+        .with_env_filter(EnvFilter::new(by_environment.unwrap_or(filter)))
         .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_ansi(std::io::stderr().is_terminal() && has_colours(std::env::var_os("NO_COLOR")))
         .with_target(false)
         .without_time()
         .init();
 }
 
-/// A bar with rate and remaining time; drawn only in a terminal, and not when only warnings are wanted.
-pub fn progress(of: &str, length: usize, done: usize) -> ProgressBar {
-    let target = if tracing::enabled!(tracing::Level::INFO) {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let template = format!("{{wide_bar}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}");
-    if let Ok(style) = ProgressStyle::with_template(&template) {
-        bar.set_style(style);
-    }
-    bar.set_position(done as u64);
-    bar.reset_eta();
-    bar
+/// Details of the project's own crates; of others, what they report anyway.
+fn details() -> String {
+    let own = ["", "_base", "_fem", "_learn", "_twin", "_actuator", "_control", "_rig"];
+    let own = own.map(|name| format!("hysteron{name}=debug"));
+    format!("info,{}", own.join(","))
+}
+
+/// <https://no-color.org>: colours are off where the variable is there and not empty.
+fn has_colours(no_color: Option<std::ffi::OsString>) -> bool {
+    no_color.is_none_or(|value| value.is_empty())
 }
 
 /// The command line as typed, without the options that cannot change a result.
@@ -68,7 +113,7 @@ pub fn shown(arguments: impl Iterator<Item = String>) -> String {
             "--threads" | "--shard" => {
                 arguments.next();
             }
-            "--verbose" | "--quiet" => {}
+            "--verbose" | "--quiet" | "--json" => {}
             text if text.starts_with("--threads=") || text.starts_with("--shard=") => {}
             text if text.len() > 1
                 && text.starts_with('-')
@@ -92,6 +137,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn colours_are_off_where_nobody_wants_them() {
+        assert!(has_colours(None) && has_colours(Some("".into())) && !has_colours(Some("1".into())));
+        assert!(details().contains("hysteron=debug,hysteron_base=debug"));
+    }
+
+    #[test]
     fn command_line_keeps_what_shapes_the_result() {
         let typed = [
             "-v",
@@ -105,6 +156,7 @@ mod tests {
             "a.csv",
             "-qq",
             "--threads=3",
+            "--json",
         ];
         let line = shown(typed.into_iter().map(str::to_owned));
         assert_eq!(line, "hysteron simulate 'my scene.toml' --out a.csv");

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::BadInput;
 use hysteron_control::path::is_recording;
+use serde_json::json;
 
 use crate::command::{Given, Way};
 use crate::evaluate::{self, Commanded};
 use crate::record::{self, source::Source};
-use crate::terminal;
+use crate::{number, terminal};
 
 const HELP: &str = "\
 `hysteron command`, `hysteron record` and `hysteron evaluate` in one: finds the strokes for a path, within the limits of \
@@ -32,6 +32,9 @@ Examples, from the root of the repository:
 
 Exit codes: 0 done, 1 failed, stopped or a limit was passed (what was measured is kept), 2 bad input.";
 
+/// More than anybody measures in a day.
+const MOST_REPEATS: usize = 100;
+
 /// Follow a path open loop on a rig, and measure it
 #[derive(Debug, clap::Args)]
 #[command(after_help = HELP)]
@@ -45,8 +48,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// How often the strokes are carried out
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    repeats: u64,
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = number::count::<MOST_REPEATS>)]
+    repeats: usize,
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
@@ -60,9 +63,6 @@ pub struct Arguments {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    if arguments.repeats == 0 {
-        return Err(BadInput::new("--repeats", "at least 1", "0").into());
-    }
     let rig = Source::read(&arguments.rig)?;
     let limits = &rig.rig().limits;
     let given = Given {
@@ -80,14 +80,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             &strokes,
             &out,
             arguments.calibration.clone(),
-            arguments.seed + k,
+            arguments.seed.wrapping_add(k as u64),
         ))?;
         tips.push(out);
     }
     let target = &arguments.way.target;
     if is_recording(target.as_ref())? {
         terminal::say(arguments.out.display());
-        return Ok(());
+        return terminal::summarise(&json!({ "out": arguments.out, "repeats": tips }));
     }
     let arguments_of = evaluate::Arguments::of(target, tips, &arguments.out, arguments.png);
     evaluate::run_commanded(&arguments_of, Some(&Commanded::of(&commanded)))?;

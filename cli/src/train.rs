@@ -7,14 +7,13 @@ use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, StatefulOptions, fit_stateful,
     fit_windowed,
 };
-use hysteron_learn::{Epoch, Progress, Session, WeightFormat};
-use indicatif::ProgressBar;
+use hysteron_learn::{Epoch, MOST_EPOCHS, MOST_HIDDEN, Progress, Session, WeightFormat};
 use serde_json::json;
 
 use crate::figures::training::{self, Told};
 use crate::paper_design::PaperDesign;
 use crate::unfinished::Unfinished;
-use crate::{inputs, interrupt, paths, terminal};
+use crate::{inputs, interrupt, number, paths, terminal};
 
 const HELP: &str = "\
 Needs recordings (files, or folders of them) with the tip, tip_x_m and tip_y_m (with --spatial tip_z_m too), and the strokes that made it, stroke_1_m, \
@@ -61,13 +60,13 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     held_out: Vec<String>,
     /// Epochs at most [default: 30]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::count::<MOST_EPOCHS>)]
     epochs: Option<usize>,
     /// Hidden units of a layer [default: 128; paper: 512]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::count::<MOST_HIDDEN>)]
     hidden: Option<usize>,
     /// Pull that all tendons are to have in common at the least, so that none goes slack; stateful only
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number::distance_mm)]
     least_pull_mm: Option<f64>,
     /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's own cache (from
     /// a megabyte on); what it changes of the strokes is measured and reported; stateful only
@@ -132,6 +131,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     unfinished.end(fitted.is_finished)
 }
 
+fn metres(mm: &[f64]) -> Vec<f64> {
+    mm.iter().map(|mm| 1e-3 * mm).collect()
+}
+
 fn dataset(arguments: &Arguments) -> anyhow::Result<Dataset> {
     let inputs = inputs::read(&arguments.recordings)?;
     let axes = if arguments.spatial { Axes::Spatial } else { Axes::Planar };
@@ -174,7 +177,7 @@ fn stateful(arguments: &Arguments) -> StatefulOptions {
 /// A bar of all steps of the epoch, and a line per epoch.
 #[derive(Default)]
 struct Display {
-    bar: Option<ProgressBar>,
+    bar: Option<terminal::Progress>,
 }
 
 impl Display {
@@ -185,10 +188,10 @@ impl Display {
                 let bar = self.bar.get_or_insert_with(|| terminal::progress("steps of the epoch", *of, 0));
                 bar.set_position(*done as u64);
             }
-            Progress::Epoch(Epoch { number, training, held_out, best }) => {
+            Progress::Epoch(Epoch { number, of, training, held_out, best }) => {
                 self.end();
                 tracing::info!(
-                    "epoch {number}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm"
+                    "epoch {number}/{of}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm"
                 );
             }
         }

@@ -62,3 +62,23 @@ pub struct Mesh {
     /// Nodes of every named physical group (of any dimension), ascending.
     pub groups: BTreeMap<String, Vec<u32>>,
 }
+
+/// More than a step can be computed for while somebody waits.
+const MOST_NODES: usize = 2_000_000;
+
+impl Mesh {
+    /// Accepts a mesh whose stiffness and factor this machine has memory for.
+    ///
+    /// A block of the stiffness takes 136 bytes, and each node has about eight; the factor of a body as wide as it is long
+    /// has about 32 n^4/3 numbers, that of a slender one fewer.
+    ///
+    /// # Errors
+    /// `BadInput` with the number of nodes, or the memory.
+    pub fn check_size(&self) -> crate::Result<()> {
+        let n = self.nodes.len();
+        hysteron_base::size::check_at_most("mesh: nodes", n, MOST_NODES)?;
+        let n = n as f64;
+        let bytes = 1500.0 * n + 8.0 * 32.0 * n.powf(4.0 / 3.0);
+        Ok(hysteron_base::size::check_memory("mesh", bytes, "a coarser mesh")?)
+    }
+}

@@ -1,6 +1,7 @@
 //! The body: rest mesh, material and supports, in the order the solver wants. Never changes.
 
 use hysteron_base::{BadInput, Law, Material};
+use nalgebra::Vector3;
 
 use crate::elements::{self, Elements, Tangent};
 use crate::mesh::{Cells, Mesh};
@@ -103,6 +104,29 @@ impl FemModel {
         Ok(Self { material, rest, n_free, cells, file_node, model_node, nodal_volumes, isa, elements })
     }
 
+    /// Refuses a clamp about which the body could turn: fewer than three nodes, or all in one line.
+    ///
+    /// # Errors
+    /// `BadInput` with the number of clamped nodes.
+    pub fn check_clamp(&self) -> Result<()> {
+        let held = self.rest[self.n_free..].iter().map(|&[x, y, z, _]| Vector3::new(x, y, z));
+        let first = held.clone().next().unwrap_or_default();
+        let arms: Vec<Vector3<f64>> = held.map(|node| node - first).collect();
+        let along = arms.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+        let beside = arms.iter().map(|arm| arm.cross(&along).norm()).fold(0.0, f64::max);
+        if arms.len() >= 3 && beside > BESIDE * along.norm_squared() {
+            return Ok(());
+        }
+        let found = match arms.len() {
+            1 => "one node".to_owned(),
+            2 => "two nodes".to_owned(),
+            n => format!("{n} nodes in one line"),
+        };
+        Err(BadInput::new("clamp", "at least three nodes that are not in one line", found)
+            .hint("a body that is held in fewer places can turn")
+            .into())
+    }
+
     /// The same model with its kernels on another instruction set.
     pub fn with_isa(mut self, isa: Isa) -> Self {
         self.isa = isa;
@@ -197,6 +221,9 @@ impl FemModel {
         }
     }
 }
+
+/// Distance from the line through the others at which a clamped node counts as beside it, over the clamp's length [-].
+const BESIDE: f64 = 1e-6;
 
 fn renumbered<const N: usize>(cells: &[[u32; N]], model_node: &[u32]) -> Vec<[u32; N]> {
     cells.iter().map(|cell| cell.map(|file| model_node[file as usize])).collect()

@@ -1,9 +1,12 @@
 //! The shape of a network: LSTM layers one on the other, and a linear head.
 
 use hysteron_base::BadInput;
+use hysteron_base::size::check_memory;
 use serde::{Deserialize, Serialize};
 
-/// Largest number of channels or layers that is believed, so that products of sizes cannot overflow.
+use crate::schedule::MOST_LAYERS;
+
+/// Largest number of channels that is believed, so that products of sizes cannot overflow.
 const LARGEST: usize = 1 << 20;
 
 /// What the head does after its linear map.
@@ -61,9 +64,10 @@ impl Architecture {
             ("outputs", self.outputs),
         ];
         for (name, size) in sizes {
-            if !(1..=LARGEST).contains(&size) {
+            let largest = if name == "layers" { MOST_LAYERS } else { LARGEST };
+            if !(1..=largest).contains(&size) {
                 let place = format!("architecture: {name}");
-                return Err(BadInput::new(place, format!("1 to {LARGEST}"), size.to_string()));
+                return Err(BadInput::new(place, format!("1 to {largest}"), size.to_string()));
             }
         }
         if !(0.0..1.0).contains(&self.dropout) {
@@ -71,6 +75,24 @@ impl Architecture {
             return Err(BadInput::new("architecture: dropout", "0 <= p < 1", found));
         }
         Ok(())
+    }
+
+    /// Accepts a training of networks of this shape, `n_networks` at a time, in which so many rows of so many samples go
+    /// through each at once.
+    ///
+    /// # Errors
+    /// `BadInput` for a size beyond belief, or one that this machine has no memory for.
+    pub fn check_training(&self, [samples, rows]: [usize; 2], n_networks: usize) -> Result<(), BadInput> {
+        self.check()?;
+        let [inputs, hidden, layers, outputs] =
+            [self.inputs, self.hidden, self.layers, self.outputs].map(|size| size as f64);
+        let weights = 4.0 * hidden * (inputs + hidden * (2.0 * layers - 1.0) + layers) + outputs * hidden;
+        // Of each weight: itself, mean, best, gradient and both moments, and two in passing. Of each unit in each sample:
+        // four gates, cell, output, and what goes back through them.
+        let values =
+            8.0 * weights + (12.0 * hidden * layers + 4.0 * (inputs + outputs)) * (samples * rows) as f64;
+        let bytes = 4.0 * values * n_networks as f64;
+        check_memory("training", bytes, "fewer hidden units, windows of a step or samples at a time")
     }
 
     /// Channels that enter a layer.

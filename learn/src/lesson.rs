@@ -12,6 +12,8 @@ use crate::{Error, Network, Schedule, Trainer, Training};
 pub struct Epoch {
     /// Epochs done, from 1.
     pub number: usize,
+    /// Epochs at most.
+    pub of: usize,
     /// Root of the mean loss in training.
     pub training: f64,
     /// Root mean square error on data held out.
@@ -114,7 +116,7 @@ pub fn teach<L: Lesson>(
             training.save(path, identity)?;
         }
         let best = training.best().map_or(held_out, |(_, _, error)| error);
-        let report = Epoch { number: epoch + 1, training: loss.sqrt(), held_out, best };
+        let report = Epoch { number: epoch + 1, of: schedule.epochs, training: loss.sqrt(), held_out, best };
         is_finished = is_over(&training);
         if !(session.progress)(&Progress::Epoch(report)) {
             break;

@@ -41,7 +41,7 @@ pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};
 pub use passes::{Sequences, Sum};
 pub use runner::{Runner, WeightFormat};
-pub use schedule::{Fall, Schedule};
+pub use schedule::{Fall, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule};
 pub use sequence_options::SequenceOptions;
 pub use trainer::Trainer;
 pub use training::Training;

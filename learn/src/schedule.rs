@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use hysteron_base::BadInput;
+use hysteron_base::size::check_count;
 
 use crate::Adam;
 
@@ -39,12 +40,17 @@ pub struct Schedule {
     pub gradient_floor: f32,
 }
 
-/// Refuses counts of a training that are zero.
-pub(crate) fn check_counts(counts: &[(&str, usize)]) -> Result<(), BadInput> {
-    match counts.iter().find(|(_, n)| *n == 0) {
-        Some((name, _)) => Err(BadInput::new(*name, "at least 1", "0")),
-        None => Ok(()),
-    }
+/// More than any training has.
+pub const MOST_EPOCHS: usize = 100_000;
+/// Most hidden units of a layer: one then has 67 million weights.
+pub const MOST_HIDDEN: usize = 4096;
+pub(crate) const MOST_LAYERS: usize = 16;
+/// Most windows of a step, samples between two of them, and samples that go through a network at once.
+pub const MOST_ROWS: usize = 1 << 16;
+
+/// Refuses counts of a training that are zero, or beyond the largest that stands beside them.
+pub(crate) fn check_counts(counts: &[(&str, usize, usize)]) -> Result<(), BadInput> {
+    counts.iter().try_for_each(|(name, n, most)| check_count(name, *n, *most))
 }
 
 impl Schedule {

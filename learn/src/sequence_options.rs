@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use crate::schedule::check_counts;
+use crate::schedule::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
 use crate::{Adam, Architecture, Fall, Head, Schedule};
 
 /// What trainings on whole sequences have in common.
@@ -39,7 +39,13 @@ impl SequenceOptions {
     /// # Errors
     /// A number that no training can have.
     pub fn check(&self) -> Result<(), BadInput> {
-        check_counts(&[("epochs", self.epochs), ("patience", self.patience), ("piece", self.piece)])?;
+        check_counts(&[
+            ("epochs", self.epochs, MOST_EPOCHS),
+            ("patience", self.patience, MOST_EPOCHS),
+            ("piece", self.piece, MOST_ROWS),
+            ("hidden", self.hidden, MOST_HIDDEN),
+            ("layers", self.layers, MOST_LAYERS),
+        ])?;
         let noise = self.input_noise;
         if !(noise >= 0.0 && noise.is_finite()) {
             return Err(BadInput::new("input_noise", "a finite number >= 0", noise.to_string()));

@@ -5,7 +5,7 @@ use hysteron_base::{BadInput, rng};
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
-use crate::schedule::check_counts;
+use crate::schedule::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
 use crate::{
     Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Network, Normaliser, Outputs, Result,
     Schedule, Sum, Trainer, Training, mean, mean_squared_error,
@@ -49,13 +49,19 @@ impl WindowedOptions {
         Architecture { inputs, hidden, layers, outputs, head, dropout }
     }
 
-    fn check(&self) -> Result<()> {
+    /// Refuses options out of range.
+    ///
+    /// # Errors
+    /// `BadInput` naming the option.
+    pub fn check(&self) -> Result<()> {
         check_counts(&[
-            ("window", self.window),
-            ("stride", self.stride),
-            ("epochs", self.epochs),
-            ("batch", self.batch),
-            ("stair", self.stair),
+            ("window", self.window, MOST_ROWS),
+            ("stride", self.stride, MOST_ROWS),
+            ("epochs", self.epochs, MOST_EPOCHS),
+            ("batch", self.batch, MOST_ROWS),
+            ("stair", self.stair, MOST_EPOCHS),
+            ("hidden", self.hidden, MOST_HIDDEN),
+            ("layers", self.layers, MOST_LAYERS),
         ])?;
         if !(self.gradient_floor >= 0.0 && self.gradient_floor.is_finite()) {
             let found = self.gradient_floor.to_string();

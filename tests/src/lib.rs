@@ -11,8 +11,9 @@ pub mod emulated;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::OnceLock;
+use std::time::Duration;
 #[cfg(unix)]
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Root of the repository.
 pub fn root() -> &'static Path {
@@ -52,6 +53,22 @@ pub struct Outcome {
 /// Runs the program in `folder` with these arguments.
 pub fn run(folder: &Path, arguments: &[&str]) -> Outcome {
     Outcome::of(command(folder, arguments).output().unwrap())
+}
+
+/// The same, and the most memory that it had [MB]; 0 where the system does not tell.
+pub fn measured(folder: &Path, arguments: &[&str]) -> (Outcome, u64) {
+    let mut command = command(folder, arguments);
+    let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let status = format!("/proc/{}/status", process.id());
+    let mut peak = 0;
+    while process.try_wait().unwrap().is_none() {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        peak = peak.max(kilobytes.unwrap_or(0) / 1024);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    (Outcome::of(process.wait_with_output().unwrap()), peak)
 }
 
 /// The same, and asks it to stop, as Ctrl-C does, once there is a file `sign`.

@@ -31,7 +31,7 @@ pub struct TendonSpec {
     pub drive: Drive,
     /// Tension bounds [N].
     pub tension: Bounds,
-    /// Stroke bounds of the inverse problem [m].
+    /// Stroke bounds [m].
     pub stroke: Bounds,
     /// Farthest that a carrying point lies outside the body at rest [m].
     pub outside: f64,
@@ -39,6 +39,34 @@ pub struct TendonSpec {
     pub compliance: f64,
     /// How far it is pulled when the target says stroke zero [m].
     pub zero: f64,
+}
+
+impl TendonSpec {
+    /// Accepts a stroke [m] within the bounds, or a rounding outside of them: a file may have lost its last digits.
+    ///
+    /// # Errors
+    /// `BadInput` at `place`, naming the bounds.
+    pub fn check_stroke(
+        &self,
+        stroke: f64,
+        place: impl FnOnce() -> String,
+    ) -> std::result::Result<(), BadInput> {
+        let Bounds { min, max } = self.stroke;
+        let air = 1e-9 * min.abs().max(max.abs());
+        if (min - air..=max + air).contains(&stroke) {
+            return Ok(());
+        }
+        let expected =
+            format!("{} to {} mm, the bounds of tendon {}", shown_mm(min), shown_mm(max), self.name);
+        Err(BadInput::new(place(), expected, format!("{} mm", shown_mm(stroke))).hint(
+            "stroke_min_mm and stroke_max_mm in the scene; is the unit of the column its ending, _mm or _m?",
+        ))
+    }
+}
+
+/// A length in millimetres without the noise of the conversion.
+fn shown_mm(metres: f64) -> f64 {
+    (1e6 * 1e3 * metres).round() / 1e6
 }
 
 /// Accuracy of a step.
@@ -130,8 +158,10 @@ impl Twin {
     /// # Errors
     /// As [`Self::from_scene`].
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self> {
+        mesh.check_size()?;
         let clamped = region_nodes(mesh, &scene.clamp, "clamp")?;
         let body = FemModel::new(mesh, scene.material.clone(), &clamped)?;
+        body.check_clamp()?;
         let mut tendons = scene.tendons.clone();
         tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
         let mut cables = Vec::new();
@@ -140,6 +170,10 @@ impl Twin {
             for (k, point) in tendon.points.iter().enumerate() {
                 let place = format!("tendon.{}.points_mm[{k}]", tendon.name);
                 points.push(carried_by_ring(&body, tendon, k, *point, &place)?);
+            }
+            if !points.iter().any(|point| moves(&body, point)) {
+                let place = format!("tendon.{}.points_mm", tendon.name);
+                return Err(BadInput::new(place, "a point beyond the clamp", "clamped ones alone").into());
             }
             cables.push(points);
         }
@@ -158,10 +192,18 @@ impl Twin {
             Tip::Group(group) => mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?),
             Tip::Point(point) => carried(&body, *point, ON_SURFACE, "tip.point_mm")?,
         };
+        if !moves(&body, &tip) {
+            return Err(BadInput::new("tip", "a part of the body that can move", "one that is clamped")
+                .hint("is [clamp] the other end of the robot?")
+                .into());
+        }
         let mut loads = body.weight(scene.gravity);
         for (k, load) in scene.point_forces.iter().enumerate() {
             let place = format!("point_force[{}].at_mm", k + 1);
             let at = carried(&body, load.at, ON_SURFACE, &place)?;
+            if !moves(&body, &at) {
+                return Err(BadInput::new(place, "a point that can move", "one that is clamped").into());
+            }
             for (node, weight) in at.nodes.iter().zip(&at.weights) {
                 for c in 0..3 {
                     loads[*node as usize][c] += weight * load.force[c];
@@ -248,6 +290,12 @@ impl Twin {
         let pulled = self.pulled(state);
         pulled.iter().zip(&self.tendons).map(|(stroke, tendon)| stroke - tendon.zero).collect()
     }
+}
+
+/// Whether a point that these nodes carry can move: clamped nodes come after the free ones.
+fn moves(body: &FemModel, carrier: &Embedding) -> bool {
+    let mut carriers = carrier.nodes.iter().zip(&carrier.weights);
+    carriers.any(|(node, weight)| (*node as usize) < body.n_free && *weight != 0.0)
 }
 
 /// How far outside the body a load or tip may lie [m]: round-off of typed coordinates on a surface.

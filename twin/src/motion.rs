@@ -217,6 +217,9 @@ impl Motion {
                     return Err(BadInput::new(format!("row {}: stroke_{}_m", i + 1, j + 1), expected, found)
                         .hint("is the unit of the column its ending, _mm or _m?"));
                 }
+                if self.drives[j] == Drive::Stroke {
+                    twin.tendons[j].check_stroke(*stroke, || format!("row {}: stroke_{}_m", i + 1, j + 1))?;
+                }
             }
         }
         let (rest, length) = (Vector3::from(twin.tip_of(&twin.rest())), length_of(twin));

@@ -97,6 +97,7 @@ fn parse(text: &str) -> Check<Recording> {
 
 /// What each column holds, and a channel without values for each that is one.
 fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
+    names::check_count(header.len())?;
     let mut columns = Vec::new();
     let mut channels: Vec<Channel> = Vec::new();
     let mut seen: Vec<String> = Vec::new();

@@ -77,6 +77,7 @@ impl Recording {
         if let Some(i) = (1..n).find(|&i| time[i] <= time[i - 1]) {
             return Err(not_later(&format!("row {}: time_s", i + 1), time[i - 1], time[i]));
         }
+        names::check_count(channels.len())?;
         for (i, channel) in channels.iter().enumerate() {
             names::check(&channel.name)?;
             if channels[..i].iter().any(|earlier| earlier.name == channel.name) {

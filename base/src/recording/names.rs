@@ -17,6 +17,14 @@ pub(super) fn is_unitless(name: &str) -> bool {
     UNITLESS.contains(&name) || UNITLESS_NUMBERED.iter().any(|stem| number_of(name, stem, "").is_some())
 }
 
+/// Most channels of a recording: 500 auxiliary tendons, and what each of them does to the tip's x, y and z, are fewer.
+const MOST_CHANNELS: usize = 5000;
+
+/// Accepts a number of columns, before anything is done for each of them.
+pub(super) fn check_count(n: usize) -> Check<()> {
+    crate::size::check_at_most("columns", n, MOST_CHANNELS)
+}
+
 /// Accepts the names that a channel may have in memory.
 pub(super) fn check(name: &str) -> Check<()> {
     if name == "time_s" {

@@ -4,7 +4,7 @@
 //! key-value pairs: what pyarrow, and pandas through it, read as they find it. Nothing in the file depends on the
 //! machine or the time.
 
-use super::{Channel, Check, FORMAT, Metadata, Recording, metadata};
+use super::{Channel, Check, FORMAT, Metadata, Recording, metadata, names};
 use crate::BadInput;
 use ::parquet::basic::{Compression, Repetition, Type as PhysicalType};
 use ::parquet::data_type::{BoolType, DataType, DoubleType};
@@ -65,6 +65,7 @@ pub(super) fn read(source: File) -> Check<Recording> {
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
     check_extents(&reader, length.unwrap_or(u64::MAX))?;
     let file = reader.metadata().file_metadata();
+    names::check_count(file.schema_descr().num_columns())?;
     let pairs: Vec<(String, String)> = file
         .key_value_metadata()
         .into_iter()

@@ -7,7 +7,10 @@ use super::{
     TrackerFrame, typed,
 };
 use crate::BadInput;
-use crate::typed::{check_header, count, finite, not_negative, positive, require, text, vector};
+use crate::size::check_at_most;
+use crate::typed::{
+    between, check_header, count, finite, not_negative, require, text, vector, vector_within, within,
+};
 use std::path::Path;
 
 type Check<T> = std::result::Result<T, BadInput>;
@@ -15,13 +18,32 @@ type Check<T> = std::result::Result<T, BadInput>;
 const FORMAT: &str = "hysteron-scene";
 const VERSION: i64 = 1;
 
-/// More than any robot has; keeps a slip of the hand from filling the memory.
+/// More than any robot has; keeps a slip of the hand from filling the memory, or from asking for a body that no
+/// arithmetic can follow.
 const MOST_SEGMENTS: i64 = 1000;
 const MOST_CABLES: i64 = 100;
+const MOST_AUXILIARY: usize = 500;
 const MOST_FRICTION_POINTS: i64 = 100;
+const MOST_TENDONS: usize = 100;
+const MOST_POINTS: usize = 1000;
+const MOST_FORCES: usize = 1000;
+/// Longest length and stroke [mm].
+const LONGEST: f64 = 1e5;
+/// Largest force and tension [N].
+const LARGEST_FORCE: f64 = 1e6;
+/// Largest acceleration [m/s²]: a thousand times that of the earth.
+const LARGEST_ACCELERATION: f64 = 1e4;
+/// Densest material [kg/m³]; osmium has 22 590.
+const DENSEST: f64 = 1e5;
+/// Softest and stiffest material [Pa]: below any gel, above diamond.
+const MODULI: [f64; 2] = [1.0, 1e13];
+/// Largest friction coefficient and exponent [-].
+const LARGEST_FRICTION: f64 = 100.0;
 
 pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Check<Scene> {
     check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
+    check_at_most("tendon", typed.tendon.len(), MOST_TENDONS)?;
+    check_at_most("point_force", typed.point_force.len(), MOST_FORCES)?;
     let mut tendons: Vec<Tendon> = Vec::new();
     for (i, typed) in typed.tendon.into_iter().enumerate() {
         let tendon = tendon(typed, i + 1)?;
@@ -36,8 +58,8 @@ pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Che
     for (i, force) in typed.point_force.into_iter().enumerate() {
         let key = format!("point_force[{}]", i + 1);
         point_forces.push(PointForce {
-            at: vector(&format!("{key}.at_mm"), force.at_mm)?,
-            force: vector(&format!("{key}.force_n"), force.force_n)?,
+            at: vector_within(&format!("{key}.at_mm"), force.at_mm, LONGEST)?,
+            force: vector_within(&format!("{key}.force_n"), force.force_n, LARGEST_FORCE)?,
         });
     }
     Ok(Scene {
@@ -48,7 +70,11 @@ pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Che
         mesh_unit: typed.mesh.unit,
         clamp: clamp(typed.clamp)?,
         material: material(&typed.material)?,
-        gravity: vector("gravity.acceleration_m_s2", typed.gravity.acceleration_m_s2)?,
+        gravity: vector_within(
+            "gravity.acceleration_m_s2",
+            typed.gravity.acceleration_m_s2,
+            LARGEST_ACCELERATION,
+        )?,
         point_forces,
         tip: tip(typed.tip)?,
         tracker: typed.tracker.map_or(Ok(TrackerFrame::default()), |typed| tracker(&typed))?,
@@ -85,7 +111,7 @@ fn clamp(typed: typed::Clamp) -> Check<Region> {
 fn tip(typed: typed::Tip) -> Check<Tip> {
     match (typed.group, typed.point_mm) {
         (Some(group), None) => Ok(Tip::Group(text("tip.group", group)?)),
-        (None, Some(point)) => Ok(Tip::Point(vector("tip.point_mm", point)?)),
+        (None, Some(point)) => Ok(Tip::Point(vector_within("tip.point_mm", point, LONGEST)?)),
         (None, None) => Err(BadInput::new("tip", "either group or point_mm", "neither")),
         (Some(_), Some(_)) => Err(BadInput::new("tip", "either group or point_mm", "both")),
     }
@@ -103,18 +129,19 @@ fn tracker(typed: &typed::Tracker) -> Check<TrackerFrame> {
 
 fn material(typed: &typed::Material) -> Check<Material> {
     let variants = [
-        ("material.youngs_modulus_pa", typed.youngs_modulus_pa),
-        ("material.youngs_modulus_kpa", typed.youngs_modulus_kpa),
-        ("material.youngs_modulus_mpa", typed.youngs_modulus_mpa),
-        ("material.youngs_modulus_gpa", typed.youngs_modulus_gpa),
+        ("material.youngs_modulus_pa", typed.youngs_modulus_pa, 1.0),
+        ("material.youngs_modulus_kpa", typed.youngs_modulus_kpa, 1e3),
+        ("material.youngs_modulus_mpa", typed.youngs_modulus_mpa, 1e6),
+        ("material.youngs_modulus_gpa", typed.youngs_modulus_gpa, 1e9),
     ];
-    let given: Vec<(&str, f64)> = variants.into_iter().filter_map(|(key, x)| Some((key, x?))).collect();
-    let [(key, modulus)] = given[..] else {
+    let given: Vec<(&str, f64, f64)> =
+        variants.into_iter().filter_map(|(key, x, pascal)| Some((key, x?, pascal))).collect();
+    let [(key, modulus, pascal)] = given[..] else {
         let found = match given.len() {
             0 => "none".to_owned(),
             _ => given
                 .iter()
-                .map(|(key, _)| key.trim_start_matches("material."))
+                .map(|(key, ..)| key.trim_start_matches("material."))
                 .collect::<Vec<_>>()
                 .join(" and "),
         };
@@ -128,9 +155,9 @@ fn material(typed: &typed::Material) -> Check<Material> {
     }
     Ok(Material {
         law: typed.law,
-        youngs_modulus: positive(key, modulus)?,
+        youngs_modulus: between(key, modulus, MODULI.map(|modulus| modulus / pascal))?,
         poisson_ratio: checked_nu?,
-        density: not_negative("material.density_kg_m3", typed.density_kg_m3)?,
+        density: up_to("material.density_kg_m3", typed.density_kg_m3, DENSEST)?,
     })
 }
 
@@ -141,29 +168,45 @@ fn tendon(typed: typed::Tendon, number: usize) -> Check<Tendon> {
         let found = format!("{} of them", typed.points_mm.len());
         return Err(BadInput::new(key("points_mm"), "at least 2 points, from base to tip", found));
     }
+    check_at_most(&key("points_mm"), typed.points_mm.len(), MOST_POINTS)?;
     let mut points = Vec::with_capacity(typed.points_mm.len());
     for (i, &point) in typed.points_mm.iter().enumerate() {
         let place = key(&format!("points_mm[{i}]"));
-        points.push(vector(&place, point)?);
+        points.push(vector_within(&place, point, LONGEST)?);
         if i > 0 && typed.points_mm[i - 1] == point {
             return Err(BadInput::new(place, "a point away from the one before", format!("{point:?} again")));
         }
     }
     let (tension, stroke) = (
-        bounds(&key("tension_min_n"), typed.tension_min_n, &key("tension_max_n"), typed.tension_max_n)?,
-        bounds(&key("stroke_min_mm"), typed.stroke_min_mm, &key("stroke_max_mm"), typed.stroke_max_mm)?,
+        bounds(
+            [&key("tension_min_n"), &key("tension_max_n")],
+            [typed.tension_min_n, typed.tension_max_n],
+            LARGEST_FORCE,
+        )?,
+        bounds(
+            [&key("stroke_min_mm"), &key("stroke_max_mm")],
+            [typed.stroke_min_mm, typed.stroke_max_mm],
+            LONGEST,
+        )?,
     );
-    let attach_within = not_negative(&key("attach_within_mm"), typed.attach_within_mm)?;
-    let ring = not_negative(&key("ring_mm"), typed.ring_mm.unwrap_or(0.0))?;
-    let compliance = not_negative(&key("compliance_mm_per_n"), typed.compliance_mm_per_n.unwrap_or(0.0))?;
-    let zero = finite(&key("zero_mm"), typed.zero_mm.unwrap_or(0.0))?;
+    let attach_within = up_to(&key("attach_within_mm"), typed.attach_within_mm, LONGEST)?;
+    let ring = up_to(&key("ring_mm"), typed.ring_mm.unwrap_or(0.0), LONGEST)?;
+    let compliance = typed.compliance_mm_per_n.unwrap_or(0.0);
+    let compliance = up_to(&key("compliance_mm_per_n"), compliance, LONGEST)?;
+    let zero = within(&key("zero_mm"), typed.zero_mm.unwrap_or(0.0), LONGEST)?;
     let drive = typed.drive;
     Ok(Tendon { name, points, drive, tension, stroke, attach_within, ring, compliance, zero })
 }
 
 fn friction(typed: &typed::Friction, tendons: &[Tendon]) -> Check<Friction> {
-    let number =
-        |key: &str, typed: Option<f64>| not_negative(&format!("friction.{key}"), typed.unwrap_or(0.0));
+    let number = |key: &str, typed: Option<f64>| {
+        let largest = match key.rsplit('_').next() {
+            Some("n") => LARGEST_FORCE,
+            Some("mm") => LONGEST,
+            _ => LARGEST_FRICTION,
+        };
+        up_to(&format!("friction.{key}"), typed.unwrap_or(0.0), largest)
+    };
     let points = typed.points.map(|points| count("friction.points", points, MOST_FRICTION_POINTS));
     let share = typed.sheath_compliance_share.unwrap_or(0.0);
     let friction = Friction {
@@ -199,48 +242,61 @@ fn friction(typed: &typed::Friction, tendons: &[Tendon]) -> Check<Friction> {
 }
 
 fn auxiliary(typed: &typed::Auxiliary) -> Check<AuxiliaryLayout> {
+    let segments = count("auxiliary.segments", typed.segments, MOST_SEGMENTS)?;
+    let cables_per_segment = count("auxiliary.cables_per_segment", typed.cables_per_segment, MOST_CABLES)?;
+    check_at_most(
+        "auxiliary: segments times cables_per_segment",
+        segments * cables_per_segment,
+        MOST_AUXILIARY,
+    )?;
+    let length = |key: &str, mm: f64| between(&format!("auxiliary.{key}"), mm, [1e-3, LONGEST]);
     Ok(AuxiliaryLayout {
-        segments: count("auxiliary.segments", typed.segments, MOST_SEGMENTS)?,
-        segment_length: positive("auxiliary.segment_length_mm", typed.segment_length_mm)?,
-        start: finite("auxiliary.start_mm", typed.start_mm)?,
-        radius: positive("auxiliary.radius_mm", typed.radius_mm)?,
-        cables_per_segment: count("auxiliary.cables_per_segment", typed.cables_per_segment, MOST_CABLES)?,
+        segments,
+        segment_length: length("segment_length_mm", typed.segment_length_mm)?,
+        start: within("auxiliary.start_mm", typed.start_mm, LONGEST)?,
+        radius: length("radius_mm", typed.radius_mm)?,
+        cables_per_segment,
         first_plane: finite("auxiliary.first_plane_deg", typed.first_plane_deg)?,
         plane_step: finite("auxiliary.plane_step_deg", typed.plane_step_deg)?,
         drive: typed.drive,
         tension: bounds(
-            "auxiliary.tension_min_n",
-            typed.tension_min_n,
-            "auxiliary.tension_max_n",
-            typed.tension_max_n,
+            ["auxiliary.tension_min_n", "auxiliary.tension_max_n"],
+            [typed.tension_min_n, typed.tension_max_n],
+            LARGEST_FORCE,
         )?,
         stroke: bounds(
-            "auxiliary.stroke_min_mm",
-            typed.stroke_min_mm,
-            "auxiliary.stroke_max_mm",
-            typed.stroke_max_mm,
+            ["auxiliary.stroke_min_mm", "auxiliary.stroke_max_mm"],
+            [typed.stroke_min_mm, typed.stroke_max_mm],
+            LONGEST,
         )?,
         stroke_rate: match typed.stroke_rate_max_mm_s {
-            Some(rate) => positive("auxiliary.stroke_rate_max_mm_s", rate)?,
+            Some(rate) => length("stroke_rate_max_mm_s", rate)?,
             None => f64::INFINITY,
         },
-        attach_within: not_negative("auxiliary.attach_within_mm", typed.attach_within_mm)?,
+        attach_within: up_to("auxiliary.attach_within_mm", typed.attach_within_mm, LONGEST)?,
     })
+}
+
+/// A number from 0 to `most`, in the unit of the key.
+fn up_to(key: &str, typed: f64, most: f64) -> Check<f64> {
+    let holds = typed <= most;
+    if holds || !typed.is_finite() { not_negative(key, typed) } else { between(key, typed, [0.0, most]) }
 }
 
 fn solver(typed: &typed::Solver) -> Check<Solver> {
     let mut solver = Solver::default();
     if let Some(x) = typed.relative_residual {
-        solver.relative_residual = require("solver.relative_residual", "0 < x < 1", x, 0.0 < x && x < 1.0)?;
+        solver.relative_residual =
+            require("solver.relative_residual", "1e-13 <= x < 1", x, (1e-13..1.0).contains(&x))?;
     }
     if let Some(x) = typed.stroke_tolerance_mm {
-        solver.stroke_tolerance = positive("solver.stroke_tolerance_mm", x)?;
+        solver.stroke_tolerance = between("solver.stroke_tolerance_mm", x, [1e-10, LONGEST])?;
     }
     Ok(solver)
 }
 
-fn bounds(min_key: &str, min: f64, max_key: &str, max: f64) -> Check<Bounds> {
-    let si = Bounds { min: finite(min_key, min)?, max: finite(max_key, max)? };
+fn bounds([min_key, max_key]: [&str; 2], [min, max]: [f64; 2], most: f64) -> Check<Bounds> {
+    let si = Bounds { min: within(min_key, min, most)?, max: within(max_key, max, most)? };
     if min > max {
         let name = max_key.rsplit('.').next().unwrap_or(max_key);
         return Err(BadInput::new(min_key, format!("at most {name} = {max:?}"), format!("{min:?}")));

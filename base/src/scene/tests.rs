@@ -294,6 +294,28 @@ fn scene_rejects_numbers_out_of_bounds() {
 }
 
 #[test]
+fn scene_rejects_what_no_robot_has() {
+    for (typed, found) in [("1e-30", "1e-30"), ("1e-7", "1e-7"), ("1.1e7", "11000000.0")] {
+        let new = format!("youngs_modulus_mpa = {typed}");
+        rejects("youngs_modulus_mpa = 20.0", &new, "material.youngs_modulus_mpa", found);
+    }
+    rejects("density_kg_m3 = 1150.0", "density_kg_m3 = 1e30", "material.density_kg_m3", "1e30");
+    rejects("-9.81]", "-1e9]", "gravity.acceleration_m_s2[2]", "-1000000000.0");
+    rejects("at_mm = [0, 0, 80]", "at_mm = [0, 1e9, 80]", "point_force[1].at_mm[1]", "1000000000.0");
+    rejects("force_n = [0.1, 0, 0]", "force_n = [1e30, 0, 0]", "point_force[1].force_n[0]", "1e30");
+    rejects("tension_max_n = 50.0", "tension_max_n = 1e300", "tendon.p1.tension_max_n", "1e300");
+    rejects("stroke_min_mm = -5.0", "stroke_min_mm = -1e300", "tendon.p1.stroke_min_mm", "-1e300");
+    rejects("[4.5, 0, 8]]", "[4.5, 0, 8e300]]", "tendon.p0.points_mm[1][2]", "8e300");
+    rejects("relative_residual = 1e-7", "relative_residual = 1e-300", "solver.relative_residual", "1e-300");
+    rejects("segment_length_mm = 4.0", "segment_length_mm = 1e-300", "auxiliary.segment_length_mm", "1e-300");
+    let (from, to) = ("segments = 18\nsegment_length_mm = 4.0", "segments = 1000\nsegment_length_mm = 4.0");
+    let text = EXAMPLE.replace(from, to).replace("cables_per_segment = 2", "cables_per_segment = 100");
+    assert!(text != EXAMPLE);
+    let Err(Error::BadInput(bad)) = read(&text) else { panic!("10^5 auxiliary tendons are accepted") };
+    assert_eq!((bad.expected.as_str(), bad.found.as_str()), ("at most 500", "100000"));
+}
+
+#[test]
 fn scene_rejects_crossed_bounds() {
     rejects("tension_min_n = 0.5", "tension_min_n = 51", "tendon.p1.tension_min_n", "51.0");
     rejects("tension_max_n = 50.0", "tension_max_n = inf", "tendon.p1.tension_max_n", "inf");

@@ -62,6 +62,25 @@ pub fn not_negative(key: &str, typed: f64) -> Check<f64> {
     require(key, "a finite number >= 0", typed, typed >= 0.0)
 }
 
+/// A number whose size is at most `most`, in the unit of the key.
+pub fn within(key: &str, typed: f64, most: f64) -> Check<f64> {
+    require(key, &format!("a number from -{most} to {most}"), typed, typed.abs() <= most)
+}
+
+/// A number above zero, from `least` to `most` in the unit of the key.
+pub fn between(key: &str, typed: f64, [least, most]: [f64; 2]) -> Check<f64> {
+    require(key, &format!("a number from {least} to {most}"), typed, (least..=most).contains(&typed))
+}
+
+/// Three numbers whose size is at most `most`; a message says which.
+pub fn vector_within(key: &str, typed: [f64; 3], most: f64) -> Check<[f64; 3]> {
+    let mut si = [0.0; 3];
+    for (axis, x) in typed.into_iter().enumerate() {
+        si[axis] = within(key, x, most).map_err(|bad| BadInput { place: format!("{key}[{axis}]"), ..bad })?;
+    }
+    Ok(si)
+}
+
 /// Three finite numbers; a message says which.
 pub fn vector(key: &str, typed: [f64; 3]) -> Check<[f64; 3]> {
     let mut si = [0.0; 3];

@@ -10,8 +10,9 @@ use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, file};
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::is_recording;
 use hysteron_control::{Limits, TargetPath};
+use serde_json::json;
 
-use crate::{figures, interrupt, terminal};
+use crate::{figures, interrupt, number, terminal};
 
 const HELP: &str = "\
 Two ways. With a checkpoint by `hysteron train`, a network says the strokes, one cell update a sample. With --scene, \
@@ -47,13 +48,13 @@ pub struct Arguments {
     #[arg(long, value_name = "REC")]
     out: PathBuf,
     /// Smallest stroke [default: that of the training; with --scene, the opposite of the largest]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "scene")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "scene", value_parser = number::position_mm)]
     stroke_min_mm: Option<f64>,
     /// Largest stroke [default: that of the training; with --scene 16]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = number::position_mm)]
     stroke_max_mm: Option<f64>,
     /// Fastest change of a stroke [default: that of the training; with --scene 12]
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_negative_numbers = true, value_parser = number::speed_mm_s)]
     stroke_rate_max_mm_s: Option<f64>,
     /// Folder for figures and report.html
     #[arg(long, value_name = "DIR")]
@@ -112,6 +113,7 @@ struct Answer {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    check_strokes(arguments)?;
     let metres = |mm: Option<f64>| mm.map(|mm| 1e-3 * mm);
     let given = Given {
         stroke: [arguments.stroke_min_mm, arguments.stroke_max_mm].map(metres),
@@ -119,11 +121,30 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let recording = arguments.way.strokes(&given)?;
     recording.write(&arguments.out)?;
+    let part = |flag: &str| {
+        recording.channel(flag).map_or(0.0, |flags| flags.iter().sum::<f64>() / flags.len() as f64)
+    };
+    terminal::summarise(&json!({
+        "out": arguments.out, "samples": recording.n_samples(), "source": recording.meta().source,
+        "held_back": part("limited"), "extrapolating": part("extrapolating"),
+    }))?;
     if let Some(folder) = &arguments.figures {
         figures::commands::write(folder, &recording)?;
     }
     terminal::say(arguments.out.display());
     Ok(())
+}
+
+/// Strokes begin and end at none, which the limits must allow.
+fn check_strokes(arguments: &Arguments) -> Result<(), BadInput> {
+    let bad = |option: &str, expected: &str, mm: f64| {
+        Err(BadInput::new(option, expected, format!("{mm} mm")).hint("strokes begin and end at none"))
+    };
+    match (arguments.stroke_min_mm, arguments.stroke_max_mm) {
+        (Some(min), _) if min > 0.0 => bad("--stroke-min-mm", "at most 0 mm", min),
+        (_, Some(max)) if max <= 0.0 => bad("--stroke-max-mm", "more than 0 mm", max),
+        _ => Ok(()),
+    }
 }
 
 impl Way {

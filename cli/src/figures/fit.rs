@@ -115,6 +115,11 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
     Ok(())
 }
 
+/// The summary, where no report is asked for.
+pub fn summarise(outcome: &Outcome) -> anyhow::Result<()> {
+    terminal::summarise(&metrics(outcome, &terminal::command_line(), &outcome.doubts()))
+}
+
 fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> Metrics<'a> {
     let fit = &outcome.found.fit;
     let row = |(selected, estimate): (&hysteron_twin::fit::Selected, &'a hysteron_twin::fit::Estimate)| {

@@ -53,6 +53,11 @@ pub fn write(folder: &Path, run: &Run, with_png: bool) -> anyhow::Result<()> {
     report::write(folder, run, &shape.map_or(vec![], |figure| figure.numbers()), &drawn)
 }
 
+/// The summary of a run, where no report is asked for.
+pub fn summarise(run: &Run) -> anyhow::Result<()> {
+    report::summarise(run, &command_and_tip(run).map_or(vec![], |figure| figure.numbers()))
+}
+
 /// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.
 fn command_and_tip(run: &Run) -> Option<CommandAndTip> {
     let angles = crate::plan::angles_of(run.scene);

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::figure::{Drawn, Entry};
 use super::shapes::NamedShape;
 use crate::run::{Run, Summary};
+use crate::terminal;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
@@ -43,8 +44,20 @@ pub(super) fn write(
     shapes: &[NamedShape],
     figures: &[Drawn],
 ) -> anyhow::Result<()> {
+    let metrics = metrics(run, shapes);
+    write_metrics(folder, &metrics)?;
+    file::write_bytes(&folder.join("report.html"), html(&metrics, run.task.title(), figures))?;
+    Ok(())
+}
+
+/// The summary, where no report is asked for.
+pub(super) fn summarise(run: &Run, shapes: &[NamedShape]) -> anyhow::Result<()> {
+    terminal::summarise(&metrics(run, shapes))
+}
+
+fn metrics<'a>(run: &'a Run, shapes: &'a [NamedShape]) -> Metrics<'a> {
     let meta = run.recording.meta();
-    let metrics = Metrics {
+    Metrics {
         format: "hysteron-metrics",
         version: 1,
         robot: Robot {
@@ -63,14 +76,12 @@ pub(super) fn write(
         source: &meta.source,
         command: &meta.command,
         commit: &meta.commit,
-    };
-    write_metrics(folder, &metrics)?;
-    file::write_bytes(&folder.join("report.html"), html(&metrics, run.task.title(), figures))?;
-    Ok(())
+    }
 }
 
-/// Writes `metrics.json`.
+/// Writes `metrics.json`, which is the summary of the verb too.
 pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<()> {
+    terminal::summarise(metrics)?;
     let mut json = serde_json::to_string_pretty(metrics)?;
     json.push('\n');
     Ok(file::write_bytes(&folder.join("metrics.json"), json)?)

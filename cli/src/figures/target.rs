@@ -41,17 +41,14 @@ struct Metrics<'a> {
     commit: &'a str,
 }
 
-/// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub fn write(
-    folder: &Path,
-    target: &TargetPath,
-    reach: Option<&Reach>,
-    with_png: bool,
-) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
+/// The summary, where no report is asked for.
+pub fn summarise(target: &TargetPath, reach: Option<&Reach>) -> anyhow::Result<()> {
+    terminal::summarise(&metrics(target, reach, &terminal::command_line()))
+}
+
+fn metrics<'a>(target: &'a TargetPath, reach: Option<&'a Reach>, command: &'a str) -> Metrics<'a> {
     let n = target.points().len();
-    let metrics = Metrics {
+    Metrics {
         format: "hysteron-metrics",
         version: 1,
         name: &target.name,
@@ -64,9 +61,21 @@ pub fn write(
         laps: target.laps().count(),
         curve_s: [target.time(*target.curve().start()), target.time(*target.curve().end())],
         reach,
-        command: &command,
-        commit,
-    };
+        command,
+        commit: env!("HYSTERON_COMMIT"),
+    }
+}
+
+/// Writes the figure, `report.html` and `metrics.json` to `folder`.
+pub fn write(
+    folder: &Path,
+    target: &TargetPath,
+    reach: Option<&Reach>,
+    with_png: bool,
+) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    let command = terminal::command_line();
+    let metrics = metrics(target, reach, &command);
     write_metrics(folder, &metrics)?;
     let figure = save(folder, &Picture { target, reach }, with_png)?;
     let about = "Where the tip should go, from where it rests.";
@@ -77,7 +86,7 @@ pub fn write(
         ("Laps", metrics.laps.to_string()),
         ("Curve [s]", format!("{:.2} to {:.2}", metrics.curve_s[0], metrics.curve_s[1])),
         ("Duration [s]", format!("{:.2}", metrics.duration_s)),
-        ("Samples", format!("{n}, {} a second", target.rate_hz)),
+        ("Samples", format!("{}, {} a second", metrics.samples, target.rate_hz)),
     ]);
     if let Some(reach) = reach {
         page.list([
@@ -91,7 +100,7 @@ pub fn write(
     }
     page.figure(&figure);
     page.small(&format!("Target {}.", target.hash));
-    file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    file::write_bytes(&folder.join("report.html"), page.finish(metrics.commit))?;
     Ok(())
 }
 

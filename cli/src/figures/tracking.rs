@@ -16,7 +16,7 @@ use super::series::millimetres;
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
-use crate::evaluate::{Commanded, METRICS, Row, cells, headings};
+use crate::evaluate::{Commanded, METRICS, Row, cells, headings, results};
 use crate::terminal;
 
 pub const TARGET: RGBColor = COLORS[0];
@@ -42,11 +42,24 @@ struct Metrics<'a> {
     /// What the strokes say of themselves, where these are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     commanded: Option<&'a Commanded>,
-    /// By metric, over the recordings.
+    /// By metric, over the recordings, where they are repeats of one result.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     repeatability: BTreeMap<&'static str, Repeatability>,
+    /// Results that are compared, where they have names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    results: Vec<Compared<'a>>,
     command: &'a str,
     commit: &'a str,
+}
+
+/// One of several results.
+#[derive(Serialize)]
+struct Compared<'a> {
+    name: &'a str,
+    repeats: usize,
+    /// By metric, over its repeats.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    repeatability: BTreeMap<&'static str, Repeatability>,
 }
 
 #[derive(Serialize)]
@@ -58,18 +71,26 @@ struct Target<'a> {
     laps: usize,
 }
 
-/// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub fn write(
-    folder: &Path,
-    target: &TargetPath,
-    rows: &[Row],
-    commanded: Option<&Commanded>,
-    with_png: bool,
-) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    let (command, commit) = (terminal::command_line(), env!("HYSTERON_COMMIT"));
-    let repeats = METRICS.iter().filter_map(|metric| Some((metric.key, metric.repeatability(rows)?)));
-    let metrics = Metrics {
+/// The summary, where no report is asked for.
+pub fn summarise(target: &TargetPath, rows: &[Row], commanded: Option<&Commanded>) -> anyhow::Result<()> {
+    terminal::summarise(&metrics(target, rows, commanded, &terminal::command_line()))
+}
+
+fn metrics<'a>(
+    target: &'a TargetPath,
+    rows: &'a [Row],
+    commanded: Option<&'a Commanded>,
+    command: &'a str,
+) -> Metrics<'a> {
+    let of = |rows: &[Row]| -> BTreeMap<&'static str, Repeatability> {
+        METRICS.iter().filter_map(|metric| Some((metric.key, metric.repeatability(rows)?))).collect()
+    };
+    let compared = results(rows).filter_map(|rows| {
+        let name = rows[0].result.as_deref()?;
+        Some(Compared { name, repeats: rows.len(), repeatability: of(rows) })
+    });
+    let results: Vec<Compared> = compared.collect();
+    Metrics {
         format: "hysteron-metrics",
         version: 1,
         target: Target {
@@ -81,11 +102,24 @@ pub fn write(
         },
         recordings: rows,
         commanded,
-        repeatability: repeats.collect(),
-        command: &command,
-        commit,
-    };
-    write_metrics(folder, &metrics)?;
+        repeatability: if results.is_empty() { of(rows) } else { BTreeMap::new() },
+        results,
+        command,
+        commit: env!("HYSTERON_COMMIT"),
+    }
+}
+
+/// Writes the figure, `report.html` and `metrics.json` to `folder`.
+pub fn write(
+    folder: &Path,
+    target: &TargetPath,
+    rows: &[Row],
+    commanded: Option<&Commanded>,
+    with_png: bool,
+) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    let command = terminal::command_line();
+    write_metrics(folder, &metrics(target, rows, commanded, &command))?;
     let figure = save(folder, &Overlay::new(target, rows), with_png)?;
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in paper 003, section V-B; definitions in docs/control.md.";
@@ -114,7 +148,7 @@ pub fn write(
     let source = |row: &Row| vec![row.name.clone(), row.source.clone(), row.sha256.clone()];
     page.table(&["Recording", "Source", "SHA-256"], rows.iter().map(source));
     page.small(&format!("Target {}.", target.hash));
-    file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    file::write_bytes(&folder.join("report.html"), page.finish(env!("HYSTERON_COMMIT")))?;
     Ok(())
 }
 

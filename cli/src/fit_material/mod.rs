@@ -14,8 +14,8 @@ use hysteron_twin::fit::{
 use hysteron_twin::{Motion, Twin};
 
 use crate::figures::fit as report;
-use crate::interrupt;
 use crate::terminal::{self, say};
+use crate::{interrupt, number};
 
 const HELP: &str = "\
 Needs a scene and recordings of its robot (.parquet, .csv or .journal) in slow motion or at rest: the strokes or \
@@ -54,6 +54,9 @@ Examples, from the root of the repository:
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written).";
 
+/// More than any set of recordings has.
+pub const MOST_STEPS: usize = 10_000_000;
+
 /// Fit modulus, zero offsets and the like to recordings
 ///
 /// Finds the parameters with which the twin's tip comes nearest to the measured one, with standard errors.
@@ -85,20 +88,20 @@ pub struct Arguments {
     role: Option<String>,
     /// Step through samples between which a stroke (or, under tension, the tip) moves at most so far; samples where a
     /// stroke turns back are among them
-    #[arg(long, value_name = "MM", default_value_t = 0.3)]
+    #[arg(long, value_name = "MM", default_value_t = 0.3, value_parser = number::length_mm)]
     step_mm: f64,
     /// Compare the tip where a stroke has moved so far since it was compared last
-    #[arg(long, value_name = "MM", default_value_t = 0.2)]
+    #[arg(long, value_name = "MM", default_value_t = 0.2, value_parser = number::length_mm)]
     every_mm: f64,
     /// Most steps of an evaluation, shared evenly by the recordings, whose steps grow longer for that
-    #[arg(long, value_name = "N", default_value_t = 2000)]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = number::count::<MOST_STEPS>)]
     steps: usize,
     /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four fifths of
     /// it fits the worse
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number::weight)]
     tension_max_n: Option<f64>,
     /// Error of a coordinate from which on it counts linearly rather than squared
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number::length_mm)]
     huber_mm: Option<f64>,
     /// Frame of the measured tip: the scene's (a tip that rests elsewhere is refused), the scene's wherever the tip
     /// rests, or one to be found
@@ -237,6 +240,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .collect(),
     };
     tell(&outcome);
+    report::summarise(&outcome)?;
     scene_file::write(&arguments.scene, &scene, &found.scene, &arguments.out)?;
     if let Some(folder) = &arguments.figures {
         report::write(folder, &outcome, arguments.png)
@@ -247,17 +251,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn check_arguments(arguments: &Arguments) -> Result<(), BadInput> {
-    let numbers = [
-        ("--step-mm", Some(arguments.step_mm)),
-        ("--every-mm", Some(arguments.every_mm)),
-        ("--huber-mm", arguments.huber_mm),
-        ("--tension-max-n", arguments.tension_max_n),
-    ];
-    for (name, length) in numbers {
-        if let Some(found) = length.filter(|value| !(*value > 0.0 && value.is_finite())) {
-            return Err(BadInput::new(name, "a number above 0", found.to_string()));
-        }
-    }
     let shown = arguments.out.display().to_string();
     if arguments.out.extension().is_none_or(|extension| extension != "toml") {
         return Err(BadInput::new("--out", "a name ending in .toml", shown));

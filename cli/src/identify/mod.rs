@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::figures::identification::Chosen;
 use crate::inputs::{self, Input};
 use crate::network::Network;
-use crate::{figures, interrupt, terminal};
+use crate::{figures, interrupt, number, terminal};
 
 const HELP: &str = "\
 Needs a scene with virtual tendons ([auxiliary]) and recordings of the robot at a fixed rate: time_s, stroke_1_mm, ... \
@@ -37,6 +37,9 @@ Examples, from the root of the repository:
 
 Exit codes: 0 done, 1 failed or interrupted (finished recordings are kept), 2 bad input.";
 
+/// More than any sample needs.
+pub const MOST_ROUNDS: usize = 100;
+
 /// Find the virtual tendons' strokes that make the twin follow measured tips (CoReAct)
 #[derive(Debug, clap::Args)]
 #[command(after_help = HELP)]
@@ -50,13 +53,13 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Weight of the squared strokes, over the mean squared effect of a stroke on the tip
-    #[arg(long, value_name = "GAMMA", default_value_t = 1e-4)]
+    #[arg(long, value_name = "GAMMA", default_value_t = 1e-4, value_parser = number::weight)]
     regularisation: f64,
     /// Match the tip's orientation too, where recorded: a radian counts as much as this distance
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number::length_mm)]
     orientation_mm: Option<f64>,
     /// Rounds of QP and simulation per sample at most
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = number::count::<MOST_ROUNDS>)]
     rounds: usize,
     /// Let this network choose the strokes, instead of QPs
     #[arg(long, value_name = "CKPT", conflicts_with_all = ["regularisation", "orientation_mm", "rounds"])]
@@ -77,7 +80,7 @@ struct Job {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let options = options(arguments)?;
+    let options = options(arguments);
     let scene = Scene::read(&arguments.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let auxiliary = Auxiliary::new(&twin)?;
@@ -177,25 +180,13 @@ fn jobs(
     Ok((jobs, excluded))
 }
 
-fn options(arguments: &Arguments) -> Result<IdentifyOptions, BadInput> {
-    let positive = |name: &str, value: f64| {
-        if value > 0.0 && value.is_finite() {
-            return Ok(value);
-        }
-        Err(BadInput::new(name, "a finite number > 0", value.to_string()))
-    };
-    if arguments.rounds == 0 {
-        return Err(BadInput::new("--rounds", "at least 1", "0"));
-    }
-    Ok(IdentifyOptions {
-        regularisation: positive("--regularisation", arguments.regularisation)?,
-        orientation: arguments
-            .orientation_mm
-            .map(|mm| positive("--orientation-mm", mm).map(|mm| 1e-3 * mm))
-            .transpose()?,
+fn options(arguments: &Arguments) -> IdentifyOptions {
+    IdentifyOptions {
+        regularisation: arguments.regularisation,
+        orientation: arguments.orientation_mm.map(|mm| 1e-3 * mm),
         rounds: arguments.rounds,
         ..IdentifyOptions::default()
-    })
+    }
 }
 
 fn job(

@@ -175,6 +175,15 @@ impl<'a> Command<'a> {
                 )
                 .hint("is the unit of the column its ending, _mm or _m?"));
             }
+            if !matches!(self.courses[j], Course::Strokes(_)) {
+                continue;
+            }
+            for (row, stroke) in strokes.iter().enumerate() {
+                twin.tendons[j].check_stroke(*stroke, || {
+                    let name = &twin.tendons[j].name;
+                    format!("row {} (t = {} s): stroke of tendon {name}", row + 1, self.time[row])
+                })?;
+            }
         }
         Ok(())
     }

@@ -228,18 +228,19 @@ pub fn carry_out(
     if let Some(path) = &options.save_state {
         state.write(path, &twin, &scene.hash)?;
     }
+    let run = Run {
+        task,
+        twin: &twin,
+        scene: &scene,
+        recording,
+        goals: command.goals.as_ref(),
+        measured,
+        gap: samples.gap(),
+        farthest: (farthest.0, &farthest.1),
+        summary: &summary,
+    };
+    figures::summarise(&run)?;
     if let Some(folder) = &options.figures {
-        let run = Run {
-            task,
-            twin: &twin,
-            scene: &scene,
-            recording,
-            goals: command.goals.as_ref(),
-            measured,
-            gap: samples.gap(),
-            farthest: (farthest.0, &farthest.1),
-            summary: &summary,
-        };
         figures::write(folder, &run, options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
     }

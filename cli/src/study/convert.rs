@@ -4,16 +4,21 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use hysteron_base::typed::{check_header, count, positive, text};
+use hysteron_base::size::check_at_most;
+use hysteron_base::typed::{between, check_header, count, text};
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_control::plan::{Role, Trajectory};
 use hysteron_control::{Plan, TargetPath};
+use hysteron_learn::{MOST_EPOCHS, MOST_HIDDEN};
 use hysteron_twin::Twin;
 use hysteron_twin::coreact::Auxiliary;
 use hysteron_twin::fit::{Wanted, select};
 
 use super::stage::Argument;
 use super::{PlanChoice, Rig, SceneChoice, Study, Target, Track, Way, typed};
+use crate::fit_material::MOST_STEPS;
+use crate::fit_residual::MOST_MEMBERS;
+use crate::identify::MOST_ROUNDS;
 use crate::paths::plain;
 use crate::plan;
 use crate::record::jobs::check_against_rig;
@@ -21,8 +26,8 @@ use crate::record::source::Source;
 
 const FORMAT: (&str, i64) = ("hysteron-study", 1);
 /// More than any study has; keeps a slip of the hand from running for a year.
-const MOST: i64 = 100_000;
 const MOST_REPEATS: i64 = 100;
+const MOST_TARGETS: usize = 1000;
 
 impl Study {
     /// Reads and validates a study file, and everything that it names.
@@ -80,16 +85,16 @@ fn check_numbers(typed: &typed::StudyFile) -> Result<(), BadInput> {
     let (identify, residual, train) =
         (typed.identify.as_ref(), typed.residual.as_ref(), typed.train.as_ref());
     let whole = [
-        ("calibrate.steps", calibrate.and_then(|it| it.steps)),
-        ("identify.rounds", identify.and_then(|it| it.rounds)),
-        ("residual.epochs", residual.and_then(|it| it.epochs)),
-        ("residual.hidden", residual.and_then(|it| it.hidden)),
-        ("residual.members", residual.and_then(|it| it.members)),
-        ("train.epochs", train.and_then(|it| it.epochs)),
-        ("train.hidden", train.and_then(|it| it.hidden)),
+        ("calibrate.steps", calibrate.and_then(|it| it.steps), MOST_STEPS),
+        ("identify.rounds", identify.and_then(|it| it.rounds), MOST_ROUNDS),
+        ("residual.epochs", residual.and_then(|it| it.epochs), MOST_EPOCHS),
+        ("residual.hidden", residual.and_then(|it| it.hidden), MOST_HIDDEN),
+        ("residual.members", residual.and_then(|it| it.members), MOST_MEMBERS),
+        ("train.epochs", train.and_then(|it| it.epochs), MOST_EPOCHS),
+        ("train.hidden", train.and_then(|it| it.hidden), MOST_HIDDEN),
     ];
-    for (key, value) in whole {
-        value.map(|value| count(key, value, MOST)).transpose()?;
+    for (key, value, most) in whole {
+        value.map(|value| count(key, value, most as i64)).transpose()?;
     }
     residual.and_then(|it| it.passes).map(|passes| count("residual.passes", passes, 2)).transpose()?;
     let lengths = [
@@ -97,7 +102,7 @@ fn check_numbers(typed: &typed::StudyFile) -> Result<(), BadInput> {
         ("calibrate.every_mm", calibrate.and_then(|it| it.every_mm)),
     ];
     for (key, value) in lengths {
-        value.map(|value| positive(key, value)).transpose()?;
+        value.map(|value| between(key, value, [1e-9, 1e6])).transpose()?;
     }
     Ok(())
 }
@@ -253,6 +258,7 @@ fn check_calibration(typed: &typed::Calibrate, plan: &Plan, scene: &Scene) -> an
 
 fn track(typed: typed::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
     let repeats = count("track.repeats", typed.repeats, MOST_REPEATS)?;
+    check_at_most("track.targets", typed.targets.len(), MOST_TARGETS)?;
     let mut ways: Vec<Way> = Vec::new();
     for way in typed.ways {
         if ways.contains(&way) {

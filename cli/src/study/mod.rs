@@ -5,6 +5,8 @@
 
 mod convert;
 pub mod demo;
+#[cfg(test)]
+mod fuzz;
 mod runner;
 mod stage;
 mod stages;

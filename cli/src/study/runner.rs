@@ -2,7 +2,7 @@
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
@@ -12,7 +12,8 @@ use super::stage::{OnRefusal, Stage, Step};
 use super::stamp::{Stamp, Standing, make_room};
 use crate::failure::CommandFailed;
 use crate::interrupt;
-use crate::terminal::say;
+use crate::progress::duration;
+use crate::terminal::{self, say};
 
 /// A stage that works is looked after so often.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -83,7 +84,10 @@ impl<'a> Runner<'a> {
             say(format_args!("      {}", step.shown()));
             let status = self.status_of(step)?;
             if interrupt::is_asked() {
-                bail!("interrupted; the same command goes on from here");
+                match status.code() {
+                    Some(0) | None => bail!("interrupted; the same command goes on from here"),
+                    Some(_) => return Err(CommandFailed::Interrupted.into()),
+                }
             }
             if status.success() {
                 continue;
@@ -92,7 +96,10 @@ impl<'a> Runner<'a> {
                 OnRefusal::NoteWith(strokes) if status.code().is_some() && strokes.exists() => {
                     tracing::warn!("the rig did not carry these strokes out; the report says so");
                 }
-                _ => return Err(CommandFailed(status.code()).into()),
+                _ => {
+                    let failed = status.code().map_or(CommandFailed::Killed, CommandFailed::Ended);
+                    return Err(failed.into());
+                }
             }
         }
         stamp.seconds = start.elapsed().as_secs_f64();
@@ -105,6 +112,10 @@ impl<'a> Runner<'a> {
         command.args(self.passed_on).args(step.arguments.iter().map(|argument| &argument.typed));
         // Nobody reads from it; it holds the lock.
         command.stdin(self.lock.try_clone()?);
+        if terminal::is_json() {
+            // The summary is that of the study.
+            command.stdout(Stdio::null());
+        }
         apart(&mut command);
         let mut child = command.spawn().with_context(|| self.program.display().to_string())?;
         let mut passed_on = 0;
@@ -158,15 +169,6 @@ fn why(standing: &Standing) -> String {
         Standing::Begun => " (goes on)".to_owned(),
         Standing::Damaged(files) => format!(" (again: {} is gone or was changed)", files.join(", ")),
         Standing::Outdated(what) => format!(" (again: {what} changed)"),
-    }
-}
-
-/// A time for people.
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 99.5 => format!("{s:.0} s"),
-        s if s < 5940.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
     }
 }
 

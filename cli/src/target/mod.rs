@@ -8,7 +8,7 @@ use anyhow::Context;
 use hysteron_base::{BadInput, Metadata, Recording, Scene};
 use hysteron_control::TargetPath;
 
-use crate::{figures, terminal};
+use crate::{figures, number, terminal};
 use reach::Reach;
 
 const HELP: &str = "\
@@ -27,8 +27,8 @@ smooth start and end, and back. x and y count; z is free unless given. Curves wi
 
 Writes a recording: time_s, tip_x_m, tip_y_m (and tip_z_m), relative to rest; its metadata say when the curve begins \
 and ends, which is what `hysteron evaluate` measures. With --scene, the twin of that robot is first taken along the \
-curve, a goal every millimetre or 150 in all, within the bounds of stroke and tension; where part of it is out of reach, the error \
-says how much, --figures shows where, and no recording is written.
+curve, a goal every millimetre or 150 in all, within the bounds of stroke and tension, and fewer once one is out of reach; \
+the error then says how much, --figures shows where, and no recording is written.
 
 Example, from the root of the repository
   hysteron target circle:40 --out out/circle40.parquet \\
@@ -50,7 +50,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SCENE")]
     scene: Option<PathBuf>,
     /// Distance that counts as reached
-    #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "scene")]
+    #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "scene", value_parser = number::length_mm)]
     tolerance_mm: f64,
     /// Folder for the figure, report.html and metrics.json
     #[arg(long, value_name = "DIR")]
@@ -69,6 +69,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Some(scene) => Some(Reach::of(&target, scene, 1e-3 * arguments.tolerance_mm)?),
         None => None,
     };
+    figures::target::summarise(&target, reach.as_ref())?;
     if let Some(folder) = &arguments.figures {
         figures::target::write(folder, &target, reach.as_ref(), arguments.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
@@ -102,10 +103,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn check_arguments(arguments: &Arguments) -> Result<(), BadInput> {
-    let tolerance = arguments.tolerance_mm;
-    if !(tolerance > 0.0 && tolerance.is_finite()) {
-        return Err(BadInput::new("--tolerance-mm", "a length above 0", format!("{tolerance} mm")));
-    }
     match arguments.out.extension().and_then(|ending| ending.to_str()) {
         Some("csv" | "parquet") => Ok(()),
         _ => Err(BadInput::new(

@@ -12,6 +12,8 @@ use crate::{interrupt, terminal};
 /// so many goals.
 const SPACING: f64 = 1e-3;
 const MOST_GOALS: f64 = 150.0;
+/// Goals of a whole curve from the first on that is out of reach.
+const GOALS_BEYOND: usize = 8;
 /// As `hysteron reach`: enough to choose among strokes that reach a goal alike, too little to hold the tip back.
 const REGULARISATION: f64 = 1e-6;
 
@@ -24,7 +26,7 @@ pub struct Reach {
     pub scene_sha256: String,
     /// Distance that counts as reached [m].
     pub tolerance_m: f64,
-    /// Goals along the curve.
+    /// Goals along the curve that were tried: once one is out of reach, fewer.
     pub goals: usize,
     /// Those that the tip did not come so close to.
     pub out_of_reach: usize,
@@ -61,14 +63,14 @@ impl Reach {
         let spacing = SPACING.max(target.outline.length() / MOST_GOALS);
         let curve = target.outline.evenly(spacing);
         let way = way_to(curve[0], spacing);
-        let mut reach = Self::none(scene, tolerance, curve.len());
+        let mut reach = Self::none(scene, tolerance);
         interrupt::listen()?;
         let bar = terminal::progress("goals", way.len() + curve.len(), 0);
-        for (i, goal) in way.iter().chain(&curve).enumerate() {
+        let is_asked = |c: usize| c < 2 || !target.is_planar;
+        let mut go_to = |goal: &Goal| -> anyhow::Result<(f64, Goal, f64)> {
             if interrupt::is_asked() {
                 anyhow::bail!("interrupted; nothing was written");
             }
-            let is_asked = |c: usize| c < 2 || !target.is_planar;
             let position = std::array::from_fn(|c| is_asked(c).then(|| rest[c] + goal[c]));
             let asked = TipGoal { position, tolerance, regularisation: REGULARISATION };
             let before = state.clone();
@@ -78,29 +80,36 @@ impl Reach {
                 Err(Error::NoEquilibrium { .. }) => state = before,
                 Err(other) => return Err(other.into()),
             }
-            bar.inc(1);
-            if i >= way.len() {
-                let tip = twin.tip_of(&state);
-                let squares = (0..3).filter(|c| is_asked(*c)).map(|c| (tip[c] - rest[c] - goal[c]).powi(2));
-                let tension = state.tensions[..twin.n_primary].iter().copied().fold(0.0, f64::max);
-                reach.add(
-                    *goal,
-                    squares.sum::<f64>().sqrt(),
-                    std::array::from_fn(|c| tip[c] - rest[c]),
-                    tension,
-                );
+            let tip = twin.tip_of(&state);
+            let squares = (0..3).filter(|c| is_asked(*c)).map(|c| (tip[c] - rest[c] - goal[c]).powi(2));
+            let tension = state.tensions[..twin.n_primary].iter().copied().fold(0.0, f64::max);
+            Ok((squares.sum::<f64>().sqrt(), std::array::from_fn(|c| tip[c] - rest[c]), tension))
+        };
+        for goal in &way {
+            // Where the way is out of reach, so is the curve's beginning, or the way there leads elsewhere.
+            if go_to(goal)?.0 > tolerance {
+                break;
             }
+            bar.inc(1);
+        }
+        let mut next = 0;
+        while let Some(goal) = curve.get(next) {
+            let (distance, tip, tension) = go_to(goal)?;
+            reach.add(*goal, distance, tip, tension);
+            // A goal out of reach takes the twin to its bounds, which takes long; some show where the others are.
+            next += if reach.out_of_reach > 0 { curve.len().div_ceil(GOALS_BEYOND) } else { 1 };
+            bar.set_position((way.len() + next.min(curve.len())) as u64);
         }
         bar.finish_and_clear();
         Ok(reach)
     }
 
-    fn none(scene: &Scene, tolerance: f64, n: usize) -> Self {
+    fn none(scene: &Scene, tolerance: f64) -> Self {
         Self {
             scene: scene.name.clone(),
             scene_sha256: scene.hash.clone(),
             tolerance_m: tolerance,
-            goals: n,
+            goals: 0,
             out_of_reach: 0,
             largest_distance_m: 0.0,
             largest_distance_at_m: [0.0; 3],
@@ -110,6 +119,7 @@ impl Reach {
     }
 
     fn add(&mut self, goal: Goal, distance: f64, tip: Goal, tension: f64) {
+        self.goals += 1;
         self.out_of_reach += usize::from(distance > self.tolerance_m);
         if distance > self.largest_distance_m {
             (self.largest_distance_m, self.largest_distance_at_m) = (distance, goal);

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use hysteron_base::size::check_count;
 use hysteron_base::{BadInput, Bounds};
-use hysteron_learn::{Checkpoint, Network, Normaliser, WeightFormat};
+use hysteron_learn::{Checkpoint, MOST_ROWS, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -133,8 +134,10 @@ impl InverseModel {
     /// That the parts fit each other.
     fn check(&self) -> Check<()> {
         let n_inputs = match &self.design {
-            Design::Windowed { window } if *window > 0 => self.axes().len(),
-            Design::Windowed { .. } => return Err(BadInput::new("window", "at least one sample", "0")),
+            Design::Windowed { window } => {
+                check_count("window", *window, MOST_ROWS)?;
+                self.axes().len()
+            }
             Design::Stateful { features, regression } => {
                 features.check()?;
                 if features.axes != self.axes() || !regression.is_for(features.axes) {

@@ -136,6 +136,8 @@ pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Ses
         n_inputs: inputs.channels.len(),
     };
     let architecture = options.learning.architecture(lesson.n_inputs, data.n_tendons);
+    let n_rows = data.training.len().max(data.validation.len());
+    architecture.check_training([options.learning.piece, n_rows], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("stateful", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;

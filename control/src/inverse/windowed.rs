@@ -40,6 +40,7 @@ const LARGEST_DELAY_S: f64 = 0.5;
 /// # Errors
 /// Options out of range, a file to go on from that belongs to another training, training that leaves finite numbers.
 pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Session<'_>) -> Result<Fitted> {
+    options.check()?;
     let Smoothed { without_delay_mm, regression_mm, delay_s, workspace, .. } =
         smoothed(data, Smoothing::Centred, HALF_WIDTH_S, LARGEST_DELAY_S)?;
     let (inputs, outputs) = (input_ranges(data)?, output_ranges(data)?);
@@ -47,6 +48,7 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
         .map(|all| all.iter().map(|one| normalised(one, &inputs, &outputs)).collect());
     let mut lesson = WindowedLesson::new(options, [&inputs, &outputs], 1e3, paths)?;
     let architecture = options.architecture(data.axes.len(), data.n_tendons, Head::Linear);
+    architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("paper", json!(options), data);
     let outcome = run(&mut lesson, network, options.seed, &training, session)?;

@@ -6,7 +6,8 @@ use super::typed::{Curve, Family, TargetFile};
 use super::{csv, family, svg};
 use crate::Result;
 use crate::plan::Direction;
-use hysteron_base::typed::{check_header, finite, not_negative, positive, require, text};
+use hysteron_base::size::check_at_most;
+use hysteron_base::typed::{between, check_header, finite, positive, require, text, within};
 use hysteron_base::{BadInput, file};
 use std::path::Path;
 
@@ -15,8 +16,19 @@ type Check<T> = std::result::Result<T, BadInput>;
 const FORMAT: (&str, i64) = ("hysteron-target", 1);
 /// More than any target has; keeps a slip of the hand from filling the memory.
 const MOST_SAMPLES: f64 = 1e6;
+/// Of an outline that must not cross itself, for which all its lines are compared with each other.
 const MOST_POINTS: usize = 20_000;
+/// Of any outline.
+pub(super) const MOST_CROSSING_POINTS: usize = 500_000;
 const MOST_LAPS: u32 = 1000;
+/// Of a target file, and of an outline's.
+pub(super) const MOST_BYTES: usize = 32 << 20;
+/// Longest coordinate, size or distance of a target [mm].
+const LONGEST: f64 = 1e4;
+/// Smallest size of a curve [mm].
+const SHORTEST: f64 = 1e-6;
+const LONGEST_TIME: f64 = 1e6;
+const RATES: [f64; 2] = [1e-2, 1e5];
 /// Fewest samples of a lap, and of the way there, that show how it runs.
 const FEWEST_SAMPLES: f64 = 100.0;
 const FEWEST_LEAD_SAMPLES: f64 = 10.0;
@@ -55,11 +67,11 @@ struct Drawn {
 pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
     check_header((&typed.format, typed.version), FORMAT)?;
     let name = text("name", typed.name)?;
-    let rate_hz = positive("rate_hz", typed.rate_hz)?;
+    let rate_hz = between("rate_hz", typed.rate_hz, RATES)?;
     let speed = positive("speed_mm_s", typed.speed_mm_s)?;
-    let ramp = positive("ramp_s", typed.ramp_s)?;
-    let rest = not_negative("rest_s", typed.rest_s)?;
-    let lead_in = not_negative("lead_in_s", typed.lead_in_s)?;
+    let ramp = between("ramp_s", typed.ramp_s, [1e-6, LONGEST_TIME])?;
+    let rest = between("rest_s", typed.rest_s, [0.0, LONGEST_TIME])?;
+    let lead_in = between("lead_in_s", typed.lead_in_s, [0.0, LONGEST_TIME])?;
     let laps = typed.laps.unwrap_or(1);
     require("laps", "1 to 1000", f64::from(laps), (1..=MOST_LAPS).contains(&laps))?;
 
@@ -75,6 +87,15 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
         outline = outline.reversed()?;
     }
     let n_points = outline.points().len();
+    let far = outline.points().iter().flatten().fold(0.0f64, |far, c| far.max(c.abs()));
+    if far > 1e-3 * LONGEST {
+        let bad = BadInput::new(
+            drawn.place,
+            format!("at most {LONGEST} mm from rest"),
+            format!("{:.3e} mm", 1e3 * far),
+        );
+        return Err(bad.hint("sizes are in mm").into());
+    }
     if n_points > MOST_POINTS && !drawn.may_cross {
         let found = n_points.to_string();
         return Err(BadInput::new(drawn.place, format!("at most {MOST_POINTS} points"), found).into());
@@ -144,7 +165,7 @@ fn centre(typed: Option<&[f64]>, is_planar: bool) -> Check<Point> {
     }
     let mut centre = [0.0; 3];
     for (c, value) in typed.iter().enumerate() {
-        centre[c] = finite(&format!("{KEY}[{c}]"), *value)?;
+        centre[c] = within(&format!("{KEY}[{c}]"), *value, LONGEST)?;
     }
     Ok(centre)
 }
@@ -195,7 +216,7 @@ fn check_keys(typed: &Curve) -> Check<&'static str> {
 fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
     let family = check_keys(typed)?;
     // What is required was found above.
-    let size = typed.size_mm.map_or(Ok(0.0), |size| positive("curve.size_mm", size))?;
+    let size = typed.size_mm.map_or(Ok(0.0), |size| between("curve.size_mm", size, [SHORTEST, LONGEST]))?;
     let drawn = |points, is_closed, may_cross| Drawn {
         place: "curve".to_owned(),
         family,
@@ -226,7 +247,7 @@ fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
             drawn(family::spiral(size, turns), false, true)
         }
         Family::Lissajous => {
-            let width = positive("curve.width_mm", typed.width_mm.unwrap_or_default())?;
+            let width = between("curve.width_mm", typed.width_mm.unwrap_or_default(), [SHORTEST, LONGEST])?;
             let phase = finite("curve.phase_deg", typed.phase_deg.unwrap_or_default())?;
             let cycles = cycles(typed.cycles.unwrap_or_default())?;
             drawn(family::lissajous(width, size, cycles, phase), true, true)
@@ -262,6 +283,7 @@ fn cycles(typed: [u32; 2]) -> Check<[u32; 2]> {
 
 /// Points as typed, all with x and y or all with x, y and z; and whether they are planar.
 fn points(typed: &[Vec<f64>]) -> Check<(Vec<Point>, bool)> {
+    check_at_most("curve.points_mm", typed.len(), MOST_CROSSING_POINTS)?;
     let n = typed.first().map_or(2, Vec::len);
     let mut points = Vec::new();
     for (i, point) in typed.iter().enumerate() {
@@ -271,7 +293,7 @@ fn points(typed: &[Vec<f64>]) -> Check<(Vec<Point>, bool)> {
         }
         let mut own = [0.0; 3];
         for (c, value) in point.iter().enumerate() {
-            own[c] = finite(&format!("{key}[{c}]"), *value)?;
+            own[c] = within(&format!("{key}[{c}]"), *value, LONGEST)?;
         }
         points.push(own);
     }
@@ -285,17 +307,24 @@ fn outline_file(name: &str, folder: &Path) -> Result<(Vec<Point>, bool, bool, St
     let kind = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
     Ok(match kind.as_deref() {
         Some("csv") => {
-            let text = file::read_text(&path)?;
+            let text = outline_text(&path)?;
             let (points, has_z) = csv::read(&text).map_err(|bad| bad.within(place))?;
             let is_closed = points.first() == points.last();
             (points, is_closed, !has_z, text)
         }
         Some("svg") => {
-            let text = file::read_text(&path)?;
+            let text = outline_text(&path)?;
             let (points, is_closed) = svg::read(&text).map_err(|bad| bad.within(place))?;
             let meets = points.first() == points.last();
             (points, is_closed || meets, true, text)
         }
         _ => return Err(BadInput::new("curve.file", "an outline: .csv or .svg", place).into()),
     })
+}
+
+fn outline_text(path: &Path) -> Result<String> {
+    let text = file::read_text(path)?;
+    let place = format!("{}: bytes", path.display());
+    check_at_most(&place, text.len(), MOST_BYTES)?;
+    Ok(text)
 }

@@ -1,8 +1,10 @@
 //! Outlines as CSV: columns `x_mm,y_mm` or `x_m,y_m`, and z where the outline leaves the plane; the only module of
 //! this crate that knows the `csv` crate.
 
+use super::convert::MOST_CROSSING_POINTS;
 use super::outline::Point;
 use hysteron_base::BadInput;
+use hysteron_base::size::check_at_most;
 use hysteron_base::units::Unit;
 
 /// The points [m] in the text of a file, and whether they have a z.
@@ -24,6 +26,7 @@ pub(super) fn read(text: &str) -> Result<(Vec<Point>, bool), BadInput> {
             })?;
         }
         points.push(point);
+        check_at_most("points", points.len(), MOST_CROSSING_POINTS)?;
     }
     Ok((points, columns.len() == 3))
 }

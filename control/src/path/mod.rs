@@ -109,6 +109,7 @@ impl TargetPath {
     /// # Errors
     /// As [`TargetPath::open`].
     pub fn from_toml(text: &str, folder: &Path) -> Result<Self> {
+        hysteron_base::size::check_at_most("bytes of the file", text.len(), convert::MOST_BYTES)?;
         let valid = convert::target(hysteron_base::typed::parse(text)?, folder)?;
         let hash = file::sha256_hex(format!("{text}{}", valid.outline_file).as_bytes());
         Ok(Self::timed(valid, hash))
@@ -153,8 +154,14 @@ impl TargetPath {
         let start = n_rest + n_lead;
         let mut bounds = vec![start];
         for lap in 1..laps {
-            let begun = (0..n_curve).position(|i| along(i) >= f64::from(lap) * length);
-            bounds.push(start + begun.unwrap_or(n_curve));
+            // The way along the curve only grows.
+            let (mut low, mut high) = (0, n_curve);
+            while low < high {
+                let middle = low + (high - low) / 2;
+                let is_begun = along(middle) >= f64::from(lap) * length;
+                if is_begun { high = middle } else { low = middle + 1 }
+            }
+            bounds.push(start + low);
         }
         bounds.push(start + n_curve);
 

@@ -6,13 +6,15 @@
 //! A drawing that gives its width in pixels, in percent or not at all has no size, and is refused. y points down in
 //! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands says nothing: its bounding box is centred.
 
+use super::convert::MOST_CROSSING_POINTS;
 use super::outline::Point;
 use hysteron_base::BadInput;
+use hysteron_base::size::check_at_most;
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, RoundedRect, Shape};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::fmt::Display;
 use std::str::FromStr;
-use svgtypes::{Length, LengthUnit, PointsParser, Transform, ViewBox};
+use svgtypes::{Length, LengthUnit, PathParser, PathSegment, PointsParser, Transform, ViewBox};
 
 type Check<T> = Result<T, BadInput>;
 
@@ -20,12 +22,26 @@ type Check<T> = Result<T, BadInput>;
 const FLATNESS: f64 = 1e-6;
 const PIXEL: f64 = 25.4e-3 / 96.0;
 const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "circle", "ellipse", "rect", "line"];
+/// Largest number of a shape in units of the drawing: beyond any page, and small enough for the curves of arcs to be few.
+const LARGEST: f64 = 1e7;
+/// Most lines and curves of a shape.
+const MOST_SEGMENTS: usize = 20_000;
+/// Most elements of a drawing, and characters that its entities may stand for.
+const MOST_NODES: u32 = 200_000;
+const MOST_EXPANDED: usize = 1 << 20;
+/// Most attributes of an element, and elements in each other: the reader compares each with all.
+const MOST_ATTRIBUTES: usize = 1000;
+const DEEPEST: usize = 1000;
+/// Longest side of a drawing [m].
+const LONGEST_SIDE: f64 = 100.0;
 /// What is in these is not drawn where it stands.
 const HIDDEN: [&str; 7] = ["defs", "symbol", "clipPath", "mask", "marker", "pattern", "linearGradient"];
 
 /// The points [m] of the one outline in a drawing, centred, and whether it is closed.
 pub(super) fn read(text: &str) -> Check<(Vec<Point>, bool)> {
-    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    check_markup(text)?;
+    check_entities(text)?;
+    let options = ParsingOptions { allow_dtd: true, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| BadInput::new("SVG", "a well-formed drawing", error.to_string()))?;
     let root = document.root_element();
@@ -56,6 +72,41 @@ pub(super) fn read(text: &str) -> Check<(Vec<Point>, bool)> {
     Ok((points, is_closed || ["circle", "ellipse", "rect"].contains(&shape.tag_name().name())))
 }
 
+/// Refuses elements with more attributes, or deeper in each other, than a drawing has.
+fn check_markup(text: &str) -> Check<()> {
+    let (mut depth, mut deepest, mut attributes) = (0usize, 0, 0);
+    for tag in text.split('<').skip(1) {
+        let inside = tag.split('>').next().unwrap_or_default();
+        attributes = inside.matches('=').count().max(attributes);
+        match inside.as_bytes() {
+            [b'/', ..] => depth = depth.saturating_sub(1),
+            [b'!' | b'?', ..] | [.., b'/'] => {}
+            _ => depth += 1,
+        }
+        deepest = depth.max(deepest);
+    }
+    check_at_most("SVG: attributes of an element", attributes, MOST_ATTRIBUTES)?;
+    check_at_most("SVG: elements in each other", deepest, DEEPEST)
+}
+
+/// Refuses entities whose use would make much of little: drawing programs have them for names, a few dozen characters long.
+fn check_entities(text: &str) -> Check<()> {
+    let values = text.split("<!ENTITY").skip(1).map(|rest| rest.split('>').next().unwrap_or_default());
+    let (mut longest, mut n) = (0, 0);
+    for value in values {
+        if value.contains('&') || value.contains('%') {
+            return Err(BadInput::new("SVG: <!ENTITY>", "text without other entities", "some")
+                .hint("save it as plain SVG"));
+        }
+        (longest, n) = (value.len().max(longest), n + 1);
+    }
+    if n == 0 {
+        return Ok(());
+    }
+    let expanded = longest.saturating_mul(text.matches('&').count());
+    check_at_most("SVG: <!ENTITY>: characters they stand for", expanded, MOST_EXPANDED)
+}
+
 fn is_shape(node: &Node) -> bool {
     SHAPES.contains(&node.tag_name().name())
         && !node.ancestors().any(|outer| HIDDEN.contains(&outer.tag_name().name()))
@@ -70,6 +121,9 @@ fn unit(root: &Node) -> Check<f64> {
     let width = side(root, "width")?.ok_or_else(|| no_size(root.attribute("width").unwrap_or("nothing")))?;
     let Some(text) = root.attribute("viewBox") else { return Ok(PIXEL) };
     let view: ViewBox = parsed(root, "viewBox", text)?;
+    if !(view.w > 0.0 && view.h > 0.0 && view.w <= LARGEST && view.h <= LARGEST) {
+        return Err(BadInput::new("SVG: viewBox", format!("width and height from 0 to {LARGEST:e}"), text));
+    }
     let unit = width / view.w;
     if let Some(height) = side(root, "height")?
         && (height / view.h - unit).abs() > 1e-2 * unit
@@ -92,10 +146,11 @@ fn side(root: &Node, name: &str) -> Check<Option<f64>> {
         LengthUnit::Pc => 25.4e-3 / 6.0,
         _ => return Ok(None),
     };
-    if number > 0.0 {
-        return Ok(Some(number * unit));
+    let side = number * unit;
+    if side > 0.0 && side <= LONGEST_SIDE {
+        return Ok(Some(side));
     }
-    Err(BadInput::new(format!("SVG: {name}"), "a length > 0", text))
+    Err(BadInput::new(format!("SVG: {name}"), format!("a length from 0 to {LONGEST_SIDE} m"), text))
 }
 
 /// A shape in units of the drawing.
@@ -104,19 +159,23 @@ fn path(shape: &Node) -> Check<BezPath> {
     let number = |name: &str| match shape.attribute(name) {
         None => Ok(0.0),
         Some(text) => match parsed(shape, name, text)? {
-            Length { number, unit: LengthUnit::None | LengthUnit::Px } => Ok(number),
+            Length { number, unit: LengthUnit::None | LengthUnit::Px } => {
+                check_number(&place(shape, name), number)
+            }
             _ => Err(BadInput::new(place(shape, name), "a number without unit", text)),
         },
     };
     Ok(match shape.tag_name().name() {
         "path" => {
             let text = shape.attribute("d").unwrap_or_default();
+            check_segments(shape, text)?;
             BezPath::from_svg(text).map_err(|error| not_svg(shape, "d", text, &error))?
         }
         name @ ("polygon" | "polyline") => {
             let text = shape.attribute("points").unwrap_or_default();
             let mut path = BezPath::new();
             for (i, point) in PointsParser::from(text).enumerate() {
+                check_at_most(&place(shape, "points"), i + 1, MOST_CROSSING_POINTS)?;
                 path.push(if i == 0 { PathEl::MoveTo(point.into()) } else { PathEl::LineTo(point.into()) });
             }
             if name == "polygon" && !path.is_empty() {
@@ -138,6 +197,41 @@ fn path(shape: &Node) -> Check<BezPath> {
     })
 }
 
+/// Refuses a path with more segments, or larger numbers, than a drawing has, before its arcs become curves.
+fn check_segments(shape: &Node, text: &str) -> Check<()> {
+    let place = place(shape, "d");
+    for (i, segment) in PathParser::from(text).enumerate() {
+        check_at_most(&place, i + 1, MOST_SEGMENTS)?;
+        // What cannot be read is told by the one who draws it.
+        let Ok(segment) = segment else { return Ok(()) };
+        let numbers = match segment {
+            PathSegment::MoveTo { x, y, .. }
+            | PathSegment::LineTo { x, y, .. }
+            | PathSegment::SmoothQuadratic { x, y, .. } => [x, y, 0.0, 0.0, 0.0, 0.0],
+            PathSegment::HorizontalLineTo { x, .. } => [x, 0.0, 0.0, 0.0, 0.0, 0.0],
+            PathSegment::VerticalLineTo { y, .. } => [0.0, y, 0.0, 0.0, 0.0, 0.0],
+            PathSegment::CurveTo { x1, y1, x2, y2, x, y, .. } => [x1, y1, x2, y2, x, y],
+            PathSegment::SmoothCurveTo { x2, y2, x, y, .. } => [x2, y2, x, y, 0.0, 0.0],
+            PathSegment::Quadratic { x1, y1, x, y, .. } => [x1, y1, x, y, 0.0, 0.0],
+            PathSegment::EllipticalArc { rx, ry, x_axis_rotation, x, y, .. } => {
+                [rx, ry, x_axis_rotation, x, y, 0.0]
+            }
+            PathSegment::ClosePath { .. } => [0.0; 6],
+        };
+        for number in numbers {
+            check_number(&place, number)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_number(place: &str, number: f64) -> Check<f64> {
+    if number.abs() <= LARGEST {
+        return Ok(number);
+    }
+    Err(BadInput::new(place, format!("numbers from -{LARGEST:e} to {LARGEST:e}"), format!("{number:e}")))
+}
+
 /// Points of a path in metres, its bounding box centred.
 fn points(path: &BezPath) -> Check<(Vec<Point>, bool)> {
     if !path.is_finite() {
@@ -149,11 +243,16 @@ fn points(path: &BezPath) -> Check<(Vec<Point>, bool)> {
             .hint("one M at the beginning of d; break the path apart in the drawing program"));
     }
     let (box_, mut points, mut is_closed) = (path.bounding_box(), Vec::new(), false);
+    if !(box_.width() <= LONGEST_SIDE && box_.height() <= LONGEST_SIDE) {
+        let found = format!("{:.2e} m by {:.2e} m", box_.width(), box_.height());
+        return Err(BadInput::new("SVG", format!("a shape of at most {LONGEST_SIDE} m"), found));
+    }
     let centre = box_.center();
     kurbo::flatten(path, FLATNESS, |element| match element {
         PathEl::MoveTo(p) | PathEl::LineTo(p) => points.push([p.x - centre.x, p.y - centre.y, 0.0]),
         _ => is_closed = true,
     });
+    check_at_most("SVG: points of the shape", points.len(), MOST_CROSSING_POINTS)?;
     Ok((points, is_closed))
 }
 

@@ -3,22 +3,30 @@
 use super::draw::drawn;
 use super::typed::Family as Typed;
 use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Space, Tendons, Trajectory, typed};
-use hysteron_base::typed::{check_header, finite, not_negative, positive, require, text};
+use hysteron_base::size::{check_at_most, check_memory};
+use hysteron_base::typed::{between, check_header, finite, not_negative, positive, require, text};
 use hysteron_base::{BadInput, Bounds, rng};
 use rand::RngExt;
+use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
 type Check<T> = std::result::Result<T, BadInput>;
 
 const FORMAT: (&str, i64) = ("hysteron-plan", 1);
-/// More than any trajectory has; keeps a slip of the hand from filling the memory.
+/// More than any plan has; keeps a slip of the hand from filling the memory, or the year.
 const MOST_SAMPLES: f64 = 1e7;
+const MOST_STROKES: f64 = 4e7;
+const MOST_TRAJECTORIES: usize = 10_000;
 const MOST_TENDONS: usize = 100;
+/// Longest stroke [mm] and fastest change [mm/s], in either direction.
+const LONGEST: f64 = 1e5;
+/// Rates at which a robot is commanded [Hz].
+const RATES: [f64; 2] = [1e-2, 1e5];
 
 pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
     check_header((&typed.format, typed.version), FORMAT)?;
     let name = text("name", typed.name)?;
-    let rate_hz = positive("rate_hz", typed.rate_hz)?;
+    let rate_hz = between("rate_hz", typed.rate_hz, RATES)?;
     let scale = positive("scale", typed.scale.unwrap_or(1.0))?;
     let vary = typed.vary.unwrap_or(0.0);
     let vary = require("vary", "0 <= vary < 1", vary, (0.0..1.0).contains(&vary))?;
@@ -41,23 +49,26 @@ pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
             ));
         }
     }
-    let stroke_max = positive("stroke_max_mm", typed.stroke_max_mm)?;
+    let stroke_max = between("stroke_max_mm", typed.stroke_max_mm, [1e-6, LONGEST])?;
     let limits = Limits {
         stroke: Bounds { min: -stroke_max, max: stroke_max },
-        stroke_rate: positive("stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s)?,
+        stroke_rate: between("stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s, [1e-6, LONGEST])?,
     };
     let mut all = typed.trajectory;
     for (i, draw) in typed.draw.iter().enumerate() {
+        check_trajectories(all.len().saturating_add(usize::try_from(draw.count).unwrap_or(0)))?;
         all.extend(drawn(i, draw, typed.seed)?);
     }
+    check_trajectories(all.len())?;
     if all.is_empty() {
         return Err(BadInput::new("trajectory", "at least one [[trajectory]] or [[draw]]", "none"));
     }
     let mut trajectories: Vec<Trajectory> = Vec::new();
+    let mut names = HashSet::new();
     for (i, typed_one) in all.into_iter().enumerate() {
         let key = format!("trajectory[{}].name", i + 1);
         let own = file_name(&key, &typed_one.name)?;
-        if trajectories.iter().any(|earlier| earlier.name == own) {
+        if !names.insert(own.clone()) {
             return Err(BadInput::new(key, "a name of its own", format!("\"{own}\" again")));
         }
         let mut motion = motion(&own, &typed_one, scale)?;
@@ -78,6 +89,7 @@ pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
         check_sampling(&trajectory)?;
         trajectories.push(trajectory);
     }
+    check_size(&trajectories, tendons.angles.len())?;
     check_roles(&trajectories)?;
     Ok(Plan { name, seed: typed.seed, hash, limits, trajectories })
 }
@@ -199,6 +211,25 @@ fn vary_by(part: f64, motion: &mut Motion, seed: u64, name: &str) {
     motion.amplitude *= 1.0 + change();
     motion.frequency *= 1.0 + change();
     motion.orientation += FRAC_PI_2 * change();
+}
+
+fn check_trajectories(n: usize) -> Check<()> {
+    check_at_most("trajectories", n, MOST_TRAJECTORIES)
+}
+
+/// The strokes of all trajectories fit into the memory.
+fn check_size(trajectories: &[Trajectory], n_tendons: usize) -> Check<()> {
+    let n = trajectories.iter().map(|one| one.duration() * one.rate_hz + 1.0).sum::<f64>();
+    for (what, n, most) in [("samples", n, MOST_SAMPLES), ("strokes", n * n_tendons as f64, MOST_STROKES)] {
+        if n > most {
+            let expected = format!("at most {most:e} {what} in all");
+            return Err(
+                BadInput::new("trajectories", expected, format!("{n:.3e}")).hint("times are in seconds")
+            );
+        }
+    }
+    // As columns of a recording, and in the file that is made of them.
+    check_memory("trajectories", 16.0 * n * (n_tendons + 1) as f64, "a shorter plan, or a lower rate_hz")
 }
 
 /// The rate shows the motion, and the samples fit into the memory.

@@ -10,7 +10,7 @@ use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
 /// More than a person means.
-const MOST: i64 = 100_000;
+const MOST: i64 = 10_000;
 
 /// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random stream of
 /// its own, by its name.

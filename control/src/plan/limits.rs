@@ -44,8 +44,13 @@ impl Trajectory {
             "a smaller amplitude_mm, or scale for all of them",
             "a smaller amplitude_mm or frequency_hz, or a longer attack_s or decay_s",
         ];
+        let strokes = |i: usize, strokes: &mut Vec<f64>| {
+            strokes.resize(self.tendons.angles.len(), 0.0);
+            self.strokes_into(self.time(i), strokes);
+            self.time(i)
+        };
         limits
-            .check_each(&self.commands()?, hints)
+            .check_each(self.n_samples(), strokes, (bound, self.rate_hz), hints)
             .map_err(|error| error.within(format!("trajectory {}", self.name)))
     }
 }
@@ -58,27 +63,43 @@ impl Limits {
     /// `Stroke` or `StrokeRate` naming time, tendon, limit and value; the first one found. `BadInput` without a fixed
     /// rate.
     pub fn check_commands(&self, commands: &Recording) -> Result<()> {
-        self.check_each(commands, ["a smaller path", "a slower path"])
-    }
-
-    fn check_each(&self, commands: &Recording, [smaller, slower]: [&str; 2]) -> Result<()> {
-        let Bounds { min, max } = self.stroke;
-        let (strokes, time) = (commands.strokes(), commands.time());
+        let (columns, time) = (commands.strokes(), commands.time());
         let rate_hz = commands
             .rate_hz()
             .ok_or_else(|| BadInput::new("time_s", "samples at a fixed rate", "uneven steps"))?;
-        let largest = strokes.iter().copied().flatten().fold(0.0f64, |max, stroke| max.max(stroke.abs()));
+        let largest = columns.iter().copied().flatten().fold(0.0f64, |max, stroke| max.max(stroke.abs()));
+        let strokes = |i: usize, strokes: &mut Vec<f64>| {
+            strokes.clear();
+            strokes.extend(columns.iter().map(|values| values[i]));
+            time[i]
+        };
+        self.check_each(time.len(), strokes, (largest, rate_hz), ["a smaller path", "a slower path"])
+    }
+
+    /// Goes through `n` samples: `strokes_into` gives the time of each [s] and its strokes [m]. `largest` bounds their size
+    /// [m].
+    fn check_each(
+        &self,
+        n: usize,
+        strokes_into: impl Fn(usize, &mut Vec<f64>) -> f64,
+        (largest, rate_hz): (f64, f64),
+        [smaller, slower]: [&str; 2],
+    ) -> Result<()> {
+        let Bounds { min, max } = self.stroke;
         let air = ROUNDING * largest;
-        for i in 0..time.len() {
-            for (k, values) in strokes.iter().enumerate() {
-                let place = || format!("t = {:.3} s: stroke {}", time[i], k + 1);
-                let is_within = min - air <= values[i] && values[i] <= max + air; // false for NaN too
+        let (mut strokes, mut before) = (Vec::new(), Vec::new());
+        for i in 0..n {
+            std::mem::swap(&mut strokes, &mut before);
+            let time = strokes_into(i, &mut strokes);
+            for (k, stroke) in strokes.iter().enumerate() {
+                let place = || format!("t = {time:.3} s: stroke {}", k + 1);
+                let is_within = min - air <= *stroke && *stroke <= max + air; // false for NaN too
                 if !is_within {
                     let expected = format!("{:?} to {:?} mm", 1e3 * min, 1e3 * max);
-                    let bad = BadInput::new(place(), expected, format!("{:.3} mm", 1e3 * values[i]));
+                    let bad = BadInput::new(place(), expected, format!("{:.3} mm", 1e3 * stroke));
                     return Err(Error::Stroke(bad.hint(smaller)));
                 }
-                let rate = (values[i] - values[i.saturating_sub(1)]) * rate_hz;
+                let rate = before.get(k).map_or(0.0, |before| (stroke - before) * rate_hz);
                 if rate.abs() > self.stroke_rate * (1.0 + ROUNDING) {
                     let expected = format!("a change of at most {:?} mm/s", 1e3 * self.stroke_rate);
                     let bad = BadInput::new(place(), expected, format!("{:.3} mm/s", 1e3 * rate));

@@ -23,6 +23,8 @@ pub use timing::{Timed, aligned_rmse, lag};
 
 /// Points of the target, at equal distances along its curve, that are compared.
 const TARGET_POINTS: f64 = 2000.0;
+/// Most pairs of a sample of the target and one of the recording: some ten seconds of comparing.
+const MOST_PAIRS: usize = 2_000_000_000;
 
 /// Which samples of a recording are the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +87,14 @@ impl Tracked {
             let found = format!("{} of them", lap.clone().count());
             return Err(BadInput::new("recording", "three measured samples or more in every lap", found));
         }
-        Ok(Self { time, points, laps, part })
+        let tracked = Self { time, points, laps, part };
+        let (n_goal, n) = (target.curve().count(), tracked.curve().len());
+        if n_goal.saturating_mul(n) > MOST_PAIRS {
+            let expected = format!("at most {} samples for a target of {n_goal}", MOST_PAIRS / n_goal);
+            let bad = BadInput::new("recording", expected, n.to_string());
+            return Err(bad.hint("each is compared with all of the target; a lower rate is enough"));
+        }
+        Ok(tracked)
     }
 
     /// Where the tip was on the curve (n) [m].

@@ -7,7 +7,7 @@
 use super::curve::Point;
 
 /// Intersection over union of the polygons that two curves enclose [-], each closed from its last point to its
-/// first; `None` where neither encloses anything.
+/// first; `None` where neither encloses anything, or where they cross millions of times.
 ///
 /// Inside is what a curve goes around an odd number of times (even-odd rule): of a curve that crosses itself, as a
 /// Lissajous figure, every lobe counts once, and what it goes around twice does not.
@@ -17,7 +17,7 @@ use super::curve::Point;
 pub fn iou(a: &[Point], b: &[Point]) -> Option<f64> {
     let mut edges: Vec<Edge> = edges(a, 0).chain(edges(b, 1)).collect();
     edges.sort_by(|one, other| one.low[1].total_cmp(&other.low[1]));
-    let [intersection, union] = areas(&edges, &heights(&edges));
+    let [intersection, union] = areas(&edges, &heights(&edges)?);
     (union > 0.0).then(|| intersection / union)
 }
 
@@ -47,18 +47,24 @@ fn edges(points: &[Point], curve: usize) -> impl Iterator<Item = Edge> + '_ {
     })
 }
 
-/// Heights of all ends and crossings of edges (in order of their lower ends), in order.
-fn heights(edges: &[Edge]) -> Vec<f64> {
+/// More ends and crossings than two outlines have: a scribble encloses nothing that could be compared.
+const MOST_HEIGHTS: usize = 10_000_000;
+
+/// Heights of all ends and crossings of edges (in order of their lower ends), in order; none where they are too many.
+fn heights(edges: &[Edge]) -> Option<Vec<f64>> {
     let mut heights: Vec<f64> = edges.iter().flat_map(|edge| [edge.low[1], edge.high[1]]).collect();
     let mut active: Vec<Edge> = Vec::new();
     for edge in edges {
         active.retain(|earlier| earlier.high[1] > edge.low[1]);
         heights.extend(active.iter().filter_map(|earlier| crossing(earlier, edge)));
+        if heights.len() > MOST_HEIGHTS {
+            return None;
+        }
         active.push(*edge);
     }
     heights.sort_by(f64::total_cmp);
     heights.dedup();
-    heights
+    Some(heights)
 }
 
 /// Height at which two edges cross, if they do between their ends.

@@ -10,6 +10,7 @@ mod section;
 use std::collections::BTreeMap;
 
 use hysteron_base::BadInput;
+use hysteron_base::size::{check_at_most, check_memory};
 
 use crate::{Cells, Mesh, Result};
 use section::{Section, Walls};
@@ -71,7 +72,14 @@ pub struct Tube {
 }
 
 const MOST_DIVISIONS: u32 = 512;
-const MOST_NODES: usize = 20_000_000;
+const MOST_NODES: usize = 5_000_000;
+const MOST_LAYERS: usize = 20_000;
+const MOST_CORNERS: usize = 1000;
+const MOST_CHANNELS: usize = 64;
+/// Memory per node of the mesh, its cells and what checks them, and as much again for the nodes between [bytes].
+const BYTES_PER_NODE: f64 = 1500.0;
+
+const FEWER: &str = "use fewer divisions or layers, or a longer edge";
 
 impl Tube {
     /// Meshes the body. Groups: `base` (nodes at z = 0), `tip` (at the other end), `body` (all).
@@ -81,17 +89,20 @@ impl Tube {
     /// # Errors
     /// `BadInput` naming the field: a length that is not positive and finite, a profile that does not rise
     /// in z, divisions outside 3 to 512, a wall (between channel, bore, surface and other channels) thinner
-    /// than 1 % of the outer radius, or more than 20 million nodes.
+    /// than 1 % of the outer radius, more than 64 channels, 20 000 layers or 5 million nodes, or more than this machine
+    /// can hold.
     pub fn mesh(&self) -> Result<Mesh> {
         let walls = self.check()?;
         let levels = self.levels()?;
         let section = section::triangulate(&walls)?;
-        let n_nodes = section.points.len().saturating_mul(levels.len());
+        let quadratic = if self.order == Order::Quadratic { 8 } else { 1 };
+        let n_nodes = section.points.len().saturating_mul(levels.len()).saturating_mul(quadratic);
         if n_nodes > MOST_NODES {
             return Err(BadInput::new("tube", format!("at most {MOST_NODES} nodes"), n_nodes.to_string())
-                .hint("use fewer divisions or layers")
+                .hint(FEWER)
                 .into());
         }
+        check_memory("tube", BYTES_PER_NODE * n_nodes as f64, FEWER)?;
         let mesh = extrude(&section, &levels);
         Ok(match self.order {
             Order::Linear => mesh,
@@ -119,6 +130,8 @@ impl Tube {
                 self.profile.len().to_string(),
             ));
         };
+        check_at_most("tube: profile", self.profile.len(), MOST_CORNERS)?;
+        check_at_most("tube: channels", self.channels.len(), MOST_CHANNELS)?;
         if first[0] != 0.0 {
             return Err(BadInput::new("tube: profile 0: z", "0 mm, the base", mm(first[0])));
         }
@@ -194,18 +207,21 @@ impl Tube {
                 let mut counts = Vec::new();
                 for (low, high) in &links {
                     let n = ((high[0] - low[0]) / height * (1.0 - 1e-12)).ceil().max(1.0);
-                    if !(height > 0.0 && n < MOST_NODES as f64) {
-                        return Err(BadInput::new("tube: layers", "a height above 0 mm", mm(height)));
+                    // Not a number fails here too.
+                    if !(height > 0.0 && n <= MOST_LAYERS as f64) {
+                        let expected = format!("at most {MOST_LAYERS}");
+                        return Err(BadInput::new("tube: layers", expected, format!("{n:.0}")).hint(FEWER));
                     }
                     counts.push(n as usize);
                 }
+                check_at_most("tube: layers", counts.iter().sum(), MOST_LAYERS)?;
                 counts
             }
             Layers::Count(n) => {
-                if (n as usize) < links.len() || n as usize > MOST_NODES {
+                if (n as usize) < links.len() || n as usize > MOST_LAYERS {
                     return Err(BadInput::new(
                         "tube: layers",
-                        format!("{} to {MOST_NODES}, one for every link", links.len()),
+                        format!("{} to {MOST_LAYERS}, one for every link", links.len()),
                         n.to_string(),
                     ));
                 }

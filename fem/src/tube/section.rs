@@ -6,8 +6,12 @@
 use std::f64::consts::TAU;
 
 use hysteron_base::BadInput;
+use hysteron_base::size::check_at_most;
 
 use super::delaunay;
+
+/// Most points of a section: each is compared with all triangles so far.
+const MOST_POINTS: usize = 6000;
 
 /// How fast triangles may grow away from a wall: length per length \[-\].
 const GROWTH: f64 = 0.25;
@@ -84,6 +88,8 @@ pub(super) fn triangulate(walls: &Walls) -> Result<Section, BadInput> {
         - walls.channels.iter().map(|c| polygon_area(walls.channel_divisions, c.1)).sum::<f64>();
 
     fill(walls, &circles, &mut points);
+    check_at_most("tube: points of the cross-section", points.len(), MOST_POINTS)
+        .map_err(|bad| bad.hint("use fewer divisions, or a longer edge"))?;
     hole.resize(points.len(), 0);
 
     let mut triangles = delaunay::triangulate(&points);
@@ -156,6 +162,9 @@ fn fill(walls: &Walls, circles: &[Circle], points: &mut Vec<[f64; 2]>) {
         let apart = || points.iter().all(|q| (p[0] - q[0]).hypot(p[1] - q[1]) > 0.75 * here);
         if clear && apart() {
             points.push(p);
+        }
+        if points.len() > MOST_POINTS {
+            return;
         }
     }
 }

@@ -69,6 +69,22 @@ fn body_held_in_two_points_has_no_factor() {
 }
 
 #[test]
+fn a_clamp_about_which_the_body_turns_is_refused() {
+    let mesh = box_mesh([1, 1, 2], [1.0; 3], 0.0, Order::Linear);
+    let check = |clamped: &[u32]| {
+        FemModel::new(&mesh, material(Law::Corotational, 0.3), clamped).unwrap().check_clamp()
+    };
+    let on_an_edge = nodes_where(&mesh, |x| x[0] == 0.0 && x[1] == 0.0);
+    for (clamped, found) in
+        [(&[0][..], "one node"), (&[0, 1], "two nodes"), (&on_an_edge, "3 nodes in one line")]
+    {
+        let bad = bad_input(check(clamped));
+        assert_eq!((bad.place.as_str(), bad.found.as_str()), ("clamp", found));
+    }
+    check(&nodes_where(&mesh, |x| x[2] == 0.0)).unwrap();
+}
+
+#[test]
 fn values_that_are_not_finite_name_the_node_of_the_file() {
     let mesh = box_mesh([2, 2, 3], [1.0; 3], 0.1, Order::Linear);
     let base = nodes_where(&mesh, |x| x[2] == 0.0);

@@ -8,6 +8,7 @@ mod documents;
 mod emulate;
 mod fit_material;
 mod generate;
+mod limits;
 mod mesh;
 mod reach;
 mod record;

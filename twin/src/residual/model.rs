@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Checkpoint, Network, Normaliser};
+use hysteron_base::size::check_count;
+use hysteron_learn::{Checkpoint, MOST_ROWS, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -104,7 +105,15 @@ impl ResidualModel {
                     && linear.iter().all(|part| part.fits(features.n_primary, features.n_of_strokes())),
                 adaptation.as_ref().is_none_or(|adaptation| adaptation.fits(features)),
             ],
-            (Design::Windowed { .. }, adaptation) => [true, true, adaptation.is_none()],
+            (Design::Windowed { window }, adaptation) => {
+                check_count("window", *window, MOST_ROWS).map_err(|bad| bad.within(path.display()))?;
+                if inputs.channels.len() < 4 {
+                    let found = inputs.channels.len().to_string();
+                    let place = format!("{}: inputs", path.display());
+                    return Err(BadInput::new(place, "a stroke or more, and the tip", found).into());
+                }
+                [true, true, adaptation.is_none()]
+            }
         };
         let parts = ["design.stateful.decoder", "design.stateful.linear", "adaptation"];
         for (fits, part) in [decodes, adds, adapts].into_iter().zip(parts) {

@@ -92,6 +92,9 @@ pub fn fit_stateful(
         feedback: options.feedback,
         step_s: first.step,
     };
+    let n_networks = held_out.len().min(rayon::current_num_threads());
+    let architecture = options.learning.architecture(spec.len(), 3);
+    architecture.check_training([options.learning.piece, sequences.len()], n_networks)?;
     let course = Course { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
     let members = held_out
         .par_iter()

@@ -42,6 +42,7 @@ pub fn fit_windowed(
     options: &WindowedOptions,
     sessions: &Sessions<'_>,
 ) -> Result<Fitted> {
+    options.check()?;
     let first = first_of_one_robot(training, held_out)?;
     if first.decoder.is_some() {
         let expected = "auxiliary strokes by identification, which this design learns";
@@ -58,6 +59,7 @@ pub fn fit_windowed(
     let mut identity = json!({
         "scene": scene_hash, "options": options, "trained_on": names(training), "held_out": names(held_out),
     });
+    architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let learned = sessions.teach(0, &mut lesson, network, options.seed, &identity)?;
     let floor_error = lesson.gradient_floor_error(&learned.network)?;

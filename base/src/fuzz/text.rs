@@ -42,14 +42,23 @@ const SNIPPETS: [&str; 12] = ["\u{feff}", "µ", "\u{0}", "\"", "=", "[", "]", "#
 /// One slip.
 #[derive(Debug, Clone)]
 pub enum Slip {
+    /// A line less.
     Drop(Index),
+    /// A line twice.
     Double(Index),
+    /// Two lines in each other's place.
     Swap(Index, Index),
+    /// Another number.
     Number(Index, usize),
+    /// Another value of a key.
     Value(Index, usize),
+    /// The key of one line before the value of another.
     Key(Index, Index),
+    /// Something put in.
     Insert(Index, usize),
+    /// A part that is gone.
     Cut(Index, Index),
+    /// The end, too early.
     End(Index),
 }
 

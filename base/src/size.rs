@@ -1,0 +1,96 @@
+//! Sizes that a file or an option asks for: refused before memory or time is spent on them.
+//!
+//! A count has a largest value of its own where the format or the field knows one. Whatever is then still too large for
+//! this machine is refused by its memory, with [`check_memory`].
+
+use crate::BadInput;
+
+/// Taken to be free where the system does not tell [bytes].
+const ASSUMED: u64 = 4 << 30;
+/// Part of the free memory that one task may ask for; the rest is for everything that nobody counts [-].
+const SHARE: f64 = 0.8;
+
+/// Memory that this process may still take [bytes]: what the machine has left, and where the process is in a control
+/// group, what the group has left. 4 GiB where the system does not tell.
+pub fn free_memory() -> u64 {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let machine = read("/proc/meminfo").and_then(|text| available(&text));
+    let number = |path: &str| read(path)?.trim().parse::<u64>().ok();
+    let (limit, used) = (number("/sys/fs/cgroup/memory.max"), number("/sys/fs/cgroup/memory.current"));
+    let group = limit.zip(used).map(|(limit, used)| limit.saturating_sub(used));
+    [machine, group].into_iter().flatten().min().unwrap_or(ASSUMED)
+}
+
+/// `MemAvailable` of /proc/meminfo [bytes].
+fn available(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?)
+}
+
+/// Accepts a task that needs so much memory [bytes], estimated.
+///
+/// # Errors
+/// `BadInput` where this machine does not have it free.
+pub fn check_memory(place: &str, bytes: f64, hint: &str) -> Result<(), BadInput> {
+    let most = SHARE * free_memory() as f64;
+    if bytes <= most {
+        return Ok(());
+    }
+    let expected = format!("at most {} of memory, which this machine has free", gigabytes(most));
+    Err(BadInput::new(place, expected, gigabytes(bytes)).hint(hint))
+}
+
+fn gigabytes(bytes: f64) -> String {
+    let gb = 1e-9 * bytes;
+    if gb < 1e4 { format!("{gb:.2} GB") } else { format!("{gb:.0e} GB") }
+}
+
+/// Accepts a count from 1 to `most`.
+///
+/// # Errors
+/// `BadInput` naming both.
+pub fn check_count(place: &str, n: usize, most: usize) -> Result<(), BadInput> {
+    if n == 0 {
+        return Err(BadInput::new(place, "at least 1", "0"));
+    }
+    check_at_most(place, n, most)
+}
+
+/// Accepts a number of things up to `most`.
+///
+/// # Errors
+/// `BadInput` naming both.
+pub fn check_at_most(place: &str, n: usize, most: usize) -> Result<(), BadInput> {
+    if n <= most { Ok(()) } else { Err(BadInput::new(place, format!("at most {most}"), n.to_string())) }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+
+    #[test]
+    fn what_the_machine_has_free_is_read() {
+        let text = "MemTotal:       16384 kB\nMemFree:            1 kB\nMemAvailable:    8192 kB\n";
+        assert_eq!(available(text), Some(8 << 20));
+        assert_eq!(available("MemTotal: 5 kB\n"), None);
+        assert!(free_memory() > 1 << 20);
+    }
+
+    #[test]
+    fn a_size_beyond_the_machine_is_refused() {
+        check_memory("x", 1.0, "").unwrap();
+        for bytes in [1e15, 1e300, f64::INFINITY, f64::NAN] {
+            let bad = check_memory("--hidden", bytes, "a smaller one").unwrap_err();
+            assert!(bad.to_string().starts_with("--hidden: expected at most "), "{bad}");
+            assert!(bad.to_string().len() < 200, "{bad}");
+        }
+    }
+
+    #[test]
+    fn counts_have_a_largest_value() {
+        check_count("n", 5, 5).unwrap();
+        assert_eq!(check_count("n", 6, 5).unwrap_err().to_string(), "n: expected at most 5, got 6");
+        assert_eq!(check_count("n", 0, 5).unwrap_err().to_string(), "n: expected at least 1, got 0");
+    }
+}

@@ -1,0 +1,81 @@
+//! `hysteron completions` and `hysteron man`: what shells and `man` want to know, made from the command line itself.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::CommandFactory;
+use hysteron_base::file;
+use serde::Serialize;
+
+use crate::arguments::Program;
+use crate::terminal;
+
+const COMPLETIONS_HELP: &str = "\
+Prints a script for the shell. For bash, in a terminal:
+  source <(hysteron completions bash)
+and for every terminal from now on:
+  hysteron completions bash > ~/.local/share/bash-completion/completions/hysteron
+
+Exit codes: 0 done, 2 bad input.";
+
+const MAN_HELP: &str = "\
+Writes a page for the program and one for every verb: hysteron.1, hysteron-simulate.1, ...
+
+Example:
+  hysteron man --out ~/.local/share/man/man1
+
+Exit codes: 0 done, 1 failed, 2 bad input.";
+
+/// Print a script that completes verbs and options in a shell
+#[derive(Debug, clap::Args)]
+#[command(after_help = COMPLETIONS_HELP)]
+pub struct CompletionArguments {
+    /// Which shell
+    #[arg(value_enum)]
+    shell: clap_complete::Shell,
+}
+
+/// Write manual pages
+#[derive(Debug, clap::Args)]
+#[command(after_help = MAN_HELP)]
+pub struct ManArguments {
+    /// Folder to write to
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// What `man` wrote.
+#[derive(Debug, Serialize)]
+struct Pages {
+    /// Files, in order of their names.
+    pages: Vec<PathBuf>,
+}
+
+/// Carries out the verb `completions`.
+pub fn completions(arguments: &CompletionArguments) {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Program::command(), "hysteron", &mut script);
+    terminal::print(String::from_utf8_lossy(&script).trim_end());
+}
+
+/// Carries out the verb `man`.
+pub fn man(arguments: &ManArguments) -> anyhow::Result<()> {
+    let mut program = Program::command();
+    program.build();
+    let mut pages = Vec::new();
+    write_pages(&arguments.out, &program, &mut pages)?;
+    pages.sort();
+    terminal::say(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
+    terminal::summarise(&Pages { pages })
+}
+
+fn write_pages(folder: &Path, command: &clap::Command, pages: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+    let manual = clap_mangen::Man::new(command.clone());
+    let mut page = Vec::new();
+    manual.render(&mut page).context("a manual page")?;
+    let path = folder.join(manual.get_filename());
+    file::write_bytes(&path, &page)?;
+    pages.push(path);
+    let verbs = command.get_subcommands().filter(|verb| !verb.is_hide_set() && verb.get_name() != "help");
+    verbs.into_iter().try_for_each(|verb| write_pages(folder, verb, pages))
+}

@@ -1,0 +1,138 @@
+//! Networks in their files: damaged as they are, and with slips in what they say of themselves under a checksum that is
+//! right.
+
+use std::path::Path;
+
+use hysteron_base::fuzz::text::{slipped, slips};
+use hysteron_base::fuzz::{damaged, damages, drive};
+use hysteron_base::{Channel, Metadata, Recording, file};
+use hysteron_control::inverse::{
+    Axes, Dataset, Demonstration, InverseModel, StatefulOptions, fit_stateful, fit_windowed,
+};
+use hysteron_learn::{
+    Architecture, ChannelRange, Checkpoint, Head, Network, Normaliser, SequenceOptions, Session, Training,
+    WindowedOptions,
+};
+use hysteron_twin::residual::ResidualModel;
+use serde_json::json;
+
+use super::{Case, MEMORY_MAX, refused};
+
+const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// A tip that follows two pairs of tendons.
+fn recording(index: u32) -> Recording {
+    let time: Vec<f64> = (0..300).map(|i| 0.05 * f64::from(i)).collect();
+    let way = |lag: f64| time.iter().map(move |t| 3e-3 * (t * (1.0 + 0.1 * f64::from(index)) + lag).sin());
+    let (a, b): (Vec<f64>, Vec<f64>) = (way(0.0).collect(), way(1.5).collect());
+    let by = |values: &[f64], factor: f64| values.iter().map(|v| factor * v).collect::<Vec<_>>();
+    let columns = [a.clone(), b.clone(), by(&a, -1.0), by(&b, -1.0), by(&a, 3.0), by(&b, 3.0)];
+    let names = ["stroke_1_m", "stroke_2_m", "stroke_3_m", "stroke_4_m", "tip_x_m", "tip_y_m"];
+    let channels = names.into_iter().zip(columns).map(|(name, values)| Channel::new(name, values)).collect();
+    Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap()
+}
+
+/// Bytes of an inverse controller of each design, and of a training that can go on.
+fn inverse() -> [Vec<u8>; 3] {
+    let one =
+        |k: u32| Demonstration::new(&format!("r-{k}"), &format!("{k}"), &recording(k), Axes::Planar).unwrap();
+    let data = Dataset::new((0..4).map(one).collect(), &["r-3".to_owned()], 1).unwrap();
+    let default = StatefulOptions::default();
+    let learning = SequenceOptions { hidden: 4, epochs: 1, ..default.learning };
+    let case = Case::new("a.safetensors");
+    let training = case.path.with_extension("training");
+    // Ended after its first epoch, it leaves the file to go on from.
+    let mut n_calls = 0;
+    let mut once = |progress: &hysteron_learn::Progress| {
+        n_calls += usize::from(matches!(progress, hysteron_learn::Progress::Epoch(_)));
+        n_calls == 0
+    };
+    let mut session = Session { file: Some(&training), progress: &mut once };
+    let options = StatefulOptions { learning: SequenceOptions { epochs: 2, ..learning }, ..default };
+    fit_stateful(&data, &options, &mut session).unwrap().model.write(&case.path).unwrap();
+    let stateful = std::fs::read(&case.path).unwrap();
+    let mut session = Session { file: None, progress: &mut |_| true };
+    let options = WindowedOptions {
+        hidden: 4,
+        epochs: 1,
+        window: 5,
+        stride: 50,
+        ..hysteron_control::inverse::PUBLISHED
+    };
+    fit_windowed(&data, &options, &mut session).unwrap().model.write(&case.path).unwrap();
+    [stateful, std::fs::read(&case.path).unwrap(), std::fs::read(&training).unwrap()]
+}
+
+/// Bytes of a residual network of the published design.
+fn residual() -> Vec<u8> {
+    let range = |name: String| ChannelRange { name, min: -1.0, max: 1.0 };
+    let inputs = ["stroke_1_m", "stroke_2_m", "tip_x_m", "tip_y_m", "tip_z_m"].map(str::to_owned);
+    let architecture =
+        Architecture { inputs: 5, hidden: 4, layers: 1, outputs: 2, head: Head::Tanh, dropout: 0.1 };
+    let checkpoint = Checkpoint {
+        kind: "residual".to_owned(),
+        network: Network::new(&architecture, 1).unwrap(),
+        inputs: Normaliser::new(inputs.map(range).to_vec()).unwrap(),
+        outputs: Normaliser::new(["aux_01_m", "aux_02_m"].map(|name| range(name.to_owned())).to_vec())
+            .unwrap(),
+        details: json!({
+            "design": { "windowed": { "window": 5 } }, "n_aux": 2, "step_s": 0.01, "scene_sha256": NO_CHECKSUM,
+            "adaptation": null, "training": { "epochs": 3 },
+        }),
+    };
+    let case = Case::new("a.safetensors");
+    checkpoint.write(&case.path).unwrap();
+    std::fs::read(&case.path).unwrap()
+}
+
+/// The file with slips in its header, one line a value, and the checksum of what it then holds.
+fn resealed(bytes: &[u8], slip: impl Fn(&str) -> String) -> Vec<u8> {
+    let (length, rest) = bytes.split_at(8);
+    let n = u64::from_le_bytes(length.try_into().unwrap()) as usize;
+    let header = String::from_utf8(rest[..n].to_vec()).unwrap();
+    let stated = header.split("\"sha256\":\"").nth(1).unwrap()[..NO_CHECKSUM.len()].to_owned();
+    let header = slip(&header.replace(',', ",\n").replace(':', " = "));
+    let mut header = header.replace(" = ", ":").replace('\n', "").replace(&stated, NO_CHECKSUM);
+    header.extend(std::iter::repeat_n(' ', header.len().next_multiple_of(8) - header.len()));
+    let mut sealed = (header.len() as u64).to_le_bytes().to_vec();
+    sealed.extend(header.as_bytes());
+    sealed.extend(&rest[n..]);
+    let checksum = file::sha256_hex(&sealed);
+    if let Some(at) = sealed.windows(NO_CHECKSUM.len()).position(|window| window == NO_CHECKSUM.as_bytes()) {
+        sealed[at..at + checksum.len()].copy_from_slice(checksum.as_bytes());
+    }
+    sealed
+}
+
+/// Tries a reader on damaged and on slipped files.
+fn tried(name: &str, bytes: &[u8], read: impl Fn(&Path) + std::panic::RefUnwindSafe) {
+    let case = Case::new("a.safetensors");
+    case.write(resealed(bytes, str::to_owned));
+    read(&case.path);
+    drive(&format!("{name}, bytes"), 500, MEMORY_MAX, damages(), |damages| {
+        read(case.write(damaged(bytes, &damages)));
+    });
+    drive(&format!("{name}, header"), 500, MEMORY_MAX, slips(), |slips| {
+        read(case.write(resealed(bytes, |text| slipped(text, &slips))));
+    });
+}
+
+#[test]
+fn no_damage_to_a_checkpoint_does_harm() {
+    let [stateful, windowed, training] = inverse();
+    for (name, bytes) in [("inverse, stateful", stateful), ("inverse, paper", windowed)] {
+        tried(name, &bytes, |path| match InverseModel::read(path) {
+            Ok(model) => drop(model.check_step(0.05)),
+            Err(error) => refused(error.bad_input(), &error),
+        });
+    }
+    tried("training", &training, |path| match Training::load(path) {
+        Ok(_) => {}
+        Err(hysteron_learn::Error::BadInput(bad)) => refused(Some(&bad), &bad),
+        Err(error) => refused(None, &error),
+    });
+    tried("residual, paper", &residual(), |path| match ResidualModel::read(path) {
+        Ok(model) => drop(model.check(2, 2, 0.01)),
+        Err(error) => refused(error.bad_input(), &error),
+    });
+}

@@ -1,0 +1,51 @@
+//! Every reader on input that nobody meant: no panic, no abort, little memory, and refusals in the one form of an error.
+//!
+//! A few hundred cases each are drawn in every run; `HYSTERON_FUZZ_CASES=1000000` draws a million each, and
+//! `HYSTERON_FUZZ_S=600` ends each after ten minutes and says how far it came. Rigs, calibrations, journals, buses and
+//! trackers have theirs in `rig/tests/it/fuzz`, studies beside their reader.
+
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+mod checkpoints;
+mod meshes;
+mod typed;
+
+use std::path::PathBuf;
+
+use hysteron_base::BadInput;
+use hysteron_base::fuzz::assert_in_house_form;
+
+/// Most memory of this process, all readers together [bytes].
+const MEMORY_MAX: u64 = 500_000_000;
+
+/// A folder, and a file in it that is written anew for every case.
+struct Case {
+    _folder: tempfile::TempDir,
+    path: PathBuf,
+}
+
+impl Case {
+    fn new(name: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        Self { _folder: folder, path }
+    }
+
+    fn write(&self, bytes: impl AsRef<[u8]>) -> &PathBuf {
+        std::fs::write(&self.path, bytes).unwrap();
+        &self.path
+    }
+}
+
+/// What a reader refuses is bad input, in the form of all.
+fn refused(bad: Option<&BadInput>, error: &dyn std::fmt::Display) {
+    assert_in_house_form(bad, error);
+}
+
+/// What `base` refuses.
+fn refused_by_base(error: &hysteron_base::Error) {
+    match error {
+        hysteron_base::Error::BadInput(bad) => refused(Some(bad), bad),
+        other => panic!("not bad input but: {other}"),
+    }
+}
