@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::{BadInput, Scene};
+use hysteron_base::Scene;
 use hysteron_twin::residual::{AdaptOptions, Adapted, Kept, adapt, n_samples};
 use hysteron_twin::{Motion, Twin};
 use serde::Serialize;

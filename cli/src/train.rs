@@ -131,10 +131,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     unfinished.end(fitted.is_finished)
 }
 
-fn metres(mm: &[f64]) -> Vec<f64> {
-    mm.iter().map(|mm| 1e-3 * mm).collect()
-}
-
 fn dataset(arguments: &Arguments) -> anyhow::Result<Dataset> {
     let inputs = inputs::read(&arguments.recordings)?;
     let axes = if arguments.spatial { Axes::Spatial } else { Axes::Planar };
