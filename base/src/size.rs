@@ -11,13 +11,13 @@ const ASSUMED: u64 = 4 << 30;
 const SHARE: f64 = 0.8;
 
 /// Memory that this process may still take [bytes]: what the machine has left, and where the process is in a control
-/// group, what the group has left. 4 GiB where the system does not tell.
+/// group, at most what the group may have. 4 GiB where the system does not tell.
 pub fn free_memory() -> u64 {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let machine = read("/proc/meminfo").and_then(|text| available(&text));
     let number = |path: &str| read(path)?.trim().parse::<u64>().ok();
-    let (limit, used) = (number("/sys/fs/cgroup/memory.max"), number("/sys/fs/cgroup/memory.current"));
-    let group = limit.zip(used).map(|(limit, used)| limit.saturating_sub(used));
+    // What the group uses counts the cache of files too, which makes room: the limit alone says something.
+    let group = number("/sys/fs/cgroup/memory.max");
     [machine, group].into_iter().flatten().min().unwrap_or(ASSUMED)
 }
 
