@@ -69,11 +69,12 @@ pub enum Error {
 }
 
 impl Error {
-    /// Wraps a refusal of the file system, naming the file. A file that does not exist is bad input, and so is a folder.
+    /// Wraps a refusal of the file system, naming the file. A file that does not exist or cannot is bad input, and so is
+    /// a folder.
     pub fn io(path: &Path, refusal: std::io::Error) -> Self {
         let bad = |found: &str| BadInput::new(path.display().to_string(), "a file", found);
         match refusal.kind() {
-            ErrorKind::NotFound => {
+            ErrorKind::NotFound | ErrorKind::NotADirectory | ErrorKind::InvalidFilename => {
                 bad("nothing there").hint("check the path; it is taken relative to the current folder").into()
             }
             ErrorKind::IsADirectory => bad("a folder").into(),

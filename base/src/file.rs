@@ -1,12 +1,21 @@
 //! Reading whole files and writing them atomically.
 //!
-//! A file is written under a temporary name in its own folder, flushed to the disk and then renamed. Whatever
-//! goes wrong, an interrupt included, the final name holds either the old content or the new, never a part.
+//! A file is written under a temporary name in its own folder, flushed to the disk and then renamed; the folder's entry
+//! is flushed too. Whatever goes wrong, an interrupt included, the final name holds either the old content or the new,
+//! never a part. Only regular files are read, and none beyond a stated size.
 
 use crate::{BadInput, Error, Result};
 use sha2::{Digest, Sha256};
-use std::io::{BufWriter, Write};
+use std::fs::File;
+use std::io::{BufWriter, Read, Write};
 use std::path::Path;
+
+/// So begin and end the names of files that are being written; each is locked by the program that writes it.
+const TEMPORARY: (&str, &str) = (".hysteron-", ".tmp");
+/// Largest file that is read [byte].
+const MOST: u64 = 1 << 30;
+/// Largest file of text that a person types [byte].
+const MOST_TEXT: u64 = 16 << 20;
 
 /// Writes `path` through `content`, which is given a buffered writer. Parent folders are created.
 ///
@@ -28,42 +37,165 @@ fn write_and_rename(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
-    let folder = match path.parent() {
+    let folder = folder_of(path);
+    let is_there = |folder: &Path| folder.as_os_str().is_empty() || folder.exists();
+    let there = folder.ancestors().position(is_there).unwrap_or(0);
+    std::fs::create_dir_all(folder)?;
+    // Removed when dropped, so an early return leaves nothing behind.
+    let mut out = BufWriter::new(temporary_in(folder)?);
+    content(&mut out)?;
+    let temporary = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(path).map_err(|e| e.error)?;
+    // The entry of the file, and those of folders that are new.
+    folder.ancestors().take(there + 1).try_for_each(sync_folder)
+}
+
+/// The folder of a file.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
-    };
-    std::fs::create_dir_all(folder)?;
+    }
+}
+
+/// A new file with a temporary name, locked.
+fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".hysteron-").suffix(".tmp");
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     #[cfg(unix)]
     {
         // What a plain create gives: readable by others where the umask allows it.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    // Removed when dropped, so an early return leaves nothing behind.
-    let mut out = BufWriter::new(builder.tempfile_in(folder)?);
-    content(&mut out)?;
-    let temporary = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-    temporary.as_file().sync_all()?;
-    temporary.persist(path).map_err(|e| e.error)?;
+    loop {
+        let temporary = builder.tempfile_in(folder)?;
+        temporary.as_file().lock()?;
+        // `clear_temporary` of another program may have come before the lock.
+        if temporary.path().exists() {
+            return Ok(temporary);
+        }
+    }
+}
+
+/// Flushes the entries of a folder, where the system can.
+#[cfg(unix)]
+fn sync_folder(folder: &Path) -> std::io::Result<()> {
+    use std::io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        // Some file systems have nothing to flush there, and some folders may be written but not read.
+        Err(error) if !matches!(error.kind(), InvalidInput | PermissionDenied | Unsupported) => Err(error),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The bytes of a file.
-///
-/// # Errors
-/// `BadInput` if there is no such file, `Io` if it cannot be read.
-pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|refusal| Error::io(path, refusal))
+/// Removes the temporary files in a folder that programs have left which were killed while they wrote. Those that a
+/// living program writes are locked, and stay.
+pub fn clear_temporary(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !(is_file && name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)) {
+            continue;
+        }
+        // The lock is held until the file is gone, so that its writer, if it is just beginning, sees that.
+        if let Ok(file) = File::options().read(true).write(true).open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            // One that cannot be removed does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
-/// The text of a file.
+/// Whether two names stand for one file or folder that is there, however they are spelled: links, hard links, dots and,
+/// where the disk does not tell it apart, letter case.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((identity(a), identity(b)), (Some(a), Some(b)) if a == b)
+}
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    std::fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<std::path::PathBuf> {
+    path.canonicalize().ok()
+}
+
+/// Opens a regular file of at most `most` bytes, for reading.
 ///
 /// # Errors
-/// As [`read_bytes`], and `BadInput` naming the line if it is not UTF-8.
+/// `BadInput` if there is no such file, if it is a folder, a device or a pipe, or larger; `Io` if it cannot be opened.
+pub fn open(path: &Path, most: u64) -> Result<File> {
+    // Looked at before it is opened: opening a pipe waits for its other end.
+    let metadata = std::fs::metadata(path).map_err(|refusal| Error::io(path, refusal))?;
+    if !metadata.is_file() {
+        let found = if metadata.is_dir() { "a folder" } else { "a device or a pipe" };
+        return Err(BadInput::new(path.display().to_string(), "a file", found).into());
+    }
+    if metadata.len() > most {
+        return Err(too_large(path, most, format!("{} bytes", metadata.len())).into());
+    }
+    File::open(path).map_err(|refusal| Error::io(path, refusal))
+}
+
+fn too_large(path: &Path, most: u64, found: String) -> BadInput {
+    BadInput::new(path.display().to_string(), format!("a file of at most {most} bytes"), found)
+        .hint("is it the right file?")
+}
+
+/// The bytes of a regular file, at most a gibibyte.
+///
+/// # Errors
+/// As [`open`].
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    read_up_to(path, MOST)
+}
+
+/// The bytes of a regular file of at most `most` bytes.
+///
+/// # Errors
+/// As [`open`].
+pub fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let file = open(path, most)?;
+    let mut bytes = Vec::new();
+    // It may grow, and not every file system knows its size.
+    file.take(most + 1).read_to_end(&mut bytes).map_err(|refusal| Error::io(path, refusal))?;
+    if bytes.len() as u64 > most {
+        return Err(too_large(path, most, "more".to_owned()).into());
+    }
+    Ok(bytes)
+}
+
+/// The first bytes of a regular file, at most `n`.
+///
+/// # Errors
+/// As [`open`].
+pub fn read_head(path: &Path, n: usize) -> Result<Vec<u8>> {
+    let mut head = Vec::new();
+    let file = open(path, u64::MAX)?;
+    file.take(n as u64).read_to_end(&mut head).map_err(|refusal| Error::io(path, refusal))?;
+    Ok(head)
+}
+
+/// The text of a file that a person types, at most 16 MiB.
+///
+/// # Errors
+/// As [`open`], and `BadInput` naming the line if it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
-    Ok(text_of(read_bytes(path)?, &path.display().to_string())?)
+    Ok(text_of(read_up_to(path, MOST_TEXT)?, &path.display().to_string())?)
 }
 
 /// Takes bytes as UTF-8; `place` is named in the error.
@@ -144,6 +276,59 @@ mod tests {
         let Err(Error::BadInput(bad)) = read_text(&path) else { panic!("accepted") };
         assert!(bad.place.ends_with("latin1.txt: line 2"), "{bad}");
         assert_eq!(bad.found, "byte 0xf6");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn only_regular_files_of_a_bounded_size_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |path: &Path| match read_up_to(path, 8) {
+            Err(Error::BadInput(bad)) => bad.to_string(),
+            other => panic!("{other:?}"),
+        };
+        assert!(refused(Path::new("/dev/zero")).contains("a device or a pipe"));
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert!(refused(&pipe).contains("a device or a pipe"));
+        assert!(refused(folder.path()).contains("a folder"));
+        let path = folder.path().join("nine");
+        write_bytes(&path, "123456789").unwrap();
+        assert!(refused(&path).contains("at most 8 bytes, got 9 bytes"));
+        // Its size is not stated before it is read.
+        #[cfg(target_os = "linux")]
+        assert!(refused(Path::new("/proc/self/status")).contains("at most 8 bytes, got more"));
+        assert_eq!(read_up_to(&path, 9).unwrap(), b"123456789");
+    }
+
+    #[test]
+    fn temporary_files_of_killed_programs_are_cleared_and_those_of_living_ones_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(".hysteron-killed.tmp"), "half").unwrap();
+        std::fs::write(folder.path().join(".hysteron-notes"), "mine").unwrap();
+        let living = temporary_in(folder.path()).unwrap();
+        clear_temporary(folder.path());
+        let mut expected = vec![living.path().file_name().unwrap().to_str().unwrap().to_owned()];
+        expected.push(".hysteron-notes".to_owned());
+        expected.sort();
+        let mut found = names_in(folder.path());
+        found.sort();
+        assert_eq!(found, expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_is_the_same_under_every_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let name = |name: &str| folder.path().join(name);
+        write_bytes(&name("a"), "a").unwrap();
+        write_bytes(&name("b"), "a").unwrap();
+        std::fs::hard_link(name("a"), name("hard")).unwrap();
+        std::os::unix::fs::symlink(name("a"), name("soft")).unwrap();
+        for other in ["a", "./a", "hard", "soft"] {
+            assert!(is_same(&name("a"), &name(other)), "{other}");
+        }
+        assert!(!is_same(&name("a"), &name("b")));
+        assert!(!is_same(&name("none"), &name("none")), "nothing is there");
     }
 
     #[cfg(unix)]

@@ -21,7 +21,7 @@ pub mod units;
 
 pub use error::{BadInput, Error, Result};
 pub use lock::Lock;
-pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
+pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording, crc32};
 pub use rng::rng;
 pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::figures::report::write_metrics;
 use crate::network::Network;
+use crate::outputs::Outputs;
 use crate::{inputs, interrupt, number, paths, terminal};
 
 const HELP: &str = "\
@@ -74,6 +75,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for motion in &motions {
         network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;
     }
+    let outputs = Outputs::reading(inputs.iter().map(|input| &input.path)).and([&arguments.checkpoint]);
+    let _claim = outputs.scene(&arguments.scene, &scene).file("--out", &arguments.out).check()?;
     interrupt::listen()?;
     let bar = terminal::progress("samples", n_samples(&twin, &motions), 0);
     let on_sample = || {
@@ -87,6 +90,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let hashes = inputs.iter().map(|input| json!([input.name, input.hash])).collect();
     adapted.model.training["adapted_to"] = hashes;
     adapted.model.training["adapted_kept"] = json!(adapted.kept);
+    adapted.model.training["command"] = json!(terminal::command_line());
+    adapted.model.training["commit"] = json!(env!("HYSTERON_COMMIT"));
+    adapted.model.training["version"] = json!(env!("CARGO_PKG_VERSION"));
     adapted.model.write(&arguments.out)?;
     let folder = paths::beside(&arguments.out, arguments.figures.as_deref());
     write_metrics(&folder, &Metrics::new(&adapted, &options))?;

@@ -1,5 +1,6 @@
 //! The command line: verbs, options for all of them, and the help that goes with them.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -56,6 +57,10 @@ pub struct Program {
     /// Log only warnings, and show no progress; twice for errors alone
     #[arg(short, long, global = true, help_heading = "Options of all verbs", action = ArgAction::Count)]
     quiet: u8,
+    /// Replace results of this program that other arguments have made; an input, a measurement or a file of another
+    /// program is never replaced
+    #[arg(long, global = true, help_heading = "Options of all verbs")]
+    overwrite: bool,
     /// Threads to use [default: all cores]; results do not depend on it
     #[arg(long, global = true, help_heading = "Options of all verbs", value_name = "N", value_parser = number::threads)]
     threads: Option<usize>,
@@ -101,11 +106,22 @@ impl Program {
                 ExitCode::from(2)
             }
             None => {
+                // Control characters that may stand in the words typed are escaped.
+                let shown = |word: OsString| terminal::escaped(&word.to_string_lossy());
+                let again = Self::try_parse_from(std::env::args_os().map(shown));
+                let error = again.err().unwrap_or(error);
                 // Help and version are no errors, and go to stdout.
                 let _ = error.print();
                 ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
             }
         })
+    }
+
+    /// Results of this program that other arguments have made may be replaced too, if that was asked.
+    pub fn allow_overwriting(&self) {
+        if self.overwrite {
+            crate::outputs::allow_overwriting();
+        }
     }
 
     /// How much to log: 1 is the usual; none where nobody asked for more or less.

@@ -9,6 +9,7 @@ use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingS
 use serde::Serialize;
 
 use crate::inputs::{self, Input};
+use crate::outputs::Outputs;
 use crate::{figures, terminal};
 
 const HELP: &str = "\
@@ -202,9 +203,16 @@ pub fn run_commanded(arguments: &Arguments, commanded: Option<&Commanded>) -> an
     let target = TargetPath::open(&arguments.target)?;
     let part = if arguments.whole { Part::Whole } else { Part::AtTheSameTimes };
     let origin = if arguments.relative_to_rest { Origin::Rest } else { Origin::Frame };
-    let mut rows = Vec::new();
+    let mut results = Vec::new();
     for (name, paths) in named(&arguments.results)? {
-        rows.extend(result(name, self::rows(&target, inputs::read(&paths)?, part, origin)?));
+        results.push((name, inputs::read(&paths)?));
+    }
+    let read = results.iter().flat_map(|(_, inputs)| inputs.iter().map(|input| &input.path));
+    let outputs = Outputs::reading(read).target(&arguments.target)?;
+    let _claim = outputs.report("--out", arguments.out.as_deref()).check()?;
+    let mut rows = Vec::new();
+    for (name, inputs) in results {
+        rows.extend(result(name, self::rows(&target, inputs, part, origin)?));
     }
     figures::tracking::summarise(&target, &rows, commanded)?;
     if let Some(folder) = &arguments.out {

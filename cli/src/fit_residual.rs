@@ -9,9 +9,11 @@ use hysteron_learn::{Epoch, FitReport, MOST_EPOCHS, MOST_HIDDEN, Progress};
 use hysteron_twin::residual::{
     Fitted, PUBLISHED, ResidualModel, Sequence, Sessions, StatefulOptions, fit_stateful, fit_windowed,
 };
+use serde_json::json;
 
 use crate::figures::training::{self, Told};
 use crate::inputs::{self, Input};
+use crate::outputs::Outputs;
 use crate::paper_design::PaperDesign;
 use crate::unfinished::Unfinished;
 use crate::{interrupt, number, paths, terminal};
@@ -33,9 +35,9 @@ those of the twin alone and of the linear part. Warns where a network does no be
 for each network, and comes to what it would have come to without the interruption (not with --feedback).
 
 Examples, from the root of the repository:
-  hysteron identify meshes/tpu80/scene-coreact.toml out/quick --out out/quick/identified
+  hysteron identify meshes/tpu80/scene-typical.toml out/quick --out out/quick/identified
   hysteron fit-residual out/quick/identified --out out/quick/first.safetensors
-  hysteron identify meshes/tpu80/scene-coreact.toml out/quick --residual out/quick/first.safetensors --out out/quick/again
+  hysteron identify meshes/tpu80/scene-typical.toml out/quick --residual out/quick/first.safetensors --out out/quick/again
   hysteron fit-residual out/quick/again --out out/quick/residual.safetensors
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";
@@ -95,6 +97,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     paths::check_checkpoint(&arguments.out)?;
     let inputs = inputs::read(&arguments.recordings)?;
     let scene_hash = common_scene(&inputs)?;
+    let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
+    let _claim = outputs.file("--out", &arguments.out).check()?;
     let usable: Vec<&Input> = inputs
         .iter()
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
@@ -122,7 +126,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
     let fitted = fit(arguments, &sequences, &held_out, &scene_hash, &display, &sessions);
     display.bar.finish_and_clear();
-    let Fitted { model, reports, is_finished } = fitted?;
+    let Fitted { mut model, reports, is_finished } = fitted?;
+    model.training["command"] = json!(terminal::command_line());
+    model.training["commit"] = json!(env!("HYSTERON_COMMIT"));
+    model.training["version"] = json!(env!("CARGO_PKG_VERSION"));
     model.write(&arguments.out)?;
     report(arguments, &model, &reports)?;
     unfinished.end(is_finished)
@@ -223,6 +230,11 @@ fn common_scene(inputs: &[Input]) -> Result<String, BadInput> {
     let hash = |input: &Input| input.recording.meta().scene_hash.clone();
     let first = hash(&inputs[0]);
     match inputs.iter().find(|input| hash(input) != first) {
+        None if first.is_empty() => {
+            let place = format!("{}: scene_hash", inputs[0].path.display());
+            Err(BadInput::new(place, "a recording by hysteron identify", "nothing")
+                .hint("identify the recordings of the robot first"))
+        }
         None => Ok(first),
         Some(other) => Err(BadInput::new(
             format!("{}: scene_hash", other.path.display()),
@@ -275,5 +287,21 @@ fn sequence(input: &Input) -> anyhow::Result<Sequence> {
         .hint("identify the recordings of the robot first")
         .into());
     }
-    Ok(Sequence::new(&input.path.display().to_string(), &input.recording, &Recording::read(&path)?)?)
+    let sensitivity = Recording::read(&path)?;
+    let origin = |recording: &Recording| {
+        let keys = ["identify.input_sha256", "identify.options"];
+        let extra = keys.map(|key| recording.meta().extra.get(key).cloned());
+        (recording.meta().scene_hash.clone(), extra)
+    };
+    if origin(&sensitivity) != origin(&input.recording) {
+        let expected = format!("what was identified together with {}", input.path.display());
+        return Err(BadInput::new(
+            path.display().to_string(),
+            expected,
+            "of another scene, recording or options",
+        )
+        .hint("run hysteron identify again")
+        .into());
+    }
+    Ok(Sequence::new(&input.path.display().to_string(), &input.recording, &sensitivity)?)
 }

@@ -21,6 +21,7 @@ mod manual;
 mod mesh;
 mod network;
 mod number;
+mod outputs;
 mod paper_design;
 mod paths;
 mod plan;
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
     if program.is_json() {
         terminal::use_json();
     }
+    program.allow_overwriting();
     let done = program.use_threads().and_then(|()| match &program.verb {
         Verb::Simulate(arguments) => simulate::run(arguments),
         Verb::Reach(arguments) => reach::run(arguments),

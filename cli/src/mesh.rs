@@ -1,10 +1,10 @@
 //! `hysteron mesh`: a round body with bore, channels and taper, straight from its measures.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use hysteron_base::{BadInput, LengthUnit};
+use hysteron_base::{BadInput, LengthUnit, file};
 use hysteron_fem::{
     Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, write_mesh,
     write_vtu,
@@ -12,6 +12,7 @@ use hysteron_fem::{
 
 use serde::Serialize;
 
+use crate::outputs::Outputs;
 use crate::terminal::say;
 use crate::{number, terminal};
 
@@ -114,13 +115,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     mesh.nodes.iter_mut().flatten().for_each(|x| *x = (*x * 1e9).round() / 1e9);
     let quality = check_mesh(&mesh, "the mesh of these measures")?;
     let encoding = if arguments.binary { Encoding::Binary } else { Encoding::Ascii };
-    for path in [Some(&arguments.out), arguments.vtu.as_ref()].into_iter().flatten() {
-        let folder = path.parent().unwrap_or(std::path::Path::new(""));
-        std::fs::create_dir_all(folder).with_context(|| format!("creating {}", folder.display()))?;
-    }
-    write_mesh(&arguments.out, &mesh, LengthUnit::Millimetre.to_m(), encoding)?;
+    write_new("--out", &arguments.out, |path| {
+        write_mesh(path, &mesh, LengthUnit::Millimetre.to_m(), encoding)
+    })?;
     if let Some(vtu) = &arguments.vtu {
-        write_vtu(vtu, &mesh.nodes, &mesh.cells, &[], &[])?;
+        write_new("--vtu", vtu, |path| write_vtu(path, &mesh.nodes, &mesh.cells, &[], &[]))?;
     }
     say(format_args!("{}", arguments.out.display()));
     print_quality(&mesh, &quality);
@@ -180,6 +179,32 @@ impl<'a> Summary<'a> {
             smallest_angle_rad: spread(&quality.smallest_angle),
         }
     }
+}
+
+/// Writes a file that does not say who made it: one that is there must be the same already.
+fn write_new(
+    option: &'static str,
+    path: &Path,
+    write: impl Fn(&Path) -> hysteron_fem::Result<()>,
+) -> anyhow::Result<()> {
+    if path.exists() {
+        let folder = tempfile::tempdir().context("making a temporary folder")?;
+        let new = folder.path().join("new");
+        write(&new)?;
+        let found = std::fs::metadata(path)?;
+        if found.is_file()
+            && found.len() == std::fs::metadata(&new)?.len()
+            && file::read_bytes(path)? == file::read_bytes(&new)?
+        {
+            return Ok(());
+        }
+        let found = format!("{}, which these measures do not give", path.display());
+        return Err(BadInput::new(option, "a new file", found)
+            .hint(format!("remove it, or choose another {option}"))
+            .into());
+    }
+    let _claim = Outputs::default().file(option, path).check()?;
+    Ok(write(path)?)
 }
 
 /// The measures as the mesher takes them.

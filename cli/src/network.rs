@@ -16,7 +16,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Reads a checkpoint for the robot of `scene`.
+    /// Reads a checkpoint for the robot of `scene`, which must be the one that it was trained with.
     pub fn read(path: &Path, scene: &Scene, twin: &Twin) -> anyhow::Result<Self> {
         let hash = file::sha256_hex(&file::read_bytes(path)?);
         let model = ResidualModel::read(path)?;
@@ -25,7 +25,14 @@ impl Network {
             .check(twin.n_primary, auxiliary.len(), model.step_s)
             .map_err(|bad| bad.within(path.display()))?;
         if model.scene_hash != scene.hash {
-            tracing::warn!("{}: trained with another scene than {}", path.display(), scene.name);
+            let expected = format!("{}, of {} and its mesh", scene.hash, scene.name);
+            return Err(BadInput::new(
+                format!("{}: scene_sha256", path.display()),
+                expected,
+                model.scene_hash,
+            )
+            .hint("name the scene that it was trained with, or identify and train again with this one")
+            .into());
         }
         Ok(Self { hash, model, auxiliary })
     }

@@ -31,7 +31,7 @@ pub fn is_json() -> bool {
 /// Prints a result for a person.
 pub fn say(line: impl std::fmt::Display) {
     if !is_json() {
-        print(line);
+        print(escaped(&line.to_string()));
     }
 }
 
@@ -64,7 +64,46 @@ pub fn print(text: impl std::fmt::Display) {
 /// Prints why the program failed.
 #[expect(clippy::print_stderr, reason = "the one place that writes errors")]
 pub fn complain(error: &anyhow::Error) {
-    eprintln!("error: {error:#}");
+    eprintln!("error: {}", escaped(&format!("{error:#}")));
+}
+
+/// A text on one line: characters that would move the cursor, colour the terminal, ring its bell or turn the direction of
+/// writing, as names of files may have them, are shown as they are written in a program, `\n`.
+pub fn escaped(text: &str) -> String {
+    let is_unseen = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_unseen(c) { shown.extend(c.escape_default()) } else { shown.push(c) }
+    }
+    shown
+}
+
+/// Lines of the log on stderr, each escaped.
+struct LogLine {
+    /// Whether the log colours its own words.
+    is_coloured: bool,
+}
+
+impl Write for LogLine {
+    /// Is given a line of the log at a time.
+    fn write(&mut self, line: &[u8]) -> std::io::Result<usize> {
+        let text = String::from_utf8_lossy(line);
+        let text = text.trim_end_matches('\n');
+        // Colours begin with this character; the log itself escapes it in what it is given.
+        let shown = match self.is_coloured {
+            true => text.split('\u{1b}').map(escaped).collect::<Vec<_>>().join("\u{1b}"),
+            false => escaped(text),
+        };
+        writeln!(std::io::stderr(), "{shown}")?;
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        std::io::stderr().flush()
+    }
 }
 
 /// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. What
@@ -78,10 +117,11 @@ pub fn start_log(verbosity: Option<i8>) {
         3.. => LevelFilter::TRACE.to_string(),
     };
     let by_environment = std::env::var("RUST_LOG").ok().filter(|_| verbosity.is_none());
+    let is_coloured = std::io::stderr().is_terminal() && has_colours(std::env::var_os("NO_COLOR"));
     tracing_subscriber::fmt()
         .with_env_filter(EnvFilter::new(by_environment.unwrap_or(filter)))
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal() && has_colours(std::env::var_os("NO_COLOR")))
+        .with_writer(move || LogLine { is_coloured })
+        .with_ansi(is_coloured)
         .with_target(false)
         .without_time()
         .init();
@@ -101,7 +141,7 @@ fn has_colours(no_color: Option<std::ffi::OsString>) -> bool {
 
 /// The command line as typed, without the options that cannot change a result.
 pub fn command_line() -> String {
-    shown(std::env::args().skip(1))
+    shown(std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()))
 }
 
 /// A command line of this program as a person would type it.
@@ -113,7 +153,7 @@ pub fn shown(arguments: impl Iterator<Item = String>) -> String {
             "--threads" | "--shard" => {
                 arguments.next();
             }
-            "--verbose" | "--quiet" | "--json" => {}
+            "--verbose" | "--quiet" | "--json" | "--overwrite" => {}
             text if text.starts_with("--threads=") || text.starts_with("--shard=") => {}
             text if text.len() > 1
                 && text.starts_with('-')
@@ -140,6 +180,14 @@ mod tests {
     fn colours_are_off_where_nobody_wants_them() {
         assert!(has_colours(None) && has_colours(Some("".into())) && !has_colours(Some("1".into())));
         assert!(details().contains("hysteron=debug,hysteron_base=debug"));
+    }
+
+    #[test]
+    fn nothing_in_a_name_moves_the_cursor_or_forges_a_line() {
+        assert_eq!(
+            escaped("a\nerror: b\u{1b}[31m\r\u{7}\u{202e}é"),
+            "a\\nerror: b\\u{1b}[31m\\r\\u{7}\\u{202e}é"
+        );
     }
 
     #[test]

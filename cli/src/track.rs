@@ -1,7 +1,8 @@
 //! `hysteron track`: a path, its strokes, the rig, and how closely the tip followed; open loop.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use hysteron_base::{BadInput, Recording};
 use hysteron_control::path::is_recording;
 use serde_json::json;
 
@@ -70,11 +71,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rate: Some(limits.stroke_rate_max),
     };
     let strokes = arguments.out.join("strokes.parquet");
+    let repeat = |k: u64| arguments.out.join(format!("repeat-{}.parquet", k + 1));
+    let outputs = arguments.way.reads()?.and(Some(&arguments.rig)).and(&arguments.calibration);
+    let outputs = outputs.report("--out", Some(&arguments.out));
+    let _claim = outputs.file("--out", &strokes).check()?;
     let commanded = arguments.way.strokes(&given)?;
-    commanded.write(&strokes)?;
+    write_strokes(&commanded, &strokes, (0..arguments.repeats).map(repeat))?;
     let mut tips = Vec::new();
     for k in 0..arguments.repeats {
-        let out = arguments.out.join(format!("repeat-{}.parquet", k + 1));
+        let out = repeat(k);
         record::run(&record::Arguments::of_strokes(
             &arguments.rig,
             &strokes,
@@ -93,4 +98,29 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     evaluate::run_commanded(&arguments_of, Some(&Commanded::of(&commanded)))?;
     terminal::say(format_args!("report: {}", arguments.out.join("report.html").display()));
     Ok(())
+}
+
+/// Writes the strokes; not over others that were carried out.
+fn write_strokes(
+    found: &Recording,
+    path: &Path,
+    mut repeats: impl Iterator<Item = PathBuf>,
+) -> anyhow::Result<()> {
+    let is_there = path.exists();
+    if is_there && Recording::read(path)?.channels() == found.channels() {
+        return Ok(());
+    }
+    match repeats.find(|repeat| is_there && repeat.exists()) {
+        None => Ok(found.write(path)?),
+        Some(repeat) => {
+            let expected = format!("the strokes that {} was measured with", repeat.display());
+            Err(BadInput::new(
+                path.display().to_string(),
+                expected,
+                "others, for what they are found with has changed",
+            )
+            .hint("choose another --out")
+            .into())
+        }
+    }
 }

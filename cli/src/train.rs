@@ -11,9 +11,11 @@ use hysteron_learn::{Epoch, MOST_EPOCHS, MOST_HIDDEN, Progress, Session, WeightF
 use serde_json::json;
 
 use crate::figures::training::{self, Told};
+use crate::inputs::{self, Input};
+use crate::outputs::Outputs;
 use crate::paper_design::PaperDesign;
 use crate::unfinished::Unfinished;
-use crate::{inputs, interrupt, number, paths, terminal};
+use crate::{interrupt, number, paths, terminal};
 
 const HELP: &str = "\
 Needs recordings (files, or folders of them) with the tip, tip_x_m and tip_y_m (with --spatial tip_z_m too), and the strokes that made it, stroke_1_m, \
@@ -107,7 +109,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.design == DesignName::Paper && arguments.weights != Weights::Float32 {
         return Err(BadInput::new("--weights", "the stateful design", "the paper's").into());
     }
-    let data = dataset(arguments)?;
+    let inputs = inputs::read(&arguments.recordings)?;
+    let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
+    let _claim = outputs.file("--out", &arguments.out).check()?;
+    let data = dataset(arguments, &inputs)?;
     interrupt::listen()?;
     let unfinished = Unfinished::new(&arguments.out, vec![arguments.out.with_extension("training")]);
     let mut display = Display::default();
@@ -131,8 +136,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     unfinished.end(fitted.is_finished)
 }
 
-fn dataset(arguments: &Arguments) -> anyhow::Result<Dataset> {
-    let inputs = inputs::read(&arguments.recordings)?;
+fn dataset(arguments: &Arguments, inputs: &[Input]) -> anyhow::Result<Dataset> {
     let axes = if arguments.spatial { Axes::Spatial } else { Axes::Planar };
     let usable =
         inputs.iter().filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"));

@@ -237,6 +237,7 @@ impl Pvd {
     pub fn finish(&mut self) -> Result<()> {
         file::write_with(&self.path, |out| {
             writeln!(out, "<?xml version=\"1.0\"?>")?;
+            writeln!(out, "<!-- generator: hysteron -->")?;
             writeln!(out, "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">")?;
             writeln!(out, "  <Collection>")?;
             for (time, part, file) in &self.entries {

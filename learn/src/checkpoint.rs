@@ -59,6 +59,16 @@ impl Checkpoint {
         Ok(Self::from_file(&mut file, kind).map_err(|bad| bad.within(path.display()))?)
     }
 
+    /// What a checkpoint of any kind says beside its weights, see [`Checkpoint::details`].
+    ///
+    /// # Errors
+    /// As [`Checkpoint::read`], but for the weights.
+    pub fn read_details(path: &Path) -> Result<Value> {
+        Ok(TensorFile::read(path, FORMAT, VERSION)?
+            .take("details")
+            .map_err(|bad| bad.within(path.display()))?)
+    }
+
     fn from_file(file: &mut TensorFile, kind: &str) -> std::result::Result<Self, BadInput> {
         let found: String = file.take("kind")?;
         if found != kind {

@@ -59,6 +59,11 @@ impl TensorFile {
         architecture: &Architecture,
     ) -> std::result::Result<Vec<Vec<f32>>, BadInput> {
         architecture.check()?;
+        if architecture.layers > self.tensors.len() {
+            let found = format!("{} in all", self.tensors.len());
+            let expected = format!("tensors of {} layers", architecture.layers);
+            return Err(BadInput::new("architecture: layers", expected, found));
+        }
         let mut tensor = |part: Part| {
             let name = format!("{prefix}{}", part.name);
             match self.tensors.remove(&name) {

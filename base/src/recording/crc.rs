@@ -19,7 +19,8 @@ const fn table() -> [u32; 256] {
     table
 }
 
-pub(super) fn crc32(bytes: &[u8]) -> u32 {
+/// The checksum of these bytes.
+pub fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, byte| TABLE[((crc ^ u32::from(*byte)) & 0xff) as usize] ^ (crc >> 8))
 }
 

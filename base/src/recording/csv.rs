@@ -4,21 +4,14 @@
 //! is its unit, and any known one is read. Lines `# key: value` before the header carry the metadata; both they
 //! and the column `gap` may be missing.
 
-use super::{Channel, Check, Metadata, Recording, metadata, names, not_finite, not_later};
+use super::names::Column;
+use super::{Channel, Check, Metadata, Recording, check_size, metadata, names, not_finite, not_later};
 use crate::BadInput;
 use crate::units::Unit;
 use std::io::Write;
 
 /// Characters of a cell that a message shows.
 const LONGEST_SHOWN: usize = 200;
-
-/// What a column holds.
-enum Column {
-    Time(&'static Unit),
-    Gap,
-    /// Index of the channel; no unit for plain numbers.
-    Channel(usize, Option<&'static Unit>),
-}
 
 pub(super) fn read(text: &str) -> Check<Recording> {
     // A quote that is never closed makes a cell of the rest of the file.
@@ -35,9 +28,14 @@ fn shown(text: String) -> String {
     }
 }
 
-fn parse(text: &str) -> Check<Recording> {
-    let text = text.trim_start_matches('\u{feff}'); // spreadsheets put it there
-    let mut body = text;
+/// What the lines before the header say.
+pub(super) fn read_metadata(text: &str) -> Check<Metadata> {
+    head(text).map(|(meta, ..)| meta).map_err(|bad| BadInput { found: shown(bad.found), ..bad })
+}
+
+/// The metadata, what follows them, and the number of lines before that.
+fn head(text: &str) -> Check<(Metadata, &str, u64)> {
+    let mut body = text.trim_start_matches('\u{feff}'); // spreadsheets put it there
     let mut pairs = Vec::new();
     let mut lines_before = 0;
     while body.starts_with('#') {
@@ -54,8 +52,11 @@ fn parse(text: &str) -> Check<Recording> {
         }
         body = rest;
     }
-    let meta = Metadata::from_pairs(pairs)?;
+    Ok((Metadata::from_pairs(pairs)?, body, lines_before))
+}
 
+fn parse(text: &str) -> Check<Recording> {
+    let (meta, body, lines_before) = head(text)?;
     let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_reader(body.as_bytes());
     let header = reader.headers().map_err(|e| bad_csv(&e, body, lines_before))?.clone();
     let (columns, mut channels) =
@@ -66,6 +67,7 @@ fn parse(text: &str) -> Check<Recording> {
     let mut row = ::csv::StringRecord::new();
     while reader.read_record(&mut row).map_err(|e| bad_csv(&e, body, lines_before))? {
         let line = lines_before + line_of(row.position(), body);
+        check_size(columns.len(), time.len() as u64 + 1).map_err(|bad| bad.within(format!("line {line}")))?;
         for ((cell, column), name) in row.iter().zip(&columns).zip(&header) {
             let place = || format!("line {line}: {name}");
             match column {
@@ -97,43 +99,12 @@ fn parse(text: &str) -> Check<Recording> {
 
 /// What each column holds, and a channel without values for each that is one.
 fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
-    names::check_count(header.len())?;
-    let mut columns = Vec::new();
-    let mut channels: Vec<Channel> = Vec::new();
-    let mut seen: Vec<String> = Vec::new();
-    for name in header {
-        if header.len() == 1 && name.contains([';', '\t']) {
-            return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
-                .hint("save it as CSV with commas, and points in numbers"));
-        }
-        let (si, column) = match Unit::of_name(name) {
-            _ if name == "gap" => (name.to_owned(), Column::Gap),
-            _ if names::is_unitless(name) => (name.to_owned(), Column::Channel(channels.len(), None)),
-            Some(("time", unit)) if unit.si_suffix == "s" => ("time_s".to_owned(), Column::Time(unit)),
-            Some((stem, unit)) => {
-                (format!("{stem}_{}", unit.si_suffix), Column::Channel(channels.len(), Some(unit)))
-            }
-            None => return Err(names::unknown(name)),
-        };
-        if seen.contains(&si) {
-            return Err(names::duplicate(name, &si));
-        }
-        if matches!(column, Column::Channel(..)) {
-            names::check(&si).map_err(|_| names::unknown(name))?;
-            channels.push(Channel::new(si.clone(), Vec::new()));
-        }
-        seen.push(si);
-        columns.push(column);
+    if let Some(name) = header.get(0).filter(|name| header.len() == 1 && name.contains([';', '\t'])) {
+        return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
+            .hint("save it as CSV with commas, and points in numbers"));
     }
-    if !columns.iter().any(|column| matches!(column, Column::Time(_))) {
-        let found = header.iter().collect::<Vec<_>>().join(", ");
-        return Err(BadInput::new(
-            "header",
-            "a column time_s",
-            if found.is_empty() { "none" } else { &found },
-        ));
-    }
-    Ok((columns, channels))
+    let names: Vec<&str> = header.iter().collect();
+    names::columns(&names).map_err(|bad| if bad.place.is_empty() { bad.within("header") } else { bad })
 }
 
 /// The number in a cell, in SI.

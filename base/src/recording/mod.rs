@@ -13,7 +13,8 @@ mod metadata;
 mod names;
 mod parquet;
 
-use crate::{BadInput, Error, Result, file};
+use crate::{BadInput, Result, file};
+pub use crc::crc32;
 pub use journal::{Journal, JournalFile, JournalWriter};
 pub use journal_queue::JournalQueue;
 pub use metadata::Metadata;
@@ -25,6 +26,13 @@ pub(crate) const FORMAT: &str = "hysteron-recording";
 pub(crate) const VERSION: u32 = 1;
 /// Largest deviation of a time step from the mean that still counts as a fixed rate [-].
 const UNIFORM: f64 = 0.01;
+
+/// Largest file that is read [byte].
+const MOST: u64 = 1 << 30;
+/// Most columns of a recording: more than any robot has channels.
+const MOST_COLUMNS: usize = 10_000;
+/// Most numbers in a recording, 400 MB of them: an hour of 130 channels at 100 Hz has fewer.
+const MOST_NUMBERS: u64 = 50_000_000;
 
 /// One named series of values.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +63,7 @@ pub struct Recording {
 type Check<T> = std::result::Result<T, BadInput>;
 
 impl Recording {
-    /// Puts a recording together.
+    /// Puts a recording together, of at most 10 000 columns and 50 million numbers.
     ///
     /// `time` (n_samples) [s], strictly increasing; `gap` (n_samples), true where the sample was missing and has
     /// been filled in, or empty if none was. Channels have names of their own that end in an SI unit, or are
@@ -69,6 +77,7 @@ impl Recording {
         if n == 0 {
             return Err(BadInput::new("time_s", "at least one row", "none"));
         }
+        check_size(channels.len() + 2, n as u64)?;
         let gap = if gap.is_empty() { vec![false; n] } else { gap };
         if gap.len() != n {
             return Err(BadInput::new("gap", format!("{n} rows, as time_s has"), gap.len().to_string()));
@@ -183,10 +192,23 @@ impl Recording {
         let place = path.display().to_string();
         match Kind::of(path, "a recording: .parquet, .csv or .journal")? {
             Kind::Journal => Ok(Journal::read(path)?.recording),
-            Kind::Csv => Ok(csv::read(&file::read_text(path)?).map_err(|bad| bad.within(place))?),
+            Kind::Csv => Ok(csv::read(&csv_text(path)?).map_err(|bad| bad.within(place))?),
+            Kind::Parquet => Ok(parquet::read(file::open(path, MOST)?).map_err(|bad| bad.within(place))?),
+        }
+    }
+
+    /// Reads what a recording says of itself, of a `.parquet` or `.csv` without reading its rows.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read_metadata(path: impl AsRef<Path>) -> Result<Metadata> {
+        let path = path.as_ref();
+        let place = path.display().to_string();
+        match Kind::of(path, "a recording: .parquet, .csv or .journal")? {
+            Kind::Journal => Ok(Journal::read(path)?.recording.meta),
+            Kind::Csv => Ok(csv::read_metadata(&csv_text(path)?).map_err(|bad| bad.within(place))?),
             Kind::Parquet => {
-                let source = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
-                Ok(parquet::read(source).map_err(|bad| bad.within(place))?)
+                Ok(parquet::read_metadata(file::open(path, MOST)?).map_err(|bad| bad.within(place))?)
             }
         }
     }
@@ -204,6 +226,25 @@ impl Recording {
             Kind::Parquet => file::write_with(path, |out| out.write_all(&parquet::to_bytes(self)?)),
         }
     }
+}
+
+/// The text of a table, which is longer than what a person types.
+fn csv_text(path: &Path) -> Result<String> {
+    Ok(file::text_of(file::read_up_to(path, MOST)?, &path.display().to_string())?)
+}
+
+/// Refuses more columns than [`MOST_COLUMNS`], or more numbers than [`MOST_NUMBERS`], before they are read.
+fn check_size(columns: usize, rows: u64) -> Check<()> {
+    if columns > MOST_COLUMNS {
+        return Err(BadInput::new("columns", format!("at most {MOST_COLUMNS}"), columns.to_string()));
+    }
+    let numbers = rows.saturating_mul(columns as u64);
+    if numbers > MOST_NUMBERS {
+        let found = format!("{rows} rows of {columns} columns");
+        return Err(BadInput::new("rows", format!("at most {MOST_NUMBERS} numbers"), found)
+            .hint("split the recording, or resample it"));
+    }
+    Ok(())
 }
 
 /// Kind of a file of recordings.

@@ -2,7 +2,7 @@
 //!
 //! A name ends in its SI unit, so no number is without one. The few quantities that have none are listed here.
 
-use super::{Channel, Check};
+use super::{Channel, Check, check_size};
 use crate::BadInput;
 use crate::units::Unit;
 
@@ -23,6 +23,47 @@ const MOST_CHANNELS: usize = 5000;
 /// Accepts a number of columns, before anything is done for each of them.
 pub(super) fn check_count(n: usize) -> Check<()> {
     crate::size::check_at_most("columns", n, MOST_CHANNELS)
+}
+
+/// What a column of a table holds.
+pub(super) enum Column {
+    Time(&'static Unit),
+    Gap,
+    /// Index of the channel; no unit for plain numbers.
+    Channel(usize, Option<&'static Unit>),
+}
+
+/// What each column of a table holds, and a channel without values for each that is one.
+pub(super) fn columns(table: &[&str]) -> Check<(Vec<Column>, Vec<Channel>)> {
+    check_count(table.len())?;
+    let mut columns = Vec::new();
+    let mut channels: Vec<Channel> = Vec::new();
+    let mut seen: Vec<String> = Vec::new();
+    for &name in table {
+        let (si, column) = match Unit::of_name(name) {
+            _ if name == "gap" => (name.to_owned(), Column::Gap),
+            _ if is_unitless(name) => (name.to_owned(), Column::Channel(channels.len(), None)),
+            Some(("time", unit)) if unit.si_suffix == "s" => ("time_s".to_owned(), Column::Time(unit)),
+            Some((stem, unit)) => {
+                (format!("{stem}_{}", unit.si_suffix), Column::Channel(channels.len(), Some(unit)))
+            }
+            None => return Err(unknown(name)),
+        };
+        if seen.contains(&si) {
+            return Err(duplicate(name, &si));
+        }
+        if matches!(column, Column::Channel(..)) {
+            check(&si).map_err(|_| unknown(name))?;
+            channels.push(Channel::new(si.clone(), Vec::new()));
+        }
+        seen.push(si);
+        columns.push(column);
+    }
+    if !columns.iter().any(|column| matches!(column, Column::Time(_))) {
+        let found = table.join(", ");
+        return Err(BadInput::new("", "a column time_s", if found.is_empty() { "none" } else { &found }));
+    }
+    Ok((columns, channels))
 }
 
 /// Accepts the names that a channel may have in memory.

@@ -2,12 +2,14 @@
 //!
 //! One required `DOUBLE` column per series and a `BOOLEAN` column `gap`, one row group, Snappy, metadata as
 //! key-value pairs: what pyarrow, and pandas through it, read as they find it. Nothing in the file depends on the
-//! machine or the time.
+//! machine or the time. Tables of other programs are read as CSV is: any known unit, any type of number, no metadata.
 
-use super::{Channel, Check, FORMAT, Metadata, Recording, metadata, names};
+use super::names::Column;
+use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite};
 use crate::BadInput;
-use ::parquet::basic::{Compression, Repetition, Type as PhysicalType};
-use ::parquet::data_type::{BoolType, DataType, DoubleType};
+use crate::units::Unit;
+use ::parquet::basic::{Compression, ConvertedType, Repetition, Type as PhysicalType};
+use ::parquet::data_type::{BoolType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::WriterProperties;
@@ -61,51 +63,56 @@ fn encode(recording: &Recording) -> Result<Vec<u8>, ParquetError> {
 }
 
 pub(super) fn read(source: File) -> Check<Recording> {
+    let reader = opened(source)?;
+    let meta = provenance(&reader)?;
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let rows = reader.metadata().row_groups().iter().map(|group| group.num_rows());
+    let rows = rows.chain([reader.metadata().file_metadata().num_rows()]);
+    let rows = rows.map(|rows| u64::try_from(rows).unwrap_or(u64::MAX)).max().unwrap_or(0);
+    check_size(schema.num_columns(), rows)?;
+    let table: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
+    let (columns, mut channels) = names::columns(&table.iter().map(String::as_str).collect::<Vec<_>>())
+        .map_err(|bad| if bad.place.is_empty() { bad.within("columns") } else { bad })?;
+    let (mut time, mut gap) = (Vec::new(), Vec::new());
+    for (i, (column, name)) in columns.iter().zip(&table).enumerate() {
+        let si = |unit: &Unit, values: Vec<f64>| values.into_iter().map(|value| unit.to_si(value)).collect();
+        match column {
+            Column::Gap => gap = read_flags(&reader, i, name)?,
+            Column::Time(unit) => time = si(unit, read_numbers(&reader, i, name)?),
+            Column::Channel(k, Some(unit)) => channels[*k].values = si(unit, read_numbers(&reader, i, name)?),
+            Column::Channel(k, None) => channels[*k].values = read_numbers(&reader, i, name)?,
+        }
+    }
+    Recording::new(time, channels, gap, meta)
+}
+
+pub(super) fn read_metadata(source: File) -> Check<Metadata> {
+    provenance(&opened(source)?)
+}
+
+fn opened(source: File) -> Check<SerializedFileReader<File>> {
     let length = source.metadata().map(|metadata| metadata.len());
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
     check_extents(&reader, length.unwrap_or(u64::MAX))?;
-    let file = reader.metadata().file_metadata();
-    names::check_count(file.schema_descr().num_columns())?;
-    let pairs: Vec<(String, String)> = file
-        .key_value_metadata()
-        .into_iter()
-        .flatten()
+    names::check_count(reader.metadata().file_metadata().schema_descr().num_columns())?;
+    Ok(reader)
+}
+
+/// What the file says of itself; nothing where it is of another program.
+fn provenance(reader: &SerializedFileReader<File>) -> Check<Metadata> {
+    let pairs = reader.metadata().file_metadata().key_value_metadata().into_iter().flatten();
+    let pairs: Vec<(String, String)> = pairs
         .filter(|pair| metadata::is_key(&pair.key)) // other programs leave theirs
         .map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default()))
         .collect();
-    for key in ["format", "version"] {
-        if !pairs.iter().any(|(found, _)| found == key) {
-            return Err(BadInput::new(
-                format!("metadata {key}"),
-                format!("a {FORMAT}"),
-                "a parquet file without it",
-            )
-            .hint("tables of other programs can come as .csv"));
+    let has = |key: &str| pairs.iter().any(|(found, _)| found == key);
+    match (has("format"), has("version")) {
+        (false, _) => Ok(Metadata::default()),
+        (true, true) => Metadata::from_pairs(pairs),
+        (true, false) => {
+            Err(BadInput::new("metadata version", format!("a {FORMAT}"), "a parquet file without it"))
         }
     }
-    let meta = Metadata::from_pairs(pairs)?;
-
-    let (mut time, mut gap) = (None, Vec::new());
-    let mut channels = Vec::new();
-    for (i, column) in file.schema_descr().columns().iter().enumerate() {
-        let name = column.path().string();
-        let wanted = if name == "gap" { PhysicalType::BOOLEAN } else { PhysicalType::DOUBLE };
-        if column.physical_type() != wanted || column.max_def_level() != 0 || column.max_rep_level() != 0 {
-            let found =
-                format!("{} {}", column.self_type().get_basic_info().repetition(), column.physical_type());
-            return Err(BadInput::new(name, format!("REQUIRED {wanted}"), found));
-        }
-        match name.as_str() {
-            "gap" => gap = read_column::<BoolType>(&reader, i, &name)?,
-            "time_s" => time = Some(read_column::<DoubleType>(&reader, i, &name)?),
-            _ => channels.push(Channel::new(&name, read_column::<DoubleType>(&reader, i, &name)?)),
-        }
-    }
-    let Some(time) = time else {
-        let found: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
-        return Err(BadInput::new("columns", "a column time_s", found.join(", ")));
-    };
-    Recording::new(time, channels, gap, meta)
 }
 
 /// Refuses columns that would lie outside the file, which `parquet` itself asserts.
@@ -122,16 +129,78 @@ fn check_extents(reader: &SerializedFileReader<File>, length: u64) -> Check<()> 
     Ok(())
 }
 
-/// All values of column `i`, from every row group.
+/// The numbers of column `i`, of whatever type.
+fn read_numbers(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<f64>> {
+    let column = reader.metadata().file_metadata().schema_descr().column(i);
+    let is_whole = |converted: ConvertedType| {
+        use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE};
+        matches!(converted, NONE | INT_8 | INT_16 | INT_32 | INT_64)
+    };
+    match column.physical_type() {
+        PhysicalType::DOUBLE => read_column::<DoubleType>(reader, i, name),
+        PhysicalType::FLOAT => Ok(widened(read_column::<FloatType>(reader, i, name)?)),
+        PhysicalType::INT32 if is_whole(column.converted_type()) => {
+            Ok(widened(read_column::<Int32Type>(reader, i, name)?))
+        }
+        PhysicalType::INT64 if is_whole(column.converted_type()) => {
+            let whole = read_column::<Int64Type>(reader, i, name)?;
+            Ok(whole.into_iter().map(|value| value as f64).collect())
+        }
+        other => Err(BadInput::new(name, "a column of numbers", format!("one of {other}"))),
+    }
+}
+
+fn widened<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
+    values.into_iter().map(Into::into).collect()
+}
+
+/// The flags of column `i`: booleans, or numbers 0 and 1.
+fn read_flags(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<bool>> {
+    if reader.metadata().file_metadata().schema_descr().column(i).physical_type() == PhysicalType::BOOLEAN {
+        return read_column::<BoolType>(reader, i, name);
+    }
+    let flag = |(row, value): (usize, f64)| match value {
+        0.0 => Ok(false),
+        1.0 => Ok(true),
+        _ => Err(BadInput::new(format!("row {}: {name}", row + 1), "0 or 1", value.to_string())),
+    };
+    read_numbers(reader, i, name)?.into_iter().enumerate().map(flag).collect()
+}
+
+/// All values of column `i`, from every row group; there must be one in every row.
 fn read_column<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
     let bad = |e: ParquetError| damaged(&e).within(name);
+    let column = reader.metadata().file_metadata().schema_descr().column(i);
+    if column.max_rep_level() != 0 || column.max_def_level() > 1 {
+        return Err(BadInput::new(name, "one number a row", "lists or tables"));
+    }
     let mut values = Vec::new();
     for group in 0..reader.num_row_groups() {
-        let column = reader.get_row_group(group).and_then(|group| group.get_column_reader(i)).map_err(bad)?;
-        let Some(mut column) = T::get_column_reader(column) else {
+        let claimed = usize::try_from(reader.metadata().row_group(group).num_rows()).unwrap_or(0);
+        let before = values.len();
+        let column_reader =
+            reader.get_row_group(group).and_then(|group| group.get_column_reader(i)).map_err(bad)?;
+        let Some(mut of_type) = T::get_column_reader(column_reader) else {
             return Err(BadInput::new(name, "the type that the schema states", "another"));
         };
-        while column.read_records(CHUNK, None, None, &mut values).map_err(bad)?.0 > 0 {}
+        // Of a column in which values may be missing: 1 where there is one.
+        let mut there = Vec::new();
+        loop {
+            there.clear();
+            let levels = (column.max_def_level() == 1).then_some(&mut there);
+            let row = values.len();
+            if of_type.read_records(CHUNK, levels, None, &mut values).map_err(bad)?.0 == 0 {
+                break;
+            }
+            if let Some(missing) = there.iter().position(|level| *level == 0) {
+                return Err(not_finite(&format!("row {}: {name}", row + missing + 1), "an empty cell"));
+            }
+            // A run of one value is as short as its count: only the claim bounds the memory.
+            if values.len() - before > claimed {
+                let more = ParquetError::General(format!("more than the {claimed} rows that it claims"));
+                return Err(bad(more));
+            }
+        }
     }
     Ok(values)
 }

@@ -40,7 +40,8 @@ const MODULI: [f64; 2] = [1.0, 1e13];
 /// Largest friction coefficient and exponent [-].
 const LARGEST_FRICTION: f64 = 100.0;
 
-pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Check<Scene> {
+/// The scene that was typed, still without its hash.
+pub(super) fn scene(typed: typed::SceneFile, folder: &Path) -> Check<Scene> {
     check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
     check_at_most("tendon", typed.tendon.len(), MOST_TENDONS)?;
     check_at_most("point_force", typed.point_force.len(), MOST_FORCES)?;
@@ -65,7 +66,7 @@ pub(super) fn scene(typed: typed::SceneFile, hash: String, folder: &Path) -> Che
     Ok(Scene {
         name: text("name", typed.name)?,
         seed: typed.seed,
-        hash,
+        hash: String::new(),
         mesh_path: folder.join(text("mesh.file", typed.mesh.file)?),
         mesh_unit: typed.mesh.unit,
         clamp: clamp(typed.clamp)?,

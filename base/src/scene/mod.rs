@@ -8,20 +8,23 @@ mod convert;
 mod typed;
 
 use crate::units::LengthUnit;
-use crate::{BadInput, Result, file};
+use crate::{Result, file};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Everything that defines a simulation, valid and in SI.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scene {
     /// Name of the robot.
     pub name: String,
     /// Seed of every random stream, see [`crate::rng`].
     pub seed: u64,
-    /// SHA-256 of the bytes of the scene file, 64 hexadecimal digits.
+    /// SHA-256 of all that decides where the tip goes, 64 hexadecimal digits: the values of the scene, however they are
+    /// typed, the bytes of the mesh, and the version of the equations.
+    #[serde(skip)]
     pub hash: String,
     /// File of the mesh, already relative to the current folder rather than to the scene.
+    #[serde(skip)]
     pub mesh_path: PathBuf,
     /// Unit of the mesh file.
     pub mesh_unit: LengthUnit,
@@ -48,7 +51,7 @@ pub struct Scene {
 }
 
 /// Part of a mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Region {
     /// A physical group of the mesh, by name.
     Group(String),
@@ -62,7 +65,7 @@ pub enum Region {
 }
 
 /// Where the tip is.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Tip {
     /// Mean of the nodes of a physical group.
     Group(String),
@@ -72,7 +75,7 @@ pub enum Tip {
 
 /// Frame of the tracker against that of the scene: a point x of the scene is recorded at R x + shift, with R the rotation
 /// about the rotation vector `turn`. The default is the scene's own frame.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct TrackerFrame {
     /// Rotation vector [rad], shorter than half a turn.
     pub turn: [f64; 3],
@@ -95,7 +98,7 @@ pub enum Law {
 }
 
 /// An isotropic elastic material.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Material {
     /// Which law.
     pub law: Law,
@@ -108,7 +111,7 @@ pub struct Material {
 }
 
 /// A constant force at a point of the body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointForce {
     /// Point of the body at rest [m], carried by the element there.
     pub at: [f64; 3],
@@ -129,7 +132,7 @@ pub enum Drive {
 }
 
 /// A closed interval, `min <= max`, both finite.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bounds {
     /// Smallest allowed value.
     pub min: f64,
@@ -150,7 +153,7 @@ impl Bounds {
 }
 
 /// A tendon through points of the body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tendon {
     /// Name, not empty.
     pub name: String,
@@ -176,7 +179,7 @@ pub struct Tendon {
 }
 
 /// How every primary tendon rubs between servo and tip. All numbers are finite and >= 0; a zero is no such effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Friction {
     /// Coefficient of friction in the body's channels [-].
     pub coefficient: f64,
@@ -198,7 +201,7 @@ pub struct Friction {
 }
 
 /// Virtual tendons around the axis z, segment by segment; `twin` expands them (paper 003, section V-A b).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AuxiliaryLayout {
     /// Number of segments, >= 1.
     pub segments: usize,
@@ -227,7 +230,7 @@ pub struct AuxiliaryLayout {
 }
 
 /// Numerical tolerances: the only part of a scene with defaults.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Solver {
     /// Largest remaining force over the applied one, in (0, 1) [-].
     pub relative_residual: f64,
@@ -241,31 +244,42 @@ impl Default for Solver {
     }
 }
 
+/// Version of what the program makes of a scene, and part of [`Scene::hash`]: raised whenever the same scene and strokes
+/// lead the tip elsewhere, beyond the tolerance of the solver. What was made with another version is then not taken for
+/// made from the same scene. `tests/it/equations.rs`
+/// notices where it was forgotten.
+const EQUATIONS: u32 = 1;
+
 impl Scene {
-    /// Reads and validates a scene file; the mesh path in it is taken relative to its folder.
+    /// Reads and validates a scene file; the mesh path in it is taken relative to its folder. Of the mesh only the hash is
+    /// taken.
     ///
     /// # Errors
-    /// `BadInput` naming the key, what it may be and what it was; `Io` if the file cannot be read.
+    /// `BadInput` naming the key, what it may be and what it was, or that there is no mesh; `Io` if a file cannot be read.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
-        Ok(Self::from_bytes(file::read_bytes(path)?, &path.display().to_string(), folder)?)
+        let scene = Self::from_toml(&file::read_text(path)?, &path.display().to_string(), folder)?;
+        let mesh = file::sha256_hex(&file::read_bytes(&scene.mesh_path)?);
+        Ok(Self { hash: file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes()), ..scene })
     }
 
     /// The scene in the text of a scene file; `place` stands for the file in messages, `folder` is where the
-    /// mesh path starts.
+    /// mesh path starts. The mesh is not read, and no part of the hash.
     ///
     /// # Errors
     /// As [`Scene::read`].
     pub fn from_toml(text: &str, place: &str, folder: &Path) -> Result<Self> {
-        Ok(Self::from_bytes(text.as_bytes().to_vec(), place, folder)?)
+        let typed: typed::SceneFile = crate::typed::parse(text).map_err(|bad| bad.within(place))?;
+        let mut scene = convert::scene(typed, folder).map_err(|bad| bad.within(place))?;
+        scene.hash = scene.hash_of_values();
+        Ok(scene)
     }
 
-    fn from_bytes(bytes: Vec<u8>, place: &str, folder: &Path) -> std::result::Result<Self, BadInput> {
-        let hash = file::sha256_hex(&bytes);
-        let text = file::text_of(bytes, place)?;
-        let typed: typed::SceneFile = crate::typed::parse(&text).map_err(|bad| bad.within(place))?;
-        convert::scene(typed, hash, folder).map_err(|bad| bad.within(place))
+    /// SHA-256 of the values in SI, each in the fewest digits that give it back, and of the version of the equations.
+    fn hash_of_values(&self) -> String {
+        let values = serde_json::json!({ "equations": EQUATIONS, "scene": self });
+        file::sha256_hex(values.to_string().as_bytes())
     }
 }
 

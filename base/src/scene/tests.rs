@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use super::*;
-use crate::Error;
+use crate::{BadInput, Error};
 
 const EXAMPLE: &str = r#"format = "hysteron-scene"
 version = 1
@@ -99,7 +99,6 @@ fn example_is_read_into_si() {
     let scene = read(EXAMPLE).unwrap();
     assert_eq!(scene.name, "tpu80");
     assert_eq!(scene.seed, 1);
-    assert_eq!(scene.hash, file::sha256_hex(EXAMPLE.as_bytes()));
     assert_eq!(scene.mesh_path, Path::new("robots/tpu80/tpu80.msh"));
     assert_eq!(scene.mesh_unit, LengthUnit::Millimetre);
     assert_eq!(scene.clamp, Region::Group("base".into()));
@@ -404,6 +403,8 @@ fn scene_file_errors_name_the_file() {
     let path = folder.path().join("scene.toml");
     assert!(matches!(Scene::read(&path), Err(Error::BadInput(bad)) if bad.found == "nothing there"));
     file::write_bytes(&path, EXAMPLE).unwrap();
+    assert!(matches!(Scene::read(&path), Err(Error::BadInput(bad)) if bad.place.ends_with("tpu80.msh")));
+    file::write_bytes(&folder.path().join("tpu80.msh"), "a mesh").unwrap();
     assert_eq!(Scene::read(&path).unwrap().mesh_path, folder.path().join("tpu80.msh"));
 }
 
@@ -416,4 +417,24 @@ fn frame_of_the_tracker_is_read_and_checked() {
     let half = with("turn_deg = [0, 150, 150]");
     rejects("[[point_force]]", &half, "tracker.turn_deg", "212.1 deg");
     rejects("[[point_force]]", &with("shift_mm = [nan, 0, 0]"), "tracker.shift_mm[0]", "NaN");
+}
+
+#[test]
+fn hash_is_of_values_and_mesh_and_not_of_how_they_are_typed() {
+    let folder = tempfile::tempdir().unwrap();
+    let hash = |scene: &str, mesh: &str, name: &str| {
+        let scene = scene.replace("tpu80.msh", name);
+        file::write_bytes(&folder.path().join("scene.toml"), scene).unwrap();
+        file::write_bytes(&folder.path().join(name), mesh).unwrap();
+        Scene::read(folder.path().join("scene.toml")).unwrap().hash
+    };
+    let first = hash(EXAMPLE, "a mesh", "tpu80.msh");
+    assert_eq!(first.len(), 64);
+    let typed = EXAMPLE.replace("youngs_modulus_mpa = 20.0", "# stiff\nyoungs_modulus_kpa = 2e4");
+    assert_eq!(hash(&typed, "a mesh", "moved.msh"), first);
+    let other = EXAMPLE.replace("youngs_modulus_mpa = 20.0", "youngs_modulus_mpa = 20.000001");
+    assert_ne!(hash(&other, "a mesh", "tpu80.msh"), first);
+    let other = EXAMPLE.replace("unit = \"mm\"", "unit = \"cm\"");
+    assert_ne!(hash(&other, "a mesh", "tpu80.msh"), first);
+    assert_ne!(hash(EXAMPLE, "another mesh", "tpu80.msh"), first);
 }

@@ -6,12 +6,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, file};
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::is_recording;
 use hysteron_control::{Limits, TargetPath};
 use serde_json::json;
 
+use crate::outputs::Outputs;
 use crate::{figures, interrupt, number, terminal};
 
 const HELP: &str = "\
@@ -119,6 +120,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         stroke: [arguments.stroke_min_mm, arguments.stroke_max_mm].map(metres),
         rate: metres(arguments.stroke_rate_max_mm_s),
     };
+    let outputs = arguments.way.reads()?.file("--out", &arguments.out);
+    let _claim = outputs.report("--figures", arguments.figures.as_deref()).check()?;
     let recording = arguments.way.strokes(&given)?;
     recording.write(&arguments.out)?;
     let part = |flag: &str| {
@@ -148,6 +151,15 @@ fn check_strokes(arguments: &Arguments) -> Result<(), BadInput> {
 }
 
 impl Way {
+    /// The files that it reads.
+    pub fn reads(&self) -> anyhow::Result<Outputs> {
+        let outputs = Outputs::reading(&self.checkpoint).target(&self.target)?;
+        Ok(match &self.scene {
+            Some(path) => outputs.scene(path, &Scene::read(path)?),
+            None => outputs,
+        })
+    }
+
     /// Strokes for the path, and what is recorded beside them.
     pub fn strokes(&self, given: &Given) -> anyhow::Result<Recording> {
         let target = read_target(&self.target)?;
@@ -255,12 +267,12 @@ fn recording(way: &Way, target: &Target, answer: Answer) -> anyhow::Result<Recor
     channels.extend(axes.map(|(name, values)| Channel::new(name, values)));
     channels.push(Channel::new("extrapolating", answer.extrapolating));
     channels.push(Channel::new("limited", answer.limited));
-    let hash = |path: &Path| -> anyhow::Result<String> { Ok(file::sha256_hex(&file::read_bytes(path)?)) };
     let mut extra = BTreeMap::from([("limited_samples".to_owned(), held_back.to_string())]);
-    for (key, path) in [("checkpoint_sha256", &way.checkpoint), ("scene_sha256", &way.scene)] {
-        if let Some(path) = path {
-            extra.insert(key.to_owned(), hash(path)?);
-        }
+    if let Some(path) = &way.checkpoint {
+        extra.insert("checkpoint_sha256".to_owned(), file::sha256_hex(&file::read_bytes(path)?));
+    }
+    if let Some(path) = &way.scene {
+        extra.insert("scene_sha256".to_owned(), Scene::read(path)?.hash);
     }
     let by = way.checkpoint.as_ref().or(way.scene.as_ref());
     let meta = Metadata {

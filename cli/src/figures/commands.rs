@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_base::{Recording, file};
+use hysteron_base::Recording;
 
 use super::figure::{register_embedded_font, save};
 use super::lines::{Scale, Shaded, TimeChart, TimePanel, spans};
-use super::report::Page;
+use super::report::{Page, write_page};
 use super::series::{TARGET, TWIN, Tip, error_panel, millimetres, numbered_panels, tip_panels};
 
 /// Writes the figures and `report.html` to `folder`.
@@ -36,7 +36,7 @@ pub fn write(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
     for chart in [stroke_chart(recording, strokes), path_chart(recording)].into_iter().flatten() {
         page.figure(&save(folder, &chart, false)?);
     }
-    file::write_bytes(&folder.join("report.html"), page.finish(&meta.commit))?;
+    write_page(folder, page.finish(&meta.commit))?;
     Ok(())
 }
 

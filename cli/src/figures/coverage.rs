@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_base::file;
 use hysteron_control::inverse::{Axes, Workspace};
 use plotters::prelude::*;
 use serde::Serialize;
 
 use super::figure::{Entry, Figure, register_embedded_font, save};
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use super::tracking::square_around;
 use crate::generate::{Card, Row, tip_of};
@@ -71,7 +70,7 @@ pub fn write(folder: &Path, card: &Card, real: &[Input], with_png: bool) -> anyh
     page.heading("Trajectories");
     page.table(&Row::HEADINGS, card.rows.iter().map(Row::cells));
     page.small(&format!("Scene {}.", card.scene_sha256));
-    file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    write_page(folder, page.finish(commit))?;
     Ok(())
 }
 

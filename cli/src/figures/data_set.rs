@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use hysteron_base::{Recording, file};
+use hysteron_base::Recording;
 use serde::Serialize;
 
 use super::figure::{register_embedded_font, save};
 use super::lines::{Shaded, TimeChart, spans, without_gaps};
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::series::{MEASURED, Tip, millimetres, numbered_panels, tip_panels};
 use super::shapes::{CommandAndTip, NamedShape};
 use crate::record::Row;
@@ -95,7 +95,7 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<()
     for (name, recording) in shown {
         page.figure(&save(folder, &over_time(name, recording), with_png)?);
     }
-    file::write_bytes(&folder.join("report.html"), page.finish(&meta.commit))?;
+    write_page(folder, page.finish(&meta.commit))?;
     Ok(())
 }
 

@@ -8,11 +8,12 @@
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use hysteron_base::file;
+use hysteron_base::{crc32, file};
 use plotters::prelude::*;
 use plotters::style::register_font;
 
 use super::sheet::Sheet;
+use crate::outputs::{self, SIGNATURE};
 
 /// A name and the colour of what it stands for.
 pub type Entry = (String, RGBColor);
@@ -73,11 +74,22 @@ pub fn register_embedded_font() -> anyhow::Result<()> {
 pub fn save(folder: &Path, figure: &impl Figure, with_png: bool) -> anyhow::Result<Drawn> {
     let layout = Layout::of(figure);
     let svg = svg(layout.size, |sheet| layout.draw(figure, sheet))?;
-    file::write_bytes(&folder.join(format!("{}.svg", figure.name())), &svg)?;
+    outputs::replace(&folder.join(format!("{}.svg", figure.name())), format!("{SIGNATURE}\n{svg}"))?;
     if with_png {
-        file::write_bytes(&folder.join(format!("{}.png", figure.name())), png(figure)?)?;
+        outputs::replace(&folder.join(format!("{}.png", figure.name())), signed(png(figure)?))?;
     }
     drawn(figure)
+}
+
+/// A PNG that says by which program it is: a chunk of text behind its header, which is 33 bytes long.
+fn signed(mut png: Vec<u8>) -> Vec<u8> {
+    const HEADER: usize = 33;
+    let content = b"tEXtSoftware\0hysteron";
+    let mut chunk = (content.len() as u32 - 4).to_be_bytes().to_vec();
+    chunk.extend(content);
+    chunk.extend(crc32(content).to_be_bytes());
+    png.splice(HEADER..HEADER, chunk);
+    png
 }
 
 /// The tiles of a figure, for a report.

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use hysteron_base::file;
 use hysteron_twin::fit::{Scale, Standing};
 use serde::Serialize;
 
 use super::figure::{register_embedded_font, save};
 use super::lines::{Curve, TimeChart, TimePanel};
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::series::{MEASURED, TWIN, UNCORRECTED};
 use crate::fit_material::{Outcome, digits, standing};
 use crate::terminal;
@@ -111,7 +110,7 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool) -> anyhow::Result
     ]);
     drawn.iter().for_each(|figure| page.figure(figure));
     page.small(&format!("Scene {}.", metrics.scene_sha256));
-    file::write_bytes(&folder.join("report.html"), page.finish(metrics.commit))?;
+    write_page(folder, page.finish(metrics.commit))?;
     Ok(())
 }
 

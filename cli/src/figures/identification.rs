@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use hysteron_base::{Recording, file};
+use hysteron_base::Recording;
 use serde::Serialize;
 
 use super::auxiliary_strokes;
 use super::figure::{register_embedded_font, save};
 use super::lines::TimeChart;
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, millimetres, tip_panels};
 use crate::identify::summary::Row;
 use crate::terminal;
@@ -90,7 +90,7 @@ pub fn write(
         }
     }
     page.small(&format!("Scene {scene_sha256}."));
-    file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    write_page(folder, page.finish(commit))?;
     Ok(())
 }
 

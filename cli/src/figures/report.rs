@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use hysteron_base::file;
 use hysteron_control::score::AxisScore;
 use plotters::style::RGBColor;
 use serde::Serialize;
 
 use super::figure::{Drawn, Entry};
 use super::shapes::NamedShape;
+use crate::outputs;
 use crate::run::{Run, Summary};
 use crate::terminal;
 
@@ -84,7 +84,12 @@ pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<
     terminal::summarise(metrics)?;
     let mut json = serde_json::to_string_pretty(metrics)?;
     json.push('\n');
-    Ok(file::write_bytes(&folder.join("metrics.json"), json)?)
+    outputs::replace(&folder.join("metrics.json"), json)
+}
+
+/// Writes `report.html`.
+pub(super) fn write_page(folder: &Path, html: String) -> anyhow::Result<()> {
+    outputs::replace(&folder.join("report.html"), html)
 }
 
 /// A report as it grows: one file with everything in it.
@@ -96,7 +101,8 @@ impl Page {
         let [title, about, command] = [title, about, command].map(escaped);
         Self(format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+             <meta name=\"generator\" content=\"hysteron\"/>\n<title>{title}</title>\n\
              <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n"
         ))
     }

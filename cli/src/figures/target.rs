@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use hysteron_base::file;
 use hysteron_control::TargetPath;
 use plotters::prelude::*;
 use serde::Serialize;
 
 use super::figure::{Entry, Figure, register_embedded_font, save};
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::sheet::{BELOW, COLORS, LEFT, Sheet};
 use super::simplify::simplified;
 use super::tip::between_sharp_turns;
@@ -100,7 +99,7 @@ pub fn write(
     }
     page.figure(&figure);
     page.small(&format!("Target {}.", target.hash));
-    file::write_bytes(&folder.join("report.html"), page.finish(metrics.commit))?;
+    write_page(folder, page.finish(metrics.commit))?;
     Ok(())
 }
 

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_base::file;
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Repeatability, Timed, errors};
 use plotters::prelude::*;
@@ -11,7 +10,7 @@ use serde::Serialize;
 
 use super::figure::{Drawn, Figure, register_embedded_font, save};
 use super::lines::{Curve, TimeChart, TimePanel};
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::series::millimetres;
 use super::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use super::simplify::simplified;
@@ -148,7 +147,7 @@ pub fn write(
     let source = |row: &Row| vec![row.name.clone(), row.source.clone(), row.sha256.clone()];
     page.table(&["Recording", "Source", "SHA-256"], rows.iter().map(source));
     page.small(&format!("Target {}.", target.hash));
-    file::write_bytes(&folder.join("report.html"), page.finish(env!("HYSTERON_COMMIT")))?;
+    write_page(folder, page.finish(env!("HYSTERON_COMMIT")))?;
     Ok(())
 }
 

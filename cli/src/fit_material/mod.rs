@@ -14,6 +14,7 @@ use hysteron_twin::fit::{
 use hysteron_twin::{Motion, Twin};
 
 use crate::figures::fit as report;
+use crate::outputs::Outputs;
 use crate::terminal::{self, say};
 use crate::{interrupt, number};
 
@@ -191,6 +192,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => arguments.fit.iter().map(Wanted::named).collect(),
     };
     let selected = select(&scene, &names)?;
+    let outputs =
+        Outputs::reading(&arguments.recordings).scene(&arguments.scene, &scene).and(&arguments.fit_file);
+    let outputs = outputs.file("--out", &arguments.out).report("--figures", arguments.figures.as_deref());
+    let _claim = outputs.check()?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
     let motions = inputs::read_motions(&arguments.recordings, arguments.role.as_deref(), &twin)?;
@@ -254,11 +259,6 @@ fn check_arguments(arguments: &Arguments) -> Result<(), BadInput> {
     let shown = arguments.out.display().to_string();
     if arguments.out.extension().is_none_or(|extension| extension != "toml") {
         return Err(BadInput::new("--out", "a name ending in .toml", shown));
-    }
-    if let (Ok(a), Ok(b)) = (arguments.out.canonicalize(), arguments.scene.canonicalize())
-        && a == b
-    {
-        return Err(BadInput::new("--out", "another file than the scene", shown));
     }
     Ok(())
 }

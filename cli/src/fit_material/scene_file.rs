@@ -7,7 +7,9 @@ use hysteron_base::units::Unit;
 use hysteron_base::{Scene, file};
 use toml_edit::{DocumentMut, Item, TableLike, value};
 
+use crate::outputs::MADE_BY;
 use crate::paths::plain;
+use crate::terminal;
 
 /// Digits of a fitted number: more than any fit knows.
 const DIGITS: usize = 6;
@@ -67,6 +69,8 @@ pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path) -> anyhow::Result
 
     // What stands there must be a scene, with these numbers up to the digits written.
     let text = text.to_string();
+    let own: Vec<&str> = text.lines().filter(|line| !line.starts_with(MADE_BY)).collect();
+    let text = format!("{MADE_BY}{}\n{}\n", terminal::command_line(), own.join("\n"));
     Scene::from_toml(&text, &to.display().to_string(), to.parent().unwrap_or(Path::new("")))?;
     Ok(file::write_bytes(to, text)?)
 }

@@ -19,6 +19,7 @@ use shard::Shard;
 use steer::strokes;
 
 use crate::network::{Network, plant};
+use crate::outputs::Outputs;
 use crate::{figures, inputs, interrupt, plan, terminal};
 
 const HELP: &str = "\
@@ -70,6 +71,9 @@ pub struct Arguments {
     png: bool,
 }
 
+/// Copy of the plan, beside the data.
+const PLAN: &str = "plan.toml";
+
 /// A trajectory and where it goes.
 struct Job<'a> {
     trajectory: &'a Trajectory,
@@ -100,6 +104,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             None => missing.push(job),
         }
     }
+    let _claim = outputs(arguments, &scene, &text, &real, &missing)?.check()?;
     let n_jobs = rows.len() + missing.len();
     let n_samples = missing.iter().map(|job| job.trajectory.n_samples()).sum::<usize>();
     tracing::info!(
@@ -147,6 +152,26 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     finish(arguments, (&scene, &plan.name, &text), rows, &real, n_jobs)
 }
 
+/// What is read, and what will be written: not what is there already.
+fn outputs(
+    arguments: &Arguments,
+    scene: &Scene,
+    plan: &str,
+    real: &[inputs::Input],
+    missing: &[Job],
+) -> anyhow::Result<Outputs> {
+    let outputs = Outputs::reading(real.iter().map(|input| &input.path))
+        .scene(&arguments.scene, scene)
+        .and(&arguments.residual);
+    let outputs = missing.iter().fold(outputs, |outputs, job| outputs.file("--out", &job.out));
+    // The copy of the plan does not say where it is from; its report does.
+    let copy = arguments.out.join(PLAN);
+    let is_new = !copy.exists() || file::read_text(&copy)? == plan;
+    let has_report = arguments.out.join("metrics.json").exists();
+    let outputs = if is_new || has_report { outputs } else { outputs.file("--out", copy) };
+    Ok(outputs.report("--out", Some(&arguments.out)))
+}
+
 /// The card and what is said.
 fn finish(
     arguments: &Arguments,
@@ -159,7 +184,10 @@ fn finish(
         anyhow::bail!("interrupted; {} of {n_jobs} trajectories are done; run it again to go on", rows.len());
     }
     let card = Card::new(scene, plan, rows, real);
-    file::write_bytes(&arguments.out.join("plan.toml"), text)?;
+    let copy = arguments.out.join(PLAN);
+    if !copy.exists() || file::read_text(&copy)? != text {
+        file::write_bytes(&copy, text)?;
+    }
     figures::coverage::write(&arguments.out, &card, real, arguments.png)?;
     card.print();
     if let Some(why) = card.why_empty() {

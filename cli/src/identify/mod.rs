@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::figures::identification::Chosen;
 use crate::inputs::{self, Input};
 use crate::network::Network;
+use crate::outputs::Outputs;
 use crate::{figures, interrupt, number, terminal};
 
 const HELP: &str = "\
@@ -33,7 +34,7 @@ command again to go on.
 
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick
-  hysteron identify meshes/tpu80/scene-coreact.toml out/quick --out out/quick/identified
+  hysteron identify meshes/tpu80/scene-typical.toml out/quick --out out/quick/identified
 
 Exit codes: 0 done, 1 failed or interrupted (finished recordings are kept), 2 bad input.";
 
@@ -69,6 +70,9 @@ pub struct Arguments {
     skip_bad: bool,
 }
 
+/// Folder for what a stroke does to the tip, in that of the results.
+const SENSITIVITY: &str = "sensitivity";
+
 /// A recording to identify and where its results go.
 struct Job {
     input: Input,
@@ -87,6 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let network = arguments.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let (jobs, excluded) = jobs(arguments, &scene, &twin, network.as_ref())?;
     let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
+    let _claim = outputs(arguments, &scene, [&there, &missing]).check()?;
     let n_jobs = there.len() + missing.len();
     tracing::info!(
         "{}: {n_jobs} recordings, {} samples, {} virtual tendons; {} recordings are there already",
@@ -115,6 +120,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         anyhow::bail!("interrupted; {n_done} of {n_jobs} recordings are done; run it again to go on");
     }
     Ok(())
+}
+
+/// What is read, and what will be written: not what is there already.
+fn outputs(arguments: &Arguments, scene: &Scene, [there, missing]: [&[Job]; 2]) -> Outputs {
+    let outputs = Outputs::reading(there.iter().chain(missing).map(|job| &job.input.path))
+        .scene(&arguments.scene, scene)
+        .and(&arguments.residual)
+        .folder("--out", arguments.out.join(SENSITIVITY));
+    let results = missing.iter().flat_map(|job| [&job.out, &job.sensitivity]);
+    let outputs = results.fold(outputs, |outputs, path| outputs.file("--out", path));
+    outputs.report("--out", Some(&arguments.out))
 }
 
 fn n_samples(jobs: &[Job]) -> usize {
@@ -210,7 +226,7 @@ fn job(
         meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder)?);
     }
     let file = format!("{}.parquet", input.name);
-    let (out, sensitivity) = (arguments.out.join(&file), arguments.out.join("sensitivity").join(&file));
+    let (out, sensitivity) = (arguments.out.join(&file), arguments.out.join(SENSITIVITY).join(&file));
     Ok(Job { input, motion, meta, out, sensitivity })
 }
 

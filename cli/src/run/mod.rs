@@ -22,6 +22,7 @@ use hysteron_control::score::score;
 use hysteron_twin::{Stepper, Twin, TwinState};
 
 use crate::network::Network;
+use crate::outputs::Outputs;
 use crate::{figures, interrupt, terminal};
 use command::Command;
 pub use command::resting;
@@ -131,9 +132,10 @@ pub fn carry_out(
     options: &Options,
     checkpoint: Option<&Path>,
 ) -> anyhow::Result<()> {
-    let (partial, state_file) = check_out(&options.out, input, task)?;
+    let (partial, state_file) = check_out(&options.out)?;
     let scene = Scene::read(&options.scene)?;
     let samples = Recording::read(input)?;
+    let _claim = outputs(options, &scene, input, checkpoint, [&partial, &state_file]).check()?;
     let twin = Twin::from_scene(&scene)?;
     let command = match task {
         Task::Simulate => Command::new(&twin, &samples, input)?,
@@ -215,7 +217,7 @@ pub fn carry_out(
         Some(trace.into_recording(&twin, &command, further, with_completeness(provenance, is_complete))?)
     };
     let (End::Done, Some(recording)) = (&end, &recording) else {
-        state.write(&state_file, &twin, &scene.hash)?;
+        state.write(&state_file, &twin, &scene.hash, &terminal::command_line())?;
         if let Some(recording) = &recording {
             recording.write(&partial)?;
         }
@@ -226,7 +228,7 @@ pub fn carry_out(
     summary.against_measured = measured.zip(recording.tip()).map(|(tip, own)| score(tip, own, samples.gap()));
     recording.write(&options.out)?;
     if let Some(path) = &options.save_state {
-        state.write(path, &twin, &scene.hash)?;
+        state.write(path, &twin, &scene.hash, &terminal::command_line())?;
     }
     let run = Run {
         task,
@@ -245,7 +247,8 @@ pub fn carry_out(
             .with_context(|| format!("writing figures to {}", folder.display()))?;
     }
     if options.resume {
-        for path in [&partial, &state_file] {
+        let is_left = |path: &&PathBuf| options.save_state.as_ref() != Some(*path);
+        for path in [&partial, &state_file].into_iter().filter(is_left) {
             std::fs::remove_file(path).with_context(|| format!("removing {}", path.display()))?;
         }
     }
@@ -354,21 +357,45 @@ fn stopped(
     }
 }
 
+/// What a run reads and what it may write, whole or partial.
+fn outputs(
+    options: &Options,
+    scene: &Scene,
+    input: &Path,
+    checkpoint: Option<&Path>,
+    partial: [&PathBuf; 2],
+) -> Outputs {
+    let mut outputs = Outputs::reading([input])
+        .scene(&options.scene, scene)
+        .and(checkpoint)
+        .and(&options.from)
+        .file("--out", &options.out)
+        .report("--figures", options.figures.as_deref());
+    // What a run goes on from is checked when it is read, and a state that is saved may have the name of that file.
+    for file in
+        partial.into_iter().filter(|file| !options.resume && options.save_state.as_ref() != Some(*file))
+    {
+        outputs = outputs.file("--out", file);
+    }
+    if let Some(file) = &options.save_state {
+        outputs = outputs.file("--save-state", file);
+    }
+    if let Some(folder) = &options.vtu {
+        outputs = outputs.folder("--vtu", folder);
+        for file in series::there(folder) {
+            outputs = outputs.file("--vtu", file);
+        }
+    }
+    outputs
+}
+
 /// Checks the name to write and gives those of the partial recording and the state.
-fn check_out(out: &Path, input: &Path, task: Task) -> Result<(PathBuf, PathBuf), BadInput> {
+fn check_out(out: &Path) -> Result<(PathBuf, PathBuf), BadInput> {
     let shown = out.display().to_string();
     let extension = match out.extension().and_then(|extension| extension.to_str()) {
         Some(extension @ ("csv" | "parquet")) => extension,
         _ => return Err(BadInput::new("--out", "a name ending in .parquet or .csv", shown)),
     };
-    if out.is_dir() {
-        return Err(BadInput::new("--out", "the name of a file", format!("the folder {shown}")));
-    }
-    if let (Ok(a), Ok(b)) = (out.canonicalize(), input.canonicalize())
-        && a == b
-    {
-        return Err(BadInput::new("--out", format!("another file than --{}", task.input()), shown));
-    }
     Ok((out.with_extension(format!("partial.{extension}")), out.with_extension("state")))
 }
 

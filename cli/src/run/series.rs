@@ -6,6 +6,20 @@ use anyhow::Context;
 use hysteron_fem::{Array, Cells, Polylines, Pvd, Values, write_polylines, write_vtu};
 use hysteron_twin::{Twin, TwinState};
 
+/// The file of a series that lists its pictures, and says by which program they are.
+const LIST: &str = "robot.pvd";
+
+/// What a series in this folder would replace: its list; or where there is none, pictures of somebody else.
+pub fn there(folder: &Path) -> Vec<PathBuf> {
+    let list = folder.join(LIST);
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_picture = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        ["body_", "tendons_"].iter().any(|start| name.starts_with(start))
+    };
+    if list.exists() { vec![list] } else { entries.filter(is_picture).collect() }
+}
+
 /// The series that is being written.
 #[derive(Debug)]
 pub struct Series {
@@ -30,7 +44,7 @@ impl Series {
         let mut new = Self {
             folder: folder.to_owned(),
             every: every.max(1),
-            list: Pvd::new(&folder.join("robot.pvd"))?,
+            list: Pvd::new(&folder.join(LIST))?,
             cells,
             rest: twin.body.in_file_order(&twin.body.rest),
         };

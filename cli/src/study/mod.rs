@@ -202,7 +202,7 @@ fn carry_out(file: &Path, out: Option<&Path>, passed_on: &[String]) -> anyhow::R
     let study = Study::read(file)?;
     let out = out.map_or_else(|| Path::new("out").join(&study.name), Path::to_owned);
     let stages = stages::stages(&study, &out);
-    Runner::new(&out, passed_on)?.run(&stages)?;
+    Runner::new(&out, &study.name, passed_on)?.run(&stages)?;
     figures::study::write(&out, &study, &stages)?;
     terminal::say(format_args!("report: {}", out.join("report.html").display()));
     Ok(())

@@ -6,14 +6,14 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use hysteron_base::file;
+use hysteron_base::{BadInput, file};
 
 use super::stage::{OnRefusal, Stage, Step};
 use super::stamp::{Stamp, Standing, make_room};
 use crate::failure::CommandFailed;
-use crate::interrupt;
 use crate::progress::duration;
 use crate::terminal::{self, say};
+use crate::{interrupt, outputs};
 
 /// A stage that works is looked after so often.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -30,9 +30,14 @@ pub struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// Takes hold of the folder of a study; waits for a stage that an earlier run has left behind.
-    pub fn new(out: &'a Path, passed_on: &'a [String]) -> anyhow::Result<Self> {
+    /// Takes hold of the folder of the study `name`; waits for a stage that an earlier run has left behind.
+    ///
+    /// # Errors
+    /// `BadInput` if the folder is that of another study, or if a report is there which no study wrote.
+    pub fn new(out: &'a Path, name: &str, passed_on: &'a [String]) -> anyhow::Result<Self> {
+        outputs::check_report("--out", out)?;
         let place = out.join("stages").join("lock");
+        check_name(out, name)?;
         file::write_bytes(&out.join("stages").join("README"), README)?;
         let lock = File::options().create(true).truncate(false).write(true).read(true).open(&place)?;
         match lock.try_lock() {
@@ -46,6 +51,11 @@ impl<'a> Runner<'a> {
             }
             Err(TryLockError::Error(error)) => return Err(error).context(place.display().to_string()),
         }
+        // Another study may have come first.
+        check_name(out, name)?;
+        file::write_bytes(&out.join(NAME), name)?;
+        file::clear_temporary(out);
+        file::clear_temporary(&out.join("stages"));
         Ok(Self { out, program: std::env::current_exe()?, passed_on, lock, pace: [0.0; 2] })
     }
 
@@ -109,7 +119,11 @@ impl<'a> Runner<'a> {
     /// Runs a command to its end. Ctrl-C is passed on to it, each as often as it comes.
     fn status_of(&self, step: &Step) -> anyhow::Result<ExitStatus> {
         let mut command = Command::new(&self.program);
-        command.args(self.passed_on).args(step.arguments.iter().map(|argument| &argument.typed));
+        // What is there is the study's own, whatever its options were when it was made.
+        command
+            .arg("--overwrite")
+            .args(self.passed_on)
+            .args(step.arguments.iter().map(|argument| &argument.typed));
         // Nobody reads from it; it holds the lock.
         command.stdin(self.lock.try_clone()?);
         if terminal::is_json() {
@@ -142,6 +156,22 @@ impl<'a> Runner<'a> {
     }
 }
 
+/// Refuses the folder of a study with another name.
+fn check_name(out: &Path, name: &str) -> anyhow::Result<()> {
+    let place = out.join(NAME);
+    if !place.exists() {
+        return Ok(());
+    }
+    let found = file::read_text(&place)?;
+    if found == name {
+        return Ok(());
+    }
+    let found = format!("{}, that of \"{found}\"", out.display());
+    Err(BadInput::new("--out", format!("a new folder, or that of the study \"{name}\""), found)
+        .hint("choose another --out")
+        .into())
+}
+
 /// Ctrl-C in the terminal reaches this program alone, which passes it on.
 #[cfg(unix)]
 fn apart(command: &mut Command) {
@@ -171,6 +201,9 @@ fn why(standing: &Standing) -> String {
         Standing::Outdated(what) => format!(" (again: {what} changed)"),
     }
 }
+
+/// File in the folder of a study with its name.
+const NAME: &str = "stages/study";
 
 const README: &str = "\
 Stamps of the stages of a study: what each was made from and what it wrote. Remove one, and its stage is done again.\n";

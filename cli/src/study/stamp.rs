@@ -4,7 +4,7 @@
 //! result holds that.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
@@ -15,6 +15,8 @@ const FORMAT: &str = "hysteron-stamp";
 const VERSION: u32 = 1;
 /// So begin the names of files that are being written; one that stays is of a program that was killed.
 const UNFINISHED: &str = ".hysteron-";
+/// So end the names of locks. The study holds its own, so no stage is at work.
+const LOCK: &str = ".lock";
 
 /// See the module.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,10 +75,15 @@ impl Stamp {
         })
     }
 
-    /// The stamp of a stage in the folder of a study, if it was ever begun. One that cannot be read counts as none.
+    /// The stamp of a stage in the folder of a study, if it was ever begun. One that cannot be read counts as none, and
+    /// so does one that names files which are not in the folder of the stage.
     pub fn read(out: &Path, stage: &Stage) -> Option<Self> {
-        let stamp: Self = serde_json::from_slice(&std::fs::read(place(out, stage)).ok()?).ok()?;
-        (stamp.format == FORMAT && stamp.version == VERSION).then_some(stamp)
+        let stamp: Self = serde_json::from_slice(&file::read_bytes(&place(out, stage)).ok()?).ok()?;
+        let is_own = |name: &String| {
+            Path::new(name).components().all(|part| matches!(part, Component::Normal(_))) && !name.is_empty()
+        };
+        let has_own = stamp.outputs.iter().flat_map(BTreeMap::keys).all(is_own);
+        (stamp.format == FORMAT && stamp.version == VERSION && has_own).then_some(stamp)
     }
 
     /// Writes it.
@@ -142,7 +149,7 @@ pub fn make_room(
         Standing::Damaged(names) if goes_on => {
             for name in names.iter().filter(|name| folder.join(name).exists()) {
                 match stage.outdated {
-                    Outdated::Remove => std::fs::remove_file(folder.join(name))?,
+                    Outdated::Remove => remove(&folder, name)?,
                     Outdated::SetAside => set_aside(&folder.join(name))?,
                 }
             }
@@ -155,7 +162,7 @@ pub fn make_room(
             (Outdated::SetAside, _) => set_aside(&folder)?,
             (Outdated::Remove, Some(outputs)) => {
                 for name in outputs.keys().filter(|name| folder.join(name).exists()) {
-                    std::fs::remove_file(folder.join(name))?;
+                    remove(&folder, name)?;
                 }
             }
             // Nothing was there when it began.
@@ -174,6 +181,19 @@ pub fn make_room(
     }
 }
 
+/// Removes a file of a stage. A link in the folder may lead out of it; what lies behind that is not the stage's.
+fn remove(folder: &Path, name: &str) -> anyhow::Result<()> {
+    let path = folder.join(name);
+    let at = path.parent().unwrap_or(folder).canonicalize()?;
+    if !at.starts_with(folder.canonicalize()?) {
+        let found = format!("a link to {}", at.display());
+        return Err(BadInput::new(path.display().to_string(), "a file of the study", found)
+            .hint("move the link away")
+            .into());
+    }
+    Ok(std::fs::remove_file(path)?)
+}
+
 /// Gives a measurement another name, and says so.
 fn set_aside(path: &Path) -> anyhow::Result<()> {
     let named = |number: usize| {
@@ -187,10 +207,11 @@ fn set_aside(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Removes what a killed program was writing.
+/// Removes what a killed program was writing, and its lock.
 fn remove_unfinished(folder: &Path) -> anyhow::Result<()> {
     for path in files_in(folder)? {
-        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(UNFINISHED)) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with(UNFINISHED) || (name.starts_with('.') && name.ends_with(LOCK)) {
             std::fs::remove_file(path)?;
         }
     }
@@ -217,8 +238,9 @@ fn files_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut folders = if folder.exists() { vec![folder.to_owned()] } else { Vec::new() };
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder)? {
-            let path = entry?.path();
-            if path.is_dir() { folders.push(path) } else { files.push(path) }
+            let entry = entry?;
+            // Links are not followed: what they lead to is not in the folder.
+            if entry.file_type()?.is_dir() { folders.push(entry.path()) } else { files.push(entry.path()) }
         }
     }
     files.sort();

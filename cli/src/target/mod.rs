@@ -8,6 +8,7 @@ use anyhow::Context;
 use hysteron_base::{BadInput, Metadata, Recording, Scene};
 use hysteron_control::TargetPath;
 
+use crate::outputs::Outputs;
 use crate::{figures, number, terminal};
 use reach::Reach;
 
@@ -65,6 +66,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     check_arguments(arguments)?;
     let target = TargetPath::open(&arguments.target)?;
     let scene = arguments.scene.as_deref().map(Scene::read).transpose()?;
+    let outputs = Outputs::default().target(&arguments.target)?.file("--out", &arguments.out);
+    let mut outputs = outputs.report("--figures", arguments.figures.as_deref());
+    if let (Some(path), Some(scene)) = (&arguments.scene, &scene) {
+        outputs = outputs.scene(path, scene);
+    }
+    let _claim = outputs.check()?;
     let reach = match &scene {
         Some(scene) => Some(Reach::of(&target, scene, 1e-3 * arguments.tolerance_mm)?),
         None => None,

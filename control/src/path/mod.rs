@@ -20,7 +20,7 @@ use crate::plan::rise;
 use crate::{Error, Result};
 use hysteron_base::{BadInput, Channel, Metadata, Recording, file};
 use std::ops::{Range, RangeInclusive};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use outline::{Outline, Point};
 
@@ -39,6 +39,9 @@ const BUILT_IN: [(&str, &str); 8] = [
 /// Width of the built-in Lissajous curve over its height. Tables II and III give RMSE / NRMSE = size to the digits
 /// printed; table IV gives 0.95 of the height, which is the mean over both axes for this width.
 const LISSAJOUS_ASPECT: f64 = 0.9;
+
+/// Bytes of a table in which its header is looked for.
+const HEAD: usize = 1 << 16;
 
 /// Timing of targets that are named and not written.
 const HEADER: &str = "format = \"hysteron-target\"\nversion = 1\nrate_hz = 100\nspeed_mm_s = 10\nramp_s = 1\n\
@@ -72,7 +75,12 @@ pub struct TargetPath {
 pub fn is_recording(path: &Path) -> Result<bool> {
     Ok(match path.extension().and_then(|ending| ending.to_str()) {
         Some("parquet") => true,
-        Some("csv") => file::read_text(path)?.contains("time_"),
+        Some("csv") => {
+            let head = file::read_head(path, HEAD)?;
+            String::from_utf8_lossy(&head)
+                .lines()
+                .any(|line| !line.starts_with('#') && line.contains("time_"))
+        }
         _ => false,
     })
 }
@@ -91,6 +99,25 @@ impl TargetPath {
             Some("csv" | "parquet") if is_recording(path)? => Self::read_recording(path),
             Some("csv") => Self::outline_file(path),
             _ => Self::named(named),
+        }
+    }
+
+    /// The files that [`TargetPath::open`] reads for this name: none for a curve and its size.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn files(named: &str) -> Result<Vec<PathBuf>> {
+        let path = Path::new(named);
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("toml") => {
+                let typed: typed::TargetFile = hysteron_base::typed::parse(&file::read_text(path)?)
+                    .map_err(|bad| bad.within(path.display()))?;
+                let folder = path.parent().unwrap_or(Path::new(""));
+                let outline = typed.curve.file.map(|name| folder.join(name));
+                Ok([path.to_owned()].into_iter().chain(outline).collect())
+            }
+            Some("svg" | "csv" | "parquet") => Ok(vec![path.to_owned()]),
+            _ => Ok(Vec::new()),
         }
     }
 

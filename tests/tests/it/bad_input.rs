@@ -164,10 +164,141 @@ fn names_that_cannot_be_written() {
     let place = Workplace::new();
     place.write_circle("strokes.csv", 5);
     assert!(place.simulate("strokes.csv", "tip.xlsx").error(2).contains("--out"));
-    assert!(place.simulate("strokes.csv", "strokes.csv").error(2).contains("another file"));
     std::fs::create_dir(place.path().join("folder.csv")).unwrap();
     assert!(place.simulate("strokes.csv", "folder.csv").error(2).contains("folder"));
     let outcome = place.run(&["simulate", "scene.toml", "--strokes", "strokes.csv"]);
     assert_eq!(outcome.code, Some(2), "clap refuses a missing option");
     assert_eq!(place.run(&["dance"]).code, Some(2));
+}
+
+#[test]
+#[cfg(unix)]
+fn devices_and_pipes_are_no_files() {
+    let place = Workplace::new();
+    place.write_circle("strokes.csv", 5);
+    // Reading a pipe waits for its other end, and /dev/zero has none.
+    for ending in ["toml", "msh", "csv", "parquet", "svg", "safetensors", "state"] {
+        let pipe = place.path().join(format!("pipe.{ending}"));
+        assert!(std::process::Command::new("mkfifo").arg(pipe).status().unwrap().success());
+        let zero = place.path().join(format!("zero.{ending}"));
+        std::os::unix::fs::symlink("/dev/zero", zero).unwrap();
+    }
+    for file in ["pipe", "zero"] {
+        place.write("meshed.toml", place.read("scene.toml"));
+        place.replace("meshed.toml", "tpu80.msh", &format!("{file}.msh"));
+        for arguments in [
+            &["check", "FILE.toml"][..],
+            &["check", "meshed.toml"],
+            &["simulate", "scene.toml", "--strokes", "FILE.csv", "--out", "tip.csv"],
+            &["simulate", "scene.toml", "--strokes", "FILE.parquet", "--out", "tip.csv"],
+            &[
+                "simulate",
+                "scene.toml",
+                "--strokes",
+                "strokes.csv",
+                "--from",
+                "FILE.state",
+                "--out",
+                "tip.csv",
+            ],
+            &[
+                "simulate",
+                "scene-coreact.toml",
+                "--strokes",
+                "strokes.csv",
+                "--residual",
+                "FILE.safetensors",
+                "--out",
+                "a.csv",
+            ],
+            &["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", "FILE.csv"],
+            &[
+                "simulate",
+                "scene.toml",
+                "--strokes",
+                "strokes.csv",
+                "--save-state",
+                "FILE.state",
+                "--out",
+                "a.csv",
+            ],
+            &["generate", "scene.toml", "--plan", "FILE.toml", "--out", "data"],
+            &["target", "FILE.toml", "--out", "a.csv"],
+            &["target", "FILE.svg", "--out", "a.csv"],
+            &["target", "FILE.csv", "--out", "a.csv"],
+            &["evaluate", "--target", "circle:20", "FILE.parquet"],
+            &["command", "FILE.safetensors", "--target", "circle:20", "--out", "a.csv"],
+            &["identify", "scene-coreact.toml", "FILE.csv", "--out", "data"],
+            &["train", "FILE.parquet", "--out", "a.safetensors"],
+            &["fit-residual", "FILE.parquet", "--out", "a.safetensors"],
+            &["fit-material", "scene.toml", "strokes.csv", "--fit-file", "FILE.toml", "--out", "a.toml"],
+            &["record", "--rig", "FILE.toml", "--plan", "quick", "--out", "data"],
+            &["run", "FILE.toml"],
+        ] {
+            let arguments: Vec<String> = arguments.iter().map(|word| word.replace("FILE", file)).collect();
+            let outcome = place.run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+            assert!(
+                outcome.error(2).contains("device or pipe")
+                    || outcome.error(2).contains("a device or a pipe"),
+                "{arguments:?}: {}",
+                outcome.stderr
+            );
+        }
+    }
+}
+
+#[test]
+fn names_cannot_forge_lines_or_move_the_cursor() {
+    let place = Workplace::new();
+    place.write_circle("strokes.csv", 5);
+    let name = "no\nerror: all is well\u{1b}[2J\r.csv";
+    for arguments in [
+        &["simulate", "scene.toml", "--strokes", name, "--out", "tip.csv"][..],
+        &["check", name],
+        &["dance", name],
+        &["simulate", name],
+        &["evaluate", "--target", "circle:20", name],
+        &["command", "--scene", "scene.toml", "--target", name, "--out", "tip.csv"],
+    ] {
+        let outcome = place.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        assert!(!outcome.stderr.contains(['\u{1b}', '\r']), "{:?}", outcome.stderr);
+        assert_eq!(
+            outcome.stderr.lines().filter(|line| line.starts_with("error: ")).count(),
+            1,
+            "{}",
+            outcome.stderr
+        );
+    }
+    // On the way of what goes well, too.
+    #[cfg(unix)]
+    {
+        let outcome = place.simulate("strokes.csv", name).succeeded();
+        assert_eq!(outcome.stdout, "no\\nerror: all is well\\u{1b}[2J\\r.csv\n");
+        assert!(
+            !outcome.stderr.contains(['\u{1b}', '\r']) && !outcome.stderr.contains("\nerror: "),
+            "{:?}",
+            outcome.stderr
+        );
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn words_that_are_no_unicode_are_shown_and_not_fatal() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = Workplace::new();
+    let name = std::ffi::OsStr::from_bytes(b"stro\xffkes.csv");
+    std::fs::write(
+        place.path().join(name),
+        "time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n0,0,0,0,0\n",
+    )
+    .unwrap();
+    let mut command = std::process::Command::new(hysteron_tests::program());
+    command
+        .args(["simulate", "scene.toml", "--out", "tip.csv", "--strokes"])
+        .arg(name)
+        .current_dir(place.path());
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -50,6 +50,16 @@ fn parts_made_on_several_machines_are_the_whole() {
     let whole = names.each_ref().map(|name| place.read(&format!("data/{name}")));
     let again = place.run(&generate).succeeded();
     assert!(again.stderr.contains("0 samples to do; 3 are there already"), "{}", again.stderr);
+    // What was made with another mesh is made again.
+    let mesh = place.read("tpu80.msh");
+    place.write("tpu80.msh", [&mesh[..], b"\n"].concat());
+    let again = place.run(&generate).succeeded();
+    assert!(again.stderr.contains("; 0 are there already"), "{}", again.stderr);
+    let changed = place.read("data/line.parquet");
+    assert_ne!(changed, whole[0]);
+    place.write("tpu80.msh", mesh);
+    place.run(&generate).succeeded();
+    assert_eq!(place.read("data/line.parquet"), whole[0]);
 
     // The same command elsewhere, in two parts: the same bytes.
     let other = Workplace::new();
@@ -238,4 +248,26 @@ fn a_twin_learns_what_its_network_does_not_know() {
         "x.safetensors",
     ]);
     assert!(refused.error(2).contains("virtual tendons"), "{}", refused.stderr);
+
+    // The network belongs to the mesh, too.
+    let mesh = place.read("tpu80.msh");
+    place.write("tpu80.msh", [&mesh[..], b"\n"].concat());
+    let scene = ["scene-coreact.toml", "--residual", "residual.safetensors"];
+    for arguments in [
+        [&["simulate", "--strokes", "data/line.parquet", "--out", "x.parquet"][..], &scene].concat(),
+        [&["identify"][..], &scene, &["data", "--out", "x"]].concat(),
+        [&["generate", "--plan", "short.toml", "--out", "x"][..], &scene].concat(),
+        [
+            &["command", "--target", "circle:10", "--out", "x.csv", "residual.safetensors", "--scene"][..],
+            &scene[..1],
+        ]
+        .concat(),
+        [&adapt[..5], &["--out", "x.safetensors"]].concat(),
+    ] {
+        let outcome = place.run(&arguments);
+        assert!(outcome.error(2).contains("residual.safetensors: scene_sha256"), "{}", outcome.stderr);
+    }
+    let again =
+        place.run(&["identify", "scene-coreact.toml", "data", "--rounds", "1", "--out", "identified"]);
+    assert!(again.succeeded().stderr.contains("; 0 recordings are there already"));
 }

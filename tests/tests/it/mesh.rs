@@ -35,6 +35,7 @@ fn measures_of_the_robot_give_its_mesh() {
 #[test]
 fn a_new_mesh_can_be_checked_and_simulated() {
     let place = Workplace::new();
+    std::fs::remove_file(place.path().join("tpu80.msh")).unwrap();
     place
         .run(&[
             "mesh",

@@ -292,3 +292,47 @@ fn a_demo_that_was_edited_is_not_overwritten() {
     assert!(error.contains("demo/study.toml") && error.contains("hysteron run"), "{error}");
     assert_eq!(names_in(&place.path().join("demo")), ["study.toml"]);
 }
+
+#[test]
+fn two_studies_do_not_share_a_folder() {
+    let place = Place::new(HEAD);
+    place.run().succeeded();
+    let before = place.results();
+    place.write(
+        "study.toml",
+        &HEAD.replace("name = \"tiny\"", "name = \"other\"").replace("seed = 1", "seed = 2"),
+    );
+    let outcome = place.run();
+    assert!(outcome.error(2).contains("that of \"tiny\""), "{}", outcome.stderr);
+    same(&before, &place.results());
+}
+
+#[test]
+fn a_stamp_cannot_name_files_outside_of_its_folder() {
+    let place = Place::new(HEAD);
+    place.run().succeeded();
+    place.write("precious.txt", "mine");
+    let stamp = place.path().join("out/stages/record.json");
+    let text = std::fs::read_to_string(&stamp).unwrap();
+    let measured = std::fs::read(place.path().join("out/data/one.parquet")).unwrap();
+    for name in ["../../precious.txt", "/etc/hostname", "a/../../../precious.txt"] {
+        std::fs::write(
+            &stamp,
+            text.replace("\"outputs\": {", &format!("\"outputs\": {{\n    \"{name}\": \"0\",")),
+        )
+        .unwrap();
+        place.write("study.toml", &HEAD.replace("seed = 1", "seed = 2"));
+        place.run().error(2);
+        assert_eq!(std::fs::read(place.path().join("precious.txt")).unwrap(), b"mine", "{name}");
+        assert_eq!(std::fs::read(place.path().join("out/data/one.parquet")).unwrap(), measured, "{name}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_study_says_so_once() {
+    let place = Place::new(&[HEAD, LEARN].concat());
+    let outcome = hysteron_tests::interrupt(place.path(), &RUN, "out/stages/identify.json");
+    assert!(outcome.error(1).contains("interrupted"), "{}", outcome.stderr);
+    place.run().succeeded();
+}

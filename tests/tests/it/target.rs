@@ -58,7 +58,7 @@ fn recordings_are_measured_against_their_target() {
     let moved = ["evaluate", "--target", "circle:40", "moved.csv", "--out", "moved"];
     place.run(&moved).succeeded();
     assert!(metrics(&place, "moved")["recordings"][0]["rmse_m"].as_f64().unwrap() > 0.05);
-    place.run(&[&moved[..], &["--relative-to-rest"]].concat()).succeeded();
+    place.run(&[&moved[..], &["--relative-to-rest", "--overwrite"]].concat()).succeeded();
     assert!(metrics(&place, "moved")["recordings"][0]["rmse_m"].as_f64().unwrap() < 1e-6);
 }
 

@@ -126,7 +126,7 @@ impl Adaptation {
 
     /// Whether it is of a network with these features.
     pub(super) fn fits(&self, spec: &FeatureSpec) -> bool {
-        self.rows.iter().all(|row| row.len() == n_terms(spec))
+        self.largest_m >= 0.0 && self.rows.iter().all(|row| row.len() == n_terms(spec))
     }
 }
 

@@ -39,6 +39,12 @@ impl FeatureSpec {
         names
     }
 
+    /// Whether all widths and times are above zero.
+    pub fn is_valid(&self) -> bool {
+        let mut values = self.plays_m.iter().chain(&self.lags_s).chain([&self.step_s]);
+        values.all(|value| *value > 0.0 && value.is_finite())
+    }
+
     /// Number of features without the tip.
     pub fn n_of_strokes(&self) -> usize {
         self.n_primary * (2 + self.plays_m.len() + self.lags_s.len())

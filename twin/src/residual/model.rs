@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
-use hysteron_base::size::check_count;
-use hysteron_learn::{Checkpoint, MOST_ROWS, Network, Normaliser};
+use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -60,6 +59,9 @@ pub struct ResidualModel {
 
 const KIND: &str = "residual";
 
+/// Most tendons or samples of a window that are believed, so that products of sizes cannot overflow.
+const MOST: usize = 1 << 16;
+
 /// Largest difference of a sample's duration from that of the training.
 const SAME_STEP: f64 = 0.01;
 
@@ -82,11 +84,10 @@ impl ResidualModel {
     /// Reads a checkpoint.
     ///
     /// # Errors
-    /// Not a checkpoint, not of a residual network, damaged.
+    /// Not a checkpoint, not of a residual network, damaged, or of parts that do not fit each other.
     pub fn read(path: &Path) -> Result<Self> {
         let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
         let of = |key: &str| details.get(key).cloned().unwrap_or_default();
-        let text = |key: &str| of(key).as_str().unwrap_or_default().to_owned();
         let bad = |error: serde_json::Error| {
             BadInput::new(
                 format!("{}: details", path.display()),
@@ -97,50 +98,72 @@ impl ResidualModel {
         let design = serde_json::from_value(of("design")).map_err(bad)?;
         let adaptation: Option<Adaptation> = serde_json::from_value(of("adaptation")).map_err(bad)?;
         let change: Option<RobotChange> = serde_json::from_value(of("change")).map_err(bad)?;
-        let n_aux = serde_json::from_value(of("n_aux")).map_err(bad)?;
-        let [decodes, adds, adapts] = match (&design, &adaptation) {
-            (Design::Stateful { features, decoder, linear }, adaptation) => [
-                decoder.fits(features.n_primary, n_aux),
-                !linear.is_empty()
-                    && linear.iter().all(|part| part.fits(features.n_primary, features.n_of_strokes())),
-                adaptation.as_ref().is_none_or(|adaptation| adaptation.fits(features)),
-            ],
-            (Design::Windowed { window }, adaptation) => {
-                check_count("window", *window, MOST_ROWS).map_err(|bad| bad.within(path.display()))?;
-                if inputs.channels.len() < 4 {
-                    let found = inputs.channels.len().to_string();
-                    let place = format!("{}: inputs", path.display());
-                    return Err(BadInput::new(place, "a stroke or more, and the tip", found).into());
-                }
-                [true, true, adaptation.is_none()]
-            }
-        };
-        let parts = ["design.stateful.decoder", "design.stateful.linear", "adaptation"];
-        for (fits, part) in [decodes, adds, adapts].into_iter().zip(parts) {
-            if !fits {
-                let place = format!("{}: {part}", path.display());
-                return Err(BadInput::new(place, "that of this network", "another").into());
-            }
-        }
-        if let Some(change) = &change {
-            let n_primary = match &design {
-                Design::Stateful { features, .. } => features.n_primary,
-                Design::Windowed { .. } => inputs.channels.len().saturating_sub(3),
-            };
-            change.check(n_primary).map_err(|bad| bad.within(path.display()))?;
-        }
-        Ok(Self {
+        let model = Self {
             design,
             change,
             adaptation,
-            n_aux,
+            n_aux: serde_json::from_value(of("n_aux")).map_err(bad)?,
             step_s: serde_json::from_value(of("step_s")).map_err(bad)?,
-            scene_hash: text("scene_sha256"),
+            scene_hash: serde_json::from_value(of("scene_sha256")).map_err(bad)?,
             training: of("training"),
             network,
             inputs,
             outputs,
-        })
+        };
+        model.check_parts().map_err(|bad| bad.within(path.display()))?;
+        Ok(model)
+    }
+
+    /// That the parts fit each other.
+    fn check_parts(&self) -> std::result::Result<(), BadInput> {
+        let (n_in, n_out) = (self.inputs.channels.len(), self.outputs.channels.len());
+        let sizes = match &self.design {
+            Design::Stateful { features, .. } => vec![("n_primary", features.n_primary)],
+            Design::Windowed { window } => vec![("window", *window)],
+        };
+        for (part, size) in [("n_aux", self.n_aux)].into_iter().chain(sizes) {
+            if !(1..=MOST).contains(&size) {
+                return Err(BadInput::new(part, format!("1 to {MOST}"), size.to_string()));
+            }
+        }
+        let channels = |expected: String| {
+            Err(BadInput::new("channels", expected, format!("{n_in} inputs and {n_out} outputs")))
+        };
+        let parts = match &self.design {
+            Design::Windowed { .. } if n_in <= 3 || n_out != self.n_aux => {
+                return channels(format!("strokes and 3 axes of the tip in, {} strokes out", self.n_aux));
+            }
+            Design::Windowed { .. } => [true, true, true, self.adaptation.is_none()],
+            Design::Stateful { features, .. } if (n_in, n_out) != (features.len(), 3) => {
+                return channels(format!("{} inputs and 3 outputs", features.len()));
+            }
+            Design::Stateful { features, decoder, linear } => [
+                features.is_valid(),
+                decoder.fits(features.n_primary, self.n_aux),
+                !linear.is_empty()
+                    && linear.iter().all(|part| part.fits(features.n_primary, features.n_of_strokes())),
+                self.adaptation.as_ref().is_none_or(|adaptation| adaptation.fits(features)),
+            ],
+        };
+        let rest = [self.step_s > 0.0 && self.step_s.is_finite(), !self.scene_hash.is_empty()];
+        let names = [
+            "design.stateful.features",
+            "design.stateful.decoder",
+            "design.stateful.linear",
+            "adaptation",
+            "step_s",
+            "scene_sha256",
+        ];
+        if let Some(change) = &self.change {
+            change.check(match &self.design {
+                Design::Stateful { features, .. } => features.n_primary,
+                Design::Windowed { .. } => n_in - 3,
+            })?;
+        }
+        match parts.into_iter().chain(rest).zip(names).find(|(fits, _)| !fits) {
+            None => Ok(()),
+            Some((_, part)) => Err(BadInput::new(part, "that of this network", "another")),
+        }
     }
 
     /// Refuses a robot with other tendons, or commands at another rate.
@@ -162,5 +185,59 @@ impl ResidualModel {
             return Err(BadInput::new("time_s", expected, format!("{step} s")).hint("resample the commands"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use hysteron_learn::{Architecture, ChannelRange, Head};
+
+    use super::*;
+
+    /// What reading says of a checkpoint with this many inputs and details changed so; nothing where it is accepted.
+    fn refusal(n_inputs: usize, change: impl FnOnce(&mut Value)) -> String {
+        let range = |k: usize| ChannelRange { name: format!("channel {k}"), min: 0.0, max: 1.0 };
+        let channels = |n: usize| Normaliser::new((0..n).map(range).collect()).unwrap();
+        let architecture = Architecture {
+            inputs: n_inputs,
+            hidden: 2,
+            layers: 1,
+            outputs: 2,
+            head: Head::Tanh,
+            dropout: 0.0,
+        };
+        let mut details = json!({
+            "design": { "windowed": { "window": 4 } }, "n_aux": 2, "step_s": 0.01, "scene_sha256": "a scene",
+            "adaptation": null, "training": null,
+        });
+        change(&mut details);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("network.safetensors");
+        let network = Network::new(&architecture, 1).unwrap();
+        let (inputs, outputs) = (channels(n_inputs), channels(2));
+        Checkpoint { kind: KIND.into(), network, inputs, outputs, details }.write(&path).unwrap();
+        ResidualModel::read(&path).map_or_else(|error| error.to_string(), |_| String::new())
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_refused() {
+        assert_eq!(refusal(5, |_| ()), "");
+        // Two strokes and no tip; then less than a tip.
+        assert!(refusal(2, |_| ()).contains("channels: expected strokes and 3 axes"));
+        assert!(refusal(3, |_| ()).contains("got 3 inputs and 2 outputs"));
+        let refused = |key: &str, value: Value, words: &str| {
+            let found = refusal(5, |details| details[key] = value);
+            assert!(found.contains(words), "{key}: {found}");
+        };
+        refused("n_aux", json!(3), "channels: expected");
+        refused("n_aux", json!(0), "n_aux: expected 1 to");
+        refused("design", json!({ "windowed": { "window": 0 } }), "window: expected 1 to");
+        refused("design", json!({ "windowed": { "window": 1_000_000_000_000u64 } }), "window: expected 1 to");
+        refused("step_s", json!(0.0), "step_s");
+        refused("scene_sha256", json!(""), "scene_sha256");
+        refused("scene_sha256", json!(null), "details");
+        let without = refusal(5, |details| drop(details.as_object_mut().unwrap().remove("scene_sha256")));
+        assert!(without.contains("details"), "{without}");
     }
 }

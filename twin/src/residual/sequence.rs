@@ -1,6 +1,6 @@
 //! An identified recording as training sees it.
 
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, file};
 
 use super::Decoder;
 
@@ -71,6 +71,11 @@ impl Sequence {
             return Err(not_identified("sensitivities of every virtual tendon"));
         }
         let n = recording.n_samples();
+        if (sensitivities.n_samples() - 1) * every >= n {
+            let found = format!("{} for {n} samples", sensitivities.n_samples());
+            return Err(BadInput::new(name, "a row of sensitivities every so many samples", found)
+                .hint("identify the recording again"));
+        }
         Ok(Self {
             name: name.to_owned(),
             step,
@@ -84,6 +89,16 @@ impl Sequence {
             sensitivities: rows,
             every,
         })
+    }
+
+    /// SHA-256 of all that training sees of it.
+    pub fn hash(&self) -> String {
+        let tips = self.measured.iter().chain(&self.twin).flatten();
+        let series = self.auxiliary.iter().chain(self.sensitivities.iter().flatten()).flatten();
+        let numbers = [self.step].into_iter().chain(self.strokes.iter().chain(tips).chain(series).copied());
+        let flags = self.gap.iter().map(|gap| u8::from(*gap));
+        let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).chain(flags).collect();
+        file::sha256_hex(&bytes)
     }
 
     /// Number of samples.

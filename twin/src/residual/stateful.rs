@@ -187,6 +187,7 @@ impl Course<'_> {
         let network = Network::new(&options.learning.architecture(spec.len(), 3), seed)?;
         let identity = json!({
             "scene": self.scene_hash, "options": options, "trained_on": listed(&seen), "held_out": listed(&unseen),
+            "data_sha256": self.sequences.iter().map(Sequence::hash).collect::<Vec<_>>(),
             "inputs": inputs.channels, "outputs": outputs.channels,
         });
         let baselines = unseen.iter().map(|&k| all[k].squares(&linear)).collect();

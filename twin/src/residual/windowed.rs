@@ -56,8 +56,10 @@ pub fn fit_windowed(
     let mut lesson = WindowedLesson::new(options, [&inputs, &outputs], 1e3, paths)?;
     let n_aux = outputs.channels.len();
     let architecture = options.architecture(inputs.channels.len(), n_aux, Head::Tanh);
+    let hashes: Vec<String> = training.iter().chain(held_out).map(Sequence::hash).collect();
     let mut identity = json!({
         "scene": scene_hash, "options": options, "trained_on": names(training), "held_out": names(held_out),
+        "data_sha256": hashes,
     });
     architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;

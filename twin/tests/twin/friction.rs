@@ -274,7 +274,7 @@ fn resumed_trajectory_with_friction_is_the_uninterrupted_one() {
         whole.go(&command(k));
         interrupted.go(&command(k));
         if k % 10 == 5 {
-            interrupted.state.write(&path, &interrupted.twin, "hash").unwrap();
+            interrupted.state.write(&path, &interrupted.twin, "hash", "hysteron simulate").unwrap();
             interrupted.stepper = Stepper::new(&interrupted.twin);
             let read = TwinState::read(&path, &interrupted.twin, "hash").unwrap();
             assert_eq!(read, interrupted.state);

@@ -28,7 +28,7 @@ fn state_survives_file_bit_for_bit() {
             }
         }
         robot.state.tensions[0] = -0.0;
-        robot.state.write(&path, &robot.twin, HASH).unwrap();
+        robot.state.write(&path, &robot.twin, HASH, "hysteron simulate").unwrap();
         let read = TwinState::read(&path, &robot.twin, HASH).unwrap();
         let bits = |state: &TwinState| -> Vec<u64> {
             let positions = state.positions.iter().flatten().chain(&state.tensions).chain([&state.load]);
@@ -44,7 +44,7 @@ fn complaint(change: impl FnOnce(&mut Vec<u8>)) -> BadInput {
     let robot = bent();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.bin");
-    robot.state.write(&path, &robot.twin, HASH).unwrap();
+    robot.state.write(&path, &robot.twin, HASH, "hysteron simulate").unwrap();
     let mut bytes = std::fs::read(&path).unwrap();
     change(&mut bytes);
     std::fs::write(&path, bytes).unwrap();
@@ -67,22 +67,26 @@ fn state_of_another_scene_is_refused() {
 
 #[test]
 fn state_of_another_version_is_refused() {
-    let bad = complaint(|bytes| replace(bytes, "\"version\":2", "\"version\":3"));
+    let bad = complaint(|bytes| replace(bytes, "\"version\":3", "\"version\":4"));
     assert!(bad.place.ends_with("format"), "{bad}");
-    assert!(bad.found.ends_with(" 3"), "{bad}");
+    assert!(bad.found.ends_with(" 4"), "{bad}");
 }
 
 #[test]
-fn state_of_the_first_version_is_one_without_memory() {
+fn every_flipped_bit_is_noticed() {
     let robot = bent();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.bin");
-    robot.state.write(&path, &robot.twin, HASH).unwrap();
-    let mut bytes = std::fs::read(&path).unwrap();
-    replace(&mut bytes, "\"version\":2", "\"version\":1");
-    replace(&mut bytes, ",\"n_memory\":0", "");
-    std::fs::write(&path, bytes).unwrap();
-    assert_eq!(TwinState::read(&path, &robot.twin, HASH).unwrap(), robot.state);
+    robot.state.write(&path, &robot.twin, HASH, "hysteron simulate").unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let header = whole.iter().position(|byte| *byte == b'\n').unwrap();
+    // Every byte of the header, some of each number.
+    for at in (0..header).chain((header..whole.len()).step_by(13)) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        std::fs::write(&path, bytes).unwrap();
+        assert!(TwinState::read(&path, &robot.twin, HASH).is_err(), "byte {at}");
+    }
 }
 
 #[test]
@@ -116,7 +120,7 @@ fn state_of_another_mesh_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.bin");
     let robot = bent();
-    robot.state.write(&path, &robot.twin, HASH).unwrap();
+    robot.state.write(&path, &robot.twin, HASH, "hysteron simulate").unwrap();
     let (scene, mesh) = scenes::robot_with(hysteron_base::Law::Corotational, hysteron_fem::Order::Linear, 8);
     let other = Twin::new(&scene, &mesh).unwrap();
     let error = TwinState::read(&path, &other, HASH).expect_err("another mesh");
@@ -162,7 +166,7 @@ fn resumed_trajectory_is_the_uninterrupted_one() {
         interrupted.go(&command(k));
         if k == 30 {
             assert_eq!(interrupted.state, whole.state);
-            interrupted.state.write(&path, &interrupted.twin, HASH).unwrap();
+            interrupted.state.write(&path, &interrupted.twin, HASH, "hysteron simulate").unwrap();
             interrupted.stepper = Stepper::new(&interrupted.twin);
             interrupted.state = TwinState::read(&path, &interrupted.twin, HASH).unwrap();
         }

@@ -8,14 +8,14 @@ mod words;
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{Recording, file};
+use hysteron_base::Recording;
 use hysteron_control::score::{PathScore, score};
 use hysteron_control::tracking::{Origin, Part};
 use serde::Serialize;
 
 use super::figure::{Drawn, register_embedded_font, save};
 use super::lines::TimeChart;
-use super::report::{Page, write_metrics};
+use super::report::{Page, write_metrics, write_page};
 use super::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, tip_panels};
 use super::tracking;
 use crate::evaluate::{self, Row};
@@ -119,7 +119,7 @@ pub fn write(out: &Path, study: &Study, stages: &[Stage]) -> anyhow::Result<()> 
         show_tracking(&mut page, out, track, &tracked)?;
     }
     words::files(&mut page, stages, out);
-    file::write_bytes(&out.join("report.html"), page.finish(commit))?;
+    write_page(out, page.finish(commit))?;
     Ok(())
 }
 
