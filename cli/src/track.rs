@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rate: Some(limits.stroke_rate_max),
     };
     let strokes = arguments.out.join("strokes.parquet");
-    let repeat = |k: u64| arguments.out.join(format!("repeat-{}.parquet", k + 1));
+    let repeat = |k: usize| arguments.out.join(format!("repeat-{}.parquet", k + 1));
     let outputs = arguments.way.reads()?.and(Some(&arguments.rig)).and(&arguments.calibration);
     let outputs = outputs.report("--out", Some(&arguments.out));
     let _claim = outputs.file("--out", &strokes).check()?;

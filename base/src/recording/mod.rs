@@ -29,8 +29,6 @@ const UNIFORM: f64 = 0.01;
 
 /// Largest file that is read [byte].
 const MOST: u64 = 1 << 30;
-/// Most columns of a recording: more than any robot has channels.
-const MOST_COLUMNS: usize = 10_000;
 /// Most numbers in a recording, 400 MB of them: an hour of 130 channels at 100 Hz has fewer.
 const MOST_NUMBERS: u64 = 50_000_000;
 
@@ -233,11 +231,8 @@ fn csv_text(path: &Path) -> Result<String> {
     Ok(file::text_of(file::read_up_to(path, MOST)?, &path.display().to_string())?)
 }
 
-/// Refuses more columns than [`MOST_COLUMNS`], or more numbers than [`MOST_NUMBERS`], before they are read.
+/// Refuses more numbers than [`MOST_NUMBERS`], before they are read.
 fn check_size(columns: usize, rows: u64) -> Check<()> {
-    if columns > MOST_COLUMNS {
-        return Err(BadInput::new("columns", format!("at most {MOST_COLUMNS}"), columns.to_string()));
-    }
     let numbers = rows.saturating_mul(columns as u64);
     if numbers > MOST_NUMBERS {
         let found = format!("{rows} rows of {columns} columns");

@@ -2,7 +2,7 @@
 //!
 //! A name ends in its SI unit, so no number is without one. The few quantities that have none are listed here.
 
-use super::{Channel, Check, check_size};
+use super::{Channel, Check};
 use crate::BadInput;
 use crate::units::Unit;
 

@@ -46,8 +46,7 @@ pub(super) fn write(
 ) -> anyhow::Result<()> {
     let metrics = metrics(run, shapes);
     write_metrics(folder, &metrics)?;
-    file::write_bytes(&folder.join("report.html"), html(&metrics, run.task.title(), figures))?;
-    Ok(())
+    write_page(folder, html(&metrics, run.task.title(), figures))
 }
 
 /// The summary, where no report is asked for.

@@ -60,7 +60,7 @@ fn no_damage_to_a_state_does_harm() {
     let scene = Scene::read(root().join("meshes/tpu80/scene-friction.toml")).unwrap();
     let twin = Twin::from_scene(&scene).unwrap();
     let case = Case::new("a.state");
-    twin.rest().write(&case.path, &twin, &scene.hash).unwrap();
+    twin.rest().write(&case.path, &twin, &scene.hash, "hysteron").unwrap();
     let bytes = std::fs::read(&case.path).unwrap();
     drive("state", 1000, MEMORY_MAX, damages(), |damages| {
         let path = case.write(damaged(&bytes, &damages));
