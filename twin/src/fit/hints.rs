@@ -7,10 +7,10 @@ use hysteron_base::{Friction, Scene};
 
 use super::comparison::Comparison;
 use super::least_squares::{Fit, Options, Parameter, TOLERANCE};
-use super::quantity::{QUANTITIES, Selected, Wanted, along_axes, select, stem};
+use super::quantity::{QUANTITIES, Quantity, Selected, Wanted, along_axes, select, stem};
 use super::search::{Problem, prior_rows};
 use super::uncertainty::{self, Spread, Standing};
-use crate::{Error, Result};
+use crate::Result;
 
 /// An assumption that would explain errors.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +25,8 @@ pub struct Hint {
 
 /// Part of the residuals that is worth a hint [-].
 const WORTH: f64 = 0.05;
-/// Squared number of standard deviations per parameter that the gain must be worth: noise stays below.
-const NOISE: f64 = 9.0;
+/// Variances that the gain must be worth: 95 % of all noise stays below.
+const NOISE: f64 = 4.0;
 /// Friction that a scene without any is tried with.
 const RUBBING: Friction = Friction {
     points: 4,
@@ -50,40 +50,39 @@ struct Minimum<'a> {
     n_effective: f64,
 }
 
-/// Hints for the `scene` that `fit` has led to, the best first.
+/// Hints for the `scene` that `fit` has led to, the best first. An alternative that cannot be tried is none.
 ///
 /// # Errors
-/// Those of the residuals; an alternative without equilibrium is none.
+/// Those of the residuals at the minimum.
 pub(super) fn hints(on: &Comparison, scene: &Scene, selected: &[Selected], fit: &Fit) -> Result<Vec<Hint>> {
     let minimum = Minimum::new(on, scene, selected, fit)?;
     let mut hints = Vec::new();
-    let is_selected = |name: &str| selected.iter().any(|s| s.quantity.name == name);
+    let is_selected = |name: &str| selected.iter().any(|s| s.quantity.name.starts_with(name));
     if !is_selected("gravity") {
-        for (gravity, now) in minimum.other_gravities()? {
+        for (gravity, now) in minimum.other_gravities() {
             let direction = gravity.map(|c| format!("{c:.2}")).join(", ");
-            let instead = format!("gravity along ({direction}) m/s²");
-            hints.extend(minimum.hint(instead, "gravity", now, 2));
+            hints.extend(minimum.hint(format!("gravity along ({direction}) m/s²"), "gravity", now));
         }
     }
-    for quantity in &QUANTITIES {
+    let is_free = |quantity: &&Quantity| {
         let is_taken = selected.iter().any(|s| stem(s.quantity) == stem(quantity));
-        if is_taken || quantity.name.starts_with("common_") || quantity.name == "gravity" {
-            continue;
-        }
+        // The parts of the tracker's frame are tried together.
+        let is_part = ["common_", "gravity", "tracker"].iter().any(|part| quantity.name.starts_with(part));
+        !is_taken && !is_part
+    };
+    let names = QUANTITIES.iter().filter(is_free).map(|quantity| quantity.name);
+    for name in names.chain((!is_selected("tracker")).then_some("tracker")) {
         // What the scene lacks, or has beyond the bounds, is no alternative.
-        let Ok(more) = select(scene, &[Wanted::named(quantity.name)]) else { continue };
-        let (now, what) = minimum.with(&more)?;
-        hints.extend(minimum.hint(what, quantity.name, now, more.len()));
+        let Ok(more) = select(scene, &[Wanted::named(name)]) else { continue };
+        let Ok((now, what)) = minimum.with(&more) else { continue };
+        hints.extend(minimum.hint(what, name, now));
     }
-    if scene.friction.is_none() {
-        let rubbing = Scene { friction: Some(RUBBING), ..scene.clone() };
-        if let Some(now) = minimum.instead(&rubbing)? {
-            let what = format!(
-                "[friction] with points = {} and coefficient = {}",
-                RUBBING.points, RUBBING.coefficient
-            );
-            hints.extend(minimum.hint(what, "", now, 1));
-        }
+    if scene.friction.is_none()
+        && let Some(now) = minimum.instead(&Scene { friction: Some(RUBBING), ..scene.clone() })
+    {
+        let what =
+            format!("[friction] with points = {} and coefficient = {}", RUBBING.points, RUBBING.coefficient);
+        hints.extend(minimum.hint(what, "", now));
     }
     hints.sort_by(|a, b| a.rms[1].total_cmp(&b.rms[1]));
     Ok(hints)
@@ -100,7 +99,7 @@ pub(super) fn steepest(
     fit: &Fit,
 ) -> Result<Option<[f64; 3]>> {
     let minimum = Minimum::new(on, scene, selected, fit)?;
-    let others = minimum.other_gravities()?;
+    let others = minimum.other_gravities();
     let best = others.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
     Ok(best.filter(|(_, cost)| minimum.gain(*cost) > NOISE).map(|(gravity, _)| gravity))
 }
@@ -169,13 +168,9 @@ impl<'a> Minimum<'a> {
         residuals.iter().map(|r| r * r).sum()
     }
 
-    /// The same with another scene; none without equilibrium.
-    fn instead(&self, scene: &Scene) -> Result<Option<f64>> {
-        match self.on.residuals(scene) {
-            Ok(series) => Ok(Some(self.followed(&series))),
-            Err(Error::NoEquilibrium { .. }) => Ok(None),
-            Err(other) => Err(other),
-        }
+    /// The same with another scene; none where that cannot be.
+    fn instead(&self, scene: &Scene) -> Option<f64> {
+        self.on.residuals(scene).ok().map(|series| self.followed(&series))
     }
 
     /// The same with more quantities free, to first order, and how they would change.
@@ -218,7 +213,7 @@ impl<'a> Minimum<'a> {
     }
 
     /// Other axes of the scene for gravity, with the sums of squares there.
-    fn other_gravities(&self) -> Result<Vec<([f64; 3], f64)>> {
+    fn other_gravities(&self) -> Vec<([f64; 3], f64)> {
         let gravity = self.scene.gravity;
         let mut others = Vec::new();
         for axis in along_axes(self.scene) {
@@ -229,11 +224,10 @@ impl<'a> Minimum<'a> {
             if cosine > std::f64::consts::FRAC_1_SQRT_2 {
                 continue;
             }
-            others.extend(
-                self.instead(&Scene { gravity: axis, ..self.scene.clone() })?.map(|cost| (axis, cost)),
-            );
+            let cost = self.instead(&Scene { gravity: axis, ..self.scene.clone() });
+            others.extend(cost.map(|cost| (axis, cost)));
         }
-        Ok(others)
+        others
     }
 
     /// How much less than now a sum of squares is, in variances of an independent residual that it leaves: what an
@@ -243,10 +237,10 @@ impl<'a> Minimum<'a> {
     }
 
     /// The hint, if the gain is worth one.
-    fn hint(&self, instead: String, fit: &str, cost: f64, n_parameters: usize) -> Option<Hint> {
+    fn hint(&self, instead: String, fit: &str, cost: f64) -> Option<Hint> {
         let n: usize = self.series.iter().map(Vec::len).sum();
         let [now, then] = [self.followed(&self.series), cost].map(|cost| (cost / n as f64).sqrt());
-        let is_worth = self.gain(cost) > NOISE * n_parameters as f64 && then < (1.0 - WORTH) * now;
+        let is_worth = self.gain(cost) > NOISE && then < (1.0 - WORTH) * now;
         is_worth.then(|| Hint { instead, fit: fit.to_owned(), rms: [now, then] })
     }
 }
