@@ -15,6 +15,7 @@ use super::hints::{Hint, hints, steepest};
 use super::least_squares::{Fit, Options, Parameter, Prior, TOLERANCE, least_squares};
 use super::quantity::Selected;
 use super::search::{minimum, polished};
+use super::uncertainty::{Estimate, Standing};
 use crate::motion::Motion;
 use crate::{Result, Twin};
 
@@ -319,12 +320,20 @@ impl<'a> Levels<'a> {
         self.watched(on, |options| least_squares(&parameters, options, |values| self.residuals(on, values)))
     }
 
-    /// Another axis of the scene for gravity, if the errors would be smaller there.
+    /// Another axis of the scene for gravity: the one that it leans to as far as it may, or one where the errors would be
+    /// smaller.
     fn other_gravity(&self, fit: &Fit) -> Result<Option<[f64; 3]>> {
         if !self.has("gravity") {
             return Ok(None);
         }
-        steepest(&self.coarse, &self.with(&self.scene, &fit.values()), &self.selected, fit)
+        let scene = self.with(&self.scene, &fit.values());
+        let at_bound = |(s, estimate): &(&Selected, &Estimate)| {
+            s.quantity.name == "gravity" && estimate.standing == Standing::AtBound
+        };
+        if let Some((s, _)) = self.selected.iter().zip(&fit.estimates).find(at_bound) {
+            return Ok(Some(super::quantity::beyond(scene.gravity, s.component)));
+        }
+        steepest(&self.coarse, &scene, &self.selected, fit)
     }
 
     /// Corrects what was fitted in long steps by the steps asked for.

@@ -93,6 +93,16 @@ fn leaning(gravity: [f64; 3], k: usize, angle: f64) -> [f64; 3] {
     leaning
 }
 
+/// Gravity that leans as far as it may towards the k-th other axis, a little farther: that axis is then the nearest.
+pub(super) fn beyond(gravity: [f64; 3], k: usize) -> [f64; 3] {
+    const FARTHER: f64 = 1.02;
+    let (_, _, others) = down(gravity);
+    let size = |g: [f64; 3]| g.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let mut beyond = gravity;
+    beyond[others[k]] *= FARTHER;
+    beyond.map(|c| c * size(gravity) / size(beyond))
+}
+
 /// Gravity along each axis of the scene, of the scene's magnitude [m/s²].
 pub(super) fn along_axes(scene: &Scene) -> [[f64; 3]; 6] {
     let size = scene.gravity.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -297,6 +307,10 @@ mod tests {
             let expected = 1.0 / (1.0 + 0.3f64.tan().powi(2) + 0.7f64.tan().powi(2)).sqrt();
             assert!((along - expected).abs() < 1e-12);
         }
+        // Beyond 45° another axis is the nearest.
+        let far = leaning([0.0, 0.0, -9.81], 0, super::LEAN);
+        assert!(super::down(far).0 == 2 && super::down(super::beyond(far, 0)).0 == 0);
+        assert!((size(super::beyond(far, 0)) - 9.81).abs() < 1e-12);
         // A scene without gravity hangs nowhere: down is -z until something else is found.
         assert_eq!(leaning([0.0; 3], 0, 0.0), [0.0, 0.0, -9.80665]);
     }
