@@ -96,15 +96,16 @@ impl TwinState {
             |error: serde_json::Error| bad("header", "a state by hysteron".into(), error.to_string());
         let header: Value = serde_json::from_slice(&bytes[..end]).map_err(not_ours)?;
         let (format, version) = (header["format"].as_str().unwrap_or_default(), &header["version"]);
+        if !version.is_u64() {
+            let found = "a line of JSON without version".into();
+            return Err(bad("header", "a state by hysteron".into(), found).into());
+        }
         if format != FORMAT || *version != VERSION {
             return Err(bad("format", format!("{FORMAT} {VERSION}"), format!("{format} {version}"))
                 .hint("what another version of the program wrote has to be made again")
                 .into());
         }
         let header: Header = serde_json::from_value(header).map_err(not_ours)?;
-        clear_checksum(&mut bytes, &header.sha256).map_err(|found| {
-            bad("sha256", header.sha256.clone(), found).hint("the file was damaged or edited")
-        })?;
         if header.scene_hash != scene_hash {
             return Err(bad("scene_hash", scene_hash.into(), header.scene_hash)
                 .hint("a state belongs to the scene and mesh that it was made with; make it again")
@@ -127,6 +128,10 @@ impl TwinState {
         if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
             return Err(bad("numbers", "finite numbers".into(), format!("{} at {at}", numbers[at])).into());
         }
+        // Last, so that what can be named is named.
+        clear_checksum(&mut bytes, &header.sha256).map_err(|found| {
+            bad("sha256", header.sha256.clone(), found).hint("the file was damaged or edited")
+        })?;
         let (positions, others) = numbers.split_at(3 * n_nodes);
         let (tensions, memory) = others.split_at(n_tendons);
         let (slides, plays) = memory.split_at(twin.friction.len());

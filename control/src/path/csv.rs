@@ -35,6 +35,7 @@ pub(super) fn read(text: &str) -> Result<(Vec<Point>, bool), BadInput> {
 fn columns(header: &::csv::StringRecord) -> Result<Vec<(usize, &'static Unit)>, BadInput> {
     let bad = || {
         let found = header.iter().collect::<Vec<_>>().join(",");
+        let found = if found.trim().is_empty() { "nothing" } else { &found };
         BadInput::new("header", "x, y and perhaps z with their unit, as in x_mm,y_mm", found)
             .hint("_mm or _m says the unit; a recording has a column time_s")
     };

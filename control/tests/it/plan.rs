@@ -26,7 +26,7 @@ fn plan() -> impl Strategy<Value = String> {
             "format = \"hysteron-plan\"\nversion = 1\nname = \"any\"\nseed = {}\nrate_hz = {rate:?}\n\
              scale = {scale:?}\nvary = {vary:?}\ntendon_angles_deg = {angles:?}\nrelease = {release:?}\n\
              co_contraction_mm = {common:?}\nrest_before_s = {before:?}\nrest_after_s = {after:?}\n\
-             stroke_max_mm = 1e6\nstroke_rate_max_mm_s = 1e9\n\n[[trajectory]]\nname = \"one\"\n\
+             stroke_max_mm = 1e5\nstroke_rate_max_mm_s = 1e5\n\n[[trajectory]]\nname = \"one\"\n\
              role = \"training\"\n{family}\namplitude_mm = {amplitude:?}\nfrequency_hz = {frequency:?}\n\
              phase_deg = {phase:?}\nattack_s = {attack:?}\nsustain_s = {sustain:?}\ndecay_s = {decay:?}\n",
             seed >> 1, // TOML has signed numbers

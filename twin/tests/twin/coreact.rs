@@ -410,7 +410,7 @@ fn recordings_of_something_else_are_refused() {
     assert!(other_robot.contains("stroke columns: expected 4"), "{other_robot}");
     let units =
         remade(&|name, value| Some(if name.starts_with("stroke") { 1e3 * value } else { value }), Vec::new());
-    assert!(units.contains("less than the tendon's length"), "{units}");
+    assert!(units.contains("is the unit of the column"), "{units}");
     let tip_units =
         remade(&|name, value| Some(if name.starts_with("tip") { 1e3 * value } else { value }), Vec::new());
     assert!(tip_units.contains("is the unit"), "{tip_units}");
