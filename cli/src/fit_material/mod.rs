@@ -94,7 +94,7 @@ pub struct Arguments {
     /// Compare the tip where a stroke has moved so far since it was compared last
     #[arg(long, value_name = "MM", default_value_t = 0.2, value_parser = number::length_mm)]
     every_mm: f64,
-    /// Most steps of an evaluation, shared evenly by the recordings, whose steps grow longer for that
+    /// Most steps of an evaluation, shared evenly by the recordings: of each, the beginning
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = number::count::<MOST_STEPS>)]
     steps: usize,
     /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four fifths of

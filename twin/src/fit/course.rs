@@ -17,7 +17,7 @@ pub struct Stepping {
     pub step: f64,
     /// How far from one compared sample to the next [m].
     pub every: f64,
-    /// Most steps of an evaluation, shared by all motions; steps grow longer until they are enough.
+    /// Most steps of an evaluation, shared evenly by all motions: of each, the beginning.
     pub most: usize,
 }
 
@@ -38,8 +38,6 @@ const FEWEST: usize = 8;
 const TURNED: f64 = 0.2;
 /// Part of a step that a stroke must have gone before it turned back: less is noise [-].
 const GONE: f64 = 0.02;
-/// Factor by which steps grow where there are too many.
-const LONGER: f64 = 1.25;
 
 impl Course {
     /// Chooses samples of `motion`, at most `most`; filled-in ones are passed and not compared.
@@ -47,13 +45,7 @@ impl Course {
     /// # Errors
     /// Fewer than eight to compare.
     pub fn new(motion: &Motion, stepping: &Stepping, most: usize) -> Result<Self> {
-        let mut samples = way(motion, stepping.step, most);
-        let mut step = stepping.step;
-        let longest = (0..motion.len()).map(|sample| moved(motion, 0, sample)).fold(0.0, f64::max);
-        while samples.len() >= most && step < longest {
-            step = (step * LONGER).max(1e-6 * longest);
-            samples = way(motion, step, most);
-        }
+        let samples = way(motion, stepping.step, most);
         let mut compared = None;
         let mut tips = Vec::with_capacity(samples.len());
         for &sample in &samples {

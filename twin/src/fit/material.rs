@@ -1,7 +1,7 @@
 //! The physical parameters of a scene from what its robot did, coarse to fine.
 //!
-//! A few steps of every recording decide where to begin, and which way gravity points; steps a few times as long as asked
-//! for then find the minimum and what it is worth; the steps asked for correct it by one step of Gauss and Newton.
+//! A few steps of every recording decide where to begin; some more find the minimum, what it is worth, and which way gravity
+//! points; all that are asked for correct it by one step of Gauss and Newton.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -87,9 +87,10 @@ pub struct MaterialFit {
 const SEEN: f64 = 2e-3;
 /// Degrees of freedom of a rigid frame.
 const OF_FRAME: usize = 6;
-/// Steps of a motion that decide where to begin, and of all of it on the way.
-const BEGINNING: usize = 40;
-const ON_THE_WAY: usize = 150;
+/// Steps of a motion that decide where to begin, and with which the minimum is found. Longer steps would not be cheaper:
+/// from 0.3 mm on, a step with friction costs as much as its length.
+const BEGINNING: usize = 30;
+const ON_THE_WAY: usize = 100;
 /// Tolerance of a search that others follow [-].
 const ROUGH: f64 = 1e-3;
 /// Places of friction, between its bounds, from which a fit begins besides the scene's [-].
@@ -163,12 +164,13 @@ impl<'a> Levels<'a> {
         options: &'a MaterialOptions,
     ) -> Result<Self> {
         let n_steps = |courses: &[Course]| courses.iter().map(|course| course.samples.len()).sum::<usize>();
-        let most = ON_THE_WAY * fine.motions.len();
-        let coarse = match n_steps(&fine.courses) <= 2 * most {
-            true => fine.courses.clone(),
-            false => courses(fine.motions, &Stepping { every: 0.0, most, ..options.stepping })?,
+        let beginning = |most: usize| -> Vec<Course> {
+            fine.courses.iter().map(|course| course.beginning(most)).collect()
         };
-        let beginning: Vec<Course> = coarse.iter().map(|course| course.beginning(BEGINNING)).collect();
+        let (coarse, beginning) = (beginning(ON_THE_WAY), beginning(BEGINNING));
+        // Little more is worth no level of its own.
+        let is_most = 2 * n_steps(&coarse) > n_steps(&fine.courses);
+        let coarse = if is_most { fine.courses.clone() } else { coarse };
         let n = selected.len() + 1;
         let by_level = [&beginning, &coarse, &fine.courses].map(|courses| n_steps(courses));
         let expected = by_level.iter().zip(EXPECTED).map(|(steps, per)| per * n * steps).sum();
@@ -314,7 +316,7 @@ impl<'a> Levels<'a> {
         Ok(best.0)
     }
 
-    /// The minimum in long steps, and what it is worth.
+    /// The minimum over a part of the steps, and what it is worth.
     fn search(&self, start: &[f64]) -> Result<Fit> {
         let (parameters, on) = (self.parameters(start), &self.coarse);
         self.watched(on, |options| least_squares(&parameters, options, |values| self.residuals(on, values)))
@@ -336,7 +338,7 @@ impl<'a> Levels<'a> {
         steepest(&self.coarse, &scene, &self.selected, fit)
     }
 
-    /// Corrects what was fitted in long steps by the steps asked for.
+    /// Corrects what a part of the steps gave by all that are asked for.
     fn polish(&self, fit: &mut Fit) -> Result<()> {
         let on = &self.fine;
         if self.coarse.courses == on.courses {
