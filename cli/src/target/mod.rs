@@ -32,7 +32,7 @@ curve, a goal every millimetre or 150 in all, within the bounds of stroke and te
 the error then says how much, --figures shows where, and no recording is written.
 
 Example, from the root of the repository
-  hysteron target circle:40 --out out/circle40.parquet \\
+  hysteron target circle:40 --out out/reached40.parquet \\
       --scene meshes/tpu80/scene.toml --figures out/circle40
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input, or a target out of reach.";

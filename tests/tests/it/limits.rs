@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use hysteron_tests::{Outcome, Workplace, measured, names_in};
+use hysteron_tests::{Workplace, measured, names_in};
 
 /// A refusal takes well below a second; the rest is for a machine that has other work.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -41,7 +41,7 @@ fn numbers_on_the_command_line_end_where_machines_do() {
         (
             "adapt a.safetensors data --scene scene.toml --out b.safetensors --memory-s 1e300",
             "--memory-s",
-            "s",
+            "1000000000.0 s",
         ),
         (
             "track a.safetensors --target circle:4 --rig virtual:typical --out o --repeats 1000000000",
@@ -52,7 +52,7 @@ fn numbers_on_the_command_line_end_where_machines_do() {
         (
             "command a.safetensors --target circle:4 --out o.csv --stroke-max-mm 1e300",
             "--stroke-max-mm",
-            "mm",
+            "1000000.0 mm",
         ),
         (
             "mesh --edge-mm 1 --length-mm 1e300 --outer-diameter-mm 8 --out a.msh",
@@ -256,20 +256,4 @@ fn recordings_of_a_hundred_thousand_columns() {
         "simulate scene.toml --strokes strokes.csv --out tip.csv",
         &["columns: expected at most 5000, got 100001"],
     );
-}
-
-#[test]
-fn a_target_out_of_reach_is_known_as_soon_as_one_within() {
-    let place = Workplace::new();
-    let time = |typed: &str| -> (Outcome, Duration) {
-        let start = Instant::now();
-        let outcome = place.run(&typed.split(' ').collect::<Vec<_>>());
-        (outcome, start.elapsed())
-    };
-    let (within, usual) = time("target circle:30 --out a.csv --scene scene.toml");
-    within.succeeded();
-    let (beyond, taken) = time("target circle:200 --out b.csv --scene scene.toml");
-    assert!(beyond.error(2).contains("out of reach"), "{}", beyond.stderr);
-    // Twice as long as what is within reach, and some air for a machine that has other work.
-    assert!(taken < 3 * usual + Duration::from_secs(2), "{taken:?} against {usual:?}");
 }

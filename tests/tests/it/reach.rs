@@ -105,7 +105,7 @@ fn goals_that_cannot_be_used() {
     refused(header, &[], &["goals.csv", "at least one row"]);
     let good = format!("{header}0,0,0,80\n");
     for tolerance in ["0", "nan"] {
-        refused(&good, &["--tolerance-mm", tolerance], &["--tolerance-mm", "above 0"]);
+        refused(&good, &["--tolerance-mm", tolerance], &["--tolerance-mm", "at least 1e-9 mm"]);
     }
     refused(&good, &["--resume"], &["found.partial.csv"]);
     refused(&good, &["--out", "goals.csv"], &[]);

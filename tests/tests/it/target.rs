@@ -107,10 +107,10 @@ fn what_cannot_be_measured_is_refused() {
         (&["evaluate", "--target", "short.csv", "short.csv"], ["short.csv", "target.laps_s"]),
         (&["target", "line.csv", "--out", "out/a.csv"], ["line.csv", "at least three"]),
         (&["target", "circle:40", "--out", "out/a.txt"], ["--out", ".parquet or .csv"]),
-        (&["target", "circle:-4", "--out", "out/a.csv"], ["size_mm", "> 0"]),
+        (&["target", "circle:-4", "--out", "out/a.csv"], ["size_mm", "a number from"]),
         (
             &["target", "circle:4", "--out", "out/a.csv", "--scene", "scene.toml", "--tolerance-mm", "0"],
-            ["--tolerance-mm", "above 0"],
+            ["--tolerance-mm", "at least 1e-9 mm"],
         ),
     ] {
         let outcome = place.run(arguments);

@@ -119,10 +119,12 @@ impl<'a> Follower<'a> {
     /// Those of [`Plant::step`].
     pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
         let goal = Vector2::from(goal);
-        // The robot need not rest where the path begins: what is missing there is made up for like any other error.
-        let before = self.goal.replace(goal).unwrap_or(goal);
-        let missed = before - Vector2::new(self.tip[0], self.tip[1]);
-        let change = self.inverse * (goal - before + FEEDBACK * missed);
+        // The robot need not rest where the path begins: strokes begin at rest, and what is missing is made up for from
+        // the second sample on like any other error.
+        let change = self.goal.replace(goal).map_or(Vector2::zeros(), |before| {
+            let missed = before - Vector2::new(self.tip[0], self.tip[1]);
+            self.inverse * (goal - before + FEEDBACK * missed)
+        });
         let allowed = change.cap_magnitude(self.limits.rate * self.duration);
         let command = (self.command + allowed).cap_magnitude(self.limits.stroke);
         let is_limited = command != self.command + change;
