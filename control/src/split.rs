@@ -43,6 +43,10 @@ impl MotionKind {
         let n = strokes.len() / n_tendons.max(1);
         let stride = (n / LOOKS).max(1);
         let rows: Vec<&[f64]> = strokes.chunks_exact(n_tendons.max(1)).step_by(stride).collect();
+        let is_still = |k: usize| rows.iter().all(|row| row[k] == rows[0][k]);
+        if (0..n_tendons).all(is_still) {
+            return Self::Rest;
+        }
         let Some((points, flat)) = in_plane(&rows, n_tendons) else { return Self::Rest };
         if flat < FLAT {
             return Self::Line;

@@ -82,7 +82,7 @@ fn what_is_no_plan_names_its_key() {
     reject("rate_hz = 50", "rate_hz = 0", "rate_hz", "0.0");
     reject("rate_hz = 50", "rate_hz = nan", "rate_hz", "NaN");
     reject("rate_hz = 50", "rate_hz = 0.3", "trajectory.one.frequency_hz", "0.2");
-    reject("rate_hz = 50", "rate_hz = 1e6", "trajectory.one", "1.8e7");
+    reject("rate_hz = 50", "rate_hz = 1e6", "rate_hz", "1000000.0");
     reject("scale = 1.0", "scale = -1.0", "scale", "-1.0");
     reject("scale = 1.0", "scale = 1e-320", "trajectory.one.amplitude_mm", "5.0");
     reject("vary = 0.0", "vary = 1.0", "vary", "1.0");
