@@ -16,11 +16,15 @@ const BLOCK: usize = 32 * LANES;
 
 /// Something to compute for every state, for any kind of number.
 pub trait Kernel: Sync {
-    /// Numbers of a state in every input.
-    fn inputs(&self, model: &Model) -> Vec<usize>;
+    /// Numbers of a state in every input; q, q̇ and a third of the same size unless it says otherwise.
+    fn inputs(&self, model: &Model) -> Vec<usize> {
+        vec![model.n_joints(); 3]
+    }
 
-    /// Numbers of a state in every output.
-    fn outputs(&self, model: &Model) -> Vec<usize>;
+    /// Numbers of a state in every output; one for each joint unless it says otherwise.
+    fn outputs(&self, model: &Model) -> Vec<usize> {
+        vec![model.n_joints()]
+    }
 
     /// Computes one state in every lane.
     fn run<T: Scalar>(&self, model: &Model, data: &mut Data<T>, inputs: &[&[T]], outputs: &mut [&mut [T]]);

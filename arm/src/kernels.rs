@@ -22,14 +22,6 @@ pub struct MassMatrix;
 pub struct ForwardDerivatives;
 
 impl Kernel for InverseDynamics {
-    fn inputs(&self, model: &Model) -> Vec<usize> {
-        vec![model.n_joints(); 3]
-    }
-
-    fn outputs(&self, model: &Model) -> Vec<usize> {
-        vec![model.n_joints()]
-    }
-
     #[inline(always)]
     fn run<T: Scalar>(&self, model: &Model, data: &mut Data<T>, inputs: &[&[T]], outputs: &mut [&mut [T]]) {
         inverse_dynamics(model, data, [inputs[0], inputs[1], inputs[2]], &[], outputs[0]);
@@ -37,14 +29,6 @@ impl Kernel for InverseDynamics {
 }
 
 impl Kernel for ForwardDynamics {
-    fn inputs(&self, model: &Model) -> Vec<usize> {
-        vec![model.n_joints(); 3]
-    }
-
-    fn outputs(&self, model: &Model) -> Vec<usize> {
-        vec![model.n_joints()]
-    }
-
     #[inline(always)]
     fn run<T: Scalar>(&self, model: &Model, data: &mut Data<T>, inputs: &[&[T]], outputs: &mut [&mut [T]]) {
         forward_dynamics(model, data, [inputs[0], inputs[1], inputs[2]], &[], outputs[0]);
@@ -67,10 +51,6 @@ impl Kernel for MassMatrix {
 }
 
 impl Kernel for ForwardDerivatives {
-    fn inputs(&self, model: &Model) -> Vec<usize> {
-        vec![model.n_joints(); 3]
-    }
-
     fn outputs(&self, model: &Model) -> Vec<usize> {
         let n = model.n_joints();
         vec![n, n * n, n * n, n * n]

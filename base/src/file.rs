@@ -51,8 +51,8 @@ fn write_and_rename(
     folder.ancestors().take(there + 1).try_for_each(sync_folder)
 }
 
-/// The folder of a file.
-pub(crate) fn folder_of(path: &Path) -> &Path {
+/// The folder of a file; `.` where its name says none.
+pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

@@ -4,6 +4,7 @@
 //! however that ends; a file that a killed process has left is taken over. Within a process a lock may be taken
 //! again.
 
+use crate::file::folder_of;
 use crate::{BadInput, Error, Result};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -55,8 +56,7 @@ impl Lock {
         let Some(name) = path.file_name() else {
             return Err(BadInput::new(path.display().to_string(), "the name of a file", "none").into());
         };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Self::take(path, folder.unwrap_or(Path::new(".")), format!(".{}.lock", name.to_string_lossy()))
+        Self::take(path, folder_of(path), format!(".{}.lock", name.to_string_lossy()))
     }
 
     fn take(output: &Path, folder: &Path, name: String) -> Result<Self> {

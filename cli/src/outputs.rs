@@ -161,9 +161,7 @@ impl Outputs {
         let is_picture = |path: &&PathBuf| {
             let ending = path.extension().and_then(|ending| ending.to_str());
             matches!(ending, Some("svg" | "png" | "html" | "json" | "vtu" | "vtp" | "pvd"))
-                && path.parent().is_some_and(|at| {
-                    file::is_same(if at.as_os_str().is_empty() { Path::new(".") } else { at }, folder)
-                })
+                && file::is_same(file::folder_of(path), folder)
         };
         match self.reads.iter().find(is_picture) {
             None => Ok(()),

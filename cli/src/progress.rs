@@ -25,33 +25,34 @@ pub struct Progress {
 /// A bar over `length` things, `done` of them before this run, with rate and remaining time. Not where only warnings are
 /// wanted.
 pub fn progress(of: &str, length: usize, done: usize) -> Progress {
+    let is_wanted = tracing::enabled!(tracing::Level::INFO);
+    let is_drawn = is_wanted && std::io::stderr().is_terminal();
+    let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
     let template = format!("{{wide_bar}} {{count}} {of}, {{rate}}, {{eta}} left {{msg}}");
-    let progress = Progress::new(of, Some(length as u64), done as u64, &template);
-    progress.bar.set_position(done as u64);
-    progress.bar.reset_eta();
-    progress
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        let count = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            let of = state.len().map_or(String::new(), |n| format!("/{}", grouped(n)));
+            let _ = write!(out, "{}{of}", grouped(state.pos()));
+        };
+        let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            let _ = write!(out, "{}", per_second(state.per_sec()));
+        };
+        bar.set_style(style.with_key("count", count).with_key("rate", rate));
+    }
+    bar.set_position(done as u64);
+    bar.reset_eta();
+    Progress {
+        bar,
+        of: of.to_owned(),
+        is_logged: is_wanted && !is_drawn,
+        start: Instant::now(),
+        first: done as u64,
+        logged: AtomicU64::new(0),
+    }
 }
 
 impl Progress {
-    fn new(of: &str, length: Option<u64>, first: u64, template: &str) -> Self {
-        let is_wanted = tracing::enabled!(tracing::Level::INFO);
-        let is_drawn = is_wanted && std::io::stderr().is_terminal();
-        let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(length, target);
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            let count = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-                let of = state.len().map_or(String::new(), |n| format!("/{}", grouped(n)));
-                let _ = write!(out, "{}{of}", grouped(state.pos()));
-            };
-            let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-                let _ = write!(out, "{}", per_second(state.per_sec()));
-            };
-            bar.set_style(style.with_key("count", count).with_key("rate", rate));
-        }
-        let (start, logged) = (Instant::now(), AtomicU64::new(0));
-        Self { bar, of: of.to_owned(), is_logged: is_wanted && !is_drawn, start, first, logged }
-    }
-
     /// So many more are done.
     pub fn inc(&self, n: u64) {
         self.bar.inc(n);

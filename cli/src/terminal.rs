@@ -129,7 +129,7 @@ pub fn start_log(verbosity: Option<i8>) {
 
 /// Details of the project's own crates; of others, what they report anyway.
 fn details() -> String {
-    let own = ["", "_base", "_fem", "_learn", "_twin", "_actuator", "_control", "_rig"];
+    let own = ["", "_base", "_fem", "_learn", "_twin", "_actuator", "_control", "_rig", "_arm"];
     let own = own.map(|name| format!("hysteron{name}=debug"));
     format!("info,{}", own.join(","))
 }

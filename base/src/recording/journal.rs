@@ -95,7 +95,7 @@ impl JournalWriter {
         }
         let header = header(names, meta).map_err(|bad| bad.within(&place))?;
         let io = |refusal| Error::Io { path: path.to_owned(), refusal };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = file::folder_of(path);
         std::fs::create_dir_all(folder).map_err(io)?;
         let file = match OpenOptions::new().append(true).create_new(true).open(path) {
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {

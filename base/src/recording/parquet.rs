@@ -94,7 +94,6 @@ fn opened(source: File) -> Check<SerializedFileReader<File>> {
     let length = source.metadata().map(|metadata| metadata.len());
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
     check_extents(&reader, length.unwrap_or(u64::MAX))?;
-    names::check_count(reader.metadata().file_metadata().schema_descr().num_columns())?;
     Ok(reader)
 }
 

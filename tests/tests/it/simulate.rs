@@ -128,8 +128,7 @@ fn an_impossible_stroke_keeps_what_was_done() {
     }
     place.write("pull.csv", format!("{csv}0.1,60,0,0,0\n0.11,0,0,0,0\n"));
     // Within its bounds, but more than the body can follow.
-    let scene = String::from_utf8(place.read("scene.toml")).unwrap();
-    place.write("scene.toml", scene.replace("stroke_max_mm = 20.0", "stroke_max_mm = 80.0"));
+    place.replace("scene.toml", "stroke_max_mm = 20.0", "stroke_max_mm = 80.0");
     let outcome = place.run(&[
         "simulate",
         "scene.toml",
