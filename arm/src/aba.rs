@@ -51,7 +51,7 @@ pub(crate) fn factor_mass<T: Scalar>(model: &Model, data: &mut Data<T>) {
     }
 }
 
-/// Solves M x = b with the factor of the last [`forward_dynamics`] or [`factor_mass`]; `x` holds b, then x.
+/// Solves M x = b with the factor of the last [`forward_dynamics`] or `factor_mass`; `x` holds b, then x.
 #[inline(always)]
 pub fn solve_mass<T: Scalar>(model: &Model, data: &mut Data<T>, x: &mut [T]) {
     let like = data.base_acceleration.linear[0];
