@@ -68,7 +68,7 @@ const FITTED: [&str; 3] = ["circle", "square", "diagonal"];
 /// What is fitted, and how: where the tip rests is not known to the scene.
 const FIT: [&str; 8] = [
     "--fit",
-    "zero,compliance,sheath_exponent,backlash",
+    "zero,compliance,sheath_exponent,backlash,gravity,tracker",
     "--frame",
     "trust",
     "--step-mm",

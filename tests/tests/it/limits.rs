@@ -107,7 +107,7 @@ fn numbers_on_the_command_line_end_where_machines_do() {
             "mesh --edge-mm 1e-9 --length-mm 80 --outer-diameter-mm 8 --out a.msh",
             "divisions: expected 3 to 512",
         ),
-        ("mesh --edge-mm 0.1 --length-mm 1000 --outer-diameter-mm 4 --out a.msh", "at most"),
+        ("mesh --edge-mm 0.05 --length-mm 1000 --outer-diameter-mm 4 --out a.msh", "at most"),
         ("mesh --layers 20000 --outer-sides 512 --length-mm 80 --outer-diameter-mm 8 --out a.msh", "at most"),
     ] {
         refused(&place, typed, &[part]);

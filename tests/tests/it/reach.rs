@@ -104,9 +104,8 @@ fn goals_that_cannot_be_used() {
     refused(&format!("{header}0,0,0,80\n1,0,NaN,80\n"), &[], &["goals.csv: line 3: tip_y_mm", "finite"]);
     refused(header, &[], &["goals.csv", "at least one row"]);
     let good = format!("{header}0,0,0,80\n");
-    for tolerance in ["0", "nan"] {
-        refused(&good, &["--tolerance-mm", tolerance], &["--tolerance-mm", "at least 1e-9 mm"]);
-    }
+    refused(&good, &["--tolerance-mm", "0"], &["--tolerance-mm", "at least 1e-9 mm"]);
+    refused(&good, &["--tolerance-mm", "nan"], &["--tolerance-mm", "a number from 1e-9"]);
     refused(&good, &["--resume"], &["found.partial.csv"]);
     refused(&good, &["--out", "goals.csv"], &[]);
 }
