@@ -21,7 +21,7 @@ pub struct Stribeck {
 }
 
 impl Stribeck {
-    /// A law without viscous part whose exponent is 2, as in paper 001.
+    /// A law without viscous part whose exponent is 2, as in Wan et al. (2026).
     ///
     /// # Errors
     /// `BadInput` naming the number that cannot be.
@@ -50,7 +50,7 @@ impl Stribeck {
     /// Torque that friction exerts against motion at `velocity` [rad/s], with its sign [N m]; 0 at standstill.
     ///
     /// # Reference
-    /// Paper 001, eq. 3; the viscous term stands outside the sign, as there (eq. 38 has it inside).
+    /// Wan et al. (2026), eq. 3; the viscous term stands outside the sign, as there (eq. 38 has it inside).
     pub fn torque(&self, velocity: f64) -> f64 {
         let sign = if velocity == 0.0 { 0.0 } else { velocity.signum() };
         self.dry(velocity) * sign + self.viscous * velocity

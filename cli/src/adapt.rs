@@ -32,7 +32,8 @@ them.
 
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/today --seed 7
-  hysteron adapt out/quick/residual.safetensors --scene meshes/tpu80/scene-typical.toml out/today \\
+  hysteron adapt out/quick/residual.safetensors \\
+      --scene meshes/tpu80/scene-typical.toml out/today \\
       --out out/today/residual.safetensors
 
 Exit codes: 0 done, 1 failed or interrupted (nothing is written), 2 bad input.";

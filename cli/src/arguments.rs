@@ -32,7 +32,8 @@ Examples, from the root of the repository; where hysteron is not installed, `car
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
       --out out/commands/ellipse.parquet
   hysteron generate meshes/tpu80/scene.toml --plan quick --out out/bare
-  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --nominal --target circle:30 --out out/nominal
+  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --nominal \\
+      --target circle:30 --out out/nominal
   hysteron arm info panda
   hysteron rig check
   hysteron rig emulate --dir out/rig --for-s 1

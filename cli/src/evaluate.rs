@@ -23,7 +23,7 @@ samples do. The tip is in the robot's frame, where it rests on the axis at x = y
 measured from its mean over the target's rest at the beginning.
 
 RMSE goes from 2000 points of the target to the nearest points of the path, NRMSE is that over the target's range, each \
-per axis and averaged over x and y; IoU is the overlap of both polygons (paper 003, eqs. 19, 21, 22). Chamfer, \
+per axis and averaged over x and y; IoU is the overlap of both polygons (CoReAct paper, eqs. 19, 21, 22). Chamfer, \
 Hausdorff and discrete Fréchet distance, the RMSE at the same times and the lag stand beside them; docs/control.md \
 defines all. CV is the deviation of repeats over their mean; rivals have none.
 
@@ -34,7 +34,8 @@ Example, from the root of the repository: a path that is 2 mm too wide
   hysteron target circle:40 --out out/circle40.parquet
   hysteron evaluate --target circle:38 out/circle40.parquet --out out/evaluated
 and two results beside each other
-  hysteron evaluate --target circle:38 wide=out/circle40.parquet twin=out/nominal/repeat-1.parquet
+  hysteron evaluate \\
+      --target circle:38 wide=out/circle40.parquet twin=out/nominal/repeat-1.parquet
 
 Exit codes: 0 done, 1 failed, 2 bad input.";
 

@@ -37,7 +37,8 @@ for each network, and comes to what it would have come to without the interrupti
 Examples, from the root of the repository:
   hysteron identify meshes/tpu80/scene-typical.toml out/quick --out out/quick/identified
   hysteron fit-residual out/quick/identified --out out/quick/first.safetensors
-  hysteron identify meshes/tpu80/scene-typical.toml out/quick --residual out/quick/first.safetensors --out out/quick/again
+  hysteron identify meshes/tpu80/scene-typical.toml out/quick \\
+      --residual out/quick/first.safetensors --out out/quick/again
   hysteron fit-residual out/quick/again --out out/quick/residual.safetensors
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";

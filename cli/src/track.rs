@@ -26,9 +26,12 @@ held a stroke back. What is recorded is never repeated or overwritten: the same 
 on where an earlier one was cut short.
 
 Examples, from the root of the repository:
-  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --nominal --target circle:30 --out out/nominal
-  hysteron track --rig virtual:typical out/quick/inverse.safetensors --target circle:30 --repeats 5 --out out/network
-  hysteron track --rig virtual:typical out/quick/residual.safetensors --scene meshes/tpu80/scene-typical.toml \\
+  hysteron track --rig virtual:typical --scene meshes/tpu80/scene.toml --nominal \\
+      --target circle:30 --out out/nominal
+  hysteron track --rig virtual:typical out/quick/inverse.safetensors --target circle:30 \\
+      --repeats 5 --out out/network
+  hysteron track --rig virtual:typical out/quick/residual.safetensors \\
+      --scene meshes/tpu80/scene-typical.toml \\
       --target circle:40 --out out/calibrated
 
 Exit codes: 0 done, 1 failed, stopped or a limit was passed (what was measured is kept), 2 bad input.";

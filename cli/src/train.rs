@@ -37,7 +37,8 @@ would have come to without the interruption.
 Examples, from the root of the repository:
   hysteron record --rig virtual:typical --plan quick --out out/quick
   hysteron train out/quick --out out/quick/inverse.safetensors
-  hysteron train out/quick --design paper --stride 20 --held-out circle --out out/quick/paper.safetensors
+  hysteron train out/quick --design paper --stride 20 --held-out circle \\
+      --out out/quick/paper.safetensors
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";
 

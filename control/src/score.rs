@@ -27,7 +27,7 @@ pub struct PathScore {
 /// Compares paths at the same times (n_samples each) [m]; samples with `gap` were not measured and do not count.
 ///
 /// # Reference
-/// Paper 003, eqs. 18 and 19.
+/// CoReAct paper, eqs. 18 and 19.
 pub fn score(measured: [&[f64]; 3], predicted: [&[f64]; 3], gap: &[bool]) -> PathScore {
     let counted: Vec<usize> = (0..gap.len()).filter(|&i| !gap[i]).collect();
     let n = counted.len().max(1) as f64;

@@ -2,7 +2,7 @@
 //!
 //! A robot's tip is laid over the commanded points of tendon space by one factor, the best in the sense of least
 //! squares. What then differs is the robot: slack and friction draw a circle towards a diamond on the tendon axes
-//! (paper 003, Fig. 2), and friction keeps it from returning to where it rested.
+//! (CoReAct paper, Fig. 2), and friction keeps it from returning to where it rested.
 
 use hysteron_base::{BadInput, Recording};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! The published way to train (paper 003, sections V-A d and V-B c): windows of samples, an output at the end of each, mean
+//! The published way to train (CoReAct paper, sections V-A d and V-B c): windows of samples, an output at the end of each, mean
 //! squared error, Adam with a step size that may fall in stairs.
 
 use hysteron_base::{BadInput, rng};

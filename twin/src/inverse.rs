@@ -1,4 +1,4 @@
-//! From a tip goal to strokes: the effector form of the constraint QP (paper 003, eq. 4).
+//! From a tip goal to strokes: the effector form of the constraint QP (CoReAct paper, eq. 4).
 //!
 //! At an equilibrium the drift is zero, and the QP in the tension increments λ reads
 //! min ½ |δ_e - goal|² + ½ λᵀRλ with δ = W λ, the strokes of stroke-driven tendons held, tensions and

@@ -6,7 +6,7 @@ use hysteron_base::{AuxiliaryLayout, Tendon};
 /// points, evenly spaced around the axis, every further segment turned by `plane_step`.
 ///
 /// # Reference
-/// Paper 003, section V-A b: 18 segments of 4 mm, two cables each in alternating planes, radius 6.0 mm.
+/// CoReAct paper, section V-A b: 18 segments of 4 mm, two cables each in alternating planes, radius 6.0 mm.
 pub fn auxiliary_tendons(layout: &AuxiliaryLayout) -> Vec<Tendon> {
     let mut tendons = Vec::new();
     for segment in 0..layout.segments {

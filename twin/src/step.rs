@@ -1,4 +1,4 @@
-//! One quasi-static step: from one equilibrium to the next, x_t = F(x_{t-1}, u_t) (paper 003, eq. 1).
+//! One quasi-static step: from one equilibrium to the next, x_t = F(x_{t-1}, u_t) (CoReAct paper, eq. 1).
 
 use hysteron_base::BadInput;
 

@@ -1,4 +1,4 @@
-//! Synthetic data (paper 003, section IV-C a): what a twin does on strokes that its robot was never given.
+//! Synthetic data (CoReAct paper, section IV-C a): what a twin does on strokes that its robot was never given.
 //!
 //! A rollout counts as a whole or not at all: one that has no equilibrium, that needs a tendon at its largest tension, or
 //! whose tip jumps where its strokes do not, is no data.

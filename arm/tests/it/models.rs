@@ -73,7 +73,7 @@ fn built_in_robots_are_read_and_look_right() {
 
 #[test]
 fn wrist_has_the_published_potential() {
-    // Paper 002, eq. 30: V = g [−m₁ c1x cos θ₁ + (m₁ c1z + m₂ c2z) sin θ₁ + m₂ cos θ₁ (c2x sin θ₂ − c2y cos θ₂)].
+    // Saadatzi et al. (2019), eq. 30: V = g [−m₁ c1x cos θ₁ + (m₁ c1z + m₂ c2z) sin θ₁ + m₂ cos θ₁ (c2x sin θ₂ − c2y cos θ₂)].
     let model = Model::builtin("wrist").unwrap();
     let (m1, m2, [c1x, c1z], [c2x, c2y, c2z]) =
         (2.176, 0.216, [-1.6e-3, -5.9e-3], [-48.7e-3, -4.3e-3, 53.3e-3]);

@@ -1,4 +1,4 @@
-//! Missing samples: linear interpolation between neighbours, with the gaps marked (paper 003, section V-A f).
+//! Missing samples: linear interpolation between neighbours, with the gaps marked (CoReAct paper, section V-A f).
 //!
 //! Orientations are interpolated along the shorter way and brought back to unit length.
 

@@ -200,7 +200,7 @@ pub struct Friction {
     pub backlash: f64,
 }
 
-/// Virtual tendons around the axis z, segment by segment; `twin` expands them (paper 003, section V-A b).
+/// Virtual tendons around the axis z, segment by segment; `twin` expands them (CoReAct paper, section V-A b).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AuxiliaryLayout {
     /// Number of segments, >= 1.

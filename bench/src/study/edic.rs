@@ -1,4 +1,4 @@
-//! Open-loop tracking of ideal paths (paper 003, tables II to IV): strokes found in one way or another, carried out on the
+//! Open-loop tracking of ideal paths (CoReAct paper, tables II to IV): strokes found in one way or another, carried out on the
 //! virtual rig without a sensor, and measured.
 //!
 //! The ladder: the fitted twin without learning; an inverse network on recorded data; the paper's network, ours on recorded

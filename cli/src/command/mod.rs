@@ -35,7 +35,8 @@ Examples, from the root of the repository:
   hysteron train out/quick --out out/quick/inverse.safetensors
   hysteron command out/quick/inverse.safetensors --target out/quick/ellipse.parquet \\
       --out out/commands/ellipse.parquet --figures out/commands
-  hysteron command --scene meshes/tpu80/scene.toml --nominal --target circle:30 --out out/commands/nominal.parquet
+  hysteron command --scene meshes/tpu80/scene.toml --nominal --target circle:30 \\
+      --out out/commands/nominal.parquet
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
 

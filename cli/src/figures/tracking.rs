@@ -1,4 +1,4 @@
-//! The report of an evaluation: targets dashed, what became of them coloured by error (paper 003, Figs. 4 to 6).
+//! The report of an evaluation: targets dashed, what became of them coloured by error (CoReAct paper, Figs. 4 to 6).
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -121,7 +121,7 @@ pub fn write(
     write_metrics(folder, &metrics(target, rows, commanded, &command))?;
     let figure = save(folder, &Overlay::new(target, rows), with_png)?;
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
-                 over x and y, and polygon IoU as in paper 003, section V-B; definitions in docs/control.md.";
+                 over x and y, and polygon IoU as in the CoReAct paper, section V-B; definitions in docs/control.md.";
     let mut page = Page::new(&format!("Target {}", target.name), about, &command);
     page.heading("Results");
     if let Some(Commanded { extrapolating, limited }) = commanded {

@@ -23,7 +23,7 @@ use crate::outputs::Outputs;
 use crate::{figures, inputs, interrupt, plan, terminal};
 
 const HELP: &str = "\
-Needs a scene and a plan: a file (docs in control/README.md) or a name, `synthetic` (the 25 trajectories of paper 003, \
+Needs a scene and a plan: a file (docs in control/README.md) or a name, `synthetic` (the 25 trajectories of the CoReAct paper, \
 387 000 samples), `roses` (eight ways of the tip in ever new directions), `paper`, `quick`. In a plan with space = \"tip\" the curves are where \
 the tip shall go: the twin is steered along them, within the plan's limits, and the strokes that did it are carried out. With --residual, a checkpoint by `hysteron fit-residual`, the twin shows the robot's \
 hysteresis; without one it is the bare twin.

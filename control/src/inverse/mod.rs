@@ -1,4 +1,4 @@
-//! The inverse controller h (EDIC, paper 003, section IV-C): from where the tip shall be to the strokes that bring it there,
+//! The inverse controller h (EDIC, CoReAct paper, section IV-C): from where the tip shall be to the strokes that bring it there,
 //! learned from recordings of a rig and of a twin alike.
 //!
 //! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_stateful`]) sees features of the path,

@@ -1,4 +1,4 @@
-//! The size of a motion over time: attack, sustain, decay (paper 003, section V-A c).
+//! The size of a motion over time: attack, sustain, decay (CoReAct paper, section V-A c).
 //!
 //! Attack and decay are halves of a raised cosine, so that the motion begins and ends at zero with zero speed and
 //! its speed never jumps.

@@ -1,4 +1,4 @@
-//! Curves in tendon space, of size 1, run through at constant frequency (paper 003, section V-A c).
+//! Curves in tendon space, of size 1, run through at constant frequency (CoReAct paper, section V-A c).
 //!
 //! A point of tendon space is (a, b): a pulls towards 0°, b towards 90°. The size of every curve is the distance
 //! of its farthest point from the centre, so that amplitudes of families compare.

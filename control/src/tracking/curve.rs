@@ -6,7 +6,7 @@
 /// A point in the plane [m].
 pub type Point = [f64; 2];
 
-/// The point of the curve that is nearest to `p`: q̂ of paper 003, eq. 21. The curve has at least one point.
+/// The point of the curve that is nearest to `p`: q̂ of the CoReAct paper, eq. 21. The curve has at least one point.
 pub fn nearest(p: Point, curve: &[Point]) -> Point {
     if curve.len() == 1 {
         return curve[0];

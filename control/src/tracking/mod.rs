@@ -1,4 +1,4 @@
-//! How closely a tip followed a target: the metrics of paper 003, section V-B, and others beside them.
+//! How closely a tip followed a target: the metrics of the CoReAct paper, section V-B, and others beside them.
 //!
 //! Everything is measured in the plane (x, y), and only on the curve itself: neither rest nor the way to the curve
 //! count. A recording of several laps has one polygon for each.
@@ -166,7 +166,7 @@ pub struct TrackingScore {
 /// Measures a path against its target.
 ///
 /// # Reference
-/// Paper 003, section V-B c. Γ* are 2000 points at equal distances along one lap of the target, Γ is the line
+/// CoReAct paper, section V-B c. Γ* are 2000 points at equal distances along one lap of the target, Γ is the line
 /// through the samples. The paper's NRMSE is that of its eq. 19, per axis over the target's range; averaging both
 /// axes gives the digits of its tables II and III.
 pub fn score(target: &TargetPath, tracked: &Tracked) -> TrackingScore {

@@ -13,7 +13,7 @@ use super::curve::Point;
 /// Lissajous figure, every lobe counts once, and what it goes around twice does not.
 ///
 /// # Reference
-/// Paper 003, section V-B, "polygon IoU"; its rule for curves that cross themselves is not stated.
+/// CoReAct paper, section V-B, "polygon IoU"; its rule for curves that cross themselves is not stated.
 pub fn iou(a: &[Point], b: &[Point]) -> Option<f64> {
     let mut edges: Vec<Edge> = edges(a, 0).chain(edges(b, 1)).collect();
     edges.sort_by(|one, other| one.low[1].total_cmp(&other.low[1]));

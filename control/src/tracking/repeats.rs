@@ -17,7 +17,7 @@ pub struct Repeatability {
 /// Mean and spread of a metric over repeats; `None` for fewer than two, or where one has no such metric.
 ///
 /// # Reference
-/// Paper 003, section V-B d: CV of RMSE, NRMSE and IoU over repeats.
+/// CoReAct paper, section V-B d: CV of RMSE, NRMSE and IoU over repeats.
 pub fn repeatability(
     scores: &[TrackingScore],
     metric: impl Fn(&TrackingScore) -> Option<f64>,

@@ -19,7 +19,7 @@ const fn at(address: u16, size: u8) -> Register {
 
 /// Model number of an XL430-W250.
 pub const MODEL: u16 = 1060;
-/// Ticks of a full turn. (Paper 003 counts ±4096 as ±180°, which this servo cannot do.)
+/// Ticks of a full turn. (The CoReAct paper counts ±4096 as ±180°, which this servo cannot do.)
 pub const TICKS_PER_TURN: i32 = 4096;
 /// Unit of velocities [rad/s]: 0.229 turns per minute.
 pub const VELOCITY_UNIT: f64 = 0.229 * std::f64::consts::TAU / 60.0;

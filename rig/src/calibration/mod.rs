@@ -1,6 +1,6 @@
 //! Calibration: from ticks to strokes and from the tracker's frame to the robot's, dated, and bound to its servos.
 //!
-//! Paper 003, section III: an affine map per channel. Its slope is the pulley (2 pi r per turn, with the direction
+//! CoReAct paper, section III: an affine map per channel. Its slope is the pulley (2 pi r per turn, with the direction
 //! that winds); its zero is where the tendon carries its pretension at rest. A servo counts its turns only while it
 //! has power, so a calibration knows the zero within its turn, and [`Calibration::unwrapped`] finds the turn again.
 

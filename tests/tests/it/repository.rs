@@ -14,7 +14,7 @@ fn the_main_job_runs_in_full() {
     let (strokes, tip) = (Recording::read(&strokes).unwrap(), Recording::read(&out).unwrap());
     assert_eq!(tip.time(), strokes.time());
     assert_eq!(tip.strokes(), strokes.strokes());
-    // Paper 003 reports some 25 mm to every side for this kind of robot.
+    // The CoReAct paper reports some 25 mm to every side for this kind of robot.
     let [x, y, _] = tip.tip().unwrap();
     for values in [x, y] {
         let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
@@ -43,6 +43,28 @@ fn examples(help: &str) -> Vec<Vec<String>> {
     let joined = help.replace("\\\n", " ");
     let commands = joined.lines().filter_map(|line| line.strip_prefix("  hysteron "));
     commands.map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
+}
+
+/// A shell would take the rest of a wrapped example for a command of its own.
+#[test]
+fn no_example_of_the_help_is_wrapped() {
+    let help = run(root(), &["--help"]).succeeded().stdout;
+    let verbs = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let verbs = verbs.map_while(|line| line.split_whitespace().next());
+    let mut n_read = 0;
+    for verb in verbs.filter(|verb| *verb != "help").chain([""]) {
+        let arguments: Vec<&str> = [verb, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
+        let help = run(root(), &arguments).succeeded().stdout;
+        let wrapped = |pair: &[&str]| {
+            let is_example = pair[0].starts_with("  hysteron ") && !pair[0].ends_with('\\');
+            is_example && pair[1].starts_with("  ") && !pair[1].starts_with("  hysteron ")
+        };
+        let lines: Vec<&str> = help.lines().collect();
+        let found = lines.windows(2).find(|pair| wrapped(pair));
+        assert!(found.is_none(), "{verb}: {found:?}");
+        n_read += 1;
+    }
+    assert!(n_read > 15, "{n_read}");
 }
 
 #[test]

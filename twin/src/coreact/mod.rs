@@ -1,4 +1,4 @@
-//! Compensatory residual actuation (CoReAct, paper 003 section IV-B): virtual tendons that bring the twin's tip to
+//! Compensatory residual actuation (CoReAct, CoReAct paper section IV-B): virtual tendons that bring the twin's tip to
 //! where the robot's tip was measured.
 //!
 //! The paper enforces the strokes of all auxiliary tendons as equalities. Held at zero they would clamp the body:

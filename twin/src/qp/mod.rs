@@ -1,4 +1,4 @@
-//! The constraint QP of every step (paper 003, eq. 4), made dimensionless before any solver sees it.
+//! The constraint QP of every step (CoReAct paper, eq. 4), made dimensionless before any solver sees it.
 //!
 //! The forward problem has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
 //! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to

@@ -1,4 +1,4 @@
-//! The residual network g (paper 003, eqs. 9-11): it learns the auxiliary strokes of CoReAct from what was commanded,
+//! The residual network g (CoReAct paper, eqs. 9-11): it learns the auxiliary strokes of CoReAct from what was commanded,
 //! so that the twin shows the robot's hysteresis by itself.
 //!
 //! Two designs. [`Design::Windowed`] is the paper's: a window of strokes and tips in, all auxiliary strokes out, fitted

@@ -1,4 +1,4 @@
-//! The auxiliary cables of paper 003.
+//! The auxiliary cables of the CoReAct paper.
 
 use hysteron_base::{AuxiliaryLayout, Bounds, Drive, Law};
 use hysteron_fem::{Layers, Order, Tube};
@@ -6,7 +6,7 @@ use hysteron_twin::{Target, Twin, auxiliary_tendons};
 
 use super::{Robot, assert_close, distance, scenes, strokes};
 
-/// 18 segments of 4 mm, two cables each, radius 6.0 mm (paper 003, section V-A b).
+/// 18 segments of 4 mm, two cables each, radius 6.0 mm (CoReAct paper, section V-A b).
 fn layout() -> AuxiliaryLayout {
     AuxiliaryLayout {
         segments: 18,
@@ -26,7 +26,7 @@ fn layout() -> AuxiliaryLayout {
 
 /// The robot of the paper: 80 mm long, 12 mm thick, with four tendons and the auxiliary ones.
 pub fn paper_robot() -> Twin {
-    let mut scene = scenes::scene("paper 003", Law::Corotational);
+    let mut scene = scenes::scene("coreact paper", Law::Corotational);
     scene.tendons = (0..4).map(|k| scenes::tendon(k, 0.08, 4.5e-3, 10)).collect();
     scene.auxiliary = Some(layout());
     Twin::new(&scene, &paper_mesh()).unwrap()

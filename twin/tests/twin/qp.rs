@@ -222,7 +222,7 @@ fn clarabel_agrees() {
     let mut rng = rng("clarabel");
     let mut worst = 0.0f64;
     for k in 0..500 {
-        // Every fiftieth as large as the robot of paper 003 with its auxiliary cables.
+        // Every fiftieth as large as the robot of the CoReAct paper with its auxiliary cables.
         let n = if k % 50 == 0 { 40 } else { rng.random_range(1..=8) };
         let problem = Problem::random(&mut rng, n, n + 2);
         let (x, ..) = problem.solve_cold();

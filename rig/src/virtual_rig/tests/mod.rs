@@ -18,7 +18,7 @@ mod whole;
 use super::body::{Body, BodySpec};
 use hysteron_actuator::{FrictionLaw, Prony, Tendon, TendonSpec};
 
-/// The tube of paper 003 with round numbers, four tendons, and nothing that is not asked for.
+/// The tube of the CoReAct paper with round numbers, four tendons, and nothing that is not asked for.
 pub(super) fn spec() -> BodySpec {
     BodySpec {
         length: 0.08,

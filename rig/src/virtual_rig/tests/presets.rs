@@ -58,7 +58,7 @@ fn presets_show_what_hardware_showed() {
         figures
     };
     let (mild, typical, harsh) = (of("mild"), of("typical"), of("harsh"));
-    // Paper 003: tips between 21 and 29 mm out in training; here with room to both sides.
+    // CoReAct paper: tips between 21 and 29 mm out in training; here with room to both sides.
     assert!(typical.excursions.iter().all(|x| (0.015..0.03).contains(x)));
     assert!(typical.diamond < 0.9);
     assert!((0.05..0.09).contains(&typical.loop_width));
