@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::Vector3;
 
 use crate::model::Twin;
-use crate::plant::{Plant, settle};
+use crate::plant::{Plant, PlantStep, settle};
 use crate::{Error, Result, TwinState};
 
 /// Samples between two Jacobians, which change with the shape, slowly; each stands until the next.
@@ -48,35 +48,76 @@ pub enum Outcome {
     Ended,
 }
 
-/// Lets `plant`, a simulation with `twin` that has just been made, follow the strokes of `commands` from where it rests under the
-/// first of them. `on_sample` is called after each sample and ends the run where it returns false.
+/// The strokes of a trajectory, sample by sample.
+pub trait Drive {
+    /// Time of sample `i` [s].
+    fn time(&self, i: usize) -> f64;
+
+    /// Strokes (n_primary) [m] of sample `i`, of a robot whose tip the last one has led to `tip` [m]; none before the first,
+    /// under whose strokes the robot rests. False where the trajectory has ended.
+    fn strokes(&mut self, i: usize, tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool;
+}
+
+/// Strokes that are known beforehand.
+pub struct Recorded<'a> {
+    time: &'a [f64],
+    strokes: Vec<&'a [f64]>,
+}
+
+impl<'a> Recorded<'a> {
+    /// Those of `commands`.
+    ///
+    /// # Errors
+    /// Commands of another robot.
+    pub fn new(twin: &Twin, commands: &'a Recording) -> Result<Self> {
+        let strokes = commands.strokes();
+        if strokes.len() != twin.n_primary {
+            let expected = format!("{}, one per tendon of the scene", twin.n_primary);
+            return Err(BadInput::new("stroke columns", expected, strokes.len().to_string()).into());
+        }
+        Ok(Self { time: commands.time(), strokes })
+    }
+}
+
+impl Drive for Recorded<'_> {
+    fn time(&self, i: usize) -> f64 {
+        self.time[i]
+    }
+
+    fn strokes(&mut self, i: usize, _: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
+        if i < self.time.len() {
+            strokes.iter_mut().zip(&self.strokes).for_each(|(now, series)| *now = series[i]);
+        }
+        i < self.time.len()
+    }
+}
+
+/// Lets `plant`, a simulation with `twin` that has just been made, go where `drive` leads it from where it rests under the first
+/// strokes. `on_sample` is called after each sample and ends the run where it returns false.
 ///
 /// # Errors
-/// Commands of another robot; those of [`Plant::step`] but for a missing equilibrium.
+/// A drive without samples; those of [`Plant::step`] but for a missing equilibrium.
 pub fn synthesise(
     twin: &Twin,
     plant: &mut dyn Plant,
-    commands: &Recording,
+    drive: &mut dyn Drive,
     meta: Metadata,
     on_sample: &mut dyn FnMut() -> bool,
 ) -> Result<Outcome> {
-    let strokes = commands.strokes();
-    if strokes.len() != twin.n_primary {
-        let expected = format!("{}, one per tendon of the scene", twin.n_primary);
-        return Err(BadInput::new("stroke columns", expected, strokes.len().to_string()).into());
-    }
     let length = twin.cables.longest();
-    let mut columns = Columns::new(twin.n_primary, commands.n_samples());
+    let mut columns = Columns::new(twin.n_primary);
     let mut jacobian = [(); 3].map(|()| vec![0.0; twin.n_primary]);
-    let mut now: Vec<f64> = strokes.iter().map(|series| series[0]).collect();
+    let mut now = vec![0.0; twin.n_primary];
+    if !drive.strokes(0, None, &mut now) {
+        return Err(BadInput::new("a trajectory", "at least one sample", "none").into());
+    }
     let rest = match settle(twin, plant, &now) {
         Ok(rest) => rest,
         Err(Error::NoEquilibrium { .. }) => return Ok(Outcome::Dropped(0, Unphysical::NoEquilibrium)),
         Err(other) => return Err(other),
     };
     let mut before = (now.clone(), rest.tip);
-    for i in 0..commands.n_samples() {
-        now.iter_mut().zip(&strokes).for_each(|(now, series)| *now = series[i]);
+    for i in 0.. {
         let step = match plant.step(&now) {
             Ok(step) => step,
             Err(Error::NoEquilibrium { .. }) => return Ok(Outcome::Dropped(i, Unphysical::NoEquilibrium)),
@@ -90,18 +131,18 @@ pub fn synthesise(
         {
             return Ok(Outcome::Dropped(i, why));
         }
-        columns.push(step.tip, &plant.state().tensions, &jacobian, step.is_extrapolating);
+        columns.push(drive.time(i), &now, plant.state(), &jacobian, &step);
         before.0.copy_from_slice(&now);
         before.1 = step.tip;
         if !on_sample() {
             return Ok(Outcome::Ended);
         }
+        if !drive.strokes(i + 1, Some(step.tip), &mut now) {
+            break;
+        }
     }
-    let strokes = strokes.iter().enumerate();
-    let mut channels: Vec<Channel> =
-        strokes.map(|(k, series)| Channel::new(format!("stroke_{}_m", k + 1), series.to_vec())).collect();
-    channels.extend(columns.into_channels());
-    Ok(Outcome::Made(Recording::new(commands.time().to_vec(), channels, Vec::new(), meta)?))
+    let (time, channels) = columns.into_series();
+    Ok(Outcome::Made(Recording::new(time, channels, Vec::new(), meta)?))
 }
 
 fn overloaded(twin: &Twin, state: &TwinState) -> Option<Unphysical> {
@@ -124,8 +165,10 @@ fn jump(
     (moved > JUMP[0] * asked + JUMP[1] * length).then_some(Unphysical::Jump(moved))
 }
 
-/// What a rollout writes beside its strokes.
+/// What a rollout writes.
 struct Columns {
+    time: Vec<f64>,
+    strokes: Vec<Vec<f64>>,
     tip: [Vec<f64>; 3],
     tensions: Vec<Vec<f64>>,
     /// By axis, then by tendon.
@@ -134,46 +177,52 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(n_tendons: usize, n: usize) -> Self {
-        let series = || Vec::with_capacity(n);
-        let of_tendons = || (0..n_tendons).map(|_| series()).collect::<Vec<_>>();
+    fn new(n_tendons: usize) -> Self {
+        let of_tendons = || vec![Vec::new(); n_tendons];
         Self {
-            tip: [series(), series(), series()],
+            time: Vec::new(),
+            strokes: of_tendons(),
+            tip: [(); 3].map(|()| Vec::new()),
             tensions: of_tendons(),
-            jacobian: [of_tendons(), of_tendons(), of_tendons()],
-            extrapolating: series(),
+            jacobian: [(); 3].map(|()| of_tendons()),
+            extrapolating: Vec::new(),
         }
     }
 
-    fn push(&mut self, tip: [f64; 3], tensions: &[f64], jacobian: &[Vec<f64>; 3], is_extrapolating: bool) {
-        for (column, value) in self.tip.iter_mut().zip(tip) {
-            column.push(value);
-        }
-        for (column, value) in self.tensions.iter_mut().zip(tensions) {
-            column.push(*value);
-        }
-        for (columns, row) in self.jacobian.iter_mut().zip(jacobian) {
+    fn push(
+        &mut self,
+        time: f64,
+        strokes: &[f64],
+        state: &TwinState,
+        jacobian: &[Vec<f64>; 3],
+        step: &PlantStep,
+    ) {
+        let push = |columns: &mut [Vec<f64>], row: &[f64]| {
             columns.iter_mut().zip(row).for_each(|(column, value)| column.push(*value));
-        }
-        self.extrapolating.push(f64::from(u8::from(is_extrapolating)));
+        };
+        self.time.push(time);
+        push(&mut self.strokes, strokes);
+        push(&mut self.tip, &step.tip);
+        push(&mut self.tensions, &state.tensions);
+        self.jacobian.iter_mut().zip(jacobian).for_each(|(columns, row)| push(columns, row));
+        self.extrapolating.push(f64::from(u8::from(step.is_extrapolating)));
     }
 
-    fn into_channels(self) -> Vec<Channel> {
+    /// Times and channels.
+    fn into_series(self) -> (Vec<f64>, Vec<Channel>) {
         const AXES: [&str; 3] = ["x", "y", "z"];
         let mut channels = Vec::new();
-        let tip = AXES.iter().zip(self.tip);
-        channels.extend(tip.map(|(axis, values)| Channel::new(format!("tip_{axis}_m"), values)));
-        let tensions = self.tensions.into_iter().enumerate();
-        channels.extend(tensions.map(|(k, values)| Channel::new(format!("tension_{}_n", k + 1), values)));
-        for (axis, columns) in AXES.iter().zip(self.jacobian) {
+        let mut of_tendons = |columns: Vec<Vec<f64>>, name: &dyn Fn(usize) -> String| {
             let columns = columns.into_iter().enumerate();
-            channels.extend(
-                columns.map(|(k, values)| {
-                    Channel::new(format!("tip_{axis}_per_stroke_{}_ratio", k + 1), values)
-                }),
-            );
+            channels.extend(columns.map(|(k, values)| Channel::new(name(k + 1), values)));
+        };
+        of_tendons(self.strokes, &|k| format!("stroke_{k}_m"));
+        of_tendons(self.tip.into(), &|k| format!("tip_{}_m", AXES[k - 1]));
+        of_tendons(self.tensions, &|k| format!("tension_{k}_n"));
+        for (axis, columns) in AXES.iter().zip(self.jacobian) {
+            of_tendons(columns, &|k| format!("tip_{axis}_per_stroke_{k}_ratio"));
         }
         channels.push(Channel::new("extrapolating", self.extrapolating));
-        channels
+        (self.time, channels)
     }
 }

@@ -52,19 +52,28 @@ rest_after_s = 1
 stroke_max_mm = 9
 stroke_rate_max_mm_s = 12
 "#;
-/// Its trajectories: name, family and what else its entry says.
+/// Its trajectories: name, family and what else its entry says. Roses pass the centre, and everything around it, in ever new
+/// directions.
 const TRAJECTORIES: [(&str, &str, &str); 8] = [
-    ("circle", "circle", "amplitude_mm = 7.5\nphase_deg = 0\ndirection = \"counter_clockwise\""),
-    ("circle-back", "circle", "amplitude_mm = 5\nphase_deg = 90\ndirection = \"clockwise\""),
-    ("square", "square", "amplitude_mm = 7.5\norientation_deg = 45\ndirection = \"counter_clockwise\""),
-    ("diamond", "square", "amplitude_mm = 6.5\norientation_deg = 0\ndirection = \"clockwise\""),
-    ("along", "sinusoid", "amplitude_mm = 7\norientation_deg = 0"),
-    ("across", "sinusoid", "amplitude_mm = 7\norientation_deg = 90"),
-    ("diagonal", "sinusoid", "amplitude_mm = 6\norientation_deg = 45"),
-    ("anti-diagonal", "sinusoid", "amplitude_mm = 6\norientation_deg = 135"),
+    (
+        "circle",
+        "circle",
+        "amplitude_mm = 7.5\nphase_deg = 0\ndirection = \"counter_clockwise\"\nperiod_s = 8",
+    ),
+    ("circle-back", "circle", "amplitude_mm = 6\nphase_deg = 90\ndirection = \"clockwise\"\nperiod_s = 10"),
+    (
+        "square",
+        "square",
+        "amplitude_mm = 8\norientation_deg = 45\ndirection = \"counter_clockwise\"\nperiod_s = 10",
+    ),
+    ("diamond", "square", "amplitude_mm = 7\norientation_deg = 0\ndirection = \"clockwise\"\nperiod_s = 12"),
+    ("rose-slow", "rose", "amplitude_mm = 8\nswings = 0.6\nphase_deg = 20\nperiod_s = 9"),
+    ("rose", "rose", "amplitude_mm = 8\nswings = 1.6\nphase_deg = 70\nperiod_s = 12"),
+    ("rose-back", "rose", "amplitude_mm = 7\nswings = 1.3\nphase_deg = 110\nperiod_s = 11"),
+    ("diagonal", "sinusoid", "amplitude_mm = 7\norientation_deg = 45\nperiod_s = 8"),
 ];
 /// Those that a scene is fitted to.
-const FITTED: [&str; 3] = ["circle", "square", "diagonal"];
+const FITTED: [&str; 3] = ["circle", "square", "rose"];
 /// What is fitted, and how: where the tip rests is not known to the scene.
 const FIT: [&str; 8] = [
     "--fit",
@@ -77,22 +86,13 @@ const FIT: [&str; 8] = [
     "0.4",
 ];
 
-/// Family, and what else the entry says.
-type Draws = &'static [(&'static str, &'static str)];
-
-/// What the calibrated twin does besides: as far again, and its tip along roses. Name of the plan, its beginning, and draws: family, how
-/// many, amplitudes and what else.
-const SYNTHETIC: [(&str, &str, Draws); 2] = [
-    (
-        "tendons",
-        "",
-        &[
-            ("circle", "count = 2\namplitude_mm = [4, 10]"),
-            ("rose", "count = 2\namplitude_mm = [6, 10]\nswings = [0.4, 1.6]"),
-            ("square", "count = 2\namplitude_mm = [5, 10]\norientation_deg = [45, 45]"),
-        ],
-    ),
-    ("tip", "space = \"tip\"\n", &[("rose", "count = 4\namplitude_mm = [10, 26]\nswings = [0.4, 1.6]")]),
+/// What the calibrated twin does besides: its tip along curves drawn from ranges, as far out as the recordings go and back. Family,
+/// how many, and what else.
+const SYNTHETIC: [(&str, u32, &str); 4] = [
+    ("rose", 16, "swings = [0.4, 2.4]"),
+    ("circle", 4, ""),
+    ("square", 8, ""),
+    ("ellipse", 6, "aspect = [0.2, 0.8]"),
 ];
 
 /// How much is done for a robot.
@@ -151,9 +151,7 @@ fn known_from_recordings(folder: &Path, name: &str, effort: &Effort) -> Result<V
     chain.calibrate("twin", &fitted, &recordings, 1, effort.epochs)?;
     let twin = chain.path("twin-1.safetensors")?;
     let mut both = recordings.clone();
-    for (name, ..) in &SYNTHETIC {
-        both.push(chain.generate(&fitted, &twin, &synthetic_plan(name), &format!("synthetic-{name}"))?);
-    }
+    both.push(chain.generate(&fitted, &twin, &synthetic_plan(), "synthetic")?);
     let options: Vec<&str> = effort.epochs.iter().flat_map(|epochs| ["--epochs", epochs]).collect();
     let recorded = chain.train_inverse("recorded", &recordings, &options)?;
     let hybrid = chain.train_inverse("hybrid", &both, &options)?;
@@ -201,25 +199,22 @@ fn fit(chain: &Chain, nominal: &str, steps: &str) -> Result<String> {
 fn recorded_plan() -> String {
     let entry = |(name, family, own): &(&str, &str, &str)| {
         format!(
-            "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\nperiod_s = 8\n\
-             attack_s = 6\nsustain_s = 8\ndecay_s = 6\n"
+            "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\n\
+             attack_s = 5\nsustain_s = 10\ndecay_s = 5\n"
         )
     };
     RECORDED.to_owned() + &TRAJECTORIES.iter().map(entry).collect::<String>()
 }
 
-/// The plan of that name for the calibrated twin.
-fn synthetic_plan(name: &str) -> String {
-    let mut text = RECORDED.replace("name = \"population\"", &format!("name = \"{name}\""));
+/// The plan of the calibrated twin.
+fn synthetic_plan() -> String {
+    let mut text = RECORDED.replace("name = \"population\"", "name = \"synthetic\"\nspace = \"tip\"");
     text = text.replace("stroke_max_mm = 9", "stroke_max_mm = 12");
-    for (_, head, draws) in SYNTHETIC.iter().filter(|(known, ..)| *known == name) {
-        text = text.replace("seed = 1\n", &format!("seed = 1\n{head}"));
-        for (family, own) in *draws {
-            text += &format!(
-                "\n[[draw]]\nname = \"{name}-{family}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\n\
-                 period_s = [12, 20]\nattack_s = 8\nsustain_s = 24\ndecay_s = 24\n"
-            );
-        }
+    for (family, count, own) in SYNTHETIC {
+        text += &format!(
+            "\n[[draw]]\nname = \"{family}\"\nrole = \"training\"\nfamily = \"{family}\"\ncount = {count}\n{own}\n\
+             amplitude_mm = [10, 28]\nperiod_s = [9, 18]\nattack_s = 8\nsustain_s = 32\ndecay_s = 20\n"
+        );
     }
     text
 }
@@ -292,9 +287,7 @@ mod tests {
     fn plans_are_valid_and_the_nominal_scene_knows_no_robot() {
         let plan = Plan::from_toml(&recorded_plan(), "plan").expect("a good plan");
         assert_eq!(plan.trajectories().len(), TRAJECTORIES.len());
-        for (name, ..) in SYNTHETIC {
-            Plan::from_toml(&synthetic_plan(name), "plan").expect("a good plan");
-        }
+        Plan::from_toml(&synthetic_plan(), "plan").expect("a good plan");
         let folder = std::env::temp_dir().join(format!("hysteron-population-{}", std::process::id()));
         let text = NOMINAL.1.iter().fold(NOMINAL.0.to_owned(), |text, (from, to)| {
             assert!(text.contains(from), "{from}");

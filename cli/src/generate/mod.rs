@@ -10,13 +10,14 @@ use std::sync::Mutex;
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::Trajectory;
 use hysteron_control::plan::Space;
+use hysteron_twin::Error;
 use hysteron_twin::Twin;
-use hysteron_twin::synthetic::{Outcome, synthesise};
+use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
 use rayon::prelude::*;
 
 pub use card::{Card, Row, tip_of};
 use shard::Shard;
-use steer::strokes;
+use steer::Steered;
 
 use crate::network::{Network, plant};
 use crate::outputs::Outputs;
@@ -114,9 +115,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rows.len(),
     );
     interrupt::listen()?;
-    // Strokes for a way of the tip are found first.
-    let n_passes = if plan.space() == Space::Tip { 2 } else { 1 };
-    let bar = terminal::progress("samples", n_passes * n_samples, 0);
+    let bar = terminal::progress("samples", n_samples, 0);
     let found = Mutex::new(Vec::new());
     missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
         let rate = job.trajectory.rate_hz;
@@ -124,10 +123,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             bar.inc(1);
             !interrupt::is_asked()
         };
-        let plant = || plant(network.as_ref(), &twin, rate.recip());
-        let outcome = match strokes(&twin, plant()?, job.trajectory, plan.limits, &mut go_on)? {
-            Ok(commands) => synthesise(&twin, &mut *plant()?, &commands, job.meta.clone(), &mut go_on)?,
-            Err(outcome) => outcome,
+        let mut plant = plant(network.as_ref(), &twin, rate.recip())?;
+        let mut carry_out =
+            |drive: &mut dyn Drive| synthesise(&twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
+        let coordinates =
+            |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
+        let outcome = match job.trajectory.space {
+            Space::Tendons => carry_out(&mut Recorded::new(&twin, &job.trajectory.commands()?)?)?,
+            Space::Tip => match Steered::new(&twin, job.trajectory, &coordinates, plan.limits) {
+                Ok(mut steered) => carry_out(&mut steered)?,
+                Err(Error::NoEquilibrium { .. }) => Outcome::Dropped(0, Unphysical::NoEquilibrium),
+                Err(other) => return Err(other.into()),
+            },
         };
         let row = match outcome {
             Outcome::Ended => return Ok(()),

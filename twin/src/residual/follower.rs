@@ -36,9 +36,8 @@ pub struct FollowStep {
     pub is_extrapolating: bool,
 }
 
-/// A twin whose tip is steered.
-pub struct Follower<'a> {
-    plant: Box<dyn Plant + 'a>,
+/// Finds the strokes of a tip that is steered.
+pub struct Steering<'a> {
     coordinates: Coordinates<'a>,
     limits: FollowLimits,
     /// M, (a, b) per tip in x and y [-].
@@ -46,9 +45,16 @@ pub struct Follower<'a> {
     /// Duration of a sample [s].
     duration: f64,
     command: Vector2<f64>,
-    /// Where the tip was to go in the sample before, in x and y [m]; none before the first.
-    goal: Option<Vector2<f64>>,
-    tip: [f64; 3],
+    /// Where the tip was to go in the sample before, in x and y [m].
+    goal: Vector2<f64>,
+}
+
+/// A twin whose tip is steered.
+pub struct Follower<'a> {
+    steering: Steering<'a>,
+    plant: Box<dyn Plant + 'a>,
+    /// Where it is [m]; none before the first sample.
+    tip: Option<[f64; 3]>,
     strokes: Vec<f64>,
 }
 
@@ -61,14 +67,13 @@ const MOST_HOME: f64 = 1e6;
 /// Steps of the probe: small enough for the fast iteration.
 const PROBE_STEPS: usize = 50;
 
-impl<'a> Follower<'a> {
-    /// Steers `plant`, a simulation with `twin` that has just been made, from where it rests, with samples of `duration` [s].
+impl<'a> Steering<'a> {
+    /// Steers `twin`, sample by sample of `duration` [s], from where it rests without strokes.
     ///
     /// # Errors
     /// Limits that are not positive; commands that do not move the tip in x and y; those of [`Plant::step`].
     pub fn new(
         twin: &Twin,
-        mut plant: Box<dyn Plant + 'a>,
         coordinates: Coordinates<'a>,
         limits: FollowLimits,
         duration: f64,
@@ -92,20 +97,64 @@ impl<'a> Follower<'a> {
         let inverse = inverse.ok_or_else(|| {
             BadInput::new("tendons", "that move the tip in x and y", format!("{effect:.3} m/m"))
         })?;
+        let [command, goal] = [Vector2::zeros(); 2];
+        Ok(Self { coordinates, limits, inverse, duration, command, goal })
+    }
+
+    /// The strokes (n_primary) [m] of the next sample, towards `goal` in x and y [m]; `tip` is where the last one has led
+    /// [m], none before the first. True where a limit kept them from what they should have been.
+    pub fn towards(&mut self, goal: [f64; 2], tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
+        let goal = Vector2::from(goal);
+        let before = std::mem::replace(&mut self.goal, goal);
+        // The robot need not rest where the path begins: strokes begin at rest, and what is missing is made up for from
+        // the second sample on like any other error.
+        let change = tip.map_or(Vector2::zeros(), |tip| {
+            let missed = before - Vector2::new(tip[0], tip[1]);
+            self.inverse * (goal - before + FEEDBACK * missed)
+        });
+        let allowed = change.cap_magnitude(self.limits.rate * self.duration);
+        let command = (self.command + allowed).cap_magnitude(self.limits.stroke);
+        let is_limited = command != self.command + change;
+        self.go_to(command, strokes);
+        is_limited
+    }
+
+    /// The strokes (n_primary) [m] of the next sample, towards none at all as fast as the limits allow: the way home, at the
+    /// end.
+    pub fn home(&mut self, strokes: &mut [f64]) {
+        let way = self.command.norm();
+        let left = f64::max(way - self.limits.rate * self.duration, 0.0);
+        self.go_to(self.command.cap_magnitude(left), strokes);
+    }
+
+    /// True where all strokes are zero.
+    pub fn is_home(&self) -> bool {
+        self.command == Vector2::zeros()
+    }
+
+    fn go_to(&mut self, command: Vector2<f64>, strokes: &mut [f64]) {
+        self.command = command;
+        (self.coordinates)([command.x, command.y], strokes);
+    }
+}
+
+impl<'a> Follower<'a> {
+    /// Steers `plant`, a simulation with `twin` that has just been made, from where it rests, with samples of `duration` [s].
+    ///
+    /// # Errors
+    /// Those of [`Steering::new`].
+    pub fn new(
+        twin: &Twin,
+        mut plant: Box<dyn Plant + 'a>,
+        coordinates: Coordinates<'a>,
+        limits: FollowLimits,
+        duration: f64,
+    ) -> Result<Self> {
+        let steering = Steering::new(twin, coordinates, limits, duration)?;
         let mut strokes = vec![0.0; twin.n_primary];
         coordinates([0.0; 2], &mut strokes);
-        let tip = settle(twin, &mut *plant, &strokes)?.tip;
-        Ok(Self {
-            tip,
-            strokes,
-            command: Vector2::zeros(),
-            goal: None,
-            plant,
-            coordinates,
-            limits,
-            inverse,
-            duration,
-        })
+        settle(twin, &mut *plant, &strokes)?;
+        Ok(Self { steering, plant, tip: None, strokes })
     }
 
     /// Strokes now (n_primary) [m].
@@ -118,17 +167,8 @@ impl<'a> Follower<'a> {
     /// # Errors
     /// Those of [`Plant::step`].
     pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
-        let goal = Vector2::from(goal);
-        // The robot need not rest where the path begins: strokes begin at rest, and what is missing is made up for from
-        // the second sample on like any other error.
-        let change = self.goal.replace(goal).map_or(Vector2::zeros(), |before| {
-            let missed = before - Vector2::new(self.tip[0], self.tip[1]);
-            self.inverse * (goal - before + FEEDBACK * missed)
-        });
-        let allowed = change.cap_magnitude(self.limits.rate * self.duration);
-        let command = (self.command + allowed).cap_magnitude(self.limits.stroke);
-        let is_limited = command != self.command + change;
-        self.go_to(command, is_limited)
+        let is_limited = self.steering.towards(goal, self.tip, &mut self.strokes);
+        self.go_on(is_limited)
     }
 
     /// Goes on by one sample, towards no strokes at all, as fast as the limits allow: the way home, at the end.
@@ -136,21 +176,18 @@ impl<'a> Follower<'a> {
     /// # Errors
     /// Those of [`Plant::step`].
     pub fn step_home(&mut self) -> Result<FollowStep> {
-        let way = self.command.norm();
-        let left = f64::max(way - self.limits.rate * self.duration, 0.0);
-        self.go_to(self.command.cap_magnitude(left), false)
+        self.steering.home(&mut self.strokes);
+        self.go_on(false)
     }
 
     /// True where all strokes are zero.
     pub fn is_home(&self) -> bool {
-        self.command == Vector2::zeros()
+        self.steering.is_home()
     }
 
-    fn go_to(&mut self, command: Vector2<f64>, is_limited: bool) -> Result<FollowStep> {
-        self.command = command;
-        (self.coordinates)([command.x, command.y], &mut self.strokes);
+    fn go_on(&mut self, is_limited: bool) -> Result<FollowStep> {
         let step = self.plant.step(&self.strokes)?;
-        self.tip = step.tip;
+        self.tip = Some(step.tip);
         Ok(FollowStep { tip: step.tip, is_limited, is_extrapolating: step.is_extrapolating })
     }
 }

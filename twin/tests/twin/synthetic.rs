@@ -1,7 +1,8 @@
 //! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
 
 use hysteron_base::{Channel, Friction, Metadata, Recording};
-use hysteron_twin::synthetic::{Outcome, Unphysical, synthesise};
+use hysteron_twin::residual::{FollowLimits, Steering};
+use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
 use hysteron_twin::{Bare, Plant, PlantStep, Stepper, Twin, TwinState, settle};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
@@ -99,7 +100,8 @@ fn commands(n: usize, of: impl Fn(usize) -> [f64; 4]) -> Recording {
 }
 
 fn outcome(twin: &Twin, commands: &Recording) -> Outcome {
-    synthesise(twin, &mut Bare::new(twin), commands, Metadata::default(), &mut || true).expect("an outcome")
+    let mut drive = Recorded::new(twin, commands).expect("strokes of this robot");
+    synthesise(twin, &mut Bare::new(twin), &mut drive, Metadata::default(), &mut || true).expect("an outcome")
 }
 
 #[test]
@@ -189,7 +191,8 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
     let made = |by| {
         let mut plant = Moved { bare: Bare::new(&twin), sample: 0, by };
-        synthesise(&twin, &mut plant, &commands, Metadata::default(), &mut || true).expect("an outcome")
+        let mut drive = Recorded::new(&twin, &commands).expect("strokes of this robot");
+        synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome")
     };
     // A network takes a second to come to what it says at rest, 4 mm in all: the robot has rested for long.
     let Outcome::Made(found) = made(|sample| 4e-3 * (1.0 - (-0.05 * sample as f64).exp())) else {
@@ -205,4 +208,40 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
         }
         other => panic!("{other:?}"),
     }
+}
+
+/// A tip that is steered to one place, for as long as it takes.
+struct Held<'a>(Steering<'a>);
+
+impl Drive for Held<'_> {
+    fn time(&self, i: usize) -> f64 {
+        0.01 * i as f64
+    }
+
+    fn strokes(&mut self, i: usize, tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
+        self.0.towards(GOAL, tip, strokes);
+        i < 150
+    }
+}
+
+/// x and y [m].
+const GOAL: [f64; 2] = [1.5e-3, -1e-3];
+
+#[test]
+fn the_strokes_of_a_steered_tip_lead_there_again() {
+    let (scene, mesh) = scenes::robot();
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let coordinates = |[a, b]: [f64; 2], strokes: &mut [f64]| strokes.copy_from_slice(&[a, b, -a, -b]);
+    let limits = FollowLimits { stroke: 2e-3, rate: 5e-3 };
+    let mut held = Held(Steering::new(&twin, &coordinates, limits, 0.01).expect("tendons that move the tip"));
+    let found = synthesise(&twin, &mut Bare::new(&twin), &mut held, Metadata::default(), &mut || true)
+        .expect("an outcome");
+    let Outcome::Made(steered) = found else { panic!("no data") };
+    assert_eq!(steered.n_samples(), 150);
+    let tip = |recording: &Recording| recording.tip().expect("a tip").map(<[f64]>::to_vec);
+    let [x, y, _] = tip(&steered);
+    // What is missing shrinks by a factor each sample: nothing but the accuracy of a step is left, some 1e-8 m.
+    assert!((x[149] - GOAL[0]).hypot(y[149] - GOAL[1]) < 1e-7, "{} {}", x[149], y[149]);
+    let Outcome::Made(again) = outcome(&twin, &steered) else { panic!("no data") };
+    assert_eq!(tip(&steered), tip(&again));
 }
