@@ -67,9 +67,9 @@ const TRAJECTORIES: [(&str, &str, &str); 8] = [
         "amplitude_mm = 8\norientation_deg = 45\ndirection = \"counter_clockwise\"\nperiod_s = 10",
     ),
     ("diamond", "square", "amplitude_mm = 7\norientation_deg = 0\ndirection = \"clockwise\"\nperiod_s = 12"),
-    ("rose-slow", "rose", "amplitude_mm = 8\nswings = 0.6\nphase_deg = 20\nperiod_s = 9"),
-    ("rose", "rose", "amplitude_mm = 8\nswings = 1.6\nphase_deg = 70\nperiod_s = 12"),
-    ("rose-back", "rose", "amplitude_mm = 7\nswings = 1.3\nphase_deg = 110\nperiod_s = 11"),
+    ("rose-slow", "rose", "amplitude_mm = 8\nswings = 0.6\norientation_deg = 20\nperiod_s = 9"),
+    ("rose", "rose", "amplitude_mm = 8\nswings = 1.6\norientation_deg = 70\nperiod_s = 12"),
+    ("rose-back", "rose", "amplitude_mm = 7\nswings = 1.3\norientation_deg = 110\nperiod_s = 11"),
     ("diagonal", "sinusoid", "amplitude_mm = 7\norientation_deg = 45\nperiod_s = 8"),
 ];
 /// Those that a scene is fitted to.
