@@ -114,6 +114,28 @@ fn batches(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
     })
 }
 
+/// Steps of rollouts, in four parts each.
+const STEPS: usize = 25;
+
+/// Data steps per second of rollouts, there, and there and back.
+fn rollouts(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
+    let n = model.n_joints();
+    let integrator = Integrator::SemiImplicitEuler;
+    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let initial: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[..2].concat()).collect();
+    let tau: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[2].repeat(STEPS)).collect();
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+    let mut found = vec![0.0; STATES * STEPS * 2 * n];
+    let weights = vec![1.0; found.len()];
+    let forwards = rate(|| rollouts.run(&inputs, &mut found));
+    let both = rate(|| {
+        rollouts.run(&inputs, &mut found);
+        black_box(rollouts.pull_back(&inputs, &found, &weights));
+    });
+    let steps = STEPS as f64;
+    serde_json::json!({ "rollout": steps * forwards, "rollout_and_adjoint": steps * both })
+}
+
 #[allow(clippy::print_stdout)] // what it is for
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -127,11 +149,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let mut report = serde_json::json!({ "joints": n, "single": single(&model, &states) });
     pool.install(|| {
-        report["lanes"] = batches(&model, &states, Isa::detect());
-        if let Some(avx2) = Isa::avx2() {
-            report["lanes_avx2"] = batches(&model, &states, avx2);
+        let ways = [
+            ("lanes", Some(Isa::detect())),
+            ("lanes_avx2", Isa::avx2()),
+            ("lanes_portable", Some(Isa::portable())),
+        ];
+        for (way, isa) in ways.into_iter().filter_map(|(way, isa)| Some((way, isa?))) {
+            report[way] = batches(&model, &states, isa);
+            report[format!("{way}_rollouts")] = rollouts(&model, &states, isa);
         }
-        report["lanes_portable"] = batches(&model, &states, Isa::portable());
     });
     println!("{report}");
     Ok(())

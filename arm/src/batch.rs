@@ -4,6 +4,7 @@
 //! bytes on any number of threads.
 
 use std::any::Any;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use hysteron_base::lanes::{Isa, LANES, Lanes, Pack, Packs, Simd, WithSimd};
@@ -103,7 +104,7 @@ fn check_shapes(what: &str, n_states: usize, widths: &[usize], lengths: impl Ite
 struct Block<'a, 'o, K> {
     kernel: &'a K,
     model: &'a Model,
-    states: std::ops::Range<usize>,
+    states: Range<usize>,
     inputs: &'a [&'a [f64]],
     /// Of these states only.
     outputs: &'a mut [&'o mut [f64]],
@@ -116,8 +117,7 @@ impl<K: Kernel> WithSimd for Block<'_, '_, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { kernel, model, states, inputs, outputs, scratch } = self;
-        let packs = Packs::new(simd, 0);
-        let zero = packs.splat(0.0);
+        let zero = Packs::new(simd, 0).splat(0.0);
         let (widths_in, widths_out) = (kernel.inputs(model), kernel.outputs(model));
         let fresh = || -> Box<dyn Any + Send> {
             Box::new(Scratch { data: Data::new(model, zero), inputs: Vec::new(), outputs: Vec::new() })
@@ -126,18 +126,12 @@ impl<K: Kernel> WithSimd for Block<'_, '_, K> {
         let Some(scratch) = boxed.downcast_mut::<Scratch<S>>() else { return };
         scratch.inputs.resize(widths_in.iter().sum(), zero);
         scratch.outputs.resize(widths_out.iter().sum(), zero);
-        let lanes = S::F64_LANES;
-        for first in states.clone().step_by(lanes) {
-            // The last register is filled up with the last state.
-            let state = |lane: usize| (first + lane).min(states.end - 1);
+        let start = states.start;
+        for register in Register::all(simd, states) {
             let mut at = 0;
             for (rows, width) in inputs.iter().zip(&widths_in) {
                 for column in 0..*width {
-                    let mut pack = Pack([0.0; LANES]);
-                    for lane in 0..lanes {
-                        pack.0[lane] = rows[width * state(lane) + column];
-                    }
-                    scratch.inputs[at] = packs.load(&pack);
+                    scratch.inputs[at] = register.load(rows, *width, column);
                     at += 1;
                 }
             }
@@ -145,13 +139,51 @@ impl<K: Kernel> WithSimd for Block<'_, '_, K> {
             let mut at = 0;
             for (rows, width) in outputs.iter_mut().zip(&widths_out) {
                 for column in 0..*width {
-                    let values = scratch.outputs[at].to_array();
-                    for lane in 0..lanes.min(states.end - first) {
-                        rows[width * (first - states.start + lane) + column] = values[lane];
-                    }
+                    register.store(scratch.outputs[at], rows, start, *width, column);
                     at += 1;
                 }
             }
+        }
+    }
+}
+
+/// The rows of arrays that the lanes of a register stand for; the last register is filled up with the last row.
+#[derive(Clone, Copy)]
+pub(crate) struct Register<S: Simd> {
+    packs: Packs<S>,
+    first: usize,
+    end: usize,
+}
+
+impl<S: Simd> Register<S> {
+    /// One after the other until all of `rows` are in one.
+    #[inline(always)]
+    pub(crate) fn all(simd: S, rows: Range<usize>) -> impl Iterator<Item = Self> {
+        let end = rows.end;
+        rows.step_by(S::F64_LANES).map(move |first| Self { packs: Packs::new(simd, 0), first, end })
+    }
+
+    #[inline(always)]
+    pub(crate) fn zero(self) -> Lanes<S> {
+        self.packs.splat(0.0)
+    }
+
+    /// A column of an array of `width` columns.
+    #[inline(always)]
+    pub(crate) fn load(self, rows: &[f64], width: usize, column: usize) -> Lanes<S> {
+        let mut pack = Pack([0.0; LANES]);
+        for lane in 0..S::F64_LANES {
+            pack.0[lane] = rows[width * (self.first + lane).min(self.end - 1) + column];
+        }
+        self.packs.load(&pack)
+    }
+
+    /// Into a column of an array of `width` columns that begins with the row `start`.
+    #[inline(always)]
+    pub(crate) fn store(self, value: Lanes<S>, rows: &mut [f64], start: usize, width: usize, column: usize) {
+        let values = value.to_array();
+        for lane in 0..S::F64_LANES.min(self.end - self.first) {
+            rows[width * (self.first - start + lane) + column] = values[lane];
         }
     }
 }

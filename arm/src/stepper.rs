@@ -111,22 +111,47 @@ impl<T: Scalar> Stepper<T> {
         for _ in 0..self.substeps {
             tape.extend_from_slice(q);
             tape.extend_from_slice(dq);
-            self.run_stages(model, [&*q, &*dq], tau, external);
-            match self.integrator {
-                Integrator::SemiImplicitEuler => {
-                    let acceleration = &self.stages[0][2];
-                    for i in 0..q.len() {
-                        dq[i] = acceleration[i].mul_add(dq[i].splat(self.period), dq[i]);
-                        q[i] = dq[i].mul_add(q[i].splat(self.period), q[i]);
-                    }
+            self.substep(model, [&mut *q, &mut *dq], tau, external);
+        }
+    }
+
+    /// Appends to `tape` what [`Self::step`] would append, from the state `q`, `dq` before the step, which is left as it is
+    /// before the last substep.
+    #[inline(always)]
+    pub fn retrace(
+        &mut self,
+        model: &Model,
+        [q, dq]: [&mut [T]; 2],
+        tau: &[T],
+        external: &[ExternalForce<T>],
+        tape: &mut Vec<T>,
+    ) {
+        for s in 0..self.substeps {
+            if s > 0 {
+                self.substep(model, [&mut *q, &mut *dq], tau, external);
+            }
+            tape.extend_from_slice(q);
+            tape.extend_from_slice(dq);
+        }
+    }
+
+    /// Advances `q`, `dq` by one substep.
+    #[inline(always)]
+    fn substep(&mut self, model: &Model, [q, dq]: [&mut [T]; 2], tau: &[T], external: &[ExternalForce<T>]) {
+        self.run_stages(model, [&*q, &*dq], tau, external);
+        match self.integrator {
+            Integrator::SemiImplicitEuler => {
+                let acceleration = &self.stages[0][2];
+                for i in 0..q.len() {
+                    dq[i] = acceleration[i].mul_add(dq[i].splat(self.period), dq[i]);
+                    q[i] = dq[i].mul_add(q[i].splat(self.period), q[i]);
                 }
-                Integrator::RungeKutta4 => {
-                    for ([_, velocity, acceleration], weight) in self.stages.iter().zip([1.0, 2.0, 2.0, 1.0])
-                    {
-                        let h = weight * self.period / 6.0;
-                        add_scaled(q, velocity, h);
-                        add_scaled(dq, acceleration, h);
-                    }
+            }
+            Integrator::RungeKutta4 => {
+                for ([_, velocity, acceleration], weight) in self.stages.iter().zip([1.0, 2.0, 2.0, 1.0]) {
+                    let h = weight * self.period / 6.0;
+                    add_scaled(q, velocity, h);
+                    add_scaled(dq, acceleration, h);
                 }
             }
         }

@@ -5,36 +5,13 @@
 #include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/multibody/joint.hpp>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <vector>
 
+#include "rates.hpp"
+
 using namespace pinocchio;
-
-static double now() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
-}
-
-// Best rate [1/s] of some rounds, in processor time.
-template <class F> static double rate(F f, size_t states) {
-  double best = 0;
-  for (int round = 0; round < 7; ++round) {
-    size_t calls = 0;
-    const double start = now();
-    double end = start;
-    while (end - start < 0.1) {
-      for (size_t i = 0; i < states; ++i) f(i);
-      calls += states;
-      end = now();
-    }
-    best = std::max(best, calls / (end - start));
-  }
-  return best;
-}
 
 int main() {
   // Standard input: the number of joints, then for each its parent, the letter of its axis, its placement (R row by row, p),

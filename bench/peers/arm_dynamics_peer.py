@@ -1,9 +1,9 @@
-"""Rigid-body dynamics beside Pinocchio's C++, on the Panda with its fingers locked: calls per second on one core.
+"""Rigid-body dynamics beside Pinocchio's C++ and MuJoCo's C, on the Panda with its fingers locked: calls per second on one core.
 
     cargo build --release -p hysteron-arm --example dynamics_rates
     python3 bench/peers/arm_dynamics_peer.py [--example FILE] [--flags FLAGS]
 
-Needs the wheels `pin` and `cmeel-eigen` for headers and libraries, and g++; says "skipped" by name where they are missing. Both
+Needs g++, and for headers and libraries the wheels `pin` and `cmeel-eigen`, and `mujoco`; says "skipped" by name what is missing. All
 programs take processor time and the best of seven rounds. Compiling takes some minutes.
 """
 
@@ -51,7 +51,16 @@ def chain(pinocchio):
     return "\n".join(lines)
 
 
-def theirs(options):
+def built(options, source, flags, arguments, text):
+    """What a C++ program of this folder reports, compiled with `flags`."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = pathlib.Path(folder) / "peer"
+        subprocess.run(["g++", "-std=c++17", "-w", *options.flags.split(), HERE / source, *flags, "-o", program], check=True)
+        done = subprocess.run([program, *arguments], input=text, check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout)
+
+
+def pinocchio_rates(options):
     """Pinocchio's report; None where it cannot be had."""
     try:
         import pinocchio
@@ -59,31 +68,53 @@ def theirs(options):
         print("skipped: Pinocchio (pip install pin cmeel-eigen)")
         return None
     prefix = next(p for p in pathlib.Path(pinocchio.__file__).parents if (p / "include/pinocchio").exists())
-    if not (prefix / "include/eigen3").exists() or shutil.which("g++") is None:
-        print("skipped: Pinocchio's C++ (needs g++ and pip install cmeel-eigen)")
+    if not (prefix / "include/eigen3").exists():
+        print("skipped: Pinocchio's C++ (pip install cmeel-eigen)")
         return None
+    include = [f"-I{prefix}/include", f"-I{prefix}/include/eigen3"]
+    link = [f"-L{prefix}/lib", "-lpinocchio_default", f"-Wl,-rpath,{prefix}/lib"]
+    return built(options, "arm_dynamics_peer.cpp", [*BOOST, *include, *link], [], chain(pinocchio))
+
+
+def mujoco_rates(options):
+    """MuJoCo's report; None where it cannot be had."""
+    try:
+        import mujoco
+    except ImportError:
+        print("skipped: MuJoCo (pip install mujoco)")
+        return None
+    wheel = pathlib.Path(mujoco.__file__).parent
+    library = next(wheel.glob("libmujoco.so*"))
+    spec = mujoco.MjSpec.from_file(str(ROBOT))
+    for part in [*spec.equalities, *(joint for joint in spec.joints if joint.name in LOCKED)]:
+        spec.delete(part)
+    spec.compile()
     with tempfile.TemporaryDirectory() as folder:
-        program = pathlib.Path(folder) / "peer"
-        include = [f"-I{prefix}/include", f"-I{prefix}/include/eigen3"]
-        link = [f"-L{prefix}/lib", "-lpinocchio_default", f"-Wl,-rpath,{prefix}/lib"]
-        source = HERE / "arm_dynamics_peer.cpp"
-        command = ["g++", "-std=c++17", *options.flags.split(), *BOOST, *include, source, *link, "-o", program]
-        subprocess.run(command, check=True)
-        done = subprocess.run([program], input=chain(pinocchio), check=True, stdout=subprocess.PIPE, text=True)
-    return json.loads(done.stdout)
+        model = pathlib.Path(folder) / "panda.xml"
+        model.write_text(spec.to_xml())
+        flags = [f"-I{wheel}/include", str(library), f"-Wl,-rpath,{wheel}"]
+        return built(options, "arm_dynamics_mujoco.cpp", flags, [model], None)
 
 
 def main():
     options = arguments()
     done = subprocess.run([options.example, ROBOT, *LOCKED], check=True, stdout=subprocess.PIPE)
     ours = json.loads(done.stdout)
-    peer = theirs(options)
+    if shutil.which("g++") is None:
+        print("skipped: Pinocchio and MuJoCo (they need g++)")
+        peers = {}
+    else:
+        peers = {"Pinocchio": pinocchio_rates(options), "MuJoCo": mujoco_rates(options)}
     for way, rates in ours.items():
         if not isinstance(rates, dict):
             continue
         for name, rate in rates.items():
-            beside = f"{peer[name]:>12.0f} {rate / peer[name]:>6.2f}" if peer and name in peer else ""
-            print(f"{way:<15} {name:<22} {rate:>12.0f} {beside}")
+            beside = [
+                f"{program} {peer[name]:>9.0f} ({rate / peer[name]:.2f} times)"
+                for program, peer in peers.items()
+                if peer and name in peer
+            ]
+            print(f"{way:<15} {name:<22} {rate:>10.0f}   {'   '.join(beside)}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 //! Gradients of whole rollouts beside dual numbers, through 500 steps.
 
 use hysteron_arm::*;
+use hysteron_base::lanes::Isa;
 
 use crate::numbers::Dual;
 use crate::robots::{assert_close, model};
@@ -143,4 +144,99 @@ fn adjoint_of_semi_implicit_euler_is_the_derivative() {
 #[test]
 fn adjoint_of_runge_kutta_is_the_derivative() {
     check(Integrator::RungeKutta4);
+}
+
+/// Rollouts of nineteen arms: two registers that are full and one that is not.
+fn many() -> (Model, usize, [Vec<f64>; 5]) {
+    const ARMS: usize = 19;
+    let model = model("open_manipulator_x")
+        .with_locked(&[("gripper_left_joint", 0.01), ("gripper_right_joint", 0.01)])
+        .unwrap();
+    let (n, frame) = (model.n_joints(), model.frame("end_effector_link").unwrap());
+    let series = |n: usize, size: f64, rate: f64| (0..n).map(|i| size * (rate * i as f64).sin()).collect();
+    let [initial, tau, forces] =
+        [(2 * n, 0.4, 1.7), (n * MANY_STEPS, 0.1, 0.37), (6 * MANY_STEPS, 0.2, 0.91)]
+            .map(|(width, size, rate)| series(ARMS * width, size, rate));
+    let [states, weights] =
+        [vec![0.0; ARMS * 2 * n * MANY_STEPS], series(ARMS * 2 * n * MANY_STEPS, 1.0, 0.13)];
+    (model, frame, [initial, tau, forces, states, weights])
+}
+
+const MANY_STEPS: usize = 20;
+
+fn rollouts(model: &Model, frame: usize, isa: Isa, integrator: Integrator) -> Rollouts<'_> {
+    Rollouts { model, integrator, period: (0.01, 4), n_steps: MANY_STEPS, frames: vec![frame], isa }
+}
+
+#[test]
+fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
+    let (model, frame, [initial, tau, forces, mut states, weights]) = many();
+    let n = model.n_joints();
+    for (isa, integrator) in Isa::all()
+        .into_iter()
+        .zip([Integrator::SemiImplicitEuler, Integrator::RungeKutta4].into_iter().cycle())
+    {
+        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces };
+        let rollouts = rollouts(&model, frame, isa, integrator);
+        rollouts.run(&inputs, &mut states);
+        let gradient = rollouts.pull_back(&inputs, &states, &weights);
+        let mut sum = StepGradient::new(&model, 1, 0.0);
+        for arm in 0..initial.len() / (2 * n) {
+            let mut stepper = Stepper::new(&model, integrator, (0.01, 4), 1, 0.0);
+            let of_step = |rows: &[f64], width: usize, step: usize| -> Vec<f64> {
+                rows[width * (MANY_STEPS * arm + step)..][..width].to_vec()
+            };
+            let external = |step: usize| {
+                let f = of_step(&forces, 6, step);
+                [ExternalForce { frame, force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] }]
+            };
+            let mut state = initial[2 * n * arm..][..2 * n].to_vec();
+            let mut tape = Vec::new();
+            for step in 0..MANY_STEPS {
+                let (q, dq) = state.split_at_mut(n);
+                stepper.step(&model, [q, dq], &of_step(&tau, n, step), &external(step), &mut tape);
+                assert_close("states", &of_step(&states, 2 * n, step), &state, TOLERANCE);
+            }
+            let mut by_state = vec![0.0; 2 * n];
+            for step in (0..MANY_STEPS).rev() {
+                by_state.iter_mut().zip(of_step(&weights, 2 * n, step)).for_each(|(sum, part)| *sum += part);
+                let (q, dq) = by_state.split_at_mut(n);
+                stepper.step_back(
+                    &model,
+                    &mut tape,
+                    &of_step(&tau, n, step),
+                    &external(step),
+                    [q, dq],
+                    &mut sum,
+                );
+                assert_close("torques", &of_step(&gradient.tau, n, step), &sum.tau, TOLERANCE);
+                let by_force: Vec<f64> = sum.external.iter().flatten().flatten().copied().collect();
+                assert_close("forces", &of_step(&gradient.forces, 6, step), &by_force, TOLERANCE);
+            }
+            assert_close("initial", &gradient.initial[2 * n * arm..][..2 * n], &by_state, TOLERANCE);
+        }
+        let flat = |bodies: &[[f64; 10]]| bodies.iter().flatten().copied().collect::<Vec<f64>>();
+        assert_close("inertias", &flat(&gradient.inertias), &flat(&sum.inertias), TOLERANCE);
+        assert_close("armature", &gradient.armature, &sum.armature, TOLERANCE);
+        assert_close("damping", &gradient.damping, &sum.damping, TOLERANCE);
+    }
+}
+
+#[test]
+fn rollouts_are_the_same_bytes_on_any_number_of_threads() {
+    let (model, frame, [initial, tau, forces, states, weights]) = many();
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces };
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let rollouts = rollouts(&model, frame, Isa::detect(), Integrator::SemiImplicitEuler);
+            let mut states = states.clone();
+            rollouts.run(&inputs, &mut states);
+            let gradient = rollouts.pull_back(&inputs, &states, &weights);
+            (states, gradient)
+        })
+    };
+    let one = on(1);
+    assert!(one.0.iter().any(|x| *x != 0.0) && one.1.tau.iter().any(|x| *x != 0.0));
+    assert!(one == on(2) && one == on(4));
 }
