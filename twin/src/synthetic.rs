@@ -126,9 +126,13 @@ pub fn synthesise(
         if i % JACOBIAN_EVERY == 0 {
             jacobian = plant.tip_per_stroke().unwrap_or(jacobian);
         }
-        if let Some(why) = overloaded(twin, plant.state())
-            .or_else(|| jump((&before.0, &now), (before.1, step.tip), &jacobian, length))
-        {
+        let jumps =
+            |jacobian: &[Vec<f64>; 3]| jump((&before.0, &now), (before.1, step.tip), jacobian, length);
+        // A Jacobian from before the tendons slid says that their strokes move nothing.
+        if jumps(&jacobian).is_some() {
+            jacobian = plant.tip_per_stroke().unwrap_or(jacobian);
+        }
+        if let Some(why) = overloaded(twin, plant.state()).or_else(|| jumps(&jacobian)) {
             return Ok(Outcome::Dropped(i, why));
         }
         columns.push(drive.time(i), &now, plant.state(), &jacobian, &step);

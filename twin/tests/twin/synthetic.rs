@@ -210,6 +210,45 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     }
 }
 
+/// A twin whose tendons stick in its first sample: their strokes move nothing, its Jacobian says.
+struct Sticking<'a> {
+    bare: Bare<'a>,
+    n_asked: usize,
+}
+
+impl Plant for Sticking<'_> {
+    fn step(&mut self, primary: &[f64]) -> hysteron_twin::Result<PlantStep> {
+        self.bare.step(primary)
+    }
+
+    fn state(&self) -> &TwinState {
+        self.bare.state()
+    }
+
+    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
+        self.n_asked += 1;
+        let free = self.bare.tip_per_stroke();
+        if self.n_asked > 1 { free } else { Some([0; 3].map(|_| vec![0.0; 4])) }
+    }
+}
+
+#[test]
+fn tendons_that_begin_to_slide_are_no_jump() {
+    let twin = pretensioned();
+    // Bending by a stroke of a tendon at a distance r from the axis moves the tip of a body of length L by L / (2 r) of
+    // it: a stroke of 2 r / 100 takes it a hundredth of L. Twice that is beyond doubt.
+    let stroke = 0.04 * scenes::TENDON_RADIUS;
+    let commands = commands(20, |i| [1.0, 0.0, -1.0, 0.0].map(|part| stroke * part * i as f64));
+    let mut plant = Sticking { bare: Bare::new(&twin), n_asked: 0 };
+    let mut drive = Recorded::new(&twin, &commands).expect("strokes of this robot");
+    let found =
+        synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome");
+    let Outcome::Made(found) = found else { panic!("{found:?}") };
+    let x = found.tip().expect("a tip")[0];
+    assert!((x[1] - x[0]).abs() > 0.01 * twin.cables.longest(), "no test: {} after {}", x[1], x[0]);
+    assert!(plant.n_asked == 3, "taken anew once, {} times in all", plant.n_asked);
+}
+
 /// A tip that is steered to one place, for as long as it takes.
 struct Held<'a>(Steering<'a>);
 
