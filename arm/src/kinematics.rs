@@ -175,3 +175,13 @@ fn fill_columns<T: Scalar>(
         next = model.joints[joint].parent;
     }
 }
+
+/// The arm at `q` as lines from point to point [m]: from joint to joint, and from the joints to the frames that they carry.
+pub fn skeleton(model: &Model, data: &mut Data<f64>, q: &[f64]) -> Vec<[[f64; 3]; 2]> {
+    forward_kinematics(model, data, q);
+    let at = |body: Option<usize>| body.map_or([0.0; 3], |body| data.bodies[body].position);
+    let joints = model.joints.iter().enumerate().map(|(k, joint)| [at(joint.parent), at(Some(k))]);
+    let frames =
+        (0..model.frames.len()).map(|k| [at(model.frames[k].joint), frame_pose(model, data, k).position]);
+    joints.chain(frames).filter(|[from, to]| from != to).collect()
+}

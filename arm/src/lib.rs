@@ -41,6 +41,7 @@ pub use energy::{centre_of_mass, kinetic_energy, momentum, potential_energy};
 pub use external::ExternalForce;
 pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
+    skeleton,
 };
 pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
 pub use recorded::{Quantity, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};

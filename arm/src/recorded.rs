@@ -94,10 +94,9 @@ impl Columns {
         }
     }
 
-    fn recording(self, of: &Recording, model: &Model, source: &str) -> Result<Recording, BadInput> {
+    fn recording(self, of: &Recording, model: &Model, mut meta: Metadata) -> Result<Recording, BadInput> {
         let channels =
             self.names.into_iter().zip(self.values).map(|(name, values)| Channel::new(name, values));
-        let mut meta = Metadata { source: source.to_owned(), ..Metadata::default() };
         let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
         meta.extra.insert("robot".to_owned(), model.name.clone());
         meta.extra.insert("joint_names".to_owned(), joints.join(", "));
@@ -108,12 +107,17 @@ impl Columns {
 /// For every row of states: mass matrix, Coriolis torque, gravity, torque or acceleration, pose and Jacobian of a frame,
 /// energies.
 ///
-/// `states` has coordinates and speeds of all joints, and accelerations (for inverse dynamics) or torques (for forward
+/// `meta` says who made it; the robot and its joints are added. `states` has coordinates and speeds of all joints, and accelerations (for inverse dynamics) or torques (for forward
 /// dynamics).
 ///
 /// # Errors
 /// `BadInput` naming the channel that is missing, or the row whose result is not finite.
-pub fn dynamics_of_rows(model: &Model, states: &Recording, frame: usize) -> Result<Recording, BadInput> {
+pub fn dynamics_of_rows(
+    model: &Model,
+    states: &Recording,
+    frame: usize,
+    meta: Metadata,
+) -> Result<Recording, BadInput> {
     let n = model.n_joints();
     let (q, dq) = (needed(model, states, Quantity::Position)?, needed(model, states, Quantity::Velocity)?);
     let accelerations = joint_rows(model, states, Quantity::Acceleration)?;
@@ -156,7 +160,7 @@ pub fn dynamics_of_rows(model: &Model, states: &Recording, frame: usize) -> Resu
         }
         columns.push(&row);
     }
-    columns.recording(states, model, "rigid-body dynamics")
+    columns.recording(states, model, meta)
 }
 
 /// Names of the columns of [`dynamics_of_rows`].
@@ -196,7 +200,7 @@ fn table(model: &Model, is_inverse: bool) -> Columns {
 }
 
 /// Motion from rest at `start` [rad or m] under recorded torques, each of which holds until the next row; dry friction,
-/// damping and ends of ranges are those of the model.
+/// damping and ends of ranges are those of the model. `meta` says who made it; the robot and its joints are added.
 ///
 /// # Errors
 /// `BadInput` for a missing channel, a start that has not n finite numbers, or a motion that is not finite any more.
@@ -205,6 +209,7 @@ pub fn motion_under_torques(
     torques: &Recording,
     start: &[f64],
     substeps: usize,
+    meta: Metadata,
 ) -> Result<Recording, BadInput> {
     let n = model.n_joints();
     if start.len() != n || start.iter().any(|q| !q.is_finite()) {
@@ -239,5 +244,5 @@ pub fn motion_under_torques(
                 .hint("more substeps, or smaller torques"));
         }
     }
-    columns.recording(torques, model, "rigid-body simulation")
+    columns.recording(torques, model, meta)
 }

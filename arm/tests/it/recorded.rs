@@ -40,7 +40,7 @@ fn a_table_holds_what_the_reference_holds() {
     {
         let (model, states) = states(given);
         let frame = model.frame(&reference.tip_frame).unwrap();
-        let table = dynamics_of_rows(&model, &states, frame).unwrap();
+        let table = dynamics_of_rows(&model, &states, frame, Metadata::default()).unwrap();
         let rows = joint_rows(&model, &table, result).unwrap().unwrap();
         for (s, (state, row)) in reference.states.iter().zip(rows.chunks(9)).enumerate() {
             let expected =
@@ -75,7 +75,7 @@ fn states_that_do_not_fit_are_refused() {
         (without("tau_"), "neither"),
         (with("q_10_m"), "9 joints, as \"panda\" has"),
     ] {
-        let error = dynamics_of_rows(&model, &states, 0).unwrap_err().to_string();
+        let error = dynamics_of_rows(&model, &states, 0, Metadata::default()).unwrap_err().to_string();
         assert!(error.contains(expected), "{expected}: {error}");
     }
 }
@@ -88,10 +88,10 @@ fn a_motion_under_the_torques_of_gravity_stays_at_rest() {
     gravity_torque(&model, &mut Data::new(&model, 0.0), &start, &mut weight);
     let channels = (0..3).map(|j| (channel_name(&model, Quantity::Torque, j), vec![weight[j]; 50])).collect();
     let torques = recording(channels);
-    let motion = motion_under_torques(&model, &torques, &start, 4).unwrap();
+    let motion = motion_under_torques(&model, &torques, &start, 4, Metadata::default()).unwrap();
     let q = joint_rows(&model, &motion, Quantity::Position).unwrap().unwrap();
     // An equilibrium that is unstable: rounding grows, little in half a second.
     assert_close("coordinates", &q[3 * 49..], &start, 1e-9);
-    assert!(motion_under_torques(&model, &torques, &start[..2], 4).is_err());
-    assert!(motion_under_torques(&model, &torques, &[0.0, f64::NAN, 0.0], 4).is_err());
+    assert!(motion_under_torques(&model, &torques, &start[..2], 4, Metadata::default()).is_err());
+    assert!(motion_under_torques(&model, &torques, &[0.0, f64::NAN, 0.0], 4, Metadata::default()).is_err());
 }

@@ -37,8 +37,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = super::model(&arguments.model)?;
     let frame = super::frame(&model, arguments.frame.as_deref())?;
     let states = Recording::read(&arguments.states)?;
-    let results =
-        dynamics_of_rows(&model, &states, frame).map_err(|bad| bad.within(arguments.states.display()))?;
+    let outputs = super::reads(&arguments.model).and([&arguments.states]).file("--out", &arguments.out);
+    let _claim = outputs.check()?;
+    let results = dynamics_of_rows(&model, &states, frame, super::meta("rigid-body dynamics"))
+        .map_err(|bad| bad.within(arguments.states.display()))?;
     results.write(&arguments.out)?;
     say(format_args!("{} rows: {}", results.n_samples(), arguments.out.display()));
     Ok(())

@@ -7,6 +7,10 @@ mod simulate;
 use std::path::Path;
 
 use hysteron_arm::Model;
+use hysteron_base::Metadata;
+
+use crate::outputs::Outputs;
+use crate::terminal;
 
 const HELP: &str = "\
 MODEL is a file of URDF or MJCF, or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
@@ -54,6 +58,21 @@ fn model(text: &str) -> anyhow::Result<Model> {
         return Ok(Model::builtin(text)?);
     }
     Ok(Model::read(Path::new(text))?)
+}
+
+/// What a verb reads of a robot: its file, if it is not built in.
+fn reads(text: &str) -> Outputs {
+    Outputs::reading(Some(text).filter(|text| Path::new(text).exists()))
+}
+
+/// Who makes a recording, and what it is.
+fn meta(source: &str) -> Metadata {
+    Metadata {
+        source: source.to_owned(),
+        commit: env!("HYSTERON_COMMIT").to_owned(),
+        command: terminal::command_line(),
+        ..Metadata::default()
+    }
 }
 
 /// The frame called `name`, or the last one.

@@ -5,13 +5,19 @@ use std::path::PathBuf;
 use hysteron_arm::motion_under_torques;
 use hysteron_base::Recording;
 
+use crate::figures;
 use crate::terminal::say;
 
 const HELP: &str = "\
 Needs a recording (.csv or .parquet) with time_s and tau_1_n_m, … of every joint (tau_k_n where it slides). Each torque holds until \
 the next row. Damping, dry friction, armature and ranges are those of the robot's file.
 
-Writes a recording: torques, q_1_rad, …, dq_1_rad_s, …, and energies.
+Writes a recording: torques, q_1_rad, …, dq_1_rad_s, …, and energies; and with --figures joints, torques and what they are spent \
+on, energies, and the arm at several times.
+
+Example, from the root of the repository:
+  hysteron arm simulate three-link --torques arm/tests/data/torques.csv --start 0.3,-0.4,0.5 \\
+      --out out/arm/motion.csv --figures out/arm
 
 Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
 
@@ -33,17 +39,34 @@ pub struct Arguments {
     /// Equal parts of the time between two rows
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u16).range(1..=1000))]
     substeps: u16,
+    /// Folder for figures, report.html and metrics.json
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[arg(long, requires = "figures")]
+    png: bool,
 }
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = super::model(&arguments.model)?;
     let torques = Recording::read(&arguments.torques)?;
+    let outputs = super::reads(&arguments.model).and([&arguments.torques]).file("--out", &arguments.out);
+    let _claim = outputs.report("--figures", arguments.figures.as_deref()).check()?;
     let start =
         if arguments.start.is_empty() { vec![0.0; model.n_joints()] } else { arguments.start.clone() };
-    let motion = motion_under_torques(&model, &torques, &start, usize::from(arguments.substeps))
-        .map_err(|bad| bad.within(arguments.torques.display()))?;
+    let motion = motion_under_torques(
+        &model,
+        &torques,
+        &start,
+        usize::from(arguments.substeps),
+        super::meta("rigid-body simulation"),
+    )
+    .map_err(|bad| bad.within(arguments.torques.display()))?;
     motion.write(&arguments.out)?;
+    if let Some(folder) = &arguments.figures {
+        figures::arm::write(folder, &model, &motion, arguments.png)?;
+    }
     say(format_args!("{} rows: {}", motion.n_samples(), arguments.out.display()));
     Ok(())
 }

@@ -3,6 +3,7 @@
 //! From the bottom up, each file knowing only those before it: `axis`, `sheet`, `simplify` (the look); `figure` (tiles,
 //! files); `lines`, `series` (panels over time); `report` (pages); then a file for each kind of report.
 
+pub mod arm;
 mod axis;
 pub mod commands;
 pub mod coverage;

@@ -10,6 +10,9 @@ use serde::Serialize;
 use crate::inputs::Input;
 use crate::terminal;
 
+/// Part of the samples in which a network may guess before a user is warned [-].
+const GUESSED: f64 = 0.2;
+
 /// One trajectory.
 #[derive(Debug, Serialize)]
 pub struct Row {
@@ -174,8 +177,15 @@ impl Card {
         ))
     }
 
-    /// Says what there is.
+    /// Says what there is, and what it may be worth.
     pub fn print(&self) {
+        if self.extrapolating > GUESSED {
+            tracing::warn!(
+                "in {:.0} % of the samples the network is outside its training range, and guesses (hint: smaller amplitudes, or \
+                 a calibration from recordings that go as far)",
+                100.0 * self.extrapolating
+            );
+        }
         terminal::say(format_args!(
             "{} trajectories, {} samples; {} left out; network outside its training range in {:.1} % of the samples",
             self.made,

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+mod arm;
 mod bad_input;
 mod command;
 mod documents;
