@@ -22,12 +22,16 @@ fn the_commands_of_its_page_work_as_typed() {
     let place = place();
     let page = std::fs::read_to_string(root().join("docs/arm.md")).unwrap();
     let commands = page.lines().filter_map(|line| line.strip_prefix("    cargo run --release -- "));
-    let n_run = commands
-        .map(|line| run(place.path(), &line.split_whitespace().collect::<Vec<_>>()).succeeded())
-        .count();
+    let mut n_run = 0;
+    for line in commands {
+        run(place.path(), &line.split_whitespace().collect::<Vec<_>>()).succeeded();
+        n_run += 1;
+    }
     assert_eq!(n_run, 4);
     let report = std::fs::read_to_string(place.path().join("out/arm/report.html")).unwrap();
-    for part in ["Motion of three_link", "Torques", "Energies", "Coriolis", "hysteron arm simulate three-link"] {
+    for part in
+        ["Motion of three_link", "Torques", "Energies", "Coriolis", "hysteron arm simulate three-link"]
+    {
         assert!(report.contains(part), "no {part:?}");
     }
     let metrics = std::fs::read(place.path().join("out/arm/metrics.json")).unwrap();
@@ -54,6 +58,9 @@ fn no_input_is_written_over_and_no_result_of_another_command() {
     assert_eq!(std::fs::read(place.path().join("motion.csv")).unwrap(), motion);
     simulate(&["--out", "motion.csv", "--start", "0.1,0,0", "--overwrite"]).succeeded();
     assert_ne!(std::fs::read(place.path().join("motion.csv")).unwrap(), motion);
-    let error = run(place.path(), &["arm", "dynamics", "three-link", "--states", "motion.csv", "--out", "motion.csv"]);
+    let error = run(
+        place.path(),
+        &["arm", "dynamics", "three-link", "--states", "motion.csv", "--out", "motion.csv"],
+    );
     assert!(error.error(2).contains("--out: expected another file than the input"), "{:?}", error.stderr);
 }
