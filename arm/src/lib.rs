@@ -44,7 +44,7 @@ pub use kinematics::{
     skeleton,
 };
 pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
-pub use recorded::{Quantity, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};
+pub use recorded::{Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};
 pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
 pub use rollouts::{RolloutGradient, RolloutInputs, Rollouts};

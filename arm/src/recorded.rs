@@ -6,8 +6,9 @@
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
 use crate::{
-    Data, JointKind, Model, Simulator, Stops, coriolis_torque, forward_dynamics, frame_jacobian, frame_pose,
-    gravity_torque, inverse_dynamics, kinetic_energy, mass_matrix, potential_energy,
+    Data, JointKind, Model, Simulator, Stops, coriolis_torque, forward_dynamics,
+    forward_dynamics_derivatives, frame_jacobian, frame_pose, gravity_torque, inverse_dynamics,
+    inverse_dynamics_derivatives, kinetic_energy, mass_matrix, potential_energy,
 };
 
 /// A quantity that every joint has.
@@ -104,6 +105,15 @@ impl Columns {
     }
 }
 
+/// What [`dynamics_of_rows`] gives besides torques or accelerations.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted {
+    /// Frame whose position and Jacobian are wanted, by its number in [`Model::frames`].
+    pub frame: usize,
+    /// All derivatives too: of the torques by q and q̇ (M is that by q̈), or of the accelerations by q, q̇ and τ.
+    pub derivatives: bool,
+}
+
 /// For every row of states: mass matrix, Coriolis torque, gravity, torque or acceleration, pose and Jacobian of a frame,
 /// energies.
 ///
@@ -115,7 +125,7 @@ impl Columns {
 pub fn dynamics_of_rows(
     model: &Model,
     states: &Recording,
-    frame: usize,
+    Wanted { frame, derivatives }: Wanted,
     meta: Metadata,
 ) -> Result<Recording, BadInput> {
     let n = model.n_joints();
@@ -131,9 +141,10 @@ pub fn dynamics_of_rows(
             return Err(BadInput::new("states", expected, found));
         }
     };
-    let mut columns = table(model, is_inverse);
+    let mut columns = table(model, is_inverse, derivatives);
     let mut data = Data::new(model, 0.0);
     let (mut mass, mut jacobian) = (vec![0.0; n * n], vec![0.0; 6 * n]);
+    let [mut by_q, mut by_dq, mut by_given] = [0; 3].map(|_| vec![0.0; n * n]);
     let [mut result, mut coriolis, mut gravity] = [0; 3].map(|_| vec![0.0; n]);
     let mut row = Vec::with_capacity(columns.names.len());
     for (s, ((q, dq), given)) in q.chunks(n).zip(dq.chunks(n)).zip(given.chunks(n)).enumerate() {
@@ -153,6 +164,16 @@ pub fn dynamics_of_rows(
         }
         row.push(kinetic_energy(model, &mut data, q, dq));
         row.push(potential_energy(model, &mut data, q));
+        if derivatives {
+            let by = [&mut by_q[..], &mut by_dq, &mut by_given];
+            if is_inverse {
+                inverse_dynamics_derivatives(model, &mut data, [q, dq, given], &[], by);
+                row.extend([&by_q, &by_dq].into_iter().flatten());
+            } else {
+                forward_dynamics_derivatives(model, &mut data, [q, dq, given], &[], &mut result, by);
+                row.extend([&by_q, &by_dq, &by_given].into_iter().flatten());
+            }
+        }
         if let Some(at) = row.iter().position(|x| !x.is_finite()) {
             let place = format!("row {}: {}", s + 1, columns.names[at]);
             return Err(BadInput::new(place, "a finite result", row[at].to_string())
@@ -164,7 +185,7 @@ pub fn dynamics_of_rows(
 }
 
 /// Names of the columns of [`dynamics_of_rows`].
-fn table(model: &Model, is_inverse: bool) -> Columns {
+fn table(model: &Model, is_inverse: bool, derivatives: bool) -> Columns {
     let n = model.n_joints();
     let kind = |joint: usize| model.joints[joint].kind;
     let (given, result) = match is_inverse {
@@ -196,7 +217,27 @@ fn table(model: &Model, is_inverse: bool) -> Columns {
         names.extend((0..n).map(|joint| format!("jacobian_{what}_{}_{}", joint + 1, unit(joint))));
     }
     names.extend(["kinetic_energy_j", "potential_energy_j"].map(str::to_owned));
+    if derivatives {
+        names.extend(derivative_names(model, is_inverse));
+    }
     Columns { values: vec![Vec::new(); names.len()], names }
+}
+
+/// As `tau_1_by_q_2_n_m_per_rad`: what the torque of joint 1 gains by the coordinate of joint 2.
+fn derivative_names(model: &Model, is_inverse: bool) -> Vec<String> {
+    let n = model.n_joints();
+    let coordinate = |joint: usize| Quantity::Position.spelled(model.joints[joint].kind)[1];
+    let torque = |joint: usize| torque_unit(model.joints[joint].kind);
+    let name = |by: &str, i: usize, j: usize| match (is_inverse, by) {
+        (true, "q") => format!("tau_{}_by_q_{}_{}_per_{}", i + 1, j + 1, torque(i), coordinate(j)),
+        (true, _) => format!("tau_{}_by_dq_{}_{}_s_per_{}", i + 1, j + 1, torque(i), coordinate(j)),
+        (false, "q") => format!("ddq_{}_by_q_{}_{}_s2_per_{}", i + 1, j + 1, coordinate(i), coordinate(j)),
+        (false, "dq") => format!("ddq_{}_by_dq_{}_{}_s_per_{}", i + 1, j + 1, coordinate(i), coordinate(j)),
+        (false, _) => format!("ddq_{}_by_tau_{}_{}_s2_per_{}", i + 1, j + 1, coordinate(i), torque(j)),
+    };
+    let by: &[&str] = if is_inverse { &["q", "dq"] } else { &["q", "dq", "tau"] };
+    let pairs = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    by.iter().flat_map(|by| pairs().map(|(i, j)| name(by, i, j))).collect()
 }
 
 /// Motion from rest at `start` [rad or m] under recorded torques, each of which holds until the next row; dry friction,

@@ -122,4 +122,15 @@ proptest! {
         text.replace_range(from..to, &with);
         let _ = Model::from_urdf(&text, "r.urdf");
     }
+
+    /// The same of MJCF.
+    #[test]
+    fn no_text_makes_the_reader_of_mjcf_panic(from in 0_usize..4000, length in 0_usize..60, with in "[ -~]{0,12}") {
+        let mut text = crate::models::MJCF.to_owned();
+        let from = from % text.len();
+        let to = (from + length).min(text.len());
+        prop_assume!(text.is_char_boundary(from) && text.is_char_boundary(to));
+        text.replace_range(from..to, &with);
+        let _ = Model::from_text(&text, "r.xml");
+    }
 }

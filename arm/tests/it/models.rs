@@ -89,7 +89,7 @@ fn wrist_has_the_published_potential() {
 }
 
 /// The three-link arm as MJCF, with what URDF cannot say.
-const MJCF: &str = r#"<?xml version="1.0"?>
+pub const MJCF: &str = r#"<?xml version="1.0"?>
 <!-- an arm -->
 <mujoco model="three_link">
   <compiler angle="degree" autolimits="true"/>

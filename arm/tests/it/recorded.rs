@@ -40,7 +40,9 @@ fn a_table_holds_what_the_reference_holds() {
     {
         let (model, states) = states(given);
         let frame = model.frame(&reference.tip_frame).unwrap();
-        let table = dynamics_of_rows(&model, &states, frame, Metadata::default()).unwrap();
+        let table =
+            dynamics_of_rows(&model, &states, Wanted { frame, derivatives: true }, Metadata::default())
+                .unwrap();
         let rows = joint_rows(&model, &table, result).unwrap().unwrap();
         for (s, (state, row)) in reference.states.iter().zip(rows.chunks(9)).enumerate() {
             let expected =
@@ -54,6 +56,28 @@ fn a_table_holds_what_the_reference_holds() {
             assert!((speed - state.tip_jacobian_world_aligned[1][3]).abs() < 1e-9);
         }
         assert_eq!(table.meta().extra["joint_names"].split(", ").count(), 9);
+        if result == Quantity::Acceleration {
+            for (s, state) in reference.states.iter().enumerate() {
+                // A joint that turns by one that slides, and the other way round; the whole of it is tested with the algorithms.
+                for (name, expected) in [
+                    ("ddq_2_by_q_8_rad_s2_per_m", state.d_fd_dq[1][7]),
+                    ("ddq_8_by_dq_2_m_s_per_rad", state.d_fd_dv[7][1]),
+                    ("ddq_9_by_tau_1_m_s2_per_n_m", state.d_fd_dtau[8][0]),
+                ] {
+                    assert_close(name, &[table.require(name).unwrap()[s]], &[expected], 1e-9);
+                }
+            }
+        } else {
+            for (s, state) in reference.states.iter().enumerate() {
+                // The reference's derivatives are at the accelerations of forward dynamics, and those by q̇ do not depend on them.
+                let slope = table.require("tau_8_by_dq_1_n_s_per_rad").unwrap()[s];
+                assert_close("tau_8_by_dq_1", &[slope], &[state.d_id_dv[7][0]], 1e-9);
+            }
+            assert!(
+                table.require("tau_8_by_q_1_n_per_rad").is_ok()
+                    && table.require("ddq_1_by_q_1_rad_s2_per_rad").is_err()
+            );
+        }
     }
 }
 
@@ -75,7 +99,10 @@ fn states_that_do_not_fit_are_refused() {
         (without("tau_"), "neither"),
         (with("q_10_m"), "9 joints, as \"panda\" has"),
     ] {
-        let error = dynamics_of_rows(&model, &states, 0, Metadata::default()).unwrap_err().to_string();
+        let error =
+            dynamics_of_rows(&model, &states, Wanted { frame: 0, derivatives: false }, Metadata::default())
+                .unwrap_err()
+                .to_string();
         assert!(error.contains(expected), "{expected}: {error}");
     }
 }

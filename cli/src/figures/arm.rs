@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_arm::{Data, JointKind, Model, Quantity, channel_name, dynamics_of_rows, joint_rows, skeleton};
+use hysteron_arm::{
+    Data, JointKind, Model, Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, skeleton,
+};
 use hysteron_base::{Metadata, Recording};
 use plotters::prelude::*;
 use serde_json::json;
@@ -99,7 +101,8 @@ fn joints(model: &Model, motion: &Recording) -> anyhow::Result<TimeChart> {
 }
 
 fn torques(model: &Model, motion: &Recording) -> anyhow::Result<TimeChart> {
-    let parts = dynamics_of_rows(model, motion, 0, Metadata::default())?;
+    let parts =
+        dynamics_of_rows(model, motion, Wanted { frame: 0, derivatives: false }, Metadata::default())?;
     let panel = |(k, joint): (usize, &hysteron_arm::Joint)| {
         let unit = if joint.kind == JointKind::Revolute { ["n_m", "N m"] } else { ["n", "N"] };
         let applied = motion.require(&channel_name(model, Quantity::Torque, k))?;

@@ -240,6 +240,14 @@ fn check_sampling(trajectory: &Trajectory) -> Check<()> {
         let expected = format!("below half of rate_hz = {rate_hz:?}");
         return Err(BadInput::new(place, expected, format!("{:?}", motion.frequency)));
     }
+    if let Family::Rose { swings } = motion.family
+        && motion.frequency * swings >= 0.5 * rate_hz
+    {
+        let place = format!("trajectory.{name}.swings");
+        let most = 0.5 * rate_hz / motion.frequency;
+        let expected = format!("below {most:.1}, so that a sample shows less than half of a swing");
+        return Err(BadInput::new(place, expected, format!("{swings:?}")));
+    }
     let n = trajectory.duration() * rate_hz;
     if n.is_nan() || n >= MOST_SAMPLES {
         let (place, expected) =

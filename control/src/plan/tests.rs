@@ -131,6 +131,13 @@ fn what_is_no_trajectory_names_its_key() {
         let error = Plan::from_toml(&without_aspect(family), "").unwrap_err();
         assert_eq!(error.bad_input().unwrap().place, format!(": trajectory.one.{key}"));
     }
+    // Half a swing in a sample: 0.2 Hz times 125, at 50 Hz. Of the tip, whose speed no limit of the strokes bounds.
+    for swings in ["125", "1e308"] {
+        let rose =
+            EXAMPLE.replace("\"ellipse\"", "\"rose\"").replace("aspect = 0.5", &format!("swings = {swings}"));
+        let error = Plan::from_toml(&rose.replace("seed = 3", "seed = 3\nspace = \"tip\""), "").unwrap_err();
+        assert_eq!(error.bad_input().unwrap().place, ": trajectory.one.swings", "{error}");
+    }
     let twice = format!("{EXAMPLE}{}", &EXAMPLE[EXAMPLE.find("[[").unwrap()..]);
     let error = Plan::from_toml(&twice, "plan.toml").unwrap_err();
     assert_eq!(error.bad_input().unwrap().found, "\"one\" again");
