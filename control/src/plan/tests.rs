@@ -135,7 +135,8 @@ fn what_is_no_trajectory_names_its_key() {
     for swings in ["125", "1e308"] {
         let rose =
             EXAMPLE.replace("\"ellipse\"", "\"rose\"").replace("aspect = 0.5", &format!("swings = {swings}"));
-        let error = Plan::from_toml(&rose.replace("seed = 3", "seed = 3\nspace = \"tip\""), "").unwrap_err();
+        let error =
+            Plan::from_toml(&rose.replace("co_contraction_mm = 0.5", "space = \"tip\""), "").unwrap_err();
         assert_eq!(error.bad_input().unwrap().place, ": trajectory.one.swings", "{error}");
     }
     let twice = format!("{EXAMPLE}{}", &EXAMPLE[EXAMPLE.find("[[").unwrap()..]);
