@@ -56,7 +56,7 @@ impl Default for StatefulOptions {
                 hidden: 128,
                 layers: 1,
                 epochs: 30,
-                patience: 20,
+                patience: 40,
                 piece: 200,
                 learning_rate: 2e-3,
                 input_noise: 0.3,
