@@ -166,8 +166,16 @@ fn read_flags(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Chec
     read_numbers(reader, i, name)?.into_iter().enumerate().map(flag).collect()
 }
 
-/// All values of column `i`, from every row group; there must be one in every row.
+/// A whole column. `parquet` asserts what the pages of a damaged file do not keep.
 fn read_column<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
+    let pages = || read_pages::<T>(reader, i, name);
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(pages)).unwrap_or_else(|_| {
+        Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
+    })
+}
+
+/// All values of column `i`, from every row group; there must be one in every row.
+fn read_pages<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
     let bad = |e: ParquetError| damaged(&e).within(name);
     let column = reader.metadata().file_metadata().schema_descr().column(i);
     if column.max_rep_level() != 0 || column.max_def_level() > 1 {
