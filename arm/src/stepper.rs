@@ -108,11 +108,8 @@ impl<T: Scalar> Stepper<T> {
         external: &[ExternalForce<T>],
         tape: &mut Vec<T>,
     ) {
-        for _ in 0..self.substeps {
-            tape.extend_from_slice(q);
-            tape.extend_from_slice(dq);
-            self.substep(model, [&mut *q, &mut *dq], tau, external);
-        }
+        self.retrace(model, [&mut *q, &mut *dq], tau, external, tape);
+        self.substep(model, [q, dq], tau, external);
     }
 
     /// Appends to `tape` what [`Self::step`] would append, from the state `q`, `dq` before the step, which is left as it is

@@ -170,8 +170,6 @@ impl<'a> System<'a> {
 
 #[cfg(test)]
 mod tests {
-    use hysteron_base::Friction;
-
     use crate::{Stepper, Target, Twin, TwinState, scenes};
 
     /// One per cent of the largest entry.
@@ -243,16 +241,7 @@ mod tests {
     fn where_friction_sticks_derivatives_are_those_of_what_sticks() {
         let (mut scene, mesh) = scenes::robot();
         scene.tendons.iter_mut().for_each(|tendon| tendon.compliance = 2e-4);
-        scene.friction = Some(Friction {
-            // Beyond all tensions: every point sticks. One at its bound slips one way only, and has two derivatives.
-            coefficient: 0.0,
-            coulomb: 200.0,
-            points: 4,
-            sheath_exponent: 0.0,
-            sheath_coulomb: 0.0,
-            sheath_compliance_share: 0.5,
-            backlash: 0.0,
-        });
+        scene.friction = Some(scenes::STUCK);
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
         let (mut stepper, state, strokes) = fifty_steps(&twin, [3e-3, 1e-3, -2e-3, 1e-3], 3e-5);
         let mut ahead = state.clone();

@@ -11,6 +11,17 @@ pub const LENGTH: f64 = 0.04;
 pub const OUTER: f64 = 0.006;
 pub const TENDON_RADIUS: f64 = 0.0045;
 
+/// Beyond all tensions: every point sticks. One at its bound slips one way only, and has two derivatives.
+pub const STUCK: Friction = Friction {
+    coefficient: 0.0,
+    coulomb: 200.0,
+    points: 4,
+    sheath_exponent: 0.0,
+    sheath_coulomb: 0.0,
+    sheath_compliance_share: 0.5,
+    backlash: 0.0,
+};
+
 /// A soft tube of 40 mm with four tendons, about 240 nodes.
 pub fn robot() -> (Scene, Mesh) {
     robot_with(Law::Corotational, Order::Linear, 12)

@@ -1,6 +1,6 @@
 //! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
 
-use hysteron_base::{Channel, Friction, Metadata, Recording};
+use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_twin::residual::{FollowLimits, Steering};
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
 use hysteron_twin::{Bare, Plant, PlantStep, Stepper, Twin, TwinState, settle};
@@ -66,16 +66,7 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
         tendon.compliance = 2e-4;
     }
     let smooth = (scene.clone(), mesh.clone());
-    scene.friction = Some(Friction {
-        // Beyond all tensions: every point sticks. One at its bound slips one way only, and has two derivatives.
-        coefficient: 0.0,
-        coulomb: 200.0,
-        points: 4,
-        sheath_exponent: 0.0,
-        sheath_coulomb: 0.0,
-        sheath_compliance_share: 0.5,
-        backlash: 0.0,
-    });
+    scene.friction = Some(scenes::STUCK);
     let (mut rough, mut smooth) = (Robot::new(&(scene, mesh)), Robot::new(&smooth));
     // Pulled, and all let go by so little that every point sticks.
     let back = [2.97e-3, 0.97e-3, -2e-3, 0.97e-3];
