@@ -58,6 +58,12 @@ impl std::fmt::Display for Cause {
 /// Result of a function in `twin`.
 pub type Result<T> = std::result::Result<T, Error>;
 
+impl hysteron_fit::Failure for Error {
+    fn is_local(&self) -> bool {
+        matches!(self, Self::NoEquilibrium { .. })
+    }
+}
+
 impl Error {
     /// The bad input behind this error, if that is what it is.
     pub fn bad_input(&self) -> Option<&BadInput> {

@@ -4,12 +4,10 @@
 //! r + J δ, with what is believed of the parameters as rows of their own.
 
 use hysteron_base::{Friction, Scene};
+use hysteron_fit::{Fit, Options, Parameter, Problem, Spread, Standing, TOLERANCE, correction, prior_rows};
 
 use super::comparison::Comparison;
-use super::least_squares::{Fit, Options, Parameter, TOLERANCE};
 use super::quantity::{QUANTITIES, Quantity, Selected, Wanted, along_axes, select, stem};
-use super::search::{Problem, prior_rows};
-use super::uncertainty::{self, Spread, Standing};
 use crate::Result;
 
 /// An assumption that would explain errors.
@@ -160,7 +158,7 @@ impl<'a> Minimum<'a> {
         // What is believed of the fitted ones is counted from where they are: the minimum balances both.
         let data = residuals.len();
         residuals.resize(n.max(data), 0.0);
-        if let Some(change) = uncertainty::correction(&self.columns, &residuals) {
+        if let Some(change) = correction(&self.columns, &residuals) {
             for (column, change) in self.columns.iter().zip(change) {
                 residuals.iter_mut().zip(column).for_each(|(r, c)| *r += change * c);
             }
@@ -194,7 +192,7 @@ impl<'a> Minimum<'a> {
         let mut residuals = self.series.concat();
         residuals.extend(zeros(rows_before));
         residuals.extend(off);
-        let Some(mut change) = uncertainty::correction(&all, &residuals) else {
+        let Some(mut change) = correction(&all, &residuals) else {
             return Ok((f64::INFINITY, String::new()));
         };
         let mut words = Vec::new();

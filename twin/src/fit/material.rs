@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hysteron_base::Scene;
 use hysteron_fem::Mesh;
+use hysteron_fit::{
+    Estimate, Fit, Options, Parameter, Prior, Standing, TOLERANCE, least_squares, minimum, polished,
+};
 
 use super::comparison::{Comparison, check_axes};
 use super::course::{Course, Stepping, courses};
 use super::hints::{Hint, hints, steepest};
-use super::least_squares::{Fit, Options, Parameter, Prior, TOLERANCE, least_squares};
 use super::quantity::Selected;
-use super::search::{minimum, polished};
-use super::uncertainty::{Estimate, Standing};
 use crate::motion::Motion;
 use crate::{Result, Twin};
 

@@ -2,8 +2,8 @@
 
 use hysteron_base::{BadInput, Bounds, Friction, Scene, Tendon};
 
-use super::least_squares::{Parameter, Prior, Scale};
 use crate::Result;
+use hysteron_fit::{Parameter, Prior, Scale};
 
 /// A physical quantity of a scene.
 pub struct Quantity {

@@ -4,15 +4,13 @@
 use hysteron_base::{Bounds, Channel, Drive, Friction, Metadata, Recording, Scene, Tip};
 use hysteron_fem::{Mesh, Order};
 use hysteron_twin::fit::{
-    Course, Fit, Frame, MaterialFit, MaterialOptions, Options, Parameter, Prior, Scale, Standing, Stepping,
-    TOLERANCE, Wanted, courses, fit_material, least_squares, select,
+    Course, Frame, MaterialFit, MaterialOptions, Standing, Stepping, Wanted, courses, fit_material, select,
 };
 use hysteron_twin::{Motion, Result, Target, Twin, rollout};
 use rand::RngExt;
 
 use super::{assert_close, rng, scenes};
 
-const WATCH: &(dyn Fn(usize, f64) -> bool + Sync) = &|_, _| true;
 const STEPPING: Stepping = Stepping { step: 0.1e-3, every: 0.1e-3, most: usize::MAX };
 const OPTIONS: MaterialOptions<'_> = MaterialOptions {
     frame: Frame::Checked,
@@ -22,104 +20,9 @@ const OPTIONS: MaterialOptions<'_> = MaterialOptions {
     watch: &|_| true,
 };
 
-fn parameter(name: &str, start: f64, min: f64, max: f64, scale: Scale) -> Parameter {
-    Parameter { name: name.into(), start, bounds: Bounds { min, max }, scale, prior: None }
-}
-
-fn curve(
-    parameters: &[Parameter],
-    huber: Option<f64>,
-    at: &[f64],
-    data: &[f64],
-    of: fn(&[f64], f64) -> f64,
-) -> Fit {
-    let options = Options { huber, smallest_effect: 1e-6, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
-    let residuals = |p: &[f64]| {
-        Ok(vec![at.iter().zip(data).map(|(t, y)| of(p, *t) - y).collect()]) as Result<Vec<Vec<f64>>>
-    };
-    least_squares(parameters, &options, residuals).unwrap()
-}
-
 /// Sum of twelve even numbers less six: nearly normal, with variance one.
 fn normal(rng: &mut impl RngExt) -> f64 {
     (0..12).map(|_| rng.random_range(0.0..1.0)).sum::<f64>() - 6.0
-}
-
-const DECAY: fn(&[f64], f64) -> f64 = |p, t| p[0] * (-t / p[1]).exp();
-
-#[test]
-fn standard_errors_cover_the_truth_as_often_as_they_say() {
-    let parameters = [
-        parameter("height", 1.0, 0.1, 20.0, Scale::Logarithmic),
-        parameter("time", 1.0, 0.1, 9.0, Scale::Linear),
-    ];
-    let at: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
-    let (mut rng, truth, n) = (rng("fit/coverage"), [3.0, 2.0], 200);
-    let mut inside = [0; 2];
-    for _ in 0..n {
-        let data: Vec<f64> = at.iter().map(|t| DECAY(&truth, *t) + 0.1 * normal(&mut rng)).collect();
-        let fit = curve(&parameters, None, &at, &data, DECAY);
-        for (k, estimate) in fit.estimates.iter().enumerate() {
-            inside[k] += i32::from((estimate.value - truth[k]).abs() < estimate.standard_error.unwrap());
-        }
-    }
-    // One standard error: 68.3 % of 200, ± 3 √(200 × 0.68 × 0.32) = 20; chance correlation of white residuals widens
-    // the errors by some 5 %, which adds 2.5 % of the cases.
-    for count in inside {
-        assert!((117..=162).contains(&count), "{count} of {n} within one standard error");
-    }
-}
-
-#[test]
-fn huber_forgives_outliers() {
-    let parameters = [
-        parameter("height", 1.0, 0.1, 20.0, Scale::Logarithmic),
-        parameter("time", 1.0, 0.1, 9.0, Scale::Linear),
-    ];
-    let at: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
-    let outlier = |i: usize| if i % 10 == 3 { 2.0 } else { 0.0 };
-    let data: Vec<f64> = at.iter().enumerate().map(|(i, t)| DECAY(&[3.0, 2.0], *t) + outlier(i)).collect();
-    let error =
-        |huber: Option<f64>| (curve(&parameters, huber, &at, &data, DECAY).estimates[0].value - 3.0).abs();
-    // A tenth of the rows pulls by at most its threshold: bias of the order 0.1 × 0.01 / 0.9, over the lever of the fit.
-    assert!(error(Some(0.01)) < 0.01 && error(None) > 0.05, "{} {}", error(Some(0.01)), error(None));
-}
-
-#[test]
-fn what_the_data_does_not_see_is_held_and_named() {
-    let three = |start: [f64; 3]| ["a", "b", "c"].map(str::to_owned).into_iter().zip(start);
-    let parameters: Vec<Parameter> = three([0.5, 0.4, 0.3])
-        .map(|(name, start)| parameter(&name, start, 0.0, 1.0, Scale::Linear))
-        .collect();
-    let at = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
-    // Only a + b is seen, and c not at all.
-    let fit = curve(&parameters, None, &at, &[1.2; 6], |p, _| p[0] + p[1]);
-    let standing = |k: usize| &fit.estimates[k].standing;
-    assert_eq!(*standing(2), Standing::Undetermined(vec![]));
-    assert_eq!(fit.estimates[2].value, 0.3);
-    let held = if *standing(0) == Standing::Fitted { 1 } else { 0 };
-    assert_eq!(*standing(held), Standing::Undetermined(vec![fit.estimates[1 - held].name.clone()]));
-    // Linear: exact but for the search's tolerance.
-    assert_close("sum", fit.estimates[0].value + fit.estimates[1].value, 1.2, 1e-4);
-}
-
-#[test]
-fn parameter_beyond_its_bound_is_reported_on_it() {
-    let parameters = [parameter("height", 1.0, 0.1, 2.0, Scale::Linear)];
-    let at = [0.0, 1.0, 2.0, 3.0];
-    let fit = curve(&parameters, None, &at, &[3.0; 4], |p, _| p[0]);
-    assert_eq!(fit.estimates[0].standing, Standing::AtBound);
-    assert_eq!(fit.estimates[0].standard_error, None);
-    assert_close("bound", fit.estimates[0].value, 2.0, 2e-4);
-}
-
-#[test]
-fn start_out_of_bounds_is_refused() {
-    let parameters = [parameter("height", 3.0, 0.1, 2.0, Scale::Linear)];
-    let options =
-        Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
-    let error = least_squares(&parameters, &options, |_| Ok(vec![vec![0.0; 9]])).unwrap_err();
-    assert_eq!(error.bad_input().unwrap().place, "start of height");
 }
 
 /// Strokes of four antagonistic tendons through a figure of eight (n rows) [m].
@@ -459,43 +362,6 @@ fn tilted_tracker_is_named_and_found() {
         }
     }
     assert!(found.errors[1].distance < 0.05e-3, "{:?}", found.errors);
-}
-
-#[test]
-fn what_is_believed_stays_where_the_data_says_little() {
-    let believed = |start: f64| Some(Prior { center: start, width: 0.2 });
-    let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
-    let mut rng = rng("fit/prior");
-    // The second parameter moves the data by a tenth of the noise.
-    let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + 0.01 * p[1] * (7.0 * t).sin();
-    let data: Vec<f64> = at.iter().map(|t| of(&[0.4, 0.9], *t) + 0.1 * normal(&mut rng)).collect();
-    let mut parameters =
-        [parameter("slope", 0.3, 0.0, 1.0, Scale::Linear), parameter("wave", 0.1, 0.0, 1.0, Scale::Linear)];
-    for parameter in &mut parameters {
-        parameter.prior = believed(parameter.start);
-    }
-    let fit = curve(&parameters, None, &at, &data, of);
-    assert_eq!(fit.estimates[0].standing, Standing::Fitted);
-    assert_eq!((&fit.estimates[1].standing, fit.estimates[1].value), (&Standing::Undetermined(vec![]), 0.1));
-}
-
-#[test]
-fn vague_parameter_stays_where_its_return_would_cost() {
-    let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
-    let of: fn(&[f64], f64) -> f64 = |p, t| 0.1 * p[0] * (7.0 * t).sin();
-    let fit = |truth: f64| {
-        let parameters = [parameter("wave", 0.05, 0.0, 1.3, Scale::Linear)];
-        // Noise of 0.2 that no wave explains: a standard error of 0.2 / √20 / 0.1 = 0.45, more than the 0.29 of the range
-        // that a number drawn evenly from it has.
-        let noise = |i: usize| if i.is_multiple_of(2) { 0.2 } else { -0.2 };
-        let data: Vec<f64> = at.iter().enumerate().map(|(i, t)| of(&[truth], *t) + noise(i)).collect();
-        curve(&parameters, None, &at, &data, of).estimates[0].clone()
-    };
-    // (1.1 / 0.45)² = 6 variances, and (0.25 / 0.45)² = 0.3.
-    let (large, small) = (fit(1.15), fit(0.3));
-    assert_eq!(large.standing, Standing::Vague, "{large:?}");
-    assert!((large.value - 1.15).abs() < 0.1, "{large:?}");
-    assert_eq!((small.standing.clone(), small.value), (Standing::Undetermined(vec![]), 0.05), "{small:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use nalgebra::DMatrix;
 
-use super::least_squares::Parameter;
+use crate::least_squares::Parameter;
 
 /// What became of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -208,7 +208,7 @@ pub fn estimates(
 
 #[cfg(test)]
 mod tests {
-    use super::condition;
+    use crate::condition;
 
     #[test]
     fn condition_is_that_of_the_angle_between_columns() {

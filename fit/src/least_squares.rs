@@ -7,9 +7,9 @@
 
 use hysteron_base::{BadInput, Bounds};
 
-use super::search::{Problem, cost, prior_rows, rms};
-use super::uncertainty::{self, Estimate, Spread, Standing};
-use crate::Result;
+use crate::Failure;
+use crate::search::{Problem, cost, prior_rows, rms};
+use crate::uncertainty::{self, Estimate, Spread, Standing};
 
 /// How a parameter is spread between its bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,7 +92,7 @@ impl Fit {
     }
 
     /// Moves the parameters `fitted` to these places, with the covariance of their places.
-    pub(super) fn correct(
+    pub(crate) fn correct(
         &mut self,
         parameters: &[Parameter],
         places: &[f64],
@@ -116,7 +116,10 @@ impl Fit {
 
 impl Parameter {
     /// Checks that the start lies within the bounds and that the scale can be taken.
-    pub(super) fn check(&self) -> Result<()> {
+    ///
+    /// # Errors
+    /// `BadInput` naming the parameter.
+    pub fn check(&self) -> Result<(), BadInput> {
         let Bounds { min, max } = self.bounds;
         let is_interval = min.is_finite() && max.is_finite() && min < max;
         if !is_interval || (self.scale == Scale::Logarithmic && min <= 0.0) {
@@ -125,30 +128,29 @@ impl Parameter {
                 Scale::Logarithmic => "two finite positive numbers, the first smaller",
             };
             let place = format!("bounds of {}", self.name);
-            return Err(BadInput::new(place, expected, format!("{min} to {max}")).into());
+            return Err(BadInput::new(place, expected, format!("{min} to {max}")));
         }
         if !self.bounds.contains(self.start) {
             let place = format!("start of {}", self.name);
             return Err(BadInput::new(place, format!("{min} to {max}"), self.start.to_string())
-                .hint("widen the bounds, or change the scene")
-                .into());
+                .hint("widen the bounds, or start elsewhere"));
         }
         Ok(())
     }
 
     /// Where it goes back to if the data says nothing.
-    pub(super) fn home(&self) -> f64 {
+    pub fn home(&self) -> f64 {
         self.prior.map_or(self.start, |prior| prior.center)
     }
 
     /// Place between the bounds, 0 to 1.
-    pub(super) fn place(&self, value: f64) -> f64 {
+    pub fn place(&self, value: f64) -> f64 {
         let (low, high) = (self.along(self.bounds.min), self.along(self.bounds.max));
         (self.along(value) - low) / (high - low)
     }
 
     /// Standard deviation of the prior, in places.
-    pub(super) fn prior_width(&self) -> Option<f64> {
+    pub fn prior_width(&self) -> Option<f64> {
         let range = self.along(self.bounds.max) - self.along(self.bounds.min);
         self.prior.map(|prior| self.along(prior.width) / range)
     }
@@ -161,7 +163,7 @@ impl Parameter {
     }
 
     /// The inverse of [`Self::place`].
-    pub(super) fn value(&self, place: f64) -> f64 {
+    pub fn value(&self, place: f64) -> f64 {
         let Bounds { min, max } = self.bounds;
         let value = match self.scale {
             Scale::Linear => min + place * (max - min),
@@ -171,7 +173,7 @@ impl Parameter {
     }
 
     /// Change of the value with its place.
-    pub(super) fn slope(&self, value: f64) -> f64 {
+    pub(crate) fn slope(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => self.bounds.max - self.bounds.min,
             Scale::Logarithmic => value * (self.bounds.max / self.bounds.min).ln(),
@@ -187,14 +189,15 @@ const NOISE: f64 = 4.0;
 /// Fits `parameters` so that the sum of squared residuals is least.
 ///
 /// `residuals` gives series of residuals that belong together, neighbours beside each other (as one coordinate over
-/// one recording), so that the fit can tell how independent they are. Where it fails with
-/// [`Error::NoEquilibrium`](crate::Error::NoEquilibrium), the search turns back.
+/// one recording), so that the fit can tell how independent they are. Where they fail
+/// locally ([`Failure::is_local`]), the search turns back.
 ///
 /// # Errors
 /// A start out of its bounds; fewer residuals than parameters; any other error of `residuals`.
-pub fn least_squares<F>(parameters: &[Parameter], options: &Options, residuals: F) -> Result<Fit>
+pub fn least_squares<F, E>(parameters: &[Parameter], options: &Options, residuals: F) -> Result<Fit, E>
 where
-    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync,
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
+    E: Failure,
 {
     let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
     let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();

@@ -15,9 +15,9 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_of_lm::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
-use super::least_squares::{Fit, Options, Parameter};
-use super::uncertainty::{self, Spread, Standing};
-use crate::{Error, Result};
+use crate::Failure;
+use crate::least_squares::{Fit, Options, Parameter};
+use crate::uncertainty::{self, Spread, Standing};
 
 /// Difference of places for derivatives [-]: the solver's tolerance and the curvature of the residuals both stay
 /// below a hundredth of what such a step moves.
@@ -45,7 +45,7 @@ pub struct Problem<'a, F> {
     /// Standard deviation of an independent residual, which one of a prior counts as.
     pub noise: f64,
     effort: Effort,
-    /// What every residual counts as where there is no equilibrium.
+    /// What every residual counts as where they have no value.
     failed: f64,
     evaluations: AtomicUsize,
     /// Least root mean square so far.
@@ -70,7 +70,11 @@ pub struct Found {
     pub is_converged: bool,
 }
 
-impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
+impl<'a, F, E> Problem<'a, F>
+where
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
+    E: Failure,
+{
     /// With the residuals at the start, which are given back; nothing is known of their spread yet.
     ///
     /// # Errors
@@ -79,7 +83,7 @@ impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
         parameters: &'a [Parameter],
         options: &'a Options<'a>,
         residuals: &'a F,
-    ) -> Result<(Self, Vec<Vec<f64>>)> {
+    ) -> Result<(Self, Vec<Vec<f64>>), E> {
         parameters.iter().try_for_each(Parameter::check)?;
         let first = residuals(&parameters.iter().map(|p| p.start).collect::<Vec<_>>())?;
         let n_residuals = first.iter().map(Vec::len).sum::<usize>();
@@ -113,7 +117,7 @@ impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
         start: &[f64],
         free: &[usize],
         spread: impl Fn(&[Vec<f64>], usize) -> Spread,
-    ) -> Result<Found> {
+    ) -> Result<Found, E> {
         let mut found = self.search(start, free)?;
         for _ in 1..MOST_ROUNDS {
             if free.iter().all(|&k| self.parameters[k].prior.is_none()) {
@@ -142,15 +146,15 @@ impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
         free.iter().enumerate().filter_map(of).collect::<Vec<_>>().into_iter()
     }
 
-    /// The cost at `places`; with the residuals `otherwise` where there is no equilibrium.
-    pub fn cost_at(&self, places: &[f64], otherwise: &[Vec<f64>]) -> Result<f64> {
+    /// The cost at `places`; with the residuals `otherwise` where they have no value.
+    pub fn cost_at(&self, places: &[f64], otherwise: &[Vec<f64>]) -> Result<f64, E> {
         let series = self.evaluate(places)?;
         let series = series.as_deref().unwrap_or(otherwise);
         Ok(cost(self.parameters, places, series, self.noise))
     }
 
-    /// The residuals with all parameters at `places`, bent by Huber's rule; none without equilibrium.
-    pub fn evaluate(&self, places: &[f64]) -> Result<Option<Vec<Vec<f64>>>> {
+    /// The residuals with all parameters at `places`, bent by Huber's rule; none where they have no value.
+    pub fn evaluate(&self, places: &[f64]) -> Result<Option<Vec<Vec<f64>>>, E> {
         let values: Vec<f64> = self.parameters.iter().zip(places).map(|(p, place)| p.value(*place)).collect();
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         match (self.residuals)(&values) {
@@ -162,14 +166,14 @@ impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
                 assert_eq!(n, self.n_residuals, "the number of residuals must not change");
                 Ok(Some(series))
             }
-            Err(Error::NoEquilibrium { .. }) => Ok(None),
-            Err(other) => Err(other),
+            Err(error) if error.is_local() => Ok(None),
+            Err(error) => Err(error),
         }
     }
 
     /// Derivatives of the residuals by the places of the parameters `free`, one column each, by differences
-    /// from `series`, the residuals at `places`; zero where a neighbour has no equilibrium.
-    pub fn columns(&self, places: &[f64], free: &[usize], series: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+    /// from `series`, the residuals at `places`; zero where a neighbour has none.
+    pub fn columns(&self, places: &[f64], free: &[usize], series: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, E> {
         let column = |&k: &usize| {
             let step = if places[k] > 0.5 { -DIFFERENCE } else { DIFFERENCE };
             let mut moved = places.to_vec();
@@ -182,7 +186,7 @@ impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
     }
 
     /// The search from `start` with the parameters `free`.
-    pub fn search(&self, start: &[f64], free: &[usize]) -> Result<Found> {
+    pub fn search(&self, start: &[f64], free: &[usize]) -> Result<Found, E> {
         let angle = |&k: &usize| (2.0 * start[k].clamp(OFF_BOUND, 1.0 - OFF_BOUND) - 1.0).asin();
         let search = Search {
             problem: self,
@@ -219,7 +223,7 @@ impl<'a, F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Problem<'a, F> {
 type Evaluated = (Vec<f64>, Vec<Vec<f64>>);
 
 /// The problem as `levenberg-marquardt` sees it: in angles, for the free parameters alone.
-struct Search<'a, F> {
+struct Search<'a, F, E> {
     problem: &'a Problem<'a, F>,
     start: &'a [f64],
     free: &'a [usize],
@@ -227,10 +231,14 @@ struct Search<'a, F> {
     iterations: AtomicUsize,
     /// Places and residuals that were asked for last: a Jacobian is wanted where the residuals were.
     last: Mutex<Option<Evaluated>>,
-    failure: Mutex<Option<Error>>,
+    failure: Mutex<Option<E>>,
 }
 
-impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Search<'_, F> {
+impl<F, E> Search<'_, F, E>
+where
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
+    E: Failure,
+{
     fn places(&self) -> Vec<f64> {
         let mut places = self.start.to_vec();
         for (&k, angle) in self.free.iter().zip(self.angles.iter()) {
@@ -240,7 +248,7 @@ impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Search<'_, F> {
     }
 
     /// The value, or nothing and the error kept for later.
-    fn keep<T>(&self, result: Result<T>) -> Option<T> {
+    fn keep<T>(&self, result: Result<T, E>) -> Option<T> {
         match result {
             Ok(value) => Some(value),
             Err(error) => {
@@ -260,7 +268,11 @@ impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> Search<'_, F> {
     }
 }
 
-impl<F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync> LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_, F> {
+impl<F, E> LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_, F, E>
+where
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
+    E: Failure,
+{
     type ResidualStorage = Owned<f64, Dyn>;
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
     type ParameterStorage = Owned<f64, Dyn>;
@@ -321,9 +333,10 @@ fn bent(residual: f64, threshold: f64) -> f64 {
 ///
 /// # Errors
 /// Those of [`Problem::new`] and of `residuals`.
-pub fn minimum<F>(parameters: &[Parameter], options: &Options, residuals: F) -> Result<(Vec<f64>, f64)>
+pub fn minimum<F, E>(parameters: &[Parameter], options: &Options, residuals: F) -> Result<(Vec<f64>, f64), E>
 where
-    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync,
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
+    E: Failure,
 {
     let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
     problem.effort = Effort { tolerance: QUICK_TOLERANCE, jacobians: QUICK_JACOBIANS };
@@ -341,9 +354,15 @@ where
 ///
 /// # Errors
 /// Those of [`Problem::new`] and of `residuals`.
-pub fn polished<F>(parameters: &[Parameter], options: &Options, residuals: F, fit: &mut Fit) -> Result<()>
+pub fn polished<F, E>(
+    parameters: &[Parameter],
+    options: &Options,
+    residuals: F,
+    fit: &mut Fit,
+) -> Result<(), E>
 where
-    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>> + Sync,
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
+    E: Failure,
 {
     let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
     let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();

@@ -1,0 +1,183 @@
+//! The minimum of a cost anywhere between the bounds: differential evolution and particle swarm. Only this module knows
+//! `basin`.
+//!
+//! Both draw from a seed alone and evaluate a generation in parallel, so the outcome does not depend on the number of
+//! threads.
+//!
+//! # Reference
+//! Storn and Price (1997), differential evolution; Kennedy and Eberhart (1995), particle swarm optimisation.
+
+use basin::{
+    BoxBounds, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, De, DeMutation, Executor,
+    GlobalBestPso, PopulationProgress, Solver, State, StepOutcome,
+};
+
+use hysteron_base::BadInput;
+
+use crate::{Failure, Parameter};
+
+/// How a population is moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GlobalMethod {
+    /// Best member plus a weighted difference of two others, binomial crossover (DE/best/1/bin).
+    DifferentialEvolution {
+        /// Weight of the difference, above 0 [-].
+        weight: f64,
+        /// Probability that a coordinate is taken from the donor, 0 to 1 [-].
+        crossover: f64,
+    },
+    /// Inertia-weight swarm about the best particle, with the coefficients of Standard PSO 2006.
+    ParticleSwarm,
+}
+
+impl GlobalMethod {
+    /// Differential evolution with weight 0.7 and crossover 0.9.
+    pub const EVOLUTION: Self = Self::DifferentialEvolution { weight: 0.7, crossover: 0.9 };
+}
+
+/// When and how long to search.
+pub struct GlobalOptions<'a> {
+    /// How the population is moved.
+    pub method: GlobalMethod,
+    /// Members for each parameter.
+    pub members_per_parameter: usize,
+    /// Most generations.
+    pub generations: usize,
+    /// Difference of the costs of a population, relative to the best, below which the search has converged [-].
+    pub spread: f64,
+    /// What all draws come from.
+    pub seed: u64,
+    /// Told the generation and the best cost; false ends the search.
+    pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
+}
+
+/// The outcome.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GlobalSearch {
+    /// Best values found, in the order of the parameters [SI].
+    pub values: Vec<f64>,
+    /// Their cost.
+    pub cost: f64,
+    /// Generations passed.
+    pub generations: usize,
+    /// Evaluations of the cost.
+    pub evaluations: usize,
+    /// True if the costs of the population came together.
+    pub is_converged: bool,
+}
+
+/// A cost over places between bounds, 0 to 1 each.
+struct Places<'a, F> {
+    parameters: &'a [Parameter],
+    cost: &'a F,
+    bounds: [Vec<f64>; 2],
+}
+
+impl<F> Places<'_, F> {
+    fn values(&self, places: &[f64]) -> Vec<f64> {
+        self.parameters.iter().zip(places).map(|(parameter, place)| parameter.value(*place)).collect()
+    }
+}
+
+impl<F> Constraints for Places<'_, F> {
+    type Set = ConstraintSet<BoxBounds<Vec<f64>>>;
+
+    fn constraints(&self) -> <Self::Set as basin::ConstraintDescription>::Borrowed<'_> {
+        let [low, high] = &self.bounds;
+        ConstraintSet::new().with_bounds(BoxBounds::new(Some(low), Some(high)))
+    }
+}
+
+impl<F: Fn(&[f64]) -> Result<f64, E>, E: Failure> CostFunction for Places<'_, F> {
+    type Param = Vec<f64>;
+    type Output = f64;
+    type Error = E;
+
+    /// Where the cost has no value it is infinite.
+    fn cost(&self, places: &Vec<f64>) -> Result<f64, E> {
+        match (self.cost)(&self.values(places)) {
+            Err(error) if error.is_local() => Ok(f64::INFINITY),
+            Ok(cost) if cost.is_nan() => Ok(f64::INFINITY),
+            found => found,
+        }
+    }
+}
+
+/// Searches the minimum of `cost` between the bounds of `parameters`; their starts do not count.
+///
+/// # Errors
+/// Bounds that are none; those of `cost` that are not local.
+pub fn search_globally<F, E>(
+    parameters: &[Parameter],
+    options: &GlobalOptions,
+    cost: F,
+) -> Result<GlobalSearch, E>
+where
+    F: Fn(&[f64]) -> Result<f64, E> + Sync,
+    E: Failure,
+{
+    parameters.iter().try_for_each(Parameter::check)?;
+    let n = parameters.len();
+    if n == 0 {
+        return Ok(GlobalSearch {
+            values: vec![],
+            cost: cost(&[])?,
+            generations: 0,
+            evaluations: 1,
+            is_converged: true,
+        });
+    }
+    let problem = Places { parameters, cost: &cost, bounds: [vec![0.0; n], vec![1.0; n]] };
+    let members = (n * options.members_per_parameter).max(6);
+    match options.method {
+        GlobalMethod::DifferentialEvolution { weight, crossover } => {
+            let solver = De::new(options.seed)
+                .with_mutation(DeMutation::Best1)
+                .with_f(weight)
+                .with_cr(crossover)
+                .with_pop_size(members);
+            evolve(problem, solver, options)
+        }
+        GlobalMethod::ParticleSwarm => {
+            let solver = GlobalBestPso::<Vec<f64>>::new(options.seed).with_swarm_size(members);
+            evolve(problem, solver, options)
+        }
+    }
+}
+
+fn evolve<F, E, S>(problem: Places<F>, solver: S, options: &GlobalOptions) -> Result<GlobalSearch, E>
+where
+    F: Fn(&[f64]) -> Result<f64, E> + Sync,
+    E: Failure,
+    for<'a> S: Solver<Places<'a, F>, PopulationProgress<Vec<f64>>, Error = ConstraintSolveError<E>>,
+{
+    let parameters = problem.parameters;
+    let members =
+        Executor::new(problem, solver, PopulationProgress::empty()).max_iter(options.generations as u64);
+    let mut members = members.into_stepper().map_err(evaluation)?;
+    let mut is_converged = false;
+    while !is_converged && matches!(members.step().map_err(evaluation)?, StepOutcome::Continue) {
+        let state = members.state();
+        let (worst, best) = (state.costs().iter().copied().fold(0.0, f64::max), state.best_cost());
+        is_converged = worst - best <= options.spread * best.abs();
+        if !(options.watch)(state.iter() as usize, best) {
+            break;
+        }
+    }
+    let state = members.state();
+    Ok(GlobalSearch {
+        values: parameters.iter().zip(state.best_param()).map(|(p, place)| p.value(*place)).collect(),
+        cost: state.best_cost(),
+        generations: state.iter() as usize,
+        evaluations: members.counts().cost_evals as usize,
+        is_converged,
+    })
+}
+
+fn evaluation<E: Failure>(error: ConstraintSolveError<E>) -> E {
+    match error {
+        ConstraintSolveError::Evaluation(error) => error,
+        // The bounds are ours: from 0 to 1.
+        other => BadInput::new("bounds", "an interval for each parameter", format!("{other:?}")).into(),
+    }
+}

@@ -1,0 +1,30 @@
+//! Fitting bounded parameters to measurements, for whatever model gives the residuals.
+//!
+//! [`least_squares`] finds the minimum near a start and says what each parameter is worth; [`search_globally`] finds where
+//! to start; [`folds`] says what of it holds for recordings that were not used. Nothing here knows a robot.
+
+mod folds;
+mod global;
+mod least_squares;
+mod search;
+mod uncertainty;
+
+use hysteron_base::BadInput;
+
+pub use folds::{Fold, folds};
+pub use global::{GlobalMethod, GlobalOptions, GlobalSearch, search_globally};
+pub use least_squares::{Fit, Options, Parameter, Prior, Scale, TOLERANCE, least_squares};
+pub use search::{Found, Problem, cost, minimum, polished, prior_rows};
+pub use uncertainty::{Estimate, Spread, Standing, condition, correction, covariance, unseen};
+
+/// What the residuals of a fit fail with.
+pub trait Failure: From<BadInput> + Send + std::fmt::Debug {
+    /// True where the residuals have no value at these parameters alone, so that a search turns back; false ends it.
+    fn is_local(&self) -> bool;
+}
+
+impl Failure for BadInput {
+    fn is_local(&self) -> bool {
+        false
+    }
+}
