@@ -5,6 +5,8 @@
 
 use hysteron_base::BadInput;
 
+use crate::number::Real;
+
 /// Friction of a joint against its speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck {
@@ -39,12 +41,7 @@ impl Stribeck {
 
     /// Size of the dry part at speed |v| [N m]: f_c + (f_s - f_c) exp(-(|v|/v_s)^ζ).
     pub fn dry(&self, velocity: f64) -> f64 {
-        let x = velocity.abs() / self.stribeck_velocity;
-        let power = if self.exponent == 2.0 { x * x } else { x.powf(self.exponent) };
-        if power > 40.0 {
-            return self.coulomb; // the rest is below rounding
-        }
-        self.coulomb + (self.breakaway - self.coulomb) * (-power).exp()
+        stribeck([self.coulomb, self.breakaway, self.stribeck_velocity, self.exponent], velocity)
     }
 
     /// Torque that friction exerts against motion at `velocity` [rad/s], with its sign [N m]; 0 at standstill.
@@ -75,6 +72,16 @@ impl Stribeck {
         let speed = if first > 0.0 { moving(self.dry(first)) } else { 0.0 };
         speed.copysign(drive)
     }
+}
+
+/// Size of dry friction at `velocity`: f_c + (f_s - f_c) exp(-(|v|/v_s)^ζ), from [f_c, f_s, v_s, ζ].
+pub(crate) fn stribeck<T: Real>([coulomb, breakaway, at, exponent]: [T; 4], velocity: T) -> T {
+    let x = velocity.abs() / at;
+    let power = if exponent.value() == 2.0 { x * x } else { x.powf(exponent) };
+    if power.value() > 40.0 {
+        return coulomb; // the rest is below rounding
+    }
+    coulomb + (breakaway - coulomb) * (-power).exp()
 }
 
 /// tanh(μθ/2): share of the sum of two tensions that a guide of wrap angle `wrap` [rad] can hold as difference [-].

@@ -2,6 +2,8 @@
 
 mod backlash;
 mod friction;
+pub mod law;
+pub mod number;
 mod policies;
 mod presliding;
 mod prony;

@@ -4,7 +4,7 @@
 //! frame is found in closed form at every step of the fit.
 
 use anyhow::Result;
-use hysteron_base::Bounds;
+use hysteron_base::{BadInput, Bounds};
 use hysteron_twin::alignment;
 use hysteron_twin::fit::{Options, Parameter, Scale, TOLERANCE, least_squares};
 use nalgebra::{Matrix3, Vector3};
@@ -66,7 +66,7 @@ impl Fitted {
             let (turn, shift) = alignment(&markers, &measured);
             let error =
                 |(from, to): (&Vector3<f64>, &Vector3<f64>)| (turn * from + shift - to).as_slice().to_vec();
-            Ok(markers.iter().zip(&measured).map(error).collect())
+            Ok::<_, BadInput>(markers.iter().zip(&measured).map(error).collect())
         };
         let options = Options {
             huber: Some(HUBER),

@@ -1,0 +1,186 @@
+//! Laws of joint friction: what a joint in steady motion is held back with, and how that depends on named parameters.
+//!
+//! Each law is one formula over [`Real`], so its derivatives by speed and by every parameter are those of the formula itself.
+//! A law splits friction into a dry part, a bound where the joint stands, and a viscous coefficient: a stepper needs both
+//! ([`Budget::velocity_after`]), a regression their sum.
+
+mod bristle;
+mod load;
+mod steady;
+
+use std::borrow::Cow;
+
+use hysteron_base::BadInput;
+
+use crate::number::{Dual, Real};
+
+pub use bristle::Bristles;
+pub use load::LoadDependent;
+pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};
+
+/// A joint in motion, as a law of friction sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sliding<T = f64> {
+    /// Speed [rad/s].
+    pub velocity: T,
+    /// Torque of the motor at the output of the gear, positive towards positive angles [N m].
+    pub motor_torque: T,
+    /// Torque that load and weight exert on the output, in the same sense [N m].
+    pub load_torque: T,
+}
+
+impl Sliding {
+    /// Without torques: for laws that know the speed alone.
+    pub fn at(velocity: f64) -> Self {
+        Self { velocity, motor_torque: 0.0, load_torque: 0.0 }
+    }
+
+    fn lift<T: Real>(self) -> Sliding<T> {
+        let [velocity, motor_torque, load_torque] =
+            [self.velocity, self.motor_torque, self.load_torque].map(T::from);
+        Sliding { velocity, motor_torque, load_torque }
+    }
+}
+
+/// Friction of a joint, split as a stepper needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget<T = f64> {
+    /// Size of the part that does not vanish at standstill: against motion, or a bound where the joint stands [N m].
+    pub dry: T,
+    /// Viscous coefficient [N m s/rad].
+    pub viscous: T,
+}
+
+impl Budget {
+    /// Torque against motion at `velocity` [N m]; 0 at standstill.
+    pub fn torque(&self, velocity: f64) -> f64 {
+        let sign = if velocity == 0.0 { 0.0 } else { velocity.signum() };
+        self.dry * sign + self.viscous * velocity
+    }
+
+    /// Speed after a step, implicitly: exactly zero where friction can hold the joint [rad/s].
+    ///
+    /// `slope` is inertia over step plus other damping [N m s/rad]; `drive` is momentum over step plus the torques that do
+    /// not depend on the new speed [N m].
+    pub fn velocity_after(&self, drive: f64, slope: f64) -> f64 {
+        ((drive.abs() - self.dry).max(0.0) / (slope + self.viscous)).copysign(drive)
+    }
+}
+
+/// A parameter of a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawParameter {
+    /// Name with its unit, as in files.
+    pub name: Cow<'static, str>,
+    /// Least and greatest value that makes sense for a joint whose friction is of the order of 1 N m [SI].
+    pub bounds: [f64; 2],
+    /// True where it scales with the torque of the joint, and its bounds with it.
+    pub is_torque: bool,
+}
+
+const fn torque(name: &'static str) -> LawParameter {
+    LawParameter { name: Cow::Borrowed(name), bounds: [0.0, 2.0], is_torque: true }
+}
+
+const fn number(name: &'static str, min: f64, max: f64) -> LawParameter {
+    LawParameter { name: Cow::Borrowed(name), bounds: [min, max], is_torque: false }
+}
+
+/// A law of friction.
+pub trait JointFriction {
+    /// Its parameters, in the order of the values that it is given.
+    fn parameters(&self) -> Vec<LawParameter>;
+
+    /// Dry and viscous friction with the parameters `p`.
+    fn budget<T: Real>(&self, p: &[T], at: &Sliding<T>) -> Budget<T>;
+
+    /// Torque against motion [N m]; 0 at standstill.
+    fn torque(&self, p: &[f64], at: &Sliding) -> f64 {
+        self.budget(p, at).torque(at.velocity)
+    }
+
+    /// Derivative of the torque by the speed, off standstill [N m s/rad].
+    fn by_velocity(&self, p: &[f64], at: &Sliding) -> f64 {
+        let p: Vec<Dual> = p.iter().map(|p| Dual::from(*p)).collect();
+        let velocity = Dual::variable(at.velocity);
+        let budget = self.budget(&p, &Sliding { velocity, ..at.lift() });
+        (budget.dry * Dual::from(at.velocity.signum()) + budget.viscous * velocity).slope
+    }
+
+    /// Derivatives of the torque by the parameters, into `gradient` (one each) [N m per unit of the parameter].
+    fn by_parameters(&self, p: &[f64], at: &Sliding, gradient: &mut [f64]) {
+        let mut dual: Vec<Dual> = p.iter().map(|p| Dual::from(*p)).collect();
+        let sign = if at.velocity == 0.0 { 0.0 } else { at.velocity.signum() };
+        for k in 0..p.len() {
+            dual[k].slope = 1.0;
+            let budget = self.budget(&dual, &at.lift());
+            gradient[k] = budget.dry.slope * sign + budget.viscous.slope * at.velocity;
+            dual[k].slope = 0.0;
+        }
+    }
+}
+
+/// Every law, chosen by name.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// f_c, f_v.
+    CoulombViscous(CoulombViscous),
+    /// f_c, f_s, v_s, f_v, the same in both directions.
+    Stribeck(SymmetricStribeck),
+    /// The same with each direction's own numbers.
+    DirectedStribeck(DirectedStribeck),
+    /// A curve through knots of speed.
+    PiecewiseLinear(PiecewiseLinear),
+    /// bam's m1 to m6.
+    LoadDependent(LoadDependent),
+}
+
+/// Names of the laws that [`Law::named`] knows.
+pub const LAW_NAMES: [&str; 9] =
+    ["coulomb-viscous", "stribeck", "directed-stribeck", "m1", "m2", "m3", "m4", "m5", "m6"];
+
+impl Law {
+    /// The law of that name.
+    ///
+    /// # Errors
+    /// `BadInput` with the names there are.
+    pub fn named(name: &str) -> Result<Self, BadInput> {
+        Ok(match name {
+            "coulomb-viscous" => Self::CoulombViscous(CoulombViscous),
+            "stribeck" => Self::Stribeck(SymmetricStribeck),
+            "directed-stribeck" => Self::DirectedStribeck(DirectedStribeck),
+            _ => Self::LoadDependent(LoadDependent::named(name).ok_or_else(|| {
+                BadInput::new(
+                    "law of friction",
+                    format!("one of {}", LAW_NAMES.join(", ")),
+                    format!("{name:?}"),
+                )
+            })?),
+        })
+    }
+}
+
+impl JointFriction for Law {
+    fn parameters(&self) -> Vec<LawParameter> {
+        match self {
+            Self::CoulombViscous(law) => law.parameters(),
+            Self::Stribeck(law) => law.parameters(),
+            Self::DirectedStribeck(law) => law.parameters(),
+            Self::PiecewiseLinear(law) => law.parameters(),
+            Self::LoadDependent(law) => law.parameters(),
+        }
+    }
+
+    fn budget<T: Real>(&self, p: &[T], at: &Sliding<T>) -> Budget<T> {
+        match self {
+            Self::CoulombViscous(law) => law.budget(p, at),
+            Self::Stribeck(law) => law.budget(p, at),
+            Self::DirectedStribeck(law) => law.budget(p, at),
+            Self::PiecewiseLinear(law) => law.budget(p, at),
+            Self::LoadDependent(law) => law.budget(p, at),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
