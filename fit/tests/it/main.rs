@@ -1,5 +1,7 @@
 //! What fits are worth: coverage of standard errors, outliers, what is not determined, priors; and global searches.
 
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
 use hysteron_base::{BadInput, Bounds, rng};
 use hysteron_fit::{
     Failure, Fit, GlobalMethod, GlobalOptions, Options, Parameter, Prior, Scale, Standing, TOLERANCE,

@@ -5,7 +5,6 @@
 use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result};
-use hysteron_base::BadInput;
 use hysteron_fem::{FemModel, Mesh};
 use hysteron_twin::TwinState;
 use hysteron_twin::fit::{Fit, Options, Standing, TOLERANCE, least_squares};
@@ -111,7 +110,9 @@ impl Bench {
                     states
                 }
             };
-            Ok::<_, BadInput>(self.errors_in(&setup, &states, holds).iter().map(|e| e.to_vec()).collect())
+            Ok::<_, hysteron_twin::Error>(
+                self.errors_in(&setup, &states, holds).iter().map(|e| e.to_vec()).collect(),
+            )
         };
         Ok(least_squares(&parameters, &options, residuals)?)
     }
