@@ -1,10 +1,13 @@
 //! What a motor, a gearbox and a tendon do. Knows no robot: arms and tendon-driven bodies share it.
 
 mod backlash;
+mod drive;
 mod friction;
+pub mod identify;
 pub mod law;
 pub mod number;
 mod policies;
+mod position_loop;
 mod presliding;
 mod prony;
 mod servo;
@@ -12,10 +15,10 @@ mod sliding;
 mod tendon;
 
 pub use backlash::Play;
+pub use drive::{Drive, DriveState, Gear, Load, Motor, Supply, Winding};
 pub use friction::{Stribeck, capstan_bound, capstan_factor};
+pub use position_loop::{Gains, LoopUnits, PositionLoop, ServoCommand};
 pub use presliding::FrictionLaw;
 pub use prony::{Prony, PronyStep};
-pub use servo::{
-    Gains, NOMINAL_VOLTAGE, PWM_FULL_SCALE, Servo, ServoCommand, ServoSpec, ServoState, TICKS_PER_TURN,
-};
+pub use servo::{NOMINAL_VOLTAGE, PWM_FULL_SCALE, Servo, ServoSpec, ServoState, TICKS_PER_TURN};
 pub use tendon::{Guide, Tendon, TendonSpec, TendonTrial};

@@ -4,6 +4,7 @@
 //! is found implicitly in every step, so that friction can hold the output exactly still.
 
 use crate::friction::Stribeck;
+use crate::position_loop::{LoopUnits, PositionLoop, ServoCommand};
 use hysteron_base::BadInput;
 use std::f64::consts::TAU;
 
@@ -13,57 +14,6 @@ pub const TICKS_PER_TURN: f64 = 4096.0;
 pub const PWM_FULL_SCALE: f64 = 885.0;
 /// Supply voltage that the catalogue's figures hold for [V].
 pub const NOMINAL_VOLTAGE: f64 = 11.1;
-/// Register units of the gains (e-Manual, "Position PID Gain"): K_P = P/128, K_I = I/65536, K_D = D/16, in PWM units per
-/// tick, per tick and control period, and per tick of change in a control period.
-const GAIN_UNITS: [f64; 3] = [128.0, 65536.0, 16.0];
-/// Control period of the position loop [s].
-const CONTROL_PERIOD: f64 = 1e-3;
-
-/// What a servo is told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoCommand {
-    /// Whether it drives its motor at all.
-    pub torque_on: bool,
-    /// Where to go [ticks].
-    pub goal: i32,
-    /// Largest speed of the way there [rad/s]; 0: none, the reference jumps to the goal.
-    pub profile_velocity: f64,
-    /// Acceleration of the way there [rad/s²]; 0: none, the reference has its full speed at once.
-    pub profile_acceleration: f64,
-    /// Gains of the position loop, as the registers state them.
-    pub gains: Gains,
-    /// Largest part of the supply voltage that the motor is given, 0 to 1 [-].
-    pub pwm_limit: f64,
-}
-
-impl ServoCommand {
-    /// As after power-on: torque off, no profile, the manual's gains.
-    pub const POWER_ON: Self = Self {
-        torque_on: false,
-        goal: 0,
-        profile_velocity: 0.0,
-        profile_acceleration: 0.0,
-        gains: Gains::XL430,
-        pwm_limit: 1.0,
-    };
-}
-
-/// Gains of the position loop, as the registers of the servo state them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gains {
-    /// Proportional.
-    pub p: u16,
-    /// Integral.
-    pub i: u16,
-    /// Derivative.
-    pub d: u16,
-}
-
-impl Gains {
-    /// Defaults of an XL430-W250 (e-Manual, control table, addresses 80 to 84).
-    pub const XL430: Self = Self { p: 640, i: 0, d: 4000 };
-}
-
 /// What a servo does, as it would report it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ServoState {
@@ -113,10 +63,7 @@ pub struct Servo {
     pub state: ServoState,
     /// Current of the motor [A].
     pub current: f64,
-    reference_velocity: f64,
-    /// Sum of errors [ticks × control periods].
-    integral: f64,
-    was_on: bool,
+    position_loop: PositionLoop,
     /// PWM as its load estimate sees it, smoothed [-].
     smooth_pwm: f64,
 }
@@ -161,7 +108,7 @@ impl ServoSpec {
 
     /// Torque per angle of the position loop with gain `p` at `voltage` [V]: what a load is held against [N m/rad].
     pub fn stiffness(&self, p: u16, voltage: f64) -> f64 {
-        let pwm_per_tick = f64::from(p) / GAIN_UNITS[0] / PWM_FULL_SCALE;
+        let pwm_per_tick = f64::from(p) / LoopUnits::XL430.gains[0] / PWM_FULL_SCALE;
         pwm_per_tick * TICKS_PER_TURN / TAU * self.electric_torque() * voltage / NOMINAL_VOLTAGE
     }
 }
@@ -187,9 +134,7 @@ impl Servo {
             spec,
             state,
             current: 0.0,
-            reference_velocity: 0.0,
-            integral: 0.0,
-            was_on: false,
+            position_loop: PositionLoop::new(LoopUnits::XL430, angle),
             smooth_pwm: 0.0,
         }
     }
@@ -208,69 +153,11 @@ impl Servo {
     /// Lets `h` [s] pass, not more than a control period, under `load` on the output, positive towards positive
     /// angles [N m].
     pub fn step(&mut self, command: &ServoCommand, load: f64, h: f64) {
-        self.state.pwm = if command.torque_on { self.control(command, h) } else { 0.0 };
-        self.was_on = command.torque_on;
-        if !command.torque_on {
-            self.state.reference = self.state.angle;
-            (self.reference_velocity, self.integral) = (0.0, 0.0);
-        }
+        let at = (self.state.angle, self.state.velocity);
+        self.state.pwm = self.position_loop.duty(command, self.spec.dead_band, at, h);
+        self.state.reference = self.position_loop.reference;
         self.turn(command.torque_on, load, h);
         self.smooth_pwm += (self.state.pwm - self.smooth_pwm) * (h / 0.02).min(1.0);
-    }
-
-    /// Part of the supply voltage that the position loop asks for [-].
-    fn control(&mut self, command: &ServoCommand, h: f64) -> f64 {
-        if !self.was_on {
-            // Torque comes on: the reference starts where the output is.
-            self.state.reference = self.state.angle;
-        }
-        self.follow_profile(command, h);
-        let gain = |register: u16, unit: f64| f64::from(register) / unit;
-        let exact = self.state.reference / TAU * TICKS_PER_TURN - f64::from(self.ticks());
-        let error = if exact.abs() <= self.spec.dead_band { 0.0 } else { exact };
-        let periods = h / CONTROL_PERIOD;
-        // Speeds instead of differences of ticks: a servo smooths what it differentiates.
-        let rate = (self.reference_velocity - self.state.velocity) / TAU * TICKS_PER_TURN * CONTROL_PERIOD;
-        let proportional = gain(command.gains.p, GAIN_UNITS[0]) * error;
-        let derivative = gain(command.gains.d, GAIN_UNITS[2]) * rate;
-        let k_i = gain(command.gains.i, GAIN_UNITS[1]);
-        let most = command.pwm_limit.clamp(0.0, 1.0) * PWM_FULL_SCALE;
-        self.integral += error * periods;
-        if k_i > 0.0 {
-            // No more than the motor can be given.
-            self.integral = self.integral.clamp(-most / k_i, most / k_i);
-        } else {
-            self.integral = 0.0;
-        }
-        (proportional + derivative + k_i * self.integral).clamp(-most, most) / PWM_FULL_SCALE
-    }
-
-    /// Moves the reference towards the goal: trapezoidal speed.
-    fn follow_profile(&mut self, command: &ServoCommand, h: f64) {
-        let goal = f64::from(command.goal) * TAU / TICKS_PER_TURN;
-        let way = goal - self.state.reference;
-        let (most, acceleration) = (command.profile_velocity, command.profile_acceleration);
-        if most <= 0.0 || way == 0.0 && self.reference_velocity == 0.0 {
-            (self.state.reference, self.reference_velocity) = (goal, 0.0);
-            return;
-        }
-        let wanted = if acceleration > 0.0 {
-            // Fastest speed from which steps of a h still stop at the goal.
-            let dv = acceleration * h;
-            let stopping = dv * ((0.25 + 2.0 * way.abs() / (dv * h)).sqrt() - 0.5);
-            let wanted = stopping.min(most).copysign(way);
-            self.reference_velocity + (wanted - self.reference_velocity).clamp(-dv, dv)
-        } else {
-            most.copysign(way)
-        };
-        let has_arrived = (wanted * h).abs() >= way.abs() && wanted * way >= 0.0;
-        let is_slow = acceleration <= 0.0 || wanted.abs() <= 1.5 * acceleration * h;
-        if has_arrived && is_slow {
-            (self.state.reference, self.reference_velocity) = (goal, 0.0);
-        } else {
-            self.reference_velocity = wanted;
-            self.state.reference += wanted * h;
-        }
     }
 
     /// Motor, gears, heat.

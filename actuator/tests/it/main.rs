@@ -1,5 +1,7 @@
 //! Facts about tendons and servos.
-#![allow(clippy::unwrap_used)] // a test may stop where it stands
+#![allow(clippy::unwrap_used, clippy::print_stderr)] // a test may stop where it stands
 
+mod golden;
+mod identify;
 mod servo;
 mod tendon;
