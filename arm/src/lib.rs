@@ -17,6 +17,8 @@ mod dense;
 mod derivatives;
 mod energy;
 mod external;
+mod import;
+mod joint_series;
 pub mod kernels;
 mod kinematics;
 mod lanes;
@@ -39,6 +41,8 @@ pub use data::Data;
 pub use derivatives::{forward_dynamics_derivatives, inverse_dynamics_derivatives};
 pub use energy::{centre_of_mass, kinetic_energy, momentum, potential_energy};
 pub use external::ExternalForce;
+pub use import::{BadRows, Columns, ImportOptions, Imported, UnitCheck, import};
+pub use joint_series::{ForceSeries, JointSeries, Recorded};
 pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
     skeleton,

@@ -22,9 +22,38 @@ pub enum Quantity {
     Acceleration,
     /// What the joint is driven with.
     Torque,
+    /// The coordinate that its drive is asked for.
+    Goal,
+    /// Current of its motor.
+    Current,
+    /// Supply voltage of its drive.
+    Voltage,
+    /// Temperature of its motor.
+    Temperature,
+    /// Duty cycle of its motor, with sign.
+    Pwm,
 }
 
 impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Position,
+        Self::Velocity,
+        Self::Acceleration,
+        Self::Torque,
+        Self::Goal,
+        Self::Current,
+        Self::Voltage,
+        Self::Temperature,
+        Self::Pwm,
+    ];
+
+    /// Name of the channel of joint number `joint` (from 0), if it is of this kind.
+    pub fn channel(self, kind: JointKind, joint: usize) -> String {
+        let [stem, unit] = self.spelled(kind);
+        format!("{stem}_{}_{unit}", joint + 1)
+    }
+
     fn spelled(self, kind: JointKind) -> [&'static str; 2] {
         match (self, kind) {
             (Self::Position, JointKind::Revolute) => ["q", "rad"],
@@ -34,6 +63,12 @@ impl Quantity {
             (Self::Acceleration, JointKind::Revolute) => ["ddq", "rad_s2"],
             (Self::Acceleration, JointKind::Prismatic) => ["ddq", "m_s2"],
             (Self::Torque, kind) => ["tau", torque_unit(kind)],
+            (Self::Goal, JointKind::Revolute) => ["goal", "rad"],
+            (Self::Goal, JointKind::Prismatic) => ["goal", "m"],
+            (Self::Current, _) => ["current", "a"],
+            (Self::Voltage, _) => ["voltage", "v"],
+            (Self::Temperature, _) => ["temperature", "degc"],
+            (Self::Pwm, _) => ["pwm", "ratio"],
         }
     }
 }
@@ -47,8 +82,7 @@ fn torque_unit(kind: JointKind) -> &'static str {
 
 /// Name of the channel of `quantity` of joint number `joint` (from 0).
 pub fn channel_name(model: &Model, quantity: Quantity, joint: usize) -> String {
-    let [stem, unit] = quantity.spelled(model.joints[joint].kind);
-    format!("{stem}_{}_{unit}", joint + 1)
+    quantity.channel(model.joints[joint].kind, joint)
 }
 
 /// `quantity` of all joints, row by row (n_samples × n); `None` where the recording has it of no joint.
@@ -66,8 +100,7 @@ pub fn joint_rows(
         return Ok(None);
     }
     let columns: Vec<&[f64]> = names.iter().map(|name| recording.require(name)).collect::<Result<_, _>>()?;
-    let [stem, unit] = quantity.spelled(model.joints[n - 1].kind);
-    let next = format!("{stem}_{}_{unit}", n + 1);
+    let next = quantity.channel(model.joints[n - 1].kind, n);
     if recording.channel(&next).is_some() {
         let expected = format!("{n} joints, as \"{}\" has", model.name());
         return Err(BadInput::new(next, expected, "one more"));

@@ -16,6 +16,7 @@ mod recording;
 mod rng;
 mod scene;
 pub mod size;
+mod table;
 pub mod typed;
 pub mod units;
 
@@ -27,4 +28,5 @@ pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
     TrackerFrame,
 };
+pub use table::{Column, Filter, Table};
 pub use units::LengthUnit;

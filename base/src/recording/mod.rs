@@ -11,7 +11,7 @@ mod journal;
 mod journal_queue;
 mod metadata;
 mod names;
-mod parquet;
+pub(crate) mod parquet;
 
 use crate::{BadInput, Result, file};
 pub use crc::crc32;
@@ -99,6 +99,20 @@ impl Recording {
         names::check_numbering(&channels)?;
         meta.check()?;
         Ok(Self { time, channels, gap, meta })
+    }
+
+    /// Puts a recording together in which values are missing (NaN): each is interpolated in time between its neighbours,
+    /// before the first and after the last it is held, and its row is marked as a gap.
+    ///
+    /// # Errors
+    /// `BadInput` for a channel without any value, and as [`Recording::new`].
+    pub fn with_missing(time: Vec<f64>, channels: Vec<Channel>, meta: Metadata) -> Check<Self> {
+        let n = time.len();
+        if let Some(channel) = channels.iter().find(|channel| channel.values.len() != n) {
+            let expected = format!("{n} rows, as time_s has");
+            return Err(BadInput::new(&channel.name, expected, channel.values.len().to_string()));
+        }
+        fill::filled(time, channels, meta)
     }
 
     /// Times (n_samples) [s], strictly increasing.
@@ -227,12 +241,12 @@ impl Recording {
 }
 
 /// The text of a table, which is longer than what a person types.
-fn csv_text(path: &Path) -> Result<String> {
+pub(crate) fn csv_text(path: &Path) -> Result<String> {
     Ok(file::text_of(file::read_up_to(path, MOST)?, &path.display().to_string())?)
 }
 
 /// Refuses more numbers than [`MOST_NUMBERS`], before they are read.
-fn check_size(columns: usize, rows: u64) -> Check<()> {
+pub(crate) fn check_size(columns: usize, rows: u64) -> Check<()> {
     let numbers = rows.saturating_mul(columns as u64);
     if numbers > MOST_NUMBERS {
         let found = format!("{rows} rows of {columns} columns");

@@ -1,4 +1,4 @@
-//! Recordings as Parquet, for programs; the only module that knows the `parquet` crate.
+//! Recordings as Parquet, for programs; with `table/parquet.rs` the only module that knows the `parquet` crate.
 //!
 //! One required `DOUBLE` column per series and a `BOOLEAN` column `gap`, one row group, Snappy, metadata as
 //! key-value pairs: what pyarrow, and pandas through it, read as they find it. Nothing in the file depends on the
@@ -66,10 +66,7 @@ pub(super) fn read(source: File) -> Check<Recording> {
     let reader = opened(source)?;
     let meta = provenance(&reader)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    let rows = reader.metadata().row_groups().iter().map(|group| group.num_rows());
-    let rows = rows.chain([reader.metadata().file_metadata().num_rows()]);
-    let rows = rows.map(|rows| u64::try_from(rows).unwrap_or(u64::MAX)).max().unwrap_or(0);
-    check_size(schema.num_columns(), rows)?;
+    check_size(schema.num_columns(), most_rows(&reader))?;
     let table: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
     let (columns, mut channels) = names::columns(&table.iter().map(String::as_str).collect::<Vec<_>>())
         .map_err(|bad| if bad.place.is_empty() { bad.within("columns") } else { bad })?;
@@ -90,7 +87,14 @@ pub(super) fn read_metadata(source: File) -> Check<Metadata> {
     provenance(&opened(source)?)
 }
 
-fn opened(source: File) -> Check<SerializedFileReader<File>> {
+/// The rows that a file claims, or a group of it if that is more.
+pub(crate) fn most_rows(reader: &SerializedFileReader<File>) -> u64 {
+    let rows = reader.metadata().row_groups().iter().map(|group| group.num_rows());
+    let rows = rows.chain([reader.metadata().file_metadata().num_rows()]);
+    rows.map(|rows| u64::try_from(rows).unwrap_or(u64::MAX)).max().unwrap_or(0)
+}
+
+pub(crate) fn opened(source: File) -> Check<SerializedFileReader<File>> {
     let length = source.metadata().map(|metadata| metadata.len());
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
     check_extents(&reader, length.unwrap_or(u64::MAX))?;
@@ -212,7 +216,7 @@ fn read_pages<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: 
     Ok(values)
 }
 
-fn damaged(error: &ParquetError) -> BadInput {
+pub(crate) fn damaged(error: &ParquetError) -> BadInput {
     BadInput::new("contents", "a whole parquet file", error.to_string())
         .hint("was it copied or downloaded to the end?")
 }

@@ -1,6 +1,7 @@
 //! `hysteron arm`: rigid-body arms.
 
 mod dynamics;
+mod import;
 mod info;
 mod simulate;
 
@@ -36,6 +37,7 @@ enum Verb {
     Info(info::Arguments),
     Check(info::CheckArguments),
     Dynamics(dynamics::Arguments),
+    Import(import::Arguments),
     Simulate(simulate::Arguments),
 }
 
@@ -45,6 +47,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Verb::Info(arguments) => info::run(arguments),
         Verb::Check(arguments) => info::check(arguments),
         Verb::Dynamics(arguments) => dynamics::run(arguments),
+        Verb::Import(arguments) => import::run(arguments),
         Verb::Simulate(arguments) => simulate::run(arguments),
     }
 }

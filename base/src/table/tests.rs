@@ -1,0 +1,126 @@
+//! What other programs write, read as it stands.
+
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+use super::*;
+
+fn of_text(text: &str) -> Table {
+    text::read(text, None).unwrap()
+}
+
+#[test]
+fn separators_and_headers_are_seen() {
+    for text in [
+        "t,q\n0,1\n1,2\n",
+        "t;q\n0;1\n1;2\n",
+        "t\tq\n0\t1\n1\t2\n",
+        "  t   q\n 0  1 \n\n 1  2\n",
+        "# x\n\"t\", \"q\"\n0, 1\n1, 2",
+    ] {
+        let table = of_text(text);
+        assert_eq!(table.names(), "t, q", "{text:?}");
+        assert_eq!(table.columns()[1].values, [1.0, 2.0], "{text:?}");
+    }
+    let bare = of_text("0,1.5\n1,-2e3\n");
+    assert_eq!((bare.names().as_str(), bare.n_rows()), ("1, 2", 2));
+    assert_eq!(bare.columns()[1].values, [1.5, -2000.0]);
+}
+
+#[test]
+fn cells_without_a_number_are_known_by_their_line() {
+    let table = of_text("t,q,label\n0,1,a\n\n1,,b\n2,x,b\n3,4\n");
+    assert_eq!(table.uneven(), [(3, 2)]);
+    assert!(table.columns()[1].values[1..].iter().all(|x| x.is_nan()));
+    assert_eq!((table.row_name(2), table.shown(1, 2)), ("line 5".to_owned(), "\"x\"".to_owned()));
+    assert_eq!(table.shown(1, 1), "no number");
+    let only_b = Filter { column: "label".into(), value: "b".into() };
+    let filtered = text::read("t,q,label\n0,1,a\n\n1,5,b\n2,6,b\n", Some(&only_b)).unwrap();
+    assert_eq!(
+        (filtered.columns()[1].values.as_slice(), filtered.row_name(0)),
+        (&[5.0, 6.0][..], "line 4".to_owned())
+    );
+    let nowhere = Filter { column: "label".into(), value: "c".into() };
+    assert!(text::read("t,label\n0,a\n", Some(&nowhere)).unwrap_err().to_string().contains("label = c"));
+    assert!(text::read("t,q\n0,1\n", Some(&nowhere)).unwrap_err().to_string().contains("a column \"label\""));
+}
+
+#[test]
+fn nothing_is_no_table() {
+    for text in ["", "\n\n", "t,q\n", "\u{feff}"] {
+        assert!(text::read(text, None).is_err(), "{text:?}");
+    }
+}
+
+/// An `.npy` of this type and shape.
+fn npy(descr: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+#[test]
+fn arrays_of_every_type_and_order() {
+    let read = |descr: &str, data: &[u8]| {
+        npz::read_single(&npy(descr, "False", "(2,)", data)).unwrap().columns()[0].values.clone()
+    };
+    assert_eq!(read("<f8", &[1.5_f64.to_le_bytes(), (-2.0_f64).to_le_bytes()].concat()), [1.5, -2.0]);
+    assert_eq!(read(">f4", &[1.5_f32.to_be_bytes(), (-2.0_f32).to_be_bytes()].concat()), [1.5, -2.0]);
+    assert_eq!(read("<i2", &[7_i16.to_le_bytes(), (-7_i16).to_le_bytes()].concat()), [7.0, -7.0]);
+    assert_eq!(read(">i8", &[7_i64.to_be_bytes(), (-7_i64).to_be_bytes()].concat()), [7.0, -7.0]);
+    assert_eq!(read("|u1", &[7, 255]), [7.0, 255.0]);
+    assert_eq!(read("|b1", &[1, 0]), [1.0, 0.0]);
+    let by_columns = npz::read_single(&npy("|u1", "True", "(2, 3)", &[1, 2, 3, 4, 5, 6])).unwrap();
+    assert_eq!(by_columns.names(), "array[1], array[2], array[3]");
+    assert_eq!(by_columns.columns()[1].values, [3.0, 4.0]);
+    for bad in [
+        npy("<f8", "False", "(2,)", &[0; 15]),
+        npy("<f8", "False", "(99999999999, 9)", &[]),
+        npy("|O", "False", "(2,)", &[0; 16]),
+        b"PK".to_vec(),
+    ] {
+        assert!(npz::read_single(&bad).is_err());
+    }
+}
+
+#[test]
+fn stored_and_deflated_archives() {
+    let array = npy("|u1", "False", "(3,)", &[1, 2, 3]);
+    for method in [0_u16, 8] {
+        let packed =
+            if method == 0 { array.clone() } else { miniz_oxide::deflate::compress_to_vec(&array, 6) };
+        let sizes = [(packed.len() as u32).to_le_bytes(), (array.len() as u32).to_le_bytes()].concat();
+        let mut bytes = b"PK\x03\x04\x14\0\0\0".to_vec();
+        bytes.extend([&method.to_le_bytes()[..], &[0; 8], &sizes, &[5, 0, 0, 0], b"q.npy", &packed].concat());
+        let directory = bytes.len() as u32;
+        bytes.extend(
+            [
+                b"PK\x01\x02\x14\0\x14\0\0\0",
+                &method.to_le_bytes()[..],
+                &[0; 8],
+                &sizes,
+                &[5, 0, 0, 0],
+                &[0; 14],
+                b"q.npy",
+            ]
+            .concat(),
+        );
+        bytes.extend(
+            [b"PK\x05\x06\0\0\0\0\x01\0\x01\0", &[0; 4][..], &directory.to_le_bytes(), &[0; 2]].concat(),
+        );
+        let table = npz::read_archive(&bytes).unwrap();
+        assert_eq!(
+            (table.names().as_str(), table.columns()[0].values.as_slice()),
+            ("q", &[1.0, 2.0, 3.0][..])
+        );
+        // Cut short or altered anywhere, it is refused or read, and never stops the program.
+        for n in 0..bytes.len() {
+            let _ = npz::read_archive(&bytes[..n]);
+            let mut altered = bytes.clone();
+            altered[n] ^= 0xff;
+            let _ = npz::read_archive(&altered);
+        }
+    }
+}
