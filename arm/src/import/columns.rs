@@ -237,7 +237,8 @@ impl Columns {
         fitting.into_iter().max_by_key(|columns| columns.channels.len()).ok_or_else(|| {
             let names: Vec<&str> = Self::builtin_names().collect();
             let hint = match table.index("observation.state[1]") {
-                Some(_) => "a LeRobot data set: say whether its angles are degrees or radians, --columns lerobot-deg or lerobot-rad".to_owned(),
+                Some(_) => "are the angles of this LeRobot data set in degrees or radians? --columns lerobot-deg or lerobot-rad"
+                    .to_owned(),
                 None => format!("--columns FILE says what its columns are; built in are {}", names.join(", ")),
             };
             BadInput::new("columns", "those of a known data set", table.names()).hint(hint)

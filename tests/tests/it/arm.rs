@@ -1,6 +1,6 @@
 //! Rigid-body arms through the built program.
 
-use hysteron_tests::{names_in, root, run};
+use hysteron_tests::{measured, names_in, root, run};
 
 /// A place like the root of the repository, with what the page on arms reads.
 fn place() -> tempfile::TempDir {
@@ -62,5 +62,82 @@ fn no_input_is_written_over_and_no_result_of_another_command() {
         place.path(),
         &["arm", "dynamics", "three-link", "--states", "motion.csv", "--out", "motion.csv"],
     );
+    assert!(error.error(2).contains("--out: expected another file than the input"), "{:?}", error.stderr);
+}
+
+const COLUMNS: &str = r#"
+format = "hysteron-columns"
+version = 1
+[columns]
+time_s = "t"
+"q_*_rad" = "q*"
+"tau_*_n_m" = "i*"
+"#;
+
+/// A log at 100 Hz of two joints in which row 5 reads `text`.
+fn log(text: &str) -> String {
+    let row = |k: usize| match k {
+        5 => format!("{text}\n"),
+        _ => format!("{},{},{},1,2\n", 0.01 * k as f64, 0.1 * k as f64, 0.2),
+    };
+    format!("t,q1,q2,i1,i2\n{}", (0..40).map(row).collect::<String>())
+}
+
+#[test]
+fn an_imported_recording_is_simulated_and_a_bad_one_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, content: &[u8]| std::fs::write(place.path().join(name), content).unwrap();
+    let import = |file: &str, more: &[&str]| {
+        run(
+            place.path(),
+            &[&["arm", "import", file, "--columns", "c.toml", "--out", "rec.csv"], more].concat(),
+        )
+    };
+    write("c.toml", COLUMNS.as_bytes());
+    write("log.csv", log("0.05,0.5,0.2,1,2").as_bytes());
+    let outcome = import("log.csv", &[]).succeeded();
+    assert!(outcome.stdout.contains("40 rows at 100.000 Hz, 0 of them gaps"), "{:?}", outcome.stdout);
+    run(place.path(), &["arm", "simulate", "scara", "--torques", "rec.csv", "--out", "motion.csv"])
+        .succeeded();
+    std::fs::remove_file(place.path().join("rec.csv")).unwrap();
+    std::fs::remove_file(place.path().join("motion.csv")).unwrap();
+    let before = names_in(place.path());
+    for (row, part) in [
+        ("0.05,NaN,0.2,1,2", "log.csv: line 7: q1: expected a finite number"),
+        ("0.05,0.5,0.2,1", "log.csv: line 7: expected 5 cells"),
+        ("0.03,0.5,0.2,1,2", "log.csv: line 7: time: expected one after 0.04 s"),
+        ("0.05,500,0.2,1,2", "q_1_rad: expected at most 25"),
+    ] {
+        write("log.csv", log(row).as_bytes());
+        let outcome = import("log.csv", &[]);
+        assert!(outcome.error(2).contains(part), "{part:?} in {:?}", outcome.stderr);
+        assert_eq!(names_in(place.path()), before);
+    }
+    write("log.csv", log("0.05,0.5,0.2,1,2").replace("q2,", "tip,").as_bytes());
+    let outcome = import("log.csv", &[]);
+    assert!(
+        outcome.error(2).contains("q_2_rad: expected this channel of all 2 joints"),
+        "{:?}",
+        outcome.stderr
+    );
+    write("log.csv", log("0.05,0.5,0.2,1,2").as_bytes());
+    let outcome = import("log.csv", &["--model", "three-link"]);
+    assert!(
+        outcome.error(2).contains("joints: expected 3, as \"three_link\" has, got 2"),
+        "{:?}",
+        outcome.stderr
+    );
+    for more in [&["--rate", "-1"][..], &["--rate", "1e300"], &["--where", "x"], &["--where", "q1=77"]] {
+        import("log.csv", more).error(2);
+    }
+    let garbage: Vec<u8> = (0..10_u32 << 20).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    for name in ["garbage.csv", "garbage.json", "garbage.npz", "garbage.parquet", "garbage.npy"] {
+        write(name, &garbage);
+        let (outcome, megabytes) = measured(place.path(), &["arm", "import", name, "--out", "rec.csv"]);
+        assert!(outcome.error(2).contains(name), "{:?}", outcome.stderr);
+        assert!(megabytes < 400, "{megabytes} MB for {name}");
+        std::fs::remove_file(place.path().join(name)).unwrap();
+    }
+    let error = run(place.path(), &["arm", "import", "log.csv", "--columns", "c.toml", "--out", "log.csv"]);
     assert!(error.error(2).contains("--out: expected another file than the input"), "{:?}", error.stderr);
 }
