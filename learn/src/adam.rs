@@ -3,6 +3,8 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
+use crate::real::Real;
+
 /// The optimiser and its settings.
 ///
 /// # Reference
@@ -68,42 +70,42 @@ impl Adam {
     }
 
     /// Moves `weights` by the gradient times `scale`; `step` counts from 1.
-    pub(crate) fn update(
+    pub(crate) fn update<T: Real>(
         &self,
         step: u64,
         scale: f64,
-        gradient: &[f32],
-        weights: &mut [f32],
-        moments: &mut Moments,
+        gradient: &[T],
+        weights: &mut [T],
+        moments: &mut Moments<T>,
     ) {
         let step = i32::try_from(step).unwrap_or(i32::MAX);
         let unbias = |beta: f64| 1.0 - beta.powi(step);
-        let rate = (self.learning_rate / unbias(self.beta1)) as f32;
-        let per_root = (1.0 / unbias(self.beta2).sqrt()) as f32;
-        let [scale, decay, epsilon] = [scale, self.weight_decay, self.epsilon].map(|v| v as f32);
-        let [b1, b2] = [self.beta1, self.beta2].map(|b| (b as f32, (1.0 - b) as f32));
+        let rate = T::of(self.learning_rate / unbias(self.beta1));
+        let per_root = T::of(1.0 / unbias(self.beta2).sqrt());
+        let [scale, decay, epsilon] = [scale, self.weight_decay, self.epsilon].map(T::of);
+        let [b1, b2] = [self.beta1, self.beta2].map(|b| (T::of(b), T::of(1.0 - b)));
         let moments = moments.mean.iter_mut().zip(&mut moments.square);
         for ((weight, gradient), (mean, square)) in weights.iter_mut().zip(gradient).zip(moments) {
-            let g = scale * gradient + decay * *weight;
+            let g = scale * *gradient + decay * *weight;
             *mean = b1.0 * *mean + b1.1 * g;
             *square = b2.0 * *square + b2.1 * g * g;
-            *weight -= rate * *mean / (square.sqrt() * per_root + epsilon);
+            *weight -= rate * *mean / (square.root() * per_root + epsilon);
         }
     }
 }
 
 /// Means of the gradient of one vector of parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Moments {
+pub(crate) struct Moments<T> {
     /// Of the gradient.
-    pub mean: Vec<f32>,
+    pub mean: Vec<T>,
     /// Of its square.
-    pub square: Vec<f32>,
+    pub square: Vec<T>,
 }
 
-impl Moments {
+impl<T: Real> Moments<T> {
     pub fn zeros(len: usize) -> Self {
-        Self { mean: vec![0.0; len], square: vec![0.0; len] }
+        Self { mean: vec![T::default(); len], square: vec![T::default(); len] }
     }
 }
 
@@ -118,7 +120,7 @@ mod tests {
     fn constant_gradients_move_weights_by_the_rate() {
         // Then mean = (1 - β₁ᵗ) g and square = (1 - β₂ᵗ) g²: every step is α g/(|g| + ε).
         let adam = Adam { learning_rate: 0.25, ..Adam::default() };
-        let (mut weights, mut moments) = ([1.0, 1.0, 1.0], Moments::zeros(3));
+        let (mut weights, mut moments) = ([1.0f32, 1.0, 1.0], Moments::zeros(3));
         for step in 1..=8 {
             adam.update(step, 1.0, &[3.0, -0.01, 0.0], &mut weights, &mut moments);
             let moved = 0.25 * step as f32;
@@ -133,7 +135,7 @@ mod tests {
     fn the_second_step_is_that_of_the_paper() {
         // Gradients 1 and -1 at β₁ = 0.5, β₂ = 0.75: mean -0.25/0.75, square 0.4375/0.4375.
         let adam = Adam { learning_rate: 0.5, beta1: 0.5, beta2: 0.75, ..Adam::default() };
-        let (mut weight, mut moments) = ([0.0], Moments::zeros(1));
+        let (mut weight, mut moments) = ([0.0f32], Moments::zeros(1));
         adam.update(1, 1.0, &[1.0], &mut weight, &mut moments);
         assert!((weight[0] + 0.5).abs() <= TOL, "{}", weight[0]);
         adam.update(2, 1.0, &[-1.0], &mut weight, &mut moments);
@@ -143,7 +145,7 @@ mod tests {
     #[test]
     fn a_penalty_is_a_gradient_and_a_long_gradient_is_scaled() {
         let adam = Adam { weight_decay: 0.5, clip_norm: Some(2.0), ..Adam::default() };
-        let (mut weight, mut moments) = ([4.0], Moments::zeros(1));
+        let (mut weight, mut moments) = ([4.0f32], Moments::zeros(1));
         let scale = adam.scale(8.0);
         assert!((scale - 0.25).abs() < 1e-6 && adam.scale(1.0) == 1.0, "{scale}");
         adam.update(1, scale, &[8.0], &mut weight, &mut moments);

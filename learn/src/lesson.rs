@@ -128,8 +128,15 @@ pub fn teach<L: Lesson>(
 
 fn resumed(path: &Path, identity: &Value) -> crate::Result<Training> {
     let (training, found) = Training::load(path)?;
-    if found == *identity {
-        return Ok(training);
+    check_identity(path, &found, identity)?;
+    Ok(training)
+}
+
+/// # Errors
+/// `BadInput` naming what differs between the training that a file holds and the one that is asked for.
+pub(crate) fn check_identity(path: &Path, found: &Value, identity: &Value) -> crate::Result<()> {
+    if found == identity {
+        return Ok(());
     }
     let differing =
         identity.as_object().into_iter().flatten().find(|(key, value)| found.get(key) != Some(value));

@@ -4,6 +4,7 @@
 //! own operation is an LSTM layer over a whole sequence; a [`Runner`] steps one sample at a time. Arrays are `f32`
 //! and time-major: [step][row of the batch][channel]. Equations and file formats: `docs/learn.md`.
 
+mod activation;
 mod adam;
 mod architecture;
 mod batch;
@@ -14,12 +15,19 @@ mod gates;
 mod graph;
 #[cfg(test)]
 mod graph_tests;
+mod lbfgs;
 mod lesson;
 mod loss;
+mod minibatch;
+mod mlp;
+mod mlp_tape;
+#[cfg(test)]
+mod mlp_tests;
 mod network;
 mod normaliser;
 mod passes;
 mod product;
+mod real;
 mod runner;
 mod schedule;
 mod sequence;
@@ -29,17 +37,23 @@ mod trainer;
 mod training;
 mod windowed;
 
+pub use activation::Activation;
 pub use adam::Adam;
 pub use architecture::{Architecture, Head};
 pub use batch::{Batch, Memory, Outputs};
 pub use checkpoint::Checkpoint;
 pub use error::{Error, Result};
 pub use fit_report::{ChannelErrors, FitReport};
+pub use lbfgs::{Ending, Lbfgs};
 pub use lesson::{Epoch, Learned, Lesson, Progress, Session, teach};
 pub use loss::{mean, mean_squared_error};
+pub use minibatch::{Minimum, Objective, minimise};
+pub use mlp::Mlp;
+pub use mlp_tape::MlpTape;
 pub use network::Network;
 pub use normaliser::{ChannelRange, Normaliser};
 pub use passes::{Sequences, Sum};
+pub use real::Real;
 pub use runner::{Runner, WeightFormat};
 pub use schedule::{Fall, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule};
 pub use sequence_options::SequenceOptions;

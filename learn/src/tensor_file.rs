@@ -23,11 +23,31 @@ const NO_CHECKSUM: &str = "00000000000000000000000000000000000000000000000000000
 pub(crate) struct TensorFile {
     metadata: BTreeMap<String, Value>,
     tensors: BTreeMap<String, (Vec<usize>, Vec<f32>)>,
+    /// Vectors in double precision; their names are none of the tensors'.
+    vectors: BTreeMap<String, Vec<f64>>,
 }
 
 impl TensorFile {
     pub fn put(&mut self, name: &str, value: Value) {
         self.metadata.insert(name.to_owned(), value);
+    }
+
+    /// Puts a vector in double precision.
+    pub fn put_vector(&mut self, name: &str, values: Vec<f64>) {
+        self.vectors.insert(name.to_owned(), values);
+    }
+
+    /// # Errors
+    /// If it is missing, of another length, or not finite.
+    pub fn take_vector(&mut self, name: &str, len: usize) -> std::result::Result<Vec<f64>, BadInput> {
+        let found = self.vectors.remove(name).unwrap_or_default();
+        if found.len() != len {
+            return Err(BadInput::new(name, format!("{len} numbers"), found.len().to_string()));
+        }
+        match found.iter().find(|v| !v.is_finite()) {
+            Some(v) => Err(BadInput::new(name, "finite numbers", v.to_string())),
+            None => Ok(found),
+        }
     }
 
     /// Puts the tensors of a network, or of something of its shape, with a prefix to their names.
@@ -105,6 +125,12 @@ impl TensorFile {
             let offsets = [from, data.len()];
             header.insert(name.clone(), json!({ "dtype": "F32", "shape": shape, "data_offsets": offsets }));
         }
+        for (name, values) in &self.vectors {
+            let from = data.len();
+            data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+            let (offsets, shape) = ([from, data.len()], [values.len()]);
+            header.insert(name.clone(), json!({ "dtype": "F64", "shape": shape, "data_offsets": offsets }));
+        }
         let mut header = Value::from(header).to_string();
         // The data begin at a multiple of 8, as the format asks.
         header.extend(std::iter::repeat_n(' ', header.len().next_multiple_of(8) - header.len()));
@@ -119,7 +145,7 @@ impl TensorFile {
     }
 
     /// # Errors
-    /// `BadInput` if the file is not whole, of another format or version, or holds anything but `f32`.
+    /// `BadInput` if the file is not whole, of another format or version, or holds anything but `f32` and `f64`.
     pub fn read(path: &Path, format: &str, version: u64) -> Result<Self> {
         let bytes = file::read_bytes(path)?;
         Ok(Self::from_bytes(bytes, format, version).map_err(|bad| bad.within(path.display()))?)
@@ -150,8 +176,14 @@ impl TensorFile {
             }
         }
         for (name, tensor) in content.iter() {
+            if tensor.dtype() == Dtype::F64 {
+                let (values, _) = tensor.data().as_chunks::<8>();
+                let values = values.iter().map(|v| f64::from_le_bytes(*v)).collect();
+                found.vectors.insert(name.to_owned(), values);
+                continue;
+            }
             if tensor.dtype() != Dtype::F32 {
-                return Err(BadInput::new(name, "F32", format!("{:?}", tensor.dtype())));
+                return Err(BadInput::new(name, "F32 or F64", format!("{:?}", tensor.dtype())));
             }
             let (values, _) = tensor.data().as_chunks::<4>();
             let values = values.iter().map(|v| f32::from_le_bytes(*v)).collect();

@@ -23,7 +23,7 @@ pub struct Trainer {
     /// Steps done.
     steps: u64,
     /// For each vector of parameters.
-    moments: Vec<Moments>,
+    moments: Vec<Moments<f32>>,
     graph: Graph,
 }
 

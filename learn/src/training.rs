@@ -26,16 +26,38 @@ pub struct Training {
 /// How far a training is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Course {
+pub(crate) struct Course {
     /// Part of the mean that each step renews; none for no mean.
-    renewed: Option<f32>,
+    pub renewed: Option<f32>,
     /// Epochs done.
-    epochs: usize,
+    pub epochs: usize,
     /// Epochs done when the best weights were found, and their error.
-    best: Option<(usize, f64)>,
+    pub best: Option<(usize, f64)>,
     /// Of every epoch, the error in training and on data held out; files of older programs have none.
     #[serde(default)]
-    curve: Vec<[f64; 2]>,
+    pub curve: Vec<[f64; 2]>,
+}
+
+impl Course {
+    pub fn new(renewed: Option<f32>) -> Self {
+        Self { renewed, epochs: 0, best: None, curve: Vec::new() }
+    }
+
+    /// Ends an epoch; whether none before did better on data held out.
+    pub fn end_epoch(&mut self, training: f64, error: f64) -> bool {
+        self.epochs += 1;
+        self.curve.push([training, error]);
+        let is_best = self.best.is_none_or(|(_, best)| error < best);
+        if is_best {
+            self.best = Some((self.epochs, error));
+        }
+        is_best
+    }
+
+    /// Whether that many epochs have gone by without a better error.
+    pub fn is_stuck(&self, patience: usize) -> bool {
+        self.best.is_some_and(|(epoch, _)| self.epochs - epoch >= patience)
+    }
 }
 
 impl Training {
@@ -46,12 +68,7 @@ impl Training {
     pub fn new(trainer: Trainer, renewed: Option<f32>) -> Self {
         assert!(renewed.is_none_or(|part| part > 0.0 && part <= 1.0), "part of the mean: {renewed:?}");
         let mean = renewed.map(|_| trainer.network().clone());
-        Self {
-            trainer,
-            mean,
-            best: None,
-            course: Course { renewed, epochs: 0, best: None, curve: Vec::new() },
-        }
+        Self { trainer, mean, best: None, course: Course::new(renewed) }
     }
 
     /// The step size from the next step on; see [`Trainer::set_learning_rate`].
@@ -97,10 +114,7 @@ impl Training {
     /// Ends an epoch with the error in training, and that of [`Training::network`] on data held out; keeps the weights if
     /// none did better there.
     pub fn end_epoch(&mut self, training: f64, error: f64) {
-        self.course.epochs += 1;
-        self.course.curve.push([training, error]);
-        if self.course.best.is_none_or(|(_, best)| error < best) {
-            self.course.best = Some((self.course.epochs, error));
+        if self.course.end_epoch(training, error) {
             self.best = Some(self.network().clone());
         }
     }
@@ -123,7 +137,7 @@ impl Training {
 
     /// Whether that many epochs have gone by without a better error.
     pub fn is_stuck(&self, patience: usize) -> bool {
-        self.course.best.is_some_and(|(epoch, _)| self.course.epochs - epoch >= patience)
+        self.course.is_stuck(patience)
     }
 
     /// Writes everything needed to go on from the end of an epoch, with what the caller wants to find beside it.

@@ -1,0 +1,301 @@
+//! One pass of a multi-layer perceptron over a batch, with directional derivatives, and its reverse pass.
+//!
+//! A pass carries streams: the values, any number of tangents (directional derivatives by the inputs), and mixed second
+//! derivatives along two of them. Every stream is a matrix [row of the batch][unit], so that a layer is one product of
+//! matrices for each stream. The reverse pass is ordinary first-order back-propagation through all of them:
+//!
+//!     y = f(x), y_a = f' x_a, y_ab = f'' x_a x_b + f' x_ab
+//!     x̄ = f' ȳ + f'' Σ_a x_a ȳ_a + (f''' x_a x_b + f'' x_ab) ȳ_ab,  x̄_a = f' ȳ_a + f'' x_b ȳ_ab,  x̄_ab = f' ȳ_ab
+//!
+//! Derivatives of a torque that is itself a derivative of an energy need no Jacobians so: see the crate `arm`.
+
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
+
+use crate::activation::Activation;
+use crate::mlp::{LayerShape, Mlp};
+use crate::product::{multiply, multiply_add, rows};
+use crate::real::Real;
+
+/// What a pass remembers; reused from batch to batch.
+#[derive(Debug, Clone)]
+pub struct MlpTape<T> {
+    mlp: Mlp,
+    shapes: Vec<LayerShape>,
+    n_rows: usize,
+    streams: Vec<Stream>,
+    layers: Vec<Layer<T>>,
+    /// Cotangents of the layer at hand, and of the one before it: [stream][row][unit].
+    cotangents: [Vec<T>; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stream {
+    Value,
+    Tangent,
+    /// Along these two tangents.
+    Mixed(usize, usize),
+}
+
+/// Every array is [stream][row][unit], `d` and `dd` are [row][unit].
+#[derive(Debug, Clone, Default)]
+struct Layer<T> {
+    /// What enters.
+    input: Vec<T>,
+    /// W x + b, and its tangents.
+    sum: Vec<T>,
+    /// f' and f'' at the values of `sum`; empty in the last layer.
+    d: Vec<T>,
+    dd: Vec<T>,
+}
+
+/// The part of an array that belongs to one stream.
+fn part<T>(values: &[T], stream: usize, len: usize) -> &[T] {
+    &values[stream * len..(stream + 1) * len]
+}
+
+impl<T: Real> MlpTape<T> {
+    /// Scratch for networks of this shape.
+    pub fn new(mlp: &Mlp) -> Self {
+        let shapes = mlp.layers();
+        let layers = shapes
+            .iter()
+            .map(|_| Layer { input: Vec::new(), sum: Vec::new(), d: Vec::new(), dd: Vec::new() })
+            .collect();
+        Self {
+            mlp: mlp.clone(),
+            shapes,
+            n_rows: 0,
+            streams: Vec::new(),
+            layers,
+            cotangents: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// The values for `inputs` ([row][input]); begins a new pass.
+    pub fn forward(&mut self, parameters: &[T], inputs: &[T]) -> &[T] {
+        self.n_rows = inputs.len() / self.mlp.inputs;
+        self.streams.clear();
+        self.push(parameters, inputs, Stream::Value)
+    }
+
+    /// One more stream: the derivatives of the outputs along `tangents` ([row][input]). Streams count from 1 in the order
+    /// of these calls; stream 0 holds the values.
+    pub fn push_tangent(&mut self, parameters: &[T], tangents: &[T]) -> &[T] {
+        self.push(parameters, tangents, Stream::Tangent)
+    }
+
+    /// One more stream: the second derivatives along the tangents of streams `a` and `b`, which must not be the same.
+    pub fn push_mixed(&mut self, parameters: &[T], a: usize, b: usize) -> &[T] {
+        assert!(
+            a != b && [a, b].iter().all(|s| self.streams.get(*s) == Some(&Stream::Tangent)),
+            "streams {a}, {b}"
+        );
+        let zeros = vec![T::default(); self.n_rows * self.mlp.inputs];
+        self.push(parameters, &zeros, Stream::Mixed(a, b))
+    }
+
+    /// The outputs of one stream: [row][output].
+    pub fn outputs(&self, stream: usize) -> &[T] {
+        let last = self.layers.len() - 1;
+        part(&self.layers[last].sum, stream, self.n_rows * self.mlp.outputs)
+    }
+
+    fn push(&mut self, parameters: &[T], inputs: &[T], stream: Stream) -> &[T] {
+        assert_eq!(inputs.len(), self.n_rows * self.mlp.inputs, "inputs of {} rows", self.n_rows);
+        let s = self.streams.len();
+        self.streams.push(stream);
+        store(&mut self.layers[0].input, s, inputs);
+        let last = self.layers.len() - 1;
+        for l in 0..self.layers.len() {
+            let shape = &self.shapes[l];
+            let (weights, biases) = shape.split(parameters);
+            let (len_in, len) = (self.n_rows * shape.inputs, self.n_rows * shape.outputs);
+            let (here, after) = self.layers.split_at_mut(l + 1);
+            let layer = &mut here[l];
+            layer.sum.resize((s + 1) * len, T::default());
+            let out = &mut layer.sum[s * len..];
+            let x = rows(part(&layer.input, s, len_in), shape.inputs);
+            multiply(out, x, rows(weights, shape.inputs).transpose());
+            if stream == Stream::Value {
+                for row in out.chunks_exact_mut(shape.outputs) {
+                    for (y, b) in row.iter_mut().zip(biases) {
+                        *y += *b;
+                    }
+                }
+            }
+            if l == last {
+                break;
+            }
+            let next = &mut after[0].input;
+            next.resize((s + 1) * len, T::default());
+            layer.activate(self.mlp.activation, s, stream, len, &mut next[s * len..]);
+        }
+        self.outputs(s)
+    }
+
+    /// The derivatives of some number by the inputs of stream 0 ([row][input]), from those by the outputs of the first
+    /// streams, `cotangents` ([stream][row][output]); the other streams do not count.
+    pub fn reverse_inputs(&mut self, parameters: &[T], cotangents: &[T]) -> &[T] {
+        self.reverse(parameters, cotangents, None);
+        part(&self.cotangents[0], 0, self.n_rows * self.mlp.inputs)
+    }
+
+    /// Adds the derivatives of some number by the parameters to `gradient`, from those by the outputs of the first streams,
+    /// `cotangents` ([stream][row][output]); the other streams do not count.
+    pub fn reverse_parameters(&mut self, parameters: &[T], cotangents: &[T], gradient: &mut [T]) {
+        self.reverse(parameters, cotangents, Some(gradient));
+    }
+
+    fn reverse(&mut self, parameters: &[T], cotangents: &[T], mut gradient: Option<&mut [T]>) {
+        let len_out = self.n_rows * self.mlp.outputs;
+        let n_streams = cotangents.len() / len_out;
+        assert!(
+            n_streams * len_out == cotangents.len() && n_streams <= self.streams.len(),
+            "cotangents of streams"
+        );
+        let [here, before] = &mut self.cotangents;
+        here.clear();
+        here.extend_from_slice(cotangents);
+        for l in (0..self.layers.len()).rev() {
+            let shape = &self.shapes[l];
+            let len_in = n_streams * self.n_rows * shape.inputs;
+            if let Some(gradient) = gradient.as_deref_mut() {
+                let (weights, biases) = shape.split_mut(gradient);
+                let input = rows(&self.layers[l].input[..len_in], shape.inputs);
+                multiply_add(weights, rows(here, shape.outputs).transpose(), input);
+                for row in here[..self.n_rows * shape.outputs].chunks_exact(shape.outputs) {
+                    for (sum, d) in biases.iter_mut().zip(row) {
+                        *sum += *d;
+                    }
+                }
+                if l == 0 {
+                    return;
+                }
+            }
+            before.resize(len_in, T::default());
+            multiply(before, rows(here, shape.outputs), rows(shape.split(parameters).0, shape.inputs));
+            if l > 0 {
+                let (layers, after) = self.layers.split_at_mut(l);
+                let streams = &self.streams[..n_streams];
+                let y = &after[0].input;
+                let activation = self.mlp.activation;
+                Isa::detect().run(Through {
+                    layer: &layers[l - 1],
+                    activation,
+                    streams,
+                    y,
+                    cotangents: before,
+                });
+            }
+            std::mem::swap(here, before);
+        }
+    }
+}
+
+fn store<T: Real>(values: &mut Vec<T>, stream: usize, part: &[T]) {
+    values.truncate(stream * part.len());
+    values.extend_from_slice(part);
+}
+
+impl<T: Real> Layer<T> {
+    /// Writes the activations of stream `s` from its sums.
+    fn activate(&mut self, activation: Activation, s: usize, stream: Stream, len: usize, out: &mut [T]) {
+        if stream == Stream::Value {
+            self.d.resize(len, T::default());
+            self.dd.resize(len, T::default());
+            activation.apply(&self.sum[..len], out, &mut self.d, &mut self.dd);
+            return;
+        }
+        let first = match stream {
+            Stream::Mixed(a, b) => Some([part(&self.sum, a, len), part(&self.sum, b, len)]),
+            _ => None,
+        };
+        Isa::detect().run(Along { x: part(&self.sum, s, len), d: &self.d, dd: &self.dd, first, out });
+    }
+}
+
+/// y_a = f' x_a, or y_ab = f'' x_a x_b + f' x_ab.
+struct Along<'a, T> {
+    x: &'a [T],
+    d: &'a [T],
+    dd: &'a [T],
+    /// x_a and x_b.
+    first: Option<[&'a [T]; 2]>,
+    out: &'a mut [T],
+}
+
+impl<T: Real> WithSimd for Along<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let n = self.out.len();
+        let (x, d, dd) = (&self.x[..n], &self.d[..n], &self.dd[..n]);
+        match self.first {
+            None => {
+                for i in 0..n {
+                    self.out[i] = d[i] * x[i];
+                }
+            }
+            Some([a, b]) => {
+                let (a, b) = (&a[..n], &b[..n]);
+                for i in 0..n {
+                    self.out[i] = dd[i] * a[i] * b[i] + d[i] * x[i];
+                }
+            }
+        }
+    }
+}
+
+/// The reverse pass through an activation, in place.
+struct Through<'a, T> {
+    layer: &'a Layer<T>,
+    activation: Activation,
+    streams: &'a [Stream],
+    /// Values after the activation come first in it.
+    y: &'a [T],
+    cotangents: &'a mut [T],
+}
+
+impl<T: Real> WithSimd for Through<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let n = self.layer.d.len();
+        let (d, dd, y) = (&self.layer.d[..n], &self.layer.dd[..n], &self.y[..n]);
+        let sum = |s: usize| part(&self.layer.sum, s, n);
+        let (value, others) = self.cotangents.split_at_mut(n);
+        for i in 0..n {
+            value[i] *= d[i];
+        }
+        for (s, stream) in self.streams.iter().enumerate().skip(1) {
+            let (g, x) = (part(others, s - 1, n), sum(s));
+            for i in 0..n {
+                value[i] += dd[i] * x[i] * g[i];
+            }
+            if let Stream::Mixed(a, b) = *stream {
+                let (a, b) = (sum(a), sum(b));
+                for i in 0..n {
+                    value[i] += self.activation.third([y[i], d[i], dd[i]]) * a[i] * b[i] * g[i];
+                }
+            }
+        }
+        for s in 1..self.streams.len() {
+            let (tangents, rest) = others.split_at_mut((s - 1) * n);
+            let own = &mut rest[..n];
+            if let Stream::Mixed(a, b) = self.streams[s] {
+                let mixed = &own[..n];
+                for (along, other) in [(a, sum(b)), (b, sum(a))] {
+                    let along = &mut tangents[(along - 1) * n..][..n];
+                    for i in 0..n {
+                        along[i] += dd[i] * other[i] * mixed[i];
+                    }
+                }
+            }
+            for i in 0..n {
+                own[i] *= d[i];
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Streams of a perceptron against differences, and its reverse pass against candle's automatic differentiation.
+
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+use candle_core::{Device, Tensor, Var};
+
+use crate::mlp_tape::MlpTape;
+use crate::{Activation, Mlp};
+
+fn network(activation: Activation) -> (Mlp, Vec<f64>) {
+    let mlp = Mlp { inputs: 3, hidden: vec![7, 5], outputs: 2, activation };
+    let mut parameters = mlp.initial_parameters(5, "test", 1.0);
+    // Biases too.
+    for (i, p) in parameters.iter_mut().enumerate() {
+        *p += 0.1 * (i as f64).sin();
+    }
+    (mlp, parameters)
+}
+
+fn numbers(n: usize, seed: f64) -> Vec<f64> {
+    (0..n).map(|i| ((i as f64 + seed) * 1.7).sin()).collect()
+}
+
+fn moved(x: &[f64], along: &[f64], h: f64) -> Vec<f64> {
+    x.iter().zip(along).map(|(x, d)| x + h * d).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn assert_near(found: &[f64], expected: &[f64], tol: f64, what: &str) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    assert!(expected.iter().any(|e| e.abs() > 100.0 * tol), "{what}: all of {expected:?} are small");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < tol, "{what}: {found} {expected}");
+    }
+}
+
+#[test]
+fn tangents_and_mixed_derivatives_are_those_of_differences() {
+    // Central differences: rounding 1e-16/h and h² times a third derivative of order 1.
+    let (h, tol) = (1e-5, 1e-8);
+    for activation in [Activation::Tanh, Activation::Softplus] {
+        let (mlp, p) = network(activation);
+        let (x, a, b) = (numbers(12, 0.0), numbers(12, 0.3), numbers(12, 0.9));
+        let mut tape = MlpTape::new(&mlp);
+        tape.forward(&p, &x);
+        tape.push_tangent(&p, &a);
+        tape.push_tangent(&p, &b);
+        tape.push_mixed(&p, 1, 2);
+        let mut other = MlpTape::new(&mlp);
+        let mut at = |t: f64| {
+            other.forward(&p, &moved(&x, &a, t));
+            other.push_tangent(&p, &b);
+            [other.outputs(0).to_vec(), other.outputs(1).to_vec()]
+        };
+        let (before, after) = (at(-h), at(h));
+        for (k, stream) in [(0, 1), (1, 3)] {
+            let slopes: Vec<f64> =
+                after[k].iter().zip(&before[k]).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+            assert_near(tape.outputs(stream), &slopes, tol, &format!("{activation:?}, stream {stream}"));
+        }
+    }
+}
+
+/// wᵀ of all streams' outputs for these parameters and inputs.
+fn weighted(mlp: &Mlp, p: &[f64], x: &[f64], [a, b]: [&[f64]; 2], w: &[f64]) -> f64 {
+    let mut tape = MlpTape::new(mlp);
+    tape.forward(p, x);
+    tape.push_tangent(p, a);
+    tape.push_tangent(p, b);
+    tape.push_mixed(p, 1, 2);
+    let len = w.len() / 4;
+    (0..4).map(|s| dot(tape.outputs(s), &w[s * len..(s + 1) * len])).sum()
+}
+
+#[test]
+fn the_reverse_pass_is_the_derivative_of_every_stream() {
+    let (h, tol) = (1e-5, 1e-7);
+    for activation in [Activation::Tanh, Activation::Softplus] {
+        let (mlp, p) = network(activation);
+        let (x, a, b) = (numbers(12, 0.0), numbers(12, 0.3), numbers(12, 0.9));
+        let w = numbers(4 * 8, 0.5);
+        let mut tape = MlpTape::new(&mlp);
+        tape.forward(&p, &x);
+        tape.push_tangent(&p, &a);
+        tape.push_tangent(&p, &b);
+        tape.push_mixed(&p, 1, 2);
+        let mut gradient = vec![0.0; p.len()];
+        tape.reverse_parameters(&p, &w, &mut gradient);
+        let slope = |dp: &[f64], dx: &[f64]| {
+            let at = |t: f64| weighted(&mlp, &moved(&p, dp, t), &moved(&x, dx, t), [&a, &b], &w);
+            (at(h) - at(-h)) / (2.0 * h)
+        };
+        for k in 0..3 {
+            let (dp, dx) = (numbers(p.len(), 0.1 * f64::from(k)), numbers(12, 0.7 * f64::from(k)));
+            let (none_p, none_x) = (vec![0.0; p.len()], vec![0.0; 12]);
+            assert_near(&[dot(&gradient, &dp)], &[slope(&dp, &none_x)], tol, "by parameters");
+            let by_inputs = tape.reverse_inputs(&p, &w).to_vec();
+            assert_near(&[dot(&by_inputs, &dx)], &[slope(&none_p, &dx)], tol, "by inputs");
+        }
+    }
+}
+
+/// The same streams as a graph of candle, whose derivatives it finds itself.
+fn candle_gradient(mlp: &Mlp, p: &[f64], x: &[f64], a: &[f64], w: &[f64]) -> Vec<f64> {
+    let n_rows = x.len() / mlp.inputs;
+    let tensor = |values: &[f64], width: usize| {
+        Tensor::from_slice(values, (values.len() / width, width), &Device::Cpu).unwrap()
+    };
+    let (mut value, mut tangent) = (tensor(x, mlp.inputs), tensor(a, mlp.inputs));
+    let layers = mlp.layers();
+    let mut variables = Vec::new();
+    for (l, layer) in layers.iter().enumerate() {
+        let (weights, biases) = layer.split(p);
+        let weights = Var::from_tensor(&tensor(weights, layer.inputs)).unwrap();
+        let biases = Var::from_tensor(&tensor(biases, layer.outputs)).unwrap();
+        let transposed = weights.as_tensor().t().unwrap();
+        value = value.matmul(&transposed).unwrap().broadcast_add(biases.as_tensor()).unwrap();
+        tangent = tangent.matmul(&transposed).unwrap();
+        variables.extend([weights, biases]);
+        if l + 1 < layers.len() {
+            let slope;
+            (value, slope) = match mlp.activation {
+                Activation::Relu => {
+                    (value.relu().unwrap(), value.gt(0.0).unwrap().to_dtype(candle_core::DType::F64).unwrap())
+                }
+                Activation::Tanh => {
+                    let y = value.tanh().unwrap();
+                    (y.clone(), (1.0 - y.sqr().unwrap()).unwrap())
+                }
+                Activation::Softplus => {
+                    let e = value.exp().unwrap();
+                    let slope = (&e / (&e + 1.0).unwrap()).unwrap();
+                    ((e + 1.0).unwrap().log().unwrap(), slope)
+                }
+            };
+            tangent = (tangent * slope).unwrap();
+        }
+    }
+    let weigh = |y: Tensor, w: &[f64]| (y * tensor(w, mlp.outputs)).unwrap().sum_all().unwrap();
+    let (first, second) = w.split_at(n_rows * mlp.outputs);
+    let loss = (weigh(value, first) + weigh(tangent, second)).unwrap();
+    let found = loss.backward().unwrap();
+    variables
+        .iter()
+        .flat_map(|v| found.get(v.as_tensor()).unwrap().flatten_all().unwrap().to_vec1::<f64>().unwrap())
+        .collect()
+}
+
+#[test]
+fn gradients_are_those_of_candle() {
+    for activation in [Activation::Relu, Activation::Tanh, Activation::Softplus] {
+        let (mlp, p) = network(activation);
+        let (x, a, w) = (numbers(12, 0.0), numbers(12, 0.3), numbers(16, 0.5));
+        let expected = candle_gradient(&mlp, &p, &x, &a, &w);
+        let mut tape = MlpTape::new(&mlp);
+        tape.forward(&p, &x);
+        tape.push_tangent(&p, &a);
+        let mut gradient = vec![0.0; p.len()];
+        tape.reverse_parameters(&p, &w, &mut gradient);
+        // Sums of some hundred products of order 1.
+        assert_near(&gradient, &expected, 1e-13, &format!("{activation:?}"));
+        let singles = |values: &[f64]| values.iter().map(|v| *v as f32).collect::<Vec<_>>();
+        let mut tape = MlpTape::<f32>::new(&mlp);
+        tape.forward(&singles(&p), &singles(&x));
+        tape.push_tangent(&singles(&p), &singles(&a));
+        let mut gradient = vec![0.0f32; p.len()];
+        tape.reverse_parameters(&singles(&p), &singles(&w), &mut gradient);
+        let gradient: Vec<f64> = gradient.into_iter().map(f64::from).collect();
+        assert_near(&gradient, &expected, 2e-5, &format!("{activation:?} in f32"));
+    }
+}
