@@ -21,6 +21,7 @@ mod import;
 mod joint_series;
 pub mod kernels;
 mod kinematics;
+pub mod lagrangian;
 mod lanes;
 mod model;
 mod recorded;

@@ -1,0 +1,195 @@
+//! Energies of one network, and torques of one.
+//!
+//! Lagrangian ℒ(q, q̇): with a = (q̇, q̈), b = (0, w), c = (w, 0) as directions of (q, q̇), τ = ∂_q̇ D_a ℒ − ∂_q ℒ (a held
+//! constant) and wᵀ τ = D_a D_b ℒ − D_c ℒ. Hamiltonian ℋ(q, p): τ = ṗ + ∂_q ℋ, q̇ = ∂_p ℋ. Feed-forward: τ = f(q, q̇, q̈).
+
+use hysteron_learn::{Mlp, MlpTape, Real};
+
+use super::block::{Block, Term};
+
+/// Features, then further columns, row by row.
+fn join<T: Real>(features: &[T], width: usize, columns: &[(&[T], &[T])], out: &mut Vec<T>) {
+    out.clear();
+    for (row, features) in features.chunks_exact(width).enumerate() {
+        out.extend_from_slice(features);
+        for (values, factors) in columns {
+            let n = factors.len();
+            out.extend(values[row * n..(row + 1) * n].iter().zip(*factors).map(|(v, f)| *v * *f));
+        }
+    }
+}
+
+/// An energy of (q, v) and what it needs for its derivatives.
+#[derive(Debug)]
+struct Energy<T> {
+    tape: MlpTape<T>,
+    width: usize,
+    /// 1/σ of every velocity or momentum.
+    per_speed: Vec<T>,
+    /// Of the energy [J].
+    scale: T,
+    inputs: Vec<T>,
+    along: Vec<T>,
+    cotangents: Vec<T>,
+    zeros: Vec<T>,
+}
+
+impl<T: Real> Energy<T> {
+    fn new(mlp: &Mlp, speeds: &[f64], scale: f64) -> Self {
+        let [inputs, along, cotangents, zeros] = std::array::from_fn(|_| Vec::new());
+        let per_speed = speeds.iter().map(|s| T::of(1.0 / s)).collect();
+        Self {
+            tape: MlpTape::new(mlp),
+            width: mlp.inputs,
+            per_speed,
+            scale: T::of(scale),
+            inputs,
+            along,
+            cotangents,
+            zeros,
+        }
+    }
+
+    fn forward(&mut self, parameters: &[T], block: &Block<T>) {
+        join(&block.features, 2 * block.n_joints, &[(&block.v, &self.per_speed)], &mut self.inputs);
+        self.tape.forward(parameters, &self.inputs);
+    }
+
+    /// One more stream along (dq, dv).
+    fn push(&mut self, parameters: &[T], block: &Block<T>, dq: &[T], dv: &[T]) {
+        block.features_along(dq, &mut self.along);
+        join(&self.along, 2 * block.n_joints, &[(dv, &self.per_speed)], &mut self.inputs);
+        self.tape.push_tangent(parameters, &self.inputs);
+    }
+
+    /// Cotangents of single outputs: one number for each stream.
+    fn cotangents(&mut self, n_rows: usize, streams: &[f64]) {
+        self.cotangents.clear();
+        for value in streams {
+            let value = T::of(*value) * self.scale;
+            self.cotangents.resize(self.cotangents.len() + n_rows, value);
+        }
+    }
+}
+
+/// τ of a Lagrangian that is one network.
+#[derive(Debug)]
+pub(crate) struct BlackBoxLagrangian<T>(Energy<T>);
+
+impl<T: Real> BlackBoxLagrangian<T> {
+    pub fn new(mlp: &Mlp, speeds: &[f64], scale: f64) -> Self {
+        Self(Energy::new(mlp, speeds, scale))
+    }
+}
+
+impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
+    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        let n = block.n_joints;
+        let e = &mut self.0;
+        e.forward(parameters, block);
+        e.push(parameters, block, &block.v, &block.a);
+        e.cotangents(block.n_rows, &[0.0, 1.0]);
+        let by_inputs = e.tape.reverse_inputs(parameters, &e.cotangents);
+        for (tau, by_inputs) in out.chunks_exact_mut(n).zip(by_inputs.chunks_exact(e.width)) {
+            for j in 0..n {
+                tau[j] = by_inputs[2 * n + j] * e.per_speed[j];
+            }
+        }
+        e.cotangents(block.n_rows, &[1.0]);
+        let by_inputs = e.tape.reverse_inputs(parameters, &e.cotangents);
+        block.add_by_q(by_inputs, e.width, T::of(-1.0), out);
+    }
+
+    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+        let e = &mut self.0;
+        let mut zeros = std::mem::take(&mut e.zeros);
+        zeros.resize(w.len(), T::default());
+        e.push(parameters, block, &zeros, w);
+        e.tape.push_mixed(parameters, 1, 2);
+        e.push(parameters, block, w, &zeros);
+        e.zeros = zeros;
+        e.cotangents(block.n_rows, &[0.0, 0.0, 0.0, 1.0, -1.0]);
+        e.tape.reverse_parameters(parameters, &e.cotangents, gradient);
+    }
+}
+
+/// τ and q̇ of a Hamiltonian that is one network.
+#[derive(Debug)]
+pub(crate) struct BlackBoxHamiltonian<T>(Energy<T>);
+
+impl<T: Real> BlackBoxHamiltonian<T> {
+    pub fn new(mlp: &Mlp, momenta: &[f64], scale: f64) -> Self {
+        Self(Energy::new(mlp, momenta, scale))
+    }
+}
+
+impl<T: Real> Term<T> for BlackBoxHamiltonian<T> {
+    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        let n = block.n_joints;
+        let e = &mut self.0;
+        e.forward(parameters, block);
+        e.cotangents(block.n_rows, &[1.0]);
+        let by_inputs = e.tape.reverse_inputs(parameters, &e.cotangents);
+        for (row, (out, by_inputs)) in
+            out.chunks_exact_mut(2 * n).zip(by_inputs.chunks_exact(e.width)).enumerate()
+        {
+            let slopes = &block.slopes[row * 2 * n..(row + 1) * 2 * n];
+            for j in 0..n {
+                let by_q = by_inputs[j] * slopes[j] + by_inputs[n + j] * slopes[n + j];
+                out[j] = block.a[row * n + j] + by_q;
+                out[n + j] = by_inputs[2 * n + j] * e.per_speed[j];
+            }
+        }
+    }
+
+    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+        let n = block.n_joints;
+        let e = &mut self.0;
+        let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
+        let speeds: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[n..].to_vec()).collect();
+        e.push(parameters, block, &torques, &speeds);
+        e.cotangents(block.n_rows, &[0.0, 1.0]);
+        e.tape.reverse_parameters(parameters, &e.cotangents, gradient);
+    }
+}
+
+/// Torques of a network of (q, q̇, q̈): the feed-forward baseline, and the unmodelled torque ε of (8).
+#[derive(Debug)]
+pub(crate) struct FeedForward<T> {
+    tape: MlpTape<T>,
+    per_speed: Vec<T>,
+    per_acceleration: Vec<T>,
+    /// Of the torques [N m].
+    torque: Vec<T>,
+    inputs: Vec<T>,
+}
+
+impl<T: Real> FeedForward<T> {
+    pub fn new(mlp: &Mlp, [speeds, accelerations, torques]: [&[f64]; 3]) -> Self {
+        let inverse = |values: &[f64]| values.iter().map(|v| T::of(1.0 / v)).collect();
+        Self {
+            tape: MlpTape::new(mlp),
+            per_speed: inverse(speeds),
+            per_acceleration: inverse(accelerations),
+            torque: torques.iter().map(|v| T::of(*v)).collect(),
+            inputs: Vec::new(),
+        }
+    }
+}
+
+impl<T: Real> Term<T> for FeedForward<T> {
+    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        let columns = [(&block.v[..], &self.per_speed[..]), (&block.a[..], &self.per_acceleration[..])];
+        join(&block.features, 2 * block.n_joints, &columns, &mut self.inputs);
+        let found = self.tape.forward(parameters, &self.inputs);
+        for (out, (y, scale)) in out.iter_mut().zip(found.iter().zip(self.torque.iter().cycle())) {
+            *out = *y * *scale;
+        }
+    }
+
+    fn gradient(&mut self, parameters: &[T], _: &Block<T>, w: &[T], gradient: &mut [T]) {
+        self.inputs.clear();
+        self.inputs.extend(w.iter().zip(self.torque.iter().cycle()).map(|(w, scale)| *w * *scale));
+        self.tape.reverse_parameters(parameters, &self.inputs, gradient);
+    }
+}

@@ -1,0 +1,64 @@
+//! Friction with the effect of Stribeck, learned with the energies: (6) with the sign of the motor's side.
+
+use hysteron_learn::{Activation, Real};
+
+use super::block::{Block, Term};
+
+/// Numbers of every joint: Coulomb, Stribeck, its width before the softplus, viscous.
+pub(crate) const PER_JOINT: usize = 4;
+/// The least width of the Stribeck term, in squares of a speed of order 1.
+const LEAST_WIDTH: f64 = 1e-3;
+/// Speed of order 1 within which the sign is smooth.
+const SMOOTH: f64 = 0.01;
+
+/// τ_f = s [(C + S exp(−u²/v)) tanh(u/0.01) + d u], u = q̇/σ, v > 0.
+#[derive(Debug)]
+pub(crate) struct Friction<T> {
+    per_speed: Vec<T>,
+    /// s of every joint [N m].
+    torque: Vec<T>,
+}
+
+impl<T: Real> Friction<T> {
+    pub fn new(speeds: &[f64], torques: &[f64]) -> Self {
+        Self {
+            per_speed: speeds.iter().map(|v| T::of(1.0 / v)).collect(),
+            torque: torques.iter().map(|v| T::of(*v)).collect(),
+        }
+    }
+
+    /// u, its smooth sign, the Stribeck exponential, the width and its derivative.
+    fn parts(&self, parameters: &[T], joint: usize, speed: T) -> [T; 5] {
+        let u = speed * self.per_speed[joint];
+        let [width, by_raw, _] = Activation::Softplus.at(parameters[PER_JOINT * joint + 2]);
+        let width = width + T::of(LEAST_WIDTH);
+        let [sign, ..] = Activation::Tanh.at(u / T::of(SMOOTH));
+        [u, sign, (-u * u / width).exponential(), width, by_raw]
+    }
+}
+
+impl<T: Real> Term<T> for Friction<T> {
+    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        let n = block.n_joints;
+        for (i, out) in out.iter_mut().enumerate() {
+            let j = i % n;
+            let [u, sign, stribeck, ..] = self.parts(parameters, j, block.v[i]);
+            let p = &parameters[PER_JOINT * j..];
+            *out = self.torque[j] * ((p[0] + p[1] * stribeck) * sign + p[3] * u);
+        }
+    }
+
+    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+        let n = block.n_joints;
+        for (i, w) in w.iter().enumerate() {
+            let j = i % n;
+            let [u, sign, stribeck, width, by_raw] = self.parts(parameters, j, block.v[i]);
+            let w = *w * self.torque[j];
+            let d = &mut gradient[PER_JOINT * j..];
+            d[0] += w * sign;
+            d[1] += w * stribeck * sign;
+            d[2] += w * parameters[PER_JOINT * j + 1] * stribeck * sign * u * u / (width * width) * by_raw;
+            d[3] += w * u;
+        }
+    }
+}

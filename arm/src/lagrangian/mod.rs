@@ -1,0 +1,32 @@
+//! Models of inverse dynamics that learn energies: the family of deep Lagrangian networks.
+//!
+//! A model is a sum of terms, each a small network with a meaning: a structured Lagrangian or Hamiltonian (mass matrix by
+//! its Cholesky factor, and potential), one network for either, friction, and a network for what is left. Torques come from
+//! one tangent and one reverse pass, the gradient of a loss from the value and two tangents and ordinary reverse mode; no
+//! Jacobian is carried. Equations, sources and misprints: `docs/lagrangian.md`.
+
+mod black_box;
+mod block;
+mod decomposition;
+mod factor;
+mod friction;
+mod network;
+mod objective;
+mod samples;
+mod scores;
+mod simulated;
+mod structured;
+#[cfg(test)]
+mod tests;
+mod training;
+
+pub use decomposition::{Decomposition, decompose};
+pub use network::{NetworkShape, Scales, Variant};
+pub use objective::{TorqueObjective, Weights};
+pub use samples::Samples;
+pub use scores::Scores;
+pub use simulated::{Sinusoids, sinusoids};
+pub use training::{StepDecay, Trained, TrainingOptions, train};
+
+/// Most joints of a model.
+pub(crate) const MOST: usize = 16;

@@ -1,0 +1,367 @@
+//! Models of inverse dynamics: which terms each variant has, their shapes and their parameters.
+
+use std::ops::Range;
+
+use hysteron_base::BadInput;
+use hysteron_learn::{Activation, Mlp, Real};
+use serde::{Deserialize, Serialize};
+
+use super::black_box::{BlackBoxHamiltonian, BlackBoxLagrangian, FeedForward};
+use super::block::{Block, Coordinate, Term};
+use super::factor::packed;
+use super::friction::{Friction, PER_JOINT};
+use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
+use super::{MOST, Samples};
+
+/// A model of inverse dynamics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variant {
+    /// Mass matrix and potential (DeLaN).
+    StructuredLagrangian,
+    /// One network for the Lagrangian.
+    BlackBoxLagrangian,
+    /// Inverse mass matrix and potential (HNN).
+    StructuredHamiltonian,
+    /// One network for the Hamiltonian.
+    BlackBoxHamiltonian,
+    /// One network for the torques (FF-NN).
+    FeedForward,
+    /// Structured Lagrangian and friction (6) (DeLaN-Friction).
+    Friction,
+    /// Structured Lagrangian and a network for what is left (8) (DeLaN-FFNN).
+    Augmented,
+}
+
+impl Variant {
+    /// In the order of table 5.
+    pub const ALL: [Self; 7] = [
+        Self::StructuredLagrangian,
+        Self::BlackBoxLagrangian,
+        Self::StructuredHamiltonian,
+        Self::BlackBoxHamiltonian,
+        Self::FeedForward,
+        Self::Friction,
+        Self::Augmented,
+    ];
+
+    /// As the tables call it.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::StructuredLagrangian => "DeLaN, structured",
+            Self::BlackBoxLagrangian => "DeLaN, black box",
+            Self::StructuredHamiltonian => "HNN, structured",
+            Self::BlackBoxHamiltonian => "HNN, black box",
+            Self::FeedForward => "FF-NN",
+            Self::Friction => "DeLaN-Friction",
+            Self::Augmented => "DeLaN-FFNN",
+        }
+    }
+
+    /// Whether it takes momenta instead of velocities, and predicts velocities too.
+    pub fn is_hamiltonian(self) -> bool {
+        matches!(self, Self::StructuredHamiltonian | Self::BlackBoxHamiltonian)
+    }
+
+    fn terms(self) -> &'static [Kind] {
+        match self {
+            Self::StructuredLagrangian => &[Kind::StructuredLagrangian],
+            Self::BlackBoxLagrangian => &[Kind::BlackBoxLagrangian],
+            Self::StructuredHamiltonian => &[Kind::StructuredHamiltonian],
+            Self::BlackBoxHamiltonian => &[Kind::BlackBoxHamiltonian],
+            Self::FeedForward => &[Kind::FeedForward],
+            Self::Friction => &[Kind::StructuredLagrangian, Kind::Friction],
+            Self::Augmented => &[Kind::StructuredLagrangian, Kind::FeedForward],
+        }
+    }
+}
+
+/// What a term is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    StructuredLagrangian,
+    BlackBoxLagrangian,
+    StructuredHamiltonian,
+    BlackBoxHamiltonian,
+    FeedForward,
+    Friction,
+}
+
+/// In which units networks see motions and give torques.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scales {
+    /// Of q̇, or of p [rad/s or m/s, or their momenta].
+    pub speeds: Vec<f64>,
+    /// Of q̈.
+    pub accelerations: Vec<f64>,
+    /// Of τ [N m or N].
+    pub torques: Vec<f64>,
+    /// d_i of the Cholesky factor: √(σ_τ/σ_q̈), or its inverse for an inverse mass.
+    pub factor: Vec<f64>,
+    /// Of energies [J].
+    pub energy: f64,
+}
+
+impl Scales {
+    /// SI units: what is published.
+    pub fn ones(n_joints: usize) -> Self {
+        let ones = vec![1.0; n_joints];
+        Self {
+            speeds: ones.clone(),
+            accelerations: ones.clone(),
+            torques: ones.clone(),
+            factor: ones,
+            energy: 1.0,
+        }
+    }
+
+    /// Standard deviations of these samples.
+    pub fn of(samples: &Samples, variant: Variant) -> Self {
+        let floor = |values: Vec<f64>| values.into_iter().map(|v| v.max(1e-9)).collect::<Vec<_>>();
+        let torques = floor(samples.deviations(&samples.tau));
+        let accelerations = floor(samples.deviations(&samples.ddq));
+        let ratio = torques.iter().zip(&accelerations).map(|(t, a)| (t / a).sqrt());
+        let (speeds, factor) = if variant.is_hamiltonian() {
+            (floor(samples.deviations(&samples.momenta[0])), ratio.map(|d| 1.0 / d).collect())
+        } else {
+            (floor(samples.deviations(&samples.dq)), ratio.collect())
+        };
+        let energy = torques.iter().copied().fold(0.0, f64::max);
+        Self { speeds, accelerations, torques, factor, energy }
+    }
+}
+
+/// Everything that fixes a model but its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NetworkShape {
+    /// Which terms it has.
+    pub variant: Variant,
+    /// Units of every hidden layer, the same in all networks.
+    pub hidden: Vec<usize>,
+    /// Between layers.
+    pub activation: Activation,
+    /// ε of (9), over d_i².
+    pub epsilon: f64,
+    /// Units.
+    pub scales: Scales,
+    /// For every joint: none for an angle, else the length that counts as one [m].
+    pub lengths: Vec<Option<f64>>,
+}
+
+impl NetworkShape {
+    /// # Errors
+    /// `BadInput` for counts and numbers out of their ranges.
+    pub fn check(&self) -> Result<(), BadInput> {
+        let n = self.n_joints();
+        if n == 0 || n > MOST {
+            return Err(BadInput::new("network: joints", format!("1 to {MOST}"), n.to_string()));
+        }
+        if !(self.epsilon > 0.0 && self.epsilon.is_finite()) {
+            return Err(BadInput::new("network: epsilon", "a number > 0", self.epsilon.to_string()));
+        }
+        let scales = &self.scales;
+        let sets = [&scales.speeds, &scales.accelerations, &scales.torques, &scales.factor];
+        if sets.iter().any(|set| set.len() != n || set.iter().any(|v| !(*v > 0.0 && v.is_finite()))) {
+            return Err(BadInput::new(
+                "network: scales",
+                format!("{n} numbers > 0 each"),
+                format!("{scales:?}"),
+            ));
+        }
+        self.mlp(2 * n, 1).check()
+    }
+
+    /// Joints.
+    pub fn n_joints(&self) -> usize {
+        self.lengths.len()
+    }
+
+    /// Outputs of a sample: torques, and the velocities of a Hamiltonian.
+    pub fn n_outputs(&self) -> usize {
+        if self.variant.is_hamiltonian() { 2 * self.n_joints() } else { self.n_joints() }
+    }
+
+    /// Parameters of all terms.
+    pub fn n_parameters(&self) -> usize {
+        self.layout().last().map_or(0, |(_, range)| range.end)
+    }
+
+    /// Parameters to begin with.
+    pub fn initial_parameters(&self, seed: u64) -> Vec<f64> {
+        let n = self.n_joints();
+        // A small last layer: H begins as nearly diagonal and torques as nearly zero.
+        let begin = |mlp: &Mlp, name: &str, gain: f64| {
+            mlp.initial_parameters(seed, &format!("lagrangian/{name}"), gain)
+        };
+        let energies = || {
+            let shapes = self.energies();
+            [begin(&shapes.mass, "mass", 0.1), begin(&shapes.potential, "potential", 0.1)].concat()
+        };
+        let terms = self.layout().into_iter().map(|(kind, _)| match kind {
+            Kind::StructuredLagrangian | Kind::StructuredHamiltonian => energies(),
+            Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => begin(&self.mlp(3 * n, 1), "energy", 1.0),
+            Kind::FeedForward => begin(&self.mlp(4 * n, n), "torque", 0.1),
+            Kind::Friction => [0.0, 0.0, 0.0, 0.0].repeat(n),
+        });
+        terms.collect::<Vec<_>>().concat()
+    }
+
+    pub(crate) fn coordinates(&self) -> Vec<Coordinate> {
+        self.lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length)).collect()
+    }
+
+    fn mlp(&self, inputs: usize, outputs: usize) -> Mlp {
+        Mlp { inputs, hidden: self.hidden.clone(), outputs, activation: self.activation }
+    }
+
+    fn energies(&self) -> EnergyShapes {
+        let n = self.n_joints();
+        EnergyShapes { mass: self.mlp(2 * n, packed(n)), potential: self.mlp(2 * n, 1) }
+    }
+
+    /// Where the parameters of every term stand.
+    pub(crate) fn layout(&self) -> Vec<(Kind, Range<usize>)> {
+        let n = self.n_joints();
+        let mut start = 0;
+        self.variant
+            .terms()
+            .iter()
+            .map(|kind| {
+                let len = match kind {
+                    Kind::StructuredLagrangian | Kind::StructuredHamiltonian => {
+                        let shapes = self.energies();
+                        shapes.mass.n_parameters() + shapes.potential.n_parameters()
+                    }
+                    Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => self.mlp(3 * n, 1).n_parameters(),
+                    Kind::FeedForward => self.mlp(4 * n, n).n_parameters(),
+                    Kind::Friction => PER_JOINT * n,
+                };
+                start += len;
+                (*kind, start - len..start)
+            })
+            .collect()
+    }
+
+    fn term<T: Real>(&self, kind: Kind) -> Box<dyn Term<T>> {
+        let n = self.n_joints();
+        let Scales { speeds, accelerations, torques, factor, energy } = &self.scales;
+        let energies = || EnergyScales { factor: factor.clone(), potential: *energy, epsilon: self.epsilon };
+        match kind {
+            Kind::StructuredLagrangian => Box::new(StructuredLagrangian::new(&self.energies(), &energies())),
+            Kind::StructuredHamiltonian => {
+                Box::new(StructuredHamiltonian::new(&self.energies(), &energies()))
+            }
+            Kind::BlackBoxLagrangian => {
+                Box::new(BlackBoxLagrangian::new(&self.mlp(3 * n, 1), speeds, *energy))
+            }
+            Kind::BlackBoxHamiltonian => {
+                Box::new(BlackBoxHamiltonian::new(&self.mlp(3 * n, 1), speeds, *energy))
+            }
+            Kind::FeedForward => {
+                Box::new(FeedForward::new(&self.mlp(4 * n, n), [speeds, accelerations, torques]))
+            }
+            Kind::Friction => Box::new(Friction::new(speeds, torques)),
+        }
+    }
+}
+
+/// Scratch with which one thread evaluates a model on blocks of samples.
+pub(crate) struct Evaluator<T> {
+    coordinates: Vec<Coordinate>,
+    terms: Vec<(Kind, Range<usize>, Box<dyn Term<T>>)>,
+    pub block: Block<T>,
+    /// Of every term, [row][output].
+    pub parts: Vec<Vec<T>>,
+    /// Their sum.
+    pub outputs: Vec<T>,
+    n_outputs: usize,
+    w: Vec<T>,
+}
+
+/// What predictions are compared with.
+pub(crate) struct Targets<'a> {
+    /// [sample][output]: torques, and velocities of a Hamiltonian.
+    pub values: [&'a [f64]; 2],
+    /// Of every squared error of an output.
+    pub weights: &'a [f64],
+    /// λ of (10).
+    pub penalty: f64,
+}
+
+impl<T: Real> Evaluator<T> {
+    pub fn new(shape: &NetworkShape) -> Self {
+        let terms: Vec<_> =
+            shape.layout().into_iter().map(|(kind, range)| (kind, range, shape.term(kind))).collect();
+        Self {
+            coordinates: shape.coordinates(),
+            parts: vec![Vec::new(); terms.len()],
+            terms,
+            block: Block::new(shape.n_joints()),
+            outputs: Vec::new(),
+            n_outputs: shape.n_outputs(),
+            w: Vec::new(),
+        }
+    }
+
+    /// Outputs of these rows of a motion.
+    pub fn evaluate(&mut self, parameters: &[T], motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
+        self.block.gather(&self.coordinates, motion, rows);
+        let len = self.block.n_rows * self.n_outputs;
+        self.outputs.clear();
+        self.outputs.resize(len, T::default());
+        for ((_, range, term), part) in self.terms.iter_mut().zip(&mut self.parts) {
+            part.resize(len, T::default());
+            term.outputs(&parameters[range.clone()], &self.block, part);
+            for (sum, v) in self.outputs.iter_mut().zip(&*part) {
+                *sum += *v;
+            }
+        }
+    }
+
+    /// Whether a term is the network for what rigid bodies do not explain.
+    pub fn kinds(&self) -> impl Iterator<Item = Kind> {
+        self.terms.iter().map(|(kind, ..)| *kind)
+    }
+
+    /// Adds `per_row` times the loss of these rows' gradient to `gradient`; gives that part of the loss. Follows
+    /// [`Evaluator::evaluate`] of the same rows.
+    ///
+    /// The loss of a row is Σ_j W_j (e_j² + λ ε̂_j²), (10).
+    pub fn add_loss(
+        &mut self,
+        parameters: &[T],
+        targets: &Targets<'_>,
+        rows: &[usize],
+        per_row: f64,
+        gradient: &mut [T],
+    ) -> f64 {
+        let (n, m) = (self.block.n_joints, self.n_outputs);
+        let mut loss = 0.0;
+        self.w.clear();
+        for (outputs, row) in self.outputs.chunks_exact(m).zip(rows) {
+            for (j, y) in outputs.iter().enumerate() {
+                let target = targets.values[j / n][row * n + j % n];
+                let error = y.to_f64() - target;
+                loss += per_row * targets.weights[j] * error * error;
+                self.w.push(T::of(2.0 * per_row * targets.weights[j] * error));
+            }
+        }
+        let is_augmented = self.terms.len() > 1 && targets.penalty > 0.0;
+        for ((kind, range, term), part) in self.terms.iter_mut().zip(&self.parts) {
+            let (parameters, gradient) = (&parameters[range.clone()], &mut gradient[range.clone()]);
+            if is_augmented && *kind == Kind::FeedForward {
+                let weights = targets.weights.iter().cycle();
+                let mut w = self.w.clone();
+                for ((w, y), weight) in w.iter_mut().zip(part).zip(weights) {
+                    loss += per_row * targets.penalty * weight * y.to_f64().powi(2);
+                    *w += T::of(2.0 * per_row * targets.penalty * weight) * *y;
+                }
+                term.gradient(parameters, &self.block, &w, gradient);
+            } else {
+                term.gradient(parameters, &self.block, &self.w, gradient);
+            }
+        }
+        loss
+    }
+}

@@ -1,0 +1,125 @@
+//! Samples of motions with their torques, in trajectories.
+
+use std::ops::Range;
+
+use hysteron_base::BadInput;
+
+/// States and torques of an arm, trajectory after trajectory. Arrays are [sample][joint].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Samples {
+    /// Joints.
+    pub n_joints: usize,
+    /// Positions [rad or m].
+    pub q: Vec<f64>,
+    /// Velocities.
+    pub dq: Vec<f64>,
+    /// Accelerations.
+    pub ddq: Vec<f64>,
+    /// Torques [N m or N].
+    pub tau: Vec<f64>,
+    /// Generalised momenta and their rates, where they are known; else empty.
+    pub momenta: [Vec<f64>; 2],
+    /// Samples of every trajectory, in order.
+    pub trajectories: Vec<Range<usize>>,
+}
+
+impl Samples {
+    /// No samples yet.
+    pub fn new(n_joints: usize) -> Self {
+        Self { n_joints, ..Self::default() }
+    }
+
+    /// How many samples there are.
+    pub fn len(&self) -> usize {
+        self.tau.len() / self.n_joints.max(1)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.tau.is_empty()
+    }
+
+    /// Adds one trajectory: q, q̇, q̈, τ, each [sample][joint]; p and ṗ may be empty.
+    ///
+    /// # Errors
+    /// `BadInput` naming the array and row that has another number of joints, or is not finite.
+    pub fn push(&mut self, motion: [&[f64]; 4], momenta: [&[f64]; 2]) -> Result<(), BadInput> {
+        let names = ["q", "dq", "ddq", "tau", "p", "pdot"];
+        let n = self.n_joints;
+        let expected = motion[0].len();
+        for (name, values) in names.iter().zip(motion.iter().chain(&momenta)) {
+            let may_be_empty = name.starts_with('p') && values.is_empty();
+            if (values.len() != expected || values.len() % n != 0 || values.is_empty()) && !may_be_empty {
+                let rows = format!("{} samples of {n} joints", expected / n);
+                return Err(BadInput::new(*name, rows, format!("{} numbers", values.len())));
+            }
+            if let Some(at) = values.iter().position(|v| !v.is_finite()) {
+                let place = format!("{name}: sample {}, joint {}", at / n + 1, at % n + 1);
+                return Err(BadInput::new(place, "a finite number", values[at].to_string()));
+            }
+        }
+        let start = self.len();
+        let all = [&mut self.q, &mut self.dq, &mut self.ddq, &mut self.tau];
+        for (all, values) in all.into_iter().zip(motion) {
+            all.extend_from_slice(values);
+        }
+        for (all, values) in self.momenta.iter_mut().zip(momenta) {
+            all.extend_from_slice(values);
+        }
+        self.trajectories.push(start..self.len());
+        Ok(())
+    }
+
+    /// The trajectories of these numbers, in this order.
+    pub fn select(&self, trajectories: impl IntoIterator<Item = usize>) -> Self {
+        let mut found = Self::new(self.n_joints);
+        for t in trajectories {
+            let Range { start, end } = self.trajectories[t];
+            let part = self.n_joints * start..self.n_joints * end;
+            let first = found.len();
+            found.q.extend_from_slice(&self.q[part.clone()]);
+            found.dq.extend_from_slice(&self.dq[part.clone()]);
+            found.ddq.extend_from_slice(&self.ddq[part.clone()]);
+            found.tau.extend_from_slice(&self.tau[part.clone()]);
+            for (all, values) in found.momenta.iter_mut().zip(&self.momenta) {
+                all.extend_from_slice(values.get(part.clone()).unwrap_or_default());
+            }
+            found.trajectories.push(first..first + (end - start));
+        }
+        found
+    }
+
+    /// Standard deviations of every joint of an array [sample][joint] about its mean.
+    pub fn deviations(&self, values: &[f64]) -> Vec<f64> {
+        self.variances(values).into_iter().map(f64::sqrt).collect()
+    }
+
+    /// Variances of every joint of an array [sample][joint] about its mean.
+    pub fn variances(&self, values: &[f64]) -> Vec<f64> {
+        let rows = (values.len() / self.n_joints) as f64;
+        (0..self.n_joints)
+            .map(|j| {
+                let column = || values.iter().skip(j).step_by(self.n_joints);
+                let mean = column().sum::<f64>() / rows;
+                column().map(|v| (v - mean).powi(2)).sum::<f64>() / rows
+            })
+            .collect()
+    }
+
+    /// # Errors
+    /// `BadInput` naming a joint whose torque or position never changes: nothing can be learned of it, and errors cannot be
+    /// measured in units of its variance.
+    pub fn check_variation(&self) -> Result<(), BadInput> {
+        for (name, values) in [("q", &self.q), ("tau", &self.tau)] {
+            if let Some(j) = self.variances(values).iter().position(|v| *v <= 1e-20) {
+                return Err(BadInput::new(
+                    format!("{name}: joint {}", j + 1),
+                    "values that change",
+                    "a constant",
+                )
+                .hint("leave out joints that do not move"));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,260 @@
+//! Structured energies: a mass matrix (or its inverse) by its Cholesky factor, and a potential.
+//!
+//! Torque of the Lagrangian ½ q̇ᵀ H q̇ − V with H = L Lᵀ + ε I, from L, its derivative L̇ along q̇ and one reverse pass each:
+//!
+//!     τ = L (Lᵀ q̈ + L̇ᵀ q̇) + L̇ Lᵀ q̇ + ε q̈ − ∂_q ½ |Lᵀ q̇|² + ∂_q V
+//!
+//! and for a constant w, with L_w the derivative of L along w,
+//!
+//!     wᵀ τ = Lᵀw · (Lᵀq̈ + L̇ᵀq̇) + L̇ᵀw · Lᵀq̇ − L_wᵀq̇ · Lᵀq̇ + D_w V + ε w · q̈,
+//!
+//! whose derivatives by L, L̇ and L_w are outer products: one reverse pass through value and two tangents.
+
+use hysteron_learn::{Mlp, MlpTape, Real};
+
+use super::block::{Block, Term};
+use super::factor::{Factor, add_outer, add_times, packed, transposed_times};
+
+/// A potential energy V(q) [J].
+#[derive(Debug)]
+struct Potential<T> {
+    tape: MlpTape<T>,
+    scale: T,
+    ones: Vec<T>,
+}
+
+impl<T: Real> Potential<T> {
+    /// Adds ∂_q V to the first numbers of every row of `out` ([row][width]).
+    fn add_gradient(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        self.tape.forward(parameters, &block.features);
+        self.ones.clear();
+        self.ones.resize(block.n_rows, T::of(1.0));
+        let by_features = self.tape.reverse_inputs(parameters, &self.ones);
+        block.add_by_q(by_features, 2 * block.n_joints, self.scale, out);
+    }
+
+    /// Adds the gradient of Σ D_w V by the parameters; `along` are the features' derivatives along w.
+    fn gradient(&mut self, parameters: &[T], along: &[T], gradient: &mut [T]) {
+        self.tape.push_tangent(parameters, along);
+        let n_rows = self.ones.len();
+        self.ones.fill(T::default());
+        self.ones.resize(2 * n_rows, self.scale);
+        self.tape.reverse_parameters(parameters, &self.ones, gradient);
+        self.ones.truncate(n_rows);
+    }
+}
+
+/// How energies are measured.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct EnergyScales {
+    /// d_i of every joint: L is d_i times a number of order 1 [√(kg m²), or its inverse for an inverse mass].
+    pub factor: Vec<f64>,
+    /// Of the potential [J].
+    pub potential: f64,
+    /// ε of H, of order 1: the matrix gets ε d_i² on its diagonal [-].
+    pub epsilon: f64,
+}
+
+/// Shapes of the two networks.
+#[derive(Debug, Clone)]
+pub(crate) struct EnergyShapes {
+    pub mass: Mlp,
+    pub potential: Mlp,
+}
+
+/// What both structured terms share.
+#[derive(Debug)]
+struct Energies<T> {
+    factor: Factor<T>,
+    potential: Potential<T>,
+    n_mass: usize,
+    /// ε d_i².
+    diagonal: Vec<T>,
+    along: Vec<T>,
+    by_l: Vec<T>,
+    by_q: Vec<T>,
+}
+
+impl<T: Real> Energies<T> {
+    fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
+        let [along, by_l, by_q] = std::array::from_fn(|_| Vec::new());
+        let potential = Potential {
+            tape: MlpTape::new(&shapes.potential),
+            scale: T::of(scales.potential),
+            ones: Vec::new(),
+        };
+        Self {
+            factor: Factor::new(&shapes.mass, &scales.factor),
+            potential,
+            n_mass: shapes.mass.n_parameters(),
+            diagonal: scales.factor.iter().map(|d| T::of(scales.epsilon * d * d)).collect(),
+            along,
+            by_l,
+            by_q,
+        }
+    }
+
+    /// Adds `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`, which is set to zero first.
+    fn by_q(&mut self, parameters: &[T], block: &Block<T>, sign: T) {
+        let (n, m) = (block.n_joints, packed(block.n_joints));
+        self.by_l.clear();
+        self.by_l.resize(block.n_rows * m, T::default());
+        let mut c = [T::default(); super::MOST];
+        for (row, by_l) in self.by_l.chunks_exact_mut(m).enumerate() {
+            let v = &block.v[row * n..(row + 1) * n];
+            transposed_times(self.factor.row(0, row), v, &mut c[..n]);
+            add_outer(by_l, sign, v, &c[..n]);
+        }
+        self.by_q.clear();
+        self.by_q.resize(block.n_rows * n, T::default());
+        let (mass, potential) = parameters.split_at(self.n_mass);
+        let by_features = self.factor.reverse_features(mass, &self.by_l);
+        block.add_by_q(by_features, 2 * n, T::of(1.0), &mut self.by_q);
+        self.potential.add_gradient(potential, block, &mut self.by_q);
+    }
+}
+
+/// τ of a structured Lagrangian.
+#[derive(Debug)]
+pub(crate) struct StructuredLagrangian<T>(Energies<T>);
+
+impl<T: Real> StructuredLagrangian<T> {
+    pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
+        Self(Energies::new(shapes, scales))
+    }
+}
+
+impl<T: Real> Term<T> for StructuredLagrangian<T> {
+    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        let n = block.n_joints;
+        let e = &mut self.0;
+        let mass = &parameters[..e.n_mass];
+        e.factor.forward(mass, &block.features);
+        block.features_along(&block.v, &mut e.along);
+        e.factor.push(mass, &e.along);
+        e.by_q(parameters, block, T::of(-1.0));
+        let [mut sum, mut c, mut rate] = [[T::default(); super::MOST]; 3];
+        for (row, tau) in out.chunks_exact_mut(n).enumerate() {
+            let part = row * n..(row + 1) * n;
+            let (v, a) = (&block.v[part.clone()], &block.a[part.clone()]);
+            let (l, l_rate) = (e.factor.row(0, row), e.factor.row(1, row));
+            transposed_times(l, a, &mut sum[..n]);
+            transposed_times(l, v, &mut c[..n]);
+            transposed_times(l_rate, v, &mut rate[..n]);
+            for j in 0..n {
+                sum[j] += rate[j];
+                tau[j] = e.by_q[part.start + j] + e.diagonal[j] * a[j];
+            }
+            add_times(l, &sum[..n], tau);
+            add_times(l_rate, &c[..n], tau);
+        }
+    }
+
+    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+        let (n, m) = (block.n_joints, packed(block.n_joints));
+        let e = &mut self.0;
+        let (mass, potential) = parameters.split_at(e.n_mass);
+        let (d_mass, d_potential) = gradient.split_at_mut(e.n_mass);
+        block.features_along(w, &mut e.along);
+        e.factor.push(mass, &e.along);
+        let len = block.n_rows * m;
+        e.by_l.clear();
+        e.by_l.resize(3 * len, T::default());
+        let (value, tangents) = e.by_l.split_at_mut(len);
+        let (along_v, along_w) = tangents.split_at_mut(len);
+        let one = T::of(1.0);
+        let [mut lw, mut la, mut lv, mut rate_w, mut rate_v, mut w_v] = [[T::default(); super::MOST]; 6];
+        for row in 0..block.n_rows {
+            let part = row * n..(row + 1) * n;
+            let (v, a, w) = (&block.v[part.clone()], &block.a[part.clone()], &w[part]);
+            let [l, l_rate, l_w] = [0, 1, 2].map(|s| e.factor.row(s, row));
+            transposed_times(l, w, &mut lw[..n]);
+            transposed_times(l, a, &mut la[..n]);
+            transposed_times(l, v, &mut lv[..n]);
+            transposed_times(l_rate, w, &mut rate_w[..n]);
+            transposed_times(l_rate, v, &mut rate_v[..n]);
+            transposed_times(l_w, v, &mut w_v[..n]);
+            let packed_row = row * m..(row + 1) * m;
+            let by_l = &mut value[packed_row.clone()];
+            for j in 0..n {
+                la[j] += rate_v[j];
+                rate_w[j] -= w_v[j];
+            }
+            add_outer(by_l, one, w, &la[..n]);
+            add_outer(by_l, one, a, &lw[..n]);
+            add_outer(by_l, one, v, &rate_w[..n]);
+            let by_rate = &mut along_v[packed_row.clone()];
+            add_outer(by_rate, one, w, &lv[..n]);
+            add_outer(by_rate, one, v, &lw[..n]);
+            add_outer(&mut along_w[packed_row], -one, v, &lv[..n]);
+        }
+        e.factor.reverse_parameters(mass, &e.by_l, d_mass);
+        e.potential.gradient(potential, &e.along, d_potential);
+    }
+}
+
+/// τ and q̇ of a structured Hamiltonian ½ pᵀ A p + V with A = L Lᵀ + ε I, the inverse of the mass matrix:
+/// τ = ṗ + ∂_q ½ |Lᵀ p|² + ∂_q V, q̇ = A p.
+#[derive(Debug)]
+pub(crate) struct StructuredHamiltonian<T>(Energies<T>);
+
+impl<T: Real> StructuredHamiltonian<T> {
+    pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
+        Self(Energies::new(shapes, scales))
+    }
+}
+
+impl<T: Real> Term<T> for StructuredHamiltonian<T> {
+    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+        let n = block.n_joints;
+        let e = &mut self.0;
+        e.factor.forward(&parameters[..e.n_mass], &block.features);
+        e.by_q(parameters, block, T::of(1.0));
+        let mut c = [T::default(); super::MOST];
+        for (row, out) in out.chunks_exact_mut(2 * n).enumerate() {
+            let part = row * n..(row + 1) * n;
+            let p = &block.v[part.clone()];
+            let l = e.factor.row(0, row);
+            transposed_times(l, p, &mut c[..n]);
+            let (tau, speed) = out.split_at_mut(n);
+            for j in 0..n {
+                tau[j] = block.a[part.start + j] + e.by_q[part.start + j];
+                speed[j] = e.diagonal[j] * p[j];
+            }
+            add_times(l, &c[..n], speed);
+        }
+    }
+
+    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+        let (n, m) = (block.n_joints, packed(block.n_joints));
+        let e = &mut self.0;
+        let (mass, potential) = parameters.split_at(e.n_mass);
+        let (d_mass, d_potential) = gradient.split_at_mut(e.n_mass);
+        let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
+        block.features_along(&torques, &mut e.along);
+        e.factor.push(mass, &e.along);
+        let len = block.n_rows * m;
+        e.by_l.clear();
+        e.by_l.resize(2 * len, T::default());
+        let (value, along_w) = e.by_l.split_at_mut(len);
+        let one = T::of(1.0);
+        let [mut c, mut c_w, mut c_u] = [[T::default(); super::MOST]; 3];
+        for row in 0..block.n_rows {
+            let p = &block.v[row * n..(row + 1) * n];
+            let u = &w[row * 2 * n + n..(row + 1) * 2 * n];
+            let (l, l_w) = (e.factor.row(0, row), e.factor.row(1, row));
+            transposed_times(l, p, &mut c[..n]);
+            transposed_times(l_w, p, &mut c_w[..n]);
+            transposed_times(l, u, &mut c_u[..n]);
+            for j in 0..n {
+                c_w[j] += c_u[j];
+            }
+            let by_l = &mut value[row * m..(row + 1) * m];
+            add_outer(by_l, one, p, &c_w[..n]);
+            add_outer(by_l, one, u, &c[..n]);
+            add_outer(&mut along_w[row * m..(row + 1) * m], one, p, &c[..n]);
+        }
+        e.factor.reverse_parameters(mass, &e.by_l, d_mass);
+        e.potential.gradient(potential, &e.along, d_potential);
+    }
+}

@@ -1,0 +1,194 @@
+//! Training: minibatches of Adam in single precision, then L-BFGS over many samples in double precision.
+
+use hysteron_learn::{Adam, Epoch, Fall, Lbfgs, Objective, Progress, Result, Schedule, Session, minimise};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::{NetworkShape, Samples, TorqueObjective, Weights};
+
+/// How a model is trained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingOptions {
+    /// Epochs of Adam at most.
+    pub epochs: usize,
+    /// Epochs without a better error on validation data after which Adam ends.
+    pub patience: usize,
+    /// Samples of a step.
+    pub batch: usize,
+    /// Step size at the start.
+    pub learning_rate: f64,
+    /// Whether the step size stays, or falls along half a cosine.
+    pub decay: StepDecay,
+    /// Penalty on weights.
+    pub weight_decay: f64,
+    /// How joints are weighed.
+    pub weights: Weights,
+    /// λ of (10).
+    pub penalty: f64,
+    /// Steps of L-BFGS at most, after Adam.
+    pub polish: usize,
+    /// Samples that L-BFGS sees, spread evenly.
+    pub polish_samples: usize,
+}
+
+/// What becomes of the step size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StepDecay {
+    /// Nothing.
+    Constant,
+    /// Half a cosine down to a hundredth.
+    HalfCosine,
+}
+
+impl TrainingOptions {
+    /// As published: Adam with 1e-4, penalty 1e-5, 512 samples a step, the plain mean squared error (5).
+    ///
+    /// # Reference
+    /// Li et al. (2025), section 4.1.2. The number of epochs is not printed.
+    pub fn published(epochs: usize) -> Self {
+        Self {
+            epochs,
+            patience: epochs,
+            batch: 512,
+            learning_rate: 1e-4,
+            decay: StepDecay::Constant,
+            weight_decay: 1e-5,
+            weights: Weights::Equal,
+            penalty: 0.0,
+            polish: 0,
+            polish_samples: 0,
+        }
+    }
+
+    /// Ours: errors in units of every joint's variance, a falling step size, no penalty on weights, L-BFGS for the last digits.
+    pub fn normalised(epochs: usize) -> Self {
+        Self {
+            learning_rate: 3e-3,
+            batch: 256,
+            decay: StepDecay::HalfCosine,
+            weight_decay: 0.0,
+            weights: Weights::InverseVariance,
+            polish: 1000,
+            polish_samples: 8000,
+            ..Self::published(epochs)
+        }
+    }
+
+    fn schedule(&self) -> Schedule {
+        let adam =
+            Adam { learning_rate: self.learning_rate, weight_decay: self.weight_decay, ..Adam::default() };
+        let fall = match self.decay {
+            StepDecay::Constant => Fall::Stairs { epochs: usize::MAX, factor: 1.0 },
+            StepDecay::HalfCosine => Fall::HalfCosine,
+        };
+        Schedule {
+            epochs: self.epochs,
+            patience: self.patience,
+            adam,
+            fall,
+            renewed: None,
+            gradient_floor: 0.0,
+        }
+    }
+}
+
+/// A trained model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trained {
+    /// In the layout of the [`NetworkShape`].
+    pub parameters: Vec<f64>,
+    /// Root mean square error on validation data, in standard deviations of the training torques [-].
+    pub validation: f64,
+    /// Epochs of Adam and steps of L-BFGS until the best parameters.
+    pub steps: [usize; 2],
+    /// False where it was ended before its time and can go on from its file.
+    pub is_finished: bool,
+}
+
+/// Steps of L-BFGS between two looks at validation data.
+const LOOK: usize = 25;
+
+/// Trains a model; parameters are chosen on validation data. A session's file is gone on from.
+///
+/// # Errors
+/// `BadInput` for a shape or setting out of its range, constant joints, or a file of another training; [`hysteron_learn::Error::NotFinite`].
+pub fn train(
+    shape: &NetworkShape,
+    [training, validation]: [&Samples; 2],
+    options: &TrainingOptions,
+    seed: u64,
+    session: &mut Session<'_>,
+) -> Result<Trained> {
+    shape.check()?;
+    training.check_variation()?;
+    let begin = shape.initial_parameters(seed).into_iter().map(|p| p as f32).collect();
+    let identity = identity(shape, [training, validation], options, seed);
+    let mut objective =
+        TorqueObjective::<f32>::new(shape, [training, validation], options.weights, options.penalty);
+    let found =
+        minimise(&mut objective, begin, (seed, options.batch), &options.schedule(), &identity, session)?;
+    let mut trained = Trained {
+        parameters: found.parameters.into_iter().map(f64::from).collect(),
+        validation: found.validation,
+        steps: [found.epochs, 0],
+        is_finished: found.is_finished,
+    };
+    if found.is_finished && options.polish > 0 {
+        polish(shape, [training, validation], options, &mut trained, session);
+    }
+    Ok(trained)
+}
+
+/// Goes on with L-BFGS in double precision; keeps what does best on validation data.
+fn polish(
+    shape: &NetworkShape,
+    samples: [&Samples; 2],
+    options: &TrainingOptions,
+    trained: &mut Trained,
+    session: &mut Session<'_>,
+) {
+    let mut objective = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
+    let mut judge = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
+    let n = samples[0].len();
+    let taken = options.polish_samples.clamp(1, n);
+    let rows: Vec<usize> = (0..taken).map(|i| i * n / taken).collect();
+    let lbfgs = Lbfgs { memory: 30, iterations: options.polish, gradient_tolerance: 0.0 };
+    let mut parameters = trained.parameters.clone();
+    trained.validation = judge.validate(&parameters);
+    let mut value = |p: &[f64], gradient: &mut [f64]| objective.gradient(p, &rows, gradient);
+    let mut is_going_on = true;
+    lbfgs.minimise(&mut value, &mut parameters, &mut |step, loss, p| {
+        if step % LOOK == 0 {
+            let validation = judge.validate(p);
+            if validation < trained.validation {
+                (trained.validation, trained.steps[1]) = (validation, step);
+                trained.parameters = p.to_vec();
+            }
+            let (number, of) = (step, options.polish);
+            let epoch =
+                Epoch { number, of, training: loss.sqrt(), held_out: validation, best: trained.validation };
+            is_going_on = (session.progress)(&Progress::Epoch(epoch));
+        }
+        is_going_on
+    });
+    trained.is_finished = is_going_on;
+}
+
+/// What a file to go on from must have been written for.
+fn identity(
+    shape: &NetworkShape,
+    [training, validation]: [&Samples; 2],
+    options: &TrainingOptions,
+    seed: u64,
+) -> Value {
+    let data = |samples: &Samples| {
+        let sum =
+            |values: &[f64]| values.iter().enumerate().map(|(i, v)| v * (1.0 + (i % 97) as f64)).sum::<f64>();
+        json!([samples.len(), sum(&samples.q), sum(&samples.tau)])
+    };
+    json!({
+        "network": shape, "seed": seed, "options": options,
+        "training data": data(training), "validation data": data(validation),
+    })
+}
