@@ -39,11 +39,7 @@ pub fn sinusoids(model: &Model, plan: &Sinusoids, seed: u64, stream: &str) -> (S
     let steps = (plan.duration * plan.rate).round() as usize;
     for _ in 0..plan.trajectories {
         let mut pose = || -> Vec<f64> {
-            model
-                .joints()
-                .iter()
-                .map(|joint| position(joint.drive.range, &mut rng))
-                .collect()
+            model.joints().iter().map(|joint| position(joint.drive.range, &mut rng)).collect()
         };
         let ends = [pose(), pose()];
         let first = samples.len();
