@@ -9,10 +9,12 @@
 
 mod aba;
 mod adjoint;
+pub mod baselines;
 mod batch;
 mod coriolis;
 mod crba;
 mod data;
+pub mod datasets;
 mod dense;
 mod derivatives;
 mod energy;

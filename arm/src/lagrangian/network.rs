@@ -266,10 +266,13 @@ impl NetworkShape {
     }
 }
 
+/// A term and where its parameters stand.
+type Placed<T> = (Kind, Range<usize>, Box<dyn Term<T>>);
+
 /// Scratch with which one thread evaluates a model on blocks of samples.
 pub(crate) struct Evaluator<T> {
     coordinates: Vec<Coordinate>,
-    terms: Vec<(Kind, Range<usize>, Box<dyn Term<T>>)>,
+    terms: Vec<Placed<T>>,
     pub block: Block<T>,
     /// Of every term, [row][output].
     pub parts: Vec<Vec<T>>,

@@ -1,0 +1,12 @@
+//! Public recordings of arms as samples: where each keeps its numbers, and what it lacks.
+//!
+//! None of them is part of the project. Accelerations that were not recorded are central differences of low-passed
+//! velocities.
+
+mod filter;
+mod npz;
+mod sets;
+mod table;
+
+pub use filter::{differentiate, low_pass};
+pub use sets::{BaxterTraining, RealSet, baxter, characters, kuka, panda};
