@@ -34,6 +34,7 @@ mod scalar;
 mod simulator;
 pub mod spatial;
 mod stepper;
+pub mod study;
 
 pub use aba::{forward_dynamics, solve_mass};
 pub use adjoint::{Cotangent, forward_dynamics_adjoint, parameter_adjoint};

@@ -4,9 +4,11 @@
 //! velocities.
 
 mod filter;
-mod npz;
 mod sets;
 mod table;
 
 pub use filter::{differentiate, low_pass};
 pub use sets::{BaxterTraining, RealSet, baxter, characters, kuka, panda};
+
+/// Kinematics of Baxter's arm, as URDF.
+pub const BAXTER_ARM: &str = include_str!("../../robots/baxter_arm.urdf");

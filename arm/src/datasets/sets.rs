@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, Error, Result, file};
+use hysteron_base::{BadInput, Error, Result, Table as NumericTable, file};
 
 use super::filter::{differentiate, low_pass};
-use super::npz;
 use super::table::Table;
 use crate::lagrangian::{Decomposition, Samples};
 
@@ -75,7 +74,8 @@ fn check_rate(recorded: &Recorded<'_>, n: usize) -> std::result::Result<(), BadI
         squares += dq * dq;
     }
     let found = squares / products;
-    if squares > 0.0 && !((found / recorded.rate - 1.0).abs() < WORST_RATE) {
+    let is_off = (found / recorded.rate - 1.0).abs() >= WORST_RATE || !found.is_finite();
+    if squares > 0.0 && is_off {
         return Err(BadInput::new("rate", format!("{} Hz", recorded.rate), format!("{found:.1} Hz"))
             .hint("positions over velocities tell the rate: are the units rad and rad/s?"));
     }
@@ -138,25 +138,24 @@ const KUKA_CUTOFF: f64 = 10.0;
 pub fn kuka(folder: &Path) -> Result<RealSet> {
     let read = |name: &str| -> Result<Samples> {
         let path = folder.join(name);
-        let bytes = file::read_bytes(&path)?;
         let within = |bad: BadInput| bad.within(path.display());
-        let arrays = npz::arrays(&bytes).map_err(within)?;
-        let get = |name: &str, columns: usize| -> std::result::Result<&[f64], BadInput> {
-            match arrays.get(name) {
-                Some(array) if array.columns == columns => Ok(&array.values[..]),
-                Some(array) => {
-                    Err(BadInput::new(name, format!("{columns} columns"), array.columns.to_string()))
-                }
-                None => Err(BadInput::new(name, "an array", "nothing")),
-            }
+        let table = NumericTable::read(&path, None)?;
+        let column = |name: &str| {
+            let missing = || BadInput::new(name, "an array", table.names());
+            table.index(name).map(|k| &table.columns()[k].values[..]).ok_or_else(missing)
         };
-        let times = check_times(get("times", 1).map_err(within)?).map_err(within)?;
+        let get = |name: &str| -> std::result::Result<Vec<f64>, BadInput> {
+            let columns: Vec<&[f64]> =
+                (1..=7).map(|k| column(&format!("{name}[{k}]"))).collect::<std::result::Result<_, _>>()?;
+            Ok((0..table.n_rows()).flat_map(|i| columns.iter().map(move |values| values[i])).collect())
+        };
+        let times = check_times(column("times").map_err(within)?).map_err(within)?;
         let rate = (times.len() - 1) as f64 / (times[times.len() - 1] - times[0]);
-        let channels = ["positions", "velocities", "torques"].map(|name| get(name, 7));
+        let channels = ["positions", "velocities", "torques"].map(get);
         let mut filtered = Vec::new();
         for channel in channels {
             let values = channel.map_err(within)?;
-            filtered.push(by_joint(values, 7, |x| low_pass(x, KUKA_CUTOFF, rate)).map_err(within)?);
+            filtered.push(by_joint(&values, 7, |x| low_pass(x, KUKA_CUTOFF, rate)).map_err(within)?);
         }
         let ddq = by_joint(&filtered[1], 7, |x| Ok(differentiate(x, times))).map_err(within)?;
         blocks(7, [&filtered[0], &filtered[1], &ddq, &filtered[2]]).map_err(|bad| within(bad).into())
@@ -234,7 +233,7 @@ fn check_times(times: &[f64]) -> std::result::Result<&[f64], BadInput> {
     if times.len() < 2 {
         return Err(BadInput::new("time", "two samples or more", times.len().to_string()));
     }
-    match times.windows(2).position(|pair| !(pair[1] > pair[0])) {
+    match times.windows(2).position(|pair| pair[1] <= pair[0] || !(pair[1] - pair[0]).is_finite()) {
         Some(i) => {
             let expected = format!("a time after {} s", times[i]);
             Err(BadInput::new(format!("time: sample {}", i + 2), expected, format!("{} s", times[i + 1])))

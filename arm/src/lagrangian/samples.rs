@@ -89,6 +89,31 @@ impl Samples {
         found
     }
 
+    /// Every `stride`-th sample of every trajectory.
+    pub fn thinned(&self, stride: usize) -> Self {
+        let n = self.n_joints;
+        let kept: Vec<usize> = self.trajectories.iter().flat_map(|t| t.clone().step_by(stride)).collect();
+        let take = |values: &Vec<f64>| -> Vec<f64> {
+            kept.iter()
+                .flat_map(|i| values.get(n * i..n * (i + 1)).unwrap_or_default().iter().copied())
+                .collect()
+        };
+        let mut start = 0;
+        let trajectories = self.trajectories.iter().map(|t| {
+            start += t.len().div_ceil(stride);
+            start - t.len().div_ceil(stride)..start
+        });
+        Self {
+            n_joints: n,
+            trajectories: trajectories.collect(),
+            q: take(&self.q),
+            dq: take(&self.dq),
+            ddq: take(&self.ddq),
+            tau: take(&self.tau),
+            momenta: [take(&self.momenta[0]), take(&self.momenta[1])],
+        }
+    }
+
     /// Standard deviations of every joint of an array [sample][joint] about its mean.
     pub fn deviations(&self, values: &[f64]) -> Vec<f64> {
         self.variances(values).into_iter().map(f64::sqrt).collect()

@@ -4,6 +4,7 @@ mod dynamics;
 mod import;
 mod info;
 mod simulate;
+mod study;
 
 use std::path::Path;
 
@@ -39,6 +40,7 @@ enum Verb {
     Dynamics(dynamics::Arguments),
     Import(import::Arguments),
     Simulate(simulate::Arguments),
+    Study(study::Arguments),
 }
 
 /// Carries out the verb.
@@ -49,6 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Verb::Dynamics(arguments) => dynamics::run(arguments),
         Verb::Import(arguments) => import::run(arguments),
         Verb::Simulate(arguments) => simulate::run(arguments),
+        Verb::Study(arguments) => study::run(arguments),
     }
 }
 

@@ -1,0 +1,68 @@
+//! Studies of learned inverse dynamics, cell by cell: what is done is found again, what is not goes on from its file.
+
+mod real;
+mod simulated;
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, file};
+use hysteron_learn::{Error, Progress, Result};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+pub use real::{RealOptions, RealRow, real_study};
+pub use simulated::{Parts, SimulatedRow, SimulatedStudy, Units, characters_study, simulated_study};
+
+/// What a study reports.
+#[derive(Debug, Clone, Copy)]
+pub struct StudyProgress<'a> {
+    /// The cell at hand.
+    pub cell: &'a str,
+    /// Cells done, and in all.
+    pub done: [usize; 2],
+    /// Within the cell's training; none when the cell begins or is over.
+    pub training: Option<Progress>,
+}
+
+/// Gets the progress; ends the study where it returns false.
+pub type Listener<'a> = &'a mut dyn FnMut(&StudyProgress<'_>) -> bool;
+
+/// The cell of this name from its file, or computed and written there. None where it was ended before its time.
+///
+/// # Errors
+/// A file of another study, or what the computation says.
+fn cell<R: Serialize + DeserializeOwned>(
+    folder: &Path,
+    name: &str,
+    identity: &Value,
+    compute: impl FnOnce() -> Result<Option<R>>,
+) -> Result<Option<R>> {
+    let path = folder.join(format!("{name}.json"));
+    let damaged = |e: serde_json::Error| {
+        BadInput::new(path.display().to_string(), "a cell of this study", e.to_string())
+    };
+    if path.exists() {
+        let found: Value = serde_json::from_str(&file::read_text(&path)?).map_err(damaged)?;
+        if found["identity"] != *identity {
+            return Err(BadInput::new(
+                path.display().to_string(),
+                "a cell of this study",
+                "one of other settings",
+            )
+            .hint("remove the folder to begin anew")
+            .into());
+        }
+        return Ok(Some(serde_json::from_value(found["row"].clone()).map_err(damaged)?));
+    }
+    let Some(row) = compute()? else { return Ok(None) };
+    let text = serde_json::to_vec_pretty(&json!({ "identity": identity, "row": row })).map_err(damaged)?;
+    file::write_bytes(&path, text)?;
+    Ok(Some(row))
+}
+
+/// # Errors
+/// If the folder cannot be made.
+fn make_folder(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| Error::from(hysteron_base::Error::io(path, e)))
+}

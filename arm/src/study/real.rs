@@ -1,0 +1,194 @@
+//! Recorded arms: learned models beside simple ones, everything chosen on trajectories of the training data.
+
+use std::path::Path;
+
+use hysteron_learn::{Activation, Result, Session};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::{Listener, StudyProgress, cell, make_folder};
+use crate::Model;
+use crate::baselines::{RigidFeatures, fit_fourier, fit_rigid_body};
+use crate::datasets::RealSet;
+use crate::lagrangian::{NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train};
+
+/// How the models of a set are found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RealOptions {
+    /// Learned models.
+    pub variants: Vec<Variant>,
+    /// Networks whose mean is taken.
+    pub members: u64,
+    /// Units of every hidden layer.
+    pub hidden: Vec<usize>,
+    /// Between layers.
+    pub activation: Activation,
+    /// How networks are trained.
+    pub training: TrainingOptions,
+    /// Fourier features.
+    pub features: usize,
+    /// Lengths of theirs that are tried, in spreads.
+    pub lengths: Vec<f64>,
+    /// Every so many samples are used in fits.
+    pub stride: usize,
+}
+
+/// One model on one set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RealRow {
+    /// What the model is.
+    pub name: String,
+    /// Mean squared error of every joint on the test [N² m²].
+    pub mse: Vec<f64>,
+    /// Their sum.
+    pub sum_mse: f64,
+    /// (11), about one mean of all joints.
+    pub pooled_r2: f64,
+    /// Mean over the joints of R² about their own means.
+    pub mean_r2: f64,
+    /// What chose it: mean nMSE of a joint on trajectories left out.
+    pub validation: f64,
+    /// What was chosen, in words.
+    pub choice: String,
+}
+
+impl RealRow {
+    fn new(name: &str, test: &Samples, predicted: &[f64], validation: f64, choice: String) -> Self {
+        let scores = Scores::of(test.n_joints, &test.tau, predicted);
+        Self {
+            name: name.to_owned(),
+            sum_mse: scores.sum_mse(),
+            pooled_r2: scores.pooled_r2,
+            mean_r2: scores.mean_r2(),
+            mse: scores.mse,
+            validation,
+            choice,
+        }
+    }
+}
+
+fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + b).collect()
+}
+
+/// Steps of the search for bodies that can be.
+const FEASIBLE_STEPS: usize = 4000;
+/// Every so many trajectories one validates.
+const VALIDATION: usize = 4;
+
+/// Simple models, learned ones, and learned ones on what an identified arm leaves.
+///
+/// # Errors
+/// Constant joints, fewer than two trajectories, files of another study.
+pub fn real_study(
+    set: &RealSet,
+    model: &Model,
+    options: &RealOptions,
+    folder: &Path,
+    listener: Listener<'_>,
+) -> Result<Vec<RealRow>> {
+    make_folder(folder)?;
+    set.training.check_variation()?;
+    let features = RigidFeatures::new(model, &set.training);
+    let (free, choice, sums) = fit_rigid_body(&features, &set.training, options.stride)?;
+    let body = features.feasible(&sums, choice.penalty, FEASIBLE_STEPS);
+    let prior = [&set.training, &set.test].map(|samples| features.predict(&body, samples));
+    let penalty = |p: f64| format!("penalty {p:.0e}");
+    let mut rows = vec![
+        RealRow::new(
+            "Rigid body, friction, spring (least squares)",
+            &set.test,
+            &features.predict(&free, &set.test),
+            choice.validation,
+            penalty(choice.penalty),
+        ),
+        RealRow::new(
+            "Rigid body, friction, spring (feasible)",
+            &set.test,
+            &prior[1],
+            choice.validation,
+            penalty(choice.penalty),
+        ),
+    ];
+    let total = 4 + 2 * options.variants.len();
+    let identity = json!({ "options": options, "set": set.name, "samples": set.training.len() });
+    let zeros = [&set.training, &set.test].map(|samples| vec![0.0; samples.tau.len()]);
+    for (name, key, offset) in
+        [("Fourier features", "fourier", &zeros), ("Rigid body + Fourier features", "rigid-fourier", &prior)]
+    {
+        if !listener(&StudyProgress { cell: name, done: [rows.len(), total], training: None }) {
+            return Ok(rows);
+        }
+        let row = cell(folder, key, &identity, || {
+            let sizes = (options.features, options.stride, 0);
+            let fit = fit_fourier(&set.training, &offset[0], &options.lengths, sizes)?;
+            let predicted = sum(&fit.features.predict(&fit.weights, &set.test), &offset[1]);
+            let choice = format!("length {}, {}", fit.length, penalty(fit.choice.penalty));
+            Ok(Some(RealRow::new(name, &set.test, &predicted, fit.choice.validation, choice)))
+        })?;
+        rows.extend(row);
+    }
+    for (prefix, offset) in [("", &zeros), ("Rigid body + ", &prior)] {
+        for variant in &options.variants {
+            let name = format!("{prefix}{}", variant.label());
+            let spelled = json!([variant, !prefix.is_empty()]);
+            let key = format!(
+                "{}{}",
+                if prefix.is_empty() { "" } else { "rigid-" },
+                spelled[0].as_str().unwrap_or_default()
+            );
+            let done = [rows.len(), total];
+            let row = cell(folder, &key, &identity, || {
+                learned(set, options, (*variant, &name), offset, (folder, &key), done, listener)
+            })?;
+            let Some(row) = row else { return Ok(rows) };
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// The mean of some networks on what `offset` (of training and test) leaves.
+fn learned(
+    set: &RealSet,
+    options: &RealOptions,
+    (variant, name): (Variant, &str),
+    offset: &[Vec<f64>; 2],
+    (folder, key): (&Path, &str),
+    done: [usize; 2],
+    listener: Listener<'_>,
+) -> Result<Option<RealRow>> {
+    let mut all = set.training.clone();
+    all.tau.iter_mut().zip(&offset[0]).for_each(|(t, o)| *t -= o);
+    let n = all.trajectories.len();
+    let (mut predicted, mut validation) = (vec![0.0; set.test.tau.len()], 0.0);
+    for member in 0..options.members {
+        // Each network stops by other trajectories.
+        let held = |t: &usize| t % VALIDATION == member as usize % VALIDATION;
+        let training = all.select((0..n).filter(|t| !held(t))).thinned(options.stride);
+        let judged = all.select((0..n).filter(held)).thinned(options.stride);
+        let shape = NetworkShape {
+            variant,
+            hidden: options.hidden.clone(),
+            activation: options.activation,
+            epsilon: 1e-4,
+            scales: Scales::of(&training, variant),
+            lengths: vec![None; all.n_joints],
+        };
+        let state = folder.join(format!("{key}-{member}.state"));
+        let mut progress = |training: &hysteron_learn::Progress| {
+            listener(&StudyProgress { cell: name, done, training: Some(*training) })
+        };
+        let mut session = Session { file: Some(&state), progress: &mut progress };
+        let found = train(&shape, [&training, &judged], &options.training, member, &mut session)?;
+        if !found.is_finished {
+            return Ok(None);
+        }
+        let torque = decompose(&shape, &found.parameters, &set.test).torque;
+        predicted.iter_mut().zip(torque).for_each(|(sum, t)| *sum += t / options.members as f64);
+        validation += found.validation.powi(2) / options.members as f64;
+    }
+    let predicted = sum(&predicted, &offset[1]);
+    let choice = format!("{} networks of {:?}", options.members, options.hidden);
+    Ok(Some(RealRow::new(name, &set.test, &predicted, validation, choice)))
+}

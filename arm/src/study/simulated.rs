@@ -1,0 +1,249 @@
+//! The simulated three-link arm and the written characters: every variant and seed, parts of the torques, faster motions,
+//! less data.
+
+use std::path::Path;
+use std::time::Instant;
+
+use hysteron_base::rng;
+use hysteron_learn::{Activation, Result, Session};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::{Listener, StudyProgress, cell, make_folder};
+use crate::Model;
+use crate::lagrangian::{
+    Decomposition, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant, decompose,
+    sinusoids, train,
+};
+
+/// What is compared.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimulatedStudy {
+    /// Rows of the table.
+    pub variants: Vec<Variant>,
+    /// Seeds of initial parameters and of minibatches, from 0.
+    pub seeds: u64,
+    /// Trajectories that are learned from, validation among them.
+    pub trajectories: Vec<usize>,
+    /// Speeds of the test, over that of training.
+    pub speeds: Vec<f64>,
+    /// Units of every hidden layer.
+    pub hidden: Vec<usize>,
+    /// Between layers.
+    pub activation: Activation,
+    /// Whether networks see SI units, as published, or spreads.
+    pub units: Units,
+    /// How they are trained.
+    pub training: TrainingOptions,
+}
+
+/// In which units networks see motions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Units {
+    /// SI, as published.
+    Si,
+    /// Spreads of the training data.
+    Spread,
+}
+
+/// Σ over joints of mean squared error over variance: the nMSE of table 5 [-].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Parts {
+    /// Of the torque.
+    pub torque: f64,
+    /// Of H q̈.
+    pub inertial: f64,
+    /// Of c.
+    pub coriolis: f64,
+    /// Of g.
+    pub gravity: f64,
+}
+
+impl Parts {
+    fn of(n: usize, truth: &Decomposition, found: &Decomposition) -> Self {
+        let nmse = |truth: &[f64], found: &[f64]| Scores::of(n, truth, found).sum_nmse();
+        Self {
+            torque: nmse(&truth.torque, &found.torque),
+            inertial: nmse(&truth.inertial, &found.inertial),
+            coriolis: nmse(&truth.coriolis, &found.coriolis),
+            gravity: nmse(&truth.gravity, &found.gravity),
+        }
+    }
+}
+
+/// One training of the study.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimulatedRow {
+    /// Which model.
+    pub variant: Variant,
+    /// Of its initial parameters.
+    pub seed: u64,
+    /// Trajectories that it learned from.
+    pub trajectories: usize,
+    /// For every speed of the test, in the order of [`SimulatedStudy::speeds`].
+    pub parts: Vec<Parts>,
+    /// Mean squared error of the torque over all joints, at the first speed [N² m²].
+    pub mse: Parts,
+    /// Mean squared error of the power q̇ᵀτ, at the first speed [W²].
+    pub power_mse: f64,
+    /// Root mean square error on validation trajectories, in spreads [-].
+    pub validation: f64,
+    /// Epochs of Adam and steps of L-BFGS until the best parameters.
+    pub steps: [usize; 2],
+    /// Processor-independent time of the training [s].
+    pub seconds: f64,
+}
+
+/// Part of the trajectories that only choose when to stop.
+const VALIDATION: usize = 10;
+
+/// Trajectories to learn from and to validate on: every tenth, in an order drawn by the seed, at least one.
+fn split(samples: &Samples, seed: u64) -> [Samples; 2] {
+    let n = samples.trajectories.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    let mut rng = rng(seed, "arm/study/validation");
+    for i in (1..n).rev() {
+        order.swap(i, rng.random_range(0..=i));
+    }
+    let held = n.div_ceil(VALIDATION).max(1).min(n - 1);
+    let (validation, training) = order.split_at(held);
+    [samples.select(training.iter().copied()), samples.select(validation.iter().copied())]
+}
+
+type Sets = Vec<(Samples, Decomposition)>;
+
+impl SimulatedStudy {
+    fn row(
+        &self,
+        (variant, seed, all): (Variant, u64, &Samples),
+        tests: &Sets,
+        session: &mut Session<'_>,
+    ) -> Result<Option<SimulatedRow>> {
+        let n = all.n_joints;
+        let [training, validation] = split(all, seed);
+        let scales = match self.units {
+            Units::Si => Scales::ones(n),
+            Units::Spread => Scales::of(&training, variant),
+        };
+        let shape = NetworkShape {
+            variant,
+            hidden: self.hidden.clone(),
+            activation: self.activation,
+            epsilon: 1e-4,
+            scales,
+            lengths: vec![None; n],
+        };
+        let start = Instant::now();
+        let found = train(&shape, [&training, &validation], &self.training, seed, session)?;
+        if !found.is_finished {
+            return Ok(None);
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let decompositions: Vec<Decomposition> =
+            tests.iter().map(|(samples, _)| decompose(&shape, &found.parameters, samples)).collect();
+        let parts =
+            tests.iter().zip(&decompositions).map(|((_, truth), found)| Parts::of(n, truth, found)).collect();
+        let (samples, truth) = &tests[0];
+        let mean = |a: &[f64], b: &[f64]| Scores::of(n, a, b).sum_mse() / n as f64;
+        let first = &decompositions[0];
+        let mse = Parts {
+            torque: mean(&truth.torque, &first.torque),
+            inertial: mean(&truth.inertial, &first.inertial),
+            coriolis: mean(&truth.coriolis, &first.coriolis),
+            gravity: mean(&truth.gravity, &first.gravity),
+        };
+        let power = |tau: &[f64]| -> Vec<f64> {
+            let rows = tau.chunks_exact(n).zip(samples.dq.chunks_exact(n));
+            rows.map(|(tau, dq)| tau.iter().zip(dq).map(|(t, v)| t * v).sum()).collect()
+        };
+        Ok(Some(SimulatedRow {
+            variant,
+            seed,
+            trajectories: all.trajectories.len(),
+            parts,
+            mse,
+            power_mse: Scores::of(1, &power(&truth.torque), &power(&first.torque)).sum_mse(),
+            validation: found.validation,
+            steps: found.steps,
+            seconds,
+        }))
+    }
+
+    /// All rows; those that are done are found in `folder`.
+    fn rows(
+        &self,
+        sets: &[Samples],
+        tests: &Sets,
+        folder: &Path,
+        listener: Listener<'_>,
+    ) -> Result<Vec<SimulatedRow>> {
+        make_folder(folder)?;
+        let mut rows = Vec::new();
+        let total = sets.len() * self.variants.len() * self.seeds as usize;
+        for all in sets {
+            for variant in &self.variants {
+                for seed in 0..self.seeds {
+                    let count = all.trajectories.len();
+                    let spelled = json!(variant);
+                    let name = format!("{}-{count}-{seed}", spelled.as_str().unwrap_or_default());
+                    let done = [rows.len(), total];
+                    let identity = json!({
+                        "hidden": self.hidden, "activation": self.activation, "units": self.units,
+                        "training": self.training, "speeds": self.speeds, "variant": variant, "seed": seed,
+                        "trajectories": count,
+                    });
+                    let state = folder.join(format!("{name}.state"));
+                    let row = cell(folder, &name, &identity, || {
+                        let mut progress = |training: &hysteron_learn::Progress| {
+                            listener(&StudyProgress { cell: &name, done, training: Some(*training) })
+                        };
+                        let mut session = Session { file: Some(&state), progress: &mut progress };
+                        self.row((*variant, seed, all), tests, &mut session)
+                    })?;
+                    let Some(row) = row else { return Ok(rows) };
+                    rows.push(row);
+                    if !listener(&StudyProgress { cell: &name, done: [rows.len(), total], training: None }) {
+                        return Ok(rows);
+                    }
+                }
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// Table 5, and how models extrapolate in speed and learn from fewer trajectories.
+///
+/// # Errors
+/// Those of training; files in `folder` that belong to another study.
+pub fn simulated_study(
+    study: &SimulatedStudy,
+    model: &Model,
+    folder: &Path,
+    listener: Listener<'_>,
+) -> Result<Vec<SimulatedRow>> {
+    let most = study.trajectories.iter().copied().max().unwrap_or(0);
+    let (all, _) = sinusoids(model, &Sinusoids::published(most), 0, "arm/study/training");
+    let sets: Vec<Samples> = study.trajectories.iter().map(|n| all.select(0..*n)).collect();
+    let test = |speed: &f64| {
+        let plan = Sinusoids { speed: *speed, ..Sinusoids::published(3) };
+        sinusoids(model, &plan, 0, "arm/study/test")
+    };
+    let tests = study.speeds.iter().map(test).collect();
+    study.rows(&sets, &tests, folder, listener)
+}
+
+/// The written characters, with the published split.
+///
+/// # Errors
+/// As [`simulated_study`].
+pub fn characters_study(
+    study: &SimulatedStudy,
+    [(training, _), test]: [(Samples, Decomposition); 2],
+    folder: &Path,
+    listener: Listener<'_>,
+) -> Result<Vec<SimulatedRow>> {
+    study.rows(&[training], &vec![test], folder, listener)
+}
