@@ -60,6 +60,26 @@ pub fn differentiate(values: &[f64], times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Largest part by which the rate that positions and velocities tell may be off.
+const WORST_RATE: f64 = 0.2;
+
+/// # Errors
+/// `BadInput` where positions ([sample][joint]) do not move as velocities and rate [Hz] say.
+pub(crate) fn check_rate([q, dq]: [&[f64]; 2], n_joints: usize, rate: f64) -> Result<(), BadInput> {
+    let (mut products, mut squares) = (0.0, 0.0);
+    for (q, dq) in q.windows(n_joints + 1).zip(dq) {
+        products += (q[n_joints] - q[0]) * dq;
+        squares += dq * dq;
+    }
+    let found = squares / products;
+    let is_off = (found / rate - 1.0).abs() >= WORST_RATE || !found.is_finite();
+    if squares > 0.0 && is_off {
+        return Err(BadInput::new("rate", format!("{rate:.0} Hz"), format!("{found:.1} Hz"))
+            .hint("positions over velocities tell the rate: are the units rad and rad/s?"));
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // a test may stop where it stands
 mod tests {

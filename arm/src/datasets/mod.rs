@@ -7,6 +7,7 @@ mod filter;
 mod sets;
 mod table;
 
+pub(crate) use filter::check_rate;
 pub use filter::{differentiate, low_pass};
 pub use sets::{BaxterTraining, RealSet, baxter, characters, kuka, panda};
 

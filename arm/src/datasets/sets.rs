@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_base::{BadInput, Error, Result, Table as NumericTable, file};
 
-use super::filter::{differentiate, low_pass};
+use super::filter::{check_rate, differentiate, low_pass};
 use super::table::Table;
 use crate::lagrangian::{Decomposition, Samples};
 
@@ -48,9 +48,6 @@ fn by_joint(
     Ok(found)
 }
 
-/// Largest part of the spread of velocities that positions may not explain before the rate is taken as wrong.
-const WORST_RATE: f64 = 0.2;
-
 /// Adds a trajectory whose accelerations are differences of low-passed velocities; the velocities stay as they are.
 fn push_differentiated(
     samples: &mut Samples,
@@ -58,28 +55,11 @@ fn push_differentiated(
     cutoff: f64,
 ) -> std::result::Result<(), BadInput> {
     let n = samples.n_joints;
-    check_rate(recorded, n)?;
+    check_rate([recorded.q, recorded.dq], n, recorded.rate)?;
     let times: Vec<f64> = (0..recorded.q.len() / n).map(|i| i as f64 / recorded.rate).collect();
     let ddq =
         by_joint(recorded.dq, n, |dq| Ok(differentiate(&low_pass(dq, cutoff, recorded.rate)?, &times)))?;
     samples.push([recorded.q, recorded.dq, &ddq, recorded.tau], [&[], &[]])
-}
-
-/// # Errors
-/// `BadInput` where positions do not move as velocities and rate say.
-fn check_rate(recorded: &Recorded<'_>, n: usize) -> std::result::Result<(), BadInput> {
-    let (mut products, mut squares) = (0.0, 0.0);
-    for (q, dq) in recorded.q.windows(n + 1).zip(recorded.dq) {
-        products += (q[n] - q[0]) * dq;
-        squares += dq * dq;
-    }
-    let found = squares / products;
-    let is_off = (found / recorded.rate - 1.0).abs() >= WORST_RATE || !found.is_finite();
-    if squares > 0.0 && is_off {
-        return Err(BadInput::new("rate", format!("{} Hz", recorded.rate), format!("{found:.1} Hz"))
-            .hint("positions over velocities tell the rate: are the units rad and rad/s?"));
-    }
-    Ok(())
 }
 
 /// Names in a folder, in alphabetical order.

@@ -70,6 +70,47 @@ impl Samples {
         Ok(())
     }
 
+    /// Adds all trajectories of `other`.
+    ///
+    /// # Errors
+    /// `BadInput` where it has another number of joints.
+    pub fn append(&mut self, other: &Self) -> Result<(), BadInput> {
+        if other.n_joints != self.n_joints {
+            let expected = format!("{} joints, as in the others", self.n_joints);
+            return Err(BadInput::new("recording", expected, other.n_joints.to_string()));
+        }
+        let first = self.len();
+        for (all, values) in [
+            (&mut self.q, &other.q),
+            (&mut self.dq, &other.dq),
+            (&mut self.ddq, &other.ddq),
+            (&mut self.tau, &other.tau),
+        ] {
+            all.extend_from_slice(values);
+        }
+        for (all, values) in self.momenta.iter_mut().zip(&other.momenta) {
+            all.extend_from_slice(values);
+        }
+        self.trajectories.extend(other.trajectories.iter().map(|t| first + t.start..first + t.end));
+        Ok(())
+    }
+
+    /// The same samples, every trajectory in `parts` of equal length.
+    ///
+    /// # Errors
+    /// `BadInput` where a trajectory is shorter than that.
+    pub fn parted(mut self, parts: usize) -> Result<Self, BadInput> {
+        let short = self.trajectories.iter().find(|t| t.len() < parts);
+        if let Some(short) = short {
+            let expected = format!("{parts} samples or more");
+            return Err(BadInput::new("recording", expected, short.len().to_string()));
+        }
+        let part = |t: &Range<usize>, k: usize| t.start + k * t.len() / parts;
+        let of = |t: &Range<usize>| (0..parts).map(|k| part(t, k)..part(t, k + 1)).collect::<Vec<_>>();
+        self.trajectories = self.trajectories.iter().flat_map(of).collect();
+        Ok(self)
+    }
+
     /// The trajectories of these numbers, in this order.
     pub fn select(&self, trajectories: impl IntoIterator<Item = usize>) -> Self {
         let mut found = Self::new(self.n_joints);

@@ -1,6 +1,7 @@
 //! `hysteron arm`: rigid-body arms.
 
 mod dynamics;
+mod fit;
 mod import;
 mod info;
 mod simulate;
@@ -38,6 +39,8 @@ enum Verb {
     Info(info::Arguments),
     Check(info::CheckArguments),
     Dynamics(dynamics::Arguments),
+    Evaluate(fit::EvaluateArguments),
+    Fit(fit::Arguments),
     Import(import::Arguments),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
@@ -49,6 +52,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Verb::Info(arguments) => info::run(arguments),
         Verb::Check(arguments) => info::check(arguments),
         Verb::Dynamics(arguments) => dynamics::run(arguments),
+        Verb::Evaluate(arguments) => fit::evaluate(arguments),
+        Verb::Fit(arguments) => fit::run(arguments),
         Verb::Import(arguments) => import::run(arguments),
         Verb::Simulate(arguments) => simulate::run(arguments),
         Verb::Study(arguments) => study::run(arguments),

@@ -100,7 +100,7 @@ enum ActivationName {
 }
 
 /// A model by the name that files have for it.
-fn variant(text: &str) -> Result<Variant, String> {
+pub fn variant(text: &str) -> Result<Variant, String> {
     serde_json::from_value(text.into()).map_err(|e| e.to_string())
 }
 

@@ -1,0 +1,64 @@
+//! One vector of parameters with what is needed to use it, in a file.
+
+use std::path::Path;
+
+use hysteron_base::BadInput;
+use serde_json::{Value, json};
+
+use crate::Result;
+use crate::tensor_file::TensorFile;
+
+const FORMAT: &str = "hysteron-parameters";
+const VERSION: u64 = 1;
+
+/// Writes parameters of a model of this `kind`; `details` says what they are of. A half-written file is never seen.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn write_parameters(path: &Path, kind: &str, details: &Value, parameters: &[f64]) -> Result<()> {
+    let mut file = TensorFile::default();
+    file.put("kind", json!(kind));
+    file.put("count", json!(parameters.len()));
+    file.put("details", details.clone());
+    file.put_vector("parameters", parameters.to_vec());
+    file.write(path, FORMAT, VERSION)
+}
+
+/// The details and parameters of a file by [`write_parameters`].
+///
+/// # Errors
+/// `BadInput` naming the file: not such a file, of another kind or version, damaged, a parameter that is not finite.
+pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
+    let mut file = TensorFile::read(path, FORMAT, VERSION)?;
+    let mut take = || -> std::result::Result<(Value, Vec<f64>), BadInput> {
+        let found: String = file.take("kind")?;
+        if found != kind {
+            return Err(BadInput::new("kind", kind, found).hint("a model made for something else"));
+        }
+        let count = file.take("count")?;
+        Ok((file.take("details")?, file.take_vector("parameters", count)?))
+    };
+    Ok(take().map_err(|bad| bad.within(path.display()))?)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::*;
+
+    #[test]
+    fn parameters_come_back_and_damaged_files_do_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.safetensors");
+        let details = json!({ "n": 2 });
+        write_parameters(&path, "a", &details, &[1.5, -1e-300]).unwrap();
+        assert_eq!(read_parameters(&path, "a").unwrap(), (details, vec![1.5, -1e-300]));
+        assert!(read_parameters(&path, "b").unwrap_err().to_string().contains("kind: expected b, got a"));
+        let bytes = std::fs::read(&path).unwrap();
+        for end in [0, 8, bytes.len() / 2, bytes.len() - 1] {
+            std::fs::write(&path, &bytes[..end]).unwrap();
+            assert!(read_parameters(&path, "a").is_err(), "{end}");
+        }
+    }
+}
