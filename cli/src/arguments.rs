@@ -1,13 +1,15 @@
 //! The command line: verbs, options for all of them, and the help that goes with them.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, Parser, Subcommand};
 use hysteron_base::BadInput;
+use hysteron_workflow::number;
 
-use crate::{number, terminal};
+use crate::terminal;
 
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
@@ -42,6 +44,9 @@ With servos and a tracker, begin with docs/rig.md.
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
 
+/// The hidden verb of the watchdog process.
+pub const WATCHDOG: &str = "watchdog";
+
 /// Digital twin and controller for tendon-driven continuum robots
 ///
 /// A robot is a folder with a mesh (.msh) and a scene (scene.toml): material, clamp, tendons, tip. A rig is a file
@@ -73,29 +78,50 @@ pub struct Program {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    Simulate(crate::simulate::Arguments),
-    Reach(crate::reach::Arguments),
-    Mesh(crate::mesh::Arguments),
-    Check(crate::check::Arguments),
-    Record(crate::record::Arguments),
+    #[command(after_help = include_str!("help/simulate.txt"))]
+    Simulate(hysteron_workflow::simulate::Options),
+    #[command(after_help = include_str!("help/reach.txt"))]
+    Reach(hysteron_workflow::reach::Options),
+    #[command(after_help = include_str!("help/mesh.txt"))]
+    Mesh(hysteron_workflow::mesh::Options),
+    #[command(after_help = include_str!("help/check.txt"))]
+    Check(hysteron_workflow::check::Options),
+    #[command(after_help = include_str!("help/record.txt"))]
+    Record(hysteron_workflow::record::Options),
     Arm(crate::arm::Arguments),
-    FitMaterial(crate::fit_material::Arguments),
-    Identify(crate::identify::Arguments),
-    FitResidual(crate::fit_residual::Arguments),
-    Adapt(crate::adapt::Arguments),
-    Generate(crate::generate::Arguments),
-    Target(crate::target::Arguments),
-    Evaluate(crate::evaluate::Arguments),
-    Train(crate::train::Arguments),
-    Command(crate::command::Arguments),
-    Track(crate::track::Arguments),
+    #[command(after_help = include_str!("help/fit-material.txt"))]
+    FitMaterial(hysteron_workflow::fit_material::Options),
+    #[command(after_help = include_str!("help/identify.txt"))]
+    Identify(hysteron_workflow::identify::Options),
+    #[command(after_help = include_str!("help/fit-residual.txt"))]
+    FitResidual(hysteron_workflow::fit_residual::Options),
+    #[command(after_help = include_str!("help/adapt.txt"))]
+    Adapt(hysteron_workflow::adapt::Options),
+    #[command(after_help = include_str!("help/generate.txt"))]
+    Generate(hysteron_workflow::generate::Options),
+    #[command(after_help = include_str!("help/target.txt"))]
+    Target(hysteron_workflow::target::Options),
+    #[command(after_help = include_str!("help/evaluate.txt"))]
+    Evaluate(hysteron_workflow::evaluate::Options),
+    #[command(after_help = include_str!("help/train.txt"))]
+    Train(hysteron_workflow::train::Options),
+    #[command(after_help = include_str!("help/command.txt"))]
+    Command(hysteron_workflow::command::Options),
+    #[command(after_help = include_str!("help/track.txt"))]
+    Track(hysteron_workflow::track::Options),
     Rig(crate::rig::Arguments),
-    Run(crate::study::Arguments),
+    #[command(after_help = include_str!("help/study.txt"))]
+    Run(hysteron_workflow::study::Options),
+    #[command(after_help = include_str!("help/demo.txt"))]
     Demo(crate::study::demo::Arguments),
     Completions(crate::manual::CompletionArguments),
     Man(crate::manual::ManArguments),
-    #[command(hide = true)]
-    Watchman(crate::watchman::Arguments),
+    /// Switch the torque of a rig off when stdin closes (started by `record` and `rig calibrate`)
+    #[command(hide = true, name = WATCHDOG)]
+    Watchdog {
+        /// Rig file
+        rig: PathBuf,
+    },
 }
 
 impl Program {
@@ -118,11 +144,9 @@ impl Program {
         })
     }
 
-    /// Results of this program that other arguments have made may be replaced too, if that was asked.
-    pub fn allow_overwriting(&self) {
-        if self.overwrite {
-            crate::outputs::allow_overwriting();
-        }
+    /// Whether results of this program that other arguments have made may be replaced too.
+    pub fn may_overwrite(&self) -> bool {
+        self.overwrite
     }
 
     /// How much to log: 1 is the usual; none where nobody asked for more or less.

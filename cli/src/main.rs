@@ -1,45 +1,22 @@
-//! The program `hysteron`: arguments, progress and reports; no science.
+//! The program `hysteron`: arguments, progress and errors; what verbs do is in `hysteron-workflow`.
 //!
-//! One module per verb. Each reads its files, calls the libraries and writes whole files; what fails comes back
-//! here as one error, which decides the exit code: 2 for input that a person can mend, 1 for everything else.
+//! What fails comes back here as one error, which decides the exit code: 2 for input that a person can mend, 1 for
+//! everything else.
 
-mod adapt;
 mod arguments;
 mod arm;
-mod check;
-mod command;
-mod evaluate;
 mod failure;
-mod figures;
-mod fit_material;
-mod fit_residual;
-mod generate;
-mod identify;
-mod inputs;
 mod interrupt;
 mod manual;
-mod mesh;
-mod network;
-mod number;
-mod outputs;
-mod paper_design;
-mod paths;
-mod plan;
 mod progress;
-mod reach;
-mod record;
 mod rig;
-mod run;
-mod simulate;
 mod study;
-mod target;
 mod terminal;
-mod track;
-mod train;
-mod unfinished;
-mod watchman;
 
 use std::process::ExitCode;
+
+use hysteron_workflow::{self as workflow, Caller, watchdog};
+use serde_json::Value;
 
 use arguments::{Program, Verb};
 
@@ -52,37 +29,10 @@ fn main() -> ExitCode {
     if program.is_json() {
         terminal::use_json();
     }
-    program.allow_overwriting();
-    let done = program.use_threads().and_then(|()| match &program.verb {
-        Verb::Simulate(arguments) => simulate::run(arguments),
-        Verb::Reach(arguments) => reach::run(arguments),
-        Verb::Mesh(arguments) => mesh::run(arguments),
-        Verb::Check(arguments) => check::run(arguments),
-        Verb::Record(arguments) => record::run(arguments),
-        Verb::FitMaterial(arguments) => fit_material::run(arguments),
-        Verb::Identify(arguments) => identify::run(arguments),
-        Verb::FitResidual(arguments) => fit_residual::run(arguments),
-        Verb::Adapt(arguments) => adapt::run(arguments),
-        Verb::Generate(arguments) => generate::run(arguments),
-        Verb::Target(arguments) => target::run(arguments),
-        Verb::Evaluate(arguments) => evaluate::run(arguments),
-        Verb::Train(arguments) => train::run(arguments),
-        Verb::Command(arguments) => command::run(arguments),
-        Verb::Track(arguments) => track::run(arguments),
-        Verb::Rig(arguments) => rig::run(arguments),
-        Verb::Arm(arguments) => arm::run(arguments),
-        Verb::Run(arguments) => study::run(arguments, &program.passed_on()),
-        Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on()),
-        Verb::Completions(arguments) => {
-            manual::completions(arguments);
-            Ok(())
-        }
-        Verb::Man(arguments) => manual::man(arguments),
-        Verb::Watchman(arguments) => watchman::run(arguments),
-    });
-    match done {
-        Ok(()) => {
-            terminal::conclude();
+    let caller = terminal::caller(program.may_overwrite());
+    match program.use_threads().and_then(|()| carry_out(&program, &caller)) {
+        Ok(summary) => {
+            terminal::conclude(&summary);
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -93,5 +43,37 @@ fn main() -> ExitCode {
             }
             ExitCode::from(failure::exit_code(&error))
         }
+    }
+}
+
+/// Carries out the verb; what it came to is the value that `--json` prints.
+fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
+    let nothing = |()| Value::Object(serde_json::Map::new());
+    match &program.verb {
+        Verb::Simulate(options) => workflow::simulate::run(options, caller),
+        Verb::Reach(options) => workflow::reach::run(options, caller),
+        Verb::Mesh(options) => workflow::mesh::run(options, caller),
+        Verb::Check(options) => workflow::check::run(options, caller),
+        Verb::Record(options) => workflow::record::run(options, caller),
+        Verb::FitMaterial(options) => workflow::fit_material::run(options, caller),
+        Verb::Identify(options) => workflow::identify::run(options, caller),
+        Verb::FitResidual(options) => workflow::fit_residual::run(options, caller),
+        Verb::Adapt(options) => workflow::adapt::run(options, caller),
+        Verb::Generate(options) => workflow::generate::run(options, caller),
+        Verb::Target(options) => workflow::target::run(options, caller),
+        Verb::Evaluate(options) => workflow::evaluate::run(options, caller),
+        Verb::Train(options) => workflow::train::run(options, caller),
+        Verb::Command(options) => workflow::command::run(options, caller),
+        Verb::Track(options) => workflow::track::run(options, caller),
+        Verb::Run(options) => study::run(options, &program.passed_on(), caller),
+        Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on(), caller),
+        Verb::Rig(arguments) => rig::run(arguments, caller).map(nothing),
+        Verb::Arm(arguments) => arm::run(arguments, caller),
+        Verb::Completions(arguments) => {
+            manual::completions(arguments);
+            Ok(nothing(()))
+        }
+        Verb::Man(arguments) => manual::man(arguments),
+        Verb::Watchdog { rig } => watchdog::watch(rig).map(nothing),
     }
 }

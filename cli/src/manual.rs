@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::CommandFactory;
 use hysteron_base::file;
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::arguments::Program;
 use crate::terminal;
@@ -59,14 +60,14 @@ pub fn completions(arguments: &CompletionArguments) {
 }
 
 /// Carries out the verb `man`.
-pub fn man(arguments: &ManArguments) -> anyhow::Result<()> {
+pub fn man(arguments: &ManArguments) -> anyhow::Result<Value> {
     let mut program = Program::command();
     program.build();
     let mut pages = Vec::new();
     write_pages(&arguments.out, &program, &mut pages)?;
     pages.sort();
     terminal::say(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
-    terminal::summarise(&Pages { pages })
+    Ok(serde_json::to_value(Pages { pages })?)
 }
 
 fn write_pages(folder: &Path, command: &clap::Command, pages: &mut Vec<PathBuf>) -> anyhow::Result<()> {

@@ -4,13 +4,14 @@ use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use hysteron_workflow::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 /// Time between two lines of the log.
 const EVERY: Duration = Duration::from_secs(30);
 
 /// A bar, or lines of the log.
-pub struct Progress {
+pub struct Bar {
     bar: ProgressBar,
     of: String,
     /// Lines are logged, for no bar is drawn.
@@ -24,7 +25,7 @@ pub struct Progress {
 
 /// A bar over `length` things, `done` of them before this run, with rate and remaining time. Not where only warnings are
 /// wanted.
-pub fn progress(of: &str, length: usize, done: usize) -> Progress {
+pub fn bar(of: &str, length: usize, done: usize) -> Bar {
     let is_wanted = tracing::enabled!(tracing::Level::INFO);
     let is_drawn = is_wanted && std::io::stderr().is_terminal();
     let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -42,7 +43,7 @@ pub fn progress(of: &str, length: usize, done: usize) -> Progress {
     }
     bar.set_position(done as u64);
     bar.reset_eta();
-    Progress {
+    Bar {
         bar,
         of: of.to_owned(),
         is_logged: is_wanted && !is_drawn,
@@ -52,34 +53,31 @@ pub fn progress(of: &str, length: usize, done: usize) -> Progress {
     }
 }
 
-impl Progress {
-    /// So many more are done.
-    pub fn inc(&self, n: u64) {
+impl Progress for Bar {
+    fn inc(&self, n: u64) {
         self.bar.inc(n);
         self.log();
     }
 
-    /// So many are done.
-    pub fn set_position(&self, n: u64) {
+    fn set_position(&self, n: u64) {
         self.bar.set_position(n);
         self.log();
     }
 
-    /// So many are to be done.
-    pub fn set_length(&self, n: u64) {
+    fn set_length(&self, n: u64) {
         self.bar.set_length(n);
     }
 
-    /// What stands behind the count.
-    pub fn set_message(&self, message: String) {
+    fn set_message(&self, message: String) {
         self.bar.set_message(message);
     }
 
-    /// Takes the bar off the screen.
-    pub fn finish_and_clear(&self) {
+    fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
 
+impl Bar {
     /// Logs a line where it is time for one.
     fn log(&self) {
         if !self.is_logged {

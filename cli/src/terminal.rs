@@ -3,20 +3,16 @@
 //! What a verb comes to is one value: with `--json` it is all that stands on stdout, without it the verb's own lines do.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
+use hysteron_workflow::{Caller, Monitor, Progress};
 use serde_json::{Value, json};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
 
-pub use crate::progress::{Progress, progress};
+use crate::{arguments, interrupt, progress};
 
 static IS_JSON: AtomicBool = AtomicBool::new(false);
-
-/// What the verb came to so far; the last word stands.
-static SUMMARY: Mutex<Option<Value>> = Mutex::new(None);
 
 /// From here on stdout holds nothing but what [`conclude`] prints.
 pub fn use_json() {
@@ -35,23 +31,39 @@ pub fn say(line: impl std::fmt::Display) {
     }
 }
 
-/// What a verb came to: the same that stands in `metrics.json`, where it writes one. Printed at its end for whoever typed
-/// `--json`.
-pub fn summarise(summary: &impl Serialize) -> anyhow::Result<()> {
-    if is_json() {
-        let value = serde_json::to_value(summary)?;
-        if let Ok(mut last) = SUMMARY.lock() {
-            *last = Some(value);
-        }
+/// The terminal as whoever runs a verb.
+struct Terminal;
+
+impl Monitor for Terminal {
+    fn progress(&self, of: &str, length: usize, done: usize) -> Box<dyn Progress> {
+        Box::new(progress::bar(of, length, done))
     }
-    Ok(())
+
+    fn is_cancelled(&self) -> bool {
+        interrupt::is_asked()
+    }
+
+    fn listen(&self) -> anyhow::Result<()> {
+        interrupt::listen()
+    }
+
+    fn say(&self, line: &str) {
+        say(line);
+    }
 }
 
-/// Prints the summary of a verb that has done its work.
-pub fn conclude() {
-    let summary = SUMMARY.lock().ok().and_then(|mut last| last.take());
+/// Whoever typed the command, for the verbs.
+pub fn caller(may_overwrite: bool) -> Caller<'static> {
+    let watchdog = std::env::current_exe()
+        .map(|program| vec![program.into_os_string(), "--quiet".into(), arguments::WATCHDOG.into()]);
+    Caller { monitor: &Terminal, command: command_line(), may_overwrite, watchdog: watchdog.ok() }
+}
+
+/// Prints what a verb came to, for whoever typed `--json`: the same that stands in `metrics.json`, where it writes one.
+pub fn conclude(summary: &Value) {
     if is_json() {
-        print(format_args!("{:#}", summary.unwrap_or_else(|| json!({}))));
+        let nothing = json!({});
+        print(format_args!("{:#}", if summary.is_null() { &nothing } else { summary }));
     }
 }
 
@@ -129,7 +141,19 @@ pub fn start_log(verbosity: Option<i8>) {
 
 /// Details of the project's own crates; of others, what they report anyway.
 fn details() -> String {
-    let own = ["", "_base", "_fem", "_learn", "_twin", "_actuator", "_control", "_rig", "_arm"];
+    let own = [
+        "",
+        "_base",
+        "_fem",
+        "_learn",
+        "_twin",
+        "_actuator",
+        "_control",
+        "_rig",
+        "_arm",
+        "_report",
+        "_workflow",
+    ];
     let own = own.map(|name| format!("hysteron{name}=debug"));
     format!("info,{}", own.join(","))
 }
@@ -141,35 +165,9 @@ fn has_colours(no_color: Option<std::ffi::OsString>) -> bool {
 
 /// The command line as typed, without the options that cannot change a result.
 pub fn command_line() -> String {
-    shown(std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()))
-}
-
-/// A command line of this program as a person would type it.
-pub fn shown(arguments: impl Iterator<Item = String>) -> String {
-    let mut line = String::from("hysteron");
-    let mut arguments = arguments.peekable();
-    while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--threads" | "--shard" => {
-                arguments.next();
-            }
-            "--verbose" | "--quiet" | "--json" | "--overwrite" => {}
-            text if text.starts_with("--threads=") || text.starts_with("--shard=") => {}
-            text if text.len() > 1
-                && text.starts_with('-')
-                && text[1..].bytes().all(|byte| matches!(byte, b'v' | b'q')) => {}
-            text => {
-                line.push(' ');
-                let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
-                if !text.is_empty() && text.chars().all(is_plain) {
-                    line.push_str(text);
-                } else {
-                    line.push_str(&format!("'{}'", text.replace('\'', "'\\''")));
-                }
-            }
-        }
-    }
-    line
+    hysteron_workflow::command_line::shown(
+        std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()),
+    )
 }
 
 #[cfg(test)]
@@ -188,25 +186,5 @@ mod tests {
             escaped("a\nerror: b\u{1b}[31m\r\u{7}\u{202e}é"),
             "a\\nerror: b\\u{1b}[31m\\r\\u{7}\\u{202e}é"
         );
-    }
-
-    #[test]
-    fn command_line_keeps_what_shapes_the_result() {
-        let typed = [
-            "-v",
-            "simulate",
-            "my scene.toml",
-            "--threads",
-            "2",
-            "--shard",
-            "1/2",
-            "--out",
-            "a.csv",
-            "-qq",
-            "--threads=3",
-            "--json",
-        ];
-        let line = shown(typed.into_iter().map(str::to_owned));
-        assert_eq!(line, "hysteron simulate 'my scene.toml' --out a.csv");
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_arm::{Wanted, dynamics_of_rows};
 use hysteron_base::Recording;
+use hysteron_workflow::Caller;
 
 use crate::terminal::say;
 
@@ -38,13 +39,13 @@ pub struct Arguments {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     let model = super::model(&arguments.model)?;
     let frame = super::frame(&model, arguments.frame.as_deref())?;
     let wanted = Wanted { frame, derivatives: arguments.derivatives };
     let states = Recording::read(&arguments.states)?;
     let outputs = super::reads(&arguments.model).and([&arguments.states]).file("--out", &arguments.out);
-    let _claim = outputs.check()?;
+    let _claim = outputs.check(caller)?;
     let results = dynamics_of_rows(&model, &states, wanted, super::meta("rigid-body dynamics"))
         .map_err(|bad| bad.within(arguments.states.display()))?;
     results.write(&arguments.out)?;

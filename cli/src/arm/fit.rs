@@ -10,9 +10,10 @@ use hysteron_base::{BadInput, Channel, Recording};
 use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress, Session};
 use serde_json::json;
 
-use crate::outputs::Outputs;
+use hysteron_workflow::outputs::Outputs;
+use hysteron_workflow::{Caller, number};
+
 use crate::terminal::say;
-use crate::{interrupt, number, progress, terminal};
 
 const FIT_HELP: &str = "\
 Needs recordings (.csv or .parquet) with time_s and q_k_rad, dq_k_rad_s, tau_k_n_m of every joint, as hysteron arm import writes them. \
@@ -72,15 +73,18 @@ const PARTS: usize = 8;
 const VALIDATION: usize = 4;
 
 /// Carries out the verb.
-pub fn run(Arguments { what: What::Delan(arguments) }: &Arguments) -> anyhow::Result<()> {
+pub fn run(
+    Arguments { what: What::Delan(arguments) }: &Arguments,
+    caller: &Caller,
+) -> anyhow::Result<Value> {
     let state = arguments.out.with_extension("training");
     let outputs = Outputs::reading(&arguments.recordings).file("--out", &arguments.out);
-    let _claim = outputs.check()?;
+    let _claim = outputs.check(caller)?;
     if arguments.variant.is_hamiltonian() {
         let bad = BadInput::new("--variant", "a model of velocities", arguments.variant.label());
         return Err(bad.hint("recordings have no momenta").into());
     }
-    interrupt::listen()?;
+    caller.listen()?;
     let samples = read(&arguments.recordings, arguments.cutoff)?;
     let n = samples.trajectories.len();
     let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);
@@ -95,21 +99,21 @@ pub fn run(Arguments { what: What::Delan(arguments) }: &Arguments) -> anyhow::Re
     };
     let options =
         TrainingOptions { polish: 0, learning_rate: 5e-3, ..TrainingOptions::normalised(arguments.epochs) };
-    let bar = progress::progress("epochs", arguments.epochs, 0);
+    let bar = caller.progress("epochs", arguments.epochs, 0);
     let mut listener = |p: &Progress| {
         if let Progress::Epoch(epoch) = p {
             bar.set_position(epoch.number as u64);
             bar.set_message(format!("error {:.3}", epoch.best));
         }
-        !interrupt::is_asked()
+        !caller.is_cancelled()
     };
     let mut session = Session { file: Some(&state), progress: &mut listener };
     let found = train(&shape, [&training, &validation], &options, arguments.seed, &mut session)?;
-    bar.finish_and_clear();
+    bar.finish();
     let names: Vec<String> = arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let details = json!({
         "recordings": names, "seed": arguments.seed, "options": options, "validation": found.validation,
-        "epochs": found.steps[0], "cutoff_hz": arguments.cutoff, "command": terminal::command_line(),
+        "epochs": found.steps[0], "cutoff_hz": arguments.cutoff, "command": caller.command,
     });
     let model = LearnedDynamics { shape, parameters: found.parameters, details };
     model.write(&arguments.out)?;
@@ -122,16 +126,13 @@ pub fn run(Arguments { what: What::Delan(arguments) }: &Arguments) -> anyhow::Re
     // The model is whole: what it could go on from is not needed.
     std::fs::remove_file(&state)
         .or_else(|e| if e.kind() == std::io::ErrorKind::NotFound { Ok(()) } else { Err(e) })?;
-    terminal::summarise(
-        &json!({ "validation": found.validation, "epochs": found.steps[0], "model": arguments.out }),
-    )?;
     say(format_args!(
         "error on what was not trained on: {:.4} of the torques' spread, after {} epochs: {}",
         found.validation,
         found.steps[0],
         arguments.out.display()
     ));
-    Ok(())
+    Ok(json!({ "validation": found.validation, "epochs": found.steps[0], "model": arguments.out }))
 }
 
 /// Samples of all recordings; a single one counts as several.
@@ -174,10 +175,10 @@ pub struct EvaluateArguments {
 }
 
 /// Carries out the verb.
-pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<()> {
+pub fn evaluate(arguments: &EvaluateArguments, caller: &Caller) -> anyhow::Result<Value> {
     let outputs = Outputs::reading([&arguments.model, &arguments.recording]);
     let outputs = arguments.out.iter().fold(outputs, |outputs, out| outputs.file("--out", out));
-    let _claim = outputs.check()?;
+    let _claim = outputs.check(caller)?;
     let model = LearnedDynamics::read(&arguments.model)?;
     let recording = Recording::read(&arguments.recording)?;
     let within = |bad: BadInput| bad.within(arguments.recording.display());
@@ -194,10 +195,10 @@ pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<()> {
         ));
     }
     say(format_args!("R² pooled {:.4}, mean of the joints {:.4}", scores.pooled_r2, scores.mean_r2()));
-    terminal::summarise(&json!({
+    let summary = json!({
         "mse_n2_m2": scores.mse, "nmse": scores.nmse, "pooled_r2": scores.pooled_r2, "mean_r2": scores.mean_r2(),
-    }))?;
-    let Some(out) = &arguments.out else { return Ok(()) };
+    });
+    let Some(out) = &arguments.out else { return Ok(summary) };
     let recorded = Recorded::of(&recording).map_err(within)?;
     let kept: Vec<bool> = recorded.gap.iter().map(|gap| !gap).collect();
     let time: Vec<f64> =

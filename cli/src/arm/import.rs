@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use hysteron_arm::{BadRows, Columns, ImportOptions, Quantity, Recorded, UnitCheck, import};
 use hysteron_base::{BadInput, Filter};
 
-use crate::outputs::Outputs;
+use hysteron_workflow::outputs::Outputs;
+use hysteron_workflow::Caller;
 use crate::terminal::say;
 
 const HELP: &str = "\
@@ -66,11 +67,11 @@ pub struct Arguments {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     let model = arguments.model.as_deref().map(super::model).transpose()?;
     let outputs =
         Outputs::reading([&arguments.source]).and(arguments.columns.as_deref().filter(|c| c.contains('.')));
-    let _claim = outputs.file("--out", &arguments.out).check()?;
+    let _claim = outputs.file("--out", &arguments.out).check(caller)?;
     let options = ImportOptions {
         columns: arguments.columns.as_deref().map(Columns::named).transpose()?,
         model: model.as_ref(),

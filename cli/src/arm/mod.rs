@@ -12,7 +12,9 @@ use std::path::Path;
 use hysteron_arm::Model;
 use hysteron_base::Metadata;
 
-use crate::outputs::Outputs;
+use hysteron_workflow::outputs::Outputs;
+use hysteron_workflow::{Caller, COMMIT};
+use serde_json::Value;
 use crate::terminal;
 
 const HELP: &str = "\
@@ -47,16 +49,16 @@ enum Verb {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.verb {
-        Verb::Info(arguments) => info::run(arguments),
-        Verb::Check(arguments) => info::check(arguments),
-        Verb::Dynamics(arguments) => dynamics::run(arguments),
-        Verb::Evaluate(arguments) => fit::evaluate(arguments),
-        Verb::Fit(arguments) => fit::run(arguments),
-        Verb::Import(arguments) => import::run(arguments),
-        Verb::Simulate(arguments) => simulate::run(arguments),
-        Verb::Study(arguments) => study::run(arguments),
+        Verb::Info(arguments) => info::run(arguments).map(|()| Value::Null),
+        Verb::Check(arguments) => info::check(arguments).map(|()| Value::Null),
+        Verb::Dynamics(arguments) => dynamics::run(arguments, caller),
+        Verb::Evaluate(arguments) => fit::evaluate(arguments, caller),
+        Verb::Fit(arguments) => fit::run(arguments, caller),
+        Verb::Import(arguments) => import::run(arguments, caller),
+        Verb::Simulate(arguments) => simulate::run(arguments, caller),
+        Verb::Study(arguments) => study::run(arguments, caller),
     }
 }
 
@@ -80,7 +82,7 @@ fn reads(text: &str) -> Outputs {
 fn meta(source: &str) -> Metadata {
     Metadata {
         source: source.to_owned(),
-        commit: env!("HYSTERON_COMMIT").to_owned(),
+        commit: COMMIT.to_owned(),
         command: terminal::command_line(),
         ..Metadata::default()
     }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use hysteron_arm::motion_under_torques;
 use hysteron_base::Recording;
+use hysteron_workflow::{Caller, arm_figures};
 
-use crate::figures;
 use crate::terminal::say;
 
 const HELP: &str = "\
@@ -48,11 +48,11 @@ pub struct Arguments {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     let model = super::model(&arguments.model)?;
     let torques = Recording::read(&arguments.torques)?;
     let outputs = super::reads(&arguments.model).and([&arguments.torques]).file("--out", &arguments.out);
-    let _claim = outputs.report("--figures", arguments.figures.as_deref()).check()?;
+    let _claim = outputs.report("--figures", arguments.figures.as_deref()).check(caller)?;
     let start =
         if arguments.start.is_empty() { vec![0.0; model.n_joints()] } else { arguments.start.clone() };
     let motion = motion_under_torques(
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     .map_err(|bad| bad.within(arguments.torques.display()))?;
     motion.write(&arguments.out)?;
     if let Some(folder) = &arguments.figures {
-        figures::arm::write(folder, &model, &motion, arguments.png)?;
+        arm_figures::write(folder, &model, &motion, arguments.png)?;
     }
     say(format_args!("{} rows: {}", motion.n_samples(), arguments.out.display()));
     Ok(())

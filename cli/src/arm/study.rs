@@ -10,10 +10,11 @@ use hysteron_arm::study::{
 };
 use hysteron_base::BadInput;
 use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress};
+use hysteron_workflow::arm_study_figures::{self, Study};
+use hysteron_workflow::outputs::Outputs;
+use hysteron_workflow::{Caller, number};
+use serde_json::Value;
 
-use crate::figures::arm_study::{self, Study};
-use crate::outputs::Outputs;
-use crate::{interrupt, number, progress};
 
 const HELP: &str = "\
 simulated is the three-link arm of table 5, which needs no data; baxter-circle, baxter-helical, kuka and panda read public recordings \
@@ -105,12 +106,12 @@ pub fn variant(text: &str) -> Result<Variant, String> {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     let outputs = Outputs::reading(arguments.data.iter().flat_map(|data| inputs(arguments.set, data)));
-    let _claim = outputs.report("--out", Some(&arguments.out)).check()?;
-    interrupt::listen()?;
+    let _claim = outputs.report("--out", Some(&arguments.out)).check(caller)?;
+    caller.listen()?;
     let cells = arguments.out.join("cells");
-    let mut bar = Bar::default();
+    let mut bar = Bar { bar: None, caller };
     let mut listener = |p: &StudyProgress<'_>| bar.show(p);
     let study = match arguments.set {
         SetName::Simulated | SetName::Characters => {
@@ -131,10 +132,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     };
     bar.clear();
-    if interrupt::is_asked() {
+    if caller.is_cancelled() {
         anyhow::bail!("interrupted; what is done stands in {}: the same command goes on", cells.display());
     }
-    arm_study::write(&arguments.out, &study, &super::meta("study of learned inverse dynamics"))
+    arm_study_figures::write(&arguments.out, &study, &super::meta("study of learned inverse dynamics"))
 }
 
 fn data(arguments: &Arguments) -> Result<&Path, BadInput> {
@@ -240,12 +241,14 @@ fn real_set(set: SetName, data: &Path) -> anyhow::Result<(RealSet, Model)> {
 }
 
 /// Cells as a bar, with the epoch and error of the training at hand.
-#[derive(Default)]
-struct Bar(Option<progress::Progress>);
+struct Bar<'a> {
+    bar: Option<Box<dyn hysteron_workflow::Progress>>,
+    caller: &'a Caller<'a>,
+}
 
-impl Bar {
+impl Bar<'_> {
     fn show(&mut self, p: &StudyProgress<'_>) -> bool {
-        let bar = self.0.get_or_insert_with(|| progress::progress("cells", p.done[1], p.done[0]));
+        let bar = self.bar.get_or_insert_with(|| self.caller.progress("cells", p.done[1], p.done[0]));
         bar.set_position(p.done[0] as u64);
         match p.training {
             Some(Progress::Epoch(epoch)) => {
@@ -257,10 +260,10 @@ impl Bar {
             Some(Progress::Step { .. }) => {}
             None => bar.set_message(p.cell.to_owned()),
         }
-        !interrupt::is_asked()
+        !self.caller.is_cancelled()
     }
 
     fn clear(&self) {
-        self.0.iter().for_each(progress::Progress::finish_and_clear);
+        self.bar.iter().for_each(|bar| bar.finish());
     }
 }

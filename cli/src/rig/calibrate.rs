@@ -7,11 +7,12 @@ use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use hysteron_rig::{Hardware, LiveRig};
+use hysteron_workflow::Caller;
+use hysteron_workflow::record::source::{Source, calibration_path};
+use hysteron_workflow::watchdog::WatchedRig;
 
 use crate::interrupt;
-use crate::record::source::{Source, calibration_path};
 use crate::terminal::say;
-use crate::watchman::WatchedRig;
 
 const HELP: &str = "\
 Winds every tendon slowly until its load rises, twice: the corner of that line is where its slack ends, and the zero \
@@ -44,7 +45,7 @@ pub struct Arguments {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     let source = Source::read(&arguments.rig)?;
     let out = match (&source, &arguments.out) {
         (Source::Live { rig, .. }, named) => calibration_path(rig, named.as_ref()),
@@ -64,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let mut hardware = LiveRig::open(rig)?;
             // What is not fit to run needs nobody to watch it.
             hardware.prepare()?;
-            let mut hardware = WatchedRig::new(hardware, &arguments.rig)?;
+            let mut hardware = WatchedRig::new(hardware, &arguments.rig, caller)?;
             let found = calibrate(&mut *hardware, rig, date, &interrupt::is_asked, &mut tell)?;
             hardware.close();
             found

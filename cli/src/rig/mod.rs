@@ -5,6 +5,8 @@ mod check;
 mod emulate;
 mod recover;
 
+use hysteron_workflow::Caller;
+
 /// Servos and tracker, real or emulated
 ///
 /// A new rig: check it, calibrate it, then `hysteron record`. Without hardware, `hysteron rig emulate` stands in for
@@ -25,10 +27,10 @@ enum Step {
 }
 
 /// Carries out the verb.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     match &arguments.step {
         Step::Check(arguments) => check::run(arguments),
-        Step::Calibrate(arguments) => calibrate::run(arguments),
+        Step::Calibrate(arguments) => calibrate::run(arguments, caller),
         Step::Emulate(arguments) => emulate::run(arguments),
         Step::Recover(arguments) => recover::run(arguments),
     }

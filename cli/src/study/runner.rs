@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use hysteron_base::{BadInput, file};
+use hysteron_workflow::outputs;
+use hysteron_workflow::study::{OnRefusal, Stage, Stamp, Standing, Step, make_room};
 
-use super::stage::{OnRefusal, Stage, Step};
-use super::stamp::{Stamp, Standing, make_room};
 use crate::failure::CommandFailed;
+use crate::interrupt;
 use crate::progress::duration;
 use crate::terminal::{self, say};
-use crate::{interrupt, outputs};
 
 /// A stage that works is looked after so often.
 const LOOK_EVERY: Duration = Duration::from_millis(20);

@@ -1,0 +1,252 @@
+//! A figure: tiles side by side and below each other, with a title, a legend and a caption.
+//!
+//! A file holds the whole figure; a report holds the tiles one by one, so that they stand below each other where the
+//! window is narrow. Everything is drawn once as SVG, at several times its size: plotters rounds to whole pixels, and
+//! curves would show it. The same code draws the PNG. Text is measured with an embedded font (`assets/`), so a figure
+//! is the same on a machine without fonts; an SVG is shown in the viewer's own sans-serif.
+
+use std::path::Path;
+
+use anyhow::{Context, anyhow};
+use hysteron_base::{crc32, file};
+use plotters::prelude::*;
+use plotters::style::register_font;
+
+use crate::maker::{SIGNATURE, replace};
+use crate::sheet::Sheet;
+
+/// A name and the colour of what it stands for.
+pub type Entry = (String, RGBColor);
+
+/// Something to be drawn on any backend.
+pub trait Figure {
+    /// Name of the file, without ending.
+    fn name(&self) -> String;
+    /// A few words.
+    fn title(&self) -> String;
+    /// What it shows, for a reader.
+    fn caption(&self) -> String;
+    /// What the colours of all tiles stand for.
+    fn legend(&self) -> Vec<Entry> {
+        Vec::new()
+    }
+    /// Width and height of every tile [px].
+    fn tiles(&self) -> Vec<[f64; 2]>;
+    /// Draws a tile.
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    where
+        DB::ErrorType: 'static;
+}
+
+/// A figure as it goes into a report.
+pub struct Drawn {
+    /// A few words.
+    pub title: String,
+    /// What the colours stand for.
+    pub legend: Vec<Entry>,
+    /// One SVG per tile.
+    pub tiles: Vec<String>,
+    /// Whether the tiles are too wide to be shrunk to a narrow window.
+    pub is_wide: bool,
+    /// What it shows.
+    pub caption: String,
+}
+
+const SVG_SCALE: u32 = 5;
+const PNG_SCALE: u32 = 2;
+/// Room for the title, and for a row of the legend [px].
+const TITLE: f64 = 38.0;
+const LEGEND_ROW: f64 = 20.0;
+/// Wider tiles are scrolled, not shrunk, where a window is narrow [px].
+const WIDE: f64 = 600.0;
+/// Width of a file at most, if no tile is wider, and air around [px].
+const MOST_WIDTH: f64 = 944.0;
+const AIR: f64 = 4.0;
+
+/// Registers the font that figures are measured with.
+pub fn register_embedded_font() -> anyhow::Result<()> {
+    let font = include_bytes!("../assets/DejaVuSans-subset.ttf");
+    register_font("sans-serif", FontStyle::Normal, font)
+        .map_err(|_| anyhow!("the embedded font cannot be read"))
+}
+
+/// Writes a figure as `NAME.svg`, and as `NAME.png` where asked, to `folder`.
+pub fn save(folder: &Path, figure: &impl Figure, with_png: bool) -> anyhow::Result<Drawn> {
+    let layout = Layout::of(figure);
+    let svg = svg(layout.size, |sheet| layout.draw(figure, sheet))?;
+    replace(&folder.join(format!("{}.svg", figure.name())), format!("{SIGNATURE}\n{svg}"))?;
+    if with_png {
+        replace(&folder.join(format!("{}.png", figure.name())), signed(png(figure)?))?;
+    }
+    drawn(figure)
+}
+
+/// A PNG that says by which program it is: a chunk of text behind its header, which is 33 bytes long.
+fn signed(mut png: Vec<u8>) -> Vec<u8> {
+    const HEADER: usize = 33;
+    let content = b"tEXtSoftware\0hysteron";
+    let mut chunk = (content.len() as u32 - 4).to_be_bytes().to_vec();
+    chunk.extend(content);
+    chunk.extend(crc32(content).to_be_bytes());
+    png.splice(HEADER..HEADER, chunk);
+    png
+}
+
+/// The tiles of a figure, for a report.
+pub fn drawn(figure: &impl Figure) -> anyhow::Result<Drawn> {
+    let tile = |(k, size): (usize, &[f64; 2])| svg(*size, |sheet| figure.draw(k, sheet));
+    Ok(Drawn {
+        title: figure.title(),
+        legend: figure.legend(),
+        tiles: figure.tiles().iter().enumerate().map(tile).collect::<anyhow::Result<_>>()?,
+        is_wide: figure.tiles().iter().any(|[width, _]| *width > WIDE),
+        caption: figure.caption(),
+    })
+}
+
+/// Where everything stands in a file.
+struct Layout {
+    size: [f64; 2],
+    legend: Vec<Vec<Entry>>,
+    /// Upper left corner and size of every tile.
+    places: Vec<([f64; 2], [f64; 2])>,
+}
+
+impl Layout {
+    fn of(figure: &impl Figure) -> Self {
+        let tiles = figure.tiles();
+        let widest = tiles.iter().map(|[width, _]| *width).fold(0.0, f64::max);
+        let room = MOST_WIDTH.max(widest);
+        let mut places: Vec<([f64; 2], [f64; 2])> = Vec::new();
+        let (mut x, mut y, mut height, mut width) = (0.0, 0.0, 0.0f64, 0.0f64);
+        for tile in tiles {
+            if x + tile[0] > room {
+                (x, y, height) = (0.0, y + height, 0.0);
+            }
+            places.push(([x, y], tile));
+            x += tile[0];
+            (width, height) = (width.max(x), height.max(tile[1]));
+        }
+        let width = width.max(480.0) + 2.0 * AIR;
+        let legend = rows(figure.legend(), width - 30.0);
+        let top = TITLE + LEGEND_ROW * legend.len() as f64;
+        places.iter_mut().for_each(|(at, _)| *at = [at[0] + AIR, at[1] + top]);
+        Self { size: [width, top + y + height + AIR], legend, places }
+    }
+
+    fn draw<DB: DrawingBackend>(&self, figure: &impl Figure, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        sheet.title(&figure.title())?;
+        for (k, row) in self.legend.iter().enumerate() {
+            sheet.legend(row, 14.0, TITLE + LEGEND_ROW * k as f64)?;
+        }
+        for (k, ([x, y], [width, height])) in self.places.iter().enumerate() {
+            figure.draw(k, &sheet.part(*x, *y, *width, *height))?;
+        }
+        Ok(())
+    }
+}
+
+/// A legend in rows that fit a width [px].
+fn rows(entries: Vec<Entry>, width: f64) -> Vec<Vec<Entry>> {
+    let mut rows: Vec<Vec<Entry>> = Vec::new();
+    let mut used = f64::INFINITY;
+    for entry in entries {
+        let own = legend_width(&entry.0);
+        if used + own > width {
+            rows.push(Vec::new());
+            used = 0.0;
+        }
+        used += own;
+        if let Some(row) = rows.last_mut() {
+            row.push(entry);
+        }
+    }
+    rows
+}
+
+/// Room for an entry of a legend [px].
+pub fn legend_width(name: &str) -> f64 {
+    46.0 + 7.4 * name.chars().count() as f64
+}
+
+fn svg(
+    [width, height]: [f64; 2],
+    draw: impl FnOnce(&Sheet<SVGBackend>) -> anyhow::Result<()>,
+) -> anyhow::Result<String> {
+    let (width, height) = (width.ceil() as u32, height.ceil() as u32);
+    let large = (width * SVG_SCALE, height * SVG_SCALE);
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, large).into_drawing_area();
+        draw(&Sheet::new(root.clone(), f64::from(SVG_SCALE))?)?;
+        root.present()?;
+    }
+    // Shown at normal size; the view box keeps the fine coordinates.
+    let own = format!("width=\"{}\" height=\"{}\"", large.0, large.1);
+    let shown = format!("width=\"{width}\" height=\"{height}\"");
+    Ok(svg.replacen(&own, &shown, 1))
+}
+
+/// The whole figure as PNG.
+pub fn png(figure: &impl Figure) -> anyhow::Result<Vec<u8>> {
+    let layout = Layout::of(figure);
+    let size = layout.size.map(|length| length.ceil() as u32 * PNG_SCALE);
+    let folder = tempfile::tempdir().context("making a temporary folder")?;
+    let path = folder.path().join("figure.png");
+    {
+        let root = BitMapBackend::new(&path, (size[0], size[1])).into_drawing_area();
+        layout.draw(figure, &Sheet::new(root.clone(), f64::from(PNG_SCALE))?)?;
+        root.present()?;
+    }
+    Ok(file::read_bytes(&path)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Tiles(Vec<[f64; 2]>);
+
+    impl Figure for Tiles {
+        fn name(&self) -> String {
+            "tiles".into()
+        }
+
+        fn title(&self) -> String {
+            "Tiles".into()
+        }
+
+        fn caption(&self) -> String {
+            String::new()
+        }
+
+        fn legend(&self) -> Vec<Entry> {
+            (0..12).map(|k| (format!("entry number {k}"), BLACK)).collect()
+        }
+
+        fn tiles(&self) -> Vec<[f64; 2]> {
+            self.0.clone()
+        }
+
+        fn draw<DB: DrawingBackend>(&self, _: usize, _: &Sheet<DB>) -> anyhow::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn tiles_and_legends_fit_the_file_and_do_not_overlap() {
+        let layout = Layout::of(&Tiles(vec![[310.0, 300.0], [310.0, 280.0], [310.0, 300.0], [900.0, 120.0]]));
+        assert!(layout.legend.len() > 1);
+        for (k, (at, size)) in layout.places.iter().enumerate() {
+            assert!((0..2).all(|c| at[c] + size[c] <= layout.size[c]));
+            for (other, other_size) in &layout.places[..k] {
+                let overlaps = |c: usize| at[c] < other[c] + other_size[c] && other[c] < at[c] + size[c];
+                assert!(!(overlaps(0) && overlaps(1)));
+            }
+        }
+        assert!(layout.places[3].0[1] > layout.places[0].0[1] + 299.0);
+    }
+}

@@ -1,0 +1,125 @@
+//! Who runs a verb: a terminal, a server, a test.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+/// Hears how far a verb is, and may stop it.
+pub trait Monitor: Sync {
+    /// Long work begins: `length` things, `done` of them before this run.
+    fn progress(&self, of: &str, length: usize, done: usize) -> Box<dyn Progress>;
+
+    /// True once the verb is to stop at the next good moment.
+    fn is_cancelled(&self) -> bool;
+
+    /// From here on a request to stop is heard by [`Monitor::is_cancelled`].
+    ///
+    /// # Errors
+    /// If it cannot be.
+    fn listen(&self) -> anyhow::Result<()> {
+        Ok(())
+    }
+
+    /// A line of the result, for a person.
+    fn say(&self, line: &str);
+}
+
+/// How far long work is. Dropped, it is over.
+pub trait Progress: Send + Sync {
+    /// So many more are done.
+    fn inc(&self, n: u64);
+    /// So many are done.
+    fn set_position(&self, n: u64);
+    /// So many are to be done.
+    fn set_length(&self, n: u64);
+    /// What stands behind the count.
+    fn set_message(&self, message: String);
+    /// It is over.
+    fn finish(&self);
+}
+
+/// What a verb knows of whoever runs it.
+pub struct Caller<'a> {
+    /// Hears how far it is.
+    pub monitor: &'a dyn Monitor,
+    /// Stands in all results as what made them; results may be replaced by the command that made them.
+    pub command: String,
+    /// Whether results of other commands may be replaced too.
+    pub may_overwrite: bool,
+    /// A command that, with a rig file behind it, calls [`crate::watchdog::watch`]; nothing moves on a rig's ports without.
+    pub watchdog: Option<Vec<OsString>>,
+}
+
+/// Says nothing, shows nothing, stops nothing.
+pub struct Silent;
+
+impl Monitor for Silent {
+    fn progress(&self, _: &str, _: usize, _: usize) -> Box<dyn Progress> {
+        Box::new(Self)
+    }
+
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+
+    fn say(&self, _: &str) {}
+}
+
+impl Progress for Silent {
+    fn inc(&self, _: u64) {}
+    fn set_position(&self, _: u64) {}
+    fn set_length(&self, _: u64) {}
+    fn set_message(&self, _: String) {}
+    fn finish(&self) {}
+}
+
+impl Caller<'static> {
+    /// Runs a verb in silence; `command` stands in its results as what made them. Nothing of others is replaced, and nothing
+    /// moves on a rig's ports.
+    pub fn silent(command: impl Into<String>) -> Self {
+        Self { monitor: &Silent, command: command.into(), may_overwrite: false, watchdog: None }
+    }
+}
+
+impl Caller<'_> {
+    /// See [`Monitor::progress`].
+    pub fn progress(&self, of: &str, length: usize, done: usize) -> Box<dyn Progress> {
+        self.monitor.progress(of, length, done)
+    }
+
+    /// See [`Monitor::is_cancelled`].
+    pub fn is_cancelled(&self) -> bool {
+        self.monitor.is_cancelled()
+    }
+
+    /// See [`Monitor::listen`].
+    ///
+    /// # Errors
+    /// If a request to stop cannot be heard.
+    pub fn listen(&self) -> anyhow::Result<()> {
+        self.monitor.listen()
+    }
+
+    /// See [`Monitor::say`].
+    pub fn say(&self, line: impl std::fmt::Display) {
+        self.monitor.say(&line.to_string());
+    }
+
+    /// Writes into the details of a checkpoint what made it.
+    pub(crate) fn sign(&self, training: &mut Value) {
+        training["command"] = json!(self.command);
+        training["commit"] = json!(crate::COMMIT);
+        training["version"] = json!(env!("CARGO_PKG_VERSION"));
+    }
+
+    /// A folder with a report, as the last line of a result.
+    pub(crate) fn reported(&self, folder: &Path) {
+        self.say(format_args!("report: {}", folder.join("report.html").display()));
+    }
+
+    /// A file that was written, as the last line of a result.
+    pub(crate) fn wrote(&self, path: &Path) {
+        self.say(path.display());
+    }
+}

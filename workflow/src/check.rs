@@ -1,0 +1,161 @@
+//! `hysteron check`: is a scene fit to be simulated, and what will it cost?
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use hysteron_base::{Drive, Scene};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
+use hysteron_twin::Twin;
+
+use serde::Serialize;
+
+use serde_json::Value;
+
+use crate::Caller;
+use crate::mesh::{self, print_quality};
+
+/// Check a scene and its mesh
+///
+/// Prints the quality of the mesh, every tendon with its length and how far its points lie outside the body, and
+/// the size of the equations.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Scene file of the robot (scene.toml)
+    pub scene: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let scene = Scene::read(&options.scene)?;
+    let body = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let quality = check_mesh(&body, &scene.mesh_path.display().to_string())?;
+    let twin = Twin::new(&scene, &body)?;
+
+    caller.say(format_args!("{}: {}", scene.name, scene.mesh_path.display()));
+    print_quality(&body, &quality, caller);
+    let mass = scene.material.density * quality.volume.sum;
+    let tip = twin.tip_of(&twin.rest()).map(|c| (1e6 * c).round() / 1e3 + 0.0);
+    caller.say("");
+    caller.say(format_args!(
+        "mass {:.2} g, tip at ({:.3}, {:.3}, {:.3}) mm",
+        1e3 * mass,
+        tip[0],
+        tip[1],
+        tip[2]
+    ));
+    caller.say("");
+    print_tendons(&twin, caller);
+    print_friction(&twin, caller);
+    caller.say("");
+    let factor = print_equations(&twin, caller)?;
+    Ok(serde_json::to_value(Summary {
+        robot: &scene.name,
+        scene_sha256: &scene.hash,
+        mesh: mesh::Summary::new(&body, &quality),
+        mass_kg: mass,
+        tip_m: twin.tip_of(&twin.rest()),
+        tendons: twin.n_primary,
+        auxiliary_tendons: twin.tendons.len() - twin.n_primary,
+        unknowns: twin.body.n_unknowns(),
+        factor_bytes: factor,
+    })?)
+}
+
+/// What the verb came to.
+#[derive(Serialize)]
+struct Summary<'a> {
+    robot: &'a str,
+    scene_sha256: &'a str,
+    mesh: mesh::Summary<'a>,
+    mass_kg: f64,
+    tip_m: [f64; 3],
+    tendons: usize,
+    auxiliary_tendons: usize,
+    unknowns: usize,
+    factor_bytes: usize,
+}
+
+fn print_friction(twin: &Twin, caller: &Caller) {
+    if twin.backlash > 0.0 {
+        caller.say(format_args!("backlash {} mm", in_thousandths(twin.backlash)));
+    }
+    for (j, tendon) in twin.tendons.iter().enumerate() {
+        let points = twin.friction.iter().filter(|point| point.tendon == j);
+        let sheath = points
+            .clone()
+            .filter(|point| point.first == 0)
+            .map(|point| format!("in the sheath, exponent {}, {} N; ", point.coefficient, point.constant));
+        let inside: Vec<_> = points.filter(|point| point.first > 0).collect();
+        let constant: f64 = inside.iter().map(|point| point.constant).sum();
+        let body = inside.first().map(|point| {
+            let n = inside.len();
+            format!("at {n} points of the body, coefficient {}, {constant} N in all", point.coefficient)
+        });
+        let parts: String = sheath.chain(body).collect();
+        if !parts.is_empty() {
+            caller.say(format_args!("{} rubs {}", tendon.name, parts.trim_end_matches("; ")));
+        }
+    }
+}
+
+fn print_tendons(twin: &Twin, caller: &Caller) {
+    caller.say(
+        "tendon             driven by   points   length [mm]   outside the body [mm]   tension [N]   stretch [mm/N]   zero [mm]",
+    );
+    for j in 0..twin.n_primary {
+        print_row(twin, &twin.tendons[j].name, j, j + 1, caller);
+    }
+    if twin.tendons.len() > twin.n_primary {
+        let (first, last) = (&twin.tendons[twin.n_primary], &twin.tendons[twin.tendons.len() - 1]);
+        let name = format!("{} to {}", first.name, last.name.trim_start_matches("aux_"));
+        print_row(twin, &name, twin.n_primary, twin.tendons.len(), caller);
+    }
+}
+
+/// A row for the tendons from `first` up to, not including, `end`, which differ only in where they run.
+fn print_row(twin: &Twin, name: &str, first: usize, end: usize, caller: &Caller) {
+    let tendon = &twin.tendons[first];
+    let n_points = twin.cables.polyline(first, &twin.body.rest).len();
+    let outside = twin.tendons[first..end].iter().map(|tendon| tendon.outside).fold(0.0, f64::max);
+    let drive = match tendon.drive {
+        Drive::Stroke => "stroke",
+        Drive::Tension => "tension",
+        Drive::Free => "nothing",
+    };
+    caller.say(format_args!(
+        "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {:<14}{:<17}{}",
+        n_points,
+        1e3 * twin.cables.rest_lengths[first],
+        1e3 * outside,
+        format!("{} to {}", tendon.tension.min, tendon.tension.max),
+        in_thousandths(tendon.compliance),
+        in_thousandths(tendon.zero),
+    ));
+}
+
+/// A length in millimetres, or a compliance in millimetres per newton, without the noise of the conversion.
+fn in_thousandths(value: f64) -> f64 {
+    (1e9 * value).round() / 1e6 + 0.0
+}
+
+/// Prints their size; gives that of the factor [bytes].
+fn print_equations(twin: &Twin, caller: &Caller) -> anyhow::Result<usize> {
+    let pattern = Arc::new(twin.body.stiffness_pattern(&[]));
+    let kind = FactorKind::fastest(&pattern);
+    let mut factor = StiffnessFactor::new(&pattern, kind, twin.body.isa);
+    let mut stiffness = Stiffness::zeros(pattern);
+    twin.body.stiffness_into(&twin.body.rest, Tangent::Warped, &mut stiffness);
+    factor.factorize(&stiffness)?;
+    let (name, bytes) = match kind {
+        FactorKind::Envelope => ("block envelope, single precision", 4),
+        FactorKind::Supernodal => ("supernodal Cholesky, double precision", 8),
+    };
+    caller.say(format_args!(
+        "{} unknowns, {} tensions; factor: {name}, {:.1} MB",
+        twin.body.n_unknowns(),
+        twin.cables.len(),
+        (factor.n_stored() * bytes) as f64 / 1e6,
+    ));
+    Ok(factor.n_stored() * bytes)
+}

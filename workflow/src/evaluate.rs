@@ -1,0 +1,293 @@
+//! `hysteron evaluate`: how closely recorded tips followed a target.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::typed::text as base_text;
+use hysteron_base::{BadInput, Recording};
+use hysteron_control::TargetPath;
+use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};
+use serde::Serialize;
+
+use serde_json::Value;
+
+use crate::Caller;
+use crate::figures;
+use crate::inputs::{self, Input};
+use crate::outputs::Outputs;
+
+/// Measure how closely recorded tips followed a target path
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Target: a file, or FAMILY:SIZE_MM
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH"))]
+    pub target: String,
+    /// Recordings, .parquet or .csv, or folders of them: repeats of one experiment, or of each NAME
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "[NAME=]REC"))]
+    pub results: Vec<String>,
+    /// Folder for report.html, metrics.json and figures
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub out: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[cfg_attr(feature = "clap", arg(long, requires = "out"))]
+    pub png: bool,
+    /// All samples are the curve, whatever their times; without lag and RMSE at the same times
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub whole: bool,
+    /// Measure the tip from where it rested at the beginning
+    #[cfg_attr(feature = "clap", arg(long, conflicts_with = "whole"))]
+    pub relative_to_rest: bool,
+}
+
+impl Options {
+    /// Recordings of one target, with a report in `out`.
+    pub fn of(target: &str, recordings: Vec<PathBuf>, out: &Path, png: bool) -> Self {
+        let (target, out) = (target.to_owned(), Some(out.to_owned()));
+        let results = recordings.iter().map(|path| path.display().to_string()).collect();
+        Self { target, results, out, png, whole: false, relative_to_rest: false }
+    }
+}
+
+/// One recording and what it came to.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// What it is a repeat of, where results are compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub result: Option<String>,
+    /// SHA-256 of its file.
+    pub sha256: String,
+    /// What it says of itself.
+    pub source: String,
+    /// Its numbers.
+    #[serde(flatten)]
+    pub score: TrackingScore,
+    /// Its path, in the target's frame.
+    #[serde(skip)]
+    pub tracked: Tracked,
+}
+
+/// One metric: its heading, the factor to what is shown, digits, and where it stands.
+pub struct Metric {
+    /// Heading, with unit.
+    pub heading: &'static str,
+    /// Key in `metrics.json`.
+    pub key: &'static str,
+    scale: f64,
+    digits: usize,
+    of: fn(&TrackingScore) -> Option<f64>,
+}
+
+/// What is shown, in order.
+pub const METRICS: [Metric; 8] = [
+    metric("RMSE [mm]", "rmse_m", 1e3, 3, |score| Some(score.rmse_m)),
+    metric("NRMSE [%]", "nrmse", 100.0, 2, |score| score.nrmse),
+    metric("IoU", "iou", 1.0, 4, |score| score.iou),
+    metric("Chamfer [mm]", "chamfer_m", 1e3, 3, |score| Some(score.chamfer_m)),
+    metric("Hausdorff [mm]", "hausdorff_m", 1e3, 3, |score| Some(score.hausdorff_m)),
+    metric("Fréchet [mm]", "frechet_m", 1e3, 3, |score| Some(score.frechet_m)),
+    metric("Aligned RMSE [mm]", "aligned_rmse_m", 1e3, 3, |score| score.aligned_rmse_m),
+    metric("Lag [ms]", "lag_s", 1e3, 0, |score| score.lag_s),
+];
+
+const fn metric(
+    heading: &'static str,
+    key: &'static str,
+    scale: f64,
+    digits: usize,
+    of: fn(&TrackingScore) -> Option<f64>,
+) -> Metric {
+    Metric { heading, key, scale, digits, of }
+}
+
+impl Metric {
+    /// A value as shown; a dash where there is none.
+    fn cell(&self, value: Option<f64>) -> String {
+        value.map_or("-".to_owned(), |value| format!("{:.*}", self.digits, self.scale * value))
+    }
+
+    /// Its mean and spread over repeats.
+    pub fn repeatability(&self, rows: &[Row]) -> Option<Repeatability> {
+        let scores: Vec<TrackingScore> = rows.iter().map(|row| row.score).collect();
+        repeatability(&scores, self.of)
+    }
+}
+
+/// The recordings of each result, in order.
+pub fn results(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
+    rows.chunk_by(|a, b| a.result == b.result)
+}
+
+/// The table, without its headings: a row per recording, and for repeats of one result their mean and variation.
+pub fn cells(rows: &[Row]) -> Vec<Vec<String>> {
+    let line = |name: String, cell: &dyn Fn(&Metric) -> String| {
+        [name].into_iter().chain(METRICS.iter().map(cell)).collect::<Vec<_>>()
+    };
+    let mut table = Vec::new();
+    for rows in results(rows) {
+        let own =
+            rows.iter().map(|row| line(row.name.clone(), &|metric| metric.cell((metric.of)(&row.score))));
+        table.extend(own);
+        if rows.len() == 1 {
+            continue;
+        }
+        let of = |metric: &Metric| metric.repeatability(rows);
+        let percent = |part: f64| format!("{:.1} %", 100.0 * part);
+        let name =
+            |what: &str| rows[0].result.as_ref().map_or(what.to_owned(), |name| format!("{name}, {what}"));
+        table.push(line(name("mean"), &|metric| metric.cell(of(metric).map(|it| it.mean))));
+        table.push(line(name("CV"), &|metric| {
+            of(metric).and_then(|it| it.variation).map_or("-".to_owned(), percent)
+        }));
+    }
+    table
+}
+
+/// Headings of [`cells`].
+pub fn headings() -> Vec<&'static str> {
+    ["Recording"].into_iter().chain(METRICS.iter().map(|metric| metric.heading)).collect()
+}
+
+/// What the strokes of a tracked path say of themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Commanded {
+    /// Part of the samples in which a network was outside what it had seen in training [-].
+    pub extrapolating: f64,
+    /// Part of the samples in which a limit held a stroke back [-].
+    pub limited: f64,
+}
+
+impl Commanded {
+    /// Of a recording by `hysteron command`.
+    pub fn of(strokes: &Recording) -> Self {
+        let part = |flag: &str| {
+            strokes
+                .channel(flag)
+                .map_or(0.0, |values| values.iter().sum::<f64>() / values.len().max(1) as f64)
+        };
+        Self { extrapolating: part("extrapolating"), limited: part("limited") }
+    }
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    run_commanded(options, None, caller)
+}
+
+/// Carries out the verb for recordings of strokes that say something of themselves.
+pub fn run_commanded(
+    options: &Options,
+    commanded: Option<&Commanded>,
+    caller: &Caller,
+) -> anyhow::Result<Value> {
+    let target = TargetPath::open(&options.target)?;
+    let part = if options.whole { Part::Whole } else { Part::AtTheSameTimes };
+    let origin = if options.relative_to_rest { Origin::Rest } else { Origin::Frame };
+    let mut results = Vec::new();
+    for (name, paths) in named(&options.results)? {
+        results.push((name, inputs::read(&paths)?));
+    }
+    let read = results.iter().flat_map(|(_, inputs)| inputs.iter().map(|input| &input.path));
+    let outputs = Outputs::reading(read).target(&options.target)?;
+    let _claim = outputs.report("--out", options.out.as_deref()).check(caller)?;
+    let mut rows = Vec::new();
+    for (name, inputs) in results {
+        rows.extend(result(name, self::rows(&target, inputs, part, origin)?));
+    }
+    let value = figures::tracking::summarise(&target, &rows, commanded, caller)?;
+    if let Some(folder) = &options.out {
+        figures::tracking::write(folder, &target, &rows, commanded, options.png, caller)?;
+    }
+    print(&rows, caller);
+    Ok(value)
+}
+
+/// The name of a result, and the recordings that are its repeats.
+type Named = (Option<String>, Vec<PathBuf>);
+
+/// The recordings of each result, by its name; one without a name where none has one.
+fn named(typed: &[String]) -> Result<Vec<Named>, BadInput> {
+    let mut results: Vec<Named> = Vec::new();
+    for typed in typed {
+        // A file may have such a name.
+        let split = if Path::new(typed).exists() { None } else { typed.split_once('=') };
+        let (name, path) = match split {
+            Some((name, path)) => (Some(base_text("NAME", name.to_owned())?), path),
+            None => (None, typed.as_str()),
+        };
+        match results.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, paths)) => paths.push(path.into()),
+            None => results.push((name, vec![path.into()])),
+        }
+    }
+    if results.len() > 1 && results.iter().any(|(name, _)| name.is_none()) {
+        let found = results.iter().filter_map(|(name, _)| name.clone()).collect::<Vec<_>>().join(", ");
+        return Err(BadInput::new("recordings", "a name for all or for none, as NAME=REC", found));
+    }
+    Ok(results)
+}
+
+/// Recordings as repeats of a result, if it has a name.
+fn result(name: Option<String>, rows: Vec<Row>) -> Vec<Row> {
+    let Some(result) = name else { return rows };
+    let is_alone = rows.len() == 1;
+    let of = |row: Row| {
+        let name = if is_alone { result.clone() } else { format!("{result}, {}", row.name) };
+        Row { name, result: Some(result.clone()), ..row }
+    };
+    rows.into_iter().map(of).collect()
+}
+
+/// Measures recordings of a target.
+pub fn rows(
+    target: &TargetPath,
+    inputs: Vec<Input>,
+    part: Part,
+    origin: Origin,
+) -> Result<Vec<Row>, BadInput> {
+    let row = |input: Input| {
+        let tracked = Tracked::new(target, &input.recording, part, origin)
+            .map_err(|bad| bad.within(input.path.display()))?;
+        Ok(Row {
+            name: input.name,
+            result: None,
+            sha256: input.hash,
+            source: input.recording.meta().source.clone(),
+            score: score(target, &tracked),
+            tracked,
+        })
+    };
+    inputs.into_iter().map(row).collect()
+}
+
+/// Prints the table in columns.
+fn print(rows: &[Row], caller: &Caller) {
+    let headings = headings().into_iter().map(str::to_owned).collect();
+    let table: Vec<Vec<String>> = [headings].into_iter().chain(cells(rows)).collect();
+    let width = |column: usize| table.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
+    for row in &table {
+        let numbers = row.iter().zip(&widths).skip(1).map(|(cell, width)| format!("  {cell:>width$}"));
+        caller.say(format!("{:<width$}{}", row[0], numbers.collect::<String>(), width = widths[0]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+
+    fn names(typed: &[&str]) -> Result<Vec<(Option<String>, usize)>, BadInput> {
+        let typed: Vec<String> = typed.iter().map(|&word| word.to_owned()).collect();
+        Ok(named(&typed)?.into_iter().map(|(name, paths)| (name, paths.len())).collect())
+    }
+
+    #[test]
+    fn repeats_have_one_name_and_rivals_their_own() {
+        assert_eq!(names(&["a.csv", "b.csv"]).unwrap(), [(None, 2)]);
+        let rivals = names(&["twin=a.csv", "network=b.csv", "twin=c.csv"]).unwrap();
+        assert_eq!(rivals, [(Some("twin".to_owned()), 2), (Some("network".to_owned()), 1)]);
+        assert!(names(&["twin=a.csv", "b.csv"]).is_err() && names(&["=a.csv"]).is_err());
+    }
+}

@@ -1,0 +1,209 @@
+//! The report of a study of learned inverse dynamics: its tables, and errors over speed and amount of data.
+
+use std::path::Path;
+
+use hysteron_arm::lagrangian::Variant;
+use hysteron_arm::study::{Parts, RealOptions, RealRow, SimulatedRow, SimulatedStudy};
+use hysteron_base::Metadata;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
+use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::sheet::number;
+
+/// What a study came to.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum Study {
+    /// Of a simulated arm, where all parts of the torques are known.
+    Simulated {
+        /// What was compared.
+        study: SimulatedStudy,
+        /// One for each training.
+        rows: Vec<SimulatedRow>,
+    },
+    /// Of a recorded arm.
+    Real {
+        /// Its name.
+        set: String,
+        /// Samples that errors are of.
+        test_samples: usize,
+        /// How models were found.
+        options: RealOptions,
+        /// One for each model.
+        rows: Vec<RealRow>,
+    },
+}
+
+/// Writes `report.html` and `metrics.json`.
+pub fn write(folder: &Path, study: &Study, meta: &Metadata) -> anyhow::Result<Value> {
+    register_embedded_font()?;
+    let table = match study {
+        Study::Simulated { study, rows } => {
+            json!(Variant::ALL.map(|v| Means::of(study, rows, v)).into_iter().flatten().collect::<Vec<_>>())
+        }
+        Study::Real { .. } => json!([]),
+    };
+    let value = write_metrics(
+        folder,
+        &json!({
+            "format": "hysteron-metrics", "version": 1, "study": study, "means": table,
+            "command": meta.command, "commit": meta.commit,
+        }),
+    )?;
+    let mut page = Page::new("Learned inverse dynamics", &meta.source, &meta.command);
+    match study {
+        Study::Simulated { study, rows } => simulated(folder, &mut page, study, rows)?,
+        Study::Real { set, rows, .. } => real(&mut page, set, rows),
+    }
+    write_page(folder, page.finish(&meta.commit))?;
+    Ok(value)
+}
+
+/// Mean and spread over the seeds of one variant, learning from the most trajectories.
+#[derive(Serialize)]
+struct Means {
+    variant: Variant,
+    /// Torque, inertial, Coriolis, gravity at every speed.
+    nmse: Vec<[f64; 4]>,
+    /// Their standard deviations over the seeds, at the first speed.
+    spread: [f64; 4],
+    mse: [f64; 4],
+    power_mse: f64,
+    seconds: f64,
+}
+
+fn array(parts: &Parts) -> [f64; 4] {
+    [parts.torque, parts.inertial, parts.coriolis, parts.gravity]
+}
+
+impl Means {
+    fn of(study: &SimulatedStudy, rows: &[SimulatedRow], variant: Variant) -> Option<Self> {
+        let most = study.trajectories.iter().copied().max();
+        let rows: Vec<&SimulatedRow> = rows
+            .iter()
+            .filter(|r| {
+                r.variant == variant && most.is_none_or(|n| r.trajectories == n || r.parts.len() == 1)
+            })
+            .collect();
+        let n = rows.len() as f64;
+        let mean = |of: &dyn Fn(&SimulatedRow) -> f64| rows.iter().map(|r| of(r)).sum::<f64>() / n;
+        let speeds = rows.first()?.parts.len();
+        let nmse: Vec<[f64; 4]> =
+            (0..speeds).map(|s| std::array::from_fn(|k| mean(&|r| array(&r.parts[s])[k]))).collect();
+        let spread = std::array::from_fn(|k| mean(&|r| (array(&r.parts[0])[k] - nmse[0][k]).powi(2)).sqrt());
+        Some(Self {
+            variant,
+            spread,
+            nmse,
+            mse: std::array::from_fn(|k| mean(&|r| array(&r.mse)[k])),
+            power_mse: mean(&|r| r.power_mse),
+            seconds: mean(&|r| r.seconds),
+        })
+    }
+}
+
+fn simulated(
+    folder: &Path,
+    page: &mut Page,
+    study: &SimulatedStudy,
+    rows: &[SimulatedRow],
+) -> anyhow::Result<()> {
+    let means: Vec<Means> = Variant::ALL.iter().filter_map(|v| Means::of(study, rows, *v)).collect();
+    page.heading("Sum over the joints of mean squared error over variance (nMSE), mean over the seeds");
+    let head = ["Model", "Torque", "± (seeds)", "Inertial", "Coriolis", "Gravity", "Training [s]"];
+    page.table(
+        &head,
+        means.iter().map(|m| {
+            let [torque, inertial, coriolis, gravity] = m.nmse[0].map(|v| format!("{v:.2e}"));
+            let spread = format!("{:.1e}", m.spread[0]);
+            vec![m.variant.label().to_owned(), torque, spread, inertial, coriolis, gravity, number(m.seconds)]
+        }),
+    );
+    page.heading("Mean squared error over all joints [N² m²], and of the power [W²]");
+    page.table(
+        &["Model", "Torque", "Inertial", "Coriolis", "Gravity", "Power"],
+        means.iter().map(|m| {
+            let [torque, inertial, coriolis, gravity] = m.mse.map(|v| format!("{v:.2e}"));
+            vec![
+                m.variant.label().to_owned(),
+                torque,
+                inertial,
+                coriolis,
+                gravity,
+                format!("{:.2e}", m.power_mse),
+            ]
+        }),
+    );
+    if study.speeds.len() > 1 {
+        let of = |m: &Means| m.nmse.iter().map(|v| v[0].log10()).collect();
+        let x_name = "speed of the test over that of training [-]";
+        page.heading("Figures");
+        page.figure(&save(
+            folder,
+            &chart("speeds", "Faster than in training", x_name, &study.speeds, &means, of),
+            false,
+        )?);
+    }
+    if study.trajectories.len() > 1 {
+        let x: Vec<f64> = study.trajectories.iter().map(|n| *n as f64).collect();
+        let of = |m: &Means| {
+            let at = |n: &usize| {
+                let rows = rows.iter().filter(|r| r.variant == m.variant && r.trajectories == *n);
+                let values: Vec<f64> = rows.map(|r| r.parts[0].torque).collect();
+                (values.iter().sum::<f64>() / values.len() as f64).log10()
+            };
+            study.trajectories.iter().map(at).collect()
+        };
+        page.figure(&save(
+            folder,
+            &chart("amounts", "Amount of data", "trajectories [-]", &x, &means, of),
+            false,
+        )?);
+    }
+    Ok(())
+}
+
+fn chart(
+    name: &str,
+    title: &str,
+    x_name: &'static str,
+    x: &[f64],
+    means: &[Means],
+    of: impl Fn(&Means) -> Vec<f64>,
+) -> TimeChart {
+    let curves = means.iter().enumerate().map(|(k, m)| Curve::new(m.variant.label(), k, of(m))).collect();
+    let caption = "Logarithm to base 10 of the normalised error of the torque on the test trajectories, mean over the seeds.";
+    let mut chart =
+        TimeChart::over_time(name, title, caption, x, vec![TimePanel::new("log10 nMSE [-]", curves)]);
+    chart.x_name = x_name;
+    chart.scale = Scale::Own;
+    chart
+}
+
+fn real(page: &mut Page, set: &str, rows: &[RealRow]) {
+    page.heading(&format!("{set}: mean squared error of every joint [N² m²]"));
+    let n = rows.first().map_or(0, |row| row.mse.len());
+    let mut head: Vec<String> = vec!["Model".to_owned()];
+    head.extend((1..=n).map(|j| format!("Joint {j}")));
+    head.extend(["Sum", "Pooled R²", "Mean R² of a joint", "Validation", "Choice"].map(str::to_owned));
+    let head: Vec<&str> = head.iter().map(String::as_str).collect();
+    page.table(
+        &head,
+        rows.iter().map(|row| {
+            let mut cells = vec![row.name.clone()];
+            cells.extend(row.mse.iter().map(|v| format!("{v:.4}")));
+            cells.extend([
+                format!("{:.3}", row.sum_mse),
+                format!("{:.4}", row.pooled_r2),
+                format!("{:.3}", row.mean_r2),
+            ]);
+            cells.extend([format!("{:.4}", row.validation), row.choice.clone()]);
+            cells
+        }),
+    );
+    let best = rows.iter().min_by(|a, b| a.sum_mse.total_cmp(&b.sum_mse));
+    page.list(best.map(|row| ("Least sum of errors on the test", row.name.clone())));
+}

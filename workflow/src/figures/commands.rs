@@ -1,0 +1,84 @@
+//! The report of a command: strokes for a path, and the path that they are for.
+
+use std::path::Path;
+
+use hysteron_base::Recording;
+
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::lines::{Scale, Shaded, TimeChart, TimePanel, spans};
+use hysteron_report::page::{Page, write_page};
+use hysteron_report::series::{TARGET, TWIN, Tip, error_panel, millimetres, numbered_panels, tip_panels};
+
+/// Writes the figures and `report.html` to `folder`.
+pub fn write(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    let meta = recording.meta();
+    let time = recording.time();
+    let part = |flag: &str| {
+        let flagged = recording.channel(flag).map_or(0.0, |values| values.iter().sum::<f64>());
+        format!("{:.1}", 100.0 * flagged / time.len() as f64)
+    };
+    let strokes: Vec<Vec<f64>> = recording.strokes().into_iter().map(millimetres).collect();
+    let range = strokes
+        .iter()
+        .flatten()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(*value), high.max(*value)]);
+    let mut page = Page::new("Strokes for a path", &meta.source, &meta.command);
+    page.heading("Results");
+    page.list([
+        ("Duration [s]", format!("{:.2}", time[time.len() - 1] - time[0])),
+        ("Samples", time.len().to_string()),
+        ("Strokes [mm]", format!("{:.2} to {:.2}", range[0], range[1])),
+        ("Limited by stroke or rate [% of samples]", part("limited")),
+        ("Network outside its training range [% of samples]", part("extrapolating")),
+    ]);
+    page.heading("Figures");
+    for chart in [stroke_chart(recording, strokes), path_chart(recording)].into_iter().flatten() {
+        page.figure(&save(folder, &chart, false)?);
+    }
+    write_page(folder, page.finish(&meta.commit))?;
+    Ok(())
+}
+
+/// Strokes [mm], shaded where a flag is set.
+fn stroke_chart(recording: &Recording, strokes: Vec<Vec<f64>>) -> Option<TimeChart> {
+    let time = recording.time();
+    let shaded = |(flag, name): (&str, &str)| {
+        let flagged: Vec<bool> = recording.channel(flag)?.iter().map(|value| *value > 0.0).collect();
+        Some(Shaded { name: name.to_owned(), spans: spans(time, &flagged) })
+    };
+    let flags =
+        [("limited", "limited by stroke or rate"), ("extrapolating", "network outside its training range")];
+    let chart = TimeChart::over_time(
+        "commands",
+        "Strokes",
+        "Stroke of every tendon [mm] over time [s]; shaded where a limit reduced a stroke, or where the network was outside \
+         its training range.",
+        time,
+        numbered_panels("stroke [mm]", "tendon", strokes),
+    );
+    Some(TimeChart { scale: Scale::Common, shaded: flags.into_iter().filter_map(shaded).collect(), ..chart })
+}
+
+/// The path [mm], with the tip of the twin and its error where there is one; `None` without a path.
+fn path_chart(recording: &Recording) -> Option<TimeChart> {
+    let tip = |stem: &str| -> Vec<&[f64]> {
+        ["x", "y", "z"].iter().map_while(|axis| recording.channel(&format!("{stem}_{axis}_m"))).collect()
+    };
+    let (target, twin) = (tip("target"), tip("twin"));
+    if target.is_empty() {
+        return None;
+    }
+    let target = Tip::new("target", TARGET, &target);
+    let mut tips = vec![target];
+    if !twin.is_empty() {
+        tips.push(Tip::new("twin", TWIN, &twin));
+    }
+    let mut panels: Vec<TimePanel> = tip_panels(&tips);
+    if let [target, twin] = &tips[..] {
+        panels.push(error_panel(target, std::slice::from_ref(twin)));
+    }
+    let caption = "Target of the tip [mm] over time [s], and, where strokes were found through the twin, the tip of the twin \
+                   and its distance from the target; each panel has its own scale.";
+    Some(TimeChart::over_time("path", "Target over time", caption, recording.time(), panels))
+}

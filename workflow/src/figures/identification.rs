@@ -1,0 +1,140 @@
+//! The report of an identification: errors without and with auxiliary tendons, and their strokes over time.
+
+use std::path::Path;
+
+use hysteron_base::Recording;
+use serde::Serialize;
+use serde_json::Value;
+
+use super::auxiliary_strokes;
+use crate::identify::summary::Row;
+use crate::{COMMIT, Caller};
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::lines::TimeChart;
+use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, millimetres, tip_panels};
+
+/// Recordings that are drawn at most: those with the largest error that is left.
+const MOST_RECORDINGS: usize = 4;
+
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    recordings: &'a [Row],
+    /// Why others were left out.
+    left_out: &'a [String],
+    scene_sha256: &'a str,
+    command: &'a str,
+    commit: &'a str,
+}
+
+/// How the auxiliary strokes were chosen.
+#[derive(Clone, Copy)]
+pub enum Chosen {
+    /// One QP a sample.
+    ByQps,
+    /// A network that was there already.
+    ByNetwork,
+}
+
+/// Writes the figures of the recordings in `folder`, `report.html` and `metrics.json` to it.
+pub fn write(
+    folder: &Path,
+    title: &str,
+    chosen: Chosen,
+    scene_sha256: &str,
+    rows: &[Row],
+    left_out: &[String],
+    caller: &Caller,
+) -> anyhow::Result<Value> {
+    register_embedded_font()?;
+    let (command, commit) = (caller.command.clone(), COMMIT);
+    let metrics = Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        recordings: rows,
+        left_out,
+        scene_sha256,
+        command: &command,
+        commit,
+    };
+    let value = write_metrics(folder, &metrics)?;
+    let about = match chosen {
+        Chosen::ByQps => {
+            "Distance of the twin's tip from the measured one, without and with auxiliary tendons, and how often their bounds \
+             are active. One QP per sample found the auxiliary strokes."
+        }
+        Chosen::ByNetwork => {
+            "Distance of the twin's tip from the measured one, without auxiliary tendons and with the auxiliary strokes of a \
+             network. The error that is left is the training data of a second network; no QP was solved."
+        }
+    };
+    let mut page = Page::new(title, about, &command);
+    page.heading("Results");
+    page.table(&Row::HEADINGS, rows.iter().map(Row::cells));
+    if !left_out.is_empty() {
+        page.table(&["Left out"], left_out.iter().map(|why| vec![why.clone()]));
+    }
+    page.heading("Figures");
+    let shown = largest_errors(rows);
+    if shown.len() < rows.len() {
+        page.paragraph(&format!(
+            "The {} of {} recordings with the largest error that is left (99th percentile).",
+            shown.len(),
+            rows.len()
+        ));
+    }
+    for row in shown {
+        let recording = Recording::read(folder.join(format!("{}.parquet", row.name)))?;
+        for chart in charts(&row.name, &recording) {
+            page.figure(&save(folder, &chart, false)?);
+        }
+    }
+    page.small(&format!("Scene {scene_sha256}."));
+    write_page(folder, page.finish(commit))?;
+    Ok(value)
+}
+
+/// The recordings with the largest error that is left, in their own order.
+fn largest_errors(rows: &[Row]) -> Vec<&Row> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|a, b| rows[*b].summary.after.p99_m.total_cmp(&rows[*a].summary.after.p99_m));
+    order.truncate(MOST_RECORDINGS);
+    order.sort_unstable();
+    order.into_iter().map(|k| &rows[k]).collect()
+}
+
+/// Tips, their errors and the auxiliary strokes of a recording.
+fn charts(name: &str, recording: &Recording) -> Vec<TimeChart> {
+    let tip = |stem: &str| -> Vec<&[f64]> {
+        ["x", "y", "z"].iter().map_while(|axis| recording.channel(&format!("{stem}_{axis}_m"))).collect()
+    };
+    let time = recording.time();
+    let measured = Tip::new("measured", MEASURED, &tip("tip")).without_gaps(recording.gap());
+    let twins = [("uncorrected twin", UNCORRECTED, "bare"), ("twin with auxiliary tendons", TWIN, "twin")]
+        .map(|(name, color, stem)| Tip::new(name, color, &tip(stem)));
+    let errors = TimeChart::over_time(
+        format!("{name}-error"),
+        format!("{name}: error of the tip"),
+        "Distance of the twin's tip from the measured one [mm] over time [s], without and with auxiliary tendons.",
+        time,
+        vec![error_panel(&measured, &twins)],
+    );
+    let [uncorrected, corrected] = twins;
+    let tips = TimeChart::over_time(
+        format!("{name}-tip"),
+        format!("{name}: tip"),
+        "Tip as measured, of the twin without and of the twin with auxiliary tendons [mm], over time [s]; interrupted where \
+         nothing was measured. Each axis has its own scale.",
+        time,
+        tip_panels(&[measured, uncorrected, corrected]),
+    );
+    let strokes = auxiliary_strokes(time, recording.aux().into_iter().map(millimetres).collect());
+    let strokes = TimeChart {
+        name: format!("{name}-auxiliary-strokes"),
+        title: format!("{name}: auxiliary strokes"),
+        ..strokes
+    };
+    vec![tips, errors, strokes]
+}

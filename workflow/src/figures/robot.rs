@@ -1,0 +1,282 @@
+//! A picture of the deformed robot with its tendons, from two sides.
+//!
+//! Orthographic; faces are drawn from the farthest to the nearest (painter's algorithm), which is right for small
+//! faces that do not cut each other. Tendons are drawn over the body, as if it were transparent.
+
+use anyhow::Result;
+use hysteron_twin::TwinState;
+use plotters::prelude::*;
+
+use crate::run::Run;
+use hysteron_report::figure::Figure;
+use hysteron_report::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
+
+/// Rest and deformed shape of the robot.
+pub struct RobotPicture {
+    name: String,
+    time: f64,
+    /// Faces of the surface, seen from outside counter-clockwise.
+    faces: Vec<[u32; 3]>,
+    /// Points at rest and deformed [mm].
+    rest: Vec<[f64; 3]>,
+    moved: Vec<[f64; 3]>,
+    tendons: Vec<DrawnTendon>,
+}
+
+struct DrawnTendon {
+    name: String,
+    is_primary: bool,
+    /// Points [mm].
+    line: Vec<[f64; 3]>,
+    tension: f64,
+}
+
+/// A direction to look from.
+struct View {
+    title: &'static str,
+    /// Axes to the right and up.
+    axes: [usize; 2],
+    /// Axis along which one looks, and the sign of the side that is near.
+    depth: usize,
+    near: f64,
+}
+
+const VIEWS: [View; 2] = [
+    View { title: "from the front", axes: [0, 2], depth: 1, near: -1.0 },
+    View { title: "from the right", axes: [1, 2], depth: 0, near: 1.0 },
+];
+
+/// Size of a view, and of the tensions beside them [px].
+const VIEW: [f64; 2] = [400.0, 500.0];
+const SIDE: [f64; 2] = [140.0, 470.0];
+
+const BODY: [f64; 3] = [176.0, 190.0, 204.0];
+const GHOST_EDGE: RGBColor = RGBColor(170, 176, 184);
+const GHOST: RGBColor = RGBColor(246, 247, 249);
+const SLACK: RGBColor = RGBColor(90, 96, 104);
+
+impl RobotPicture {
+    /// The robot of a run where its tip was farthest from rest.
+    pub fn new(run: &Run) -> Self {
+        let (row, state) = run.farthest;
+        let mm = |points: &[[f64; 4]]| -> Vec<[f64; 3]> {
+            points.iter().map(|[x, y, z, _]| [1e3 * x, 1e3 * y, 1e3 * z]).collect()
+        };
+        Self {
+            name: run.scene.name.clone(),
+            time: run.recording.time()[row.min(run.recording.n_samples() - 1)],
+            faces: run.twin.body.cells.surface(),
+            rest: mm(&run.twin.body.rest),
+            moved: mm(&state.positions),
+            tendons: tendons(run, state),
+        }
+    }
+
+    fn most_tension(&self) -> f64 {
+        self.tendons.iter().map(|tendon| tendon.tension.abs()).fold(0.0, f64::max)
+    }
+
+    fn draw_view<DB: DrawingBackend>(&self, sheet: &Sheet<DB>, view: &View, mm_per_px: f64) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let (width, height) = sheet.size();
+        let range = |axis: usize, px: f64| {
+            let own = self.extent(axis);
+            let (middle, half) = (0.5 * (own.start + own.end), 0.5 * px * mm_per_px);
+            middle - half..middle + half
+        };
+        let names = view.axes.map(|axis| format!("{} [mm]", ["x", "y", "z"][axis]));
+        let (x, y) = (range(view.axes[0], width - LEFT), range(view.axes[1], height - BELOW));
+        let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
+        self.draw_ghost(sheet, &mut chart, view)?;
+        self.draw_body(sheet, &mut chart, view)?;
+        self.draw_tendons(sheet, &mut chart, view)
+    }
+
+    /// The outline of the rest shape: the faces with thick edges, then without.
+    fn draw_ghost<DB: DrawingBackend>(
+        &self,
+        sheet: &Sheet<DB>,
+        chart: &mut Chart<DB>,
+        view: &View,
+    ) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let faces: Vec<Vec<(f64, f64)>> = self.visible(&self.rest, view).map(|face| face.outline).collect();
+        let edge = sheet.line(GHOST_EDGE, 2.0);
+        chart.draw_series(faces.iter().map(|face| PathElement::new(closed(face), edge)))?;
+        // Thin edges of the same colour close the seams between neighbours.
+        let seam = sheet.line(GHOST, 0.6);
+        chart.draw_series(faces.iter().map(|face| PathElement::new(closed(face), seam)))?;
+        chart.draw_series(faces.into_iter().map(|face| Polygon::new(face, GHOST.filled())))?;
+        Ok(())
+    }
+
+    fn draw_body<DB: DrawingBackend>(
+        &self,
+        sheet: &Sheet<DB>,
+        chart: &mut Chart<DB>,
+        view: &View,
+    ) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let mut faces: Vec<VisibleFace> = self.visible(&self.moved, view).collect();
+        faces.sort_by(|a, b| a.nearness.total_cmp(&b.nearness));
+        for face in faces {
+            let shade = |light: f64| {
+                let [r, g, b] = BODY.map(|c| (c * light).min(255.0) as u8);
+                RGBColor(r, g, b)
+            };
+            let light = 0.55 + 0.55 * face.light;
+            let edges = PathElement::new(closed(&face.outline), sheet.line(shade(0.86 * light), 0.4));
+            chart.draw_series([Polygon::new(face.outline, shade(light).filled())])?;
+            chart.draw_series([edges])?;
+        }
+        Ok(())
+    }
+
+    fn draw_tendons<DB: DrawingBackend>(
+        &self,
+        sheet: &Sheet<DB>,
+        chart: &mut Chart<DB>,
+        view: &View,
+    ) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let most = self.most_tension();
+        let mut order: Vec<&DrawnTendon> = self.tendons.iter().collect();
+        // The tightest last, so that it is never covered.
+        order.sort_by(|a, b| a.tension.abs().total_cmp(&b.tension.abs()));
+        for tendon in order {
+            let line: Vec<(f64, f64)> =
+                tendon.line.iter().map(|point| (point[view.axes[0]], point[view.axes[1]])).collect();
+            let thin = if tendon.is_primary { 1.0 } else { 0.5 };
+            if tendon.tension == 0.0 {
+                chart.draw_series([PathElement::new(line, sheet.line(SLACK, 1.2 * thin))])?;
+                continue;
+            }
+            let color = ramp(tendon.tension.abs() / most);
+            chart.draw_series([PathElement::new(line.clone(), sheet.line(WHITE, 5.0 * thin))])?;
+            chart.draw_series([PathElement::new(line, sheet.line(color, 3.2 * thin))])?;
+        }
+        Ok(())
+    }
+
+    /// The colours of tensions, and the tension of the first tendons.
+    fn draw_tensions<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        const LEFT: f64 = 12.0;
+        let most = self.most_tension();
+        if most > 0.0 {
+            sheet.part(LEFT, 20.0, SIDE[0] - LEFT, 200.0).color_bar("tension [N]", 0.0, most)?;
+        }
+        let shown = self.tendons.iter().filter(|tendon| tendon.is_primary).take(10);
+        for (k, tendon) in shown.enumerate() {
+            let color = if tendon.tension == 0.0 { SLACK } else { ramp(tendon.tension.abs() / most) };
+            let text = format!("{} {} N", tendon.name, number(tendon.tension));
+            sheet.sample(color, &text, LEFT, 250.0 + 20.0 * k as f64)?;
+        }
+        Ok(())
+    }
+
+    /// Range of both shapes along an axis [mm].
+    fn extent(&self, axis: usize) -> std::ops::Range<f64> {
+        padded(self.rest.iter().chain(&self.moved).map(|point| point[axis]))
+    }
+
+    /// The faces that look towards the viewer.
+    fn visible<'a>(
+        &'a self,
+        points: &'a [[f64; 3]],
+        view: &'a View,
+    ) -> impl Iterator<Item = VisibleFace> + 'a {
+        self.faces.iter().filter_map(move |face| {
+            let [a, b, c] = face.map(|node| points[node as usize]);
+            let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
+            let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+            let facing = view.near * normal[view.depth] / size;
+            // Lit from the viewer's left and above.
+            let light =
+                0.75 * facing - 0.35 * normal[view.axes[0]] / size + 0.3 * normal[view.axes[1]] / size;
+            (facing > 0.0).then(|| VisibleFace {
+                outline: [a, b, c].map(|p| (p[view.axes[0]], p[view.axes[1]])).to_vec(),
+                nearness: view.near * (a[view.depth] + b[view.depth] + c[view.depth]),
+                light: light.clamp(0.0, 1.0),
+            })
+        })
+    }
+}
+
+struct VisibleFace {
+    outline: Vec<(f64, f64)>,
+    nearness: f64,
+    /// 0 dark to 1 bright.
+    light: f64,
+}
+
+fn closed(outline: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    outline.iter().chain(outline.first()).copied().collect()
+}
+
+fn tendons(run: &Run, state: &TwinState) -> Vec<DrawnTendon> {
+    let drawn = run.twin.tendons.iter().enumerate().map(|(j, tendon)| {
+        let line = run.twin.cables.polyline(j, &state.positions);
+        DrawnTendon {
+            name: tendon.name.clone(),
+            is_primary: j < run.twin.n_primary,
+            line: line.iter().map(|point| point.map(|c| 1e3 * c)).collect(),
+            tension: state.tensions[j],
+        }
+    });
+    drawn.collect()
+}
+
+impl Figure for RobotPicture {
+    fn name(&self) -> String {
+        "robot".into()
+    }
+
+    fn title(&self) -> String {
+        format!("{} at t = {} s", self.name, number(self.time))
+    }
+
+    fn caption(&self) -> String {
+        format!(
+            "The robot at t = {} s, where its tip is farthest from rest, with its tendons coloured by tension [N]; a \
+             thin grey tendon is slack. The pale outline is the unloaded body.",
+            number(self.time)
+        )
+    }
+
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![VIEW, VIEW, SIDE]
+    }
+
+    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        const TITLE: f64 = 20.0;
+        let Some(view) = VIEWS.get(tile) else { return self.draw_tensions(sheet) };
+        let length = |axis: usize| {
+            let range = self.extent(axis);
+            range.end - range.start
+        };
+        let size = [VIEW[0], VIEW[1] - TITLE];
+        let mm_per_px = VIEWS
+            .iter()
+            .map(|view| {
+                (length(view.axes[0]) / (size[0] - LEFT)).max(length(view.axes[1]) / (size[1] - BELOW))
+            })
+            .fold(0.0, f64::max);
+        sheet.text(view.title, LEFT, 8.0)?;
+        self.draw_view(&sheet.part(0.0, TITLE, size[0], size[1]), view, mm_per_px)
+    }
+}

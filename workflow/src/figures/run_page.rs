@@ -1,0 +1,170 @@
+//! The report of a run.
+
+use std::path::Path;
+
+use hysteron_control::score::AxisScore;
+use serde::Serialize;
+
+use super::shapes::NamedShape;
+use crate::run::{Run, Summary};
+use hysteron_report::figure::Drawn;
+use hysteron_report::page::{Page, write_metrics, write_page};
+use serde_json::Value;
+
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    robot: Robot<'a>,
+    run: &'a Summary,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    shapes: &'a [NamedShape],
+    steps_per_s: f64,
+    iterations_per_step: f64,
+    source: &'a str,
+    command: &'a str,
+    commit: &'a str,
+}
+
+#[derive(Serialize)]
+struct Robot<'a> {
+    name: &'a str,
+    scene_sha256: &'a str,
+    nodes: usize,
+    tetrahedra: usize,
+    unknowns: usize,
+    tendons: usize,
+    auxiliary_tendons: usize,
+}
+
+pub(super) fn write(
+    folder: &Path,
+    run: &Run,
+    shapes: &[NamedShape],
+    figures: &[Drawn],
+) -> anyhow::Result<()> {
+    let metrics = metrics(run, shapes);
+    write_metrics(folder, &metrics)?;
+    write_page(folder, html(&metrics, run.task.title(), figures))
+}
+
+/// The summary, where no report is asked for.
+pub(super) fn summarise(run: &Run, shapes: &[NamedShape]) -> anyhow::Result<Value> {
+    Ok(serde_json::to_value(metrics(run, shapes))?)
+}
+
+fn metrics<'a>(run: &'a Run, shapes: &'a [NamedShape]) -> Metrics<'a> {
+    let meta = run.recording.meta();
+    Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        robot: Robot {
+            name: &run.scene.name,
+            scene_sha256: &run.scene.hash,
+            nodes: run.twin.body.n_nodes(),
+            tetrahedra: run.twin.body.cells.len(),
+            unknowns: run.twin.body.n_unknowns(),
+            tendons: run.twin.n_primary,
+            auxiliary_tendons: run.twin.tendons.len() - run.twin.n_primary,
+        },
+        run: run.summary,
+        shapes,
+        steps_per_s: run.summary.rate(),
+        iterations_per_step: run.summary.iterations as f64 / run.summary.steps.max(1) as f64,
+        source: &meta.source,
+        command: &meta.command,
+        commit: &meta.commit,
+    }
+}
+
+fn mm(value: f64) -> String {
+    format!("{:.2}", 1e3 * value)
+}
+
+fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
+    let run = metrics.run;
+    let mut page = Page::new(&format!("{}: {title}", metrics.robot.name), metrics.source, metrics.command);
+    results(&mut page, metrics);
+    if !metrics.shapes.is_empty() {
+        page.table(&NamedShape::HEADINGS, metrics.shapes.iter().map(NamedShape::cells));
+    }
+    page.heading("Figures");
+    figures.iter().for_each(|figure| page.figure(figure));
+    page.heading("Model and solver");
+    page.list([
+        ("Mesh", format!("{} nodes, {} tetrahedra", metrics.robot.nodes, metrics.robot.tetrahedra)),
+        ("Degrees of freedom", metrics.robot.unknowns.to_string()),
+        ("Auxiliary tendons", metrics.robot.auxiliary_tendons.to_string()),
+        ("Computing time [s]", format!("{:.2}", run.wall_s)),
+    ]);
+    page.details_list("Solver details", solver(metrics));
+    page.small(&format!("Scene {}.", metrics.robot.scene_sha256));
+    page.finish(metrics.commit)
+}
+
+/// What came of a run.
+fn results(page: &mut Page, metrics: &Metrics) {
+    let run = metrics.run;
+    page.heading("Results");
+    if let Some(score) = &run.against_measured {
+        let percent =
+            |nrmse: Option<f64>| nrmse.map_or("-".to_owned(), |part| format!("{:.2}", 100.0 * part));
+        let row = |(axis, score): (&str, &AxisScore)| {
+            vec![axis.to_owned(), format!("{:.3}", 1e3 * score.rmse_m), percent(score.nrmse)]
+        };
+        let distance = vec!["distance".to_owned(), format!("{:.3}", 1e3 * score.rmse_m), "-".to_owned()];
+        let rows = ["x", "y", "z"].into_iter().zip(&score.axes).map(row).chain([distance]);
+        page.table(&["Simulated against measured tip", "RMSE [mm]", "NRMSE [%]"], rows);
+        page.list([("Largest distance from the measured tip [mm]", format!("{:.3}", 1e3 * score.max_m))]);
+    }
+    if let Some(goals) = &run.goals {
+        page.list([
+            ("Goals out of reach", format!("{} of {}", goals.out_of_reach, run.samples)),
+            ("Tolerance [mm]", (1e3 * goals.tolerance_m).to_string()),
+            ("Largest distance from a goal [mm]", format!("{:.1e}", 1e3 * goals.largest_distance_m)),
+        ]);
+    }
+    if let Some(part) = run.extrapolated {
+        page.list([("Network outside its training range", format!("{:.1} % of the samples", 100.0 * part))]);
+    }
+    let range = |c: usize| format!("{} to {}", mm(run.tip_min_m[c]), mm(run.tip_max_m[c]));
+    page.list([
+        ("Samples", run.samples.to_string()),
+        ("Duration [s]", format!("{:.2}", run.duration_s)),
+        ("Tip x [mm]", range(0)),
+        ("Tip y [mm]", range(1)),
+        ("Tip z [mm]", range(2)),
+    ]);
+    if !run.tendons.is_empty() {
+        let headings = ["Tendon", "Stroke [mm]", "Largest tension [N]", "At the lower tension bound"];
+        let rows = run.tendons.iter().map(|tendon| {
+            vec![
+                tendon.name.clone(),
+                format!("{} to {}", mm(tendon.stroke_min_m), mm(tendon.stroke_max_m)),
+                format!("{:.2}", tendon.tension_max_n),
+                format!("{:.1} % of the time", 100.0 * tendon.share_at_lower_bound),
+            ]
+        });
+        page.table(&headings, rows);
+    }
+}
+
+/// How a run was computed.
+fn solver(metrics: &Metrics) -> Vec<(&'static str, String)> {
+    let run = metrics.run;
+    let mut rows = vec![
+        ("Steps", run.steps.to_string()),
+        ("Steps per second", format!("{:.0}", metrics.steps_per_s)),
+        ("Iterations per step", format!("{:.2}", metrics.iterations_per_step)),
+        ("Refactorisations of the stiffness", run.renewals.to_string()),
+        ("Newton iterations", run.newton_iterations.to_string()),
+        ("Substeps", run.sub_steps.to_string()),
+        ("QPs solved by Clarabel", run.clarabel_solves.to_string()),
+        ("Largest relative force residual", format!("{:.1e}", run.worst_relative_residual)),
+        ("Largest stroke residual [mm]", format!("{:.1e}", 1e3 * run.worst_stroke_error_m)),
+    ];
+    if run.goals.is_some() {
+        rows.push(("QPs solved for strokes", run.rounds.to_string()));
+    }
+    rows
+}

@@ -1,0 +1,171 @@
+//! The report of a training: learning curve, errors beside baselines, which trajectories were learned from.
+
+use std::path::Path;
+
+use hysteron_base::file;
+use hysteron_learn::FitReport;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::{COMMIT, Caller};
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
+use hysteron_report::page::{Page, write_metrics};
+
+/// What is told of a training.
+pub struct Told<'a> {
+    /// Title of the page.
+    pub title: &'a str,
+    /// What was trained on what, in a sentence.
+    pub about: String,
+    /// One for each network.
+    pub reports: &'a [FitReport],
+    /// What the checkpoint says of its training.
+    pub training: &'a Value,
+    /// Further lines: name and value.
+    pub facts: Vec<(&'static str, String)>,
+    /// What does not do as it should.
+    pub warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    networks: &'a [FitReport],
+    warnings: &'a [String],
+    training: &'a Value,
+    command: &'a str,
+    commit: &'a str,
+}
+
+/// Sentences that say where networks do no better than a baseline.
+pub fn losses(reports: &[FitReport]) -> Vec<String> {
+    let of = |(number, report): (usize, &FitReport)| -> Vec<String> {
+        let which = if reports.len() > 1 { format!("network {}, ", number + 1) } else { String::new() };
+        let unit = report.unit;
+        let sentence = |(channel, baseline, [theirs, ours]): (&str, &str, [f64; 2])| {
+            format!(
+                "{which}{channel}: {ours:.4} {unit} in validation, no better than {baseline} with {theirs:.4} {unit}"
+            )
+        };
+        report.losses().into_iter().map(sentence).collect()
+    };
+    reports.iter().enumerate().flat_map(of).collect()
+}
+
+/// Writes the figures, `report.html` and `metrics.json` to `folder`.
+pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Value> {
+    register_embedded_font()?;
+    let (command, commit) = (caller.command.clone(), COMMIT);
+    let metrics = Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        networks: told.reports,
+        warnings: told.warnings,
+        training: told.training,
+        command: &command,
+        commit,
+    };
+    let value = write_metrics(folder, &metrics)?;
+    let mut page = Page::new(told.title, &told.about, &command);
+    told.warnings.iter().for_each(|warning| page.paragraph(&format!("Warning: {warning}.")));
+    for (number, report) in told.reports.iter().enumerate() {
+        if told.reports.len() > 1 {
+            page.heading(&format!("Network {}", number + 1));
+        }
+        let errors = format!("Error in validation [{}]", report.unit);
+        let headings: Vec<&str> =
+            [&errors[..]].into_iter().chain(report.methods.iter().map(String::as_str)).collect();
+        let cells = |name: &str, errors: &[f64]| -> Vec<String> {
+            [name.to_owned()].into_iter().chain(errors.iter().map(|e| format!("{e:.4}"))).collect()
+        };
+        let rows = report.channels.iter().map(|channel| cells(&channel.name, &channel.errors));
+        page.table(&headings, rows.chain([cells("all", &report.together())]));
+        if report.curve.len() > 1 {
+            page.figure(&save(folder, &learning_curve(number, report), false)?);
+        }
+        page.list([
+            ("Validated on", report.validation.join(", ")),
+            ("Learned from", report.training.join(", ")),
+            (
+                "Epochs, and after which the weights are kept",
+                format!("{}, {}", report.curve.len(), report.epochs),
+            ),
+        ]);
+    }
+    page.list(told.facts.iter().map(|(name, value)| (*name, value.clone())));
+    page.details("Options and data", &serde_json::to_string_pretty(told.training)?);
+    file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    Ok(value)
+}
+
+/// Errors over the epochs, on a logarithmic scale.
+fn learning_curve(number: usize, report: &FitReport) -> TimeChart {
+    let curve = |k: usize, name: &str| {
+        let values = report.curve.iter().map(|errors| errors[k].max(f64::MIN_POSITIVE).log10());
+        Curve::new(name, k, values.collect())
+    };
+    let panel = TimePanel::new(
+        format!("log10 of the error [{}]", report.unit),
+        vec![curve(0, "training"), curve(1, "validation")],
+    );
+    TimeChart {
+        name: format!("learning-curve-{}", number + 1),
+        title: "Learning curve".to_owned(),
+        caption: format!(
+            "Error after every epoch, in training (with its noise) and in validation. The weights after epoch {} are kept.",
+            report.epochs
+        ),
+        x_name: "epoch",
+        x: (1..=report.curve.len()).map(|epoch| epoch as f64).collect(),
+        panels: vec![panel],
+        shaded: Vec::new(),
+        scale: Scale::Common,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hysteron_learn::ChannelErrors;
+
+    #[test]
+    fn a_report_says_where_a_network_loses_and_on_what_it_was_validated() -> anyhow::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let report = FitReport {
+            training: vec!["circle-1".to_owned()],
+            validation: vec!["square-2".to_owned()],
+            curve: vec![[3.0, 4.0], [2.0, 2.5], [1.5, 2.6]],
+            epochs: 2,
+            unit: "mm",
+            methods: ["static regression", "network"].map(str::to_owned).to_vec(),
+            channels: vec![ChannelErrors { name: "stroke 2".to_owned(), errors: vec![0.4, 0.5] }],
+        };
+        let reports = [report];
+        let warnings = losses(&reports);
+        assert_eq!(
+            warnings,
+            ["stroke 2: 0.5000 mm in validation, no better than static regression with 0.4000 mm"]
+        );
+        let told = Told {
+            title: "Inverse controller",
+            about: String::new(),
+            reports: &reports,
+            training: &Value::Null,
+            facts: Vec::new(),
+            warnings: &warnings,
+        };
+        write(folder.path(), &told, &Caller::silent("hysteron train"))?;
+        let page = std::fs::read_to_string(folder.path().join("report.html"))?;
+        assert!(
+            ["Warning: stroke 2", "square-2", "circle-1", "Learning curve"]
+                .iter()
+                .all(|it| page.contains(it))
+        );
+        let metrics: Value = serde_json::from_slice(&std::fs::read(folder.path().join("metrics.json"))?)?;
+        assert_eq!(metrics["networks"][0]["curve"][1][1], 2.5);
+        assert_eq!(metrics["networks"][0]["validation"][0], "square-2");
+        Ok(())
+    }
+}

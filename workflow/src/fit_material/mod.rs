@@ -1,0 +1,315 @@
+//! `hysteron fit-material`: the physical parameters of a scene from recordings of its robot.
+
+mod inputs;
+mod scene_file;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context;
+use hysteron_base::{BadInput, Scene};
+use hysteron_twin::fit::{
+    Fit, Frame, MaterialFit, MaterialOptions, Selected, Standing, Stepping, Wanted, fit_material, select,
+};
+use hysteron_twin::{Motion, Twin};
+
+use serde_json::Value;
+
+use crate::Caller;
+use crate::figures::fit as report;
+use crate::outputs::Outputs;
+
+/// More than any set of recordings has.
+pub const MOST_STEPS: usize = 10_000_000;
+
+/// Fit modulus, zero offsets and the like to recordings
+///
+/// Finds the parameters with which the twin's tip comes nearest to the measured one, with standard errors.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Scene file of the robot (scene.toml)
+    pub scene: PathBuf,
+    /// Recordings with commands and tip
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Scene file to write
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
+    pub out: PathBuf,
+    /// Folder for figures, report.html and metrics.json
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[cfg_attr(feature = "clap", arg(long, requires = "figures"))]
+    pub png: bool,
+    /// What to fit, by name
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ',', default_values_t = default_names()))]
+    pub fit: Vec<String>,
+    /// File with what to fit and its bounds, in place of --fit
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TOML", conflicts_with = "fit"))]
+    pub fit_file: Option<PathBuf>,
+    /// Take only recordings made for this: training, validation or test
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ROLE"))]
+    pub role: Option<String>,
+    /// Step through samples between which a stroke (or, under tension, the tip) moves at most so far; samples where a
+    /// stroke turns back are among them
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", default_value_t = 0.3, value_parser = crate::number::length_mm))]
+    pub step_mm: f64,
+    /// Compare the tip where a stroke has moved so far since it was compared last
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", default_value_t = 0.2, value_parser = crate::number::length_mm))]
+    pub every_mm: f64,
+    /// Most steps of an evaluation, shared evenly by the recordings: of each, the beginning
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::count::<MOST_STEPS>))]
+    pub steps: usize,
+    /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four fifths of
+    /// it fits the worse
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::weight))]
+    pub tension_max_n: Option<f64>,
+    /// Error of a coordinate from which on it counts linearly rather than squared
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", value_parser = crate::number::length_mm))]
+    pub huber_mm: Option<f64>,
+    /// Frame of the measured tip: the scene's (a tip that rests elsewhere is refused), the scene's wherever the tip
+    /// rests, or one to be found
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = FrameChoice::Scene))]
+    pub frame: FrameChoice,
+}
+
+/// How the frame of the recordings stands to that of gravity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum FrameChoice {
+    /// As in the scene, and checked
+    Scene,
+    /// As in the scene
+    Trust,
+    /// Fitted
+    Fit,
+}
+
+impl From<FrameChoice> for Frame {
+    fn from(choice: FrameChoice) -> Self {
+        match choice {
+            FrameChoice::Scene => Self::Checked,
+            FrameChoice::Trust => Self::Trusted,
+            FrameChoice::Fit => Self::Fitted,
+        }
+    }
+}
+
+/// Length of the bar.
+const WHOLE: f64 = 1000.0;
+
+#[cfg(feature = "clap")]
+fn default_names() -> Vec<String> {
+    ["youngs_modulus", "zero", "compliance"].map(str::to_owned).to_vec()
+}
+
+/// Everything a report may show.
+pub struct Outcome<'a> {
+    /// The scene as given.
+    pub scene: &'a Scene,
+    /// What was compared.
+    pub motions: &'a [Motion],
+    /// What was fitted.
+    pub selected: &'a [Selected],
+    /// The outcome.
+    pub found: &'a MaterialFit,
+    /// Time it took [s].
+    pub wall_s: f64,
+    /// Recordings left out for their role.
+    pub n_other_role: usize,
+    /// Largest tension that each tendon can be pulled with [N].
+    pub tension_max: Vec<f64>,
+}
+
+/// Part of the largest tension allowed from which on a tendon is said to need too much.
+const STRAINED: f64 = 0.8;
+
+impl Outcome<'_> {
+    /// What speaks against the outcome, and what else would explain the errors that are left.
+    pub fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let at_bound = |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Standing::AtBound;
+        for estimate in self.found.fit.estimates.iter().filter(at_bound) {
+            doubts
+                .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
+        }
+        for ((tendon, tension), most) in
+            self.scene.tendons.iter().zip(&self.found.tensions).zip(&self.tension_max)
+        {
+            if *tension > STRAINED * most {
+                let name = &tendon.name;
+                doubts.push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
+            }
+        }
+        for hint in &self.found.hints {
+            let [now, then] = hint.rms.map(|rms| 1e3 * rms);
+            let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
+            let what = &hint.instead;
+            doubts
+                .push(format!("would explain errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"));
+        }
+        doubts
+    }
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    check_arguments(options)?;
+    let scene = Scene::read(&options.scene)?;
+    let names = match &options.fit_file {
+        Some(path) => inputs::read_names(path)?,
+        None => options.fit.iter().map(Wanted::named).collect(),
+    };
+    let selected = select(&scene, &names)?;
+    let outputs = Outputs::reading(&options.recordings).scene(&options.scene, &scene).and(&options.fit_file);
+    let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
+    let _claim = outputs.check(caller)?;
+    let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let twin = Twin::new(&scene, &mesh)?;
+    let motions = inputs::read_motions(&options.recordings, options.role.as_deref(), &twin)?;
+    let n_other_role = options.recordings.len() - motions.len();
+    tracing::info!(
+        "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role left out",
+        scene.name,
+        selected.len(),
+        motions.len(),
+        motions.iter().map(|motion| motion.len()).sum::<usize>(),
+    );
+
+    caller.listen()?;
+    let bar = caller.progress("per mille", WHOLE as usize, 0);
+    let settings = MaterialOptions {
+        frame: options.frame.into(),
+        stepping: Stepping {
+            step: 1e-3 * options.step_mm,
+            every: 1e-3 * options.every_mm,
+            most: options.steps,
+        },
+        huber: options.huber_mm.map(|mm| 1e-3 * mm),
+        tension_max: options.tension_max_n,
+        watch: &|progress| {
+            bar.set_position((WHOLE * progress.done) as u64);
+            bar.set_message(format!("RMSE {:.3} mm per coordinate", 1e3 * progress.rms));
+            !caller.is_cancelled()
+        },
+    };
+    let start = Instant::now();
+    let found = fit_material(&scene, &mesh, &motions, &selected, &settings)?;
+    bar.finish();
+    if caller.is_cancelled() {
+        anyhow::bail!("interrupted; nothing is written");
+    }
+    let outcome = Outcome {
+        scene: &scene,
+        motions: &motions,
+        selected: &selected,
+        found: &found,
+        wall_s: start.elapsed().as_secs_f64(),
+        n_other_role,
+        tension_max: scene
+            .tendons
+            .iter()
+            .map(|tendon| options.tension_max_n.map_or(tendon.tension.max, |n| n.min(tendon.tension.max)))
+            .collect(),
+    };
+    tell(&outcome, caller);
+    let value = report::summarise(&outcome, caller)?;
+    scene_file::write(&options.scene, &scene, &found.scene, &options.out, caller)?;
+    if let Some(folder) = &options.figures {
+        report::write(folder, &outcome, options.png, caller)
+            .with_context(|| format!("writing figures to {}", folder.display()))?;
+    }
+    caller.wrote(&options.out);
+    Ok(value)
+}
+
+fn check_arguments(options: &Options) -> Result<(), BadInput> {
+    let shown = options.out.display().to_string();
+    if options.out.extension().is_none_or(|extension| extension != "toml") {
+        return Err(BadInput::new("--out", "a name ending in .toml", shown));
+    }
+    Ok(())
+}
+
+/// Prints the parameters and the errors.
+fn tell(outcome: &Outcome, caller: &Caller) {
+    let found = outcome.found;
+    caller.say(format_args!(
+        "{:<26}{:>12}{:>12}{:>12}   {}",
+        "parameter", "scene", "fitted", "± s.e.", "standing"
+    ));
+    for (selected, estimate) in outcome.selected.iter().zip(&found.fit.estimates) {
+        let (key, factor) = selected.quantity.key;
+        let unit = key.trim_start_matches(selected.quantity.name).trim_start_matches('_');
+        caller.say(format_args!(
+            "{:<26}{:>12}{:>12}{:>12}   {}",
+            if unit.is_empty() { estimate.name.clone() } else { format!("{} [{unit}]", estimate.name) },
+            digits(factor * estimate.start),
+            digits(factor * estimate.value),
+            estimate.standard_error.map_or("-".into(), |error| digits(factor * error)),
+            standing(&estimate.standing),
+        ));
+    }
+    for (name, errors) in ["scene", "fitted"].iter().zip(&found.errors) {
+        let [x, y, z] = errors.axes.map(|error| 1e3 * error);
+        let distance = 1e3 * errors.distance;
+        caller.say(format_args!(
+            "RMSE of the tip, {name}: x {x:.3}, y {y:.3}, z {z:.3}, distance {distance:.3} mm"
+        ));
+    }
+    let fit = &found.fit;
+    if outcome.selected.iter().any(|selected| selected.quantity.name == "gravity") {
+        let [x, y, z] = found.scene.gravity;
+        caller.say(format_args!("gravity: ({x:.3}, {y:.3}, {z:.3}) m/s²"));
+    }
+    tell_collinear(fit, caller);
+    outcome.doubts().iter().for_each(|doubt| caller.say(doubt));
+    tracing::info!(
+        "{} in {:.1} s: {} iterations, {} evaluations of {} steps; {} residuals worth {:.0} independent ones",
+        fit.ended,
+        outcome.wall_s,
+        fit.iterations,
+        fit.evaluations,
+        found.courses.iter().map(|course| course.samples.len()).sum::<usize>(),
+        fit.n_residuals,
+        fit.n_effective,
+    );
+    if !fit.is_converged {
+        tracing::warn!("the search did not converge: {}", fit.ended);
+    }
+}
+
+/// Correlation from which on two parameters are said to be told apart badly.
+const CORRELATED: f64 = 0.9;
+
+/// Prints which parameters the recordings hardly tell apart.
+fn tell_collinear(fit: &Fit, caller: &Caller) {
+    caller.say(format_args!("condition of the Jacobian, columns of length one: {:.1}", fit.condition));
+    let names = fit.estimates.iter().map(|estimate| &estimate.name);
+    for (k, (name, row)) in names.clone().zip(&fit.correlation).enumerate() {
+        for (other, value) in names.clone().zip(row).take(k).filter(|(_, value)| value.abs() > CORRELATED) {
+            caller.say(format_args!("hardly told apart: {other} and {name}, correlation {value:.2}"));
+        }
+    }
+}
+
+/// A number of four digits.
+pub fn digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// What became of a parameter, for a reader.
+pub fn standing(standing: &Standing) -> String {
+    match standing {
+        Standing::Fitted => "fitted".into(),
+        Standing::AtBound => "at a bound".into(),
+        Standing::Vague => "vague, but the scene's value fits worse".into(),
+        Standing::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
+        Standing::Undetermined(with) => format!("determined only together with {}, held", with.join(", ")),
+    }
+}

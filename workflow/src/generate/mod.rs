@@ -1,0 +1,221 @@
+//! `hysteron generate`: a plan carried out by the calibrated twin, as data to learn from.
+
+mod card;
+mod shard;
+mod steer;
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
+use hysteron_control::Trajectory;
+use hysteron_control::plan::Space;
+use hysteron_twin::Error;
+use hysteron_twin::Twin;
+use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
+use rayon::prelude::*;
+
+pub use card::{Card, Row, tip_of};
+use shard::Shard;
+use steer::Steered;
+
+use serde_json::Value;
+
+use crate::network::{Network, plant};
+use crate::outputs::Outputs;
+use crate::{COMMIT, Caller};
+use crate::{figures, inputs, plan};
+
+/// Let the calibrated twin carry out a plan: synthetic data
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Scene file of the robot (scene.toml)
+    pub scene: PathBuf,
+    /// Checkpoint by hysteron fit-residual
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
+    pub residual: Option<PathBuf>,
+    /// Plan file (.toml), or the name of a built-in plan
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN", default_value = "synthetic"))]
+    pub plan: String,
+    /// Folder to write to
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub out: PathBuf,
+    /// Only the I-th of N parts of the trajectories
+    #[cfg_attr(feature = "clap", arg(long, value_name = "I/N"))]
+    pub shard: Option<Shard>,
+    /// Recordings of the robot, or folders of them, to compare with on the card
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1..))]
+    pub real: Vec<PathBuf>,
+    /// Write the figure as .png too
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub png: bool,
+}
+
+/// Copy of the plan, beside the data.
+const PLAN: &str = "plan.toml";
+
+/// A trajectory and where it goes.
+struct Job<'a> {
+    trajectory: &'a Trajectory,
+    meta: Metadata,
+    out: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let scene = Scene::read(&options.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let (plan, text) = plan::read(&options.plan)?;
+    plan::check_tendons(&plan, &plan::angles_of(&scene), &format!("scene {}", scene.name))?;
+    let n_trajectories = plan.trajectories().len();
+    if let Some(shard) = options.shard.filter(|shard| shard.of() > n_trajectories) {
+        let expected = format!("at most {n_trajectories} parts, the trajectories of plan {}", plan.name);
+        return Err(BadInput::new("--shard", expected, shard.of().to_string()).into());
+    }
+    let network = options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let real = if options.real.is_empty() { Vec::new() } else { inputs::read(&options.real)? };
+    let jobs = plan.trajectories().iter().enumerate();
+    let jobs = jobs.filter(|(k, _)| options.shard.is_none_or(|shard| shard.has(*k)));
+    let jobs = jobs.map(|(_, one)| job(options, &scene, network.as_ref(), one, caller));
+    let (mut rows, mut missing) = (Vec::new(), Vec::new());
+    for job in jobs.collect::<anyhow::Result<Vec<_>>>()? {
+        match there(&job) {
+            Some(recording) => rows.push(made(&job, recording)?),
+            None => missing.push(job),
+        }
+    }
+    let _claim = outputs(options, &scene, &text, &real, &missing)?.check(caller)?;
+    let n_jobs = rows.len() + missing.len();
+    let n_samples = missing.iter().map(|job| job.trajectory.n_samples()).sum::<usize>();
+    tracing::info!(
+        "{}, plan {}: {n_jobs} trajectories, {n_samples} samples to do; {} are there already",
+        scene.name,
+        plan.name,
+        rows.len(),
+    );
+    caller.listen()?;
+    let bar = caller.progress("samples", n_samples, 0);
+    let found = Mutex::new(Vec::new());
+    missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+        let rate = job.trajectory.rate_hz;
+        let mut go_on = || {
+            bar.inc(1);
+            !caller.is_cancelled()
+        };
+        let mut plant = plant(network.as_ref(), &twin, rate.recip())?;
+        let mut carry_out =
+            |drive: &mut dyn Drive| synthesise(&twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
+        let coordinates =
+            |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
+        let outcome = match job.trajectory.space {
+            Space::Tendons => carry_out(&mut Recorded::new(&twin, &job.trajectory.commands()?)?)?,
+            Space::Tip => match Steered::new(&twin, job.trajectory, &coordinates, plan.limits) {
+                Ok(mut steered) => carry_out(&mut steered)?,
+                Err(Error::NoEquilibrium { .. }) => Outcome::Dropped(0, Unphysical::NoEquilibrium),
+                Err(other) => return Err(other.into()),
+            },
+        };
+        let row = match outcome {
+            Outcome::Ended => return Ok(()),
+            Outcome::Made(recording) => {
+                recording.write(&job.out)?;
+                made(job, recording)?
+            }
+            Outcome::Dropped(sample, why) => {
+                let why = format!("{why} at {:.2} s", sample as f64 / rate);
+                tracing::warn!("{}: left out: {why}", job.trajectory.name);
+                Row::dropped(job.trajectory, why)
+            }
+        };
+        if let Ok(mut found) = found.lock() {
+            found.push(row);
+        }
+        Ok(())
+    })?;
+    bar.finish();
+    rows.extend(found.into_inner().unwrap_or_default());
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    finish(options, (&scene, &plan.name, &text), rows, &real, n_jobs, caller)
+}
+
+/// What is read, and what will be written: not what is there already.
+fn outputs(
+    options: &Options,
+    scene: &Scene,
+    plan: &str,
+    real: &[inputs::Input],
+    missing: &[Job],
+) -> anyhow::Result<Outputs> {
+    let outputs = Outputs::reading(real.iter().map(|input| &input.path))
+        .scene(&options.scene, scene)
+        .and(&options.residual);
+    let outputs = missing.iter().fold(outputs, |outputs, job| outputs.file("--out", &job.out));
+    // The copy of the plan does not say where it is from; its report does.
+    let copy = options.out.join(PLAN);
+    let is_new = !copy.exists() || file::read_text(&copy)? == plan;
+    let has_report = options.out.join("metrics.json").exists();
+    let outputs = if is_new || has_report { outputs } else { outputs.file("--out", copy) };
+    Ok(outputs.report("--out", Some(&options.out)))
+}
+
+/// The card and what is said.
+fn finish(
+    options: &Options,
+    (scene, plan, text): (&Scene, &str, &str),
+    rows: Vec<Row>,
+    real: &[inputs::Input],
+    n_jobs: usize,
+    caller: &Caller,
+) -> anyhow::Result<Value> {
+    if caller.is_cancelled() {
+        anyhow::bail!("interrupted; {} of {n_jobs} trajectories are done; run it again to go on", rows.len());
+    }
+    let card = Card::new(scene, plan, rows, real);
+    let copy = options.out.join(PLAN);
+    if !copy.exists() || file::read_text(&copy)? != text {
+        file::write_bytes(&copy, text)?;
+    }
+    let value = figures::coverage::write(&options.out, &card, real, options.png, caller)?;
+    card.print(caller);
+    if let Some(why) = card.why_empty() {
+        anyhow::bail!("{why}");
+    }
+    caller.reported(&options.out);
+    Ok(value)
+}
+
+fn job<'a>(
+    options: &Options,
+    scene: &Scene,
+    network: Option<&Network>,
+    trajectory: &'a Trajectory,
+    caller: &Caller,
+) -> anyhow::Result<Job<'a>> {
+    let mut meta = trajectory.metadata();
+    meta.source = format!("twin {}, {}", scene.name, meta.source);
+    meta.scene_hash.clone_from(&scene.hash);
+    meta.commit = COMMIT.to_owned();
+    meta.command = caller.command.clone();
+    if let Some(network) = network {
+        meta.extra.insert(NETWORK.to_owned(), network.hash.clone());
+    }
+    Ok(Job { trajectory, meta, out: options.out.join(format!("{}.parquet", trajectory.name)) })
+}
+
+/// Metadata key: hash of the residual network's checkpoint.
+const NETWORK: &str = "residual.sha256";
+
+/// The recording of a trajectory, where it is there from the same plan, scene and network.
+fn there(job: &Job) -> Option<Recording> {
+    let is_same = |found: &Recording| {
+        let keys = ["plan.sha256", NETWORK];
+        found.meta().scene_hash == job.meta.scene_hash
+            && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
+    };
+    Recording::read(&job.out).ok().filter(is_same)
+}
+
+fn made(job: &Job, recording: Recording) -> anyhow::Result<Row> {
+    Row::made(job.trajectory, recording).map_err(|bad: BadInput| bad.within(job.out.display()).into())
+}

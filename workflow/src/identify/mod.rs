@@ -1,0 +1,229 @@
+//! `hysteron identify`: recordings become strokes of virtual tendons.
+
+pub mod summary;
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use hysteron_base::{BadInput, Metadata, Recording, Scene};
+use hysteron_twin::coreact::{Auxiliary, Chooser, Identifier, IdentifyOptions, identify};
+use hysteron_twin::residual::{DECODER, Design};
+use hysteron_twin::{Motion, Twin};
+use rayon::prelude::*;
+
+use serde_json::Value;
+
+use crate::figures;
+use crate::figures::identification::Chosen;
+use crate::inputs::{self, Input};
+use crate::network::Network;
+use crate::outputs::Outputs;
+use crate::{COMMIT, Caller};
+
+/// More than any sample needs.
+pub const MOST_ROUNDS: usize = 100;
+
+/// Find the virtual tendons' strokes that make the twin follow measured tips (CoReAct)
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Scene file of the robot (scene.toml), with virtual tendons
+    pub scene: PathBuf,
+    /// Recordings, .parquet or .csv, or folders of them
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Folder to write to
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub out: PathBuf,
+    /// Weight of the squared strokes, over the mean squared effect of a stroke on the tip
+    #[cfg_attr(feature = "clap", arg(long, value_name = "GAMMA", default_value_t = 1e-4, value_parser = crate::number::weight))]
+    pub regularisation: f64,
+    /// Match the tip's orientation too, where recorded: a radian counts as much as this distance
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", value_parser = crate::number::length_mm))]
+    pub orientation_mm: Option<f64>,
+    /// Rounds of QP and simulation per sample at most
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = crate::number::count::<MOST_ROUNDS>))]
+    pub rounds: usize,
+    /// Let this network choose the strokes, instead of QPs
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT", conflicts_with_all = ["regularisation", "orientation_mm", "rounds"]))]
+    pub residual: Option<PathBuf>,
+    /// Leave out recordings that cannot be used, and say so, instead of stopping
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub skip_bad: bool,
+}
+
+/// Folder for what a stroke does to the tip, in that of the results.
+const SENSITIVITY: &str = "sensitivity";
+
+/// A recording to identify and where its results go.
+struct Job {
+    input: Input,
+    motion: Motion,
+    meta: Metadata,
+    out: PathBuf,
+    sensitivity: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let settings = settings(options);
+    let scene = Scene::read(&options.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let auxiliary = Auxiliary::new(&twin)?;
+    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let (jobs, excluded) = jobs(options, &scene, &twin, network.as_ref(), caller)?;
+    let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
+    let _claim = outputs(options, &scene, [&there, &missing]).check(caller)?;
+    let n_jobs = there.len() + missing.len();
+    tracing::info!(
+        "{}: {n_jobs} recordings, {} samples, {} virtual tendons; {} recordings are there already",
+        scene.name,
+        n_samples(&there) + n_samples(&missing),
+        auxiliary.len(),
+        there.len(),
+    );
+    caller.listen()?;
+    let chooser = |motion: &Motion| -> anyhow::Result<Box<dyn Chooser + '_>> {
+        Ok(match &network {
+            Some(network) => Box::new(network.rollout(&twin, motion.step)?),
+            None => Box::new(Identifier::new(&twin, &auxiliary, settings)),
+        })
+    };
+    let mut rows =
+        there.iter().map(|job| summary::Row::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
+    rows.extend(carry_out(&missing, &twin, &chooser, caller)?);
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    summary::print(&rows, caller);
+    let title = format!("Auxiliary strokes of {}", scene.name);
+    let chosen = if network.is_some() { Chosen::ByNetwork } else { Chosen::ByQps };
+    let value =
+        figures::identification::write(&options.out, &title, chosen, &scene.hash, &rows, &excluded, caller)?;
+    if caller.is_cancelled() {
+        let n_done = rows.len();
+        anyhow::bail!("interrupted; {n_done} of {n_jobs} recordings are done; run it again to go on");
+    }
+    Ok(value)
+}
+
+/// What is read, and what will be written: not what is there already.
+fn outputs(options: &Options, scene: &Scene, [there, missing]: [&[Job]; 2]) -> Outputs {
+    let outputs = Outputs::reading(there.iter().chain(missing).map(|job| &job.input.path))
+        .scene(&options.scene, scene)
+        .and(&options.residual)
+        .folder("--out", options.out.join(SENSITIVITY));
+    let results = missing.iter().flat_map(|job| [&job.out, &job.sensitivity]);
+    let outputs = results.fold(outputs, |outputs, path| outputs.file("--out", path));
+    outputs.report("--out", Some(&options.out))
+}
+
+fn n_samples(jobs: &[Job]) -> usize {
+    jobs.iter().map(|job| job.motion.len()).sum()
+}
+
+/// Identifies recordings in parallel; gives those that were brought to their end.
+fn carry_out<'a>(
+    jobs: &[Job],
+    twin: &Twin,
+    chooser: &(dyn Fn(&Motion) -> anyhow::Result<Box<dyn Chooser + 'a>> + Sync),
+    caller: &Caller,
+) -> anyhow::Result<Vec<summary::Row>> {
+    let bar = caller.progress("samples", n_samples(jobs), 0);
+    let rows = Mutex::new(Vec::new());
+    jobs.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+        let mut go_on = || {
+            bar.inc(1);
+            !caller.is_cancelled()
+        };
+        let start = std::time::Instant::now();
+        let result = identify(twin, &mut *chooser(&job.motion)?, &job.motion, job.meta.clone(), &mut go_on);
+        let done = result
+            .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
+        let Some(done) = done else { return Ok(()) };
+        tracing::debug!(
+            "{}: {:.0} steps/s",
+            job.input.name,
+            job.motion.len() as f64 / start.elapsed().as_secs_f64()
+        );
+        done.sensitivities.write(&job.sensitivity)?;
+        done.recording.write(&job.out)?;
+        if let Ok(mut rows) = rows.lock() {
+            rows.push(summary::Row { name: job.input.name.clone(), summary: done.summary });
+        }
+        Ok(())
+    })?;
+    bar.finish();
+    Ok(rows.into_inner().unwrap_or_default())
+}
+
+/// What is to be done, and why other recordings are left out.
+fn jobs(
+    options: &Options,
+    scene: &Scene,
+    twin: &Twin,
+    network: Option<&Network>,
+    caller: &Caller,
+) -> anyhow::Result<(Vec<Job>, Vec<String>)> {
+    let mut excluded = Vec::new();
+    let mut jobs = Vec::new();
+    for input in inputs::read(&options.recordings)? {
+        match Motion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
+            Ok(motion) => jobs.push(job(options, scene, network, input, motion, caller)?),
+            Err(bad) if options.skip_bad => {
+                tracing::warn!("left out: {bad}");
+                excluded.push(bad.to_string());
+            }
+            Err(bad) => return Err(bad.into()),
+        }
+    }
+    if jobs.is_empty() {
+        return Err(BadInput::new("recordings", "at least one that can be used", "none").into());
+    }
+    Ok((jobs, excluded))
+}
+
+fn settings(options: &Options) -> IdentifyOptions {
+    IdentifyOptions {
+        regularisation: options.regularisation,
+        orientation: options.orientation_mm.map(|mm| 1e-3 * mm),
+        rounds: options.rounds,
+        ..IdentifyOptions::default()
+    }
+}
+
+fn job(
+    options: &Options,
+    scene: &Scene,
+    network: Option<&Network>,
+    input: Input,
+    motion: Motion,
+    caller: &Caller,
+) -> anyhow::Result<Job> {
+    let mut meta = input.recording.meta().clone();
+    meta.source = format!("virtual strokes of {} for {}", scene.name, meta.source);
+    meta.scene_hash = scene.hash.clone();
+    meta.commit = COMMIT.to_owned();
+    meta.command = caller.command.clone();
+    meta.extra.insert("identify.input_sha256".to_owned(), input.hash.clone());
+    let numbers = (options.regularisation, options.orientation_mm, options.rounds);
+    let numbers =
+        network.map_or_else(|| format!("{numbers:?}"), |network| format!("residual {}", network.hash));
+    meta.extra.insert("identify.options".to_owned(), numbers);
+    if let Some(Design::Stateful { decoder, .. }) = network.map(|network| &network.model().design) {
+        meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder)?);
+    }
+    let file = format!("{}.parquet", input.name);
+    let (out, sensitivity) = (options.out.join(&file), options.out.join(SENSITIVITY).join(&file));
+    Ok(Job { input, motion, meta, out, sensitivity })
+}
+
+/// True where both results are there, from the same recording, scene and options.
+fn is_done(job: &Job) -> bool {
+    let is_same = |path: &Path| {
+        Recording::read(path).is_ok_and(|found| {
+            let keys = ["identify.input_sha256", "identify.options"];
+            found.meta().scene_hash == job.meta.scene_hash
+                && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
+        })
+    };
+    is_same(&job.out) && is_same(&job.sensitivity)
+}

@@ -1,0 +1,64 @@
+//! What the verbs of hysteron do, one function each: plain options in, what came of it out.
+//!
+//! [`Caller`] says who runs a verb; its [`Monitor`] hears how far it is and may stop it. What a verb comes to is a value of
+//! JSON, the same that stands in `metrics.json` where it writes one. Every verb writes whole files and replaces nothing that
+//! it would not itself have made from the same options.
+//!
+//! ```
+//! use hysteron_workflow::{Caller, target};
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! # let folder = tempfile::tempdir()?;
+//! let circle = target::Options {
+//!     target: "circle:30".to_owned(),
+//!     out: folder.path().join("circle.parquet"),
+//!     scene: None,
+//!     tolerance_mm: 0.1,
+//!     figures: None,
+//!     png: false,
+//! };
+//! let result = target::run(&circle, &Caller::silent("my program"))?;
+//! println!("{result:#}");
+//! assert!(circle.out.exists());
+//! # Ok(())
+//! # }
+//! ```
+
+mod caller;
+pub mod command_line;
+mod failure;
+mod figures;
+mod inputs;
+mod network;
+pub mod number;
+pub mod outputs;
+mod paper_design;
+mod paths;
+mod plan;
+mod run;
+mod unfinished;
+
+pub mod adapt;
+pub mod check;
+pub mod command;
+pub mod evaluate;
+pub mod fit_material;
+pub mod fit_residual;
+pub mod generate;
+pub mod identify;
+pub mod mesh;
+pub mod reach;
+pub mod record;
+pub mod simulate;
+pub mod study;
+pub mod target;
+pub mod track;
+pub mod train;
+pub mod watchdog;
+
+pub use caller::{Caller, Monitor, Progress, Silent};
+pub use failure::is_bad_input;
+pub use figures::{arm as arm_figures, arm_study as arm_study_figures};
+
+/// Commit that the program was built from; empty where git does not know.
+pub const COMMIT: &str = env!("HYSTERON_COMMIT");

@@ -1,0 +1,92 @@
+//! Recording on a rig's ports, in real time, one trajectory after the other.
+
+use hysteron_base::Metadata;
+use hysteron_rig::calibration::Calibration;
+use hysteron_rig::config::RigConfig;
+use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
+use hysteron_rig::{Hardware, LiveRig};
+
+use super::aside::{ended, rescue};
+use super::source::Source;
+use super::summary::Summary;
+use super::{Job, Options};
+use crate::Caller;
+use crate::watchdog::WatchedRig;
+
+pub fn record(
+    source: &Source,
+    options: &Options,
+    jobs: &[Job],
+    calibration: &Calibration,
+    meta: &dyn Fn(&Job, &Calibration) -> Metadata,
+    summary: &mut Summary,
+    caller: &Caller,
+) -> anyhow::Result<()> {
+    let rig = source.rig();
+    for job in jobs {
+        rescue(&job.out)?;
+    }
+    let mut hardware = LiveRig::open(rig)?;
+    let servos = hardware.prepare()?;
+    calibration.check(rig, &servos)?;
+    let mut hardware = WatchedRig::new(hardware, &options.rig, caller)?;
+    let run = Run { rig, calibration, meta };
+    let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary, caller);
+    if is_torque_settled {
+        hardware.close();
+    }
+    ended
+}
+
+/// What all trajectories of a run have in common.
+struct Run<'a> {
+    rig: &'a RigConfig,
+    calibration: &'a Calibration,
+    meta: &'a dyn Fn(&Job, &Calibration) -> Metadata,
+}
+
+impl Run<'_> {
+    /// Records one after the other. Also returns whether the torque is known to be as it shall be.
+    fn all(
+        &self,
+        hardware: &mut LiveRig,
+        jobs: &[Job],
+        summary: &mut Summary,
+        caller: &Caller,
+    ) -> (anyhow::Result<()>, bool) {
+        let bar = caller.progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
+        let mut before = 0;
+        let mut end = (Ok(()), true);
+        for job in jobs {
+            end = match self.one(hardware, job, &mut |row| bar.set_position((before + row) as u64), caller) {
+                Ok(outcome) => {
+                    let ended = ended(&outcome, job);
+                    if ended.is_ok() {
+                        summary.add(job, &outcome);
+                    }
+                    (ended, outcome.is_torque_settled)
+                }
+                Err(error) => (Err(error.into()), false),
+            };
+            before += job.commands.n_samples();
+            if end.0.is_err() {
+                break;
+            }
+        }
+        bar.finish();
+        end
+    }
+
+    fn one(
+        &self,
+        hardware: &mut LiveRig,
+        job: &Job,
+        progress: &mut dyn FnMut(usize),
+        caller: &Caller,
+    ) -> hysteron_rig::Result<Outcome> {
+        let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
+        let recorder = Recorder::begin(self.rig, self.calibration, options)?;
+        let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
+        recorder.run(session, &job.commands, &|| caller.is_cancelled(), progress)
+    }
+}

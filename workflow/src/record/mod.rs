@@ -1,0 +1,171 @@
+//! `hysteron record`: a plan becomes recordings.
+
+mod aside;
+pub mod jobs;
+mod live;
+mod simulated;
+pub mod source;
+mod summary;
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{Lock, Metadata};
+use hysteron_rig::calibration::Calibration;
+
+use serde_json::Value;
+
+use crate::figures::data_set::{self, DataSet};
+use crate::{COMMIT, Caller};
+use jobs::{Job, is_folder, split_done};
+use source::Source;
+pub use summary::Row;
+use summary::Summary;
+
+/// Carry out a plan on a rig and record what happens
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Rig file, or virtual:PRESET
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RIG"))]
+    pub rig: PathBuf,
+    /// Plan file (.toml), or the name of a built-in plan
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN", required_unless_present = "strokes"))]
+    pub plan: Option<String>,
+    /// Strokes to carry out instead of a plan: recordings with stroke_1_m, .., or folders of them
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1.., conflicts_with_all = ["plan", "only"]))]
+    pub strokes: Vec<PathBuf>,
+    /// Folder for the recordings; for a single trajectory also a file, .parquet or .csv
+    #[cfg_attr(feature = "clap", arg(long, value_name = "OUT"))]
+    pub out: PathBuf,
+    /// Only these trajectories of the plan, by name
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
+    pub only: Vec<String>,
+    /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub calibration: Option<PathBuf>,
+    /// Seed of a virtual rig's noise and of where its servos wake up
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
+    pub seed: u64,
+    /// Folder for figures, report.html and metrics.json [default: OUT, where it is a folder]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub png: bool,
+}
+
+impl Options {
+    /// Strokes of one recording, on a rig, into one file.
+    pub fn of_strokes(
+        rig: &Path,
+        strokes: &Path,
+        out: &Path,
+        calibration: Option<PathBuf>,
+        seed: u64,
+    ) -> Self {
+        Self {
+            rig: rig.to_owned(),
+            plan: None,
+            strokes: vec![strokes.to_owned()],
+            out: out.to_owned(),
+            only: Vec::new(),
+            calibration,
+            seed,
+            figures: None,
+            png: false,
+        }
+    }
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let source = Source::read(&options.rig)?;
+    let work = match &options.plan {
+        Some(plan) => jobs::of_plan(plan, options, &source)?,
+        None => jobs::of_strokes(options, &source)?,
+    };
+    let folder = is_folder(&options.out).then_some(options.out.as_path());
+    let calibration = source.calibration(options.calibration.as_ref())?;
+    // Until all is done: the folder, and each file for those who name it alone.
+    let _folder = folder.map(Lock::folder).transpose()?;
+    let _files = work.jobs.iter().map(|job| Lock::file(&job.out)).collect::<Result<Vec<_>, _>>()?;
+    let mut description = source.description_files();
+    description.extend(work.plan_text.map(|text| ("plan.toml", text)));
+    let (there, missing) = split_done(work.jobs, &source.identity(options.seed, calibration.as_ref()))?;
+    if let Some(folder) = folder {
+        source::check_description(folder, &description)?;
+    }
+    for (job, recording) in &there {
+        aside::clear_journal(&job.out, recording)?;
+    }
+    tracing::info!(
+        "{}: {} trajectories, {} samples, {:.0} s; {} are there already",
+        work.name,
+        there.len() + missing.len(),
+        missing.iter().map(|job| job.commands.n_samples()).sum::<usize>(),
+        missing.iter().map(|job| job.commands.n_samples() as f64 / job.rate_hz).sum::<f64>(),
+        there.len(),
+    );
+    caller.listen()?;
+    let mut summary = Summary::default();
+    for (job, recording) in &there {
+        summary.add_there(job, recording);
+    }
+    let ended = if missing.is_empty() {
+        Ok(())
+    } else {
+        let meta =
+            |job: &Job, calibration: &Calibration| metadata(&source, options, job, calibration, caller);
+        match (&source, calibration) {
+            (Source::Live { .. }, Some(calibration)) => {
+                if let Some(folder) = folder {
+                    source::keep_calibration(folder, &calibration)?;
+                }
+                live::record(&source, options, &missing, &calibration, &meta, &mut summary, caller)
+            }
+            (_, given) => {
+                simulated::record(&source, options, &missing, (given, folder), &meta, &mut summary, caller)
+            }
+        }
+    };
+    if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
+        source::write_description(folder, &description)?;
+    }
+    let mut value = Value::Null;
+    summary.sort();
+    summary.print(caller);
+    if let Some(figures) = options.figures.as_deref().or(folder).filter(|_| summary.n_rows() > 0) {
+        let recordings = summary.recordings()?;
+        let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
+        let title = format!("{}: {}", source.description(), work.name);
+        let data = DataSet { title: &title, angles: &angles, rows: summary.rows(), recordings: &recordings };
+        value = data_set::write(figures, &data, options.png)?;
+        caller.reported(figures);
+    }
+    ended.map(|()| value)
+}
+
+/// Provenance of a recording.
+fn metadata(
+    source: &Source,
+    options: &Options,
+    job: &Job,
+    calibration: &Calibration,
+    caller: &Caller,
+) -> Metadata {
+    let mut meta = job.commands.meta().clone();
+    meta.scene_hash = String::new();
+    meta.source = format!("{}, {}", source.description(), job.commands.meta().source);
+    meta.commit = COMMIT.to_owned();
+    meta.command = caller.command.clone();
+    let mut say = |key: &str, value: String| meta.extra.insert(key.to_owned(), value);
+    say("rig.name", source.rig().name.clone());
+    say("calibration.date", calibration.date.clone());
+    if let Source::Virtual { name, .. } = source {
+        say("virtual.robot", name.clone());
+    }
+    for (key, value) in source.identity(options.seed, Some(calibration)) {
+        say(key, value);
+    }
+    meta
+}

@@ -1,0 +1,66 @@
+//! Recording on the virtual rig in this process: all trajectories at once, each on a rig of its own that was
+//! calibrated once.
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use hysteron_base::Metadata;
+use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
+use hysteron_rig::virtual_rig::SimulatedRig;
+use rayon::prelude::*;
+
+use super::aside::ended;
+use super::source::{self, Source};
+use super::summary::Summary;
+use super::{Job, Options};
+use crate::Caller;
+
+/// A simulated calibration has no date; the same seed must give the same bytes.
+const DATE: &str = "simulated";
+
+pub fn record(
+    source: &Source,
+    options: &Options,
+    jobs: &[Job],
+    (given, folder): (Option<Calibration>, Option<&Path>),
+    meta: &(dyn Fn(&Job, &Calibration) -> Metadata + Sync),
+    summary: &mut Summary,
+    caller: &Caller,
+) -> anyhow::Result<()> {
+    let Source::Virtual { rig, robot, .. } = source else { return Ok(()) };
+    let mut fresh = SimulatedRig::new(robot, rig, options.seed);
+    let calibration = match given {
+        Some(calibration) => calibration,
+        None => {
+            let mut log = |line: &str| tracing::debug!("{line}");
+            calibrate(&mut fresh, rig, DATE.to_owned(), &|| caller.is_cancelled(), &mut log)?
+        }
+    };
+    if let Some(folder) = folder {
+        source::keep_calibration(folder, &calibration)?;
+    }
+    let bar = caller.progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
+    let collected = Mutex::new(summary);
+    let recorded = jobs.par_iter().try_for_each(|job| {
+        let mut hardware: SimulatedRig = fresh.clone();
+        // The same rig on another day: its noise is another.
+        hardware.world_mut().reseed(options.seed, &job.name);
+        let options = RecordOptions { out: job.out.clone(), meta: meta(job, &calibration) };
+        let journal = journal_path(&job.out);
+        if journal.exists() {
+            // A simulation can be repeated.
+            std::fs::remove_file(&journal)?;
+        }
+        let recorder = Recorder::begin(rig, &calibration, options)?;
+        let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
+        let outcome = recorder.run(session, &job.commands, &|| caller.is_cancelled(), &mut |_| bar.inc(1))?;
+        ended(&outcome, job)?;
+        if let Ok(mut summary) = collected.lock() {
+            summary.add(job, &outcome);
+        }
+        Ok(())
+    });
+    bar.finish();
+    recorded
+}

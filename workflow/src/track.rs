@@ -1,0 +1,102 @@
+//! `hysteron track`: a path, its strokes, the rig, and how closely the tip followed; open loop.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{BadInput, Recording};
+use hysteron_control::path::is_recording;
+use serde_json::{Value, json};
+
+use crate::Caller;
+use crate::command::{Given, Way};
+use crate::evaluate::{self, Commanded};
+use crate::record::{self, source::Source};
+
+/// More than anybody measures in a day.
+#[cfg(feature = "clap")]
+const MOST_REPEATS: usize = 100;
+
+/// Follow a path open loop on a rig, and measure it
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// The path, and what finds strokes for it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub way: Way,
+    /// Rig file, or virtual:PRESET
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RIG"))]
+    pub rig: PathBuf,
+    /// Folder to write to
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub out: PathBuf,
+    /// How often the strokes are carried out
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::number::count::<MOST_REPEATS>))]
+    pub repeats: usize,
+    /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub calibration: Option<PathBuf>,
+    /// Seed of a virtual rig's noise; every repeat has the next one
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
+    pub seed: u64,
+    /// Write each figure as .png too
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub png: bool,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let rig = Source::read(&options.rig)?;
+    let limits = &rig.rig().limits;
+    let given = Given {
+        stroke: [Some(limits.stroke_min), Some(limits.stroke_max)],
+        rate: Some(limits.stroke_rate_max),
+    };
+    let strokes = options.out.join("strokes.parquet");
+    let repeat = |k: usize| options.out.join(format!("repeat-{}.parquet", k + 1));
+    let outputs = options.way.reads()?.and(Some(&options.rig)).and(&options.calibration);
+    let outputs = outputs.report("--out", Some(&options.out));
+    let _claim = outputs.file("--out", &strokes).check(caller)?;
+    let commanded = options.way.strokes(&given, caller)?;
+    write_strokes(&commanded, &strokes, (0..options.repeats).map(repeat))?;
+    let mut tips = Vec::new();
+    for k in 0..options.repeats {
+        let out = repeat(k);
+        let seed = options.seed.wrapping_add(k as u64);
+        let calibration = options.calibration.clone();
+        record::run(&record::Options::of_strokes(&options.rig, &strokes, &out, calibration, seed), caller)?;
+        tips.push(out);
+    }
+    let target = &options.way.target;
+    if is_recording(target.as_ref())? {
+        caller.wrote(&options.out);
+        return Ok(json!({ "out": options.out, "repeats": tips }));
+    }
+    let tracked = evaluate::Options::of(target, tips, &options.out, options.png);
+    let value = evaluate::run_commanded(&tracked, Some(&Commanded::of(&commanded)), caller)?;
+    caller.reported(&options.out);
+    Ok(value)
+}
+
+/// Writes the strokes; not over others that were carried out.
+fn write_strokes(
+    found: &Recording,
+    path: &Path,
+    mut repeats: impl Iterator<Item = PathBuf>,
+) -> anyhow::Result<()> {
+    let is_there = path.exists();
+    if is_there && Recording::read(path)?.channels() == found.channels() {
+        return Ok(());
+    }
+    match repeats.find(|repeat| is_there && repeat.exists()) {
+        None => Ok(found.write(path)?),
+        Some(repeat) => {
+            let expected = format!("the strokes that {} was measured with", repeat.display());
+            Err(BadInput::new(
+                path.display().to_string(),
+                expected,
+                "others, for what they are found with has changed",
+            )
+            .hint("choose another --out")
+            .into())
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! What a training that was interrupted leaves beside its checkpoint.
+
+use crate::Caller;
+use std::path::{Path, PathBuf};
+
+/// A checkpoint, and the files from which its training goes on.
+pub struct Unfinished {
+    out: PathBuf,
+    /// One for each network; none where nothing can be gone on from.
+    pub files: Vec<PathBuf>,
+}
+
+impl Unfinished {
+    /// Says so where an earlier run has left some of `files`.
+    pub fn new(out: &Path, files: Vec<PathBuf>) -> Self {
+        for file in files.iter().filter(|file| file.exists()) {
+            tracing::info!("going on from {}", file.display());
+        }
+        Self { out: out.to_owned(), files }
+    }
+
+    /// The checkpoint is written. A training that is finished needs its files no more; one that is not has failed.
+    pub fn end(&self, is_finished: bool, caller: &Caller) -> anyhow::Result<()> {
+        let out = self.out.display();
+        if !is_finished {
+            let names: Vec<String> = self.files.iter().map(|file| file.display().to_string()).collect();
+            let then = if names.is_empty() {
+                "begins again".to_owned()
+            } else {
+                format!("goes on from {}", names.join(", "))
+            };
+            anyhow::bail!("interrupted; the best weights so far are in {out}; the same command {then}");
+        }
+        for file in self.files.iter().filter(|file| file.exists()) {
+            std::fs::remove_file(file)?;
+        }
+        caller.say(out);
+        Ok(())
+    }
+}
