@@ -8,8 +8,6 @@
 
 mod error;
 pub mod file;
-#[cfg(feature = "fuzz")]
-pub mod fuzz;
 pub mod lanes;
 mod lock;
 mod recording;

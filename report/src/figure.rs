@@ -7,10 +7,10 @@
 
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
-use hysteron_base::{crc32, file};
+use anyhow::anyhow;
 use plotters::prelude::*;
 use plotters::style::register_font;
+use png::{ColorType, Encoder};
 
 use crate::maker::{SIGNATURE, replace};
 use crate::sheet::Sheet;
@@ -76,20 +76,9 @@ pub fn save(folder: &Path, figure: &impl Figure, with_png: bool) -> anyhow::Resu
     let svg = svg(layout.size, |sheet| layout.draw(figure, sheet))?;
     replace(&folder.join(format!("{}.svg", figure.name())), format!("{SIGNATURE}\n{svg}"))?;
     if with_png {
-        replace(&folder.join(format!("{}.png", figure.name())), signed(png(figure)?))?;
+        replace(&folder.join(format!("{}.png", figure.name())), png(figure)?)?;
     }
     drawn(figure)
-}
-
-/// A PNG that says by which program it is: a chunk of text behind its header, which is 33 bytes long.
-fn signed(mut png: Vec<u8>) -> Vec<u8> {
-    const HEADER: usize = 33;
-    let content = b"tEXtSoftware\0hysteron";
-    let mut chunk = (content.len() as u32 - 4).to_be_bytes().to_vec();
-    chunk.extend(content);
-    chunk.extend(crc32(content).to_be_bytes());
-    png.splice(HEADER..HEADER, chunk);
-    png
 }
 
 /// The tiles of a figure, for a report.
@@ -190,18 +179,22 @@ fn svg(
     Ok(svg.replacen(&own, &shown, 1))
 }
 
-/// The whole figure as PNG.
+/// The whole figure as PNG, which says by which program it is.
 pub fn png(figure: &impl Figure) -> anyhow::Result<Vec<u8>> {
     let layout = Layout::of(figure);
-    let size = layout.size.map(|length| length.ceil() as u32 * PNG_SCALE);
-    let folder = tempfile::tempdir().context("making a temporary folder")?;
-    let path = folder.path().join("figure.png");
+    let [width, height] = layout.size.map(|length| length.ceil() as u32 * PNG_SCALE);
+    let mut pixels = vec![0; 3 * width as usize * height as usize];
     {
-        let root = BitMapBackend::new(&path, (size[0], size[1])).into_drawing_area();
+        let root = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
         layout.draw(figure, &Sheet::new(root.clone(), f64::from(PNG_SCALE))?)?;
         root.present()?;
     }
-    Ok(file::read_bytes(&path)?)
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.add_text_chunk("Software".to_owned(), "hysteron".to_owned())?;
+    encoder.write_header()?.write_image_data(&pixels)?;
+    Ok(bytes)
 }
 
 #[cfg(test)]

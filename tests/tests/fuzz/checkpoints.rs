@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use hysteron_base::fuzz::text::{slipped, slips};
-use hysteron_base::fuzz::{damaged, damages, drive};
+use hysteron_fuzz::text::{slipped, slips};
+use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_base::{Channel, Metadata, Recording, file};
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, InverseModel, StatefulOptions, fit_stateful, fit_windowed,

@@ -13,7 +13,7 @@ mod typed;
 use std::path::PathBuf;
 
 use hysteron_base::BadInput;
-use hysteron_base::fuzz::assert_in_house_form;
+use hysteron_fuzz::assert_in_house_form;
 
 /// Most memory of this process, all readers together [bytes].
 const MEMORY_MAX: u64 = 500_000_000;

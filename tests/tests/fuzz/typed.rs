@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hysteron_base::fuzz::text::{slipped, slips};
-use hysteron_base::fuzz::{damaged, damages, drive};
+use hysteron_fuzz::text::{slipped, slips};
+use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
 use hysteron_control::{Plan, TargetPath};
 use hysteron_fem::read_mesh;

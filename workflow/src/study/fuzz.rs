@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use hysteron_base::fuzz::drive;
-use hysteron_base::fuzz::text::{slipped, slips};
+use hysteron_fuzz::drive;
+use hysteron_fuzz::text::{slipped, slips};
 
 use super::Study;
 use crate::is_bad_input;

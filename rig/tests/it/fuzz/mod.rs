@@ -2,7 +2,7 @@
 //! whatever is refused is refused in the one shape of an error.
 //!
 //! The folders of `corpus/` hold cases that are tried in every run: those that once made trouble, under a name that
-//! says what they are, and those that are hard to come by at random. The rest is drawn by `hysteron_base::fuzz`:
+//! says what they are, and those that are hard to come by at random. The rest is drawn by `hysteron_fuzz`:
 //! `HYSTERON_FUZZ=100` draws a hundred times as much as is usual.
 
 #[cfg(unix)]
@@ -11,7 +11,7 @@ mod files;
 mod recordings;
 mod tracker;
 
-pub use hysteron_base::fuzz::{assert_in_house_form, cases, text};
+pub use hysteron_fuzz::{assert_in_house_form, cases, text};
 use std::path::PathBuf;
 
 /// What this process may have had in memory at any time, the other tests in it included [bytes].
@@ -32,5 +32,5 @@ fn corpus(folder: &str) -> Vec<(String, Vec<u8>)> {
 
 /// The process never had more than [`MEMORY_MAX`]; where the system does not tell, nothing is known.
 fn assert_memory_is_bounded() {
-    hysteron_base::fuzz::assert_memory_is_below(MEMORY_MAX);
+    hysteron_fuzz::assert_memory_is_below(MEMORY_MAX);
 }

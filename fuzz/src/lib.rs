@@ -1,5 +1,4 @@
-//! Input that nobody meant, for the tests of every reader: drawn from seeds, in any number, with the memory watched. Behind
-//! the feature `fuzz`, which only tests ask for.
+//! Input that nobody meant, for the tests of every reader: drawn from seeds, in any number, with the memory watched.
 //!
 //! A test draws as many cases as it says. `HYSTERON_FUZZ=100` draws a hundred times as many, `HYSTERON_FUZZ_CASES=1000000` so
 //! many for each test; `HYSTERON_FUZZ_S=600` ends a test after so many seconds and says how far it came.
@@ -8,7 +7,7 @@
 
 pub mod text;
 
-use crate::{BadInput, rng};
+use hysteron_base::{BadInput, rng};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::{RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
