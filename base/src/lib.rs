@@ -13,14 +13,14 @@ mod lock;
 mod recording;
 mod rng;
 mod scene;
+pub mod schema;
 pub mod size;
 mod table;
-pub mod typed;
 pub mod units;
 
 pub use error::{BadInput, Error, Result};
 pub use lock::Lock;
-pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording, crc32};
+pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
 pub use rng::rng;
 pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,

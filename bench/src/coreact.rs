@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
-use hysteron_twin::coreact::{Auxiliary, Chooser, Goal, Identifier, IdentifyOptions, identify};
+use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful};
-use hysteron_twin::{Bare, Motion, Plant, Twin};
+use hysteron_twin::{Motion, Plant, Twin, Uncorrected};
 
 use crate::measure::percentile;
 use crate::rig::{Circling, PERIOD};
@@ -49,19 +49,19 @@ impl Circle {
         let mut left = Vec::new();
         let rate = self.rate(|k, strokes| {
             let goal = Goal { position: self.motion.tips[k], orientation: None };
-            left.push(Chooser::step(&mut identifier, strokes, Some(&goal), PERIOD)?.distance);
+            left.push(AuxiliaryPolicy::step(&mut identifier, strokes, Some(&goal), PERIOD)?.distance);
             Ok(())
         })?;
         Ok((rate, percentile(&left[N_WARM..], 0.5)))
     }
 
-    /// Steps in a second of the twin without virtual tendons.
+    /// Steps in a second of the twin without auxiliary tendons.
     ///
     /// # Errors
     /// A step fails.
     pub fn bare(&self) -> Result<f64> {
-        let mut bare = Bare::new(&self.twin);
-        self.rate(|_, strokes| Ok(bare.step(strokes).map(drop)?))
+        let mut uncorrected = Uncorrected::new(&self.twin);
+        self.rate(|_, strokes| Ok(uncorrected.step(strokes).map(drop)?))
     }
 
     /// Steps in a second of the twin with a network.
@@ -128,18 +128,18 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<Row>> {
     {
         let circle = Circle::new(file, n)?;
         let model = circle.network()?;
-        let (mut identified, mut rolled_out, mut bare, mut left) = (0.0f64, 0.0f64, 0.0f64, 0.0);
+        let (mut identified, mut rolled_out, mut uncorrected, mut left) = (0.0f64, 0.0f64, 0.0f64, 0.0);
         for _ in 0..repetitions {
             let rate;
             (rate, left) = circle.identified()?;
             identified = identified.max(rate);
-            bare = bare.max(circle.bare()?);
+            uncorrected = uncorrected.max(circle.bare()?);
             rolled_out = rolled_out.max(circle.rolled_out(&model)?);
         }
-        let alone = "the same twin without virtual tendons";
+        let alone = "the same twin without auxiliary tendons";
         let row = |name: &str, rate: f64, least: f64| {
             Row::new(format!("4 + 36 tendons, {what}: {name}"), rate, "samples/s")
-                .against(bare, alone)
+                .against(uncorrected, alone)
                 .goal(Target::AtLeast(least))
         };
         rows.push(row("identification", identified, 400.0));

@@ -1,80 +1,102 @@
 //! `cargo run --release -p hysteron-bench`: the performance targets, or a study by name.
-#![allow(clippy::print_stdout, clippy::print_stderr)] // usage and tables are what this program is for
 
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
+use clap::{Parser, Subcommand, ValueEnum};
 use hysteron_bench::study::{
     adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, population, rig, robots, sofa,
     sorosim, tentacle,
 };
 use hysteron_bench::targets::{self, Effort};
 
-const USAGE: &str = "usage: hysteron-bench [--quick] [--out FOLDER]
-       hysteron-bench study sofa|convergence|sorosim|tentacle|ftdcr|inverse|rig|coreact|robots|edic|ladder|population|layouts|adaptation [--quick] [--out FOLDER]
-       hysteron-bench study population [--robots N]
-
-Without a study: measures every performance target and writes FOLDER/targets.json.
-A study compares with another program or a robot, or records from the emulated rig, and writes FOLDER/NAME/metrics.json.
-FOLDER is bench/ for the targets and out/ for the studies unless given.
-HYSTERON_DATA names the folder of recordings for sorosim, tentacle, ftdcr and inverse (default ../shared/data).";
-
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error:#}");
-            ExitCode::FAILURE
-        }
-    }
+/// Performance targets beside their baselines; studies beside other programs and real robots
+///
+/// Without a study: measures every performance target and writes FOLDER/targets.json. HYSTERON_DATA names the folder of
+/// recordings for sorosim, tentacle, ftdcr and inverse [default: ../shared/data].
+#[derive(Debug, Parser)]
+struct Program {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    /// Less effort: figures that show that it works
+    #[arg(long, global = true)]
+    quick: bool,
+    /// Folder to write to [default: bench for the targets, out for a study]
+    #[arg(long, global = true, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
-fn run() -> Result<()> {
-    let mut words = Vec::new();
-    let (mut quick, mut out, mut robots) = (false, None, None);
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--quick" => quick = true,
-            "--out" => out = arguments.next().map(PathBuf::from),
-            "--robots" => {
-                robots = Some(arguments.next().context("--robots N")?.parse().context("--robots N")?)
-            }
-            "--help" | "-h" => {
-                println!("{USAGE}");
-                return Ok(());
-            }
-            _ => words.push(argument),
-        }
-    }
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    match words[..] {
-        [] => {
-            let effort = if quick { Effort::QUICK } else { Effort::FULL };
-            let folder = out.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
-            targets::run(effort, &folder.join("targets.json"))
-        }
-        ["study", name] => {
-            let folder = out.unwrap_or_else(|| PathBuf::from("out")).join(name);
-            match name {
-                "sofa" => sofa::run(&folder),
-                "convergence" => convergence::run(&folder, quick),
-                "sorosim" => sorosim::run(&folder, quick),
-                "tentacle" => tentacle::run(&folder, quick),
-                "ftdcr" => ftdcr::run(&folder, quick),
-                "inverse" => inverse::run(&folder, quick),
-                "rig" => rig::run(&folder, quick),
-                "coreact" => coreact::run(&folder, quick),
-                "ladder" => ladder::run(&folder, quick),
-                "robots" => robots::run(&folder, quick),
-                "population" => population::run(&folder, quick, robots),
-                "layouts" => layouts::run(&folder, quick),
-                "edic" => edic::run(&folder, quick),
-                "adaptation" => adaptation::run(&folder, quick),
-                _ => bail!("no study {name:?}\n{USAGE}"),
-            }
-        }
-        _ => bail!("{USAGE}"),
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Carry out a study; writes FOLDER/NAME/metrics.json
+    Study {
+        /// Which
+        name: Name,
+        /// How many robots of the population
+        #[arg(long, value_name = "N")]
+        robots: Option<u64>,
+    },
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Name {
+    /// Beside SOFA's results on the same meshes
+    Sofa,
+    /// Orders of convergence
+    Convergence,
+    /// A recorded soft finger beside SoRoSim
+    Sorosim,
+    /// A recorded silicone tentacle
+    Tentacle,
+    /// A recorded three-segment robot
+    Ftdcr,
+    /// Inverse networks on recorded robots
+    Inverse,
+    /// Recording from the emulated rig
+    Rig,
+    /// The calibrated twin on paths that nothing learned from
+    Coreact,
+    /// What each part of the calibrated twin is worth
+    Ladder,
+    /// Virtual robots that nobody tuned to
+    Robots,
+    /// Robots of a wider population, each from its recordings alone
+    Population,
+    /// Layouts of auxiliary tendons
+    Layouts,
+    /// Open-loop tracking by the inverse network
+    Edic,
+    /// Robots that have changed
+    Adaptation,
+}
+
+fn main() -> Result<()> {
+    let Program { verb, quick, out } = Program::parse();
+    let Some(Verb::Study { name, robots }) = verb else {
+        let effort = if quick { Effort::QUICK } else { Effort::FULL };
+        let folder = out.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
+        return targets::run(effort, &folder.join("targets.json"));
+    };
+    let folder = out.unwrap_or_else(|| PathBuf::from("out"));
+    let value = name.to_possible_value();
+    study(name, &folder.join(value.as_ref().map_or("", |value| value.get_name())), quick, robots)
+}
+
+fn study(name: Name, folder: &Path, quick: bool, robots: Option<u64>) -> Result<()> {
+    match name {
+        Name::Sofa => sofa::run(folder),
+        Name::Convergence => convergence::run(folder, quick),
+        Name::Sorosim => sorosim::run(folder, quick),
+        Name::Tentacle => tentacle::run(folder, quick),
+        Name::Ftdcr => ftdcr::run(folder, quick),
+        Name::Inverse => inverse::run(folder, quick),
+        Name::Rig => rig::run(folder, quick),
+        Name::Coreact => coreact::run(folder, quick),
+        Name::Ladder => ladder::run(folder, quick),
+        Name::Robots => robots::run(folder, quick),
+        Name::Population => population::run(folder, quick, robots),
+        Name::Layouts => layouts::run(folder, quick),
+        Name::Edic => edic::run(folder, quick),
+        Name::Adaptation => adaptation::run(folder, quick),
     }
 }

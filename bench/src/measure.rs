@@ -16,7 +16,7 @@ pub struct Run {
     /// Corrections, factorisations and steps that needed Newton's method, all over the measured steps.
     pub iterations: usize,
     /// Times the factor was renewed.
-    pub renewals: usize,
+    pub refactorisations: usize,
     /// Steps that the fast iteration did not finish.
     pub newton_steps: usize,
     /// QPs that the active set did not certify.
@@ -42,7 +42,7 @@ impl Run {
             run.worst_residual = run.worst_residual.max(report.relative_residual);
             run.worst_stroke_error = run.worst_stroke_error.max(report.stroke_error);
             run.iterations += report.iterations;
-            run.renewals += report.renewals;
+            run.refactorisations += report.refactorisations;
             run.newton_steps += usize::from(report.newton_iterations > 0);
             run.clarabel_solves += report.clarabel_solves;
         }

@@ -137,7 +137,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
                 "steps": steps,
                 "median_steps_per_s": percentile(&rates, 0.5),
                 "iterations_per_step": run.iterations as f64 / steps,
-                "steps_per_factorisation": steps / run.renewals.max(1) as f64,
+                "steps_per_factorisation": steps / run.refactorisations.max(1) as f64,
                 "steps_by_newton": run.newton_steps,
                 "qps_by_clarabel": run.clarabel_solves,
             }));

@@ -14,7 +14,7 @@ use crate::terminal;
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
   hysteron demo
-  hysteron run cli/studies/paper.toml
+  hysteron study run cli/studies/paper.toml
   hysteron check meshes/tpu80/scene.toml
   hysteron simulate meshes/tpu80/scene.toml \\
       --strokes meshes/tpu80/strokes-circle.csv \\
@@ -110,7 +110,9 @@ pub enum Verb {
     #[command(after_help = include_str!("help/track.txt"))]
     Track(hysteron_workflow::track::Options),
     Rig(crate::rig::Arguments),
-    #[command(after_help = include_str!("help/study.txt"))]
+    Study(crate::study::Arguments),
+    /// As `hysteron study run`
+    #[command(hide = true, after_help = include_str!("help/study.txt"))]
     Run(hysteron_workflow::study::Options),
     #[command(after_help = include_str!("help/demo.txt"))]
     Demo(crate::study::demo::Arguments),

@@ -40,7 +40,7 @@ pub struct ShapeNumbers {
     /// circle that became the diamond |x| + |y| = c it is 0.843. `None` where the tip does not go all around.
     pub diamond_ratio: Option<f64>,
     /// Distance of the tip at rest in the end from that at the beginning, over the excursion [-].
-    pub rest_miss: f64,
+    pub return_error: f64,
 }
 
 impl Shape {
@@ -75,7 +75,7 @@ impl Shape {
             excursion_m,
             tip_per_stroke: both / own,
             diamond_ratio: diamond_ratio(&command, &tip, LARGE_PART * largest),
-            rest_miss: distance([end[0] - rest[0], end[1] - rest[1]]) / excursion_m,
+            return_error: distance([end[0] - rest[0], end[1] - rest[1]]) / excursion_m,
         };
         Ok(Self { command, tip, numbers })
     }
@@ -186,7 +186,7 @@ mod tests {
             let amplitude = if name == "ellipse" { 4.2e-3 } else { 4.5e-3 };
             assert!((numbers.excursion_m - 5.0 * amplitude).abs() < 2e-4 * amplitude, "{name} {numbers:?}");
             assert!((numbers.tip_per_stroke - 5.0).abs() < 1e-3, "{name} {numbers:?}");
-            assert!(numbers.rest_miss < 0.02, "{name} {numbers:?}");
+            assert!(numbers.return_error < 0.02, "{name} {numbers:?}");
             let goes_around = !["sinusoid", "diagonal"].contains(&name);
             assert_eq!(numbers.diamond_ratio.is_some(), goes_around, "{name}");
             if let Some(ratio) = numbers.diamond_ratio {
@@ -223,7 +223,7 @@ mod tests {
         let circle = rounds(|angle| [2.0 * angle.cos(), 2.0 * angle.sin()], [0.0; 2]);
         assert!((circle.diamond_ratio.unwrap() - 1.0).abs() < 1e-12, "{circle:?}");
         assert!((circle.tip_per_stroke - 2.0).abs() < 1e-12);
-        assert_eq!(circle.rest_miss, 0.0);
+        assert_eq!(circle.return_error, 0.0);
         let diamond = rounds(
             |angle| {
                 let size = 3.0 / (angle.cos().abs() + angle.sin().abs());
@@ -238,7 +238,7 @@ mod tests {
         assert!((expected - 0.8432).abs() < 1e-4, "{expected}");
         assert!((diamond.diamond_ratio.unwrap() - expected).abs() < 1e-3, "{diamond:?}");
         assert!((diamond.excursion_m - 3.0).abs() < 1e-2);
-        assert!((diamond.rest_miss - 0.5 / diamond.excursion_m).abs() < 1e-12);
+        assert!((diamond.return_error - 0.5 / diamond.excursion_m).abs() < 1e-12);
     }
 
     #[test]

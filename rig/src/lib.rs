@@ -20,4 +20,4 @@ pub use event::{Event, EventKind};
 pub use hardware::{Hardware, ServoSample, SlowSample};
 pub use live::LiveRig;
 pub use pose::{Pose, Quality};
-pub use safety::{Retreat, Violation};
+pub use safety::{ShutdownAction, Violation};

@@ -9,11 +9,11 @@ use crate::{Pose, ServoSample, SlowSample};
 
 /// How a run ends that cannot go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Retreat {
+pub enum ShutdownAction {
     /// Slowly back to rest, then as the rig file says.
     ToRest,
     /// Torque off at once.
-    LetGo,
+    TorqueOff,
 }
 
 /// A limit that was passed.
@@ -24,7 +24,7 @@ pub struct Violation {
     /// Which limit, what was allowed and what was found.
     pub message: String,
     /// How to end.
-    pub retreat: Retreat,
+    pub shutdown: ShutdownAction,
 }
 
 impl std::fmt::Display for Violation {
@@ -75,7 +75,8 @@ impl Limits {
     ) -> Result<(), Violation> {
         for (k, sample) in samples.iter().enumerate() {
             let Some(sample) = sample else { continue };
-            let at_once = |message| Violation { tendon: Some(k), message, retreat: Retreat::LetGo };
+            let at_once =
+                |message| Violation { tendon: Some(k), message, shutdown: ShutdownAction::TorqueOff };
             if sample.hardware_error != 0 {
                 let errors = xl430::describe_errors(sample.hardware_error);
                 return Err(at_once(format!("the servo reports {errors}")));
@@ -131,7 +132,7 @@ impl Limits {
             } else {
                 continue;
             };
-            return Err(Violation { tendon: Some(k), message, retreat: Retreat::LetGo });
+            return Err(Violation { tendon: Some(k), message, shutdown: ShutdownAction::TorqueOff });
         }
         Ok(())
     }
@@ -150,7 +151,7 @@ impl Limits {
                     1e3 * high,
                     1e3 * x
                 );
-                return Err(Violation { tendon: None, message, retreat: Retreat::ToRest });
+                return Err(Violation { tendon: None, message, shutdown: ShutdownAction::ToRest });
             }
         }
         Ok(())
@@ -163,7 +164,7 @@ impl Limits {
             1e3 * self.stroke_max,
             1e3 * stroke
         );
-        Violation { tendon: Some(k), message, retreat: Retreat::ToRest }
+        Violation { tendon: Some(k), message, shutdown: ShutdownAction::ToRest }
     }
 
     fn rate_violation(&self, k: usize, rate: f64, how: &str) -> Violation {
@@ -172,6 +173,6 @@ impl Limits {
             1e3 * self.stroke_rate_max,
             1e3 * rate.abs()
         );
-        Violation { tendon: Some(k), message, retreat: Retreat::ToRest }
+        Violation { tendon: Some(k), message, shutdown: ShutdownAction::ToRest }
     }
 }

@@ -4,7 +4,7 @@
 use std::io::Write;
 
 use hysteron_base::{Recording, Scene};
-use hysteron_twin::coreact::{Auxiliary, Chooser, Goal, Identifier, IdentifyOptions};
+use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions};
 use hysteron_twin::qp::BoxQp;
 use hysteron_twin::{Motion, Twin};
 

@@ -210,14 +210,15 @@ mod tests {
         for k in 1..=8 {
             stepper.step(twin, &targets(&part(f64::from(k) / 8.0)), &mut state).expect("an equilibrium");
         }
-        let mut renewals = 0;
+        let mut refactorisations = 0;
         stepper.fast_iteration().never_pays();
         let mut strokes = part(1.0);
         for k in 1..=50 {
             strokes = part(1.0 + f64::from(k) * 1e-5 / longest);
-            renewals += stepper.step(twin, &targets(&strokes), &mut state).expect("an equilibrium").renewals;
+            refactorisations +=
+                stepper.step(twin, &targets(&strokes), &mut state).expect("an equilibrium").refactorisations;
         }
-        assert_eq!(renewals, 0, "a new factor");
+        assert_eq!(refactorisations, 0, "a new factor");
         if back > 0.0 {
             strokes.iter_mut().for_each(|stroke| *stroke -= back);
             stepper.step(twin, &targets(&strokes), &mut state).expect("an equilibrium");

@@ -36,7 +36,7 @@ pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};
 pub use motion::Motion;
-pub use plant::{Bare, Plant, PlantStep, settle};
+pub use plant::{Plant, PlantStep, Uncorrected, settle};
 pub use rollout::{Rollout, rollout, rollouts};
 pub use state::TwinState;
 pub use step::{StepReport, Stepper};

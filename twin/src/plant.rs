@@ -39,7 +39,7 @@ const MOST_SETTLING: usize = 500;
 const SETTLED: f64 = 1e-5;
 
 /// Brings `plant`, a simulation with `twin` that has just been made, to where the robot rests under the strokes `primary`
-/// (n_primary) [m]: zeros, gravity and a network hold it away from the undeformed body, and virtual tendons get there at a
+/// (n_primary) [m]: zeros, gravity and a network hold it away from the undeformed body, and auxiliary tendons get there at a
 /// limited rate. Returns the last of at most 500 samples.
 ///
 /// # Errors
@@ -57,9 +57,9 @@ pub fn settle(twin: &Twin, plant: &mut dyn Plant, primary: &[f64]) -> Result<Pla
     Ok(step)
 }
 
-/// A twin whose virtual tendons rest.
+/// A twin whose auxiliary tendons rest.
 #[derive(Debug, Clone)]
-pub struct Bare<'a> {
+pub struct Uncorrected<'a> {
     twin: &'a Twin,
     resting: Vec<Target>,
     stepper: Stepper,
@@ -67,7 +67,7 @@ pub struct Bare<'a> {
     targets: Vec<Target>,
 }
 
-impl<'a> Bare<'a> {
+impl<'a> Uncorrected<'a> {
     /// Starts from the undeformed body; see [`settle`].
     pub fn new(twin: &'a Twin) -> Self {
         let resting = twin.tendons[twin.n_primary..].iter();
@@ -76,7 +76,7 @@ impl<'a> Bare<'a> {
     }
 }
 
-impl Plant for Bare<'_> {
+impl Plant for Uncorrected<'_> {
     fn step(&mut self, primary: &[f64]) -> Result<PlantStep> {
         self.targets.clear();
         self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));

@@ -6,7 +6,7 @@
 //! factor is that of the rest stiffness turned with each element: without the geometric terms of body
 //! and cables, which nearly cancel under internal loads, it is positive definite and keeps a narrow
 //! envelope. It is renewed when the latest steps cost more iterations than the average step since the last
-//! renewal, the renewal included.
+//! refactorisation, the refactorisation included.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ pub(crate) struct QuasiNewton {
     predictor: Predictor,
     /// No factor yet, or one that did not serve.
     is_stale: bool,
-    /// What a renewal costs, in iterations.
+    /// What a refactorisation costs, in iterations.
     renewal_cost: f64,
     /// Iterations and steps since the factor was renewed.
     spent: usize,
@@ -85,7 +85,7 @@ impl QuasiNewton {
 
     /// Y and W of the factor in use, or of a new one at `state`.
     pub fn projection(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> Option<&Projection> {
-        let usable = !self.is_stale || self.renew(twin, state, balance, &mut StepReport::default());
+        let usable = !self.is_stale || self.refactorise(twin, state, balance, &mut StepReport::default());
         usable.then_some(&self.projection)
     }
 
@@ -129,7 +129,7 @@ impl QuasiNewton {
     ) -> bool {
         if self.is_stale {
             balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
-            if !self.renew(twin, state, balance, report) {
+            if !self.refactorise(twin, state, balance, report) {
                 return false;
             }
         }
@@ -150,7 +150,7 @@ impl QuasiNewton {
             }
             best = best.min(balance.relative);
             if iteration - renewed_at == RENEW_AFTER {
-                if !self.renew(twin, state, balance, report) {
+                if !self.refactorise(twin, state, balance, report) {
                     return false;
                 }
                 renewed_at = iteration;
@@ -163,8 +163,14 @@ impl QuasiNewton {
     }
 
     /// Factor, Y and W at the present configuration (`balance` holds its cable shape).
-    fn renew(&mut self, twin: &Twin, state: &TwinState, balance: &Balance, report: &mut StepReport) -> bool {
-        report.renewals += 1;
+    fn refactorise(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        balance: &Balance,
+        report: &mut StepReport,
+    ) -> bool {
+        report.refactorisations += 1;
         self.is_stale = true;
         twin.body.stiffness_into(&state.positions, Tangent::Warped, &mut self.stiffness);
         if self.factor.factorize(&self.stiffness).is_err() {
@@ -330,7 +336,7 @@ impl QuasiNewton {
     }
 }
 
-/// Cost of a renewal over that of an iteration, for `n` unknowns, `m` cables and a factor of `stored`
+/// Cost of a refactorisation over that of an iteration, for `n` unknowns, `m` cables and a factor of `stored`
 /// numbers.
 ///
 /// Estimated from counts rather than measured, so that every run makes the same decisions; the rates are
@@ -344,8 +350,9 @@ fn renewal_cost(n: usize, m: usize, n_elements: usize, stored: usize) -> f64 {
     // Multiply-adds per s, one right-hand side: limited by the cache, then by memory.
     let solve = if stored < 4_000_000 { 25e9 } else { 8e9 };
     let (n, m, n_elements, stored) = (n as f64, m as f64, n_elements as f64, stored as f64);
-    let renewal = ASSEMBLY * n_elements + stored * stored / (2.0 * n * FACTOR) + 2.0 * m * stored / PANEL;
-    renewal / (FORCE * n_elements + VECTORS * n + 2.0 * stored / solve)
+    let refactorisation =
+        ASSEMBLY * n_elements + stored * stored / (2.0 * n * FACTOR) + 2.0 * m * stored / PANEL;
+    refactorisation / (FORCE * n_elements + VECTORS * n + 2.0 * stored / solve)
 }
 
 #[cfg(test)]

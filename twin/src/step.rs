@@ -30,7 +30,7 @@ pub struct StepReport {
     /// Corrections with the stale factor.
     pub iterations: usize,
     /// Times the stale factor was renewed.
-    pub renewals: usize,
+    pub refactorisations: usize,
     /// Newton iterations with the exact tangent; zero in the common case.
     pub newton_iterations: usize,
     /// Parts the step was divided into; zero in the common case.
@@ -48,7 +48,7 @@ impl StepReport {
     pub(crate) fn followed_by(&self, next: &Self) -> Self {
         Self {
             iterations: self.iterations + next.iterations,
-            renewals: self.renewals + next.renewals,
+            refactorisations: self.refactorisations + next.refactorisations,
             newton_iterations: self.newton_iterations + next.newton_iterations,
             sub_steps: self.sub_steps + next.sub_steps,
             clarabel_solves: self.clarabel_solves + next.clarabel_solves,
@@ -285,7 +285,7 @@ impl Stepper {
 
     /// What a small change of each primary stroke does to the tip where the last step ended, ∂y/∂s [-]: three rows, one
     /// column per primary tendon, zero for a slack one or one driven by tension. Friction that sticks goes on sticking,
-    /// and virtual tendons keep their tensions. Of the exact tangent, to a tenth of a per cent.
+    /// and auxiliary tendons keep their tensions. Of the exact tangent, to a tenth of a per cent.
     ///
     /// `None` where the body has no stiffness or two tendons pull the same way.
     pub fn tip_per_stroke(&mut self, twin: &Twin, state: &TwinState) -> Option<[Vec<f64>; 3]> {

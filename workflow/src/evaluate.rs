@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::typed::text as base_text;
+use hysteron_base::schema::text as base_text;
 use hysteron_base::{BadInput, Recording};
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Origin, Part, Repeatability, Tracked, TrackingScore, repeatability, score};

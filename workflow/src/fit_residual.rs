@@ -17,7 +17,7 @@ use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::paper_design::{DesignName, PaperDesign};
 use crate::paths;
-use crate::unfinished::Unfinished;
+use crate::resume::Unfinished;
 
 /// More networks than any mean gains from.
 pub const MOST_MEMBERS: usize = 32;

@@ -35,8 +35,8 @@ pub mod outputs;
 mod paper_design;
 mod paths;
 mod plan;
+mod resume;
 mod run;
-mod unfinished;
 
 pub mod adapt;
 pub mod check;

@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_twin::coreact::Auxiliary;
 use hysteron_twin::residual::{ResidualModel, Rollout};
-use hysteron_twin::{Bare, Plant, Twin};
+use hysteron_twin::{Plant, Twin, Uncorrected};
 
 /// A network and the tendons that it drives.
 pub struct Network {
@@ -47,7 +47,7 @@ impl Network {
         &self.auxiliary
     }
 
-    /// Number of virtual tendons.
+    /// Number of auxiliary tendons.
     pub fn n_aux(&self) -> usize {
         self.auxiliary.len()
     }
@@ -66,6 +66,6 @@ pub fn plant<'a>(
 ) -> Result<Box<dyn Plant + 'a>, BadInput> {
     Ok(match network {
         Some(network) => Box::new(network.rollout(twin, step)?),
-        None => Box::new(Bare::new(twin)),
+        None => Box::new(Uncorrected::new(twin)),
     })
 }

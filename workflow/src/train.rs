@@ -16,7 +16,7 @@ use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::paper_design::{DesignName, PaperDesign};
 use crate::paths;
-use crate::unfinished::Unfinished;
+use crate::resume::Unfinished;
 
 /// Train the inverse controller on recordings (EDIC)
 #[derive(Debug, Clone)]
@@ -46,7 +46,7 @@ pub struct Options {
     pub hidden: Option<usize>,
     /// Pull that all tendons are to have in common at the least, so that none goes slack; stateful only
     #[cfg_attr(feature = "clap", arg(long, value_name = "MM", value_parser = crate::number::distance_mm))]
-    pub least_pull_mm: Option<f64>,
+    pub co_contraction_min_mm: Option<f64>,
     /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's own cache (from
     /// a megabyte on); what it changes of the strokes is measured and reported; stateful only
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Weights::Float32))]
@@ -75,8 +75,8 @@ pub enum Weights {
 /// Carries out the verb.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     paths::check_checkpoint(&options.out)?;
-    if options.design == DesignName::Paper && options.least_pull_mm.is_some() {
-        return Err(BadInput::new("--least-pull-mm", "the stateful design", "the paper's").into());
+    if options.design == DesignName::Paper && options.co_contraction_min_mm.is_some() {
+        return Err(BadInput::new("--co-contraction-min-mm", "the stateful design", "the paper's").into());
     }
     if options.design == DesignName::Paper && options.weights != Weights::Float32 {
         return Err(BadInput::new("--weights", "the stateful design", "the paper's").into());
@@ -132,10 +132,11 @@ fn dataset(options: &Options, inputs: &[Input], caller: &Caller) -> anyhow::Resu
 
 fn stateful(options: &Options) -> StatefulOptions {
     let default = StatefulOptions::default();
-    let least_pull_m = options.least_pull_mm.map_or(default.loss.least_pull_m, |mm| 1e-3 * mm);
+    let co_contraction_min_m =
+        options.co_contraction_min_mm.map_or(default.loss.co_contraction_min_m, |mm| 1e-3 * mm);
     StatefulOptions {
         learning: default.learning.with([options.epochs, options.hidden]),
-        loss: LossWeights { least_pull_m, ..default.loss },
+        loss: LossWeights { co_contraction_min_m, ..default.loss },
         weights: match options.weights {
             Weights::Float32 => WeightFormat::Float32,
             Weights::Int16 => WeightFormat::Int16,

@@ -14,7 +14,6 @@ mod names;
 pub(crate) mod parquet;
 
 use crate::{BadInput, Result, file};
-pub use crc::crc32;
 pub use journal::{Journal, JournalFile, JournalWriter};
 pub use journal_queue::JournalQueue;
 pub use metadata::Metadata;

@@ -4,13 +4,13 @@
 
 use super::{
     AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
-    TrackerFrame, typed,
+    TrackerFrame, schema,
 };
 use crate::BadInput;
-use crate::size::check_at_most;
-use crate::typed::{
+use crate::schema::{
     between, check_header, count, finite, not_negative, require, text, vector, vector_within, within,
 };
+use crate::size::check_at_most;
 use std::path::Path;
 
 type Check<T> = std::result::Result<T, BadInput>;
@@ -41,7 +41,7 @@ const MODULI: [f64; 2] = [1.0, 1e13];
 const LARGEST_FRICTION: f64 = 100.0;
 
 /// The scene that was typed, still without its hash.
-pub(super) fn scene(typed: typed::SceneFile, folder: &Path) -> Check<Scene> {
+pub(super) fn scene(typed: schema::SceneFile, folder: &Path) -> Check<Scene> {
     check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
     check_at_most("tendon", typed.tendon.len(), MOST_TENDONS)?;
     check_at_most("point_force", typed.point_force.len(), MOST_FORCES)?;
@@ -86,7 +86,7 @@ pub(super) fn scene(typed: typed::SceneFile, folder: &Path) -> Check<Scene> {
     })
 }
 
-fn clamp(typed: typed::Clamp) -> Check<Region> {
+fn clamp(typed: schema::Clamp) -> Check<Region> {
     let expected = "either group, or box_min_mm and box_max_mm";
     match (typed.group, typed.box_min_mm, typed.box_max_mm) {
         (Some(group), None, None) => Ok(Region::Group(text("clamp.group", group)?)),
@@ -109,7 +109,7 @@ fn clamp(typed: typed::Clamp) -> Check<Region> {
     }
 }
 
-fn tip(typed: typed::Tip) -> Check<Tip> {
+fn tip(typed: schema::Tip) -> Check<Tip> {
     match (typed.group, typed.point_mm) {
         (Some(group), None) => Ok(Tip::Group(text("tip.group", group)?)),
         (None, Some(point)) => Ok(Tip::Point(vector_within("tip.point_mm", point, LONGEST)?)),
@@ -118,7 +118,7 @@ fn tip(typed: typed::Tip) -> Check<Tip> {
     }
 }
 
-fn tracker(typed: &typed::Tracker) -> Check<TrackerFrame> {
+fn tracker(typed: &schema::Tracker) -> Check<TrackerFrame> {
     let turn = vector("tracker.turn_deg", typed.turn_deg.unwrap_or_default())?;
     let angle = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
     if angle > std::f64::consts::PI {
@@ -128,7 +128,7 @@ fn tracker(typed: &typed::Tracker) -> Check<TrackerFrame> {
     Ok(TrackerFrame { turn, shift: vector("tracker.shift_mm", typed.shift_mm.unwrap_or_default())? })
 }
 
-fn material(typed: &typed::Material) -> Check<Material> {
+fn material(typed: &schema::Material) -> Check<Material> {
     let variants = [
         ("material.youngs_modulus_pa", typed.youngs_modulus_pa, 1.0),
         ("material.youngs_modulus_kpa", typed.youngs_modulus_kpa, 1e3),
@@ -162,7 +162,7 @@ fn material(typed: &typed::Material) -> Check<Material> {
     })
 }
 
-fn tendon(typed: typed::Tendon, number: usize) -> Check<Tendon> {
+fn tendon(typed: schema::Tendon, number: usize) -> Check<Tendon> {
     let name = text(&format!("tendon[{number}].name"), typed.name)?;
     let key = |key: &str| format!("tendon.{name}.{key}");
     if typed.points_mm.len() < 2 {
@@ -199,7 +199,7 @@ fn tendon(typed: typed::Tendon, number: usize) -> Check<Tendon> {
     Ok(Tendon { name, points, drive, tension, stroke, attach_within, ring, compliance, zero })
 }
 
-fn friction(typed: &typed::Friction, tendons: &[Tendon]) -> Check<Friction> {
+fn friction(typed: &schema::Friction, tendons: &[Tendon]) -> Check<Friction> {
     let number = |key: &str, typed: Option<f64>| {
         let largest = match key.rsplit('_').next() {
             Some("n") => LARGEST_FORCE,
@@ -242,7 +242,7 @@ fn friction(typed: &typed::Friction, tendons: &[Tendon]) -> Check<Friction> {
     Ok(friction)
 }
 
-fn auxiliary(typed: &typed::Auxiliary) -> Check<AuxiliaryLayout> {
+fn auxiliary(typed: &schema::Auxiliary) -> Check<AuxiliaryLayout> {
     let segments = count("auxiliary.segments", typed.segments, MOST_SEGMENTS)?;
     let cables_per_segment = count("auxiliary.cables_per_segment", typed.cables_per_segment, MOST_CABLES)?;
     check_at_most(
@@ -284,7 +284,7 @@ fn up_to(key: &str, typed: f64, most: f64) -> Check<f64> {
     if holds || !typed.is_finite() { not_negative(key, typed) } else { between(key, typed, [0.0, most]) }
 }
 
-fn solver(typed: &typed::Solver) -> Check<Solver> {
+fn solver(typed: &schema::Solver) -> Check<Solver> {
     let mut solver = Solver::default();
     if let Some(x) = typed.relative_residual {
         solver.relative_residual =

@@ -5,7 +5,7 @@
 //! A scene may also be put together in code: the fields are public, and their comments state what holds.
 
 mod convert;
-mod typed;
+mod schema;
 
 use crate::units::LengthUnit;
 use crate::{Result, file};
@@ -44,7 +44,7 @@ pub struct Scene {
     pub tendons: Vec<Tendon>,
     /// How the primary tendons rub, if they do.
     pub friction: Option<Friction>,
-    /// Layout of the virtual tendons of CoReAct.
+    /// Layout of the auxiliary tendons of CoReAct.
     pub auxiliary: Option<AuxiliaryLayout>,
     /// Numerical tolerances.
     pub solver: Solver,
@@ -200,7 +200,7 @@ pub struct Friction {
     pub backlash: f64,
 }
 
-/// Virtual tendons around the axis z, segment by segment; `twin` expands them (CoReAct paper, section V-A b).
+/// Auxiliary tendons around the axis z, segment by segment; `twin` expands them (CoReAct paper, section V-A b).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AuxiliaryLayout {
     /// Number of segments, >= 1.
@@ -270,7 +270,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`].
     pub fn from_toml(text: &str, place: &str, folder: &Path) -> Result<Self> {
-        let typed: typed::SceneFile = crate::typed::parse(text).map_err(|bad| bad.within(place))?;
+        let typed: schema::SceneFile = crate::schema::parse(text).map_err(|bad| bad.within(place))?;
         let mut scene = convert::scene(typed, folder).map_err(|bad| bad.within(place))?;
         scene.hash = scene.hash_of_values();
         Ok(scene)

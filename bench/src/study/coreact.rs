@@ -1,7 +1,7 @@
 //! CoReAct end to end, as a user runs it: record, identify, train, roll out; on trajectories that nothing was trained on.
 //!
 //! Every stage is the program itself, and what it wrote is kept, so that the study goes on where it was stopped. Each
-//! table row is one twin: bare, with friction, with the residual network, with both, and with the paper's network. `robots`
+//! table row is one twin: uncorrected, with friction, with the residual network, with both, and with the paper's network. `robots`
 //! climbs the same ladder on others.
 #![allow(clippy::print_stdout)] // this program prints tables
 

@@ -1,4 +1,4 @@
-//! Layouts of virtual tendons: what the paper's 36 do that fewer, longer ones do not.
+//! Layouts of auxiliary tendons: what the paper's 36 do that fewer, longer ones do not.
 //!
 //! The singular values of ∂tip/∂s* say in which directions a layout moves the tip, and how evenly; the identification, and a
 //! network that learned from it on the tests of `coreact`, say what that is worth.
@@ -47,7 +47,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         let identified = chain.identify(&name, &scene, None, &training)?;
         reaches.push(reach(Path::new(&identified), n_tendons)?);
         let models = chain.train(&name, &identified, 1, epochs)?.into_iter().map(Some).collect();
-        rungs.push(Rung { name: format!("{n_tendons} virtual tendons"), scene, models });
+        rungs.push(Rung { name: format!("{n_tendons} auxiliary tendons"), scene, models });
     }
     let ladder =
         Study { chain, tests }.climb(&rungs, "data", "typical, one pass on a third of the recordings")?;
@@ -58,7 +58,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     write_metrics(folder, "layouts", json!({ "layouts": layouts, "ladder": ladder.json() }))
 }
 
-/// Writes the scene with friction with other virtual tendons; gives its path.
+/// Writes the scene with friction with other auxiliary tendons; gives its path.
 fn write_scene(chain: &Chain, segments: usize, length: f64) -> Result<String> {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80").canonicalize()?;
     let text = std::fs::read_to_string(meshes.join(FRICTION.1))?;

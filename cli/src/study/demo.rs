@@ -44,6 +44,6 @@ fn write_once(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     }
     let place = path.display().to_string();
     Err(BadInput::new(place, "the file of the demo", "another one")
-        .hint("hysteron run carries out a study of your own; or choose another --out")
+        .hint("hysteron study run carries out a study of your own; or choose another --out")
         .into())
 }

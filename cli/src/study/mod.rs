@@ -1,4 +1,4 @@
-//! `hysteron run` and `hysteron demo`: a stage of a study is this program, started again with the arguments that a person
+//! `hysteron study run` and `hysteron demo`: a stage of a study is this program, started again with the arguments that a person
 //! would type.
 
 pub mod demo;
@@ -9,6 +9,25 @@ use hysteron_workflow::study::{self, Options};
 use serde_json::Value;
 
 use runner::Runner;
+
+/// Studies: several stages in order, each done once, into one report
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Verb {
+    #[command(after_help = include_str!("../help/study.txt"))]
+    Run(Options),
+}
+
+/// Carries out the verb; `passed_on` are options of all verbs.
+pub fn verb(arguments: &Arguments, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
+    let Verb::Run(options) = &arguments.verb;
+    run(options, passed_on, caller)
+}
 
 /// Carries out the verb; `passed_on` are options of all verbs.
 pub fn run(options: &Options, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {

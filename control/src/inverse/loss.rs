@@ -16,7 +16,7 @@ pub struct LossWeights {
     /// Of the missing common pull [-].
     pub pull: f64,
     /// Least mean of all strokes [m].
-    pub least_pull_m: f64,
+    pub co_contraction_min_m: f64,
 }
 
 /// A trajectory as arrays of the network.
@@ -50,7 +50,7 @@ pub(super) struct Loss {
     /// Weight of the missing common pull [-].
     pub pull: f32,
     /// Least common pull [mm].
-    pub least_pull: f32,
+    pub co_contraction_min: f32,
 }
 
 /// Sums over a piece.
@@ -71,7 +71,7 @@ impl Loss {
             tip: weights.tip as f32,
             smooth: (weights.smooth_s / step).powi(2) as f32,
             pull: weights.pull as f32,
-            least_pull: (1e3 * weights.least_pull_m) as f32,
+            co_contraction_min: (1e3 * weights.co_contraction_min_m) as f32,
         }
     }
 
@@ -141,7 +141,7 @@ impl Loss {
                 }
             }
         }
-        let short = self.least_pull - row.pull[i] - per_tendon * errors.iter().sum::<f32>();
+        let short = self.co_contraction_min - row.pull[i] - per_tendon * errors.iter().sum::<f32>();
         if short > 0.0 {
             loss += self.pull * short * short;
             gradient.iter_mut().for_each(|gradient| *gradient -= 2.0 * self.pull * short * per_tendon);
@@ -189,7 +189,13 @@ mod tests {
         let outputs: Vec<f32> = (0..5 * 2 * 2).map(|k| (k as f32).sin()).collect();
         for term in 0..4 {
             let on = |k: usize| if term == k { 3.0 } else { 0.0 };
-            let loss = Loss { gain: vec![0.5, 2.0], tip: on(1), smooth: on(2), pull: on(3), least_pull: 0.2 };
+            let loss = Loss {
+                gain: vec![0.5, 2.0],
+                tip: on(1),
+                smooth: on(2),
+                pull: on(3),
+                co_contraction_min: 0.2,
+            };
             let mut gradient = vec![0.0; outputs.len()];
             let sums = loss.evaluate(&rows, 1, &outputs, &mut gradient);
             assert_eq!(sums.count, 4.0 + 2.0, "samples 1 to 5 and 1 to 3, less one in a gap each");
@@ -219,7 +225,7 @@ mod tests {
             row.offset.fill(0.0);
             row.pull.fill(0.3);
         }
-        let loss = Loss { gain: vec![1.0; 2], tip: 1.0, smooth: 1.0, pull: 1.0, least_pull: 0.2 };
+        let loss = Loss { gain: vec![1.0; 2], tip: 1.0, smooth: 1.0, pull: 1.0, co_contraction_min: 0.2 };
         let mut gradient = vec![0.0; 16];
         assert_eq!(loss.evaluate(&rows, 0, &[0.0; 16], &mut gradient).loss, 0.0);
         assert!(gradient.iter().all(|g| *g == 0.0));

@@ -68,7 +68,7 @@ impl Default for StatefulOptions {
             slow_m_s: 1e-3,
             plays: vec![0.02, 0.05, 0.12, 0.3, 0.6],
             lags_s: vec![0.3, 3.0, 30.0],
-            loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, least_pull_m: 0.0 },
+            loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, co_contraction_min_m: 0.0 },
             largest_delay_s: 0.5,
             weights: WeightFormat::Float32,
             seed: 1,
@@ -79,10 +79,15 @@ impl Default for StatefulOptions {
 impl StatefulOptions {
     fn check(&self) -> Check<()> {
         self.learning.check()?;
-        let LossWeights { tip, smooth_s, pull, least_pull_m } = self.loss;
+        let LossWeights { tip, smooth_s, pull, co_contraction_min_m } = self.loss;
         let late = ("largest_delay_s", self.largest_delay_s);
-        let weights =
-            [("tip", tip), ("smooth_s", smooth_s), ("pull", pull), ("least_pull_m", least_pull_m), late];
+        let weights = [
+            ("tip", tip),
+            ("smooth_s", smooth_s),
+            ("pull", pull),
+            ("co_contraction_min_m", co_contraction_min_m),
+            late,
+        ];
         match weights.into_iter().find(|(_, weight)| !(*weight >= 0.0 && weight.is_finite())) {
             Some((name, weight)) => Err(BadInput::new(name, "a finite number >= 0", weight.to_string())),
             None => Ok(()),

@@ -1,13 +1,13 @@
 //! The one conversion from what was typed to a curve with a timing, and every bound of a target.
 
 use super::outline::{Outline, Point, distance};
+use super::schema::{Curve, Family, TargetFile};
 use super::timing::Ramped;
-use super::typed::{Curve, Family, TargetFile};
 use super::{csv, family, svg};
 use crate::Result;
 use crate::plan::Direction;
+use hysteron_base::schema::{between, check_header, finite, positive, require, text, within};
 use hysteron_base::size::check_at_most;
-use hysteron_base::typed::{between, check_header, finite, positive, require, text, within};
 use hysteron_base::{BadInput, file};
 use std::path::Path;
 

@@ -12,9 +12,9 @@ mod convert;
 mod csv;
 mod family;
 mod outline;
+mod schema;
 mod svg;
 mod timing;
-mod typed;
 
 use crate::plan::rise;
 use crate::{Error, Result};
@@ -110,7 +110,7 @@ impl TargetPath {
         let path = Path::new(named);
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("toml") => {
-                let typed: typed::TargetFile = hysteron_base::typed::parse(&file::read_text(path)?)
+                let typed: schema::TargetFile = hysteron_base::schema::parse(&file::read_text(path)?)
                     .map_err(|bad| bad.within(path.display()))?;
                 let folder = path.parent().unwrap_or(Path::new(""));
                 let outline = typed.curve.file.map(|name| folder.join(name));
@@ -137,7 +137,7 @@ impl TargetPath {
     /// As [`TargetPath::open`].
     pub fn from_toml(text: &str, folder: &Path) -> Result<Self> {
         hysteron_base::size::check_at_most("bytes of the file", text.len(), convert::MOST_BYTES)?;
-        let valid = convert::target(hysteron_base::typed::parse(text)?, folder)?;
+        let valid = convert::target(hysteron_base::schema::parse(text)?, folder)?;
         let hash = file::sha256_hex(format!("{text}{}", valid.outline_file).as_bytes());
         Ok(Self::timed(valid, hash))
     }

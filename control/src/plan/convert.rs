@@ -1,10 +1,10 @@
 //! The one conversion from what was typed to what is valid, and every bound of a plan.
 
 use super::draw::drawn;
-use super::typed::Family as Typed;
-use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Space, Tendons, Trajectory, typed};
+use super::schema::Family as Typed;
+use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Space, Tendons, Trajectory, schema};
+use hysteron_base::schema::{between, check_header, finite, not_negative, positive, require, text};
 use hysteron_base::size::{check_at_most, check_memory};
-use hysteron_base::typed::{between, check_header, finite, not_negative, positive, require, text};
 use hysteron_base::{BadInput, Bounds, rng};
 use rand::RngExt;
 use std::collections::HashSet;
@@ -23,7 +23,7 @@ const LONGEST: f64 = 1e5;
 /// Rates at which a robot is commanded [Hz].
 const RATES: [f64; 2] = [1e-2, 1e5];
 
-pub(super) fn plan(typed: typed::PlanFile, hash: String) -> Check<Plan> {
+pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<Plan> {
     check_header((&typed.format, typed.version), FORMAT)?;
     let name = text("name", typed.name)?;
     let rate_hz = between("rate_hz", typed.rate_hz, RATES)?;
@@ -115,7 +115,7 @@ fn file_name(key: &str, typed: &str) -> Check<String> {
     Ok(typed.to_owned())
 }
 
-fn motion(name: &str, typed: &typed::Trajectory, scale: f64) -> Check<Motion> {
+fn motion(name: &str, typed: &schema::Trajectory, scale: f64) -> Check<Motion> {
     let key = |key: &str| format!("trajectory.{name}.{key}");
     let is_circle = typed.family == Typed::Circle;
     let orientation = match (typed.orientation_deg, is_circle) {
@@ -164,7 +164,7 @@ fn motion(name: &str, typed: &typed::Trajectory, scale: f64) -> Check<Motion> {
 }
 
 /// The family with its own number, of which no other family has one.
-fn family(key: &dyn Fn(&str) -> String, typed: &typed::Trajectory) -> Check<Family> {
+fn family(key: &dyn Fn(&str) -> String, typed: &schema::Trajectory) -> Check<Family> {
     let own = [
         (
             "aspect",

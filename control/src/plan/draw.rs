@@ -4,8 +4,8 @@
 //! whatever the seed, small and large ones are there. Everything else is drawn evenly.
 
 use super::Direction;
-use super::typed::{Draw, Family, Trajectory};
-use hysteron_base::typed::count;
+use super::schema::{Draw, Family, Trajectory};
+use hysteron_base::schema::count;
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 

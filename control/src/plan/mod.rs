@@ -9,8 +9,8 @@ mod draw;
 mod envelope;
 mod limits;
 mod motion;
+mod schema;
 mod trajectory;
-mod typed;
 
 use crate::{Error, Result};
 use hysteron_base::{BadInput, file};
@@ -65,7 +65,7 @@ impl Plan {
     }
 
     fn checked(text: &str) -> Result<Self> {
-        let typed: typed::PlanFile = hysteron_base::typed::parse(text)?;
+        let typed: schema::PlanFile = hysteron_base::schema::parse(text)?;
         let plan = convert::plan(typed, file::sha256_hex(text.as_bytes()))?;
         // Strokes for a way of the tip are held within the limits when they are found.
         if plan.space() == Space::Tendons {

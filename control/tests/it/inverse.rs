@@ -358,7 +358,7 @@ fn a_recorded_jacobian_weighs_strokes_by_what_they_do() {
 fn a_common_pull_can_be_asked_for() {
     let data = dataset();
     let mut options = quick_for(25);
-    options.loss.least_pull_m = 0.2e-3;
+    options.loss.co_contraction_min_m = 0.2e-3;
     let model = fit(&data, &options).model;
     let commands = command(&model, &data.validation[0].tip, WIDE);
     let mean = commands.strokes.iter().sum::<f64>() / commands.strokes.len() as f64;

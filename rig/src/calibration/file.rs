@@ -4,7 +4,7 @@ use super::{Calibration, ChannelMap};
 use crate::Result;
 use crate::config::{Direction, PULLEY_RADIUS_MM, RigConfig};
 use crate::tracker::Registration;
-use hysteron_base::typed::{check_header, require, text, vector};
+use hysteron_base::schema::{check_header, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -97,7 +97,7 @@ impl Calibration {
     /// # Errors
     /// `BadInput` naming line and key.
     pub fn from_toml(text: &str) -> Check<Self> {
-        let typed: CalibrationFile = hysteron_base::typed::parse(text)?;
+        let typed: CalibrationFile = hysteron_base::schema::parse(text)?;
         check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
         if typed.channel.is_empty() {
             return Err(BadInput::new("channel", "at least one [[channel]]", "none"));

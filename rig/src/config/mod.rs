@@ -1,10 +1,10 @@
 //! The rig file: which servos pull which tendons, where the tracker is, and what must never be passed.
 
-mod typed;
+mod schema;
 
 use crate::Result;
 use crate::bus::xl430;
-use hysteron_base::typed::{check_header, count, require, text, vector};
+use hysteron_base::schema::{check_header, count, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -177,7 +177,7 @@ pub struct Limits {
     /// Largest load, of the stall torque [-].
     pub load_max: f64,
     /// Load above which a tendon is wound no further, of the stall torque [-].
-    pub load_hold: Option<f64>,
+    pub load_limiting: Option<f64>,
     /// Largest temperature of a servo [°C].
     pub temperature_max: f64,
     /// Smallest supply voltage [V].
@@ -240,7 +240,7 @@ impl RigConfig {
     /// # Errors
     /// `BadInput` naming line and key.
     pub fn from_toml(text: &str, folder: &Path) -> Check<Self> {
-        let typed: typed::RigFile = hysteron_base::typed::parse(text)?;
+        let typed: schema::RigFile = hysteron_base::schema::parse(text)?;
         check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
         let mut config = Self {
             name: self::text("name", typed.name)?,
@@ -327,7 +327,7 @@ impl RigConfig {
     }
 }
 
-fn servos(typed: &typed::Servos) -> Check<ServoConfig> {
+fn servos(typed: &schema::Servos) -> Check<ServoConfig> {
     let baud =
         u32::try_from(typed.baud).ok().filter(|baud| xl430::BAUDS.contains(baud)).ok_or_else(|| {
             BadInput::new("servos.baud", format!("one of {:?}", xl430::BAUDS), typed.baud.to_string())
@@ -365,7 +365,7 @@ fn servos(typed: &typed::Servos) -> Check<ServoConfig> {
     })
 }
 
-fn tendons(typed: &[typed::Tendon]) -> Check<Vec<TendonConfig>> {
+fn tendons(typed: &[schema::Tendon]) -> Check<Vec<TendonConfig>> {
     if typed.is_empty() {
         return Err(BadInput::new("tendon", "at least one [[tendon]]", "none"));
     }
@@ -392,7 +392,7 @@ fn tendons(typed: &[typed::Tendon]) -> Check<Vec<TendonConfig>> {
     Ok(tendons)
 }
 
-fn tracker(typed: &typed::Tracker, folder: &Path) -> Check<TrackerConfig> {
+fn tracker(typed: &schema::Tracker, folder: &Path) -> Check<TrackerConfig> {
     Ok(TrackerConfig {
         source: match text("tracker.address", typed.address.clone())?.strip_prefix(REPLAY) {
             Some(path) => TrackerSource::Replay(folder.join(text("tracker.address", path.to_owned())?)),
@@ -432,7 +432,7 @@ fn device(key: &str, typed: &str) -> Check<String> {
     Ok(typed.to_owned())
 }
 
-fn limits(typed: &typed::Limits) -> Check<Limits> {
+fn limits(typed: &schema::Limits) -> Check<Limits> {
     let limits = Limits {
         // Rest, where every run begins and ends, is at zero.
         stroke_min: within("limits.stroke_min_mm", typed.stroke_min_mm, -FURTHEST_MM.0, 0.0)?,
@@ -445,9 +445,9 @@ fn limits(typed: &typed::Limits) -> Check<Limits> {
             typed.load_max_percent,
             0.0 < typed.load_max_percent && typed.load_max_percent <= 100.0,
         )?,
-        load_hold: match typed.load_hold_percent {
+        load_limiting: match typed.load_limit_percent {
             Some(hold) => Some(require(
-                "limits.load_hold_percent",
+                "limits.load_limit_percent",
                 &format!("0 < x <= load_max_percent = {:?}", typed.load_max_percent),
                 hold,
                 0.0 < hold && hold <= typed.load_max_percent,
@@ -475,7 +475,7 @@ fn limits(typed: &typed::Limits) -> Check<Limits> {
     }
 }
 
-fn calibration(typed: &typed::Calibration) -> Check<CalibrationConfig> {
+fn calibration(typed: &schema::Calibration) -> Check<CalibrationConfig> {
     let percent = |key: &str, typed: f64| require(key, "0 < x < 100", typed, 0.0 < typed && typed < 100.0);
     Ok(CalibrationConfig {
         file: PathBuf::from(text("calibration.file", typed.file.clone())?),

@@ -14,7 +14,7 @@ fn the_example_is_valid_and_in_si() {
     assert_eq!(rig.ids(), [1, 2, 3, 4]);
     assert_eq!(rig.tendons[1].pulley_radius, 0.01);
     assert_eq!(rig.tendons[1].angle, 90_f64.to_radians());
-    assert_eq!((rig.limits.load_max, rig.limits.load_hold), (0.7, Some(0.68)));
+    assert_eq!((rig.limits.load_max, rig.limits.load_limiting), (0.7, Some(0.68)));
     assert_eq!(rig.servos.bus_watchdog, 0.2);
     assert_eq!(rig.servos.port, Path::new("folder/servos"));
     assert_eq!(rig.calibration.file, Path::new("folder/calibration.toml"));
@@ -68,7 +68,7 @@ fn every_bound_rejects() {
         (("stroke_min_mm = -16.0", "stroke_min_mm = 16.0"), "limits.stroke_min_mm"),
         (("lag_max_mm = 3.0", "lag_max_mm = 0.0"), "limits.lag_max_mm"),
         (("load_max_percent = 70.0", "load_max_percent = 101.0"), "limits.load_max_percent"),
-        (("load_hold_percent = 68.0", "load_hold_percent = 71.0"), "limits.load_hold_percent"),
+        (("load_limit_percent = 68.0", "load_limit_percent = 71.0"), "limits.load_limit_percent"),
         (("voltage_min_v = 9.5", "voltage_min_v = 15.0"), "limits.voltage_min_v"),
         (("10.0]\ntip_max", "95.0]\ntip_max"), "limits.tip_min_mm[2]"),
         (("slew_mm_s = 3.0", "slew_mm_s = 13.0"), "motion.slew_mm_s"),

@@ -1,7 +1,7 @@
 //! One cycle: wait for its time, command, read, check.
 
 use super::{End, LOST_AFTER, LOST_MOTION, SLOW_EVERY, Session, Still, Stop, Torque};
-use crate::{Error, EventKind, Quality, Retreat, Violation};
+use crate::{Error, EventKind, Quality, ShutdownAction, Violation};
 
 impl Session<'_> {
     /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
@@ -56,7 +56,9 @@ impl Session<'_> {
         self.take_poses();
         self.hardware.take_events(&mut self.events);
         match self.check_standstill(late).and_then(|()| self.check()) {
-            Err(Stop::Limit(Violation { retreat: Retreat::ToRest, .. })) if self.is_retreating => Ok(()),
+            Err(Stop::Limit(Violation { shutdown: ShutdownAction::ToRest, .. })) if self.is_retreating => {
+                Ok(())
+            }
             checked => checked,
         }
     }
@@ -74,7 +76,7 @@ impl Session<'_> {
             1e3 * (late + self.period),
             1e3 * watchdog
         );
-        Err(Violation { tendon: None, message, retreat: Retreat::LetGo }.into())
+        Err(Violation { tendon: None, message, shutdown: ShutdownAction::TorqueOff }.into())
     }
 
     fn check(&mut self) -> Result<(), Stop> {
@@ -96,7 +98,7 @@ impl Session<'_> {
         let silence = self.hardware.now() - self.last_tracked;
         if silence > tracker.stale {
             let message = format!("tracker: no pose to trust for {:.0} ms", 1e3 * silence);
-            return Err(Violation { tendon: None, message, retreat: Retreat::ToRest }.into());
+            return Err(Violation { tendon: None, message, shutdown: ShutdownAction::ToRest }.into());
         }
         Ok(())
     }

@@ -5,7 +5,7 @@
 //! comes back to it. What stays behind by more than a servo may lag is blocked, and ends the run.
 
 use super::Session;
-use crate::{EventKind, Retreat, Violation};
+use crate::{EventKind, ShutdownAction, Violation};
 
 /// Cycles after which a command shows in the load: it is written, the servo moves, and the load is read.
 const AHEAD: f64 = 3.0;
@@ -47,7 +47,7 @@ impl Session<'_> {
     /// A tendon that is held back too far.
     pub(super) fn hold_back(&mut self, strokes: &[f64]) -> Result<(), Violation> {
         self.target.copy_from_slice(strokes);
-        let Some(load_hold) = self.rig.limits.load_hold else { return Ok(()) };
+        let Some(load_limiting) = self.rig.limits.load_limiting else { return Ok(()) };
         let now = self.hardware.now();
         for (k, &stroke) in strokes.iter().enumerate() {
             let channel = &self.calibration.channels[k];
@@ -55,11 +55,11 @@ impl Session<'_> {
             let guard = &mut self.guards[k];
             // Of a servo that did not answer nothing new is known.
             let load = self.samples[k].map(|sample| guard.expect(sign * sample.load));
-            let is_high = load.is_some_and(|load| load > load_hold);
+            let is_high = load.is_some_and(|load| load > load_limiting);
             let mut hold = match guard.hold.take() {
                 None if is_high && stroke > self.commanded[k] => {
                     let message =
-                        format!("load: near {:.0} %; its tendon is wound no further", 100.0 * load_hold);
+                        format!("load: near {:.0} %; its tendon is wound no further", 100.0 * load_limiting);
                     self.note(EventKind::Hold, Some(id), message);
                     Hold { ceiling: self.commanded[k], begun: now, shortfall: 0.0 }
                 }
@@ -68,7 +68,7 @@ impl Session<'_> {
             };
             // The servo still catches up with its last commands: to keep the stroke would not keep the load.
             if let Some(load) = load {
-                let part = ((load_hold - load) / BAND).clamp(-1.0, 1.0);
+                let part = ((load_limiting - load) / BAND).clamp(-1.0, 1.0);
                 hold.ceiling += part * self.rig.motion.slew * self.period;
             }
             if stroke <= hold.ceiling {
@@ -84,11 +84,11 @@ impl Session<'_> {
             if shortfall > self.rig.limits.lag_max {
                 let message = format!(
                     "load: expected a tendon near {:.0} % to be held back by {:.2} mm at most, got {:.2} mm",
-                    100.0 * load_hold,
+                    100.0 * load_limiting,
                     1e3 * self.rig.limits.lag_max,
                     1e3 * shortfall
                 );
-                return Err(Violation { tendon: Some(k), message, retreat: Retreat::LetGo });
+                return Err(Violation { tendon: Some(k), message, shutdown: ShutdownAction::TorqueOff });
             }
             hold.shortfall = hold.shortfall.max(shortfall);
             self.target[k] = hold.ceiling;

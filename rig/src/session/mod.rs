@@ -16,7 +16,9 @@ mod stats;
 use crate::calibration::Calibration;
 use crate::config::{AtEnd, RigConfig, TrackerSource};
 use crate::tracker::Registration;
-use crate::{Error, Event, EventKind, Hardware, Pose, Result, Retreat, ServoSample, SlowSample, Violation};
+use crate::{
+    Error, Event, EventKind, Hardware, Pose, Result, ServoSample, ShutdownAction, SlowSample, Violation,
+};
 use hold::LoadGuard;
 pub use record::{Outcome, RecordOptions, Recorder, events_path, free_name, journal_path, recover};
 pub use stats::{RunStats, StatsSummary};
@@ -63,7 +65,7 @@ impl Stop {
     /// Whether the servos must not be driven any more, not even back to rest.
     fn forbids_motion(&self) -> bool {
         match self {
-            Self::Limit(violation) => violation.retreat == Retreat::LetGo,
+            Self::Limit(violation) => violation.shutdown == ShutdownAction::TorqueOff,
             Self::Failed(_) => true,
             Self::Asked => false,
         }

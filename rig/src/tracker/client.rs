@@ -1,8 +1,8 @@
 //! The connection to the tracker: a thread that reads it, and connects again when it is gone.
 
 use super::decoder::{Decoded, Decoder};
-use super::intake::{Counts, Intake};
 use super::message::start_request;
+use super::pose_queue::{Counts, Intake};
 use super::quality::Limits;
 use crate::{Error, Event, EventKind, Pose, Result};
 use hysteron_base::BadInput;

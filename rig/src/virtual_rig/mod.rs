@@ -9,14 +9,14 @@ mod equilibrium;
 mod linear;
 mod loops;
 mod population;
+mod population_schema;
 mod robot;
+mod schema;
 mod section;
 mod sensor;
 mod simulated;
 #[cfg(test)]
 mod tests;
-mod typed;
-mod typed_population;
 mod world;
 
 pub use loops::{LoopWidth, loop_width};

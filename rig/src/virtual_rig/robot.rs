@@ -1,7 +1,7 @@
 //! What a virtual robot is: read from a file whose keys carry units, and checked.
 
 use super::population::Population;
-use super::typed;
+use super::schema;
 use crate::Result;
 use hysteron_actuator::{FrictionLaw, Prony, ServoSpec};
 use hysteron_base::{BadInput, file};
@@ -146,7 +146,7 @@ impl VirtualRobot {
     /// # Errors
     /// As [`VirtualRobot::read`].
     pub fn from_toml(text: &str, place: &str) -> Result<Self> {
-        let typed: typed::RobotFile = hysteron_base::typed::parse(text).map_err(|bad| bad.within(place))?;
+        let typed: schema::RobotFile = hysteron_base::schema::parse(text).map_err(|bad| bad.within(place))?;
         Ok(typed.checked().map_err(|bad| bad.within(place))?)
     }
 

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use hysteron_fuzz::text::{slipped, slips};
-use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_base::{Channel, Metadata, Recording, file};
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, InverseModel, StatefulOptions, fit_stateful, fit_windowed,
 };
+use hysteron_fuzz::text::{slipped, slips};
+use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_learn::{
     Architecture, ChannelRange, Checkpoint, Head, Network, Normaliser, SequenceOptions, Session, Training,
     WindowedOptions,

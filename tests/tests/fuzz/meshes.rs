@@ -1,9 +1,9 @@
 //! Meshes, and states of a twin on one.
 
 use hysteron_base::Scene;
+use hysteron_fem::{Encoding, Layers, Order, Tube, check_mesh, read_mesh, write_mesh};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{damaged, damages, drive};
-use hysteron_fem::{Encoding, Layers, Order, Tube, check_mesh, read_mesh, write_mesh};
 use hysteron_tests::root;
 use hysteron_twin::{Twin, TwinState};
 

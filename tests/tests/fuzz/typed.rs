@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_fuzz::text::{slipped, slips};
-use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
 use hysteron_control::{Plan, TargetPath};
 use hysteron_fem::read_mesh;
+use hysteron_fuzz::text::{slipped, slips};
+use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_tests::root;
 use hysteron_twin::Twin;
 

@@ -247,7 +247,7 @@ fn a_twin_learns_what_its_network_does_not_know() {
         "--out",
         "x.safetensors",
     ]);
-    assert!(refused.error(2).contains("virtual tendons"), "{}", refused.stderr);
+    assert!(refused.error(2).contains("auxiliary tendons"), "{}", refused.stderr);
 
     // The network belongs to the mesh, too.
     let mesh = place.read("tpu80.msh");

@@ -31,7 +31,11 @@ fn numbers_on_the_command_line_end_where_machines_do() {
         ("train data --out a.safetensors --epochs 1000000000", "--epochs", "100000"),
         ("train data --out a.safetensors --batch 1000000000", "--batch", "65536"),
         ("train data --out a.safetensors --stride 1000000000", "--stride", "65536"),
-        ("train data --out a.safetensors --least-pull-mm 1e300", "--least-pull-mm", "1000000.0 mm"),
+        (
+            "train data --out a.safetensors --co-contraction-min-mm 1e300",
+            "--co-contraction-min-mm",
+            "1000000.0 mm",
+        ),
         ("fit-residual data --out a.safetensors --hidden 100000", "--hidden", "4096"),
         ("fit-residual data --out a.safetensors --members 1000000000", "--members", "32"),
         ("identify scene.toml data --out o --rounds 1000000000", "--rounds", "100"),

@@ -255,7 +255,7 @@ fn pictures_and_report_are_whole() {
     assert!(report.contains("hysteron simulate scene.toml --strokes circle.csv"));
     assert!(!report.contains("NaN") && !report.contains("src="));
     let metrics = String::from_utf8(place.read("figures/metrics.json")).unwrap();
-    for key in ["excursion_m", "tip_per_stroke", "diamond_ratio", "rest_miss"] {
+    for key in ["excursion_m", "tip_per_stroke", "diamond_ratio", "return_error"] {
         assert!(metrics.contains(&format!("\"{key}\": ")), "{key} in {metrics}");
     }
     assert!(metrics.contains("\"samples\": 30") && metrics.contains("\"steps\": 30"), "{metrics}");

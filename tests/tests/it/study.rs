@@ -289,7 +289,7 @@ fn a_demo_that_was_edited_is_not_overwritten() {
     std::fs::write(place.path().join("demo/study.toml"), "mine").unwrap();
     let outcome = run(place.path(), &["demo", "--out", "demo"]);
     let error = outcome.error(2);
-    assert!(error.contains("demo/study.toml") && error.contains("hysteron run"), "{error}");
+    assert!(error.contains("demo/study.toml") && error.contains("hysteron study run"), "{error}");
     assert_eq!(names_in(&place.path().join("demo")), ["study.toml"]);
 }
 

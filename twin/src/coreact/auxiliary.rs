@@ -27,7 +27,7 @@ impl Auxiliary {
     pub fn new(twin: &Twin) -> Result<Self> {
         let tendons = &twin.tendons[twin.n_primary..];
         if tendons.is_empty() {
-            return Err(BadInput::new("scene: auxiliary", "virtual tendons", "none")
+            return Err(BadInput::new("scene: auxiliary", "auxiliary tendons", "none")
                 .hint("meshes/tpu80/scene-coreact.toml has a layout of them")
                 .into());
         }
@@ -74,5 +74,7 @@ fn within(tendon: &TendonSpec, compliance: f64) -> std::result::Result<Bounds, B
     }
     let found = format!("{:.4} to {:.4} mm", 1e3 * bounds.min, 1e3 * bounds.max);
     Err(BadInput::new(format!("scene: auxiliary: strokes of {}", tendon.name), "bounds around zero", found)
-        .hint("at zero a virtual tendon does nothing; stroke_min_mm and tension_min_n must not be above it"))
+        .hint(
+            "at zero a auxiliary tendon does nothing; stroke_min_mm and tension_min_n must not be above it",
+        ))
 }

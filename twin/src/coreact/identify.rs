@@ -8,7 +8,7 @@ use super::sensitivity::{FrictionPoints, sensitivity};
 use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
-use crate::plant::{Bare, Plant};
+use crate::plant::{Plant, Uncorrected};
 use crate::qp::{BoxedRows, QpStatus, RowQp};
 use crate::step::{Memory, Stepper};
 use crate::{Error, Result, TwinState};
@@ -55,7 +55,7 @@ pub struct Step {
 }
 
 /// A twin that chooses the strokes of its auxiliary tendons sample by sample: to follow measurements, or as a network says.
-pub trait Chooser {
+pub trait AuxiliaryPolicy {
     /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], auxiliary ones as chosen. Without a
     /// goal nothing was measured.
     ///
@@ -166,7 +166,7 @@ impl<'a> Identifier<'a> {
     }
 }
 
-impl Chooser for Identifier<'_> {
+impl AuxiliaryPolicy for Identifier<'_> {
     fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
         let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
         let allowed = allowed(self.auxiliary, &self.strokes, duration);
@@ -227,20 +227,20 @@ pub struct Identification {
     pub summary: Summary,
 }
 
-/// Takes `chooser`, which is at rest, through all samples of a motion. `on_sample` is called after each and ends the run where it returns false.
+/// Takes `policy`, which is at rest, through all samples of a motion. `on_sample` is called after each and ends the run where it returns false.
 ///
 /// # Errors
 /// Those of [`Stepper::step`], with the row; `Ok(None)` where `on_sample` ended it.
 pub fn identify(
     twin: &Twin,
-    chooser: &mut dyn Chooser,
+    policy: &mut dyn AuxiliaryPolicy,
     motion: &Motion,
     mut meta: Metadata,
     on_sample: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Identification>> {
     let n = motion.len();
-    let n_aux = chooser.strokes().len();
-    let mut bare = Bare::new(twin);
+    let n_aux = policy.strokes().len();
+    let mut uncorrected = Uncorrected::new(twin);
     let mut summary = Summary { samples: n, ..Summary::default() };
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
     let mut columns = Columns::default();
@@ -249,8 +249,8 @@ pub fn identify(
         let primary = motion.strokes_at(i);
         let orientation = motion.orientations.as_ref().map(|orientations| orientations[i]);
         let goal = (!motion.gap[i]).then_some(Goal { position: motion.tips[i], orientation });
-        let step = chooser.step(primary, goal.as_ref(), motion.step).map_err(|error| in_row(i, error))?;
-        let without = bare.step(primary).map_err(|error| in_row(i, error))?.tip;
+        let step = policy.step(primary, goal.as_ref(), motion.step).map_err(|error| in_row(i, error))?;
+        let without = uncorrected.step(primary).map_err(|error| in_row(i, error))?.tip;
         if let Some(goal) = goal {
             after.push(step.distance);
             before.push(distance(goal.position, without));
@@ -260,10 +260,10 @@ pub fn identify(
         step.statuses.iter().for_each(|status| summary.count_status(*status));
         summary.count_bounds(&step.bounds);
         columns.push(
-            primary.iter().chain(&motion.tips[i]).chain(chooser.strokes()).chain(&step.tip).chain(&without),
+            primary.iter().chain(&motion.tips[i]).chain(policy.strokes()).chain(&step.tip).chain(&without),
         );
         if i % SENSITIVITY_EVERY == 0 {
-            let rows = chooser.sensitivity().ok_or_else(|| singular(i))?;
+            let rows = policy.sensitivity().ok_or_else(|| singular(i))?;
             sensitivities.push(rows.iter().flatten());
         }
         if !on_sample() {

@@ -1,4 +1,4 @@
-//! Compensatory residual actuation (CoReAct, CoReAct paper section IV-B): virtual tendons that bring the twin's tip to
+//! Compensatory residual actuation (CoReAct, CoReAct paper section IV-B): auxiliary tendons that bring the twin's tip to
 //! where the robot's tip was measured.
 //!
 //! The paper enforces the strokes of all auxiliary tendons as equalities. Held at zero they would clamp the body:
@@ -14,7 +14,7 @@ mod summary;
 
 pub use auxiliary::Auxiliary;
 pub(crate) use identify::distance;
-pub use identify::{Chooser, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
+pub use identify::{AuxiliaryPolicy, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
 pub use sensitivity::FrictionPoints;

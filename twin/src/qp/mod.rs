@@ -6,12 +6,12 @@
 //! solves its dual. The inverse problem has rows as well and is clarabel's alone.
 
 mod active_set;
-mod boxed_rows;
 mod clarabel;
+mod dual_newton;
 
 pub use active_set::{BoxQp, Place};
-pub(crate) use boxed_rows::BoxedRows;
 pub use clarabel::{RowQp, solve_rows};
+pub(crate) use dual_newton::BoxedRows;
 
 /// What became of a QP. Only `Solved` may enter a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -77,7 +77,7 @@ impl Decoder {
         Ok(decoder)
     }
 
-    /// Whether it is one of a robot with so many tendons and virtual tendons.
+    /// Whether it is one of a robot with so many tendons and auxiliary tendons.
     pub fn fits(&self, n_primary: usize, n_aux: usize) -> bool {
         self.ranges.len() == n_primary && self.coefficients.len() == n_terms(n_primary) * 2 * n_aux
     }

@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::Result;
 use crate::model::Twin;
-use crate::plant::{Bare, Plant, settle};
+use crate::plant::{Plant, Uncorrected, settle};
 
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
@@ -50,7 +50,7 @@ pub struct Steering<'a> {
 }
 
 /// A twin whose tip is steered.
-pub struct Follower<'a> {
+pub struct PathFollower<'a> {
     steering: Steering<'a>,
     plant: Box<dyn Plant + 'a>,
     /// Where it is [m]; none before the first sample.
@@ -138,7 +138,7 @@ impl<'a> Steering<'a> {
     }
 }
 
-impl<'a> Follower<'a> {
+impl<'a> PathFollower<'a> {
     /// Steers `plant`, a simulation with `twin` that has just been made, from where it rests, with samples of `duration` [s].
     ///
     /// # Errors
@@ -198,14 +198,14 @@ fn effect_of(twin: &Twin, coordinates: Coordinates, amplitude: f64) -> Result<Ma
     let mut strokes = vec![0.0; twin.n_primary];
     for direction in 0..2 {
         for sign in [-1.0, 1.0] {
-            let mut bare = Bare::new(twin);
+            let mut uncorrected = Uncorrected::new(twin);
             for i in 1..=PROBE_STEPS {
                 let mut point = [0.0; 2];
                 point[direction] = sign * amplitude * i as f64 / PROBE_STEPS as f64;
                 coordinates(point, &mut strokes);
-                bare.step(&strokes)?;
+                uncorrected.step(&strokes)?;
             }
-            let tip = twin.tip_of(bare.state());
+            let tip = twin.tip_of(uncorrected.state());
             for axis in 0..2 {
                 effect[(axis, direction)] += 0.5 * sign * tip[axis] / amplitude;
             }

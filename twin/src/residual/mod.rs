@@ -31,7 +31,7 @@ pub use adaptation::{AdaptOptions, Adaptation};
 pub use change::RobotChange;
 pub use decoder::Decoder;
 pub use features::{FeatureSpec, Features};
-pub use follower::{Coordinates, FollowLimits, FollowStep, Follower, Steering};
+pub use follower::{Coordinates, FollowLimits, FollowStep, PathFollower, Steering};
 pub use linear::LinearPart;
 pub use model::{Design, ResidualModel};
 pub use rollout::Rollout;

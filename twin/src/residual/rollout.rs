@@ -12,7 +12,7 @@ use super::decoder::Decoding;
 use super::linear::mean_displacement;
 use super::{Design, Features, ResidualModel};
 use crate::coreact::{
-    Auxiliary, Chooser, FrictionPoints, Goal, Step, allowed_strokes, distance, sensitivity,
+    Auxiliary, AuxiliaryPolicy, FrictionPoints, Goal, Step, allowed_strokes, distance, sensitivity,
 };
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
@@ -200,7 +200,7 @@ impl Plant for Rollout<'_> {
     }
 }
 
-impl Chooser for Rollout<'_> {
+impl AuxiliaryPolicy for Rollout<'_> {
     fn step(&mut self, primary: &[f64], goal: Option<&Goal>, _duration: f64) -> Result<Step> {
         let reported = Plant::step(self, primary)?.tip;
         let distance = goal.map_or(0.0, |goal| distance(goal.position, reported));

@@ -68,7 +68,7 @@ impl Sequence {
         let rows =
             ["x", "y", "z"].map(|axis| rows(axis).into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>());
         if rows.iter().any(|rows| rows.len() != auxiliary.len()) {
-            return Err(not_identified("sensitivities of every virtual tendon"));
+            return Err(not_identified("sensitivities of every auxiliary tendon"));
         }
         let n = recording.n_samples();
         if (sensitivities.n_samples() - 1) * every >= n {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hysteron_base::{Channel, Friction, Metadata, Recording};
 use hysteron_learn::{Progress, SequenceOptions};
 use hysteron_twin::coreact::{
-    Auxiliary, Chooser, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
+    Auxiliary, AuxiliaryPolicy, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
 };
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
@@ -16,13 +16,13 @@ use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
 use super::scenes;
 
-/// The robot of the tests with eight virtual tendons in four segments.
+/// The robot of the tests with eight auxiliary tendons in four segments.
 fn twin() -> Twin {
     let (scene, mesh) = scenes::actuated(4);
     Twin::new(&scene, &mesh).expect("a good scene")
 }
 
-/// The same with virtual tendons in `segments` segments, and with friction.
+/// The same with auxiliary tendons in `segments` segments, and with friction.
 fn rough_twin(segments: usize, friction: impl Fn(Friction) -> Friction) -> Twin {
     let (mut scene, mesh) = scenes::actuated(segments);
     scenes::roughen(&mut scene, 2e-4);
@@ -37,7 +37,7 @@ fn strokes(i: usize) -> [f64; 4] {
     [cos * ramp, sin * ramp, -cos * ramp, -sin * ramp]
 }
 
-/// A recording of a twin whose virtual tendons do what `secret` says: strokes (n_aux) [m] in a sample.
+/// A recording of a twin whose auxiliary tendons do what `secret` says: strokes (n_aux) [m] in a sample.
 fn recording(twin: &Twin, auxiliary: &Auxiliary, n: usize, secret: impl Fn(usize) -> Vec<f64>) -> Recording {
     let (mut stepper, mut state, mut targets) = (Stepper::new(twin), twin.rest(), Vec::new());
     let mut columns = vec![Vec::new(); 7];
@@ -186,7 +186,7 @@ fn sensitivity_knows_the_friction_points_that_stick() {
 
 #[test]
 fn secret_strokes_are_found_through_friction_and_backlash() {
-    // Two virtual tendons: the tip tells their strokes.
+    // Two auxiliary tendons: the tip tells their strokes.
     let twin = rough_twin(1, |friction| Friction { backlash: 1e-4, ..friction });
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let secret = |i: usize| lagging(auxiliary.len(), i);

@@ -35,7 +35,7 @@ pub fn robot_with(law: Law, order: Order, layers: u32) -> (Scene, Mesh) {
     (scene, mesh)
 }
 
-/// The same robot with virtual tendons: two in each of `segments`, a quarter turn on from one to the next.
+/// The same robot with auxiliary tendons: two in each of `segments`, a quarter turn on from one to the next.
 pub fn actuated(segments: usize) -> (Scene, Mesh) {
     let (mut scene, mesh) = robot();
     scene.auxiliary = Some(AuxiliaryLayout {

@@ -3,7 +3,7 @@
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_twin::residual::{FollowLimits, Steering};
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
-use hysteron_twin::{Bare, Plant, PlantStep, Stepper, Twin, TwinState, settle};
+use hysteron_twin::{Plant, PlantStep, Stepper, Twin, TwinState, Uncorrected, settle};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 
@@ -92,7 +92,8 @@ fn commands(n: usize, of: impl Fn(usize) -> [f64; 4]) -> Recording {
 
 fn outcome(twin: &Twin, commands: &Recording) -> Outcome {
     let mut drive = Recorded::new(twin, commands).expect("strokes of this robot");
-    synthesise(twin, &mut Bare::new(twin), &mut drive, Metadata::default(), &mut || true).expect("an outcome")
+    synthesise(twin, &mut Uncorrected::new(twin), &mut drive, Metadata::default(), &mut || true)
+        .expect("an outcome")
 }
 
 #[test]
@@ -133,7 +134,7 @@ fn pretensioned() -> Twin {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let rest = settle(&twin, &mut Uncorrected::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let away = distance(rest, twin.tip_of(&twin.rest()));
     assert!(away > 0.02 * scenes::LENGTH, "a rest that tests nothing: {away}");
     twin
@@ -142,7 +143,7 @@ fn pretensioned() -> Twin {
 #[test]
 fn a_trajectory_begins_where_the_robot_rests() {
     let twin = pretensioned();
-    let rest = settle(&twin, &mut Bare::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let rest = settle(&twin, &mut Uncorrected::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
     let Outcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
     let [x, y, z] = found.tip().expect("a tip");
@@ -154,25 +155,25 @@ fn a_trajectory_begins_where_the_robot_rests() {
 
 /// The twin, but for what its tip does by itself.
 struct Moved<'a> {
-    bare: Bare<'a>,
+    uncorrected: Uncorrected<'a>,
     sample: usize,
     by: fn(usize) -> f64,
 }
 
 impl Plant for Moved<'_> {
     fn step(&mut self, primary: &[f64]) -> hysteron_twin::Result<PlantStep> {
-        let mut step = self.bare.step(primary)?;
+        let mut step = self.uncorrected.step(primary)?;
         step.tip[0] += (self.by)(self.sample);
         self.sample += 1;
         Ok(step)
     }
 
     fn state(&self) -> &TwinState {
-        self.bare.state()
+        self.uncorrected.state()
     }
 
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.bare.tip_per_stroke()
+        self.uncorrected.tip_per_stroke()
     }
 }
 
@@ -181,7 +182,7 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     let twin = pretensioned();
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
     let made = |by| {
-        let mut plant = Moved { bare: Bare::new(&twin), sample: 0, by };
+        let mut plant = Moved { uncorrected: Uncorrected::new(&twin), sample: 0, by };
         let mut drive = Recorded::new(&twin, &commands).expect("strokes of this robot");
         synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome")
     };
@@ -203,22 +204,22 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
 
 /// A twin whose tendons stick in its first sample: their strokes move nothing, its Jacobian says.
 struct Sticking<'a> {
-    bare: Bare<'a>,
+    uncorrected: Uncorrected<'a>,
     n_asked: usize,
 }
 
 impl Plant for Sticking<'_> {
     fn step(&mut self, primary: &[f64]) -> hysteron_twin::Result<PlantStep> {
-        self.bare.step(primary)
+        self.uncorrected.step(primary)
     }
 
     fn state(&self) -> &TwinState {
-        self.bare.state()
+        self.uncorrected.state()
     }
 
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
         self.n_asked += 1;
-        let free = self.bare.tip_per_stroke();
+        let free = self.uncorrected.tip_per_stroke();
         if self.n_asked > 1 { free } else { Some([0; 3].map(|_| vec![0.0; 4])) }
     }
 }
@@ -230,7 +231,7 @@ fn tendons_that_begin_to_slide_are_no_jump() {
     // it: a stroke of 2 r / 100 takes it a hundredth of L. Twice that is beyond doubt.
     let stroke = 0.04 * scenes::TENDON_RADIUS;
     let commands = commands(20, |i| [1.0, 0.0, -1.0, 0.0].map(|part| stroke * part * i as f64));
-    let mut plant = Sticking { bare: Bare::new(&twin), n_asked: 0 };
+    let mut plant = Sticking { uncorrected: Uncorrected::new(&twin), n_asked: 0 };
     let mut drive = Recorded::new(&twin, &commands).expect("strokes of this robot");
     let found =
         synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome");
@@ -264,7 +265,7 @@ fn the_strokes_of_a_steered_tip_lead_there_again() {
     let coordinates = |[a, b]: [f64; 2], strokes: &mut [f64]| strokes.copy_from_slice(&[a, b, -a, -b]);
     let limits = FollowLimits { stroke: 2e-3, rate: 5e-3 };
     let mut held = Held(Steering::new(&twin, &coordinates, limits, 0.01).expect("tendons that move the tip"));
-    let found = synthesise(&twin, &mut Bare::new(&twin), &mut held, Metadata::default(), &mut || true)
+    let found = synthesise(&twin, &mut Uncorrected::new(&twin), &mut held, Metadata::default(), &mut || true)
         .expect("an outcome");
     let Outcome::Made(steered) = found else { panic!("no data") };
     assert_eq!(steered.n_samples(), 150);

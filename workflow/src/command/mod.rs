@@ -1,6 +1,6 @@
 //! `hysteron command`: strokes for a path of the tip, by a trained inverse controller or through the robot's twin.
 
-mod through;
+mod twin_strokes;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -150,8 +150,15 @@ impl Way {
         };
         let answer = match &self.scene {
             Some(scene) => {
-                let twin = if self.nominal { through::Twins::Nominal } else { through::Twins::OfScene };
-                through::strokes((scene, twin), self.checkpoint.as_deref(), given, &target, &mut progress)?
+                let twin =
+                    if self.nominal { twin_strokes::Twins::Nominal } else { twin_strokes::Twins::OfScene };
+                twin_strokes::strokes(
+                    (scene, twin),
+                    self.checkpoint.as_deref(),
+                    given,
+                    &target,
+                    &mut progress,
+                )?
             }
             None => by_network(self, given, &target, &mut progress)?,
         };

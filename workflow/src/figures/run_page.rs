@@ -156,7 +156,7 @@ fn solver(metrics: &Metrics) -> Vec<(&'static str, String)> {
         ("Steps", run.steps.to_string()),
         ("Steps per second", format!("{:.0}", metrics.steps_per_s)),
         ("Iterations per step", format!("{:.2}", metrics.iterations_per_step)),
-        ("Refactorisations of the stiffness", run.renewals.to_string()),
+        ("Refactorisations of the stiffness", run.refactorisations.to_string()),
         ("Newton iterations", run.newton_iterations.to_string()),
         ("Substeps", run.sub_steps.to_string()),
         ("QPs solved by Clarabel", run.clarabel_solves.to_string()),

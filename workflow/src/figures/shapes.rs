@@ -48,13 +48,13 @@ impl NamedShape {
 
     /// The numbers as text.
     pub fn cells(&self) -> Vec<String> {
-        let ShapeNumbers { excursion_m, tip_per_stroke, diamond_ratio, rest_miss } = self.numbers;
+        let ShapeNumbers { excursion_m, tip_per_stroke, diamond_ratio, return_error } = self.numbers;
         vec![
             self.name.clone(),
             format!("{:.2}", 1e3 * excursion_m),
             format!("{tip_per_stroke:.2}"),
             diamond_ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.3}")),
-            format!("{:.2}", 100.0 * rest_miss),
+            format!("{:.2}", 100.0 * return_error),
         ]
     }
 }
@@ -87,7 +87,7 @@ impl CommandAndTip {
 /// The numbers in one line.
 fn line(numbers: &ShapeNumbers) -> String {
     let ratio = numbers.diamond_ratio.map_or(String::new(), |ratio| format!("diamond {ratio:.3}, "));
-    format!("{ratio}return error {:.2} %", 100.0 * numbers.rest_miss)
+    format!("{ratio}return error {:.2} %", 100.0 * numbers.return_error)
 }
 
 impl Figure for CommandAndTip {
@@ -194,7 +194,7 @@ mod tests {
             assert!(svg.contains(*name) && svg.contains(&line(&numbers.numbers)), "{name}");
         }
         let circle = &figure.numbers()[2].numbers;
-        assert!(circle.diamond_ratio.unwrap() < 0.97 && circle.rest_miss < 0.01, "{circle:?}");
+        assert!(circle.diamond_ratio.unwrap() < 0.97 && circle.return_error < 0.01, "{circle:?}");
         assert!(png(&figure).unwrap().starts_with(b"\x89PNG"));
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Bounds, Recording, file, typed};
+use hysteron_base::{BadInput, Bounds, Recording, file, schema};
 use hysteron_twin::fit::Wanted;
 use hysteron_twin::{Motion, Twin};
 use serde::Deserialize;
@@ -29,8 +29,8 @@ pub fn read_names(path: &Path) -> anyhow::Result<Vec<Wanted>> {
 }
 
 fn names(text: &str) -> Result<Vec<Wanted>, BadInput> {
-    let typed: FitFile = typed::parse(text)?;
-    typed::check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
+    let typed: FitFile = schema::parse(text)?;
+    schema::check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
     let wanted = |(key, numbers): (String, Vec<f64>)| match numbers[..] {
         [] => Ok(Wanted::named(key)),
         [min, max] if min < max => Ok(Wanted { name: key, bounds: Some(Bounds { min, max }), width: None }),

@@ -1,4 +1,4 @@
-//! `hysteron identify`: recordings become strokes of virtual tendons.
+//! `hysteron identify`: recordings become strokes of auxiliary tendons.
 
 pub mod summary;
 
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene};
-use hysteron_twin::coreact::{Auxiliary, Chooser, Identifier, IdentifyOptions, identify};
+use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{DECODER, Design};
 use hysteron_twin::{Motion, Twin};
 use rayon::prelude::*;
@@ -23,11 +23,11 @@ use crate::{COMMIT, Caller};
 /// More than any sample needs.
 pub const MOST_ROUNDS: usize = 100;
 
-/// Find the virtual tendons' strokes that make the twin follow measured tips (CoReAct)
+/// Find the auxiliary tendons' strokes that make the twin follow measured tips (CoReAct)
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Scene file of the robot (scene.toml), with virtual tendons
+    /// Scene file of the robot (scene.toml), with auxiliary tendons
     pub scene: PathBuf,
     /// Recordings, .parquet or .csv, or folders of them
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
@@ -76,14 +76,14 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = outputs(options, &scene, [&there, &missing]).check(caller)?;
     let n_jobs = there.len() + missing.len();
     tracing::info!(
-        "{}: {n_jobs} recordings, {} samples, {} virtual tendons; {} recordings are there already",
+        "{}: {n_jobs} recordings, {} samples, {} auxiliary tendons; {} recordings are there already",
         scene.name,
         n_samples(&there) + n_samples(&missing),
         auxiliary.len(),
         there.len(),
     );
     caller.listen()?;
-    let chooser = |motion: &Motion| -> anyhow::Result<Box<dyn Chooser + '_>> {
+    let policy = |motion: &Motion| -> anyhow::Result<Box<dyn AuxiliaryPolicy + '_>> {
         Ok(match &network {
             Some(network) => Box::new(network.rollout(&twin, motion.step)?),
             None => Box::new(Identifier::new(&twin, &auxiliary, settings)),
@@ -91,7 +91,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     };
     let mut rows =
         there.iter().map(|job| summary::Row::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
-    rows.extend(carry_out(&missing, &twin, &chooser, caller)?);
+    rows.extend(carry_out(&missing, &twin, &policy, caller)?);
     rows.sort_by(|a, b| a.name.cmp(&b.name));
     summary::print(&rows, caller);
     let title = format!("Auxiliary strokes of {}", scene.name);
@@ -124,7 +124,7 @@ fn n_samples(jobs: &[Job]) -> usize {
 fn carry_out<'a>(
     jobs: &[Job],
     twin: &Twin,
-    chooser: &(dyn Fn(&Motion) -> anyhow::Result<Box<dyn Chooser + 'a>> + Sync),
+    policy: &(dyn Fn(&Motion) -> anyhow::Result<Box<dyn AuxiliaryPolicy + 'a>> + Sync),
     caller: &Caller,
 ) -> anyhow::Result<Vec<summary::Row>> {
     let bar = caller.progress("samples", n_samples(jobs), 0);
@@ -135,7 +135,7 @@ fn carry_out<'a>(
             !caller.is_cancelled()
         };
         let start = std::time::Instant::now();
-        let result = identify(twin, &mut *chooser(&job.motion)?, &job.motion, job.meta.clone(), &mut go_on);
+        let result = identify(twin, &mut *policy(&job.motion)?, &job.motion, job.meta.clone(), &mut go_on);
         let done = result
             .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
         let Some(done) = done else { return Ok(()) };

@@ -6,7 +6,7 @@ use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
 use hysteron_rig::{Hardware, LiveRig};
 
-use super::aside::{ended, rescue};
+use super::partial_files::{ended, rescue};
 use super::source::Source;
 use super::summary::Summary;
 use super::{Job, Options};

@@ -1,8 +1,8 @@
 //! `hysteron record`: a plan becomes recordings.
 
-mod aside;
 pub mod jobs;
 mod live;
+mod partial_files;
 mod simulated;
 pub mod source;
 mod summary;
@@ -96,7 +96,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         source::check_description(folder, &description)?;
     }
     for (job, recording) in &there {
-        aside::clear_journal(&job.out, recording)?;
+        partial_files::clear_journal(&job.out, recording)?;
     }
     tracing::info!(
         "{}: {} trajectories, {} samples, {:.0} s; {} are there already",

@@ -10,7 +10,7 @@ use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use rayon::prelude::*;
 
-use super::aside::ended;
+use super::partial_files::ended;
 use super::source::{self, Source};
 use super::summary::Summary;
 use super::{Job, Options};

@@ -17,7 +17,7 @@ use super::goals::Goals;
 enum Course<'a> {
     Strokes(&'a [f64]),
     Tensions(&'a [f64]),
-    /// Strokes of a virtual tendon as CoReAct means them: each is a tension, by this many newtons per metre.
+    /// Strokes of a auxiliary tendon as CoReAct means them: each is a tension, by this many newtons per metre.
     Residual(&'a [f64], f64),
     Constant(Target),
 }
@@ -200,7 +200,7 @@ fn driven<'a>(twin: &Twin, aux: &[&'a [f64]]) -> Result<Vec<Course<'a>>, BadInpu
         error
             .bad_input()
             .cloned()
-            .unwrap_or_else(|| BadInput::new("scene", "virtual tendons", error.to_string()))
+            .unwrap_or_else(|| BadInput::new("scene", "auxiliary tendons", error.to_string()))
     })?;
     for (k, (values, bounds)) in aux.iter().zip(&auxiliary.bounds).enumerate() {
         // Written and read again, a stroke at its bound may have lost its last digit.

@@ -420,7 +420,7 @@ fn check_residual(options: &RunOptions, command: &Command) -> Result<(), BadInpu
         ));
     }
     if command.drives_auxiliary {
-        return Err(BadInput::new("aux columns", "none: the network drives the virtual tendons", "some")
+        return Err(BadInput::new("aux columns", "none: the network drives the auxiliary tendons", "some")
             .hint("leave out --residual to follow them"));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! A run with the residual network: it drives the virtual tendons, and what it did is recorded.
+//! A run with the residual network: it drives the auxiliary tendons, and what it did is recorded.
 
 use hysteron_base::{BadInput, Channel};
 use hysteron_twin::residual::Rollout;

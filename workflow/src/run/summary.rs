@@ -19,7 +19,7 @@ pub struct Summary {
     /// Corrections with the stale factor.
     pub iterations: usize,
     /// Times the factor was renewed.
-    pub renewals: usize,
+    pub refactorisations: usize,
     /// Iterations of Newton's method, where the stale factor did not serve.
     pub newton_iterations: usize,
     /// Parts into which such steps were divided.
@@ -84,7 +84,7 @@ impl Summary {
     pub fn add(&mut self, report: &StepReport) {
         self.steps += 1;
         self.iterations += report.iterations;
-        self.renewals += report.renewals;
+        self.refactorisations += report.refactorisations;
         self.newton_iterations += report.newton_iterations;
         self.sub_steps += report.sub_steps;
         self.clarabel_solves += report.clarabel_solves;
@@ -142,10 +142,10 @@ impl Summary {
             self.duration_s * self.steps as f64 / self.samples as f64 / self.wall_s,
         );
         tracing::info!(
-            "{:.2} iterations per {}, {} renewals of the factor, {} Newton iterations in {} sub-steps, {} clarabel solves",
+            "{:.2} iterations per {}, {} refactorisations of the factor, {} Newton iterations in {} sub-steps, {} clarabel solves",
             per_step(self.iterations),
             what.trim_end_matches('s'),
-            self.renewals,
+            self.refactorisations,
             self.newton_iterations,
             self.sub_steps,
             self.clarabel_solves,

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use hysteron_base::schema::{between, check_header, count, text};
 use hysteron_base::size::check_at_most;
-use hysteron_base::typed::{between, check_header, count, text};
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_control::plan::{Role, Trajectory};
 use hysteron_control::{Plan, TargetPath};
@@ -15,7 +15,7 @@ use hysteron_twin::coreact::Auxiliary;
 use hysteron_twin::fit::{Wanted, select};
 
 use super::stage::Argument;
-use super::{PlanChoice, Rig, SceneChoice, Study, Target, Track, Way, typed};
+use super::{PlanChoice, Rig, SceneChoice, Study, Target, Track, Way, schema};
 use crate::fit_material::MOST_STEPS;
 use crate::fit_residual::MOST_MEMBERS;
 use crate::identify::MOST_ROUNDS;
@@ -39,7 +39,7 @@ impl Study {
 }
 
 fn valid(text: &str, folder: &Path) -> anyhow::Result<Study> {
-    let typed: typed::StudyFile = hysteron_base::typed::parse(text)?;
+    let typed: schema::StudyFile = hysteron_base::schema::parse(text)?;
     check_header((&typed.format, typed.version), FORMAT)?;
     check_numbers(&typed)?;
     check_parts(&typed)?;
@@ -80,7 +80,7 @@ fn folder_name(key: &str, typed: &str) -> Result<String, BadInput> {
     Ok(typed.to_owned())
 }
 
-fn check_numbers(typed: &typed::StudyFile) -> Result<(), BadInput> {
+fn check_numbers(typed: &schema::StudyFile) -> Result<(), BadInput> {
     let calibrate = typed.calibrate.as_ref();
     let (identify, residual, train) =
         (typed.identify.as_ref(), typed.residual.as_ref(), typed.train.as_ref());
@@ -108,7 +108,7 @@ fn check_numbers(typed: &typed::StudyFile) -> Result<(), BadInput> {
 }
 
 /// Refuses a part whose ground is missing.
-fn check_parts(typed: &typed::StudyFile) -> Result<(), BadInput> {
+fn check_parts(typed: &schema::StudyFile) -> Result<(), BadInput> {
     let has = |way: Way| typed.track.as_ref().is_some_and(|track| track.ways.contains(&way));
     let needs = [
         ("residual", typed.residual.is_some(), "identify", typed.identify.is_some()),
@@ -175,7 +175,7 @@ fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, Plan)> 
 
 /// A plan for the twin, whose recordings go beside those of the rig.
 fn generate(
-    typed: &typed::Generate,
+    typed: &schema::Generate,
     folder: &Path,
     recorded: &Plan,
     scene: &Scene,
@@ -215,7 +215,7 @@ fn enough(choice: &PlanChoice, plan: &Plan) -> Result<(), BadInput> {
         .hint("a network learns from some and stops by the others"))
 }
 
-fn scene(typed: &typed::StudyFile, folder: &Path, source: &Source) -> anyhow::Result<(SceneChoice, Scene)> {
+fn scene(typed: &schema::StudyFile, folder: &Path, source: &Source) -> anyhow::Result<(SceneChoice, Scene)> {
     let path = resolved(folder, &typed.scene);
     let scene = Scene::read(&path)?;
     check_tendons(&scene, source)?;
@@ -240,7 +240,7 @@ fn check_tendons(scene: &Scene, source: &Source) -> Result<(), BadInput> {
     Err(BadInput::new("tendon", expected, format!("at {scene} deg")))
 }
 
-fn check_calibration(typed: &typed::Calibrate, plan: &Plan, scene: &Scene) -> anyhow::Result<()> {
+fn check_calibration(typed: &schema::Calibrate, plan: &Plan, scene: &Scene) -> anyhow::Result<()> {
     let names: Vec<&str> = plan.trajectories().iter().map(|one| one.name.as_str()).collect();
     let unknown = typed.recordings.iter().find(|name| !names.contains(&name.as_str()));
     let found = match (unknown, typed.recordings.is_empty()) {
@@ -256,7 +256,7 @@ fn check_calibration(typed: &typed::Calibrate, plan: &Plan, scene: &Scene) -> an
     Ok(())
 }
 
-fn track(typed: typed::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
+fn track(typed: schema::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
     let repeats = count("track.repeats", typed.repeats, MOST_REPEATS)?;
     check_at_most("track.targets", typed.targets.len(), MOST_TARGETS)?;
     let mut ways: Vec<Way> = Vec::new();

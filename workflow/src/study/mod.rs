@@ -6,10 +6,10 @@
 mod convert;
 #[cfg(test)]
 mod fuzz;
+mod schema;
 mod stage;
 mod stages;
 mod stamp;
-mod typed;
 
 use std::path::{Path, PathBuf};
 
@@ -46,11 +46,11 @@ pub struct Study {
     pub plan: PlanChoice,
     /// Scene of the robot.
     pub scene: SceneChoice,
-    calibrate: Option<typed::Calibrate>,
-    identify: Option<typed::Identify>,
-    residual: Option<typed::Residual>,
+    calibrate: Option<schema::Calibrate>,
+    identify: Option<schema::Identify>,
+    residual: Option<schema::Residual>,
     generate: Option<PlanChoice>,
-    train: Option<typed::Train>,
+    train: Option<schema::Train>,
     /// Paths to be tracked.
     pub track: Option<Track>,
 }

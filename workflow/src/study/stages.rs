@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::schema::Residual;
 use super::stage::{Argument, OnRefusal, Outdated, Restart, Stage, Step};
-use super::typed::Residual;
 use super::{Study, Target, Track, Way};
 
 /// Recordings by the rig.
@@ -187,7 +187,7 @@ impl Planner<'_> {
             .option("--rounds", identify.rounds)
             .word("--out")
             .with(self.written("identified"));
-        let about = "virtual tendons are found that pull the twin's tip to the measured one";
+        let about = "auxiliary tendons are found that pull the twin's tip to the measured one";
         let guess =
             PER_IDENTIFIED * identify.rounds.unwrap_or(2) as f64 * Self::samples(&self.study.plan.training);
         let stage = self.stage("identify", "identified", about, step, guess);
@@ -226,7 +226,7 @@ impl Planner<'_> {
             .word("--out")
             .with(self.written(Path::new(folder).join(NETWORK)));
         let about =
-            "a network learns what the virtual tendons do, so that the twin shows hysteresis by itself";
+            "a network learns what the auxiliary tendons do, so that the twin shows hysteresis by itself";
         let epochs = (residual.epochs.unwrap_or(100) * residual.members.unwrap_or(3)) as f64;
         let guess = PER_RESIDUAL_EPOCH * epochs * Self::samples(&self.study.plan.training);
         self.stage("fit-residual", folder, about, step, guess)

@@ -2,7 +2,7 @@
 //!
 //! Beside each other: a reduced model, three arcs of constant curvature with fitted zeros, compliance and angles of the tendons
 //! (twelve numbers); a kernel ridge and a network with a memory on what it leaves; static regressions of the tip on the strokes and a network, without any model; and on
-//! fewer rows the finite-element twin with the reduced model's parameters, with its own, and with virtual tendons that
+//! fewer rows the finite-element twin with the reduced model's parameters, with its own, and with auxiliary tendons that
 //! bring its marker to where a regression of what it leaves says (CoReAct), or to where it was measured. A pattern and its
 //! holds are never divided.
 #![allow(clippy::print_stdout)] // this program prints tables
@@ -176,7 +176,7 @@ fn twin_errors(
 
     let beside = new_rows.iter().map(|row| fitted.model.shape(&row.strokes).marker).collect();
     let (given, _) = robot.predict(fitted, &new)?;
-    let (bare, n_failed) = robot.predict(&own, &new)?;
+    let (uncorrected, n_failed) = robot.predict(&own, &new)?;
     let left = robot.predict(&own, &known)?.0.into_iter().zip(&known_rows);
     let left: Vec<[f64; 3]> = left.map(|(marker, row)| (measured(row) - marker).into()).collect();
     let groups: Vec<usize> =
@@ -184,12 +184,12 @@ fn twin_errors(
     let [known_features, new_features] = [&known_rows, &new_rows].map(|rows| features(&shapes(rows), rows));
     let missing = regression::kernel(&known_features, &left, &groups, &new_features)?;
     let wanted: Vec<Vector3<f64>> =
-        bare.iter().zip(missing).map(|(marker, missing)| marker + Vector3::from(missing)).collect();
+        uncorrected.iter().zip(missing).map(|(marker, missing)| marker + Vector3::from(missing)).collect();
     let (corrected, n_not_led) = robot.lead(&own, &new, &wanted)?;
     let tips: Vec<Vector3<f64>> = new_rows.iter().map(measured).collect();
     let (led, _) = robot.lead(&own, &new, &tips)?;
 
-    let by = [(fitted, beside), (fitted, given), (&own, bare), (&own, corrected), (&own, led)];
+    let by = [(fitted, beside), (fitted, given), (&own, uncorrected), (&own, corrected), (&own, led)];
     let off = |(fitted, markers): &(&Fitted, Vec<Vector3<f64>>)| -> Vec<f64> {
         let each = new_rows.iter().zip(markers);
         each.map(|(row, marker)| distance(fitted.measured(*marker), row.tip.map(|c| 1e3 * c))).collect()

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use hysteron_base::Scene;
 use hysteron_fem::{Mesh, read_mesh};
-use hysteron_twin::coreact::{Auxiliary, Chooser, Goal, Identifier, IdentifyOptions};
+use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions};
 use hysteron_twin::{Error, Stepper, Target, Twin, TwinState};
 use nalgebra::{Rotation3, Vector3};
 
@@ -19,9 +19,9 @@ const N_AXIS: usize = 3;
 const STEP: f64 = 0.3e-3;
 /// Stroke beyond which a released tendon cannot become taut [m]: more than any other pulls.
 const SLACK: f64 = 12e-3;
-/// Duration of a step with virtual tendons [s]; the recording's rows are 0.58 s apart.
+/// Duration of a step with auxiliary tendons [s]; the recording's rows are 0.58 s apart.
 const DURATION: f64 = 0.1;
-/// Rounds in which virtual tendons bring the marker to its place, each by the twin linearised where it is.
+/// Rounds in which auxiliary tendons bring the marker to its place, each by the twin linearised where it is.
 const ROUNDS: usize = 6;
 
 /// Of the real tendons and of those along the axis [m].
@@ -42,7 +42,7 @@ impl Robot {
         Ok(Self { scene, mesh })
     }
 
-    /// The twin with the parameters of the reduced model, without virtual tendons.
+    /// The twin with the parameters of the reduced model, without auxiliary tendons.
     fn twin(&self, model: &Reduced) -> Result<Twin> {
         let mut scene = self.scene(model);
         scene.auxiliary = None;
@@ -97,7 +97,7 @@ impl Robot {
         Ok((markers, n_failed))
     }
 
-    /// Markers [m] in the same rows where virtual tendons bring them towards `wanted` [m], one for each row; and the number
+    /// Markers [m] in the same rows where auxiliary tendons bring them towards `wanted` [m], one for each row; and the number
     /// of rows that were not reached, which keep the shape before.
     ///
     /// # Errors
@@ -187,7 +187,7 @@ fn marker(twin: &Twin, state: &TwinState) -> Vector3<f64> {
     end + MARKER * (end - before).normalize()
 }
 
-/// From row to row with virtual tendons, which bring the marker to where it shall be.
+/// From row to row with auxiliary tendons, which bring the marker to where it shall be.
 struct Led<'a> {
     twin: &'a Twin,
     identifier: Identifier<'a>,

@@ -52,7 +52,7 @@ struct Residual<'a> {
     cables: Vec<Tendon>,
     sharing: Sharing,
     /// Shapes in the bench's holds while the cables do nothing.
-    bare: Vec<TwinState>,
+    uncorrected: Vec<TwinState>,
 }
 
 impl<'a> Residual<'a> {
@@ -60,7 +60,7 @@ impl<'a> Residual<'a> {
         let twin = setup.twin(&bench.mesh, cables)?;
         let idle = |_| vec![Target::Tension(0.0); cables.len()];
         let bare = setup.states(&twin, &bench.holds, None, &idle)?;
-        Ok(Self { bench, setup, twin, cables: cables.to_vec(), sharing, bare })
+        Ok(Self { bench, setup, twin, cables: cables.to_vec(), sharing, uncorrected: bare })
     }
 
     /// Tensions of the cables for the unknowns, within their bounds.
@@ -188,24 +188,24 @@ pub fn run(bench: &Bench, setup: &Setup, scene: &Scene) -> Result<Value> {
     let errors: Vec<[f64; N]> = bench
         .holds
         .par_iter()
-        .zip(&own.bare)
-        .map(|(hold, bare)| {
+        .zip(&own.uncorrected)
+        .map(|(hold, uncorrected)| {
             let holds = std::slice::from_ref(hold);
-            let (_, states) = own.identify(holds, std::slice::from_ref(bare))?;
+            let (_, states) = own.identify(holds, std::slice::from_ref(uncorrected))?;
             Ok(own.errors(&states, holds)[0])
         })
         .collect::<Result<_>>()?;
     rows.push(("each hold its own", mean_of_markers(&of(&errors)), None));
     let shared = Residual::new(bench, setup, &cables, Sharing::Linear)?;
-    let (_, states) = shared.identify(&bench.holds, &shared.bare)?;
+    let (_, states) = shared.identify(&bench.holds, &shared.uncorrected)?;
     let all = shared.errors(&states, &bench.holds);
     let left_out: Vec<[f64; N]> = (0..bench.holds.len())
         .into_par_iter()
         .map(|out| {
-            let (mut rest, mut near) = (bench.holds.clone(), shared.bare.clone());
-            let (hold, bare) = ([rest.remove(out)], [near.remove(out)]);
+            let (mut rest, mut near) = (bench.holds.clone(), shared.uncorrected.clone());
+            let (hold, uncorrected) = ([rest.remove(out)], [near.remove(out)]);
             let (unknowns, _) = shared.identify(&rest, &near)?;
-            Ok(shared.errors(&shared.states(&unknowns, &hold, &bare)?, &hold)[0])
+            Ok(shared.errors(&shared.states(&unknowns, &hold, &uncorrected)?, &hold)[0])
         })
         .collect::<Result<_>>()?;
     rows.push(("linear in the tensions", mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));

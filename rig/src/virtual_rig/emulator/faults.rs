@@ -16,7 +16,7 @@
 use std::path::Path;
 
 use crate::Result;
-use hysteron_base::{BadInput, file, rng, typed};
+use hysteron_base::{BadInput, file, rng, schema};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -233,12 +233,12 @@ impl Fault {
             return Err(BadInput::new("servo", format!("an id from 0 to {LAST_ID}"), id.to_string()));
         }
         if let Some(count) = self.count {
-            typed::count("count", i64::from(count), i64::from(MOST_PACKETS))?;
+            schema::count("count", i64::from(count), i64::from(MOST_PACKETS))?;
         }
-        self.duration_s.map_or(Ok(0.0), |x| typed::positive("duration_s", x))?;
+        self.duration_s.map_or(Ok(0.0), |x| schema::positive("duration_s", x))?;
         within("duration_s", self.duration_s, 0.0, LONGEST)?;
         // Beyond these a servo would be no servo any more.
-        self.delay_ms.map_or(Ok(0.0), |x| typed::positive("delay_ms", x))?;
+        self.delay_ms.map_or(Ok(0.0), |x| schema::positive("delay_ms", x))?;
         within("delay_ms", self.delay_ms, 0.0, 10_000.0)?;
         within("torque_nm", self.torque_nm, -100.0, 100.0)?;
         within("volts", self.volts, 0.0, 30.0)?;
@@ -249,7 +249,7 @@ impl Fault {
 /// A number that may be missing, within bounds.
 fn within(key: &str, given: Option<f64>, low: f64, high: f64) -> std::result::Result<(), BadInput> {
     let Some(x) = given else { return Ok(()) };
-    typed::require(key, &format!("{low} to {high}"), x, (low..=high).contains(&x)).map(|_| ())
+    schema::require(key, &format!("{low} to {high}"), x, (low..=high).contains(&x)).map(|_| ())
 }
 
 /// A list of faults, in order of time.
@@ -283,8 +283,8 @@ impl Faults {
     /// # Errors
     /// `BadInput` naming the line or key.
     pub fn parse(text: &str) -> std::result::Result<Self, BadInput> {
-        let typed: FaultsFile = typed::parse(text)?;
-        typed::check_header((&typed.format, typed.version), FORMAT)?;
+        let typed: FaultsFile = schema::parse(text)?;
+        schema::check_header((&typed.format, typed.version), FORMAT)?;
         for (k, fault) in typed.fault.iter().enumerate() {
             fault
                 .check()

@@ -6,19 +6,19 @@ use super::stage::{MOMENT, Mishap, Stage};
 use hysteron_base::{Metadata, Recording};
 use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop};
 use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
-use hysteron_rig::{Error, EventKind, Retreat};
+use hysteron_rig::{Error, EventKind, ShutdownAction};
 use std::cell::Cell;
 
 /// A busy machine answers late, which is not what is tested here.
 const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
 
 /// Records on the simulated rig; the run must end by a limit with `part` in its message and this retreat.
-fn trips(replace: &[(&str, &str)], mishap: Mishap, part: &str, retreat: Retreat) {
+fn trips(replace: &[(&str, &str)], mishap: Mishap, part: &str, shutdown: ShutdownAction) {
     let (mut stage, outcome) = Stage::record(replace, &small_circle(400), mishap);
     let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{part}: {:?}", outcome.stopped) };
     assert!(violation.message.contains(part), "{part}: {violation:?}");
-    assert_eq!(violation.retreat, retreat, "{violation:?}");
-    assert_eq!(stage.goals.last() == Some(&stage.rest), retreat == Retreat::ToRest, "{part}");
+    assert_eq!(violation.shutdown, shutdown, "{violation:?}");
+    assert_eq!(stage.goals.last() == Some(&stage.rest), shutdown == ShutdownAction::ToRest, "{part}");
     assert!(!stage.is_under_torque(), "{part}");
     assert!(outcome.n_rows > 0 && outcome.n_rows < 400, "{} rows: {violation:?}", outcome.n_rows);
     let limits = outcome.events.iter().filter(|event| event.kind == EventKind::Limit);
@@ -35,17 +35,17 @@ fn a_circle_within_its_limits_passes_none() {
 #[test]
 fn commands_out_of_bounds_go_back_to_rest() {
     let stroke = [("stroke_max_mm = 16.0", "stroke_max_mm = 0.5")];
-    trips(&stroke, Mishap::None, "stroke, commanded", Retreat::ToRest);
+    trips(&stroke, Mishap::None, "stroke, commanded", ShutdownAction::ToRest);
     let rate = [
         ("stroke_rate_max_mm_s = 12.0", "stroke_rate_max_mm_s = 1.5"),
         ("slew_mm_s = 3.0", "slew_mm_s = 1.0"),
     ];
-    trips(&rate, Mishap::None, "stroke rate, commanded", Retreat::ToRest);
+    trips(&rate, Mishap::None, "stroke rate, commanded", ShutdownAction::ToRest);
 }
 
 #[test]
 fn a_computer_that_stands_still_for_longer_than_the_watchdog_lets_go() {
-    trips(&[], Mishap::ToTheWorld(|world| world.advance(0.5)), "standstill", Retreat::LetGo);
+    trips(&[], Mishap::ToTheWorld(|world| world.advance(0.5)), "standstill", ShutdownAction::TorqueOff);
 }
 
 /// Something pulls at the first pulley with more than the servo can hold.
@@ -62,14 +62,14 @@ fn a_pulley_that_something_pulls_trips_whatever_is_limited() {
     let [rate, load, lag] = UNLIMITED;
     let stroke =
         [("stroke_max_mm = 16.0", "stroke_max_mm = 2.3"), ("stroke_min_mm = -16.0", "stroke_min_mm = -2.3")];
-    trips(&[rate, load, lag, stroke[0], stroke[1]], PULLED, "stroke, measured", Retreat::ToRest);
-    trips(&[load, lag], PULLED, "stroke rate, measured", Retreat::ToRest);
-    trips(&[rate, load], PULLED, "lag", Retreat::LetGo);
+    trips(&[rate, load, lag, stroke[0], stroke[1]], PULLED, "stroke, measured", ShutdownAction::ToRest);
+    trips(&[load, lag], PULLED, "stroke rate, measured", ShutdownAction::ToRest);
+    trips(&[rate, load], PULLED, "lag", ShutdownAction::TorqueOff);
     trips(
         &[rate, lag, ("load_max_percent = 70.0\nload_hold_percent = 68.0", "load_max_percent = 40.0")],
         PULLED,
         "load",
-        Retreat::LetGo,
+        ShutdownAction::TorqueOff,
     );
 }
 
@@ -78,8 +78,8 @@ fn a_tendon_near_the_load_limit_is_wound_no_further_until_the_plan_comes_back() 
     let (free, _) = Stage::record(&[], &small_circle(400), Mishap::None);
     let run = |hold: f64| {
         let percent = |name: &str, part: f64| format!("{name} = {:?}", 100.0 * part * free.load_max);
-        let (max, hold) = (percent("load_max_percent", 0.9), percent("load_hold_percent", hold));
-        let replace = [("load_max_percent = 70.0", &max[..]), ("load_hold_percent = 68.0", &hold)];
+        let (max, hold) = (percent("load_max_percent", 0.9), percent("load_limit_percent", hold));
+        let replace = [("load_max_percent = 70.0", &max[..]), ("load_limit_percent = 68.0", &hold)];
         Stage::record(&replace, &small_circle(400), Mishap::None)
     };
     let held =
@@ -99,36 +99,49 @@ fn a_tendon_near_the_load_limit_is_wound_no_further_until_the_plan_comes_back() 
     assert!(stage.goals.last() == free.goals.last() && !stage.is_under_torque());
 
     // A tendon that stays behind by more than a servo may lag is blocked.
-    let percent = format!("load_hold_percent = {:?}", 40.0 * free.load_max);
+    let percent = format!("load_limit_percent = {:?}", 40.0 * free.load_max);
     let lag = ("lag_max_mm = 3.0", "lag_max_mm = 0.4");
-    let replace = [lag, ("load_hold_percent = 68.0", &percent[..])];
+    let replace = [lag, ("load_limit_percent = 68.0", &percent[..])];
     let (mut stage, blocked) = Stage::record(&replace, &small_circle(400), Mishap::None);
     let Some(Stop::Limit(violation)) = &blocked.stopped else { panic!("{:?}", blocked.stopped) };
-    assert!(violation.message.contains("held back") && violation.retreat == Retreat::LetGo, "{violation:?}");
+    assert!(
+        violation.message.contains("held back") && violation.shutdown == ShutdownAction::TorqueOff,
+        "{violation:?}"
+    );
     assert!(!stage.is_under_torque());
 }
 
 #[test]
 fn heat_and_a_wrong_supply_let_go() {
     // 24 degrees C of the room, a little of the motor's own, and this much more.
-    trips(&[], Mishap::Heat(45.0), "temperature: expected at most 65", Retreat::LetGo);
-    trips(&[], Mishap::ToTheWorld(|world| world.set_supply(9.4)), "supply: expected 9.5", Retreat::LetGo);
-    trips(&[], Mishap::ToTheWorld(|world| world.set_supply(14.1)), "supply: expected 9.5", Retreat::LetGo);
+    trips(&[], Mishap::Heat(45.0), "temperature: expected at most 65", ShutdownAction::TorqueOff);
+    trips(
+        &[],
+        Mishap::ToTheWorld(|world| world.set_supply(9.4)),
+        "supply: expected 9.5",
+        ShutdownAction::TorqueOff,
+    );
+    trips(
+        &[],
+        Mishap::ToTheWorld(|world| world.set_supply(14.1)),
+        "supply: expected 9.5",
+        ShutdownAction::TorqueOff,
+    );
 }
 
 #[test]
 fn a_servo_that_restarts_lets_all_others_go() {
-    trips(&[], Mishap::ToTheWorld(|world| world.power_cycle(2)), "torque is off", Retreat::LetGo);
+    trips(&[], Mishap::ToTheWorld(|world| world.power_cycle(2)), "torque is off", ShutdownAction::TorqueOff);
 }
 
 #[test]
 fn a_tip_out_of_bounds_or_sight_goes_back_to_rest() {
     let narrow = [("tip_max_mm = [60.0, 60.0, 95.0]", "tip_max_mm = [60.0, 5.0, 95.0]")];
-    trips(&narrow, Mishap::None, "tip: expected y", Retreat::ToRest);
+    trips(&narrow, Mishap::None, "tip: expected y", ShutdownAction::ToRest);
     let narrow = [("tip_min_mm = [-60.0, -60.0, 10.0]", "tip_min_mm = [-5.0, -60.0, 10.0]")];
-    trips(&narrow, Mishap::None, "tip: expected x", Retreat::ToRest);
+    trips(&narrow, Mishap::None, "tip: expected x", ShutdownAction::ToRest);
     let gone = Mishap::ToTheWorld(|world| world.set_tracker_connected(false));
-    trips(&[], gone, "no pose to trust", Retreat::ToRest);
+    trips(&[], gone, "no pose to trust", ShutdownAction::ToRest);
 }
 
 #[test]
@@ -181,7 +194,7 @@ fn a_servo_with_an_error_of_its_own_lets_all_go() {
     let rig = Rig::new(&[PATIENT]);
     let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(2)], MOMENT);
     let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{:?}", outcome.stopped) };
-    assert_eq!((violation.tendon, violation.retreat), (Some(1), Retreat::LetGo));
+    assert_eq!((violation.tendon, violation.shutdown), (Some(1), ShutdownAction::TorqueOff));
     assert_eq!(violation.message, "the servo reports overload");
     assert!(
         rig.comes_to_be_released()
@@ -241,6 +254,6 @@ fn a_rig_that_shall_hold_lets_go_after_any_other_end() {
     // A limit after which the robot first goes back to rest.
     let narrow = ("tip_max_mm = [60.0, 60.0, 95.0]", "tip_max_mm = [60.0, 5.0, 95.0]");
     let (mut stage, outcome) = Stage::record(&[HOLD, narrow], &small_circle(400), Mishap::None);
-    assert!(matches!(&outcome.stopped, Some(Stop::Limit(limit)) if limit.retreat == Retreat::ToRest));
+    assert!(matches!(&outcome.stopped, Some(Stop::Limit(limit)) if limit.shutdown == ShutdownAction::ToRest));
     assert!(stage.goals.last() == Some(&stage.rest) && !stage.is_under_torque());
 }

@@ -4,7 +4,7 @@
 //! with the same bytes.
 
 mod hysteresis;
-mod words;
+mod text;
 
 use std::path::{Path, PathBuf};
 
@@ -106,20 +106,20 @@ pub fn write(out: &Path, study: &Study, stages: &[Stage], caller: &Caller) -> an
     };
     let value = write_metrics(out, &metrics)?;
 
-    let mut page = Page::new(&format!("Study {}", study.name), words::ABOUT, &command);
-    page.paragraph(&words::rig(study));
+    let mut page = Page::new(&format!("Study {}", study.name), text::ABOUT, &command);
+    page.paragraph(&text::rig(study));
     if let Some(track) = &study.track {
-        words::outcome(&mut page, track, &tracked);
+        text::outcome(&mut page, track, &tracked);
     }
     page.heading("Stages");
-    page.table(&["Stage", "What it does"], words::stages(stages));
+    page.table(&["Stage", "What it does"], text::stages(stages));
     if study.has_residual() {
         show_twin(&mut page, out, study, &predicted)?;
     }
     if let Some(track) = &study.track {
         show_tracking(&mut page, out, track, &tracked)?;
     }
-    words::files(&mut page, stages, out);
+    text::files(&mut page, stages, out);
     write_page(out, page.finish(commit))?;
     Ok(value)
 }
@@ -191,7 +191,7 @@ fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> a
 fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]) -> anyhow::Result<()> {
     let Some(first) = predicted.first() else { return Ok(()) };
     page.heading("Hysteresis of the twin");
-    page.paragraph(words::TWIN);
+    page.paragraph(text::TWIN);
     let (measured, simulated) = read_predicted(out, &first.trajectory)?;
     let [without, with] = &simulated;
     if let Some(figure) =
@@ -254,8 +254,8 @@ fn over_time(trajectory: &str, measured: &Recording, twins: [&Recording; 2]) -> 
 
 fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]) -> anyhow::Result<()> {
     page.heading("Tracking of test paths");
-    page.paragraph(words::TRACKING);
-    words::tracking_table(page, track, tracked);
+    page.paragraph(text::TRACKING);
+    text::tracking_table(page, track, tracked);
     for (target, ways) in track.targets.iter().zip(tracked.chunks(track.ways.len())) {
         // The first day of each way, side by side.
         let first = |it: &Tracked| {
@@ -272,6 +272,6 @@ fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]
             }
         }
     }
-    words::glossary(page);
+    text::glossary(page);
     Ok(())
 }

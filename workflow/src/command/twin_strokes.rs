@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_base::Scene;
 use hysteron_control::plan::Tendons;
 use hysteron_twin::Twin;
-use hysteron_twin::residual::{FollowLimits, FollowStep, Follower};
+use hysteron_twin::residual::{FollowLimits, FollowStep, PathFollower};
 
 use super::{Answer, Given, Target};
 use crate::network::{Network, plant};
@@ -53,7 +53,7 @@ pub fn strokes(
     let limits =
         FollowLimits { stroke: given.stroke[1].unwrap_or(LIMITS[0]), rate: given.rate.unwrap_or(LIMITS[1]) };
     let plant = plant(network.as_ref(), &twin, target.step)?;
-    let mut follower = Follower::new(&twin, plant, &coordinates, limits, target.step)?;
+    let mut follower = PathFollower::new(&twin, plant, &coordinates, limits, target.step)?;
     let mut answer = Answer {
         strokes: vec![Vec::new(); twin.n_primary],
         twin: Some(Default::default()),
@@ -81,7 +81,7 @@ pub fn strokes(
 }
 
 impl Answer {
-    fn push(&mut self, follower: &Follower, step: &FollowStep) {
+    fn push(&mut self, follower: &PathFollower, step: &FollowStep) {
         self.strokes.iter_mut().zip(follower.strokes()).for_each(|(column, stroke)| column.push(*stroke));
         for (column, value) in self.twin.iter_mut().flatten().zip(step.tip) {
             column.push(value);

@@ -1,7 +1,7 @@
 //! A virtual robot exactly as typed: one field per key, units still in the names; and every bound.
 
+use super::population_schema::{RangesFile, SpreadFile, population};
 use super::robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
-use super::typed_population::{RangesFile, SpreadFile, population};
 use hysteron_actuator::{FrictionLaw, Prony, ServoSpec, Stribeck};
 use hysteron_base::BadInput;
 use hysteron_base::units::Unit;

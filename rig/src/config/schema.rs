@@ -60,7 +60,8 @@ pub(super) struct Limits {
     pub stroke_rate_max_mm_s: f64,
     pub lag_max_mm: f64,
     pub load_max_percent: f64,
-    pub load_hold_percent: Option<f64>,
+    #[serde(alias = "load_hold_percent")]
+    pub load_limit_percent: Option<f64>,
     pub temperature_max_degc: f64,
     pub voltage_min_v: f64,
     pub voltage_max_v: f64,
