@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_base::{BadInput, Column, Result, Table, file, typed};
+use hysteron_base::{BadInput, Column, Result, Table, file, schema};
 use serde::Deserialize;
 
 /// Name and text of every built-in description; each file names its source.
@@ -181,17 +181,17 @@ impl Columns {
     /// # Errors
     /// `BadInput` naming line and key.
     pub fn parse(toml: &str, source: &str) -> std::result::Result<Self, BadInput> {
-        let typed: ColumnsFile = typed::parse(toml)?;
-        typed::check_header((&typed.format, typed.version), ("hysteron-columns", 1))?;
+        let typed: ColumnsFile = schema::parse(toml)?;
+        schema::check_header((&typed.format, typed.version), ("hysteron-columns", 1))?;
         for (name, list) in &typed.lists {
-            typed::count(&format!("lists.{name}.width"), list.width, WIDEST as i64)?;
+            schema::count(&format!("lists.{name}.width"), list.width, WIDEST as i64)?;
             if Path::new(&list.file).components().any(|part| !matches!(part, std::path::Component::Normal(_)))
             {
                 let place = format!("lists.{name}.file");
                 return Err(BadInput::new(place, "a name within the folder", format!("\"{}\"", list.file)));
             }
         }
-        let rate_hz = typed.rate_hz.map(|rate| typed::positive("rate_hz", rate)).transpose()?;
+        let rate_hz = typed.rate_hz.map(|rate| schema::positive("rate_hz", rate)).transpose()?;
         if typed.columns.is_empty() {
             return Err(BadInput::new("columns", "at least one", "none"));
         }

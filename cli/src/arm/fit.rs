@@ -216,5 +216,5 @@ pub fn evaluate(arguments: &EvaluateArguments, caller: &Caller) -> anyhow::Resul
     let meta = super::meta("learned inverse dynamics");
     Recording::new(time, channels, gap, meta)?.write(out)?;
     say(format_args!("{} rows: {}", samples.len(), out.display()));
-    Ok(())
+    Ok(summary)
 }

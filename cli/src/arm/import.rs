@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use hysteron_arm::{BadRows, Columns, ImportOptions, Quantity, Recorded, UnitCheck, import};
 use hysteron_base::{BadInput, Filter};
 
-use hysteron_workflow::outputs::Outputs;
-use hysteron_workflow::Caller;
 use crate::terminal::say;
+use hysteron_workflow::Caller;
+use hysteron_workflow::outputs::Outputs;
 
 const HELP: &str = "\
 SOURCE is a table (.csv, .txt, .tsv, .npz, .npy, .parquet), a log of bam (.json) or a folder of lists. Which column is what says a file \
