@@ -44,8 +44,8 @@ pub struct Options {
     /// Hidden units of a layer [default: 128; paper: 512]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
     pub hidden: Option<usize>,
-    /// Pull that all tendons are to have in common at the least, so that none goes slack; stateful only
-    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", value_parser = crate::number::distance_mm))]
+    /// Pull that all tendons have in common at least, so that none goes slack; stateful only
+    #[cfg_attr(feature = "clap", arg(long, alias = "least-pull-mm", value_name = "MM", value_parser = crate::number::distance_mm))]
     pub co_contraction_min_mm: Option<f64>,
     /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's own cache (from
     /// a megabyte on); what it changes of the strokes is measured and reported; stateful only

@@ -8,7 +8,7 @@ use hysteron_arm::lagrangian::{
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::{BadInput, Channel, Recording};
 use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress, Session};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use hysteron_workflow::outputs::Outputs;
 use hysteron_workflow::{Caller, number};
@@ -73,10 +73,7 @@ const PARTS: usize = 8;
 const VALIDATION: usize = 4;
 
 /// Carries out the verb.
-pub fn run(
-    Arguments { what: What::Delan(arguments) }: &Arguments,
-    caller: &Caller,
-) -> anyhow::Result<Value> {
+pub fn run(Arguments { what: What::Delan(arguments) }: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     let state = arguments.out.with_extension("training");
     let outputs = Outputs::reading(&arguments.recordings).file("--out", &arguments.out);
     let _claim = outputs.check(caller)?;

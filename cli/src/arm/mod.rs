@@ -12,10 +12,10 @@ use std::path::Path;
 use hysteron_arm::Model;
 use hysteron_base::Metadata;
 
-use hysteron_workflow::outputs::Outputs;
-use hysteron_workflow::{Caller, COMMIT};
-use serde_json::Value;
 use crate::terminal;
+use hysteron_workflow::outputs::Outputs;
+use hysteron_workflow::{COMMIT, Caller};
+use serde_json::Value;
 
 const HELP: &str = "\
 MODEL is a file of URDF or MJCF, or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
@@ -53,11 +53,11 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.verb {
         Verb::Info(arguments) => info::run(arguments).map(|()| Value::Null),
         Verb::Check(arguments) => info::check(arguments).map(|()| Value::Null),
-        Verb::Dynamics(arguments) => dynamics::run(arguments, caller),
+        Verb::Dynamics(arguments) => dynamics::run(arguments, caller).map(|()| Value::Null),
         Verb::Evaluate(arguments) => fit::evaluate(arguments, caller),
         Verb::Fit(arguments) => fit::run(arguments, caller),
-        Verb::Import(arguments) => import::run(arguments, caller),
-        Verb::Simulate(arguments) => simulate::run(arguments, caller),
+        Verb::Import(arguments) => import::run(arguments, caller).map(|()| Value::Null),
+        Verb::Simulate(arguments) => simulate::run(arguments, caller).map(|()| Value::Null),
         Verb::Study(arguments) => study::run(arguments, caller),
     }
 }

@@ -15,7 +15,6 @@ use hysteron_workflow::outputs::Outputs;
 use hysteron_workflow::{Caller, number};
 use serde_json::Value;
 
-
 const HELP: &str = "\
 simulated is the three-link arm of table 5, which needs no data; baxter-circle, baxter-helical, kuka and panda read public recordings \
 below --data, characters the simulated arm that writes. Simulated sets compare seven learned models, part by part of their torques; \
