@@ -26,6 +26,8 @@ mod kinematics;
 pub mod lagrangian;
 mod lanes;
 mod model;
+mod momentum;
+pub mod observer;
 mod recorded;
 mod regressor;
 mod rnea;
@@ -52,6 +54,7 @@ pub use kinematics::{
     skeleton,
 };
 pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
+pub use momentum::generalized_momentum;
 pub use recorded::{Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};
 pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};

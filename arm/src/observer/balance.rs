@@ -1,0 +1,56 @@
+//! Estimates without accelerations: the torque of the motor, and what gravity and friction explain of it.
+
+use hysteron_actuator::law::Sliding;
+
+use super::{Dynamics, FrictionModel, Observer, Sample};
+
+/// What is taken from the torque of the motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Terms {
+    /// Nothing: τ_ext = −τ_m. Row I of Saadatzi et al. (2019), table 4.
+    Torque,
+    /// Gravity: τ_ext = g − τ_m. Row G.
+    Gravity,
+    /// Gravity and friction: τ_ext = g + τ_f − τ_m. Row G+Fri.
+    GravityAndFriction,
+}
+
+/// Balance of torques as if the arm stood still, without memory.
+#[derive(Debug, Clone)]
+pub struct Balance<D> {
+    dynamics: D,
+    friction: FrictionModel,
+    terms: Terms,
+}
+
+impl<D: Dynamics> Balance<D> {
+    /// `friction` counts where `terms` says so.
+    pub fn new(dynamics: D, friction: FrictionModel, terms: Terms) -> Self {
+        assert_eq!(dynamics.n_joints(), friction.n_joints());
+        Self { dynamics, friction, terms }
+    }
+}
+
+impl<D: Dynamics> Observer for Balance<D> {
+    fn update(&mut self, sample: &Sample, external: &mut [f64]) {
+        external.fill(0.0);
+        if self.terms != Terms::Torque {
+            self.dynamics.gravity(sample.position, external);
+        }
+        for (joint, external) in external.iter_mut().enumerate() {
+            let motor = sample.torque[joint];
+            let held = motor - *external;
+            if self.terms == Terms::GravityAndFriction {
+                let at = Sliding {
+                    velocity: sample.velocity[joint],
+                    motor_torque: motor,
+                    load_torque: -*external,
+                };
+                *external += self.friction.torque(joint, &at, held);
+            }
+            *external -= motor;
+        }
+    }
+
+    fn reset(&mut self) {}
+}

@@ -1,0 +1,60 @@
+//! Friction of the joints as an estimator takes it away.
+
+use hysteron_actuator::law::{CoulombViscous, JointFriction, Law, Sliding};
+
+/// What counts as friction near standstill, where the law is not one number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LowSpeed {
+    /// A line through zero between ∓ this speed, as in Saadatzi et al. (2019) [rad/s].
+    Linear(f64),
+    /// Below this speed whatever holds the joint, up to the dry friction there: min(|τ|, f_s) sgn τ of Wan et al. (2026),
+    /// eq. 39 [rad/s]. A contact that friction can hold is not felt at rest.
+    Stick(f64),
+}
+
+/// A law of friction for each joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionModel {
+    laws: Vec<(Law, Vec<f64>)>,
+    low_speed: LowSpeed,
+}
+
+impl FrictionModel {
+    /// `laws` with their parameters, joint by joint.
+    pub fn new(laws: Vec<(Law, Vec<f64>)>, low_speed: LowSpeed) -> Self {
+        for (law, parameters) in &laws {
+            let expected = law.parameters().len();
+            assert_eq!(parameters.len(), expected, "parameters of {law:?}");
+        }
+        Self { laws, low_speed }
+    }
+
+    /// None in `n` joints.
+    pub fn none(n: usize) -> Self {
+        let law = (Law::CoulombViscous(CoulombViscous), vec![0.0, 0.0]);
+        Self { laws: vec![law; n], low_speed: LowSpeed::Linear(0.0) }
+    }
+
+    /// Number of joints.
+    pub fn n_joints(&self) -> usize {
+        self.laws.len()
+    }
+
+    /// Torque of friction against positive motion of `joint` [N m]; `held` is what friction would have to withstand for the
+    /// motion that is seen, without any contact [N m].
+    pub fn torque(&self, joint: usize, at: &Sliding, held: f64) -> f64 {
+        let (law, p) = &self.laws[joint];
+        match self.low_speed {
+            LowSpeed::Linear(width) if at.velocity.abs() < width => {
+                let edge = Sliding { velocity: width.copysign(at.velocity), ..*at };
+                law.torque(p, &edge) * (at.velocity / edge.velocity)
+            }
+            LowSpeed::Stick(width) if at.velocity.abs() < width => {
+                // Towards `held`: a law may have other friction in the other direction.
+                let dry = law.budget(p, &Sliding { velocity: 1e-12_f64.copysign(held), ..*at }).dry;
+                held.clamp(-dry, dry)
+            }
+            _ => law.torque(p, at),
+        }
+    }
+}
