@@ -4,9 +4,7 @@ use hysteron_actuator::law::Sliding;
 
 use super::{FrictionModel, Sample};
 
-use crate::{
-    Data, Model, bias_torque, generalized_momentum, gravity_torque, inverse_dynamics, mass_matrix,
-};
+use crate::{Data, Model, bias_torque, generalized_momentum, gravity_torque, inverse_dynamics, mass_matrix};
 
 /// Dynamics M q̈ + C q̇ + g of an arm, from a file or learned. All slices have n numbers, one for each joint.
 pub trait Dynamics {
@@ -80,7 +78,12 @@ pub(super) struct Tracked<D> {
     before: [Vec<f64>; 3],
     unexplained: Vec<f64>,
     explained: Vec<f64>,
+    /// ṗ through a low pass, for the load of the gears.
+    slow_change: Vec<f64>,
 }
+
+/// Time constant of ṗ in the load that friction sees: from differences of noisy speeds it is mostly noise [s].
+const CHANGE_TIME: f64 = 0.02;
 
 /// What happened to the momentum since the last sample.
 pub(super) struct Change<'a> {
@@ -107,6 +110,7 @@ impl<D: Dynamics> Tracked<D> {
             before: rows(),
             unexplained: vec![0.0; n],
             explained: vec![0.0; n],
+            slow_change: vec![0.0; n],
         }
     }
 
@@ -114,7 +118,8 @@ impl<D: Dynamics> Tracked<D> {
         self.is_started = false;
     }
 
-    /// Takes a sample; the first explains nothing and asks for nothing. `contact` is the external torque believed so far, for friction that depends on load.
+    /// Takes a sample; the first asks for nothing. `contact` is the external torque believed so far, for friction that depends
+    /// on load.
     ///
     /// Torques of position and speed count as the mean of both ends (trapezoidal rule).
     pub fn advance(&mut self, sample: &Sample, contact: &[f64]) -> Change<'_> {
@@ -133,10 +138,12 @@ impl<D: Dynamics> Tracked<D> {
             let rate = 0.5 * (rate[j] + old_rate[j]);
             let change = (momentum[j] - old_momentum[j]) / sample.period;
             let held = motor + rate - change;
+            let share = if is_first { 1.0 } else { sample.period / (CHANGE_TIME + sample.period) };
+            self.slow_change[j] += share * (change - self.slow_change[j]);
             let at = Sliding {
                 velocity: 0.5 * (velocity[j] + old_velocity[j]),
                 motor_torque: motor,
-                load_torque: rate + contact[j],
+                load_torque: rate - self.slow_change[j] + contact[j],
             };
             let friction = self.friction.torque(j, &at, held);
             self.explained[j] = motor + rate - friction;

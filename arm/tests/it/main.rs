@@ -11,6 +11,7 @@ mod import;
 mod models;
 mod motion;
 mod numbers;
+mod observers;
 mod recorded;
 mod reference;
 mod robots;

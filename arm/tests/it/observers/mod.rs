@@ -1,0 +1,7 @@
+//! Observers of external torques beside closed forms.
+
+mod closed_forms;
+mod friction;
+mod motion;
+mod streaming;
+mod tip_force;
