@@ -3,6 +3,20 @@
 //! A [`Model`] never changes; a [`Data`] beside it is scratch, allocated once. Every algorithm is written once over
 //! [`Scalar`]. All spatial quantities are taken about the origin of the base and in its axes, so that contributions of
 //! bodies add without transforms. The equations stand in `docs/arm.md`.
+//!
+//! ```
+//! use hysteron_arm::{Data, Model, forward_dynamics, gravity_torque};
+//!
+//! let panda = Model::builtin("panda")?;
+//! let n = panda.n_joints();
+//! let (q, still) = (vec![0.3; n], vec![0.0; n]);
+//! let (mut data, mut torque, mut acceleration) = (Data::new(&panda, 0.0), vec![0.0; n], vec![0.0; n]);
+//! gravity_torque(&panda, &mut data, &q, &mut torque);
+//! // Held against its weight, it stays where it is.
+//! forward_dynamics(&panda, &mut data, [&q, &still, &torque], &[], &mut acceleration);
+//! assert!(acceleration.iter().all(|a| a.abs() < 1e-9));
+//! # Ok::<(), hysteron_base::BadInput>(())
+//! ```
 
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]

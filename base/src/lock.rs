@@ -4,7 +4,7 @@
 //! however that ends; a file that a killed process has left is taken over. Within a process a lock may be taken
 //! again.
 
-use crate::file::folder_of;
+use crate::file::{clear_temporary, folder_of};
 use crate::{BadInput, Error, Result};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -40,7 +40,7 @@ fn held() -> MutexGuard<'static, BTreeMap<PathBuf, Weak<Held>>> {
 }
 
 impl Lock {
-    /// Locks a folder, which is created if there is none.
+    /// Locks a folder, which is created if there is none. What killed programs had half written there is removed.
     ///
     /// # Errors
     /// `BadInput` if another process writes there or it is no folder, `Io` if the file system refuses.
@@ -90,6 +90,7 @@ impl Lock {
                 break file;
             }
         };
+        clear_temporary(folder);
         let lock = Arc::new(Held { path: path.clone(), _file: file, created });
         all.insert(path, Arc::downgrade(&lock));
         Ok(Self { held: Some(lock) })

@@ -1,4 +1,24 @@
 //! Tetrahedral finite elements: mesh in, stiffness factor out.
+//!
+//! ```
+//! use hysteron_fem::{Layers, Order, Tube, check_mesh};
+//!
+//! // A solid cylinder of 10 mm by 1 mm.
+//! let tube = Tube {
+//!     profile: vec![[0.0, 1e-3], [10e-3, 1e-3]],
+//!     bore_radius: 0.0,
+//!     channels: Vec::new(),
+//!     outer_divisions: 12,
+//!     bore_divisions: 8,
+//!     channel_divisions: 8,
+//!     layers: Layers::Count(10),
+//!     order: Order::Linear,
+//! };
+//! let mesh = tube.mesh()?;
+//! let quality = check_mesh(&mesh, "a cylinder")?;
+//! println!("{} nodes, {:.2e} m³", quality.n_nodes, quality.volume.sum);
+//! # Ok::<(), hysteron_fem::Error>(())
+//! ```
 
 mod elements;
 mod embed;

@@ -3,6 +3,19 @@
 //! A [`Network`] is plain named arrays. A [`Trainer`] turns them into a candle graph for each batch, whose only
 //! own operation is an LSTM layer over a whole sequence; a [`Runner`] steps one sample at a time. Arrays are `f32`
 //! and time-major: [step][row of the batch][channel]. Equations and file formats: `docs/learn.md`.
+//!
+//! A network that was just drawn, one sample at a time:
+//!
+//! ```
+//! use hysteron_learn::{Architecture, Head, Network, Runner};
+//!
+//! let architecture = Architecture { inputs: 2, hidden: 8, layers: 1, outputs: 1, head: Head::Linear, dropout: 0.0 };
+//! let mut runner = Runner::new(&Network::new(&architecture, 1)?);
+//! let first = runner.step(&[0.5, -0.5])[0];
+//! runner.reset();
+//! assert_eq!(runner.step(&[0.5, -0.5])[0], first);
+//! # Ok::<(), hysteron_learn::Error>(())
+//! ```
 
 mod activation;
 mod adam;

@@ -101,8 +101,6 @@ impl Outputs {
             self.check_no_input(option, path)?;
             check_replaceable(option, path, caller)?;
         }
-        let written = self.files.iter().filter_map(|(_, path)| path.parent());
-        written.chain(self.folders.iter().map(|(_, path)| path.as_path())).for_each(file::clear_temporary);
         Ok(claim)
     }
 

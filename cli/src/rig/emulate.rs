@@ -92,6 +92,7 @@ enum Preset {
     Mild,
     Typical,
     Harsh,
+    Wide,
 }
 
 impl Preset {
@@ -100,6 +101,7 @@ impl Preset {
             Self::Mild => "mild",
             Self::Typical => "typical",
             Self::Harsh => "harsh",
+            Self::Wide => "wide",
         }
     }
 }

@@ -184,6 +184,10 @@ fn what_a_killed_command_was_writing_is_cleared_by_the_next() {
     place.write("out/.tip.csv.lock", "1");
     place.simulate("strokes.csv", "out/tip.csv").succeeded();
     assert_eq!(names_in(&place.path().join("out")), ["tip.csv"]);
+    place.write("out/.hysteron-a1b2c3.tmp", "half");
+    let record = ["record", "--rig", "virtual:typical", "--plan", "quick", "--only", "circle", "--out"];
+    place.run(&[&record[..], &["out/circle.parquet"]].concat()).succeeded();
+    assert_eq!(names_in(&place.path().join("out")), ["circle.log.jsonl", "circle.parquet", "tip.csv"]);
 }
 
 #[test]

@@ -201,7 +201,7 @@ fn a_folder_of_another_rig_seed_or_plan_is_refused_and_left_as_it_is() {
 
 #[test]
 fn files_of_a_person_in_the_folder_are_not_overwritten() {
-    for name in ["plan.toml", "rig.toml", "robot.toml", "calibration.toml"] {
+    for name in ["plan.toml", "rig.toml", "robot.toml", "calibration.toml", "report.html", "metrics.json"] {
         let place = tempfile::tempdir().unwrap();
         std::fs::create_dir(place.path().join("data")).unwrap();
         std::fs::write(place.path().join("data").join(name), "# mine\n").unwrap();

@@ -15,6 +15,7 @@ use hysteron_rig::calibration::Calibration;
 use serde_json::Value;
 
 use crate::figures::data_set::{self, DataSet};
+use crate::outputs::check_report;
 use crate::{COMMIT, Caller};
 use jobs::{Job, is_folder, split_done};
 use source::Source;
@@ -85,6 +86,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         None => jobs::of_strokes(options, &source)?,
     };
     let folder = is_folder(&options.out).then_some(options.out.as_path());
+    let figures = options.figures.as_deref().or(folder);
+    let option = if options.figures.is_some() { "--figures" } else { "--out" };
+    figures.map_or(Ok(()), |figures| check_report(option, figures))?;
     let calibration = source.calibration(options.calibration.as_ref())?;
     // Until all is done: the folder, and each file for those who name it alone.
     let _folder = folder.map(Lock::folder).transpose()?;
@@ -134,7 +138,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let mut value = Value::Null;
     summary.sort();
     summary.print(caller);
-    if let Some(figures) = options.figures.as_deref().or(folder).filter(|_| summary.n_rows() > 0) {
+    if let Some(figures) = figures.filter(|_| summary.n_rows() > 0) {
         let recordings = summary.recordings()?;
         let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
         let title = format!("{}: {}", source.description(), work.name);
