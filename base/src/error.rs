@@ -69,8 +69,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// Wraps a refusal of the file system, naming the file. A file that does not exist or cannot is bad input, and so is
-    /// a folder.
+    /// Wraps a refusal of the file system, naming the file. A file that does not exist or cannot is bad input, and
+    /// so is a folder.
     pub fn io(path: &Path, refusal: std::io::Error) -> Self {
         let bad = |found: &str| BadInput::new(path.display().to_string(), "a file", found);
         match refusal.kind() {

@@ -1,8 +1,8 @@
 //! Explicit SIMD, through `pulp`: numbers of which every lane belongs to another element, or another state.
 //!
 //! A kernel is written once, generic over the instruction set, and dispatched at run time ([`Isa::detect`]).
-//! [`Isa::portable`] runs the same code one number at a time: it is what processors without AVX2 use, and what the tests
-//! compare with.
+//! [`Isa::portable`] runs the same code one number at a time: it is what processors without AVX2 use, and what the
+//! tests compare with.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -104,7 +104,8 @@ impl<S: Simd> Packs<S> {
         [Lanes { simd, value: x }, Lanes { simd, value: y }, Lanes { simd, value: z }]
     }
 
-    /// Writes `[x, y, z, 0]` of every lane of this pass, the inverse of [`Self::gather`]: row `slot` belongs to the element
+    /// Writes `[x, y, z, 0]` of every lane of this pass, the inverse of [`Self::gather`]: row `slot` belongs to the
+    /// element
     /// [`element`] of the batch.
     #[inline(always)]
     pub fn spread(self, point: &[Lanes<S>; 3], rows: &mut Rows) {
@@ -124,8 +125,8 @@ impl Rows {
     pub const ZERO: Self = Self([[0.0; 4]; LANES]);
 }
 
-/// Puts one padded point for each element of a batch side by side, for [`Packs::gather`]. A register that is loaded right
-/// after its parts were stored waits for all of them to reach the cache: best collected long before.
+/// Puts one padded point for each element of a batch side by side, for [`Packs::gather`]. A register that is loaded
+/// right after its parts were stored waits for all of them to reach the cache: best collected long before.
 #[inline(always)]
 pub fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: &mut Rows) {
     for (slot, row) in rows.0.iter_mut().enumerate() {
@@ -133,8 +134,8 @@ pub fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: &mut Ro
     }
 }
 
-/// The element of a batch that row `slot` belongs to. When eight-lane registers are interleaved, the middle of each half
-/// swaps; the tests check every instruction set.
+/// The element of a batch that row `slot` belongs to. When eight-lane registers are interleaved, the middle of each
+/// half swaps; the tests check every instruction set.
 #[inline(always)]
 pub fn element<S: Simd>(slot: usize) -> usize {
     if S::F64_LANES == 8 { [0, 2, 1, 3, 4, 6, 5, 7][slot] } else { slot }

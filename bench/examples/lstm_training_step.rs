@@ -1,5 +1,6 @@
-//! Times training steps of 2 × 512 units for the peers: `lstm_training_step STEPS REPETITIONS all|last` prints one JSON line
-//! with the shortest step [s] and the losses, of all outputs or of the last. RAYON_NUM_THREADS says on how many threads.
+//! Times training steps of 2 × 512 units for the peers: `lstm_training_step STEPS REPETITIONS all|last` prints one
+//! JSON line with the shortest step [s] and the losses, of all outputs or of the last. RAYON_NUM_THREADS says on how
+//! many threads.
 #![allow(clippy::print_stdout)] // a peer reads it
 
 use anyhow::{Context, Result, bail};

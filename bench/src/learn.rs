@@ -121,7 +121,8 @@ fn sample_seconds(stepped: Stepped) -> Result<f64> {
     Ok(shortest(100, hundred) / 100.0)
 }
 
-/// Training on sequences of `steps` samples, alternating with candle's cells; one sample of a rollout and of a controller.
+/// Training on sequences of `steps` samples, alternating with candle's cells; one sample of a rollout and of a
+/// controller.
 ///
 /// # Errors
 /// Training diverged.

@@ -63,7 +63,8 @@ pub fn percentile(values: &[f64], p: f64) -> f64 {
     sorted.get((p * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
-/// Value that the share `p` of all steps of all runs stays below [s]: a step that something else delayed counts as it was.
+/// Value that the share `p` of all steps of all runs stays below [s]: a step that something else delayed counts as
+/// it was.
 pub fn percentile_of_steps(runs: &[Run], p: f64) -> f64 {
     let seconds: Vec<f64> = runs.iter().flat_map(|run| run.seconds.iter().copied()).collect();
     percentile(&seconds, p)

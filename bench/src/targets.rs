@@ -1,9 +1,10 @@
 //! The performance targets: every figure beside its baseline, in one run.
 //!
 //! Speeds are the best of several repetitions, each from rest, so that other load on the machine costs
-//! repetitions and not truth; the median over the repetitions is written beside them. A percentile of steps is one of all
-//! steps of all repetitions, delayed ones included. The ramp at the beginning is not measured. The baseline of a speed is one numeric factorisation by faer of the same stiffness,
-//! timed in between: what any method pays that factorises once a step.
+//! repetitions and not truth; the median over the repetitions is written beside them. A percentile of steps is one
+//! of all steps of all repetitions, delayed ones included. The ramp at the beginning is not measured. The baseline
+//! of a speed is one numeric factorisation by faer of the same stiffness, timed in between: what any method pays
+//! that factorises once a step.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;

@@ -50,8 +50,8 @@ pub const WATCHDOG: &str = "watchdog";
 /// Digital twin and controller for tendon-driven continuum robots
 ///
 /// A robot is a folder with a mesh (.msh) and a scene (scene.toml): material, clamp, tendons, tip. A rig is a file
-/// (rig.toml): servos, tracker, limits. `hysteron help VERB` says what each verb needs and writes. Results go to stdout,
-/// everything else to stderr.
+/// (rig.toml): servos, tracker, limits. `hysteron help VERB` says what each verb needs and writes. Results go to
+/// stdout, everything else to stderr.
 #[derive(Debug, Parser)]
 #[command(name = "hysteron", version, after_help = HELP)]
 pub struct Program {

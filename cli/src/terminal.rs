@@ -1,6 +1,7 @@
 //! Everything a person reads in the terminal: results on stdout; log, progress and errors on stderr.
 //!
-//! What a verb comes to is one value: with `--json` it is all that stands on stdout, without it the verb's own lines do.
+//! What a verb comes to is one value: with `--json` it is all that stands on stdout, without it the verb's own lines
+//! do.
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -79,8 +80,8 @@ pub fn complain(error: &anyhow::Error) {
     eprintln!("error: {}", escaped(&format!("{error:#}")));
 }
 
-/// A text on one line: characters that would move the cursor, colour the terminal, ring its bell or turn the direction of
-/// writing, as names of files may have them, are shown as they are written in a program, `\n`.
+/// A text on one line: characters that would move the cursor, colour the terminal, ring its bell or turn the
+/// direction of writing, as names of files may have them, are shown as they are written in a program, `\n`.
 pub fn escaped(text: &str) -> String {
     let is_unseen = |c: char| {
         c.is_control()

@@ -1,7 +1,7 @@
 //! Which trajectories a fit is validated on: some of every kind of motion.
 //!
-//! What kind a motion is, its plan says. A recording without plan is told by the shape of its strokes: along one line, around
-//! a loop, along the sides of a polygon, or along another curve.
+//! What kind a motion is, its plan says. A recording without plan is told by the shape of its strokes: along one
+//! line, around a loop, along the sides of a polygon, or along another curve.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::Rng;
@@ -26,15 +26,16 @@ pub enum MotionKind {
 const FLAT: f64 = 0.02;
 /// Slower than this part of the largest speed a motion has no direction that counts [-].
 const SLOW: f64 = 0.2;
-/// Mean |cos| between place and direction: 0 on a circle, up to 0.3 where it grows and shrinks within a turn, 2/π where both have
-/// nothing to do with each other.
+/// Mean |cos| between place and direction: 0 on a circle, up to 0.3 where it grows and shrinks within a turn, 2/π
+/// where both have nothing to do with each other.
 const ROUND: f64 = 0.33;
-/// Directions are counted in bins of 10°; a polygon of up to four corners has most of its way in four pairs of neighbours, a circle
-/// a quarter of it.
+/// Directions are counted in bins of 10°; a polygon of up to four corners has most of its way in four pairs of
+/// neighbours, a circle a quarter of it.
 const BINS: usize = 36;
 const SIDES: usize = 4;
 const ON_SIDES: f64 = 0.5;
-/// Steps that a motion is looked at in: enough for its shape, long enough that a servo's ticks do not decide a direction.
+/// Steps that a motion is looked at in: enough for its shape, long enough that a servo's ticks do not decide a
+/// direction.
 const LOOKS: usize = 600;
 
 impl MotionKind {
@@ -89,8 +90,8 @@ impl MotionKind {
     }
 }
 
-/// Strokes along the two directions that change most, each over its deviation, and the second variance over the first; none
-/// where nothing changes.
+/// Strokes along the two directions that change most, each over its deviation, and the second variance over the
+/// first; none where nothing changes.
 fn in_plane(rows: &[&[f64]], n_tendons: usize) -> Option<(Vec<[f64; 2]>, f64)> {
     let n = rows.len() as f64;
     let mean: Vec<f64> = (0..n_tendons).map(|k| rows.iter().map(|row| row[k]).sum::<f64>() / n).collect();
@@ -133,8 +134,8 @@ fn on_sides(mut bins: [f64; BINS]) -> f64 {
 /// One of every so many trajectories of a kind is validated on, and at least one.
 const ONE_OF: usize = 6;
 
-/// Draws which trajectories to validate on, given their kinds: a sixth of every kind that has more than one, or the last of all
-/// where no kind has.
+/// Draws which trajectories to validate on, given their kinds: a sixth of every kind that has more than one, or the
+/// last of all where no kind has.
 pub fn draw_validation(kinds: &[String], stream: &mut impl Rng) -> Vec<usize> {
     let mut names: Vec<&String> = kinds.iter().collect();
     names.sort();

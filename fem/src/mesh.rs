@@ -69,8 +69,8 @@ const MOST_NODES: usize = 2_000_000;
 impl Mesh {
     /// Accepts a mesh whose stiffness and factor this machine has memory for.
     ///
-    /// A block of the stiffness takes 136 bytes, and each node has about eight; the factor of a body as wide as it is long
-    /// has about 32 n^4/3 numbers, that of a slender one fewer.
+    /// A block of the stiffness takes 136 bytes, and each node has about eight; the factor of a body as wide as it
+    /// is long has about 32 n^4/3 numbers, that of a slender one fewer.
     ///
     /// # Errors
     /// `BadInput` with the number of nodes, or the memory.

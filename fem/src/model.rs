@@ -164,8 +164,8 @@ impl FemModel {
         }
     }
 
-    /// The first element, numbered as in the mesh file from 0, that is inverted at positions `x`, with the least det F of
-    /// its quadrature points \[-\]. Slow: to name what [`Self::internal_force_into`] has noticed.
+    /// The first element, numbered as in the mesh file from 0, that is inverted at positions `x`, with the least det
+    /// F of its quadrature points \[-\]. Slow: to name what [`Self::internal_force_into`] has noticed.
     pub fn first_inverted(&self, x: &[[f64; 4]]) -> Option<(usize, f64)> {
         match &self.cells {
             Cells::Tet4(cells) => elements::first_inverted::<4, 1>(cells, &self.rest, x),

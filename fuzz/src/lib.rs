@@ -1,7 +1,8 @@
 //! Input that nobody meant, for the tests of every reader: drawn from seeds, in any number, with the memory watched.
 //!
-//! A test draws as many cases as it says. `HYSTERON_FUZZ=100` draws a hundred times as many, `HYSTERON_FUZZ_CASES=1000000` so
-//! many for each test; `HYSTERON_FUZZ_S=600` ends a test after so many seconds and says how far it came.
+//! A test draws as many cases as it says. `HYSTERON_FUZZ=100` draws a hundred times as many,
+//! `HYSTERON_FUZZ_CASES=1000000` so many for each test; `HYSTERON_FUZZ_S=600` ends a test after so many seconds and
+//! says how far it came.
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
@@ -32,8 +33,9 @@ pub fn cases(usual: u32) -> ProptestConfig {
     ProptestConfig::with_cases(u32::try_from(n_cases(usual)).unwrap_or(u32::MAX))
 }
 
-/// Tries `usual` cases, or as many as the environment asks for, on `reader`, which panics where something is wrong. The same
-/// cases on every machine; the smallest that fails is shown. The process never has more than `memory_max` bytes.
+/// Tries `usual` cases, or as many as the environment asks for, on `reader`, which panics where something is wrong.
+/// The same cases on every machine; the smallest that fails is shown. The process never has more than `memory_max`
+/// bytes.
 ///
 /// # Panics
 /// Where a case fails.
@@ -77,7 +79,8 @@ fn tell(line: &str) {
     eprintln!("{line}");
 }
 
-/// The most memory that this process had at any time [bytes], other tests in it included; none where the system does not tell.
+/// The most memory that this process had at any time [bytes], other tests in it included; none where the system does
+/// not tell.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,7 +1,8 @@
 //! Figures, pages and what a program may write over. Knows no verb of the program, and is the only crate that knows
 //! plotters.
 //!
-//! From the bottom up, each file knowing only those before it: `maker` (who made a file), `axis`, `simplify`; `sheet` and
+//! From the bottom up, each file knowing only those before it: `maker` (who made a file), `axis`, `simplify`;
+//! `sheet` and
 //! `figure` (sizes, fonts, tiles, files); `lines`, `series` (panels over time); `page` (reports).
 
 pub mod axis;

@@ -1,4 +1,5 @@
-//! Servos, tracker, calibration, recording and safety of a tendon-driven rig; and a virtual rig with physics of its own.
+//! Servos, tracker, calibration, recording and safety of a tendon-driven rig; and a virtual rig with physics of its
+//! own.
 //!
 //! Never imports the twin: both speak [`hysteron_base::Recording`].
 

@@ -1,14 +1,14 @@
 //! Exact derivatives of the tip at an equilibrium, by three adjoint solves.
 //!
-//! With K the exact tangent (the geometric stiffness of body and cables included), J and C of the cables h whose stroke is
-//! held, and the weights p of one coordinate of the tip, the solution of
+//! With K the exact tangent (the geometric stiffness of body and cables included), J and C of the cables h whose
+//! stroke is held, and the weights p of one coordinate of the tip, the solution of
 //!
 //! [ K  -Jᵀ ] [z]   [p]
 //! [-J  -C  ] [μ] = [0]
 //!
-//! says what everything does to that coordinate: a stroke of a held cable -μ, a tension of another cable, strokes held, its
-//! row times z. K is never assembled: along a direction it is the difference of the residual. The factor of the step, which is
-//! older and leaves the geometric terms out, makes a preconditioner of the same form.
+//! says what everything does to that coordinate: a stroke of a held cable -μ, a tension of another cable, strokes
+//! held, its row times z. K is never assembled: along a direction it is the difference of the residual. The factor
+//! of the step, which is older and leaves the geometric terms out, makes a preconditioner of the same form.
 
 use hysteron_fem::axpy;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -174,7 +174,8 @@ mod tests {
 
     /// One per cent of the largest entry.
     const EXACT: f64 = 0.01;
-    /// Change of a stroke in central differences [m]: a thousandth of the bend, so second order is 1e-6 of the derivative.
+    /// Change of a stroke in central differences [m]: a thousandth of the bend, so second order is 1e-6 of the
+    /// derivative.
     const STEP: f64 = 2e-6;
 
     fn targets(strokes: &[f64]) -> Vec<Target> {

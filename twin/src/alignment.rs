@@ -5,8 +5,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// The rotation R nearest to the moment M = Σ q pᵀ of arms p and what they became, q: tr(Rᵀ M) is largest. Arms in a plane
-/// are enough.
+/// The rotation R nearest to the moment M = Σ q pᵀ of arms p and what they became, q: tr(Rᵀ M) is largest. Arms in a
+/// plane are enough.
 pub fn nearest_rotation(moment: &Matrix3<f64>) -> Matrix3<f64> {
     let svd = moment.svd(true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Matrix3::identity() };

@@ -11,8 +11,8 @@ const WINDOW: usize = 6;
 /// Relative size below which a pivot of the normal equations counts as dependent.
 const INDEPENDENT: f64 = 1e-10;
 
-/// What a move of the point did to all that a step is made from. Strokes, tensions and forces know no kinks: where a cable goes
-/// slack or a friction point begins to slip, the same pair gives another change of the step.
+/// What a move of the point did to all that a step is made from. Strokes, tensions and forces know no kinks: where a
+/// cable goes slack or a friction point begins to slip, the same pair gives another change of the step.
 #[derive(Debug, Clone)]
 pub(crate) struct Pair {
     /// The move: free unknowns, then tensions times their mean compliance [m].

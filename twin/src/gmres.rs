@@ -1,7 +1,8 @@
 //! Linear systems whose matrix is close to one that has a factor: minimal residuals over a Krylov space.
 //!
 //! # Reference
-//! Saad, Schultz (1986), GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems, SIAM J.
+//! Saad, Schultz (1986), GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems,
+//! SIAM J.
 //! Sci. Stat. Comput. 7.
 
 use hysteron_fem::{Isa, axpy, dot};

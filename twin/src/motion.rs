@@ -43,7 +43,8 @@ pub struct Motion {
     pub gap: Vec<bool>,
     /// Coordinates of the tip that vary; a constant one measures nothing.
     pub axes: [bool; 3],
-    /// Measured tensions of the primary tendons (n_samples × n_primary, row-major), where all of them were recorded [N].
+    /// Measured tensions of the primary tendons (n_samples × n_primary, row-major), where all of them were recorded
+    /// [N].
     measured_tensions: Option<Vec<f64>>,
     /// What each primary tendon is driven by.
     drives: Vec<Drive>,

@@ -1,5 +1,5 @@
-//! What goes on by one sample when its primary strokes are given: the twin by itself, or with its residual network; and where
-//! it rests.
+//! What goes on by one sample when its primary strokes are given: the twin by itself, or with its residual network;
+//! and where it rests.
 
 use nalgebra::Vector3;
 
@@ -38,9 +38,9 @@ const MOST_SETTLING: usize = 500;
 /// Movement of the tip in a sample below which it rests, over the robot's length [-]: a few times what a step leaves.
 const SETTLED: f64 = 1e-5;
 
-/// Brings `plant`, a simulation with `twin` that has just been made, to where the robot rests under the strokes `primary`
-/// (n_primary) [m]: zeros, gravity and a network hold it away from the undeformed body, and auxiliary tendons get there at a
-/// limited rate. Returns the last of at most 500 samples.
+/// Brings `plant`, a simulation with `twin` that has just been made, to where the robot rests under the strokes
+/// `primary` (n_primary) [m]: zeros, gravity and a network hold it away from the undeformed body, and auxiliary
+/// tendons get there at a limited rate. Returns the last of at most 500 samples.
 ///
 /// # Errors
 /// Those of [`Plant::step`].

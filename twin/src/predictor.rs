@@ -5,9 +5,9 @@
 //! the space of commands, predicts the next state to third order; noise in the strokes does not matter,
 //! because the noisy strokes themselves are the coordinates.
 //!
-//! A cable gives the state a stroke or a tension, whichever is told: a taut tendon and a friction point that sticks give
-//! their strokes; a slack tendon, one driven by tension, and a point that slips their tensions. Every state knows both of
-//! every cable, so those from before a cable changed sides count as well as those after.
+//! A cable gives the state a stroke or a tension, whichever is told: a taut tendon and a friction point that sticks
+//! give their strokes; a slack tendon, one driven by tension, and a point that slips their tensions. Every state
+//! knows both of every cable, so those from before a cable changed sides count as well as those after.
 //!
 //! # Reference
 //! Schölkopf, Smola (2002), Learning with kernels, sec. 4.3 (kernel ridge regression).
@@ -70,8 +70,8 @@ impl Predictor {
         write(&mut entry.strokes, &mut entry.point);
     }
 
-    /// Adds to `change` (zeroed by the caller) the predicted change of the point from the newest state to where the cables
-    /// are `told` to be. Leaves zero where there is no history.
+    /// Adds to `change` (zeroed by the caller) the predicted change of the point from the newest state to where the
+    /// cables are `told` to be. Leaves zero where there is no history.
     pub fn predict(&self, told: &[Told], change: &mut [f64]) {
         let n = self.n_entries.saturating_sub(1);
         if n == 0 {

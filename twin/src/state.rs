@@ -48,7 +48,8 @@ struct Header {
 }
 
 impl TwinState {
-    /// Saves the state: a line of JSON with a checksum, then positions (file order), tensions and memory, all bits kept.
+    /// Saves the state: a line of JSON with a checksum, then positions (file order), tensions and memory, all bits
+    /// kept.
     /// `command` is what made it.
     ///
     /// # Errors

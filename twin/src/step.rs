@@ -19,8 +19,8 @@ const SMALLEST_PART: f64 = 1.0 / 4096.0;
 /// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
 const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 
-/// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and how
-/// often at most: a jump then ends with the friction of its end.
+/// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and
+/// how often at most: a jump then ends with the friction of its end.
 const LAGGING: f64 = 0.1;
 const MOST_REPEATS: usize = 8;
 
@@ -258,7 +258,8 @@ impl Stepper {
     }
 
     /// Compliance of body and tendons at `state`, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
-    /// tangent in double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags stays as it is.
+    /// tangent in double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags
+    /// stays as it is.
     ///
     /// # Errors
     /// The tangent at `state` is singular.
@@ -273,8 +274,8 @@ impl Stepper {
         Ok(rows.flat_map(|row| &row[..n]).copied().collect())
     }
 
-    /// How the body moves per tension at `state`, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon, over
-    /// the unknowns of the free nodes, which come first in model order.
+    /// How the body moves per tension at `state`, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon,
+    /// over the unknowns of the free nodes, which come first in model order.
     ///
     /// # Errors
     /// The tangent at `state` is singular.

@@ -1,7 +1,7 @@
 //! Synthetic data (CoReAct paper, section IV-C a): what a twin does on strokes that its robot was never given.
 //!
-//! A rollout counts as a whole or not at all: one that has no equilibrium, that needs a tendon at its largest tension, or
-//! whose tip jumps where its strokes do not, is no data.
+//! A rollout counts as a whole or not at all: one that has no equilibrium, that needs a tendon at its largest
+//! tension, or whose tip jumps where its strokes do not, is no data.
 
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::Vector3;
@@ -53,8 +53,8 @@ pub trait Drive {
     /// Time of sample `i` [s].
     fn time(&self, i: usize) -> f64;
 
-    /// Strokes (n_primary) [m] of sample `i`, of a robot whose tip the last one has led to `tip` [m]; none before the first,
-    /// under whose strokes the robot rests. False where the trajectory has ended.
+    /// Strokes (n_primary) [m] of sample `i`, of a robot whose tip the last one has led to `tip` [m]; none before
+    /// the first, under whose strokes the robot rests. False where the trajectory has ended.
     fn strokes(&mut self, i: usize, tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool;
 }
 
@@ -92,8 +92,8 @@ impl Drive for Recorded<'_> {
     }
 }
 
-/// Lets `plant`, a simulation with `twin` that has just been made, go where `drive` leads it from where it rests under the first
-/// strokes. `on_sample` is called after each sample and ends the run where it returns false.
+/// Lets `plant`, a simulation with `twin` that has just been made, go where `drive` leads it from where it rests
+/// under the first strokes. `on_sample` is called after each sample and ends the run where it returns false.
 ///
 /// # Errors
 /// A drive without samples; those of [`Plant::step`] but for a missing equilibrium.

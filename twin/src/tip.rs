@@ -1,5 +1,5 @@
-//! The tip as an effector: where it is, how it is turned, and what tensions do to both; all in the frame in which tips are
-//! recorded.
+//! The tip as an effector: where it is, how it is turned, and what tensions do to both; all in the frame in which
+//! tips are recorded.
 
 use hysteron_base::TrackerFrame;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -37,8 +37,8 @@ impl Twin {
         self.tracker.point(self.tip.at(&state.positions))
     }
 
-    /// Rotation of the tip since rest, in the frame in which it is recorded: the one that brings its nodes' arms closest to what they are now (least
-    /// squares).
+    /// Rotation of the tip since rest, in the frame in which it is recorded: the one that brings its nodes' arms
+    /// closest to what they are now (least squares).
     pub fn tip_rotation_of(&self, state: &TwinState) -> UnitQuaternion<f64> {
         let (rest, now) = (self.tip_arms(&self.body.rest), self.tip_arms(&state.positions));
         let covariance: Matrix3<f64> = rest.iter().zip(&now).map(|(rest, now)| now * rest.transpose()).sum();

@@ -47,7 +47,8 @@ pub struct Caller<'a> {
     pub command: String,
     /// Whether results of other commands may be replaced too.
     pub may_overwrite: bool,
-    /// A command that, with a rig file behind it, calls [`crate::watchdog::watch`]; nothing moves on a rig's ports without.
+    /// A command that, with a rig file behind it, calls [`crate::watchdog::watch`]; nothing moves on a rig's ports
+    /// without.
     pub watchdog: Option<Vec<OsString>>,
 }
 
@@ -75,8 +76,8 @@ impl Progress for Silent {
 }
 
 impl Caller<'static> {
-    /// Runs a verb in silence; `command` stands in its results as what made them. Nothing of others is replaced, and nothing
-    /// moves on a rig's ports.
+    /// Runs a verb in silence; `command` stands in its results as what made them. Nothing of others is replaced, and
+    /// nothing moves on a rig's ports.
     pub fn silent(command: impl Into<String>) -> Self {
         Self { monitor: &Silent, command: command.into(), may_overwrite: false, watchdog: None }
     }

@@ -35,8 +35,8 @@ pub struct Options {
     /// Which network
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Stateful))]
     pub design: DesignName,
-    /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one of each that has
-    /// two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
+    /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one
+    /// of each that has two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
     pub held_out: Vec<String>,
     /// Epochs at most [default: 100; paper: 30]

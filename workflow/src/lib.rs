@@ -1,8 +1,8 @@
 //! What the verbs of hysteron do, one function each: plain options in, what came of it out.
 //!
-//! [`Caller`] says who runs a verb; its [`Monitor`] hears how far it is and may stop it. What a verb comes to is a value of
-//! JSON, the same that stands in `metrics.json` where it writes one. Every verb writes whole files and replaces nothing that
-//! it would not itself have made from the same options.
+//! [`Caller`] says who runs a verb; its [`Monitor`] hears how far it is and may stop it. What a verb comes to is a
+//! value of JSON, the same that stands in `metrics.json` where it writes one. Every verb writes whole files and
+//! replaces nothing that it would not itself have made from the same options.
 //!
 //! ```
 //! use hysteron_workflow::{Caller, target};

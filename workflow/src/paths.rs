@@ -12,7 +12,8 @@ pub fn check_checkpoint(out: &Path) -> Result<(), BadInput> {
     Err(BadInput::new("--out", "a name ending in .safetensors", out.display().to_string()))
 }
 
-/// The folder for what is told of a checkpoint: the one asked for, or one beside it that has its name without the ending.
+/// The folder for what is told of a checkpoint: the one asked for, or one beside it that has its name without the
+/// ending.
 pub fn beside(checkpoint: &Path, asked: Option<&Path>) -> PathBuf {
     asked.map_or_else(|| checkpoint.with_extension(""), Path::to_owned)
 }

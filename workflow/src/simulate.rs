@@ -17,7 +17,8 @@ pub struct Options {
     /// Recording with the strokes to follow, .parquet or .csv
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub strokes: PathBuf,
-    /// Checkpoint by hysteron fit-residual: its network drives the auxiliary tendons, from the strokes and the twin's tip
+    /// Checkpoint by hysteron fit-residual: its network drives the auxiliary tendons, from the strokes and the
+    /// twin's tip
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
     /// Scene and outputs.

@@ -100,8 +100,8 @@ impl Recording {
         Ok(Self { time, channels, gap, meta })
     }
 
-    /// Puts a recording together in which values are missing (NaN): each is interpolated in time between its neighbours,
-    /// before the first and after the last it is held, and its row is marked as a gap.
+    /// Puts a recording together in which values are missing (NaN): each is interpolated in time between its
+    /// neighbours, before the first and after the last it is held, and its row is marked as a gap.
     ///
     /// # Errors
     /// `BadInput` for a channel without any value, and as [`Recording::new`].

@@ -73,8 +73,8 @@ pub enum Tip {
     Point([f64; 3]),
 }
 
-/// Frame of the tracker against that of the scene: a point x of the scene is recorded at R x + shift, with R the rotation
-/// about the rotation vector `turn`. The default is the scene's own frame.
+/// Frame of the tracker against that of the scene: a point x of the scene is recorded at R x + shift, with R the
+/// rotation about the rotation vector `turn`. The default is the scene's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct TrackerFrame {
     /// Rotation vector [rad], shorter than half a turn.
@@ -244,18 +244,19 @@ impl Default for Solver {
     }
 }
 
-/// Version of what the program makes of a scene, and part of [`Scene::hash`]: raised whenever the same scene and strokes
-/// lead the tip elsewhere, beyond the tolerance of the solver. What was made with another version is then not taken for
-/// made from the same scene. `tests/it/equations.rs`
+/// Version of what the program makes of a scene, and part of [`Scene::hash`]: raised whenever the same scene and
+/// strokes lead the tip elsewhere, beyond the tolerance of the solver. What was made with another version is then
+/// not taken for made from the same scene. `tests/it/equations.rs`
 /// notices where it was forgotten.
 const EQUATIONS: u32 = 1;
 
 impl Scene {
-    /// Reads and validates a scene file; the mesh path in it is taken relative to its folder. Of the mesh only the hash is
-    /// taken.
+    /// Reads and validates a scene file; the mesh path in it is taken relative to its folder. Of the mesh only the
+    /// hash is taken.
     ///
     /// # Errors
-    /// `BadInput` naming the key, what it may be and what it was, or that there is no mesh; `Io` if a file cannot be read.
+    /// `BadInput` naming the key, what it may be and what it was, or that there is no mesh; `Io` if a file cannot be
+    /// read.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -1,7 +1,7 @@
 //! Tables of numbers that other programs wrote: CSV, Parquet, NumPy's `.npy` and `.npz`.
 //!
-//! Nothing is assumed of names, units or completeness: a cell without a number is NaN, and whoever takes a column decides
-//! what that means. Recordings of this project have a reader of their own, which is stricter.
+//! Nothing is assumed of names, units or completeness: a cell without a number is NaN, and whoever takes a column
+//! decides what that means. Recordings of this project have a reader of their own, which is stricter.
 
 mod npz;
 mod parquet;
@@ -74,8 +74,8 @@ impl Table {
         Ok(Self { columns, rows: (1..=n as u64).collect(), ..Self::default() })
     }
 
-    /// Reads a table, `.csv`, `.txt`, `.tsv`, `.parquet`, `.npz` or `.npy` by its extension; with a filter only the rows that it
-    /// accepts.
+    /// Reads a table, `.csv`, `.txt`, `.tsv`, `.parquet`, `.npz` or `.npy` by its extension; with a filter only the
+    /// rows that it accepts.
     ///
     /// # Errors
     /// `BadInput` naming the file and what is wrong in it; `Io` if it cannot be read.

@@ -1,8 +1,8 @@
 //! NumPy's `.npy` and `.npz`: arrays of real numbers with one or two axes, stored or deflated.
 //!
-//! The formats are those of NumPy's `lib.format` (versions 1 to 3) and of PKWARE's APPNOTE without the 64-bit records, which
-//! archives beyond 4 GiB need. Arrays of text or objects, with another number of axes, or of another length than most are
-//! left out.
+//! The formats are those of NumPy's `lib.format` (versions 1 to 3) and of PKWARE's APPNOTE without the 64-bit
+//! records, which archives beyond 4 GiB need. Arrays of text or objects, with another number of axes, or of another
+//! length than most are left out.
 
 use super::{Column, Table};
 use crate::BadInput;

@@ -1,5 +1,5 @@
-//! Parquet of any program: columns of numbers and flags, and lists of a fixed length, as LeRobot writes them. Columns of text,
-//! of lists that differ in length and of tables are left out.
+//! Parquet of any program: columns of numbers and flags, and lists of a fixed length, as LeRobot writes them.
+//! Columns of text, of lists that differ in length and of tables are left out.
 
 use super::{Column, Table};
 use crate::BadInput;

@@ -1,7 +1,8 @@
-//! A robot that changes, or does not, and a minute of data after which its twin has followed: friction half as much again, play
-//! grown by 0.3 mm, a tendon that has gone slack by 0.6 mm, a load added.
+//! A robot that changes, or does not, and a minute of data after which its twin has followed: friction half as much
+//! again, play grown by 0.3 mm, a tendon that has gone slack by 0.6 mm, a load added.
 //!
-//! Targets are followed on each robot with the network of the robot as it was, and with what `adapt` kept after a minute of it.
+//! Targets are followed on each robot with the network of the robot as it was, and with what `adapt` kept after a
+//! minute of it.
 //! The plan of that minute (`quick`) is faster than the motion that the network learned from.
 #![allow(clippy::print_stdout)] // this program prints tables
 
@@ -18,8 +19,9 @@ use super::chain::{Chain, FRICTION, scene_path};
 use super::write_metrics;
 use crate::table::print_cells;
 
-/// A change of the preset `typical`: lines of its file, and how far its first tendon is let go [m]. A rig finds its zeros before
-/// it records; a tendon that has gone slack since is one whose zero in the calibration is not where it was found.
+/// A change of the preset `typical`: lines of its file, and how far its first tendon is let go [m]. A rig finds its
+/// zeros before it records; a tendon that has gone slack since is one whose zero in the calibration is not where it
+/// was found.
 struct Change {
     name: &'static str,
     lines: &'static [(&'static str, &'static str)],

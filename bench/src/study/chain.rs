@@ -144,7 +144,8 @@ impl Chain {
         Ok(names)
     }
 
-    /// Identifies recordings with a scene of the robot, into `identified-NAME`; with `network`, a checkpoint, by what that says.
+    /// Identifies recordings with a scene of the robot, into `identified-NAME`; with `network`, a checkpoint, by
+    /// what that says.
     ///
     /// # Errors
     /// The program fails.
@@ -187,8 +188,8 @@ impl Chain {
         Ok(models)
     }
 
-    /// Calibrates a twin: identification and network, and with what the twin does with that network another one for each
-    /// seed, as `NAME-SEED.safetensors`.
+    /// Calibrates a twin: identification and network, and with what the twin does with that network another one for
+    /// each seed, as `NAME-SEED.safetensors`.
     ///
     /// # Errors
     /// The program fails.
@@ -231,8 +232,8 @@ impl Chain {
         Ok(out)
     }
 
-    /// Follows a target on a rig, several times from the day `seed` on, into `name`; nothing where the rig would not carry
-    /// the strokes out: the program has said why, so far because of the servos' load on a far path.
+    /// Follows a target on a rig, several times from the day `seed` on, into `name`; nothing where the rig would not
+    /// carry the strokes out: the program has said why, so far because of the servos' load on a far path.
     ///
     /// # Errors
     /// Refusals of the file system, metrics that are none.

@@ -1,8 +1,9 @@
-//! CoReAct end to end, as a user runs it: record, identify, train, roll out; on trajectories that nothing was trained on.
+//! CoReAct end to end, as a user runs it: record, identify, train, roll out; on trajectories that nothing was
+//! trained on.
 //!
 //! Every stage is the program itself, and what it wrote is kept, so that the study goes on where it was stopped. Each
-//! table row is one twin: uncorrected, with friction, with the residual network, with both, and with the paper's network. `robots`
-//! climbs the same ladder on others.
+//! table row is one twin: uncorrected, with friction, with the residual network, with both, and with the paper's
+//! network. `robots` climbs the same ladder on others.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::{Path, PathBuf};
@@ -135,7 +136,8 @@ pub(super) struct Study {
 }
 
 impl Study {
-    /// The twins of a robot, without and with networks that learned from `training`; with friction and network comes last.
+    /// The twins of a robot, without and with networks that learned from `training`; with friction and network comes
+    /// last.
     ///
     /// # Errors
     /// The program fails.
@@ -193,7 +195,8 @@ impl Study {
         Ok(row)
     }
 
-    /// The tests where the tracker does not drift; and what its drift is, the tip measured with it against the one without.
+    /// The tests where the tracker does not drift; and what its drift is, the tip measured with it against the one
+    /// without.
     fn steady(&self, rungs: &[Rung]) -> Result<Ladder> {
         let robot = self.chain.changed_robot(&[("bias_mm = 0.15", "bias_mm = 0.0")], "steady-robot")?;
         self.chain.record(&robot, "paper", "steady")?;

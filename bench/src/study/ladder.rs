@@ -1,9 +1,10 @@
 //! What each part of the chain adds, on other robots: the presets, and members of the population around `typical`.
 //!
-//! Every robot is known from a minute of recordings alone (the plan `quick`). The rungs: strokes through the twin without
-//! learning; an inverse network on the minute; the paper's and ours on the minute and what the calibrated twin makes of it;
-//! the calibrated twin, steered; and that twin after it has learned from one path more while its tip was watched. The scene
-//! is that of `typical` for all: what a robot differs by is left to learning. No path is in any training.
+//! Every robot is known from a minute of recordings alone (the plan `quick`). The rungs: strokes through the twin
+//! without learning; an inverse network on the minute; the paper's and ours on the minute and what the calibrated
+//! twin makes of it; the calibrated twin, steered; and that twin after it has learned from one path more while its
+//! tip was watched. The scene is that of `typical` for all: what a robot differs by is left to learning. No path is
+//! in any training.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -31,8 +32,8 @@ const RUNGS: [&str; 6] = [
     "+ adaptation",
 ];
 
-/// The paper's network, on the presets only: every hundredth sample ends a window, and 16 are a step. Every one of them, as
-/// published, would be eight hours a robot.
+/// The paper's network, on the presets only: every hundredth sample ends a window, and 16 are a step. Every one of
+/// them, as published, would be eight hours a robot.
 const PAPER: [&str; 6] = ["--design", "paper", "--stride", "100", "--batch", "16"];
 
 /// What the calibrated twin does besides the recorded minute: five minutes, twice as far.

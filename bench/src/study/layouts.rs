@@ -1,7 +1,7 @@
 //! Layouts of auxiliary tendons: what the paper's 36 do that fewer, longer ones do not.
 //!
-//! The singular values of ∂tip/∂s* say in which directions a layout moves the tip, and how evenly; the identification, and a
-//! network that learned from it on the tests of `coreact`, say what that is worth.
+//! The singular values of ∂tip/∂s* say in which directions a layout moves the tip, and how evenly; the
+//! identification, and a network that learned from it on the tests of `coreact`, say what that is worth.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Comparisons with other programs and with real robots, and the whole chain in real time; each prints tables and writes `metrics.json`.
+//! Comparisons with other programs and with real robots, and the whole chain in real time; each prints tables and
+//! writes `metrics.json`.
 
 pub mod adaptation;
 pub mod chain;

@@ -1,7 +1,9 @@
-//! The whole chain on robots of a wide population, `virtual:wide/1` to `virtual:wide/10`, each known from its recordings alone.
+//! The whole chain on robots of a wide population, `virtual:wide/1` to `virtual:wide/10`, each known from its
+//! recordings alone.
 //!
-//! One procedure for all, no hand on any: record a plan of minutes; fit the nominal scene; calibrate the twin in two passes; let it
-//! make data; train inverse networks; follow seven paths that nothing has learned. What was done for a robot stays in its folder:
+//! One procedure for all, no hand on any: record a plan of minutes; fit the nominal scene; calibrate the twin in two
+//! passes; let it make data; train inverse networks; follow seven paths that nothing has learned. What was done for
+//! a robot stays in its folder:
 //! the same command goes on. A robot on which a stage fails is counted and named.
 #![allow(clippy::print_stdout, clippy::print_stderr)] // this program prints tables, and which robot it is at
 
@@ -24,8 +26,8 @@ const TARGETS: [&str; 7] =
 const WAYS: [&str; 5] =
     ["nominal scene", "fitted scene", "network of recorded data", "calibrated twin", "hybrid network"];
 
-/// The scene before any fit, from that of `typical`: the drawing, and data sheets for wire in channels and sheaths lined with PTFE
-/// (`meshes/tpu80/scene-friction.toml`). Its mesh is named from the robot's folder.
+/// The scene before any fit, from that of `typical`: the drawing, and data sheets for wire in channels and sheaths
+/// lined with PTFE (`meshes/tpu80/scene-friction.toml`). Its mesh is named from the robot's folder.
 const NOMINAL: (&str, [(&str, &str); 7]) = (
     include_str!("../../../meshes/tpu80/scene-typical-friction.toml"),
     [
@@ -52,8 +54,8 @@ rest_after_s = 1
 stroke_max_mm = 9
 stroke_rate_max_mm_s = 12
 "#;
-/// Its trajectories: name, family and what else its entry says. Roses pass the centre, and everything around it, in ever new
-/// directions.
+/// Its trajectories: name, family and what else its entry says. Roses pass the centre, and everything around it, in
+/// ever new directions.
 const TRAJECTORIES: [(&str, &str, &str); 8] = [
     (
         "circle",
@@ -86,8 +88,8 @@ const FIT: [&str; 8] = [
     "0.4",
 ];
 
-/// What the calibrated twin does besides: its tip along curves drawn from ranges, as far out as the recordings go and back. Family,
-/// how many, and what else.
+/// What the calibrated twin does besides: its tip along curves drawn from ranges, as far out as the recordings go
+/// and back. Family, how many, and what else.
 const SYNTHETIC: [(&str, u32, &str); 4] = [
     ("rose", 16, "swings = [0.4, 2.4]"),
     ("circle", 4, ""),
@@ -108,7 +110,8 @@ const FULL: Effort = Effort { robots: ROBOTS, targets: &TARGETS, steps: "1500", 
 /// Shows that it runs.
 const QUICK: Effort = Effort { robots: 1, targets: &["circle:40"], steps: "300", epochs: Some("3") };
 
-/// One robot: for every path what each way came to, none where the rig would not carry the strokes out; or why there is nothing.
+/// One robot: for every path what each way came to, none where the rig would not carry the strokes out; or why there
+/// is nothing.
 struct Robot {
     name: String,
     found: Result<Vec<Row>, String>,

@@ -1,5 +1,6 @@
-//! The ladder of `coreact` on robots other than `typical`: the twins of other presets, which learned from a third of the
-//! recordings; and the twins of `typical` on members of the population around it, of which they have seen nothing.
+//! The ladder of `coreact` on robots other than `typical`: the twins of other presets, which learned from a third of
+//! the recordings; and the twins of `typical` on members of the population around it, of which they have seen
+//! nothing.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! `hysteron arm fit delan` and `hysteron arm evaluate`: a learned model of inverse dynamics from recordings, and on others.
+//! `hysteron arm fit delan` and `hysteron arm evaluate`: a learned model of inverse dynamics from recordings, and on
+//! others.
 
 use std::path::PathBuf;
 

@@ -14,8 +14,8 @@ pub struct Arguments {
 
 /// As info; fails where numbers look wrong
 ///
-/// Suspicious are masses and inertias that no body has, and lengths, masses and inertias that look like mm or g. Exit code 2
-/// where something is.
+/// Suspicious are masses and inertias that no body has, and lengths, masses and inertias that look like mm or g.
+/// Exit code 2 where something is.
 #[derive(Debug, clap::Args)]
 pub struct CheckArguments {
     /// File of URDF or MJCF, or name of a built-in robot

@@ -85,7 +85,8 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The calibration that is to be replaced: where it is kept, under its date, and its text. Anything else is not replaced.
+/// The calibration that is to be replaced: where it is kept, under its date, and its text. Anything else is not
+/// replaced.
 fn earlier(out: &Path) -> anyhow::Result<Option<(PathBuf, String)>> {
     if !out.exists() {
         return Ok(None);

@@ -1,5 +1,5 @@
-//! `hysteron study run` and `hysteron demo`: a stage of a study is this program, started again with the arguments that a person
-//! would type.
+//! `hysteron study run` and `hysteron demo`: a stage of a study is this program, started again with the arguments
+//! that a person would type.
 
 pub mod demo;
 mod runner;

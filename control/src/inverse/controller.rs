@@ -12,7 +12,8 @@ use crate::{Limits, Result};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
 const MARGIN: f64 = 0.02;
-/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
+/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to
+/// pull.
 const LARGEST_OUTPUT: f32 = 1.25;
 /// Windows that go through the network side by side.
 const BATCH: usize = 256;
@@ -167,8 +168,8 @@ impl Limiter {
 }
 
 impl InverseModel {
-    /// Strokes for a path at the rate of the training [m]. `progress` gets the samples done and ends it where it returns
-    /// false: the result is then shorter.
+    /// Strokes for a path at the rate of the training [m]. `progress` gets the samples done and ends it where it
+    /// returns false: the result is then shorter.
     ///
     /// # Errors
     /// Those of [`Controller::new`], but for the design.

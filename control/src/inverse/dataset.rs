@@ -50,8 +50,8 @@ pub struct Demonstration {
 }
 
 impl Demonstration {
-    /// Takes a recording with `tip_x_m`, `tip_y_m`, in space `tip_z_m`, and `stroke_1_m`, …; and the twin's local Jacobian
-    /// where there are `tip_x_per_stroke_1_ratio`, …, and as many for the other axes.
+    /// Takes a recording with `tip_x_m`, `tip_y_m`, in space `tip_z_m`, and `stroke_1_m`, …; and the twin's local
+    /// Jacobian where there are `tip_x_per_stroke_1_ratio`, …, and as many for the other axes.
     ///
     /// # Errors
     /// Channels are missing, the rate is not fixed, or the Jacobian has not all tendons.
@@ -151,8 +151,9 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Splits demonstrations: those named in `held_out` are validated on; without names a sixth of every kind of motion, and at
-    /// least one where there are two, drawn by `seed`: real ones, and synthetic ones of the kinds that no real one is left for.
+    /// Splits demonstrations: those named in `held_out` are validated on; without names a sixth of every kind of
+    /// motion, and at least one where there are two, drawn by `seed`: real ones, and synthetic ones of the kinds
+    /// that no real one is left for.
     ///
     /// # Errors
     /// Fewer than two demonstrations, none left to learn from, a name that is not among them, or different robots,
@@ -242,8 +243,8 @@ fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// Names of what to validate on: some of every kind of motion of the real demonstrations, and of the kinds that these leave out,
-/// of the synthetic ones.
+/// Names of what to validate on: some of every kind of motion of the real demonstrations, and of the kinds that
+/// these leave out, of the synthetic ones.
 fn drawn(all: &[Demonstration], seed: u64) -> Vec<String> {
     let mut stream = rng(seed, "inverse/held-out");
     let kinds: Vec<String> = all.iter().map(Demonstration::kind).collect();

@@ -1,7 +1,8 @@
 //! A delay is the simplest memory: how much later than a stroke the tip is where it brings it.
 //!
-//! Servos, tracker and a viscous body put the tip behind the strokes. So the regression of strokes on the tip is fitted to
-//! the tip d later, and the d with the least errors is the delay, between samples by the parabola through the least three.
+//! Servos, tracker and a viscous body put the tip behind the strokes. So the regression of strokes on the tip is
+//! fitted to the tip d later, and the d with the least errors is the delay, between samples by the parabola through
+//! the least three.
 
 use hysteron_base::BadInput;
 
@@ -28,8 +29,8 @@ pub fn ahead(path: &[PathPoint], delay: f64) -> Vec<PathPoint> {
     (0..path.len()).map(at).collect()
 }
 
-/// The delay of the tip behind the strokes, up to `most` samples [samples]; 0 where none lowers the errors. The regression is
-/// fitted to `training` and the delay judged on `judged`, each with its smoothed paths.
+/// The delay of the tip behind the strokes, up to `most` samples [samples]; 0 where none lowers the errors. The
+/// regression is fitted to `training` and the delay judged on `judged`, each with its smoothed paths.
 pub(super) fn fit_delay(
     axes: Axes,
     training: (&[Demonstration], &[Vec<PathPoint>]),

@@ -122,7 +122,8 @@ impl Outcome {
 /// Wide enough to hold nothing back.
 const WIDE: Limits = Limits { stroke: Bounds { min: -1e3, max: 1e3 }, stroke_rate: 1e9 };
 
-/// What the format of the weights changes of the strokes for the paths of `demonstrations`: root mean square, and the largest [mm].
+/// What the format of the weights changes of the strokes for the paths of `demonstrations`: root mean square, and
+/// the largest [mm].
 fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Result<[f64; 2]> {
     let exact = InverseModel { weights: WeightFormat::Float32, ..model.clone() };
     let (mut square, mut largest, mut count) = (0.0, 0.0f64, 0.0);

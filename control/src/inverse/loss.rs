@@ -1,8 +1,8 @@
 //! What the stateful design is judged by in training.
 //!
-//! For every sample, in mm² and with the error e of the strokes: their mean square; what that does at the tip through the
-//! twin's Jacobian, where it was recorded; how fast the error changes, so that strokes stay smooth; and how much the
-//! common pull of all tendons falls short of a least one, so that none goes slack.
+//! For every sample, in mm² and with the error e of the strokes: their mean square; what that does at the tip
+//! through the twin's Jacobian, where it was recorded; how fast the error changes, so that strokes stay smooth; and
+//! how much the common pull of all tendons falls short of a least one, so that none goes slack.
 
 use serde::{Deserialize, Serialize};
 

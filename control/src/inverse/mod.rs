@@ -1,8 +1,9 @@
-//! The inverse controller h (EDIC, CoReAct paper, section IV-C): from where the tip shall be to the strokes that bring it there,
-//! learned from recordings of a rig and of a twin alike.
+//! The inverse controller h (EDIC, CoReAct paper, section IV-C): from where the tip shall be to the strokes that
+//! bring it there, learned from recordings of a rig and of a twin alike.
 //!
-//! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_stateful`]) sees features of the path,
-//! ahead included, through whole trajectories with one cell update a sample, and corrects a static regression.
+//! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_stateful`]) sees features of
+//! the path, ahead included, through whole trajectories with one cell update a sample, and corrects a static
+//! regression.
 
 mod axes;
 mod controller;

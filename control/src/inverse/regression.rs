@@ -65,7 +65,8 @@ impl StaticRegression {
         Ok(Self { radius_m, coefficients: (0..n_tendons).map(column).collect() })
     }
 
-    /// Mean square error of each stroke on demonstrations with their smoothed paths, without samples that were filled in [mm²].
+    /// Mean square error of each stroke on demonstrations with their smoothed paths, without samples that were
+    /// filled in [mm²].
     pub(super) fn squares(&self, demonstrations: &[Demonstration], paths: &[Vec<PathPoint>]) -> Vec<f64> {
         let n = self.n_tendons();
         let (mut squares, mut strokes, mut count) = (vec![0.0; n], vec![0.0; n], 0.0);

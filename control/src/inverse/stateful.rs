@@ -40,8 +40,8 @@ pub struct StatefulOptions {
     pub lags_s: Vec<f64>,
     /// Weights of the terms of the loss.
     pub loss: LossWeights,
-    /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that is not known
-    /// in advance.
+    /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that
+    /// is not known in advance.
     pub largest_delay_s: f64,
     /// What the weights are kept as where the controller commands.
     pub weights: WeightFormat,

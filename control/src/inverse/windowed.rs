@@ -1,5 +1,5 @@
-//! The paper's controller, as published (section V-B c): windows of 200 samples of the tip's x and y, 2 × 512 units with
-//! dropout, linear head to all strokes, mean squared error, Adam with a step size that falls in stairs.
+//! The paper's controller, as published (section V-B c): windows of 200 samples of the tip's x and y, 2 × 512 units
+//! with dropout, linear head to all strokes, mean squared error, Adam with a step size that falls in stairs.
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
@@ -30,7 +30,8 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
     seed: 1,
 };
 
-/// Half the time over which the tip is smoothed for the static regression and the workspace; the network sees it as it is.
+/// Half the time over which the tip is smoothed for the static regression and the workspace; the network sees it as
+/// it is.
 const HALF_WIDTH_S: f64 = 0.1;
 /// Largest delay of the tip that a regression beside it is offered [s].
 const LARGEST_DELAY_S: f64 = 0.5;
@@ -120,8 +121,8 @@ mod tests {
 
     #[test]
     fn the_network_is_the_published_one() {
-        // Section V-B c: windows of 200 × 2, two layers of 512 with dropout 0.1, linear head to 4 strokes. Parameters by
-        // hand: 4·512·(2 + 512 + 1) + 4·512·(512 + 512 + 1) + 4·(512 + 1).
+        // Section V-B c: windows of 200 × 2, two layers of 512 with dropout 0.1, linear head to 4 strokes.
+        // Parameters by hand: 4·512·(2 + 512 + 1) + 4·512·(512 + 512 + 1) + 4·(512 + 1).
         let architecture = PUBLISHED.architecture(2, 4, Head::Linear);
         assert_eq!((PUBLISHED.window, PUBLISHED.batch, PUBLISHED.epochs), (200, 256, 30));
         assert_eq!((architecture.dropout, architecture.head), (0.1, Head::Linear));

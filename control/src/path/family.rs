@@ -30,7 +30,8 @@ pub(super) fn ellipse(length: f64, aspect: f64) -> Vec<Point> {
     closed(1, |u| [0.5 * length * (TAU * u).cos(), 0.5 * aspect * length * (TAU * u).sin()])
 }
 
-/// The rose r = d/2 cos kθ, whose petals reach out to a circle of this diameter: k of them where k is odd, else 2k. From (d / 2, 0).
+/// The rose r = d/2 cos kθ, whose petals reach out to a circle of this diameter: k of them where k is odd, else 2k.
+/// From (d / 2, 0).
 pub(super) fn rose(diameter: f64, k: u32) -> Vec<Point> {
     let turn = if k.is_multiple_of(2) { TAU } else { 0.5 * TAU };
     closed(k, |u| {

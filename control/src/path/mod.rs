@@ -5,8 +5,8 @@
 //! the curve itself are measured ([`crate::tracking`]). A target knows no strokes and no robot. x and y are what
 //! counts; z is free unless the curve gives it.
 //!
-//! The sizes are those of the CoReAct paper (section V-B, tables II to IV): diameter of circles, diagonal of diamonds, and
-//! full height of Lissajous curves, which the paper calls their vertical amplitude.
+//! The sizes are those of the CoReAct paper (section V-B, tables II to IV): diameter of circles, diagonal of
+//! diamonds, and full height of Lissajous curves, which the paper calls their vertical amplitude.
 
 mod convert;
 mod csv;

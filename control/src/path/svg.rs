@@ -4,7 +4,8 @@
 //! on it and around it. Its size is that of the drawing: where `width` of the drawing is in mm, cm, in, pt or pc, a
 //! unit of `viewBox` is that width over the one of the view box; without view box it is a CSS pixel, 25.4 / 96 mm.
 //! A drawing that gives its width in pixels, in percent or not at all has no size, and is refused. y points down in
-//! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands says nothing: its bounding box is centred.
+//! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands
+//! says nothing: its bounding box is centred.
 
 use super::convert::MOST_CROSSING_POINTS;
 use super::outline::Point;
@@ -22,7 +23,8 @@ type Check<T> = Result<T, BadInput>;
 const FLATNESS: f64 = 1e-6;
 const PIXEL: f64 = 25.4e-3 / 96.0;
 const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "circle", "ellipse", "rect", "line"];
-/// Largest number of a shape in units of the drawing: beyond any page, and small enough for the curves of arcs to be few.
+/// Largest number of a shape in units of the drawing: beyond any page, and small enough for the curves of arcs to be
+/// few.
 const LARGEST: f64 = 1e7;
 /// Most lines and curves of a shape.
 const MOST_SEGMENTS: usize = 20_000;
@@ -89,7 +91,8 @@ fn check_markup(text: &str) -> Check<()> {
     check_at_most("SVG: elements in each other", deepest, DEEPEST)
 }
 
-/// Refuses entities whose use would make much of little: drawing programs have them for names, a few dozen characters long.
+/// Refuses entities whose use would make much of little: drawing programs have them for names, a few dozen
+/// characters long.
 fn check_entities(text: &str) -> Check<()> {
     let values = text.split("<!ENTITY").skip(1).map(|rest| rest.split('>').next().unwrap_or_default());
     let (mut longest, mut n) = (0, 0);

@@ -1,6 +1,7 @@
 //! Trajectories drawn from ranges: many of a kind, from one entry of the plan file.
 //!
-//! The range of the amplitude is cut into as many parts as there are trajectories, and each draws its own from one part:
+//! The range of the amplitude is cut into as many parts as there are trajectories, and each draws its own from one
+//! part:
 //! whatever the seed, small and large ones are there. Everything else is drawn evenly.
 
 use super::Direction;
@@ -12,8 +13,8 @@ use rand::RngExt;
 /// More than a person means.
 const MOST: i64 = 10_000;
 
-/// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random stream of
-/// its own, by its name.
+/// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random
+/// stream of its own, by its name.
 pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajectory>, BadInput> {
     let key = |key: &str| format!("draw[{}].{key}", index + 1);
     let n = count(&key("count"), draw.count, MOST)?;

@@ -56,8 +56,8 @@ impl Trajectory {
 }
 
 impl Limits {
-    /// Accepts commanded strokes, `stroke_1_m`, `stroke_2_m`, .., if every sample is within the limits, and every change
-    /// from one to the next.
+    /// Accepts commanded strokes, `stroke_1_m`, `stroke_2_m`, .., if every sample is within the limits, and every
+    /// change from one to the next.
     ///
     /// # Errors
     /// `Stroke` or `StrokeRate` naming time, tendon, limit and value; the first one found. `BadInput` without a fixed
@@ -76,7 +76,8 @@ impl Limits {
         self.check_each(time.len(), strokes, (largest, rate_hz), ["a smaller path", "a slower path"])
     }
 
-    /// Goes through `n` samples: `strokes_into` gives the time of each [s] and its strokes [m]. `largest` bounds their size
+    /// Goes through `n` samples: `strokes_into` gives the time of each [s] and its strokes [m]. `largest` bounds
+    /// their size
     /// [m].
     fn check_each(
         &self,

@@ -22,8 +22,8 @@ pub use limits::Limits;
 pub use motion::{Direction, Family, Motion};
 pub use trajectory::{Role, Space, Tendons, Trajectory};
 
-/// Plans that are part of the program, by name: `paper` is the data set of the CoReAct paper, `quick` a minute of it, `synthetic`
-/// what the CoReAct paper lets a twin do besides, `roses` what else it may do.
+/// Plans that are part of the program, by name: `paper` is the data set of the CoReAct paper, `quick` a minute of
+/// it, `synthetic` what the CoReAct paper lets a twin do besides, `roses` what else it may do.
 const BUILT_IN: [(&str, &str); 4] = [
     ("paper", include_str!("../../plans/paper.toml")),
     ("quick", include_str!("../../plans/quick.toml")),

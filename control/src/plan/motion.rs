@@ -20,8 +20,8 @@ pub enum Family {
         /// Short axis over long axis, in (0, 1] [-].
         aspect: f64,
     },
-    /// A rose, whose distance from the centre goes to and fro while it turns: it passes the centre, and everything around
-    /// it, in ever new directions.
+    /// A rose, whose distance from the centre goes to and fro while it turns: it passes the centre, and everything
+    /// around it, in ever new directions.
     Rose {
         /// Swings of the distance in a turn, > 0; the curve closes only where they are a ratio of small integers [-].
         swings: f64,

@@ -82,18 +82,18 @@ pub(crate) fn spherical<S: Simd>(s: Lanes<S>) -> Mat3<S> {
     [[s, zero, zero], [zero, s, zero], [zero, zero, s]]
 }
 
-/// (1 + e)^(-1/2) for |e| <= 0.12 to within 2.3e-8, lowest power first: the polynomial through its values at the roots of
-/// the sixth Chebyshev polynomial. Up to |e| = 0.9 it is between 0.73 and 1.01 times that, and so positive.
+/// (1 + e)^(-1/2) for |e| <= 0.12 to within 2.3e-8, lowest power first: the polynomial through its values at the
+/// roots of the sixth Chebyshev polynomial. Up to |e| = 0.9 it is between 0.73 and 1.01 times that, and so positive.
 const INVERSE_ROOT: [f64; 6] =
     [1.000_000_02, -0.500_000_02, 0.374_973_204, -0.312_475_111, 0.278_379_79, -0.250_684_134];
 
 /// Rotation R of the polar decomposition F = R S.
 ///
-/// While strains are small, F p(FᵀF) with p(C) close to C^(-1/2) is R but for 1e-8: it is R times a function of S, which
-/// is positive definite, so nothing is lost where p is less close. Newton's iteration X ← ½ (X + X⁻ᵀ) leads on from there,
-/// and from F itself where strains are large; a step X ← X (3 - XᵀX)/2, which divides by nothing, ends it. Newton's iteration converges
-/// quadratically to the nearest orthogonal matrix for every invertible F; for det F < 0 that is a reflection, and the
-/// element is inverted.
+/// While strains are small, F p(FᵀF) with p(C) close to C^(-1/2) is R but for 1e-8: it is R times a function of S,
+/// which is positive definite, so nothing is lost where p is less close. Newton's iteration X ← ½ (X + X⁻ᵀ) leads on
+/// from there, and from F itself where strains are large; a step X ← X (3 - XᵀX)/2, which divides by nothing, ends
+/// it. Newton's iteration converges quadratically to the nearest orthogonal matrix for every invertible F; for det F
+/// < 0 that is a reflection, and the element is inverted.
 ///
 /// # Reference
 /// Higham (2008), Functions of matrices, eqs. 8.17 and 8.20, without scaling: strains are below one.
@@ -237,7 +237,8 @@ mod tests {
 
     #[test]
     fn polar_rotation_is_that_of_the_svd() {
-        // Both are exact up to round-off for strains up to one half: small ones end after the polynomial, others by Newton.
+        // Both are exact up to round-off for strains up to one half: small ones end after the polynomial, others by
+        // Newton.
         const TOL: f64 = 1e-14;
         let mut stream = rng(31, "test/polar");
         for strain in [1e-9, 1e-3, 0.05, 0.2, 0.5].repeat(40) {

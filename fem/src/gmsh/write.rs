@@ -30,7 +30,8 @@ pub enum Encoding {
 ///
 /// # Errors
 /// `BadInput` for a unit that is no positive number, a coordinate that is not finite, an index out of
-/// range, a group name that does not fit on a line in quotes, or a mesh without tetrahedra; `File` where the file system refuses.
+/// range, a group name that does not fit on a line in quotes, or a mesh without tetrahedra; `File` where the file
+/// system refuses.
 pub fn write_mesh(path: &Path, mesh: &Mesh, metres_per_unit: f64, encoding: Encoding) -> Result<()> {
     let prepared = prepare(mesh, metres_per_unit).map_err(|e| e.within(path.display()))?;
     let mut bytes = Vec::new();

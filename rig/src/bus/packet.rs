@@ -2,8 +2,9 @@
 //! instructions, and write their answers.
 //!
 //! Written from the e-Manual. `dynamixel2`, which writes the driver's instructions and is the host in the emulator's
-//! tests, and ROBOTIS's own SDK (`tests/peers`) check it. A packet is `FF FF FD 00`, id, length (2 bytes), instruction, parameters, CRC-16. After `FF FF FD` inside the
-//! instruction and its parameters another `FD` is stuffed, so the header appears nowhere else.
+//! tests, and ROBOTIS's own SDK (`tests/peers`) check it. A packet is `FF FF FD 00`, id, length (2 bytes),
+//! instruction, parameters, CRC-16. After `FF FF FD` inside the instruction and its parameters another `FD` is
+//! stuffed, so the header appears nowhere else.
 
 /// What opens a packet.
 const HEADER: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];

@@ -31,8 +31,9 @@ impl ServoBus {
 
     /// Switches the torque of all servos off.
     ///
-    /// One sync write, to which nobody answers, reaches all at once: a silent servo keeps no other waiting. Then each is
-    /// asked once, and only those that did not confirm are told again one by one, with retries. Their watchdogs end.
+    /// One sync write, to which nobody answers, reaches all at once: a silent servo keeps no other waiting. Then
+    /// each is asked once, and only those that did not confirm are told again one by one, with retries. Their
+    /// watchdogs end.
     ///
     /// # Errors
     /// `Bus` naming the servos that did not confirm.

@@ -148,8 +148,8 @@ impl Session<'_> {
         }
     }
 
-    /// Marks poses that stay the same to the last bit although the servos have moved on: of a tracker that rounds to more
-    /// than its noise, this alone tells a frozen one from a tip at rest.
+    /// Marks poses that stay the same to the last bit although the servos have moved on: of a tracker that rounds to
+    /// more than its noise, this alone tells a frozen one from a tip at rest.
     fn check_motion(&mut self) {
         for i in 0..self.poses.len() {
             let pose = self.poses[i];

@@ -1,16 +1,16 @@
 //! A tendon near the load limit is wound no further.
 //!
-//! A load beyond its limit ends a run. A path that needs a little more than the limit at its furthest point would be lost
-//! for that; so below the limit a tendon is let out and wound again so that the load stays where it is, until the command
-//! comes back to it. What stays behind by more than a servo may lag is blocked, and ends the run.
+//! A load beyond its limit ends a run. A path that needs a little more than the limit at its furthest point would be
+//! lost for that; so below the limit a tendon is let out and wound again so that the load stays where it is, until
+//! the command comes back to it. What stays behind by more than a servo may lag is blocked, and ends the run.
 
 use super::Session;
 use crate::{EventKind, ShutdownAction, Violation};
 
 /// Cycles after which a command shows in the load: it is written, the servo moves, and the load is read.
 const AHEAD: f64 = 3.0;
-/// Distance from the load to be held at which a tendon moves at the rig's slew, and nearer to it in proportion [-]. At full
-/// speed both ways the load of the preset's servos swings by three per cent either way.
+/// Distance from the load to be held at which a tendon moves at the rig's slew, and nearer to it in proportion [-].
+/// At full speed both ways the load of the preset's servos swings by three per cent either way.
 const BAND: f64 = 0.03;
 
 /// What is known of the load of one tendon.

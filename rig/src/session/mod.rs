@@ -34,8 +34,8 @@ const RELEASE_PAUSE: f64 = 0.05;
 /// Time that the robot is left at rest before a run [s].
 const SETTLE: f64 = 0.5;
 
-/// By how much a tendon can be moved while the tip stays where it is [m]: play and slack of tendons that were set by hand
-/// are some tenths of a millimetre, and the others move, too.
+/// By how much a tendon can be moved while the tip stays where it is [m]: play and slack of tendons that were set by
+/// hand are some tenths of a millimetre, and the others move, too.
 const LOST_MOTION: f64 = 2e-3;
 /// By how much a stroke may be beyond its limits before a run [m]: a tendon that was let go unwinds a little.
 const START_MARGIN: f64 = 2e-3;

@@ -155,7 +155,8 @@ mod tests {
 
     const RATE: f64 = 80.0;
 
-    /// Poses of a tip that is at `x(time)` [m], measured with normal noise and rounded [m], sent again while `is_frozen`.
+    /// Poses of a tip that is at `x(time)` [m], measured with normal noise and rounded [m], sent again while
+    /// `is_frozen`.
     fn poses(
         n: usize,
         (noise, rounding): (f64, f64),

@@ -1,8 +1,8 @@
 //! The body: an elastic rod of sections with constant strain, creeping, pulled by tendons through guides.
 //!
 //! Here is what it is, what it remembers, and the forces at given strains. Strains are taken in the principal axes of
-//! bending, so stiffness and creep are one number per strain. The force residual is exact; its tangent leaves out the change
-//! of wrap angles and some terms of second order in a section's angle.
+//! bending, so stiffness and creep are one number per strain. The force residual is exact; its tangent leaves out
+//! the change of wrap angles and some terms of second order in a section's angle.
 
 use super::equilibrium::Factors;
 use super::linear::{
@@ -188,7 +188,8 @@ impl Body {
         (quaternion(&orientation), apply(&to_robot, p))
     }
 
-    /// Lengths, wraps, tensions and the residual at the trial strains, for the wound tendon given; returns its norm [√J].
+    /// Lengths, wraps, tensions and the residual at the trial strains, for the wound tendon given; returns its norm
+    /// [√J].
     ///
     /// The residual is divided by the root of each stiffness; a unit of it is a root of energy.
     pub(super) fn evaluate(&mut self, wound: &[f64]) -> f64 {

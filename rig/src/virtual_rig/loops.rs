@@ -21,8 +21,8 @@ impl LoopWidth {
 /// Points of each branch that are compared.
 const N_STROKES: usize = 100;
 
-/// The loop of tip positions `tips` (n × 3) [m] over the strokes `strokes` (n) [m] of one tendon that is pulled and then
-/// released; `None` where either branch has less than three points.
+/// The loop of tip positions `tips` (n × 3) [m] over the strokes `strokes` (n) [m] of one tendon that is pulled and
+/// then released; `None` where either branch has less than three points.
 ///
 /// The pull ends at the largest stroke. On each branch the tip is interpolated linearly between samples whose strokes
 /// advance; both branches are compared at equal strokes between the largest of their beginnings and the smallest of

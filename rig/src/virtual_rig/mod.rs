@@ -1,6 +1,7 @@
 //! The virtual rig: a robot with physics of its own, its servos and its tracker.
 //!
-//! Its body is an elastic rod with tendons that rub, stick and go slack; it is not the twin, and shares no code with it.
+//! Its body is an elastic rod with tendons that rub, stick and go slack; it is not the twin, and shares no code with
+//! it.
 
 mod body;
 #[cfg(unix)]

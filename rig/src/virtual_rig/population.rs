@@ -1,4 +1,5 @@
-//! How members of a population of virtual robots differ: a little around one robot, or in everything that a bench may get wrong.
+//! How members of a population of virtual robots differ: a little around one robot, or in everything that a bench
+//! may get wrong.
 
 use super::linear::{V3, dot, scale};
 use super::robot::VirtualRobot;
@@ -42,11 +43,11 @@ pub struct Spread {
     pub servo_friction: f64,
 }
 
-/// Smallest and largest values over a population. Factors, on the value of the robot in the middle, are drawn evenly by their
-/// logarithm, everything else evenly.
+/// Smallest and largest values over a population. Factors, on the value of the robot in the middle, are drawn evenly
+/// by their logarithm, everything else evenly.
 ///
-/// What needs no numbers is drawn besides: the direction of gravity, from all directions; the tracker's frame, turned any way; the
-/// direction of the principal axes; and the law of friction, Dahl's or Prandtl's.
+/// What needs no numbers is drawn besides: the direction of gravity, from all directions; the tracker's frame,
+/// turned any way; the direction of the principal axes; and the law of friction, Dahl's or Prandtl's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranges {
     /// Factor of all stiffnesses of the body together [-].

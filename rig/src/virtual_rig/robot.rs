@@ -78,8 +78,8 @@ pub struct TendonParameters {
     pub slack: Vec<f64>,
     /// Lost motion between pulley and tendon [m].
     pub play: f64,
-    /// How much more each is pulled at stroke zero than calibration left it, as when a knot has given since: negative is slack
-    /// (n_tendons) [m].
+    /// How much more each is pulled at stroke zero than calibration left it, as when a knot has given since:
+    /// negative is slack (n_tendons) [m].
     pub zero_errors: Vec<f64>,
 }
 

@@ -211,8 +211,8 @@ impl World {
         self.disturbances[k] = torque;
     }
 
-    /// The same robot on another day: what the tracker adds is another, and what the calibration took for zero has given by the
-    /// robot's zero errors, once.
+    /// The same robot on another day: what the tracker adds is another, and what the calibration took for zero has
+    /// given by the robot's zero errors, once.
     pub fn reseed(&mut self, seed: u64, day: &str) {
         if let Some(robot) = &mut self.robot {
             robot.tracker.reseed(seed, day);

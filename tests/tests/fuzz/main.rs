@@ -1,4 +1,5 @@
-//! Every reader on input that nobody meant: no panic, no abort, little memory, and refusals in the one form of an error.
+//! Every reader on input that nobody meant: no panic, no abort, little memory, and refusals in the one form of an
+//! error.
 //!
 //! A few hundred cases each are drawn in every run; `HYSTERON_FUZZ_CASES=1000000` draws a million each, and
 //! `HYSTERON_FUZZ_S=600` ends each after ten minutes and says how far it came. Rigs, calibrations, journals, buses and

@@ -183,7 +183,8 @@ fn a_twin_learns_what_its_network_does_not_know() {
     place
         .run(&["identify", "scene-coreact.toml", "data", "--rounds", "1", "--out", "identified"])
         .succeeded();
-    // The robot that the network has learned, with its first tendon let go by 0.8 mm: it does with a stroke what it did with less.
+    // The robot that the network has learned, with its first tendon let go by 0.8 mm: it does with a stroke what it
+    // did with less.
     std::fs::create_dir(place.path().join("changed")).unwrap();
     for name in ["line", "wide-1", "wide-2"] {
         let recorded = Recording::read(place.path().join(format!("data/{name}.parquet"))).unwrap();

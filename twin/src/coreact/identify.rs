@@ -54,10 +54,11 @@ pub struct Step {
     pub bounds: Vec<Option<Bound>>,
 }
 
-/// A twin that chooses the strokes of its auxiliary tendons sample by sample: to follow measurements, or as a network says.
+/// A twin that chooses the strokes of its auxiliary tendons sample by sample: to follow measurements, or as a
+/// network says.
 pub trait AuxiliaryPolicy {
-    /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], auxiliary ones as chosen. Without a
-    /// goal nothing was measured.
+    /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], auxiliary ones as
+    /// chosen. Without a goal nothing was measured.
     ///
     /// # Errors
     /// Those of [`Stepper::step`].
@@ -66,7 +67,8 @@ pub trait AuxiliaryPolicy {
     /// Auxiliary strokes now (n_aux) [m].
     fn strokes(&self) -> &[f64];
 
-    /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], taut tendons held at their strokes, friction points slipping.
+    /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], taut tendons held at their strokes, friction
+    /// points slipping.
     fn sensitivity(&mut self) -> Option<[Vec<f64>; 3]>;
 }
 
@@ -227,7 +229,8 @@ pub struct Identification {
     pub summary: Summary,
 }
 
-/// Takes `policy`, which is at rest, through all samples of a motion. `on_sample` is called after each and ends the run where it returns false.
+/// Takes `policy`, which is at rest, through all samples of a motion. `on_sample` is called after each and ends the
+/// run where it returns false.
 ///
 /// # Errors
 /// Those of [`Stepper::step`], with the row; `Ok(None)` where `on_sample` ended it.

@@ -1,5 +1,5 @@
-//! Compensatory residual actuation (CoReAct, CoReAct paper section IV-B): auxiliary tendons that bring the twin's tip to
-//! where the robot's tip was measured.
+//! Compensatory residual actuation (CoReAct, CoReAct paper section IV-B): auxiliary tendons that bring the twin's
+//! tip to where the robot's tip was measured.
 //!
 //! The paper enforces the strokes of all auxiliary tendons as equalities. Held at zero they would clamp the body:
 //! S(u, 0) would not be the bare twin that its eq. 5 says it is. So a stroke s_j is here the one that the tendon's

@@ -1,10 +1,10 @@
 //! One sample, linearised (eqs. 7, 8): which auxiliary strokes bring the tip closest to its goal.
 //!
 //! At an equilibrium the tensions of auxiliary tendons are given, and those of all other cables follow from the
-//! conditions of a step: a primary tendon is held at its stroke or slack, a friction point sticks or slips. As long as none of
-//! them changes its place, the tip is a linear function of the auxiliary strokes, y(s + ds) = y + d + G ds, and the problem
-//! min ½ |goal - y(s + ds)|² + γ/2 |s + ds|² has only boxes: stroke, tension, and rate. Its answer says where the others
-//! stand then; where that is elsewhere, the problem is posed again from there.
+//! conditions of a step: a primary tendon is held at its stroke or slack, a friction point sticks or slips. As long
+//! as none of them changes its place, the tip is a linear function of the auxiliary strokes, y(s + ds) = y + d + G
+//! ds, and the problem min ½ |goal - y(s + ds)|² + γ/2 |s + ds|² has only boxes: stroke, tension, and rate. Its
+//! answer says where the others stand then; where that is elsewhere, the problem is posed again from there.
 
 use hysteron_base::Bounds;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -110,8 +110,8 @@ impl Linearised {
         }
     }
 
-    /// What strokes do to the tip while the cables `held` keep theirs, up to what they still miss, and the tensions of the
-    /// others change by `increments`. `None` where held cables pull the same way.
+    /// What strokes do to the tip while the cables `held` keep theirs, up to what they still miss, and the tensions
+    /// of the others change by `increments`. `None` where held cables pull the same way.
     pub fn response(&self, held: &[usize], missing: &[f64], increments: &DVector<f64>) -> Option<Response> {
         let among = self.among.select_rows(held);
         let factor: Cholesky<f64, Dyn> = among.select_columns(held).cholesky()?;
@@ -223,7 +223,8 @@ impl Problem {
         Some(Answer { strokes: moved, left: cost.error - follow.tip, status })
     }
 
-    /// `next`, or where it has other places than `now` and costs more, a point on the way there that costs less than `now`.
+    /// `next`, or where it has other places than `now` and costs more, a point on the way there that costs less than
+    /// `now`.
     fn nearer(&mut self, at: &Linearised, cost: &Cost, now: &Follow, next: Follow) -> Option<Follow> {
         if next.places == now.places || cost.of(&next) < cost.of(now) {
             return Some(next);

@@ -15,8 +15,8 @@ pub enum FrictionPoints {
     Slipping,
 }
 
-/// ∂tip/∂s where the last step of `stepper` ended (3 × n_aux, row by row) [-], tendons that are taut held at their strokes,
-/// by the exact tangent;
+/// ∂tip/∂s where the last step of `stepper` ended (3 × n_aux, row by row) [-], tendons that are taut held at their
+/// strokes, by the exact tangent;
 /// `None` where held cables pull the same way.
 pub(crate) fn sensitivity(
     stepper: &mut Stepper,

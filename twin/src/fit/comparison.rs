@@ -16,7 +16,8 @@ use crate::{Registration, Result, Target, Twin, alignment, rollouts};
 const KEPT: usize = 24;
 /// Part of the largest tension allowed from which on a simulated one counts as too large [-].
 const STRAINED: f64 = 0.8;
-/// What a tension at its largest counts as, and one that differs from the recorded one by a tenth of the largest recorded:
+/// What a tension at its largest counts as, and one that differs from the recorded one by a tenth of the largest
+/// recorded:
 /// an error of the tip of this part of its motion [-].
 const TENSION_WEIGHT: f64 = 0.02;
 

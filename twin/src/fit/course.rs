@@ -1,8 +1,8 @@
 //! Which samples of a motion a fit steps through, and which it compares.
 //!
-//! Friction remembers, so a motion is passed from its beginning. What counts is the way that the strokes go, not how many
-//! samples that took: a rest costs nothing, a straight way little, and where strokes turn back, a sample is kept, however
-//! long the steps are.
+//! Friction remembers, so a motion is passed from its beginning. What counts is the way that the strokes go, not how
+//! many samples that took: a rest costs nothing, a straight way little, and where strokes turn back, a sample is
+//! kept, however long the steps are.
 
 use hysteron_base::BadInput;
 
@@ -12,8 +12,8 @@ use crate::{Result, Target};
 /// How a fit goes through its motions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stepping {
-    /// How far a stroke moves from one step to the next at most, unless a single sample moves farther (or the tip, where
-    /// tendons are driven by tension) [m].
+    /// How far a stroke moves from one step to the next at most, unless a single sample moves farther (or the tip,
+    /// where tendons are driven by tension) [m].
     pub step: f64,
     /// How far from one compared sample to the next [m].
     pub every: f64,
@@ -88,8 +88,8 @@ pub fn courses(motions: &[Motion], stepping: &Stepping) -> Result<Vec<Course>> {
     motions.iter().map(|motion| Course::new(motion, stepping, most)).collect()
 }
 
-/// Samples from 0 on, at most `most`: from each, the farthest that lies within a step, or where a stroke turns back before
-/// that, or the next one that moves at all.
+/// Samples from 0 on, at most `most`: from each, the farthest that lies within a step, or where a stroke turns back
+/// before that, or the next one that moves at all.
 fn way(motion: &Motion, step: f64, most: usize) -> Vec<usize> {
     let mut samples = vec![0];
     while samples.len() < most {

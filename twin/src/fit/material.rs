@@ -1,7 +1,7 @@
 //! The physical parameters of a scene from what its robot did, coarse to fine.
 //!
-//! A few steps of every recording decide where to begin; some more find the minimum, what it is worth, and which way gravity
-//! points; all that are asked for correct it by one step of Gauss and Newton.
+//! A few steps of every recording decide where to begin; some more find the minimum, what it is worth, and which way
+//! gravity points; all that are asked for correct it by one step of Gauss and Newton.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -87,7 +87,8 @@ pub struct MaterialFit {
 const SEEN: f64 = 2e-3;
 /// Degrees of freedom of a rigid frame.
 const OF_FRAME: usize = 6;
-/// Steps of a motion that decide where to begin, and with which the minimum is found. Longer steps would not be cheaper:
+/// Steps of a motion that decide where to begin, and with which the minimum is found. Longer steps would not be
+/// cheaper:
 /// from 0.3 mm on, a step with friction costs as much as its length.
 const BEGINNING: usize = 30;
 const ON_THE_WAY: usize = 100;
@@ -103,8 +104,8 @@ const EXPECTED: [usize; 3] = [9, 6, 1];
 const MOST_TURNS: usize = 3;
 
 /// Fits `selected` so that the twin's tip follows the measured one through `motions`. Auxiliary tendons are left out:
-/// what they stand in for is what a fit is to explain. Where the direction of gravity is selected, all axes of the scene are
-/// tried.
+/// what they stand in for is what a fit is to explain. Where the direction of gravity is selected, all axes of the
+/// scene are tried.
 ///
 /// # Errors
 /// Those of [`courses`], [`Twin::new`] and the first pass through the motions; with [`Frame::Checked`], a tip that
@@ -322,8 +323,8 @@ impl<'a> Levels<'a> {
         self.watched(on, |options| least_squares(&parameters, options, |values| self.residuals(on, values)))
     }
 
-    /// Another axis of the scene for gravity: the one that it leans to as far as it may, or one where the errors would be
-    /// smaller.
+    /// Another axis of the scene for gravity: the one that it leans to as far as it may, or one where the errors
+    /// would be smaller.
     fn other_gravity(&self, fit: &Fit) -> Result<Option<[f64; 3]>> {
         if !self.has("gravity") {
             return Ok(None);

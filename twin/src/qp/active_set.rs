@@ -131,8 +131,8 @@ impl BoxQp {
         self.solve_with_clarabel(b, lo, hi, x)
     }
 
-    /// How the solution changes with b while every variable stays between its bounds or at the one where it is, for changes `b` [m]
-    /// and of `x` at the bounds [N]; writes the changes of the other `x`. False without a factor.
+    /// How the solution changes with b while every variable stays between its bounds or at the one where it is, for
+    /// changes `b` [m] and of `x` at the bounds [N]; writes the changes of the other `x`. False without a factor.
     pub fn respond(&mut self, b: &[f64], x: &mut [f64]) -> bool {
         if !self.factor_is_current && !self.factorize() {
             return false;

@@ -2,8 +2,8 @@
 //!
 //! The forward problem has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
 //! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to
-//! clarabel, which is also its oracle in the tests. Identification has many variables in boxes and few rows to meet, and
-//! solves its dual. The inverse problem has rows as well and is clarabel's alone.
+//! clarabel, which is also its oracle in the tests. Identification has many variables in boxes and few rows to meet,
+//! and solves its dual. The inverse problem has rows as well and is clarabel's alone.
 
 mod active_set;
 mod clarabel;

@@ -1,16 +1,18 @@
 //! A correction of the residual network, linear in what hysteresis is made of, found recursively from the measured tip.
 //!
-//! The network stays, and the displacement of the tip that it says is missing gets a correction Θ φ: φ holds one, the stroke of
-//! every primary tendon and its plays. Θ is a slow random process around zero (Ornstein-Uhlenbeck), so that what is not seen
-//! again is forgotten, and neither Θ nor its covariance P can grow beyond their prior; a Kalman filter follows it:
+//! The network stays, and the displacement of the tip that it says is missing gets a correction Θ φ: φ holds one,
+//! the stroke of every primary tendon and its plays. Θ is a slow random process around zero (Ornstein-Uhlenbeck), so
+//! that what is not seen again is forgotten, and neither Θ nor its covariance P can grow beyond their prior; a
+//! Kalman filter follows it:
 //!
 //! ```text
 //!     Θ ← a Θ,  P ← a² P + (1 - a²) P₀          a = exp(-Δt/τ)
 //!     k = P φ / (r + φᵀ P φ),  Θ ← Θ + e kᵀ,  P ← P - k φᵀ P
 //! ```
 //!
-//! with what the measured tip has from the twin's, less Θ φ, as e. The three axes share φ, hence P and k. One more term of
-//! one, with a prior and a time of its own, is the drift of the tracker: it takes its part of e and is never kept.
+//! with what the measured tip has from the twin's, less Θ φ, as e. The three axes share φ, hence P and k. One more
+//! term of one, with a prior and a time of its own, is the drift of the tracker: it takes its part of e and is never
+//! kept.
 
 use hysteron_base::BadInput;
 use nalgebra::{DMatrix, DVector};
@@ -263,8 +265,9 @@ mod tests {
             (part.iter().flatten().map(|e| e * e).sum::<f64>() / (3 * part.len()) as f64).sqrt()
         };
         let (before, after) = (rms(&left[..20]), rms(&left[5000..]));
-        // The ridge of the filter: r / (N E φ²) over the prior's variance, with 5000 samples of E φ² = (5 mm)²/3, r = 50
-        // (0.3 mm)² and 0.25: below 1e-3 of what there was; forgetting adds a 600th a second of what the prior pulls.
+        // The ridge of the filter: r / (N E φ²) over the prior's variance, with 5000 samples of E φ² = (5 mm)²/3, r
+        // = 50 (0.3 mm)² and 0.25: below 1e-3 of what there was; forgetting adds a 600th a second of what the prior
+        // pulls.
         assert!(after < 2e-2 * before, "{before} {after}");
     }
 
@@ -298,7 +301,8 @@ mod tests {
 
     #[test]
     fn a_tracker_that_stands_elsewhere_is_no_change_of_the_robot() {
-        // As likely a drift as an offset: half of it is either's; a drift ten times as likely takes all but a hundredth.
+        // As likely a drift as an offset: half of it is either's; a drift ten times as likely takes all but a
+        // hundredth.
         for (drift_m, part) in [(2e-3, 0.5), (2e-2, 0.01)] {
             let options = AdaptOptions { drift_m, drift_time_s: 1e6, memory_s: 1e6, ..OPEN };
             let mut filter = Filter::new(&spec(), options);

@@ -7,21 +7,23 @@ use serde::{Deserialize, Serialize};
 use super::Sequence;
 use super::linear::add_product;
 
-/// The shortest strokes that move the tip by about a given displacement across the robot: s = D z, D = Ĝᵀ (Ĝ Ĝᵀ + γ I)⁻¹.
+/// The shortest strokes that move the tip by about a given displacement across the robot: s = D z, D = Ĝᵀ (Ĝ Ĝᵀ + γ
+/// I)⁻¹.
 ///
 /// Ĝ is the sensitivity G = ∂y/∂s in x and y as a smooth function of the primary strokes, quadratic, fitted to the
 /// sensitivities of the identification. G itself jumps where a tendon goes slack, and strokes for one and the same
 /// displacement would jump with it, which the tip does not.
 ///
-/// Along the robot no strokes are asked for: tendons have no hold there. What moves the tip by a millimetre along a bent
-/// body, by a hundredth along a straight one, moves its two ends against each other across by four times as much, and by more
-/// than the millimetre where that does not cancel. What is missing along z is added to the tip.
+/// Along the robot no strokes are asked for: tendons have no hold there. What moves the tip by a millimetre along a
+/// bent body, by a hundredth along a straight one, moves its two ends against each other across by four times as
+/// much, and by more than the millimetre where that does not cancel. What is missing along z is added to the tip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Decoder {
     /// Lowest and highest stroke of each primary tendon in the fit [m]; others count as the nearest of them.
     ranges: Vec<[f64; 2]>,
-    /// Ĝ (2 × n_aux, column by column) for each of the terms 1, v_k, v_k v_l (k ≤ l) of strokes v brought to [-1, 1] [-].
+    /// Ĝ (2 × n_aux, column by column) for each of the terms 1, v_k, v_k v_l (k ≤ l) of strokes v brought to [-1, 1]
+    /// [-].
     coefficients: Vec<f64>,
 }
 
@@ -128,8 +130,8 @@ impl Decoder {
         }
     }
 
-    /// What a unit displacement does to the tip where the sensitivity is `sensitivity` (3 × n_aux), row by row: its strokes
-    /// G D in x and y, and in z itself.
+    /// What a unit displacement does to the tip where the sensitivity is `sensitivity` (3 × n_aux), row by row: its
+    /// strokes G D in x and y, and in z itself.
     pub(super) fn seen_by(
         &self,
         sensitivity: &[Vec<f64>; 3],

@@ -1,10 +1,11 @@
 //! From a path to strokes through the calibrated twin: the twin's tip is steered along the path in closed loop, and the
 //! strokes that did it are what a robot without a tip sensor is told.
 //!
-//! Sample by sample u ← u + M (Δy* + κ (y* - y)): how far the goal goes in this sample, and a part of what was missed in the
-//! one before; M is the inverse of what a command does to the tip. M is wrong where the robot is bent, slack or sticking;
-//! the next samples see what was missed, so hysteresis, which the twin remembers, is led around rather than modelled
-//! backwards. κ is well below one: where the tip moves more than M says, the loop must not swing.
+//! Sample by sample u ← u + M (Δy* + κ (y* - y)): how far the goal goes in this sample, and a part of what was
+//! missed in the one before; M is the inverse of what a command does to the tip. M is wrong where the robot is bent,
+//! slack or sticking; the next samples see what was missed, so hysteresis, which the twin remembers, is led around
+//! rather than modelled backwards. κ is well below one: where the tip moves more than M says, the loop must not
+//! swing.
 
 use hysteron_base::BadInput;
 use nalgebra::{Matrix2, Vector2};
@@ -101,7 +102,8 @@ impl<'a> Steering<'a> {
         Ok(Self { coordinates, limits, inverse, duration, command, goal })
     }
 
-    /// The strokes (n_primary) [m] of the next sample, towards `goal` in x and y [m]; `tip` is where the last one has led
+    /// The strokes (n_primary) [m] of the next sample, towards `goal` in x and y [m]; `tip` is where the last one
+    /// has led
     /// [m], none before the first. True where a limit kept them from what they should have been.
     pub fn towards(&mut self, goal: [f64; 2], tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
         let goal = Vector2::from(goal);
@@ -119,8 +121,8 @@ impl<'a> Steering<'a> {
         is_limited
     }
 
-    /// The strokes (n_primary) [m] of the next sample, towards none at all as fast as the limits allow: the way home, at the
-    /// end.
+    /// The strokes (n_primary) [m] of the next sample, towards none at all as fast as the limits allow: the way
+    /// home, at the end.
     pub fn home(&mut self, strokes: &mut [f64]) {
         let way = self.command.norm();
         let left = f64::max(way - self.limits.rate * self.duration, 0.0);
@@ -139,7 +141,8 @@ impl<'a> Steering<'a> {
 }
 
 impl<'a> PathFollower<'a> {
-    /// Steers `plant`, a simulation with `twin` that has just been made, from where it rests, with samples of `duration` [s].
+    /// Steers `plant`, a simulation with `twin` that has just been made, from where it rests, with samples of
+    /// `duration` [s].
     ///
     /// # Errors
     /// Those of [`Steering::new`].

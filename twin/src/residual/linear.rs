@@ -1,10 +1,10 @@
 //! What least squares alone say of the missing displacement, before any network learns.
 //!
 //! Plays and lags are what hysteresis and creep are made of, and much of both is linear in them (Prandtl-Ishlinskii,
-//! Maxwell). Along the axis a body that bends to one side moves as one that bends to the other: there it is also features
-//! times the stroke of their tendon. Beyond the range of training every term keeps the value that it had at its end: gone on,
-//! a straight line did worse there than nothing. Least squares find the weights of these terms at once and without chance; the network
-//! then learns what is left, in a smaller range.
+//! Maxwell). Along the axis a body that bends to one side moves as one that bends to the other: there it is also
+//! features times the stroke of their tendon. Beyond the range of training every term keeps the value that it had at
+//! its end: gone on, a straight line did worse there than nothing. Least squares find the weights of these terms at
+//! once and without chance; the network then learns what is left, in a smaller range.
 
 use hysteron_base::BadInput;
 use nalgebra::{DMatrix, DVector};
@@ -18,8 +18,8 @@ pub struct LinearPart {
     per_tendon: usize,
     /// Θ: by axis, then by term [m].
     rows: [Vec<f64>; 3],
-    /// For each feature the scale and shift from the network's ranges to those that the part was fitted in; none where these are
-    /// the same.
+    /// For each feature the scale and shift from the network's ranges to those that the part was fitted in; none
+    /// where these are the same.
     #[serde(default)]
     ranges: Vec<[f64; 2]>,
 }

@@ -1,5 +1,5 @@
-//! The residual network g (CoReAct paper, eqs. 9-11): it learns the auxiliary strokes of CoReAct from what was commanded,
-//! so that the twin shows the robot's hysteresis by itself.
+//! The residual network g (CoReAct paper, eqs. 9-11): it learns the auxiliary strokes of CoReAct from what was
+//! commanded, so that the twin shows the robot's hysteresis by itself.
 //!
 //! Two designs. [`Design::Windowed`] is the paper's: a window of strokes and tips in, all auxiliary strokes out, fitted
 //! to s*. [`Design::Stateful`] goes through whole trajectories with one cell update a sample. It sees the strokes

@@ -24,8 +24,8 @@ pub(super) fn output_ranges(
     }
     let names = ["residual_x_m", "residual_y_m", "residual_z_m"];
     let ranges = Normaliser::from_samples(&names, samples.chunks_exact(3))?;
-    // A millimetre is as much along every axis: in a range of its own, an axis of small displacements would be learned later,
-    // and the training might end before. What never changed still needs a range to be learned in.
+    // A millimetre is as much along every axis: in a range of its own, an axis of small displacements would be
+    // learned later, and the training might end before. What never changed still needs a range to be learned in.
     let widest = ranges.channels.iter().map(|channel| channel.max - channel.min).fold(1e-6, f64::max);
     ranges.widened(widest)
 }
@@ -82,8 +82,8 @@ impl Seen {
         &self.features[sample * self.n_features..(sample + 1) * self.n_features]
     }
 
-    /// Sums of the squared errors of x, y and z where nothing is added, and where the linear part alone is [mm²], and how many
-    /// samples they are of.
+    /// Sums of the squared errors of x, y and z where nothing is added, and where the linear part alone is [mm²],
+    /// and how many samples they are of.
     pub fn squares(&self, linear: &LinearPart) -> ([[f64; 3]; 2], f64) {
         let (mut sums, mut count, mut terms) = ([[0.0; 3]; 2], 0.0, Vec::new());
         for i in (0..self.gap.len()).filter(|&i| !self.gap[i]) {

@@ -21,7 +21,8 @@ use crate::{Result, TwinState};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
 const MARGIN: f64 = 0.02;
-/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to pull.
+/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to
+/// pull.
 const LARGEST_OUTPUT: f64 = 1.25;
 
 /// A twin with its residual network.

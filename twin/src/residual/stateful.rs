@@ -63,13 +63,13 @@ impl Default for StatefulOptions {
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
 /// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
-/// others take out. Networks are trained in parallel, each with a session of its own, and each with ranges and a linear part
-/// of what it learns from alone. The decoder, of which there is one, is fitted to what no network holds out; where nothing is
-/// left, to all, for it is made of the twin's sensitivities and not of the measured tip.
+/// others take out. Networks are trained in parallel, each with a session of its own, and each with ranges and a
+/// linear part of what it learns from alone. The decoder, of which there is one, is fitted to what no network holds
+/// out; where nothing is left, to all, for it is made of the twin's sensitivities and not of the measured tip.
 ///
 /// # Errors
-/// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them; a file of
-/// another training; training that leaves finite numbers, or that is ended before its first epoch is done.
+/// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them;
+/// a file of another training; training that leaves finite numbers, or that is ended before its first epoch is done.
 pub fn fit_stateful(
     sequences: &[Sequence],
     held_out: &[Vec<usize>],
@@ -206,7 +206,8 @@ impl Course<'_> {
     }
 }
 
-/// Root mean square errors of x, y and z: of the twin alone and with the linear part, sequence by sequence, and with the network.
+/// Root mean square errors of x, y and z: of the twin alone and with the linear part, sequence by sequence, and with
+/// the network.
 fn channel_errors(baselines: Vec<([[f64; 3]; 2], f64)>, network: [f64; 3]) -> Vec<ChannelErrors> {
     let count = baselines.iter().map(|(_, count)| count).sum::<f64>().max(1.0);
     let of_axis = |(a, axis): (usize, &str)| {
@@ -266,8 +267,8 @@ impl Lesson for Trajectories<'_> {
         self.options.learning.schedule()
     }
 
-    /// The tip that the network sees is its own of the pass before (measured at first): once the weights settle, that is
-    /// its own feedback.
+    /// The tip that the network sees is its own of the pass before (measured at first): once the weights settle,
+    /// that is its own feedback.
     fn train(
         &mut self,
         training: &mut Training,

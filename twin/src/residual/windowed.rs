@@ -33,8 +33,8 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
 /// `held_out`, root mean square error of the strokes.
 ///
 /// # Errors
-/// Options out of range, sequences of different robots, or none; a file of another training; training that leaves finite
-/// numbers, or that is ended before its first epoch is done.
+/// Options out of range, sequences of different robots, or none; a file of another training; training that leaves
+/// finite numbers, or that is ended before its first epoch is done.
 pub fn fit_windowed(
     training: &[Sequence],
     held_out: &[Sequence],
@@ -85,7 +85,8 @@ pub fn fit_windowed(
     Ok(Fitted { model, reports: vec![report], is_finished: learned.is_finished })
 }
 
-/// Errors of the virtual strokes beside strokes of zero, the twin alone. `squares` are the network's mean squares [mm²].
+/// Errors of the virtual strokes beside strokes of zero, the twin alone. `squares` are the network's mean squares
+/// [mm²].
 fn report(training: &[Sequence], held_out: &[Sequence], learned: &Learned, squares: &[f64]) -> FitReport {
     let channel = |(k, square): (usize, &f64)| {
         let strokes = || {

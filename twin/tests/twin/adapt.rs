@@ -119,7 +119,8 @@ fn slack_and_play_of_a_changed_robot_are_made_up_for() {
         let found = adapted(&change);
         assert_eq!(found.kept, Kept::Change, "{change:?}");
         assert!(found.model.change.is_some());
-        // Zeros and play are not asked for one by one: slack, pull of the other tendons and play show much the same at the tip.
+        // Zeros and play are not asked for one by one: slack, pull of the other tendons and play show much the same
+        // at the tip.
         let length = |errors: Vec<f64>| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
         let before = length(found.motions.iter().map(|motion| motion.before_m).collect());
         let after = length(found.motions.iter().map(|motion| motion.after_m).collect());

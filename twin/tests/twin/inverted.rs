@@ -30,7 +30,8 @@ fn inverted(result: &Result<hysteron_twin::StepReport, Error>) -> Option<usize> 
 
 #[test]
 fn mirrored_body_is_no_equilibrium_though_no_force_is_left() {
-    // The nearest orthogonal matrix of a mirrored F is a reflection, with which nothing is strained: all forces are zero.
+    // The nearest orthogonal matrix of a mirrored F is a reflection, with which nothing is strained: all forces are
+    // zero.
     for (law, is_quadratic) in
         [(Law::Corotational, false), (Law::Corotational, true), (Law::CorotationalEdges, false)]
     {

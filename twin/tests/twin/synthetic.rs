@@ -13,8 +13,8 @@ const STEP: f64 = 4e-6;
 /// One per cent: ten times what the adjoint solves leave.
 const EXACT: f64 = 0.01;
 
-/// Largest difference of J from central differences at `bent`, over its largest entry. A fresh stepper has the factor of
-/// this very shape; `adjoint.rs` tests old ones.
+/// Largest difference of J from central differences at `bent`, over its largest entry. A fresh stepper has the
+/// factor of this very shape; `adjoint.rs` tests old ones.
 fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
     robot.stepper = Stepper::new(&robot.twin);
     robot.go(&strokes(bent));
@@ -129,7 +129,8 @@ fn what_the_twin_cannot_do_is_no_data() {
     }
 }
 
-/// A robot whose first tendon is already pulled where a recording says zero: its tip rests 2 % of its length and more aside.
+/// A robot whose first tendon is already pulled where a recording says zero: its tip rests 2 % of its length and
+/// more aside.
 fn pretensioned() -> Twin {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;

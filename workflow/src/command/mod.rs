@@ -79,7 +79,8 @@ struct Target {
     axes: Axes,
 }
 
-/// Strokes for a path, and what is recorded beside them: as many samples as the path has, or some more for the way home.
+/// Strokes for a path, and what is recorded beside them: as many samples as the path has, or some more for the way
+/// home.
 struct Answer {
     /// By tendon, then by sample [m].
     strokes: Vec<Vec<f64>>,
@@ -205,8 +206,8 @@ fn by_network(
     })
 }
 
-/// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m`, and perhaps `tip_z_m`, at
-/// a fixed rate.
+/// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m`, and perhaps
+/// `tip_z_m`, at a fixed rate.
 fn read_target(named: &str) -> anyhow::Result<Target> {
     let path = Path::new(named);
     let recording =

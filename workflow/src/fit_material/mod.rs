@@ -61,8 +61,8 @@ pub struct Options {
     /// Most steps of an evaluation, shared evenly by the recordings: of each, the beginning
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::count::<MOST_STEPS>))]
     pub steps: usize,
-    /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four fifths of
-    /// it fits the worse
+    /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four
+    /// fifths of it fits the worse
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::weight))]
     pub tension_max_n: Option<f64>,
     /// Error of a coordinate from which on it counts linearly rather than squared

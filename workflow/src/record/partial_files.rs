@@ -41,7 +41,8 @@ pub fn rescue(out: &Path) -> anyhow::Result<()> {
     Ok(std::fs::remove_file(&journal)?)
 }
 
-/// Removes the journal of a recording that is there: its run was killed between the two. Rows of any other run are kept.
+/// Removes the journal of a recording that is there: its run was killed between the two. Rows of any other run are
+/// kept.
 pub fn clear_journal(out: &Path, recording: &Recording) -> anyhow::Result<()> {
     let journal = journal_path(out);
     let has_same_rows =

@@ -140,8 +140,8 @@ impl Study {
     }
 }
 
-/// Reads and checks a study and all that it names, and carries it out: `carry_out` is given the folder, the study and its
-/// stages, and brings these to their end. Then writes the report.
+/// Reads and checks a study and all that it names, and carries it out: `carry_out` is given the folder, the study
+/// and its stages, and brings these to their end. Then writes the report.
 ///
 /// # Errors
 /// `BadInput` naming what is wrong, and whatever comes of `carry_out`.

@@ -40,8 +40,9 @@ impl Fitted {
         Self::search(&parameters(), &rows, &vec![Vector3::zeros(); rows.len()])
     }
 
-    /// Fits again from here, to `rows` alone, with `further` added to each marker of the reduced model [m]: what another
-    /// model with these parameters says beyond it. Repeated, this fits the other model (space mapping: Bandler et al.
+    /// Fits again from here, to `rows` alone, with `further` added to each marker of the reduced model [m]: what
+    /// another model with these parameters says beyond it. Repeated, this fits the other model (space mapping:
+    /// Bandler et al.
     /// 2004, IEEE Trans. Microwave Theory Tech. 52, with the correction of the output alone).
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! An LSTM from strokes to the tip, without a model of the robot: what history alone can do.
 //!
-//! Patterns run side by side from their first rows, shorter ones with weight zero after their end. Every fourth training
-//! pattern chooses when to stop.
+//! Patterns run side by side from their first rows, shorter ones with weight zero after their end. Every fourth
+//! training pattern chooses when to stop.
 
 use anyhow::Result;
 use hysteron_learn::{

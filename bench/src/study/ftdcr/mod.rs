@@ -1,10 +1,10 @@
 //! A three-segment robot driven by nine strokes: tip error on patterns that were not fitted, in five folds.
 //!
-//! Beside each other: a reduced model, three arcs of constant curvature with fitted zeros, compliance and angles of the tendons
-//! (twelve numbers); a kernel ridge and a network with a memory on what it leaves; static regressions of the tip on the strokes and a network, without any model; and on
-//! fewer rows the finite-element twin with the reduced model's parameters, with its own, and with auxiliary tendons that
-//! bring its marker to where a regression of what it leaves says (CoReAct), or to where it was measured. A pattern and its
-//! holds are never divided.
+//! Beside each other: a reduced model, three arcs of constant curvature with fitted zeros, compliance and angles of
+//! the tendons (twelve numbers); a kernel ridge and a network with a memory on what it leaves; static regressions of
+//! the tip on the strokes and a network, without any model; and on fewer rows the finite-element twin with the
+//! reduced model's parameters, with its own, and with auxiliary tendons that bring its marker to where a regression
+//! of what it leaves says (CoReAct), or to where it was measured. A pattern and its holds are never divided.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod fit;
@@ -36,12 +36,13 @@ pub const N_FOLDS: usize = 5;
 
 /// The reduced model is fitted to every third row, in a quick study to every twelfth.
 const FIT_EVERY: [usize; 2] = [3, 12];
-/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a held-out one; what it
-/// leaves is learned from every fourth.
+/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a held-out one;
+/// what it leaves is learned from every fourth.
 const TWIN_EVERY: usize = 12;
 const LEARN_EVERY: usize = 4;
 
-/// What predicts the tip. The last five see the rows of the finite-element twin alone, the very last one the tip itself.
+/// What predicts the tip. The last five see the rows of the finite-element twin alone, the very last one the tip
+/// itself.
 const METHODS: [&str; 12] = [
     "constant curvature, 12 parameters",
     "constant curvature + kernel ridge on its residual",
@@ -57,7 +58,8 @@ const METHODS: [&str; 12] = [
     "FE twin, led to the measured tip",
 ];
 
-/// Runs the study, a quick one with the first fold, fewer rows to fit and without the finite-element twin; skipped by name where the recordings are not there.
+/// Runs the study, a quick one with the first fold, fewer rows to fit and without the finite-element twin; skipped
+/// by name where the recordings are not there.
 ///
 /// # Errors
 /// The files cannot be read, or a fit fails.
@@ -285,7 +287,8 @@ mod tests {
 
     #[test]
     fn even_strokes_bend_nothing_and_an_arc_is_found() {
-        // Tendons of a segment that bends by 2 mm towards 30° shorten by 2 cos(30° - angle), whatever is common to them.
+        // Tendons of a segment that bends by 2 mm towards 30° shorten by 2 cos(30° - angle), whatever is common to
+        // them.
         let angle = std::f64::consts::FRAC_PI_6;
         let mut strokes = [3e-3; N_TENDONS];
         for (k, stroke) in strokes[3..6].iter_mut().enumerate() {

@@ -149,8 +149,8 @@ mod tests {
     fn cubic_regression_finds_a_cubic() {
         let (rows, tips, groups) = points(400);
         let found = cubic(&rows[..300], &tips[..300], &groups[..300], &rows[300..]).unwrap();
-        // x³ less its part along x varies by 1/7 - 3/25 = 0.023: the smallest ridge of the grid, 1e-2, takes 1e-2 / (300 x
-        // 0.023) = 1.5e-3 of such a weight, and some of them add up in the corners. The function has size 4.
+        // x³ less its part along x varies by 1/7 - 3/25 = 0.023: the smallest ridge of the grid, 1e-2, takes 1e-2 /
+        // (300 x 0.023) = 1.5e-3 of such a weight, and some of them add up in the corners. The function has size 4.
         assert!(largest_error(&found, &tips[300..]) < 1e-2);
     }
 

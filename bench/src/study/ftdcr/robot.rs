@@ -60,8 +60,8 @@ impl Robot {
         scene
     }
 
-    /// The parameters with which the twin itself comes nearest to every `every`-th row of the patterns: the reduced model
-    /// moves them, the difference of the two models stays what it was with the reduced model's own.
+    /// The parameters with which the twin itself comes nearest to every `every`-th row of the patterns: the reduced
+    /// model moves them, the difference of the two models stays what it was with the reduced model's own.
     ///
     /// # Errors
     /// Those of the twin and of the fit.
@@ -80,7 +80,8 @@ impl Robot {
         reduced.again(&rows, &further)
     }
 
-    /// Markers [m] in these rows of patterns, each pattern from rest, and the number of rows without equilibrium, which keep the shape before.
+    /// Markers [m] in these rows of patterns, each pattern from rest, and the number of rows without equilibrium,
+    /// which keep the shape before.
     ///
     /// # Errors
     /// Those of the twin.
@@ -97,8 +98,8 @@ impl Robot {
         Ok((markers, n_failed))
     }
 
-    /// Markers [m] in the same rows where auxiliary tendons bring them towards `wanted` [m], one for each row; and the number
-    /// of rows that were not reached, which keep the shape before.
+    /// Markers [m] in the same rows where auxiliary tendons bring them towards `wanted` [m], one for each row; and
+    /// the number of rows that were not reached, which keep the shape before.
     ///
     /// # Errors
     /// Those of the twin.

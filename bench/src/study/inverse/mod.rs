@@ -1,8 +1,10 @@
-//! The inverse network on robots that other people recorded: which strokes, or motor angles, made a given path of the tip?
+//! The inverse network on robots that other people recorded: which strokes, or motor angles, made a given path of
+//! the tip?
 //!
-//! Beside it rivals without a network: a static regression, the same of the tip some time later, and a kernel on two tips, with
-//! the delay that does best on the trajectories to stop by; and the same network without looking ahead. On the trunk, blocks of the
-//! run take turns: most to learn from, some to stop by, some to judge on; and the same blocks of a run with a load at the tip. On the three-segment robot whole patterns, in five folds.
+//! Beside it rivals without a network: a static regression, the same of the tip some time later, and a kernel on two
+//! tips, with the delay that does best on the trajectories to stop by; and the same network without looking ahead.
+//! On the trunk, blocks of the run take turns: most to learn from, some to stop by, some to judge on; and the same
+//! blocks of a run with a load at the tip. On the three-segment robot whole patterns, in five folds.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod rivals;
@@ -35,7 +37,8 @@ const DEGREE: f64 = 1e-3;
 /// A block of the trunk's run, and every how many of them one is to stop by, and the next to judge on.
 const BLOCK_S: f64 = 10.0;
 const TURNS: usize = 5;
-/// Every sample counts for errors, every tenth for the distances of curves, which take time with the square of their number.
+/// Every sample counts for errors, every tenth for the distances of curves, which take time with the square of their
+/// number.
 const CURVE_EVERY: usize = 10;
 /// Every fourth pattern for training is one to stop by.
 const STOP_BY: usize = 4;

@@ -1,5 +1,5 @@
-//! What a controller without a network can do once it knows the delay of the tip behind its strokes: a delay is the simplest
-//! memory. Delays, widths and ridges are chosen on the trajectories that a network would stop by.
+//! What a controller without a network can do once it knows the delay of the tip behind its strokes: a delay is the
+//! simplest memory. Delays, widths and ridges are chosen on the trajectories that a network would stop by.
 
 use anyhow::{Context, Result};
 use hysteron_control::inverse::{Axes, Dataset, Demonstration, PathPoint, StaticRegression, Tip, ahead};

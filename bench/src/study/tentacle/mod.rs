@@ -2,7 +2,8 @@
 //! residual tensions on top.
 //!
 //! Frames: the mesh has the body along z; mocap x, y, z are the mesh's y, z, x. The robot hangs, gravity
-//! along the body. Markers sit on arms fixed to the sections, whose rotation is the best fit over points of the section.
+//! along the body. Markers sit on arms fixed to the sections, whose rotation is the best fit over points of the
+//! section.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod fits;

@@ -4,7 +4,8 @@ use super::{body, spec};
 use hysteron_actuator::Prony;
 
 /// Creep over the relaxed strain of a solid with two Maxwell elements under constant load from t = 0:
-/// ε(s) = N(s)/(s D(s)) in the Laplace domain, N = (1 + s τ1)(1 + s τ2), D = N + g1 s τ1 (1 + s τ2) + g2 s τ2 (1 + s τ1).
+/// ε(s) = N(s)/(s D(s)) in the Laplace domain, N = (1 + s τ1)(1 + s τ2), D = N + g1 s τ1 (1 + s τ2) + g2 s τ2 (1 + s
+/// τ1).
 fn creep([g1, g2]: [f64; 2], [t1, t2]: [f64; 2], t: f64) -> f64 {
     let (a, b) = (t1 * t2 * (1.0 + g1 + g2), t1 * (1.0 + g1) + t2 * (1.0 + g2));
     let root = (b * b - 4.0 * a).sqrt();

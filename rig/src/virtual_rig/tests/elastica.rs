@@ -2,8 +2,8 @@
 
 use super::{body, spec};
 
-/// Deflection and height of an inextensible cantilever of length 1 under the transverse tip load P L²/(E I) = `load`, by
-/// shooting with a fine fourth-order integration: θ'' = -load cos θ, θ(0) = 0, θ'(1) = 0.
+/// Deflection and height of an inextensible cantilever of length 1 under the transverse tip load P L²/(E I) =
+/// `load`, by shooting with a fine fourth-order integration: θ'' = -load cos θ, θ(0) = 0, θ'(1) = 0.
 fn elastica(load: f64) -> [f64; 2] {
     let shoot = |curvature: f64| {
         let f = |y: [f64; 4]| [y[1], -load * y[0].cos(), y[0].sin(), y[0].cos()];

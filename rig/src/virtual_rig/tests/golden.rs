@@ -14,7 +14,8 @@ const GOLDEN: [(&str, Option<u64>, &str); 5] = [
     ("harsh", Some(11), "04848ff40614e000d0b67dc751284871d45405607b7350c7a3bc3ad4fdbe0e3a"),
 ];
 
-/// Poses, strokes and loads of two circles of strokes and a rest, in nanometres, and in hundredths of ticks and of per cents:
+/// Poses, strokes and loads of two circles of strokes and a rest, in nanometres, and in hundredths of ticks and of
+/// per cents:
 /// coarse enough for another library of elementary functions, fine enough for any change of the physics.
 fn measured(robot: &VirtualRobot) -> String {
     let mut bench = Bench::new(robot, 5);

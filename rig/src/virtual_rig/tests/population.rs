@@ -119,7 +119,8 @@ fn a_hanging_body_stretches_and_a_level_one_sags_by_the_closed_forms() {
         let exact = sign * weight * length / (2.0 * stretch);
         assert!(((found[2] - length) / exact - 1.0).abs() < 1e-6, "{} {exact}", found[2] - length);
     }
-    // Level: W L³/(8 E I), up to the square of the slope: what weights at the ends add, sections of constant curvature take away.
+    // Level: W L³/(8 E I), up to the square of the slope: what weights at the ends add, sections of constant
+    // curvature take away.
     for n in [8, 16] {
         let (found, bending, _) = tip([0.0, 1.0, 0.0], n);
         let exact = weight * length.powi(3) / (8.0 * bending);
@@ -139,8 +140,8 @@ fn sections_of_their_own_stiffness_bend_and_stretch_by_their_sum() {
         assert_eq!(body.step(&[], 1.0).failures, 0);
         body.tip().1
     };
-    // A small force across bends section s by P (L - x) over its own stiffness, x its middle, and the tip goes by that times the
-    // same lever, up to the square of the slope; one along stretches each by P/(E A).
+    // A small force across bends section s by P (L - x) over its own stiffness, x its middle, and the tip goes by
+    // that times the same lever, up to the square of the slope; one along stretches each by P/(E A).
     let lever = |s: usize| (7.5 - s as f64) * part;
     let bent: f64 = (0..8).map(|s| force * part * lever(s).powi(2) / (bending * factors[s])).sum();
     let stretched: f64 = (0..8).map(|s| force * part / (stretch * factors[s])).sum();
@@ -202,8 +203,8 @@ fn pulleys_wind_by_their_true_radius_and_zeros_move_once() {
         bench.rest(3.0)
     };
     let [first, second, third] = [&[][..], &["one"], &["one", "two"]].map(tip_after);
-    // Tendons 1 and 2 stand at 0 and 90 degrees: the tip goes towards the one that is pulled, and away from the one that goes
-    // slack by as much as that one pulled.
+    // Tendons 1 and 2 stand at 0 and 90 degrees: the tip goes towards the one that is pulled, and away from the one
+    // that goes slack by as much as that one pulled.
     assert!(second[0] - first[0] > 1e-3 && second[1] - first[1] < -1e-4, "{first:?} {second:?}");
     assert_eq!(second, third);
 }

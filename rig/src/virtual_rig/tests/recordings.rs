@@ -58,7 +58,7 @@ fn loops_of_a_recorded_robot_are_as_wide_as_its_description_says() {
     let (width, mean) = (median(&mut widths), median(&mut means));
     println!("median of {}: widest {:.1} %, mean {:.1} %", widths.len(), 100.0 * width, 100.0 * mean);
     assert!(widths.len() >= 8);
-    // The description gives 8.3 % as the median of 62 loops of the whole set, without saying how it measures. These nine
-    // are the first of their tendons: they begin slack and end taut, which is where they are widest.
+    // The description gives 8.3 % as the median of 62 loops of the whole set, without saying how it measures. These
+    // nine are the first of their tendons: they begin slack and end taut, which is where they are widest.
     assert!((0.05..0.3).contains(&width) && mean < width, "{width} {mean}");
 }

@@ -73,8 +73,9 @@ pub(super) fn carry_out(script: &Script) -> (Vec<(f64, Fault)>, String, Vec<Stri
     };
     let Probe { injected, rig: ports, .. } = probe;
     drop(ports);
-    // Nobody tells whether the servos could be reached: a bus that was away or deaf for longer than the session's patience
-    // leaves them to the watchdog process, whose part is played here; a servo that has lost its plug has lost its power.
+    // Nobody tells whether the servos could be reached: a bus that was away or deaf for longer than the session's
+    // patience leaves them to the watchdog process, whose part is played here; a servo that has lost its plug has
+    // lost its power.
     let outlasts = |fault: &Fault| match fault.kind {
         FaultKind::UnplugBus => fault.duration_s.is_some_and(|duration| duration > 1.0),
         FaultKind::DropPacket | FaultKind::DropInstruction => fault.count.is_some_and(|count| count > 100),

@@ -1,9 +1,10 @@
 //! A twin learns from a little motion how its robot has changed, and keeps only what motion held out confirms.
 //!
-//! Two kinds of change are sought. The physical one ([`RobotChange`]: zeros of the tendons, play, friction) is a least-squares
-//! fit on the rollout with a prior around no change; what is left, a correction linear in strokes and plays ([`Adaptation`])
-//! may follow. A minute of motion errs alike from beginning to end: its tracker drifts, and the twin has errors of its own in
-//! it that are no change of the robot. So the errors are whitened before they are fitted, and blocks of the motion take turns:
+//! Two kinds of change are sought. The physical one ([`RobotChange`]: zeros of the tendons, play, friction) is a
+//! least-squares fit on the rollout with a prior around no change; what is left, a correction linear in strokes and
+//! plays ([`Adaptation`]) may follow. A minute of motion errs alike from beginning to end: its tracker drifts, and
+//! the twin has errors of its own in it that are no change of the robot. So the errors are whitened before they are
+//! fitted, and blocks of the motion take turns:
 //! a change is fitted to the others and judged on this one. How strong the prior is, and whether either kind is kept,
 //! is decided by what was missed in all blocks held out, beyond what a tracker that drifts may stand aside in each.
 
@@ -74,8 +75,8 @@ pub struct Adapted {
     pub model: ResidualModel,
     /// What was kept.
     pub kept: Kept,
-    /// Root mean square distance of the tip over all blocks while each was held out [m], by what would be kept; without a mean of
-    /// each block that the tracker's drift explains.
+    /// Root mean square distance of the tip over all blocks while each was held out [m], by what would be kept;
+    /// without a mean of each block that the tracker's drift explains.
     pub held_out_m: Vec<(Kept, f64)>,
     /// Blocks, by the name of their motion and their first and last time [s].
     pub blocks: Vec<(String, [f64; 2])>,
@@ -100,8 +101,8 @@ const FRICTION: Bounds = Bounds { min: 0.2, max: 5.0 };
 /// Times that the fit to all motion looks at its own rollout: a tendon that has gone slack is not linear in its zero.
 const ROUNDS: usize = 2;
 
-/// Fits what has changed and keeps what blocks held out confirm. `on_sample` is told of every sample of a rollout, and of how
-/// many there will be at most by [`n_samples`]; where it returns false, nothing comes out.
+/// Fits what has changed and keeps what blocks held out confirm. `on_sample` is told of every sample of a rollout,
+/// and of how many there will be at most by [`n_samples`]; where it returns false, nothing comes out.
 ///
 /// # Errors
 /// Less than two blocks of motion; a model of another robot or rate; those of [`crate::Stepper::step`].
@@ -123,8 +124,8 @@ pub fn adapt(
 pub fn n_samples(twin: &Twin, motions: &[Motion]) -> usize {
     let all: usize = motions.iter().map(Motion::len).sum();
     let parameters = twin.n_primary + 1 + usize::from(!twin.friction.is_empty());
-    // The model as it is, a difference for each parameter, the blocks held out (each motion up to its end at most), the rounds
-    // of the fit to all.
+    // The model as it is, a difference for each parameter, the blocks held out (each motion up to its end at most),
+    // the rounds of the fit to all.
     let held_out: usize = blocks(motions).iter().map(|block| block.samples.end).sum();
     all * (1 + parameters + ROUNDS) + held_out
 }
@@ -282,7 +283,8 @@ impl<'a> Search<'a> {
         WEIGHTS.iter().fold([WEIGHTS[0], f64::INFINITY], better)[0]
     }
 
-    /// The linear correction that motions ask for, one after the other, but for a block; none where the design has none.
+    /// The linear correction that motions ask for, one after the other, but for a block; none where the design has
+    /// none.
     fn correction(&self, motions: &[Rolled], held_out: Option<&Block>) -> Option<Adaptation> {
         let Design::Stateful { features, .. } = &self.rig.model.design else { return None };
         let mut filter = Filter::new(features, *self.options);
@@ -437,8 +439,8 @@ struct Squares {
 }
 
 impl Squares {
-    /// Of a block, less what a correction says, and less a mean along each axis of up to `drift` [m]: a tracker that stands
-    /// aside by that much for the whole of a block says nothing of the robot.
+    /// Of a block, less what a correction says, and less a mean along each axis of up to `drift` [m]: a tracker that
+    /// stands aside by that much for the whole of a block says nothing of the robot.
     fn of(rolled: &Rolled, block: &Block, correction: Option<&Adaptation>, drift: f64) -> Self {
         let left = |i: usize| -> [f64; 3] {
             let said = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));

@@ -26,8 +26,8 @@ impl Normal {
         }
     }
 
-    /// The p in `bounds` with the least |r + J p|² + weight Σ (p / deviation)²: a parameter that would pass a bound stays at it,
-    /// and the others are sought again.
+    /// The p in `bounds` with the least |r + J p|² + weight Σ (p / deviation)²: a parameter that would pass a bound
+    /// stays at it, and the others are sought again.
     pub fn solve(&self, weight: f64, deviations: &[f64], bounds: &[Bounds]) -> Vec<f64> {
         let n = deviations.len();
         let mut held: Vec<Option<f64>> = vec![None; n];

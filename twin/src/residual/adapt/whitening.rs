@@ -1,9 +1,11 @@
 //! What a tracker that wanders leaves to be believed of an error.
 //!
-//! A tracker's error that stays for minutes looks like a robot that has moved by as much. So errors are taken as a drift d, an
-//! Ornstein-Uhlenbeck process, and what says nothing from sample to sample; what a Kalman filter did not foresee of them, over
-//! its deviation, is white, and least squares of it are the best linear estimate (Kailath, Sayed, Hassibi 2000, section 9).
-//! The filter is linear in the errors and its gains depend on none: what a parameter does to them goes through the same.
+//! A tracker's error that stays for minutes looks like a robot that has moved by as much. So errors are taken as a
+//! drift d, an Ornstein-Uhlenbeck process, and what says nothing from sample to sample; what a Kalman filter did not
+//! foresee of them, over its deviation, is white, and least squares of it are the best linear estimate (Kailath,
+//! Sayed, Hassibi 2000, section 9).
+//! The filter is linear in the errors and its gains depend on none: what a parameter does to them goes through the
+//! same.
 
 /// What errors are made of besides what is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
