@@ -2,6 +2,7 @@
 
 mod backlash;
 mod drive;
+pub mod filter;
 mod friction;
 pub mod identify;
 pub mod law;
