@@ -33,6 +33,7 @@ mod dense;
 mod derivatives;
 mod energy;
 mod external;
+pub mod identify;
 mod import;
 mod joint_series;
 pub mod kernels;

@@ -1,0 +1,11 @@
+//! The bodies, friction and rotors of an arm from its motion and torques, by linear regression with bodies that can exist.
+
+mod bodies;
+mod motion;
+mod normal;
+mod pseudo_inertia;
+
+pub use bodies::{BodyFit, BodyOptions, Determined, TermEstimate, identify_bodies};
+pub use motion::{JointMotion, Smoothing};
+pub use normal::JointTerm;
+pub use pseudo_inertia::pseudo_inertia;
