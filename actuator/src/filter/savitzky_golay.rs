@@ -22,7 +22,7 @@ impl SavitzkyGolay {
     /// `BadInput` where the window does not determine the polynomial, or the derivative is above its degree.
     pub fn new(half: usize, degree: usize, derivative: usize, rate: f64) -> Result<Self, BadInput> {
         let window = 2 * half + 1;
-        if degree >= window || derivative > degree || half > 10_000 || !(rate > 0.0) {
+        if degree >= window || derivative > degree || half > 10_000 || rate <= 0.0 || !rate.is_finite() {
             let found = format!("{window} samples, degree {degree}, derivative {derivative}, {rate} Hz");
             let expected = "derivative <= degree < samples of the window <= 20001, and a rate above 0";
             return Err(BadInput::new("Savitzky-Golay filter", expected, found));

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::motion::JointMotion;
 use super::normal::{Columns, JointTerm, Normal};
-use super::pseudo_inertia::{Body, divergence, matrix};
+use super::pseudo_inertia::{Body, believable, divergence, matrix};
 use crate::Model;
 use crate::spatial::Inertia;
 
@@ -91,11 +91,12 @@ const SMALLEST_VARIANCE: f64 = 1e-12;
 /// Times that the weights of the joints are taken from what is left.
 const ROUNDS: usize = 3;
 
-/// Identifies the bodies of `model`, which is also what is believed, from `motion`.
+/// Identifies the bodies of `model`, which is also what is believed, from `motion`. A body of the model that cannot exist, or has no
+/// width, is believed as the nearest one that can.
 ///
 /// # Errors
-/// `BadInput` for a motion of another number of joints, fewer samples than parameters, a prior that is not above 0, or a nominal
-/// body that cannot exist.
+/// `BadInput` for a motion of another number of joints, fewer samples than parameters, a prior that is not above 0, or a body
+/// whose numbers are not finite.
 pub fn identify_bodies(
     model: &Model,
     motion: &JointMotion,
@@ -225,27 +226,28 @@ struct Believed<'a> {
     model: &'a Model,
     terms: &'a [JointTerm],
     prior: f64,
+    bodies: Vec<Body>,
     inverses: Vec<Matrix4<f64>>,
 }
 
 impl<'a> Believed<'a> {
     fn new(model: &'a Model, options: &BodyOptions<'a>) -> Result<Self, BadInput> {
-        let inverse = |joint: &crate::Joint| {
-            let p = Body::from(joint.inertia.parameters());
-            matrix(&p).cholesky().map(|cholesky| cholesky.inverse()).ok_or_else(|| {
-                let found = "an inertia that no distribution of mass has";
-                BadInput::new(format!("{}: {}", model.name(), joint.name), "a body that can exist", found)
-                    .hint("`hysteron arm check` says what is wrong with it")
+        let bodies: Vec<Body> =
+            model.joints.iter().map(|joint| Body::from(believable(&joint.inertia).parameters())).collect();
+        let inverse = |(body, joint): (&Body, &crate::Joint)| {
+            matrix(body).cholesky().map(|cholesky| cholesky.inverse()).ok_or_else(|| {
+                let place = format!("{}: {}", model.name(), joint.name);
+                BadInput::new(place, "a body of finite mass and size", format!("{:?}", joint.inertia))
             })
         };
-        let inverses = model.joints.iter().map(inverse).collect::<Result<_, _>>()?;
-        Ok(Self { model, terms: options.terms, prior: options.prior, inverses })
+        let inverses = bodies.iter().zip(&model.joints).map(inverse).collect::<Result<_, _>>()?;
+        Ok(Self { model, terms: options.terms, prior: options.prior, bodies, inverses })
     }
 
     /// The nominal bodies, and small terms.
     fn start(&self) -> DVector<f64> {
         let n = self.model.n_joints();
-        let bodies = self.model.joints.iter().flat_map(|joint| joint.inertia.parameters());
+        let bodies = self.bodies.iter().flat_map(|body| body.iter().copied());
         let terms = (0..n * self.terms.len()).map(|_| 0.01);
         DVector::from_iterator((10 + self.terms.len()) * n, bodies.chain(terms))
     }
@@ -294,7 +296,8 @@ impl<'a> Believed<'a> {
     fn minimum(&self, sum: &Normal, start: DVector<f64>) -> DVector<f64> {
         let (mut x, mut weight) = (start, self.prior.max(1.0));
         loop {
-            x = Self { prior: weight, inverses: self.inverses.clone(), ..*self }.newton(sum, x);
+            x = Self { prior: weight, bodies: vec![], inverses: self.inverses.clone(), ..*self }
+                .newton(sum, x);
             if weight <= self.prior {
                 return x;
             }

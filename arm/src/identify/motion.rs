@@ -92,7 +92,8 @@ impl JointMotion {
     /// Coordinates or torques that the recording lacks; those of [`Self::smoothed`].
     pub fn of_recording(recorded: &Recorded, order: usize, cutoff: f64) -> Result<Self, BadInput> {
         let owned = |columns: Vec<&[f64]>| columns.into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>();
-        let (q, tau) = (owned(recorded.require(Quantity::Position)?), owned(recorded.require(Quantity::Torque)?));
+        let (q, tau) =
+            (owned(recorded.require(Quantity::Position)?), owned(recorded.require(Quantity::Torque)?));
         let dq = recorded.require(Quantity::Velocity).map(owned).unwrap_or_default();
         let time = recorded.time;
         let span = time.last().unwrap_or(&0.0) - time.first().unwrap_or(&0.0);
@@ -100,8 +101,12 @@ impl JointMotion {
         let uneven = time.windows(2).position(|pair| ((pair[1] - pair[0]) * rate - 1.0).abs() > UNEVEN);
         if let Some(k) = uneven {
             let found = format!("{} s after {} s", time[k + 1], time[k]);
-            return Err(BadInput::new("time_s", format!("one rate, here {rate:.1} samples per second"), found)
-                .hint("`hysteron arm import --rate HZ` resamples a file"));
+            return Err(BadInput::new(
+                "time_s",
+                format!("one rate, here {rate:.1} samples per second"),
+                found,
+            )
+            .hint("`hysteron arm import --rate HZ` resamples a file"));
         }
         Self::smoothed([&q, &dq, &tau], Smoothing { rate, order, cutoff })
     }

@@ -4,7 +4,8 @@
 //! Wensing, Kim, Slotine (2018), Linear matrix inequalities for physically consistent inertial parameter identification, eq. 14; Lee,
 //! Wensing, Park (2020), Geometric robot dynamic identification, for the divergence.
 
-use nalgebra::{Matrix4, SMatrix, SVector};
+use crate::spatial::Inertia;
+use nalgebra::{Matrix3, Matrix4, SMatrix, SVector};
 
 /// The ten parameters of a body, as in [`Inertia::parameters`](crate::spatial::Inertia::parameters).
 pub type Body = SVector<f64, 10>;
@@ -20,6 +21,24 @@ pub fn pseudo_inertia(p: &[f64; 10]) -> [[f64; 4]; 4] {
 pub fn matrix(p: &Body) -> Matrix4<f64> {
     let rows = pseudo_inertia(&p.data.0[0]);
     Matrix4::from_fn(|r, c| rows[r][c])
+}
+
+/// Least mass [kg] and radius of gyration [m] of a body that is believed: rods without width and frames without mass stand in
+/// robots' files, and no divergence from them is finite.
+const LEAST_MASS: f64 = 1e-3;
+const LEAST_RADIUS: f64 = 0.01;
+
+/// The nearest body that can exist and has some width in every direction: its own centre, no less mass, no less width.
+pub fn believable(inertia: &Inertia<f64>) -> Inertia<f64> {
+    let mass = inertia.mass.max(LEAST_MASS);
+    let [xx, xy, yy, xz, yz, zz] = inertia.second_about_centre();
+    let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let mut widths = (Matrix3::identity() * (0.5 * second.trace()) - second).symmetric_eigen();
+    widths.eigenvalues.apply(|width| *width = width.max(mass * LEAST_RADIUS * LEAST_RADIUS));
+    let widths = widths.recompose();
+    let s = Matrix3::identity() * widths.trace() - widths;
+    let second = [s[(0, 0)], s[(0, 1)], s[(1, 1)], s[(0, 2)], s[(1, 2)], s[(2, 2)]];
+    Inertia::about_centre(mass, inertia.centre(), second)
 }
 
 /// -ln det P + tr(P₀⁻¹ P), least at P = P₀, with gradient and Hessian; `None` where P is not positive definite.

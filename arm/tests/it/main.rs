@@ -7,6 +7,7 @@ mod bad_models;
 mod balances;
 mod batches;
 mod derivatives;
+mod identify;
 mod import;
 mod models;
 mod motion;
