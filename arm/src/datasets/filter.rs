@@ -1,5 +1,6 @@
 //! Zero-phase low-pass filtering and differentiation of recorded channels.
 
+use hysteron_actuator::filter::LowPass;
 use hysteron_base::BadInput;
 
 /// Samples that a filter needs beyond both ends, by reflection.
@@ -23,30 +24,7 @@ pub fn low_pass(signal: &[f64], cutoff: f64, rate: f64) -> Result<Vec<f64>, BadI
         let expected = format!("above 0 and below half of the rate, {} Hz", 0.5 * rate);
         return Err(BadInput::new("cut-off", expected, format!("{cutoff} Hz")));
     }
-    let n = signal.len();
-    let before = (1..=PADDING).rev().map(|k| 2.0 * signal[0] - signal[k]);
-    let after = (1..=PADDING).map(|k| 2.0 * signal[n - 1] - signal[n - 1 - k]);
-    let mut values: Vec<f64> = before.chain(signal.iter().copied()).chain(after).collect();
-    for _ in 0..2 {
-        forward(&mut values, cutoff / rate);
-        values.reverse();
-    }
-    Ok(values[PADDING..PADDING + n].to_vec())
-}
-
-/// One pass, in place; `relative` is the cut-off over the rate.
-fn forward(values: &mut [f64], relative: f64) {
-    let k = (std::f64::consts::PI * relative).tan();
-    let norm = 1.0 / (1.0 + std::f64::consts::SQRT_2 * k + k * k);
-    let b0 = k * k * norm;
-    let (b1, b2) = (2.0 * b0, b0);
-    let (a1, a2) = (2.0 * (k * k - 1.0) * norm, (1.0 - std::f64::consts::SQRT_2 * k + k * k) * norm);
-    let mut state = [(1.0 - b0) * values[0], (b2 - a2) * values[0]];
-    for x in values {
-        let y = b0 * *x + state[0];
-        state = [b1 * *x - a1 * y + state[1], b2 * *x - a2 * y];
-        *x = y;
-    }
+    Ok(LowPass::new(2, cutoff, rate)?.zero_phase(signal))
 }
 
 /// Derivative by central differences, one-sided at the ends, of values at these times [s].
