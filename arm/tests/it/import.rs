@@ -368,7 +368,7 @@ fn garbage_is_refused_at_once() {
 }
 
 /// Where recordings of real robots are, or nothing.
-fn data(name: &str, what: &str) -> Option<PathBuf> {
+pub(crate) fn data(name: &str, what: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("HYSTERON_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
     let path = folder.join("arms").join(what);

@@ -9,6 +9,7 @@ mod batches;
 mod derivatives;
 mod identify;
 mod import;
+mod learned;
 mod models;
 mod motion;
 mod numbers;

@@ -24,8 +24,8 @@ one, is not trained on: it tells when to stop.
 Writes a model for `hysteron arm evaluate`. Ctrl-C ends the training; the same command goes on from OUT.training.
 
 Example, from the root of the repository:
-  hysteron arm dynamics three-link --states arm/tests/data/torques.csv --out out/arm/states.csv
-  hysteron arm fit delan out/arm/states.csv --out out/arm/model.safetensors
+  hysteron arm simulate three-link --torques arm/tests/data/torques.csv --start 0.3,-0.4,0.5 --out out/arm/motion.csv
+  hysteron arm fit delan out/arm/motion.csv --epochs 20 --out out/arm/model.safetensors
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input.";
 
@@ -152,6 +152,9 @@ Needs a model by hysteron arm fit, and recordings as that. Prints the error of e
 pooled over all joints, as some publications do, and of each joint about its own mean.
 
 With --out the parts of the torque go to a recording: tau_k_n_m of the model, inertial_k_n_m, coriolis_k_n_m, gravity_k_n_m, other_k_n_m.
+
+Example, after that of `hysteron arm fit delan --help`:
+  hysteron arm evaluate out/arm/model.safetensors out/arm/motion.csv --out out/arm/parts.csv
 
 Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
 

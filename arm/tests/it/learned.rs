@@ -1,0 +1,148 @@
+//! Learned inverse dynamics and the simple models beside it, on simulated arms and on public recordings where they are.
+
+use hysteron_arm::Model;
+use hysteron_arm::baselines::{RigidFeatures, fit_rigid_body};
+use hysteron_arm::datasets::{BAXTER_ARM, BaxterTraining, baxter, characters, kuka, panda};
+use hysteron_arm::lagrangian::{
+    LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant, decompose,
+    sinusoids, train,
+};
+use hysteron_arm::study::{SimulatedStudy, Units, simulated_study};
+use hysteron_learn::{Activation, Progress, Session};
+use serde_json::json;
+
+use super::import::data;
+
+fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
+    NetworkShape {
+        variant,
+        hidden: vec![hidden; 2],
+        activation: Activation::Softplus,
+        epsilon: 1e-4,
+        scales: Scales::of(training, variant),
+        lengths: vec![None; training.n_joints],
+    }
+}
+
+fn learn(variant: Variant, sets: [&Samples; 2], options: &TrainingOptions) -> LearnedDynamics {
+    let shape = shape(variant, sets[0], 24);
+    let mut session = Session { file: None, progress: &mut |_: &Progress| true };
+    let found = train(&shape, sets, options, 1, &mut session).unwrap();
+    LearnedDynamics { shape, parameters: found.parameters, details: json!({}) }
+}
+
+#[test]
+fn every_variant_learns_a_simulated_arm_from_few_motions() {
+    let model = Model::builtin("three-link").unwrap();
+    let plan = Sinusoids { duration: 2.0, ..Sinusoids::published(24) };
+    let (all, _) = sinusoids(&model, &plan, 1, "test");
+    let (training, validation) = (all.select(0..20), all.select(20..24));
+    let options = TrainingOptions { polish: 0, learning_rate: 5e-3, ..TrainingOptions::normalised(60) };
+    for variant in Variant::ALL {
+        let found = learn(variant, [&training, &validation], &options);
+        let parts = decompose(&found.shape, &found.parameters, &validation);
+        let r2 = Scores::of(3, &validation.tau, &parts.torque).mean_r2();
+        // The mean of the training torques has zero.
+        assert!(r2 > 0.8, "{variant:?}: {r2}");
+        let sum: Vec<f64> = (0..parts.torque.len())
+            .map(|i| parts.inertial[i] + parts.coriolis[i] + parts.gravity[i] + parts.other[i])
+            .collect();
+        if variant != Variant::FeedForward && variant != Variant::BlackBoxLagrangian {
+            let rest = Scores::of(3, &parts.torque, &sum).sum_nmse();
+            assert!(rest < 1e-20, "{variant:?}: parts are not the whole by {rest}");
+        }
+    }
+}
+
+#[test]
+fn a_model_comes_back_from_its_file_and_streams_what_it_says() {
+    let model = Model::builtin("three-link").unwrap();
+    let (samples, _) = sinusoids(&model, &Sinusoids { duration: 1.0, ..Sinusoids::published(3) }, 1, "test");
+    let shape = shape(Variant::Augmented, &samples, 8);
+    let parameters = shape.initial_parameters(2);
+    let learned = LearnedDynamics { shape, parameters, details: json!({ "from": "test" }) };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.safetensors");
+    learned.write(&path).unwrap();
+    assert_eq!(LearnedDynamics::read(&path).unwrap(), learned);
+    let torque = learned.decompose(&samples).unwrap().torque;
+    let (mut stream, mut tau) = (learned.stream(), [0.0; 3]);
+    for i in [0, 50, 149] {
+        let of = |values: &'_ [f64]| values[3 * i..3 * i + 3].to_vec();
+        stream.torque([&of(&samples.q), &of(&samples.dq), &of(&samples.ddq)], &mut tau);
+        for j in 0..3 {
+            let size = torque.iter().fold(1e-3f64, |m, v| m.max(v.abs()));
+            assert!((tau[j] - torque[3 * i + j]).abs() < 1e-5 * size, "{i} {j}");
+        }
+    }
+    let other = Samples::new(2);
+    let bad = learned.decompose(&other).unwrap_err().to_string();
+    assert_eq!(bad, "recording: expected 3 joints, as the model has, got 2");
+}
+
+#[test]
+fn a_study_that_was_ended_goes_on_to_the_same_rows() {
+    let study = SimulatedStudy {
+        variants: vec![Variant::StructuredLagrangian, Variant::FeedForward],
+        seeds: 1,
+        trajectories: vec![4],
+        speeds: vec![1.0, 2.0],
+        hidden: vec![6, 6],
+        activation: Activation::Softplus,
+        units: Units::Spread,
+        training: TrainingOptions { polish: 30, polish_samples: 100, ..TrainingOptions::normalised(4) },
+    };
+    let model = Model::builtin("three-link").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let whole = simulated_study(&study, &model, &folder.path().join("whole"), &mut |_| true).unwrap();
+    let parts = folder.path().join("parts");
+    let mut calls = 0;
+    let ended = simulated_study(&study, &model, &parts, &mut |_| {
+        calls += 1;
+        calls < 14
+    });
+    // Ended before the first epoch there is nothing yet; either way the same call goes on.
+    assert!(ended.map_or(0, |rows| rows.len()) < 2);
+    let again = simulated_study(&study, &model, &parts, &mut |_| true).unwrap();
+    for (a, b) in whole.iter().zip(&again) {
+        assert_eq!((a.variant, a.seed, &a.parts, a.validation), (b.variant, b.seed, &b.parts, b.validation));
+    }
+    let other = SimulatedStudy { hidden: vec![7, 7], ..study };
+    let bad = simulated_study(&other, &model, &parts, &mut |_| true).unwrap_err().to_string();
+    assert!(bad.contains("expected a cell of this study, got one of other settings"), "{bad}");
+}
+
+#[test]
+fn baxters_arm_is_identified_as_well_as_is_known() {
+    let Some(folder) = data("baxters_arm_is_identified_as_well_as_is_known", "baxter") else { return };
+    let set = baxter(&folder, "circle_XY_T2_r10_ang_vel_torq.csv", BaxterTraining::All).unwrap();
+    assert_eq!((set.training.len(), set.test.len()), (5661 + 62_220, 5651));
+    let model = Model::from_urdf(BAXTER_ARM, "baxter_arm.urdf").unwrap();
+    let features = RigidFeatures::new(&model, &set.training);
+    let (parameters, ..) = fit_rigid_body(&features, &set.training, 16).unwrap();
+    let scores = Scores::of(7, &set.test.tau, &features.predict(&parameters, &set.test));
+    // An independent fit of such a model leaves .88 N² m² and a mean R² of .832.
+    assert!(scores.sum_mse() < 0.88 && scores.mean_r2() > 0.81, "{scores:?}");
+}
+
+#[test]
+fn kuka_and_panda_are_read_in_blocks() {
+    let Some(folder) = data("kuka_and_panda_are_read_in_blocks", "kuka-lwr4") else { return };
+    let set = kuka(&folder).unwrap();
+    assert_eq!((set.training.len(), set.test.len(), set.training.trajectories.len()), (5027, 5027, 8));
+    let Some(folder) = data("kuka_and_panda_are_read_in_blocks", "panda-gaz") else { return };
+    let set = panda(&folder).unwrap();
+    assert!(set.training.len() > 2 * set.test.len() && set.test.trajectories.len() == 8);
+}
+
+#[test]
+fn written_characters_have_the_parts_of_their_torques() {
+    let name = "written_characters_have_the_parts_of_their_torques";
+    let Some(file) = data(name, "delan-characters/characters.csv") else { return };
+    let [(training, _), (test, truth)] = characters(&file).unwrap();
+    assert_eq!((training.trajectories.len(), test.trajectories.len()), (17, 3));
+    let sum: Vec<f64> =
+        (0..test.tau.len()).map(|i| truth.inertial[i] + truth.coriolis[i] + truth.gravity[i]).collect();
+    // They are printed to sixteen digits.
+    assert!(Scores::of(2, &test.tau, &sum).sum_nmse() < 1e-20);
+}

@@ -1,0 +1,111 @@
+"""A structured Lagrangian (DeLaN) of seven joints and 2 x 128 units beside the same model in JAX: a step of training on 512
+samples (loss, gradient, Adam), and the torque of one sample.
+
+    cargo build --release -p hysteron-arm --examples
+    python3 bench/peers/delan_peer.py [--rounds N] [--example FILE]
+
+Both on one core, single precision, in processor time, the best of several rounds. JAX differentiates the Lagrangian itself, as the
+published code does, compiled. Says "skipped" where jax is missing.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import time
+
+os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+JOINTS, BATCH, UNITS, EPSILON = 7, 512, 128, 1e-4
+
+
+def arguments():
+    target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", "target"))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=20)
+    parser.add_argument("--example", type=pathlib.Path, default=target / "release/examples/lagrangian_rates")
+    return parser.parse_args()
+
+
+def best(call, rounds):
+    """Shortest processor time of a call [s]; one call to compile goes first."""
+    call()
+    times = []
+    for _ in range(rounds):
+        start = time.process_time()
+        call()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def theirs(jax, activation, rounds):
+    jnp = jax.numpy
+    f = {"relu": jax.nn.relu, "softplus": jax.nn.softplus}[activation]
+    keys = iter(jax.random.split(jax.random.PRNGKey(1), 16))
+    n_lower = JOINTS * (JOINTS + 1) // 2
+    rows, columns = jnp.tril_indices(JOINTS)
+
+    def network(outputs):
+        widths = [2 * JOINTS, UNITS, UNITS, outputs]
+        return [(jax.random.normal(next(keys), (a, b)) / a**0.5, jnp.zeros(b)) for a, b in zip(widths, widths[1:])]
+
+    def apply(layers, x):
+        for w, b in layers[:-1]:
+            x = f(x @ w + b)
+        w, b = layers[-1]
+        return x @ w + b
+
+    def lagrangian(parameters, q, dq):
+        x = jnp.concatenate([jnp.sin(q), jnp.cos(q)])
+        raw = jnp.zeros((JOINTS, JOINTS)).at[rows, columns].set(apply(parameters["mass"], x))
+        lower = raw - jnp.diag(jnp.diag(raw)) + jnp.diag(jax.nn.softplus(jnp.diag(raw) + 0.5413))
+        momentum = lower.T @ dq
+        return 0.5 * momentum @ momentum + 0.5 * EPSILON * dq @ dq - apply(parameters["potential"], x)[0]
+
+    def torque(parameters, q, dq, ddq):
+        by_dq = lambda q, dq: jax.grad(lagrangian, 2)(parameters, q, dq)
+        _, rate = jax.jvp(by_dq, (q, dq), (dq, ddq))
+        return rate - jax.grad(lagrangian, 1)(parameters, q, dq)
+
+    def loss(parameters, q, dq, ddq, tau):
+        found = jax.vmap(torque, (None, 0, 0, 0))(parameters, q, dq, ddq)
+        return jnp.mean(jnp.sum((found - tau) ** 2, axis=1))
+
+    def step(parameters, means, squares, count, q, dq, ddq, tau):
+        gradient = jax.grad(loss)(parameters, q, dq, ddq, tau)
+        means = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, means, gradient)
+        squares = jax.tree.map(lambda s, g: 0.999 * s + 0.001 * g * g, squares, gradient)
+        rate = 1e-4 * jnp.sqrt(1 - 0.999**count) / (1 - 0.9**count)
+        parameters = jax.tree.map(lambda p, m, s: p - rate * m / (jnp.sqrt(s) + 1e-8), parameters, means, squares)
+        return parameters, means, squares, count + 1
+
+    parameters = {"mass": network(n_lower), "potential": network(1)}
+    zeros = jax.tree.map(jnp.zeros_like, parameters)
+    data = [jax.random.normal(next(keys), (BATCH, JOINTS)) for _ in range(4)]
+    compiled, single = jax.jit(step), jax.jit(torque)
+    sample = [values[0] for values in data[:3]]
+    train = best(lambda: jax.block_until_ready(compiled(parameters, zeros, zeros, 1.0, *data)), rounds)
+    one = best(lambda: [jax.block_until_ready(single(parameters, *sample)) for _ in range(50)], rounds) / 50
+    return 1e3 * train, 1e6 * one
+
+
+def main():
+    options = arguments()
+    try:
+        import jax
+    except ImportError:
+        print("skipped: delan_peer: jax is missing")
+        return
+    done = subprocess.run([options.example], check=True, stdout=subprocess.PIPE, env={**os.environ, "RAYON_NUM_THREADS": "1"})
+    for model in json.loads(done.stdout)["models"]:
+        step, one = theirs(jax, model["activation"], options.rounds)
+        print(json.dumps({
+            "activation": model["activation"], "jax": jax.__version__,
+            "training_step_ms": model["training_step_ms"], "jax_training_step_ms": step,
+            "training_ratio": step / model["training_step_ms"],
+            "torque_us": model["torque_us"], "jax_torque_us": one,
+        }))
+
+
+if __name__ == "__main__":
+    main()
