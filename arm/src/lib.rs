@@ -32,6 +32,7 @@ pub mod datasets;
 mod dense;
 mod derivatives;
 mod energy;
+mod excite;
 mod external;
 pub mod identify;
 mod import;
@@ -61,6 +62,10 @@ pub use crba::mass_matrix;
 pub use data::Data;
 pub use derivatives::{forward_dynamics_derivatives, inverse_dynamics_derivatives};
 pub use energy::{centre_of_mass, kinetic_energy, momentum, potential_energy};
+pub use excite::{
+    Excitation, ExcitationOptions, Fourier, Information, Law, LimitOptions, Motion, MotionLimits,
+    PointToPoint, exciting_trajectory, states_of,
+};
 pub use external::ExternalForce;
 pub use import::{BadRows, Columns, ImportOptions, Imported, UnitCheck, import};
 pub use joint_series::{ForceSeries, JointSeries, Recorded};

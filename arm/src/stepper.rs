@@ -30,6 +30,8 @@ pub struct Stepper<T> {
     torque: Vec<T>,
     /// q, q̇ and q̈ of up to four stages.
     stages: [[Vec<T>; 3]; 4],
+    /// Gradients by q and q̇ of a stage, and their sums over stages.
+    back: [Vec<T>; 4],
     cotangent: Cotangent<T>,
 }
 
@@ -76,6 +78,7 @@ impl<T: Scalar> Stepper<T> {
             damping: row(),
             torque: row(),
             stages: std::array::from_fn(|_| std::array::from_fn(|_| row())),
+            back: std::array::from_fn(|_| row()),
             cotangent: Cotangent::new(model, n_external, like),
         };
         let damping: Vec<T> = model.joints.iter().map(|joint| like.splat(joint.drive.damping)).collect();
@@ -246,31 +249,30 @@ impl<T: Scalar> Stepper<T> {
         gradient: &mut StepGradient<T>,
     ) {
         let (n, h) = (q.len(), self.period);
-        // Gradients by the state of the stage that was pulled back last, and their sum.
         let zero = q[0].splat(0.0);
-        let [mut by_q, mut by_dq, mut sum_q, mut sum_dq] = [0; 4].map(|_| vec![zero; n]);
+        self.back.iter_mut().for_each(|part| part.fill(zero));
         for (s, (weight, next)) in
             [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)].into_iter().enumerate().rev()
         {
-            let by_velocity: Vec<T> =
-                (0..n).map(|i| q[i].scale(weight * h / 6.0) + by_q[i].scale(next * h)).collect();
-            let by_acceleration: Vec<T> =
-                (0..n).map(|i| dq[i].scale(weight * h / 6.0) + by_dq[i].scale(next * h)).collect();
             self.accelerate(model, s, tau, external);
-            self.torque.copy_from_slice(&by_acceleration);
+            for i in 0..n {
+                self.torque[i] = dq[i].scale(weight * h / 6.0) + self.back[1][i].scale(next * h);
+            }
             self.pull_back(model, s, external, gradient);
+            let [by_q, by_dq, sum_q, sum_dq] = &mut self.back;
             for i in 0..n {
                 let mu = self.cotangent.tau[i];
+                let by_velocity = q[i].scale(weight * h / 6.0) + by_q[i].scale(next * h);
                 by_q[i] = self.cotangent.q[i];
-                by_dq[i] = by_velocity[i] + self.cotangent.dq[i] - self.damping[i] * mu;
+                by_dq[i] = by_velocity + self.cotangent.dq[i] - self.damping[i] * mu;
                 gradient.damping[i] = gradient.damping[i] - mu * self.stages[s][1][i];
                 sum_q[i] = sum_q[i] + by_q[i];
                 sum_dq[i] = sum_dq[i] + by_dq[i];
             }
         }
         for i in 0..n {
-            q[i] = q[i] + sum_q[i];
-            dq[i] = dq[i] + sum_dq[i];
+            q[i] = q[i] + self.back[2][i];
+            dq[i] = dq[i] + self.back[3][i];
         }
     }
 

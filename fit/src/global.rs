@@ -56,7 +56,7 @@ pub struct GlobalOptions<'a> {
 pub struct GlobalSearch {
     /// Best values found, in the order of the parameters [SI].
     pub values: Vec<f64>,
-    /// Their cost.
+    /// Their cost; infinite where it has no value anywhere that was looked at.
     pub cost: f64,
     /// Generations passed.
     pub generations: usize,
@@ -65,6 +65,9 @@ pub struct GlobalSearch {
     /// True if the costs of the population came together.
     pub is_converged: bool,
 }
+
+/// Stands for the cost where there is none: `basin` stops the program where no member of a population has a finite one.
+const NO_VALUE: f64 = f64::MAX;
 
 /// A cost over places between bounds, 0 to 1 each.
 struct Places<'a, F> {
@@ -93,12 +96,12 @@ impl<F: Fn(&[f64]) -> Result<f64, E>, E: Failure> CostFunction for Places<'_, F>
     type Output = f64;
     type Error = E;
 
-    /// Where the cost has no value it is infinite.
+    /// Where the cost has no value it is [`NO_VALUE`].
     fn cost(&self, places: &Vec<f64>) -> Result<f64, E> {
         match (self.cost)(&self.values(places)) {
-            Err(error) if error.is_local() => Ok(f64::INFINITY),
-            Ok(cost) if cost.is_nan() => Ok(f64::INFINITY),
-            found => found,
+            Err(error) if error.is_local() => Ok(NO_VALUE),
+            Ok(cost) if cost.is_nan() => Ok(NO_VALUE),
+            found => found.map(|cost| cost.min(NO_VALUE)),
         }
     }
 }
@@ -159,15 +162,16 @@ where
     while !is_converged && matches!(members.step().map_err(evaluation)?, StepOutcome::Continue) {
         let state = members.state();
         let (worst, best) = (state.costs().iter().copied().fold(0.0, f64::max), state.best_cost());
-        is_converged = worst - best <= options.spread * best.abs();
+        is_converged = best < NO_VALUE && worst - best <= options.spread * best.abs();
         if !(options.watch)(state.iter() as usize, best) {
             break;
         }
     }
     let state = members.state();
+    let cost = if state.best_cost() < NO_VALUE { state.best_cost() } else { f64::INFINITY };
     Ok(GlobalSearch {
         values: parameters.iter().zip(state.best_param()).map(|(p, place)| p.value(*place)).collect(),
-        cost: state.best_cost(),
+        cost,
         generations: state.iter() as usize,
         evaluations: members.counts().cost_evals as usize,
         is_converged,

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, Lock, Scene, file};
 use hysteron_control::TargetPath;
 use hysteron_learn::Checkpoint;
+pub use hysteron_report::maker::SIGNATURE;
 use hysteron_report::maker::{self, Maker};
 
 use crate::Caller;

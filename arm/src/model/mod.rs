@@ -10,6 +10,7 @@ mod description;
 mod edit;
 mod mjcf;
 mod urdf;
+mod write;
 mod xml;
 
 use std::path::Path;

@@ -3,10 +3,13 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 mod adjoint;
+mod allocations;
 mod bad_models;
 mod balances;
 mod batches;
 mod derivatives;
+mod excite;
+mod export;
 mod identify;
 mod import;
 mod learned;

@@ -1,6 +1,8 @@
 //! `hysteron arm`: rigid-body arms.
 
 mod dynamics;
+mod excite;
+mod export;
 mod fit;
 mod import;
 mod info;
@@ -24,7 +26,7 @@ Examples, from the root of the repository:
   hysteron arm info panda
   hysteron arm check arm/robots/so101.urdf
 
-`hysteron arm dynamics --help` and `hysteron arm simulate --help` show what they read.
+`hysteron arm VERB --help` shows what each reads and writes.
 
 Exit codes: 0 done, 1 failed, 2 bad input (nothing is written under the final name).";
 
@@ -42,6 +44,8 @@ enum Verb {
     Check(info::CheckArguments),
     Dynamics(dynamics::Arguments),
     Evaluate(fit::EvaluateArguments),
+    Excite(excite::Arguments),
+    Export(export::Arguments),
     Fit(fit::Arguments),
     Import(import::Arguments),
     Simulate(simulate::Arguments),
@@ -55,6 +59,8 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Check(arguments) => info::check(arguments).map(|()| Value::Null),
         Verb::Dynamics(arguments) => dynamics::run(arguments, caller).map(|()| Value::Null),
         Verb::Evaluate(arguments) => fit::evaluate(arguments, caller),
+        Verb::Excite(arguments) => excite::run(arguments, caller),
+        Verb::Export(arguments) => export::run(arguments, caller).map(|()| Value::Null),
         Verb::Fit(arguments) => fit::run(arguments, caller),
         Verb::Import(arguments) => import::run(arguments, caller).map(|()| Value::Null),
         Verb::Simulate(arguments) => simulate::run(arguments, caller).map(|()| Value::Null),

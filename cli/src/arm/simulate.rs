@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::motion_under_torques;
-use hysteron_base::Recording;
+use hysteron_arm::{Model, Quantity, joint_rows, motion_under_torques};
+use hysteron_base::{BadInput, Recording};
 use hysteron_workflow::{Caller, arm_figures};
 
 use crate::terminal::say;
@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Where the motion goes, .csv or .parquet
     #[arg(long, value_name = "REC")]
     out: PathBuf,
-    /// Coordinates at the start, in rad or m [default: zero]
+    /// Coordinates at the start, in rad or m [default: those of the first row of REC, where it has them, else zero]
     #[arg(long, value_name = "Q,...", value_delimiter = ',', allow_negative_numbers = true)]
     start: Vec<f64>,
     /// Equal parts of the time between two rows
@@ -53,8 +53,10 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     let torques = Recording::read(&arguments.torques)?;
     let outputs = super::reads(&arguments.model).and([&arguments.torques]).file("--out", &arguments.out);
     let _claim = outputs.report("--figures", arguments.figures.as_deref()).check(caller)?;
-    let start =
-        if arguments.start.is_empty() { vec![0.0; model.n_joints()] } else { arguments.start.clone() };
+    let start = match arguments.start.is_empty() {
+        true => first_row(&model, &torques).map_err(|bad| bad.within(arguments.torques.display()))?,
+        false => arguments.start.clone(),
+    };
     let motion = motion_under_torques(
         &model,
         &torques,
@@ -69,4 +71,11 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     }
     say(format_args!("{} rows: {}", motion.n_samples(), arguments.out.display()));
     Ok(())
+}
+
+/// Coordinates of the first row; zero where there are none.
+fn first_row(model: &Model, recording: &Recording) -> Result<Vec<f64>, BadInput> {
+    let n = model.n_joints();
+    let rows = joint_rows(model, recording, Quantity::Position)?;
+    Ok(rows.map_or_else(|| vec![0.0; n], |rows| rows[..n].to_vec()))
 }

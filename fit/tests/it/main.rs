@@ -239,3 +239,15 @@ fn cost_without_value_is_passed_over_and_an_error_ends_the_search() {
     let broken = |_: &[f64]| Err(Refusal::Bad(BadInput::new("x", "a", "b")));
     assert!(matches!(search_globally(&parameters, &options, broken), Err(Refusal::Bad(_))));
 }
+
+#[test]
+fn a_cost_without_a_value_anywhere_is_infinite() {
+    let parameters = [parameter("x", 0.5, 0.0, 1.0, Scale::Linear)];
+    for method in [GlobalMethod::EVOLUTION, GlobalMethod::ParticleSwarm] {
+        for nowhere in [f64::INFINITY, f64::NAN] {
+            let found =
+                search_globally(&parameters, &global(method, 1), |_| Ok::<_, BadInput>(nowhere)).unwrap();
+            assert_eq!((found.cost, found.is_converged), (f64::INFINITY, false), "{method:?}");
+        }
+    }
+}

@@ -27,7 +27,7 @@ fn the_commands_of_its_page_work_as_typed() {
         run(place.path(), &line.split_whitespace().collect::<Vec<_>>()).succeeded();
         n_run += 1;
     }
-    assert_eq!(n_run, 4);
+    assert_eq!(n_run, 5);
     let report = std::fs::read_to_string(place.path().join("out/arm/report.html")).unwrap();
     for part in
         ["Motion of three_link", "Torques", "Energies", "Coriolis", "hysteron arm simulate three-link"]
@@ -38,6 +38,56 @@ fn the_commands_of_its_page_work_as_typed() {
     let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
     assert_eq!(metrics["joints"].as_array().unwrap().len(), 3);
     assert!(metrics["joints"][0]["fastest"].as_f64().unwrap() > 0.0, "{metrics}");
+    let metrics = std::fs::read(place.path().join("out/arm/exciting/metrics.json")).unwrap();
+    let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+    let [condition, before] =
+        ["condition_number", "condition_number_before"].map(|key| metrics[key].as_f64().unwrap());
+    assert!(condition > 1.0 && condition < before, "{metrics}");
+}
+
+#[test]
+fn a_robot_is_exported_and_read_again() {
+    let place = tempfile::tempdir().unwrap();
+    let arm = |words: &[&str]| run(place.path(), &[&["arm"], words].concat());
+    arm(&["export", "panda", "--out", "panda.csv"]).succeeded();
+    for out in ["panda.urdf", "panda.xml"] {
+        arm(&["export", "panda", "--parameters", "panda.csv", "--out", out]).succeeded();
+        let info = arm(&["info", out]).succeeded().stdout;
+        assert!(info.contains("9 joints") && info.contains("panda_joint7"), "{info}");
+        // What it made itself it makes again.
+        arm(&["export", "panda", "--parameters", "panda.csv", "--out", out]).succeeded();
+    }
+    arm(&["export", "so101", "--joints", "--out", "joints.xml"]).succeeded();
+    let before = names_in(place.path());
+    std::fs::write(place.path().join("three.csv"), "joint,mass_kg\na,1\nb,-1\nc,1\n").unwrap();
+    for (words, part) in [
+        (&["export", "panda", "--out", "panda.obj"][..], "--out: expected a file .urdf, .xml or .csv"),
+        (&["export", "panda", "--joints", "--out", "panda2.urdf"], "--out: expected a file .xml"),
+        (&["export", "panda", "--parameters", "three.csv", "--out", "p.urdf"], "three.csv: rows: expected 9"),
+        (
+            &["export", "three-link", "--parameters", "three.csv", "--out", "p.urdf"],
+            "three.csv: line 3: mass_kg of",
+        ),
+        (
+            &["export", "panda", "--parameters", "panda.csv", "--out", "panda.csv"],
+            "another file than the input",
+        ),
+        (&["excite", "three-link", "--out", "e.csv"], "joint joint_1: expected a limit of speed > 0"),
+        (
+            &["excite", "panda", "--shape", "quintic", "--out", "e.csv"],
+            "--from: expected 9 finite coordinates",
+        ),
+        (
+            &["excite", "panda", "--rate", "0", "--generations", "1", "--out", "e.csv"],
+            "rate: expected a rate",
+        ),
+        (&["excite", "panda", "--limits", "2", "--out", "e.csv"], "limits: expected a part from 0 to 1"),
+    ] {
+        let outcome = arm(words);
+        assert!(outcome.error(2).contains(part), "{part:?} in {:?}", outcome.stderr);
+    }
+    std::fs::remove_file(place.path().join("three.csv")).unwrap();
+    assert_eq!(names_in(place.path()), before);
 }
 
 #[test]

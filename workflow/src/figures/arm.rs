@@ -76,7 +76,7 @@ fn ends(model: &Model, motion: &Recording) -> anyhow::Result<Vec<End>> {
 }
 
 /// Names of the joints of one kind, and their numbers.
-fn of_kind(model: &Model, kind: JointKind) -> Vec<(usize, &str)> {
+pub(super) fn of_kind(model: &Model, kind: JointKind) -> Vec<(usize, &str)> {
     let joints = model.joints().iter().enumerate();
     joints.filter(|(_, joint)| joint.kind == kind).map(|(k, joint)| (k, joint.name.as_str())).collect()
 }
@@ -135,7 +135,7 @@ fn energies(motion: &Recording, total: Vec<f64>) -> anyhow::Result<TimeChart> {
 }
 
 /// The arm as lines between its joints, at several times, from two sides.
-struct ArmPicture {
+pub(super) struct ArmPicture {
     /// Times [s], and lines from point to point [m].
     poses: Vec<(f64, Vec<[[f64; 3]; 2]>)>,
 }
@@ -147,7 +147,7 @@ const BAR: [f64; 2] = [90.0, 400.0];
 const VIEWS: [[usize; 2]; 2] = [[0, 2], [1, 2]];
 
 impl ArmPicture {
-    fn new(model: &Model, motion: &Recording) -> anyhow::Result<Self> {
+    pub(super) fn new(model: &Model, motion: &Recording) -> anyhow::Result<Self> {
         let (n, time) = (model.n_joints(), motion.time());
         let rows = joint_rows(model, motion, Quantity::Position)?.unwrap_or_default();
         let mut data = Data::new(model, 0.0);

@@ -8,6 +8,7 @@ pub mod arm_study;
 pub mod commands;
 pub mod coverage;
 pub mod data_set;
+pub mod excitation;
 pub mod fit;
 pub mod identification;
 mod robot;

@@ -1,0 +1,81 @@
+//! Rigid-body dynamics of the Panda: single calls, batches in lanes, rollouts with their gradients, on one thread and on two.
+#![allow(missing_docs)] // criterion's macros make undocumented functions
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use hysteron_arm::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm::*;
+use rand::RngExt;
+
+/// States of a batch.
+const N_STATES: usize = 4096;
+
+/// Coordinates, speeds and torques, row by row.
+fn states(n: usize) -> [Vec<f64>; 3] {
+    let mut stream = hysteron_base::rng(7, "bench/arm");
+    [1.0, 1.0, 10.0].map(|most| (0..N_STATES * n).map(|_| stream.random_range(-most..most)).collect())
+}
+
+fn single_calls(criterion: &mut Criterion) {
+    let model = Model::builtin("panda").unwrap();
+    let n = model.n_joints();
+    let states = states(n);
+    let (mut data, mut x) = (Data::new(&model, 0.0), vec![0.0; n]);
+    let [mut a, mut b, mut c] = [0; 3].map(|_| vec![0.0; n * n]);
+    let mut cotangent = Cotangent::new(&model, 0, 0.0);
+    let mut k = 0;
+    let mut next = || {
+        k = (k + 1) % N_STATES;
+        [0, 1, 2].map(|i| &states[i][n * k..n * (k + 1)])
+    };
+    let mut bench = |name: &str, call: &mut dyn FnMut([&[f64]; 3])| {
+        criterion.bench_function(&format!("{name}/panda/single"), |bencher| bencher.iter(|| call(next())));
+    };
+    bench("rnea", &mut |state| inverse_dynamics(&model, &mut data, state, &[], black_box(&mut x)));
+    bench("aba", &mut |state| forward_dynamics(&model, &mut data, state, &[], black_box(&mut x)));
+    bench("crba", &mut |state| mass_matrix(&model, &mut data, state[0], black_box(&mut a)));
+    bench("aba_derivatives", &mut |state| {
+        let by = [&mut a[..], &mut b, &mut c];
+        forward_dynamics_derivatives(&model, &mut data, state, &[], black_box(&mut x), by);
+    });
+    bench("aba_adjoint", &mut |state| {
+        forward_dynamics(&model, &mut data, state, &[], &mut x);
+        forward_dynamics_adjoint(&model, &mut data, &[], &x, black_box(&mut cotangent));
+    });
+}
+
+/// Handles all states on `threads` threads.
+fn batch<K: Kernel>(criterion: &mut Criterion, name: &str, kernel: &K, threads: usize) {
+    let model = Model::builtin("panda").unwrap();
+    let states = states(model.n_joints());
+    let inputs: Vec<&[f64]> = kernel.inputs(&model).iter().zip(&states).map(|(_, rows)| &rows[..]).collect();
+    let mut outputs: Vec<Vec<f64>> =
+        kernel.outputs(&model).iter().map(|width| vec![0.0; width * N_STATES]).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let batch = Batch::new(&model);
+    let mut group = criterion.benchmark_group(format!("{name}/panda/lanes"));
+    group.throughput(Throughput::Elements(N_STATES as u64));
+    group.bench_function(format!("threads={threads}"), |bencher| {
+        bencher.iter(|| {
+            let mut slices: Vec<&mut [f64]> = outputs.iter_mut().map(|rows| &mut rows[..]).collect();
+            pool.install(|| batch.run(kernel, N_STATES, &inputs, &mut slices));
+        });
+    });
+    group.finish();
+    let sum: f64 = outputs.iter().flatten().sum();
+    println!("    sum of all results {sum:.6e}");
+}
+
+fn batches(criterion: &mut Criterion) {
+    for threads in [1, 2] {
+        batch(criterion, "rnea", &InverseDynamics, threads);
+        batch(criterion, "aba", &ForwardDynamics, threads);
+        batch(criterion, "crba", &MassMatrix, threads);
+        batch(criterion, "aba_derivatives", &ForwardDerivatives, threads);
+    }
+}
+
+criterion_group!(benches, single_calls, batches);
+criterion_main!(benches);
