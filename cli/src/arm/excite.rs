@@ -52,7 +52,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "fourier")]
     shape: Shape,
     /// Duration [default: 10 of a Fourier series, else as fast as limits allow]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration_s: Option<f64>,
     /// Harmonics of the series
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(2..=20))]
@@ -70,16 +70,16 @@ pub struct Arguments {
     #[arg(long, value_name = "Q,...", value_delimiter = ',', allow_negative_numbers = true)]
     to: Vec<f64>,
     /// Part of every limit that is used
-    #[arg(long, value_name = "PART", default_value = "0.9")]
+    #[arg(long, value_name = "PART", default_value = "0.9", allow_negative_numbers = true)]
     limits: f64,
     /// Greatest speed of joints whose file says none, in rad/s or m/s
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true)]
     speed_limit: Option<f64>,
     /// Greatest acceleration of all joints, in rad/s^2 or m/s^2
-    #[arg(long, value_name = "ACCELERATION")]
+    #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
     acceleration_limit: Option<f64>,
     /// Rate of the rows
-    #[arg(long, value_name = "HZ", default_value = "100")]
+    #[arg(long, value_name = "HZ", default_value = "100", allow_negative_numbers = true)]
     rate: f64,
     /// Folder for figures, report.html and metrics.json
     #[arg(long, value_name = "DIR")]

@@ -53,7 +53,7 @@ pub struct Arguments {
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
     /// Rate to resample to [default: the file's own]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Only rows in which a column has this value
     #[arg(long = "where", value_name = "COLUMN=VALUE")]
