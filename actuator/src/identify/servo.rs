@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::pendulum::{PendulumRun, rollout};
 use crate::Drive;
-use crate::law::JointFriction;
+use crate::law::{JointFriction, ScalesWith};
 use crate::position_loop::LoopUnits;
 
 /// A number of a drive that can be fitted, friction aside.
@@ -140,7 +140,7 @@ fn parameters(drive: &Drive, quantities: &[&DriveQuantity], scale: f64, place: f
     };
     let mut all: Vec<Parameter> = quantities.iter().map(of).collect();
     all.extend(drive.gear.law.parameters().into_iter().map(|p| {
-        let factor = if p.is_torque { scale } else { 1.0 };
+        let factor = if p.scales_with == ScalesWith::Torque { scale } else { 1.0 };
         let bounds = Bounds { min: factor * p.bounds[0], max: factor * p.bounds[1] };
         let start = bounds.min + place * (bounds.max - bounds.min);
         Parameter { name: p.name.into_owned(), start, bounds, scale: Scale::Linear, prior: None }

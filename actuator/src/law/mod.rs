@@ -74,16 +74,31 @@ pub struct LawParameter {
     pub name: Cow<'static, str>,
     /// Least and greatest value that makes sense for a joint whose friction is of the order of 1 N m [SI].
     pub bounds: [f64; 2],
-    /// True where it scales with the torque of the joint, and its bounds with it.
-    pub is_torque: bool,
+    /// What its bounds scale with.
+    pub scales_with: ScalesWith,
+}
+
+/// What the bounds of a parameter are relative to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScalesWith {
+    /// The torques of the joint: 1 stands for the largest.
+    Torque,
+    /// Its speeds: 1 stands for the largest.
+    Speed,
+    /// Nothing.
+    Nothing,
 }
 
 const fn torque(name: &'static str) -> LawParameter {
-    LawParameter { name: Cow::Borrowed(name), bounds: [0.0, 2.0], is_torque: true }
+    LawParameter { name: Cow::Borrowed(name), bounds: [0.0, 2.0], scales_with: ScalesWith::Torque }
 }
 
 const fn number(name: &'static str, min: f64, max: f64) -> LawParameter {
-    LawParameter { name: Cow::Borrowed(name), bounds: [min, max], is_torque: false }
+    LawParameter { name: Cow::Borrowed(name), bounds: [min, max], scales_with: ScalesWith::Nothing }
+}
+
+const fn speed(name: &'static str) -> LawParameter {
+    LawParameter { name: Cow::Borrowed(name), bounds: [1e-3, 1.0], scales_with: ScalesWith::Speed }
 }
 
 /// A law of friction.

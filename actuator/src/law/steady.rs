@@ -1,6 +1,6 @@
 //! Laws that know the speed alone.
 
-use super::{Budget, JointFriction, LawParameter, Sliding, number, torque};
+use super::{Budget, JointFriction, LawParameter, ScalesWith, Sliding, speed, torque};
 use crate::friction::stribeck;
 use crate::number::Real;
 
@@ -27,7 +27,7 @@ impl JointFriction for SymmetricStribeck {
         vec![
             torque("coulomb_n_m"),
             torque("breakaway_excess_n_m"),
-            number("stribeck_velocity_rad_s", 1e-3, 10.0),
+            speed("stribeck_velocity_rad_s"),
             torque("viscous_n_m_s_per_rad"),
         ]
     }
@@ -52,8 +52,8 @@ impl JointFriction for DirectedStribeck {
             torque("coulomb_reverse_n_m"),
             torque("breakaway_excess_forward_n_m"),
             torque("breakaway_excess_reverse_n_m"),
-            number("stribeck_velocity_forward_rad_s", 1e-3, 10.0),
-            number("stribeck_velocity_reverse_rad_s", 1e-3, 10.0),
+            speed("stribeck_velocity_forward_rad_s"),
+            speed("stribeck_velocity_reverse_rad_s"),
             torque("viscous_n_m_s_per_rad"),
         ]
     }
@@ -77,7 +77,7 @@ impl JointFriction for PiecewiseLinear {
         let knot = |direction: &str, k: usize| LawParameter {
             name: format!("{direction}_{}_n_m", k + 1).into(),
             bounds: [0.0, 2.0],
-            is_torque: true,
+            scales_with: ScalesWith::Torque,
         };
         ["forward", "reverse"]
             .iter()

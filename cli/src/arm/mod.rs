@@ -4,6 +4,7 @@ mod dynamics;
 mod excite;
 mod export;
 mod fit;
+mod identify;
 mod import;
 mod info;
 mod simulate;
@@ -47,6 +48,7 @@ enum Verb {
     Excite(excite::Arguments),
     Export(export::Arguments),
     Fit(fit::Arguments),
+    Identify(identify::Arguments),
     Import(import::Arguments),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
@@ -62,6 +64,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Excite(arguments) => excite::run(arguments, caller),
         Verb::Export(arguments) => export::run(arguments, caller).map(|()| Value::Null),
         Verb::Fit(arguments) => fit::run(arguments, caller),
+        Verb::Identify(arguments) => identify::run(arguments, caller),
         Verb::Import(arguments) => import::run(arguments, caller).map(|()| Value::Null),
         Verb::Simulate(arguments) => simulate::run(arguments, caller).map(|()| Value::Null),
         Verb::Study(arguments) => study::run(arguments, caller),
