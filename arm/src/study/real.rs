@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hysteron_base::BadInput;
 use hysteron_learn::{Activation, Result, Session};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -88,6 +89,12 @@ pub fn real_study(
     listener: Listener<'_>,
 ) -> Result<Vec<RealRow>> {
     make_folder(folder)?;
+    if model.n_joints() != set.training.n_joints {
+        let expected = format!("{} joints, as recorded", set.training.n_joints);
+        return Err(BadInput::new(model.name(), expected, model.n_joints().to_string())
+            .hint("lock joints that were not recorded")
+            .into());
+    }
     set.training.check_variation()?;
     let features = RigidFeatures::new(model, &set.training);
     let (free, choice, sums) = fit_rigid_body(&features, &set.training, options.stride)?;

@@ -7,7 +7,7 @@ use hysteron_arm::lagrangian::{
     LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant, decompose,
     sinusoids, train,
 };
-use hysteron_arm::study::{SimulatedStudy, Units, simulated_study};
+use hysteron_arm::study::{RealOptions, SimulatedStudy, Units, real_study, simulated_study};
 use hysteron_learn::{Activation, Progress, Session};
 use serde_json::json;
 
@@ -139,6 +139,31 @@ fn kuka_and_panda_are_read_in_blocks() {
     let Some(folder) = data("kuka_and_panda_are_read_in_blocks", "panda-gaz") else { return };
     let set = panda(&folder).unwrap();
     assert!(set.training.len() > 2 * set.test.len() && set.test.trajectories.len() == 8);
+}
+
+#[test]
+fn an_arm_with_other_joints_than_recorded_is_refused() {
+    let name = "an_arm_with_other_joints_than_recorded_is_refused";
+    let Some(folder) = data(name, "panda-gaz") else { return };
+    let set = panda(&folder).unwrap();
+    let options = RealOptions {
+        variants: Vec::new(),
+        members: 1,
+        hidden: vec![4],
+        activation: Activation::Relu,
+        training: TrainingOptions::published(1),
+        features: 4,
+        lengths: vec![4.0],
+        stride: 50,
+    };
+    let out = tempfile::tempdir().unwrap();
+    // Its fingers were not recorded.
+    let whole = Model::builtin("panda").unwrap();
+    let bad = real_study(&set, &whole, &options, out.path(), &mut |_| true).unwrap_err().to_string();
+    assert!(bad.contains("expected 7 joints, as recorded, got 9"), "{bad}");
+    let arm = whole.with_locked(&[("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)]).unwrap();
+    let rows = real_study(&set, &arm, &options, out.path(), &mut |_| true).unwrap();
+    assert_eq!(rows.len(), 4);
 }
 
 #[test]

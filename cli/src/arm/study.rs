@@ -232,9 +232,12 @@ fn real_set(set: SetName, data: &Path) -> anyhow::Result<(RealSet, Model)> {
         }
         SetName::Kuka => {
             let folder = data.join("kuka-lwr4");
-            (kuka(&folder)?, Model::read(&folder.join("kuka_lwr4.urdf"))?)
+            (kuka(&folder)?, Model::read(&folder.join("kuka_lwr4_identified.urdf"))?)
         }
-        SetName::Panda => (panda(&data.join("panda-gaz"))?, Model::builtin("panda")?),
+        SetName::Panda => {
+            let fingers = [("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)];
+            (panda(&data.join("panda-gaz"))?, Model::builtin("panda")?.with_locked(&fingers)?)
+        }
         _ => (baxter(&folder, "circle_XY_T2_r10_ang_vel_torq.csv", BaxterTraining::All)?, arm()?),
     })
 }
