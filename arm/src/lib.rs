@@ -31,6 +31,7 @@ mod data;
 pub mod datasets;
 mod dense;
 mod derivatives;
+pub mod detection;
 mod energy;
 mod excite;
 mod external;

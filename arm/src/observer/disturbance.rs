@@ -1,8 +1,8 @@
 //! Nonlinear disturbance observer.
 //!
 //! τ̂_d = z + p with p = Y q̇ and ż = −L (z + p) + L (C q̇ + g − τ_m), L = Y M⁻¹: dτ̂_d/dt = L (τ_d − τ̂_d), where
-//! τ_d = τ_ext − τ_f. Here Y = y 1. The step is implicit, so that no gain makes it unstable:
-//! (M/y + T) z_k = M/y z_{k−1} + T (C q̇ + g − τ_m − p).
+//! τ_d = τ_ext − τ_f. Here Y is diagonal. The step is implicit in w = Y⁻¹ z, so that no gain makes it unstable:
+//! (M + T Y) w_k = M w_{k−1} + T (C q̇ + g − τ_m − Y q̇).
 //!
 //! # Reference
 //! Mohammadi, Tavakoli, Marquez, Hashemzadeh (2013), Nonlinear disturbance observer design for robotic manipulators; Saadatzi et al.
@@ -14,37 +14,43 @@ use hysteron_base::BadInput;
 use super::{Dynamics, FrictionModel, Observer, Sample};
 use crate::dense;
 
-/// Gain Y = y 1 of a disturbance observer, and what it guarantees.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Diagonal gain Y of a disturbance observer, and what it guarantees.
+#[derive(Debug, Clone, PartialEq)]
 pub struct ObserverGain {
-    /// y [kg m²/s].
-    pub y: f64,
-    /// Greatest γ with which the matrix inequality holds, Γ = γ 1: γ = (2y − ζ)/y² [1/(N m s)].
-    pub gamma: f64,
-    /// Rate at which the error falls at least, (2y − ζ)/(2 λ_max(M)) [1/s].
+    /// Diagonal of Y, joint by joint [kg m²/s].
+    pub y: Vec<f64>,
+    /// Greatest diagonal Γ with which the matrix inequality holds: γ_i = (2 y_i − ζ)/y_i² [1/(N m s)].
+    pub gamma: Vec<f64>,
+    /// Rate at which the error falls at least, min (2 y_i − ζ)/(2 λ_max(M)) [1/s].
     pub decay: f64,
 }
 
 impl ObserverGain {
-    /// The gain whose slowest pole has `bandwidth` [rad/s] where the arm stands: y = bandwidth · λ_max(M).
+    /// y_i = bandwidth · `inertias`_i: where the arm stands and joints are not coupled, the pole of each at that inertia [rad/s].
     ///
-    /// `inertia` is the largest eigenvalue of M [kg m²], `inertia_rate` the bound ζ on ‖Ṁ‖ [kg m²/s], both over all states that
-    /// occur. With X = Y⁻¹ = 1/y the inequality [Y + Yᵀ − ζ, Yᵀ; Y, Γ⁻¹] ≥ 0 is 2y − ζ ≥ γ y².
+    /// `largest` is the largest eigenvalue of M [kg m²], `inertia_rate` the bound ζ on ‖Ṁ‖ [kg m²/s], both over all states that
+    /// occur. With X = Y⁻¹ diagonal the inequality [Y + Yᵀ − ζ, Yᵀ; Y, Γ⁻¹] ≥ 0 is 2 y_i − ζ ≥ γ_i y_i² for every joint.
     ///
     /// # Errors
-    /// `BadInput` where 2y ≤ ζ, so that no γ > 0 exists.
-    pub fn for_bandwidth(bandwidth: f64, inertia: f64, inertia_rate: f64) -> Result<Self, BadInput> {
-        let y = bandwidth * inertia;
-        let margin = 2.0 * y - inertia_rate;
-        if !(margin > 0.0 && y.is_finite()) {
-            let least = 0.5 * inertia_rate / inertia;
+    /// `BadInput` where 2 y_i ≤ ζ, so that no γ_i > 0 exists.
+    pub fn for_bandwidth(
+        bandwidth: f64,
+        inertias: &[f64],
+        largest: f64,
+        inertia_rate: f64,
+    ) -> Result<Self, BadInput> {
+        let y: Vec<f64> = inertias.iter().map(|inertia| bandwidth * inertia).collect();
+        let margin = y.iter().map(|y| 2.0 * y - inertia_rate).fold(f64::INFINITY, f64::min);
+        if !(margin > 0.0 && margin.is_finite()) {
+            let least = inertias.iter().map(|inertia| 0.5 * inertia_rate / inertia).fold(0.0, f64::max);
             return Err(BadInput::new(
                 "bandwidth of the disturbance observer",
                 format!("more than {least:.3} rad/s, for an inertia that changes by {inertia_rate} kg m²/s"),
                 format!("{bandwidth} rad/s"),
             ));
         }
-        Ok(Self { y, gamma: margin / (y * y), decay: 0.5 * margin / inertia })
+        let gamma = y.iter().map(|y| (2.0 * y - inertia_rate) / (y * y)).collect();
+        Ok(Self { y, gamma, decay: 0.5 * margin / largest })
     }
 }
 
@@ -53,9 +59,9 @@ impl ObserverGain {
 pub struct DisturbanceObserver<D> {
     dynamics: D,
     friction: FrictionModel,
-    y: f64,
+    y: Vec<f64>,
     is_started: bool,
-    /// z [N m].
+    /// w = Y⁻¹ z [rad/s].
     memory: Vec<f64>,
     bias: Vec<f64>,
     mass: Vec<f64>,
@@ -80,19 +86,18 @@ impl<D: Dynamics> DisturbanceObserver<D> {
         }
     }
 
-    /// z after the sample, from z before it.
+    /// w after the sample, from w before it.
     fn step(&mut self, sample: &Sample) {
         let (n, h) = (self.bias.len(), sample.period);
         self.dynamics.mass(sample.position, &mut self.mass);
-        self.mass.iter_mut().for_each(|m| *m /= self.y);
         for i in 0..n {
             let row = &self.mass[n * i..n * (i + 1)];
-            let inertia: f64 = row.iter().zip(&self.memory).map(|(m, z)| m * z).sum();
-            let drive = self.bias[i] - sample.torque[i] - self.y * sample.velocity[i];
+            let inertia: f64 = row.iter().zip(&self.memory).map(|(m, w)| m * w).sum();
+            let drive = self.bias[i] - sample.torque[i] - self.y[i] * sample.velocity[i];
             self.side[i] = inertia + h * drive;
         }
         for i in 0..n {
-            self.mass[n * i + i] += h;
+            self.mass[n * i + i] += h * self.y[i];
         }
         dense::factor(n, &mut self.mass);
         dense::solve_columns(n, &self.mass, &mut self.side);
@@ -103,8 +108,8 @@ impl<D: Dynamics> DisturbanceObserver<D> {
 impl<D: Dynamics> Observer for DisturbanceObserver<D> {
     fn update(&mut self, sample: &Sample, external: &mut [f64]) {
         if !std::mem::replace(&mut self.is_started, true) {
-            for (z, dq) in self.memory.iter_mut().zip(sample.velocity) {
-                *z = -self.y * dq;
+            for (w, dq) in self.memory.iter_mut().zip(sample.velocity) {
+                *w = -dq;
             }
             external.fill(0.0);
             return;
@@ -112,7 +117,7 @@ impl<D: Dynamics> Observer for DisturbanceObserver<D> {
         self.dynamics.bias(sample.position, sample.velocity, &mut self.bias);
         self.step(sample);
         for (j, external) in external.iter_mut().enumerate() {
-            let disturbance = self.memory[j] + self.y * sample.velocity[j];
+            let disturbance = self.y[j] * (self.memory[j] + sample.velocity[j]);
             let at = Sliding {
                 velocity: sample.velocity[j],
                 motor_torque: sample.torque[j],

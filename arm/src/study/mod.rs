@@ -1,5 +1,6 @@
 //! Studies of learned inverse dynamics, cell by cell: what is done is found again, what is not goes on from its file.
 
+pub mod estimation;
 mod real;
 mod simulated;
 

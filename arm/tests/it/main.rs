@@ -11,6 +11,7 @@ mod derivatives;
 mod excite;
 mod export;
 mod identify;
+mod detection;
 mod import;
 mod learned;
 mod models;

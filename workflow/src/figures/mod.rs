@@ -4,6 +4,7 @@
 //! files); `lines`, `series` (panels over time); `report` (pages); then a file for each kind of report.
 
 pub mod arm;
+pub mod arm_estimation;
 pub mod arm_study;
 pub mod commands;
 pub mod coverage;

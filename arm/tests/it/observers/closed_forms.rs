@@ -91,7 +91,7 @@ fn disturbance_observer_converges_as_its_gain_says() {
     mass_matrix(&model, &mut data, &q, &mut mass);
     gravity_torque(&model, &mut data, &q, &mut gravity);
     let eigen = SymmetricEigen::new(DMatrix::from_row_slice(n, n, &mass));
-    let gain = ObserverGain::for_bandwidth(20.0, eigen.eigenvalues.max(), 0.0).unwrap();
+    let gain = ObserverGain::for_bandwidth(20.0, &vec![eigen.eigenvalues.max(); n], eigen.eigenvalues.max(), 0.0).unwrap();
     assert!((gain.decay - 20.0).abs() < 1e-12);
     let mut observer = DisturbanceObserver::new(RigidBody::new(&model), FrictionModel::none(n), gain);
     let external = [1.0, -0.5, 0.2];
@@ -102,7 +102,7 @@ fn disturbance_observer_converges_as_its_gain_says() {
         let sample = Sample { period, position: &q, velocity: &[0.0; 3], torque: &torque };
         observer.update(&sample, &mut out);
         let left =
-            DMatrix::from_fn(n, 1, |i, _| first[i] * (1.0 + period * gain.y / eigen.eigenvalues[i]).powi(-k));
+            DMatrix::from_fn(n, 1, |i, _| first[i] * (1.0 + period * gain.y[0] / eigen.eigenvalues[i]).powi(-k));
         let expected = DMatrix::from_column_slice(n, 1, &external) - &eigen.eigenvectors * left;
         assert_close(
             &format!("sample {k}"),
@@ -132,8 +132,8 @@ fn disturbance_observer_forgets_at_the_rate_of_the_matrix_inequality() {
     let inertia = masses.iter().map(norm).fold(0.0, f64::max);
     let rate = masses.windows(2).map(|w| norm(&((&w[1] - &w[0]) / period))).fold(0.0, f64::max);
     assert!(rate > 0.1, "the motion changes the inertia: {rate}");
-    let gain = ObserverGain::for_bandwidth(10.0, inertia, rate).unwrap();
-    assert!(gain.y > 2.0 * rate);
+    let gain = ObserverGain::for_bandwidth(10.0, &vec![inertia; n], inertia, rate).unwrap();
+    assert!(gain.y[0] > 2.0 * rate);
     let external: Vec<f64> = (0..n).map(|j| 1.0 - 0.2 * j as f64).collect();
     // With and without the contact: what the sampling of the motion errs by is in both, and the observer is linear.
     let [with, without] = [external.clone(), vec![0.0; n]].map(|external| {
@@ -154,23 +154,23 @@ fn disturbance_observer_forgets_at_the_rate_of_the_matrix_inequality() {
 
 #[test]
 fn closed_form_gain_solves_the_matrix_inequality_and_no_larger_one_does() {
-    for (bandwidth, inertia, rate) in [(20.0, 0.04, 0.1), (3.0, 1.2, 2.0), (0.6, 2.0, 2.3)] {
-        let gain = ObserverGain::for_bandwidth(bandwidth, inertia, rate).unwrap();
-        let smallest = |gamma: f64| {
+    for (bandwidth, inertias, rate) in [(20.0, [0.04, 0.003], 0.1), (3.0, [1.2, 1.2], 2.0), (0.6, [2.0, 3.0], 2.3)] {
+        let gain = ObserverGain::for_bandwidth(bandwidth, &inertias, 3.0, rate).unwrap();
+        let smallest = |factor: f64| {
             let n = 2;
             let m = DMatrix::from_fn(2 * n, 2 * n, |i, j| match (i / n, j / n) {
                 _ if i % n != j % n => 0.0,
-                (0, 0) => 2.0 * gain.y - rate,
-                (1, 1) => 1.0 / gamma,
-                _ => gain.y,
+                (0, 0) => 2.0 * gain.y[i % n] - rate,
+                (1, 1) => 1.0 / (factor * gain.gamma[i % n]),
+                _ => gain.y[i % n],
             });
             SymmetricEigen::new(m).eigenvalues.min()
         };
-        let scale = gain.y + 1.0 / gain.gamma;
-        assert!(smallest(gain.gamma) >= -1e-12 * scale, "{}", smallest(gain.gamma));
-        assert!(smallest(1.01 * gain.gamma) < 0.0);
+        let scale = gain.y[0] + gain.y[1] + 1.0 / gain.gamma[0] + 1.0 / gain.gamma[1];
+        assert!(smallest(1.0) >= -1e-12 * scale, "{}", smallest(1.0));
+        assert!(smallest(1.01) < 0.0);
     }
-    let refused = ObserverGain::for_bandwidth(1.0, 1.0, 2.0).unwrap_err();
+    let refused = ObserverGain::for_bandwidth(1.0, &[1.0, 2.0], 2.0, 2.0).unwrap_err();
     assert!(refused.expected.contains("more than 1.000 rad/s"), "{refused:?}");
 }
 

@@ -28,7 +28,7 @@ fn a_loaded_arm_at_rest_shows_no_contact_where_friction_holds_it() {
         FrictionModel::new(vec![law; n], LowSpeed::Stick(0.01))
     };
     let body = || RigidBody::new(&model);
-    let gain = ObserverGain::for_bandwidth(30.0, 2.0, 0.0).unwrap();
+    let gain = ObserverGain::for_bandwidth(30.0, &[2.0; 3], 2.0, 0.0).unwrap();
     let mut observers: [Box<dyn Observer>; 3] = [
         Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction)),
         Box::new(MomentumObserver::new(body(), friction(), &[30.0; 3])),

@@ -12,7 +12,7 @@ fn every(model: &Model) -> Vec<Box<dyn Observer + '_>> {
     let law = (Law::Stribeck(SymmetricStribeck), vec![3.0, 1.0, 0.1, 0.5]);
     let friction = || FrictionModel::new(vec![law.clone(); n], LowSpeed::Stick(0.01));
     let noise = KalmanNoise { momentum: 1e-3, torque: 1e-2, contact: 10.0 };
-    let gain = ObserverGain::for_bandwidth(20.0, 3.0, 2.0).unwrap();
+    let gain = ObserverGain::for_bandwidth(20.0, &vec![3.0; n], 3.0, 2.0).unwrap();
     vec![
         Box::new(Balance::new(body(), friction(), Terms::Torque)),
         Box::new(Balance::new(body(), friction(), Terms::Gravity)),

@@ -1,0 +1,62 @@
+//! What external torques amount to without contact.
+
+/// Threshold of a momentum observer's residual against torque noise: 3 σ √((1 − α)/(1 + α)) + margin with α = 1/(1 + K T) [N m].
+///
+/// `deviation` σ of the torque noise [N m], `gain` K [1/s], `period` T [s].
+///
+/// # Reference
+/// Wan et al. (2026), eqs. 26 and 27: 3 (1 − α)/√(1 − α²) is the same.
+pub fn noise_threshold(deviation: f64, gain: f64, period: f64, margin: f64) -> f64 {
+    let alpha = 1.0 / (1.0 + gain * period);
+    3.0 * deviation * ((1.0 - alpha) / (1.0 + alpha)).sqrt() + margin
+}
+
+/// External torques of an arm that nobody touches, joint by joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeMotion {
+    /// Mean [N m]: what the model errs by.
+    pub mean: Vec<f64>,
+    /// Standard deviation [N m].
+    pub deviation: Vec<f64>,
+    /// Largest distance from the mean [N m].
+    pub largest: Vec<f64>,
+}
+
+impl FreeMotion {
+    /// From rows of external torques (n_samples × n), at least one.
+    pub fn learn(rows: &[f64], n: usize) -> Self {
+        assert!(
+            n > 0 && rows.len() >= n && rows.len().is_multiple_of(n),
+            "{} numbers of {n} joints",
+            rows.len()
+        );
+        let n_samples = (rows.len() / n) as f64;
+        let column = |j: usize| rows.iter().skip(j).step_by(n);
+        let mean: Vec<f64> = (0..n).map(|j| column(j).sum::<f64>() / n_samples).collect();
+        let deviation =
+            (0..n).map(|j| (column(j).map(|x| (x - mean[j]).powi(2)).sum::<f64>() / n_samples).sqrt());
+        let largest = (0..n).map(|j| column(j).fold(0.0, |m: f64, x| m.max((x - mean[j]).abs())));
+        Self { deviation: deviation.collect(), largest: largest.collect(), mean: mean.clone() }
+    }
+}
+
+/// An alarm with hysteresis: on above 1, off again below `release`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alarm {
+    release: f64,
+    is_on: bool,
+}
+
+impl Alarm {
+    /// Off, `release` from 0 to 1.
+    pub fn new(release: f64) -> Self {
+        assert!((0.0..=1.0).contains(&release), "release {release}");
+        Self { release, is_on: false }
+    }
+
+    /// Takes the next value of a test; true while the alarm is on.
+    pub fn update(&mut self, value: f64) -> bool {
+        self.is_on = value > if self.is_on { self.release } else { 1.0 };
+        self.is_on
+    }
+}

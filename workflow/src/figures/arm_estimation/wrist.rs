@@ -1,0 +1,131 @@
+//! The report of `arm study wrist`.
+
+use std::path::Path;
+
+use hysteron_arm::study::estimation::wrist::{Load, METHODS, WristCell, published};
+use hysteron_arm::study::estimation::{DRIFTS, WristStudy, simulated_errors::Comparison};
+use hysteron_base::Metadata;
+use serde_json::{Value, json};
+
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::page::{Page, write_metrics, write_page};
+
+use super::{beside, joints};
+
+/// Writes `report.html` and `metrics.json`.
+pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Result<Value> {
+    register_embedded_font()?;
+    let value = write_metrics(
+        folder,
+        &json!({
+            "format": "hysteron-metrics", "version": 1, "study": "wrist", "cells": without_curves(study),
+            "simulated_rms": simulated_rms(study), "command": meta.command, "commit": meta.commit,
+        }),
+    )?;
+    let mut page = Page::new("Interaction torques of a wrist exoskeleton", &meta.source, &meta.command);
+    page.paragraph(
+        "Simulated: table 3, column C of Saadatzi et al. (2019), made feasible, with bristles as friction, encoders of 30 000 steps a turn \
+         and a torque constant 1 % too large. The estimators identify themselves from the paper's swept sine at nominal friction. \
+         Published values stand in brackets; the paper has no row beyond the fifth.",
+    );
+    for load in [Load::Payload, Load::ForceSensor] {
+        for drift in DRIFTS {
+            let cells: Vec<&WristCell> =
+                study.cells.iter().filter(|cell| cell.load == load && cell.drift == drift).collect();
+            table(&mut page, load, drift, &cells);
+        }
+    }
+    page.heading("Figures");
+    for load in [Load::Payload, Load::ForceSensor] {
+        for (part, methods) in [("a", &METHODS[1..3]), ("b", &METHODS[3..6])] {
+            let Some(cell) = study.cells.iter().find(|cell| cell.load == load && cell.drift == 0.0) else {
+                continue;
+            };
+            page.figure(&save(folder, &estimates(cell, part, methods), false)?);
+        }
+    }
+    let captions = [
+        ("noise", "Noise on the encoders (figure 7)", "N m"),
+        ("model-error", "A wrong model (figure 8)", "N m"),
+        ("sensitivity", "Sensitivity to the mass of the second link (figure 9)", "m²/s²"),
+    ];
+    for (comparison, (name, title, unit)) in study.simulated.iter().zip(captions) {
+        page.figure(&save(folder, &compared(comparison, [name, title, unit]), false)?);
+    }
+    write_page(folder, page.finish(&meta.commit))?;
+    Ok(value)
+}
+
+/// Means over the seeds, joints 1 and 2: error [N m], percent.
+fn means(cells: &[&WristCell], method: usize) -> [[f64; 2]; 2] {
+    let n = cells.len() as f64;
+    let mean = |of: &dyn Fn(&WristCell) -> f64| cells.iter().map(|cell| of(cell)).sum::<f64>() / n;
+    [
+        [0, 1].map(|j| mean(&|cell| cell.methods[method].error_n_m[j])),
+        [0, 1].map(|j| mean(&|cell| cell.methods[method].error_percent[j])),
+    ]
+}
+
+fn table(page: &mut Page, load: Load, drift: f64, cells: &[&WristCell]) {
+    page.heading(&format!("Table 4: {}, friction {:+.0} %", load.name(), 100.0 * drift));
+    let head = ["Method", "Joint 1 [N m]", "Joint 1 [%]", "Joint 2 [N m]", "Joint 2 [%]"];
+    let row = |k: usize| {
+        let [errors, percents] = means(cells, k);
+        let known = published(load).get(k).copied();
+        let cell = |ours: f64, known: Option<f64>, digits: usize| match known {
+            Some(known) => beside(ours, known, digits),
+            None => format!("{ours:.digits$}"),
+        };
+        let joint = |j: usize| {
+            [
+                cell(errors[j], known.map(|known| known[0][j]), 3),
+                cell(percents[j], known.map(|known| known[1][j]), 1),
+            ]
+        };
+        [vec![METHODS[k].to_owned()], joint(0).to_vec(), joint(1).to_vec()].concat()
+    };
+    page.table(&head, (0..METHODS.len()).map(row));
+}
+
+fn estimates(cell: &WristCell, part: &str, methods: &[&str]) -> hysteron_report::lines::TimeChart {
+    let of = |name: &&str| {
+        let method = cell.methods.iter().find(|method| method.name == **name);
+        ((*name).to_owned(), method.map_or([vec![], vec![]], |method| method.estimate.clone()))
+    };
+    let mut curves = vec![("true".to_owned(), cell.truth.clone())];
+    curves.extend(methods.iter().map(of));
+    let number = if cell.load == Load::Payload { 10 } else { 11 };
+    let title = format!("Interaction torque, {} (figure {number}{part})", cell.load.name());
+    let name = format!("{}-{part}", cell.load.name());
+    joints(&name, [&title, "True and estimated torque over time [s].", "N m"], &cell.time_s, &curves)
+}
+
+fn compared(comparison: &Comparison, [name, title, unit]: [&str; 3]) -> hysteron_report::lines::TimeChart {
+    let pair = |rows: &[Vec<f64>]| [0, 1].map(|j| rows.get(j).cloned().unwrap_or_default());
+    let mut curves = vec![
+        ("inverse dynamics".to_owned(), pair(&comparison.inverse_dynamics)),
+        ("disturbance observer".to_owned(), pair(&comparison.disturbance_observer)),
+    ];
+    if !comparison.truth.is_empty() {
+        curves.push(("true".to_owned(), pair(&comparison.truth)));
+    }
+    joints(name, [title, "Over time [s].", unit], &comparison.time_s, &curves)
+}
+
+fn without_curves(study: &WristStudy) -> Value {
+    let cells = study.cells.iter().map(|cell| {
+        let methods: Vec<Value> = cell
+            .methods
+            .iter()
+            .map(|m| json!({"name": m.name, "error_n_m": m.error_n_m, "error_percent": m.error_percent}))
+            .collect();
+        json!({"load": cell.load, "drift": cell.drift, "seed": cell.seed, "mean_truth_n_m": cell.mean_truth_n_m,
+            "identified_rms_n_m": cell.identified_rms_n_m, "methods": methods})
+    });
+    cells.collect()
+}
+
+fn simulated_rms(study: &WristStudy) -> Value {
+    let [noise, wrong, sensitivity] = &study.simulated;
+    json!({"noise": noise.rms, "model_error": wrong.rms, "sensitivity": sensitivity.rms})
+}
