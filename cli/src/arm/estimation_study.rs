@@ -2,38 +2,35 @@
 
 use std::path::Path;
 
-use hysteron_arm::study::StudyProgress;
+use hysteron_arm::study::Listener;
 use hysteron_arm::study::estimation::{ScaraOptions, scara_study, wrist_study};
-use hysteron_workflow::{Caller, Outputs, arm_estimation_figures};
+use hysteron_workflow::{Caller, arm_estimation_figures};
 use serde_json::Value;
 
-/// What of the command line they use.
-pub struct Options<'a> {
-    /// Folder for cells and report.
-    pub out: &'a Path,
-    /// Noise seeds of the wrist; the SCARA has one.
-    pub seeds: u64,
-}
-
-/// Friction, external torques and collisions of the SCARA.
-pub fn scara(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let _claim = Outputs::default().report("--out", Some(options.out)).check(caller)?;
-    caller.listen()?;
-    let amount = ScaraOptions { seed: 1, trials: 20, stretches: 15 };
-    let mut tell = |p: &StudyProgress<'_>| !caller.is_cancelled();
-    match scara_study(&options.out.join("cells"), amount, &mut tell)? {
-        Some(study) => arm_estimation_figures::write_scara(options.out, &study, &meta()),
-        None => interrupted(options.out),
+/// Friction, external torques and collisions of the SCARA; one seed, `scale` times four trials and three stretches.
+pub fn scara(out: &Path, scale: usize, listener: Listener<'_>, caller: &Caller) -> anyhow::Result<Value> {
+    let amount = ScaraOptions { seed: 1, trials: 4 * scale, stretches: 3 * scale };
+    match scara_study(&out.join("cells"), amount, listener)? {
+        Some(study) if !caller.is_cancelled() => {
+            arm_estimation_figures::write_scara(out, &study, &super::meta("study of external torques"))
+        }
+        _ => interrupted(out),
     }
 }
 
-/// Interaction torques of the wrist.
-pub fn wrist(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let _claim = Outputs::default().report("--out", Some(options.out)).check(caller)?;
-    caller.listen()?;
-    let mut tell = |p: &StudyProgress<'_>| !caller.is_cancelled();
-    match wrist_study(&options.out.join("cells"), options.seeds, &mut tell)? {
-        Some(study) => arm_estimation_figures::write_wrist(options.out, &study, &meta()),
-        None => interrupted(options.out),
+/// Interaction torques of the wrist, every cell with seeds 1 to `seeds`.
+pub fn wrist(out: &Path, seeds: usize, listener: Listener<'_>, caller: &Caller) -> anyhow::Result<Value> {
+    match wrist_study(&out.join("cells"), seeds as u64, listener)? {
+        Some(study) if !caller.is_cancelled() => {
+            arm_estimation_figures::write_wrist(out, &study, &super::meta("study of external torques"))
+        }
+        _ => interrupted(out),
     }
+}
+
+fn interrupted(out: &Path) -> anyhow::Result<Value> {
+    anyhow::bail!(
+        "interrupted; what is done stands in {}: the same command goes on",
+        out.join("cells").display()
+    )
 }

@@ -3,6 +3,7 @@
 mod dynamics;
 mod excite;
 mod export;
+mod estimation_study;
 mod fit;
 mod identify;
 mod import;

@@ -19,7 +19,7 @@ pub use run::{DRIFTS, ScaraOptions, ScaraStudy, WristStudy, scara_study, wrist_s
 use rand::RngExt;
 
 /// Standard normal numbers of a stream, as sums of twelve uniform ones.
-fn normal(seed: u64, stream: &str) -> impl FnMut() -> f64 {
+fn normal(seed: u64, stream: &str) -> impl FnMut() -> f64 + use<> {
     let mut random = hysteron_base::rng(seed, stream);
     move || (0..12).map(|_| random.random_range(-0.5..0.5)).sum()
 }

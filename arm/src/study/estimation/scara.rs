@@ -107,12 +107,12 @@ impl Methods {
     pub(super) fn estimates(&self, trial: &Trial) -> Vec<(&str, Vec<f64>)> {
         let speeds = differences(trial);
         let periods = vec![PERIOD; trial.position.len() / 2];
-        let run = |(name, friction): &'_ (String, FrictionModel)| {
+        let run = |friction: &FrictionModel| {
             let mut observer =
                 MomentumObserver::new(RigidBody::new(&self.believed), friction.clone(), &GAINS);
             estimate(&mut observer, &periods, [&trial.position, &speeds, &trial.torque])
         };
-        self.friction.iter().map(|row| (row.0.as_str(), run(row))).collect()
+        self.friction.iter().map(|row| (row.0.as_str(), run(&row.1))).collect()
     }
 }
 

@@ -91,7 +91,9 @@ fn disturbance_observer_converges_as_its_gain_says() {
     mass_matrix(&model, &mut data, &q, &mut mass);
     gravity_torque(&model, &mut data, &q, &mut gravity);
     let eigen = SymmetricEigen::new(DMatrix::from_row_slice(n, n, &mass));
-    let gain = ObserverGain::for_bandwidth(20.0, &vec![eigen.eigenvalues.max(); n], eigen.eigenvalues.max(), 0.0).unwrap();
+    let gain =
+        ObserverGain::for_bandwidth(20.0, &vec![eigen.eigenvalues.max(); n], eigen.eigenvalues.max(), 0.0)
+            .unwrap();
     assert!((gain.decay - 20.0).abs() < 1e-12);
     let mut observer = DisturbanceObserver::new(RigidBody::new(&model), FrictionModel::none(n), gain);
     let external = [1.0, -0.5, 0.2];
@@ -101,8 +103,9 @@ fn disturbance_observer_converges_as_its_gain_says() {
     for k in 0..200 {
         let sample = Sample { period, position: &q, velocity: &[0.0; 3], torque: &torque };
         observer.update(&sample, &mut out);
-        let left =
-            DMatrix::from_fn(n, 1, |i, _| first[i] * (1.0 + period * gain.y[0] / eigen.eigenvalues[i]).powi(-k));
+        let left = DMatrix::from_fn(n, 1, |i, _| {
+            first[i] * (1.0 + period * gain.y[0] / eigen.eigenvalues[i]).powi(-k)
+        });
         let expected = DMatrix::from_column_slice(n, 1, &external) - &eigen.eigenvectors * left;
         assert_close(
             &format!("sample {k}"),
@@ -154,7 +157,9 @@ fn disturbance_observer_forgets_at_the_rate_of_the_matrix_inequality() {
 
 #[test]
 fn closed_form_gain_solves_the_matrix_inequality_and_no_larger_one_does() {
-    for (bandwidth, inertias, rate) in [(20.0, [0.04, 0.003], 0.1), (3.0, [1.2, 1.2], 2.0), (0.6, [2.0, 3.0], 2.3)] {
+    for (bandwidth, inertias, rate) in
+        [(20.0, [0.04, 0.003], 0.1), (3.0, [1.2, 1.2], 2.0), (0.6, [2.0, 3.0], 2.3)]
+    {
         let gain = ObserverGain::for_bandwidth(bandwidth, &inertias, 3.0, rate).unwrap();
         let smallest = |factor: f64| {
             let n = 2;
