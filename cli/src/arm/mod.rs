@@ -1,9 +1,9 @@
 //! `hysteron arm`: rigid-body arms.
 
 mod dynamics;
+mod estimation_study;
 mod excite;
 mod export;
-mod estimation_study;
 mod fit;
 mod identify;
 mod import;
