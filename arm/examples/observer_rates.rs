@@ -35,6 +35,7 @@ fn nanoseconds(mut run: impl FnMut(usize)) -> f64 {
     best.round()
 }
 
+#[allow(clippy::print_stdout)] // what it is for
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let panda = Model::builtin("panda")?;
     let fingers: Vec<(&str, f64)> = panda.joints()[7..].iter().map(|joint| (&*joint.name, 0.01)).collect();
@@ -62,7 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Box::new(DisturbanceObserver::new(
                 body(),
                 friction(),
-                ObserverGain::for_bandwidth(20.0, &vec![3.0; n], 3.0, 2.0)?,
+                &ObserverGain::for_bandwidth(20.0, &vec![3.0; n], 3.0, 2.0)?,
             )),
         ),
     ];

@@ -70,14 +70,14 @@ pub struct DisturbanceObserver<D> {
 
 impl<D: Dynamics> DisturbanceObserver<D> {
     /// With the gain `gain`.
-    pub fn new(dynamics: D, friction: FrictionModel, gain: ObserverGain) -> Self {
+    pub fn new(dynamics: D, friction: FrictionModel, gain: &ObserverGain) -> Self {
         let n = dynamics.n_joints();
         assert_eq!(n, friction.n_joints());
         let row = || vec![0.0; n];
         Self {
             dynamics,
             friction,
-            y: gain.y,
+            y: gain.y.clone(),
             is_started: false,
             memory: row(),
             bias: row(),

@@ -162,7 +162,7 @@ impl Scenario<'_> {
         let periods = vec![self.period; self.n_samples()];
         let body = || RigidBody::new(self.model);
         let mut inverse = InverseDynamics::new(body(), FrictionModel::none(n), smoothing);
-        let mut observer = DisturbanceObserver::new(body(), FrictionModel::none(n), gain.clone());
+        let mut observer = DisturbanceObserver::new(body(), FrictionModel::none(n), gain);
         let rows = [&q[..], &speeds, &tau];
         let both = [estimate(&mut inverse, &periods, rows), estimate(&mut observer, &periods, rows)];
         Ok(self.comparison(&external, both))
@@ -181,7 +181,7 @@ impl Scenario<'_> {
             dynamics.inverse(&q[row.clone()], &dq[row.clone()], &ddq, &mut needed);
             inverse.extend(needed.iter().zip(&tau[row]).map(|(needed, tau)| needed - tau));
         }
-        let mut observer = DisturbanceObserver::new(wrong(), FrictionModel::none(n), gain.clone());
+        let mut observer = DisturbanceObserver::new(wrong(), FrictionModel::none(n), gain);
         let periods = vec![self.period; self.n_samples()];
         let both = [inverse, estimate(&mut observer, &periods, [&q, &dq, &tau])];
         self.comparison(&external, both)

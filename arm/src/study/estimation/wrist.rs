@@ -251,7 +251,7 @@ fn observers(known: &KnownArm) -> Result<Vec<Box<dyn Observer + '_>>, BadInput> 
         Box::new(Balance::new(body(), friction(), Terms::Gravity)),
         Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction)),
         Box::new(InverseDynamics::new(body(), friction(), smoothing()?)),
-        Box::new(DisturbanceObserver::new(body(), friction(), gain(&known.model, &tracking)?)),
+        Box::new(DisturbanceObserver::new(body(), friction(), &gain(&known.model, &tracking)?)),
         Box::new(InverseDynamics::new(body(), friction(), smoothing()?).at_bandwidth(&gains)),
         Box::new(MomentumObserver::new(body(), friction(), &gains)),
         Box::new(KalmanObserver::new(body(), friction(), &noise)),

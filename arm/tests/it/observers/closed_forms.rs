@@ -95,7 +95,7 @@ fn disturbance_observer_converges_as_its_gain_says() {
         ObserverGain::for_bandwidth(20.0, &vec![eigen.eigenvalues.max(); n], eigen.eigenvalues.max(), 0.0)
             .unwrap();
     assert!((gain.decay - 20.0).abs() < 1e-12);
-    let mut observer = DisturbanceObserver::new(RigidBody::new(&model), FrictionModel::none(n), gain);
+    let mut observer = DisturbanceObserver::new(RigidBody::new(&model), FrictionModel::none(n), &gain);
     let external = [1.0, -0.5, 0.2];
     let torque: Vec<f64> = gravity.iter().zip(external).map(|(g, f)| g - f).collect();
     let (period, mut out) = (1e-3, vec![0.0; n]);
@@ -140,7 +140,7 @@ fn disturbance_observer_forgets_at_the_rate_of_the_matrix_inequality() {
     let external: Vec<f64> = (0..n).map(|j| 1.0 - 0.2 * j as f64).collect();
     // With and without the contact: what the sampling of the motion errs by is in both, and the observer is linear.
     let [with, without] = [external.clone(), vec![0.0; n]].map(|external| {
-        let mut observer = DisturbanceObserver::new(RigidBody::new(&model), FrictionModel::none(n), gain);
+        let mut observer = DisturbanceObserver::new(RigidBody::new(&model), FrictionModel::none(n), &gain);
         run(&mut observer, &model, (period, count), &|_| external.clone())
     });
     let energy = |k: usize| {

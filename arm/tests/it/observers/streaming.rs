@@ -1,5 +1,6 @@
 //! One sample at a time is the same as all of them, and allocates nothing.
 
+use hysteron_actuator::filter::LowPass;
 use hysteron_actuator::law::{Law, SymmetricStribeck};
 use hysteron_arm::observer::*;
 use hysteron_arm::*;
@@ -12,6 +13,7 @@ fn every(model: &Model) -> Vec<Box<dyn Observer + '_>> {
     let law = (Law::Stribeck(SymmetricStribeck), vec![3.0, 1.0, 0.1, 0.5]);
     let friction = || FrictionModel::new(vec![law.clone(); n], LowSpeed::Stick(0.01));
     let noise = KalmanNoise { momentum: 1e-3, torque: 1e-2, contact: 10.0 };
+    let smoothing = LowPass::new(5, 30.0, 1000.0).unwrap();
     let gain = ObserverGain::for_bandwidth(20.0, &vec![3.0; n], 3.0, 2.0).unwrap();
     vec![
         Box::new(Balance::new(body(), friction(), Terms::Torque)),
@@ -20,7 +22,9 @@ fn every(model: &Model) -> Vec<Box<dyn Observer + '_>> {
         Box::new(MomentumObserver::new(body(), friction(), &vec![30.0; n])),
         Box::new(KalmanObserver::new(body(), friction(), &vec![noise; n])),
         Box::new(SlidingModeObserver::new(body(), friction(), &vec![30.0; n])),
-        Box::new(DisturbanceObserver::new(body(), friction(), gain)),
+        Box::new(DisturbanceObserver::new(body(), friction(), &gain)),
+        Box::new(InverseDynamics::new(body(), friction(), smoothing.clone())),
+        Box::new(InverseDynamics::new(body(), friction(), smoothing).at_bandwidth(&vec![30.0; n])),
     ]
 }
 
