@@ -4,7 +4,7 @@
 //! Wan et al. (2026), sections 2.3 and 3.2: table 2, figures 10 to 12 and 14. Parameters of the true curve: table 2, ANFIS, except the
 //! Stribeck speeds, which are unphysical there (V_s ≈ f_s in every column) and are taken as 0.2 rad/s.
 
-use hysteron_actuator::law::{CoulombViscous, DirectedStribeck, JointFriction, Law, Sliding};
+use hysteron_actuator::law::{CoulombViscous, DirectedStribeck, JointFriction, Law, ScalesWith, Sliding};
 use hysteron_base::{BadInput, Bounds};
 use hysteron_fit::{
     GlobalMethod, GlobalOptions, Options, Parameter, Scale, TOLERANCE, least_squares, search_globally,
@@ -95,8 +95,8 @@ pub fn torque(row: &FrictionRow, velocity: f64) -> f64 {
 /// Largest torque and speed that parameters may have.
 fn parameters_of(law: &Law) -> Vec<Parameter> {
     let parameter = |p: hysteron_actuator::law::LawParameter| {
-        let [min, max] = if p.is_torque { [0.0, 20.0] } else { [0.02, 1.0] };
-        let start = if p.is_torque { 3.0 } else { 0.15 };
+        let is_speed = p.scales_with == ScalesWith::Speed;
+        let [start, min, max] = if is_speed { [0.15, 0.02, 1.0] } else { [3.0, 0.0, 20.0] };
         Parameter {
             name: p.name.into(),
             start,
