@@ -181,9 +181,16 @@ fn sweep(t: f64) -> [Vec<f64>; 3] {
     sines(t, [(0.35, 0.38, 1.22), (0.3, 0.48, 1.62)])
 }
 
-/// Sinusoids of sections 3.3.
-fn tracking(t: f64) -> [Vec<f64>; 3] {
-    sines(t, [(0.5, 0.35, 0.35), (0.4, 0.5, 0.5)])
+/// Sinusoids of section 3.3, about a posture in which the loads have the paper's ratio of mean torques: both joints at 0.73 rad for the
+/// payload (sin² to cos² as .131 to .163), at 0.96 rad for the force sensor (as .42 to .205).
+fn tracking(load: Load, t: f64) -> [Vec<f64>; 3] {
+    let posture = match load {
+        Load::Payload => 0.73,
+        Load::ForceSensor => 0.96,
+    };
+    let [mut q, dq, ddq] = sines(t, [(0.5, 0.35, 0.35), (0.4, 0.5, 0.5)]);
+    q.iter_mut().for_each(|q| *q += posture);
+    [q, dq, ddq]
 }
 
 /// a sin φ(t) with a frequency that goes from one to the other within the trial: coordinates, speeds, accelerations.
@@ -237,7 +244,7 @@ fn gain(model: &Model, path: Path) -> Result<ObserverGain, BadInput> {
 }
 
 /// Every method, in the order of [`METHODS`].
-fn observers(known: &KnownArm) -> Result<Vec<Box<dyn Observer + '_>>, BadInput> {
+fn observers(known: &KnownArm, load: Load) -> Result<Vec<Box<dyn Observer + '_>>, BadInput> {
     let body = || RigidBody::new(&known.model);
     let friction = || known.friction.clone();
     let smoothing = || LowPass::new(5, 30.0, 1.0 / PERIOD);
@@ -251,7 +258,7 @@ fn observers(known: &KnownArm) -> Result<Vec<Box<dyn Observer + '_>>, BadInput> 
         Box::new(Balance::new(body(), friction(), Terms::Gravity)),
         Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction)),
         Box::new(InverseDynamics::new(body(), friction(), smoothing()?)),
-        Box::new(DisturbanceObserver::new(body(), friction(), &gain(&known.model, &tracking)?)),
+        Box::new(DisturbanceObserver::new(body(), friction(), &gain(&known.model, &|t| tracking(load, t))?)),
         Box::new(InverseDynamics::new(body(), friction(), smoothing()?).at_bandwidth(&gains)),
         Box::new(MomentumObserver::new(body(), friction(), &gains)),
         Box::new(KalmanObserver::new(body(), friction(), &noise)),
@@ -279,15 +286,18 @@ fn loaded_trial(wrists: &Wrists, load: Load, drift: f64, seed: u64) -> Result<Tr
     let name = format!("wrist/{}/{drift}", load.name());
     let mut noise = normal(seed, &name);
     let real = &wrists.real;
+    let path = |t: f64| tracking(load, t);
     match load {
         Load::ForceSensor => {
             let frame = real.frame("payload")?;
             let pull = |force: f64| {
-                move |_: f64| vec![ExternalForce { frame, force: [0.0, force, 0.0], torque: [0.0; 3] }]
+                // Up: against gravity.
+                let [x, y, z] = real.gravity().map(|g| -force * g / 9.81);
+                move |_: f64| vec![ExternalForce { frame, force: [x, y, z], torque: [0.0; 3] }]
             };
             // The torque is linear in the force: scaled to the paper's means along the path that is meant.
             let probe = Plant::new(real, friction(-1.0 + 1e-9), exact(), 1e-2).run(
-                &tracking,
+                &path,
                 &controller(),
                 &pull(1.0),
                 DURATION,
@@ -295,12 +305,11 @@ fn loaded_trial(wrists: &Wrists, load: Load, drift: f64, seed: u64) -> Result<Tr
             );
             let mean = probe.external.iter().map(|x| x.abs()).sum::<f64>() / probe.external.len() as f64;
             let force = 0.5 * SENSOR_MEAN / mean;
-            Ok(plant(real, drift).run(&tracking, &controller(), &pull(force), DURATION, &mut noise))
+            Ok(plant(real, drift).run(&path, &controller(), &pull(force), DURATION, &mut noise))
         }
         Load::Payload => {
             let with = real.with_payload("payload", 0.3, [0.0; 3], [0.0; 6])?;
-            let mut trial =
-                plant(&with, drift).run(&tracking, &controller(), &|_| vec![], DURATION, &mut noise);
+            let mut trial = plant(&with, drift).run(&path, &controller(), &|_| vec![], DURATION, &mut noise);
             trial.external = payload_torques(&with, real, &trial);
             Ok(trial)
         }
@@ -354,7 +363,7 @@ pub fn wrist_cell(
     };
     let mean_truth_n_m = [0, 1].map(|j| counted(&trial.external, j));
     let shown = |rows: &[f64]| [0, 1].map(|j| rows.iter().skip(j).step_by(n * DECIMATION).copied().collect());
-    let methods = METHODS.iter().zip(observers(known)?).map(|(name, mut observer)| {
+    let methods = METHODS.iter().zip(observers(known, load)?).map(|(name, mut observer)| {
         let rows = estimate(observer.as_mut(), &periods, [&trial.position, &speeds, &trial.torque]);
         let errors: Vec<f64> = rows.iter().zip(&trial.external).map(|(a, b)| a - b).collect();
         let error_n_m = [0, 1].map(|j| counted(&errors, j));
@@ -383,10 +392,11 @@ pub fn wrist_cell(
 /// None for the motion here.
 pub fn simulated_errors(wrists: &Wrists) -> Result<[Comparison; 3], BadInput> {
     let model = &wrists.real;
+    let path = |t: f64| tracking(Load::Payload, t);
     let disturbance = |t: f64| vec![(TAU * 0.25 * t).sin(), 0.4 * (TAU * 0.4 * t).sin()];
     let scenario =
-        Scenario { model, path: &tracking, disturbance: &disturbance, duration: DURATION, period: PERIOD };
-    let chosen = gain(model, &tracking)?;
+        Scenario { model, path: &path, disturbance: &disturbance, duration: DURATION, period: PERIOD };
+    let chosen = gain(model, &path)?;
     // "A large observer gain, to minimise the filtering effect."
     let fast = ObserverGain { y: chosen.y.iter().map(|y| 20.0 * y).collect(), ..chosen.clone() };
     let mut direction = vec![[0.0; 10]; 2];
