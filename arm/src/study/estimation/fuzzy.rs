@@ -30,19 +30,22 @@ pub struct FuzzyNetwork {
     consequents: Consequents,
     centers: [f64; RULES],
     widths: [f64; RULES],
-    /// p₀ and p₁ of every rule.
+    /// p₀ and p₁ of every rule, in units of the scale.
     lines: [[f64; 2]; RULES],
+    /// Largest output: learning rates are for outputs of order one.
+    scale: f64,
 }
 
 impl FuzzyNetwork {
-    /// Memberships spread evenly over `least` to `most`.
-    pub fn new(consequents: Consequents, least: f64, most: f64) -> Self {
+    /// Memberships spread evenly over `least` to `most`, for outputs of the size of those in `pairs`.
+    pub fn new(consequents: Consequents, [least, most]: [f64; 2], pairs: &[(f64, f64)]) -> Self {
         let step = (most - least) / (RULES - 1) as f64;
         Self {
             consequents,
             centers: std::array::from_fn(|j| least + step * j as f64),
             widths: [0.5 * step; RULES],
             lines: [[0.0; 2]; RULES],
+            scale: pairs.iter().fold(f64::MIN_POSITIVE, |m, (_, y)| m.max(y.abs())),
         }
     }
 
@@ -58,7 +61,9 @@ impl FuzzyNetwork {
 
     /// Output at `x`.
     pub fn at(&self, x: f64) -> f64 {
-        self.shares(x).iter().zip(&self.lines).map(|(share, [p0, p1])| share * (p0 + p1 * x)).sum()
+        let mean: f64 =
+            self.shares(x).iter().zip(&self.lines).map(|(share, [p0, p1])| share * (p0 + p1 * x)).sum();
+        self.scale * mean
     }
 
     /// Learns from pairs of input and output; returns the root mean square error after every pass.
@@ -89,7 +94,7 @@ impl FuzzyNetwork {
             let x = pairs[i].0;
             self.shares(x)[k / 2] * if k % 2 == 0 { 1.0 } else { x }
         });
-        let side = DVector::from_fn(pairs.len(), |i, _| pairs[i].1);
+        let side = DVector::from_fn(pairs.len(), |i, _| pairs[i].1 / self.scale);
         if let Ok(found) = rows.svd(true, true).solve(&side, 1e-9) {
             for (j, line) in self.lines.iter_mut().enumerate() {
                 *line = [found[2 * j], found[2 * j + 1]];
@@ -104,7 +109,7 @@ impl FuzzyNetwork {
             let shares = self.shares(*x);
             let outputs = self.lines.map(|[p0, p1]| p0 + p1 * x);
             let y: f64 = shares.iter().zip(outputs).map(|(s, o)| s * o).sum();
-            let error = y - target;
+            let error = y - target / self.scale;
             for j in 0..RULES {
                 let away = x - self.centers[j];
                 let pull = error * (outputs[j] - y) * shares[j];

@@ -127,14 +127,17 @@ fn fit(law: &Law, points: &[(f64, f64)]) -> Result<(Vec<f64>, Vec<f64>), BadInpu
     };
     let options =
         Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, tolerance: TOLERANCE, watch: &watch };
-    let found =
-        least_squares(&parameters_of(law), &options, |p| Ok::<_, BadInput>(vec![residuals(law, p, points)]))?;
+    // Each point for itself: what is left of a smooth curve is no noise whose neighbours are alike.
+    let found = least_squares(&parameters_of(law), &options, |p| {
+        Ok::<_, BadInput>(residuals(law, p, points).into_iter().map(|r| vec![r]).collect())
+    })?;
     Ok((found.values(), progress.into_inner().unwrap_or_default()))
 }
 
 /// The law that a fuzzy network has learned: fitted to its curve, each direction apart, as the paper does.
-fn fit_curve(network: &FuzzyNetwork) -> Result<Vec<f64>, BadInput> {
-    let curve: Vec<(f64, f64)> = speeds().into_iter().map(|v| (v, network.at(v))).collect();
+fn fit_curve(directions: &[FuzzyNetwork; 2]) -> Result<Vec<f64>, BadInput> {
+    let at = |v: f64| (v, v.signum() * directions[usize::from(v < 0.0)].at(v.abs()));
+    let curve: Vec<(f64, f64)> = speeds().into_iter().map(at).collect();
     Ok(fit(&law_of("anfis"), &curve)?.0)
 }
 
@@ -144,9 +147,21 @@ fn identify(method: &str, points: &[(f64, f64)], seed: u64) -> Result<(Vec<f64>,
     match method {
         "anfis" | "fnn" => {
             let consequents = if method == "anfis" { Consequents::Lines } else { Consequents::Constants };
-            let mut network = FuzzyNetwork::new(consequents, -1.0, 1.0);
-            let progress = network.learn(points);
-            Ok((fit_curve(&network)?, progress))
+            // Each direction has its network: none of five rules follows the jump at standstill.
+            let mut progress: Vec<f64> = vec![];
+            let networks = [1.0, -1.0].map(|sign: f64| {
+                let side: Vec<(f64, f64)> = points
+                    .iter()
+                    .filter(|(v, _)| v * sign > 0.0)
+                    .map(|(v, tau)| (v * sign, tau * sign))
+                    .collect();
+                let mut network = FuzzyNetwork::new(consequents, [0.0, 1.0], &side);
+                let errors = network.learn(&side);
+                progress.resize(errors.len(), 0.0);
+                progress.iter_mut().zip(errors).for_each(|(sum, error)| *sum += 0.5 * error * error);
+                network
+            });
+            Ok((fit_curve(&networks)?, progress.into_iter().map(f64::sqrt).collect()))
         }
         "pso" => {
             let progress = Mutex::new(vec![]);
@@ -158,7 +173,7 @@ fn identify(method: &str, points: &[(f64, f64)], seed: u64) -> Result<(Vec<f64>,
             };
             let options = GlobalOptions {
                 method: GlobalMethod::ParticleSwarm,
-                members_per_parameter: 5,
+                members_per_parameter: 10,
                 generations: 100,
                 spread: 0.0,
                 seed,
