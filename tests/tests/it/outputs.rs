@@ -187,7 +187,7 @@ fn what_a_killed_command_was_writing_is_cleared_by_the_next() {
     place.write("out/.hysteron-a1b2c3.tmp", "half");
     let record = ["record", "--rig", "virtual:typical", "--plan", "quick", "--only", "circle", "--out"];
     place.run(&[&record[..], &["out/circle.parquet"]].concat()).succeeded();
-    assert_eq!(names_in(&place.path().join("out")), ["circle.log.jsonl", "circle.parquet", "tip.csv"]);
+    assert_eq!(names_in(&place.path().join("out")), ["circle.events.jsonl", "circle.parquet", "tip.csv"]);
 }
 
 #[test]
