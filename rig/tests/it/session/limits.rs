@@ -53,7 +53,7 @@ const PULLED: Mishap = Mishap::ToTheWorld(|world| world.set_disturbance(0, -2.0)
 /// No limit of what a pull trips.
 const UNLIMITED: [(&str, &str); 3] = [
     ("stroke_rate_max_mm_s = 12.0", "stroke_rate_max_mm_s = 500.0"),
-    ("load_max_percent = 70.0\nload_hold_percent = 68.0", "load_max_percent = 100.0"),
+    ("load_max_percent = 70.0\nload_limit_percent = 68.0", "load_max_percent = 100.0"),
     ("lag_max_mm = 3.0", "lag_max_mm = 50.0"),
 ];
 
@@ -66,7 +66,7 @@ fn a_pulley_that_something_pulls_trips_whatever_is_limited() {
     trips(&[load, lag], PULLED, "stroke rate, measured", ShutdownAction::ToRest);
     trips(&[rate, load], PULLED, "lag", ShutdownAction::TorqueOff);
     trips(
-        &[rate, lag, ("load_max_percent = 70.0\nload_hold_percent = 68.0", "load_max_percent = 40.0")],
+        &[rate, lag, ("load_max_percent = 70.0\nload_limit_percent = 68.0", "load_max_percent = 40.0")],
         PULLED,
         "load",
         ShutdownAction::TorqueOff,
