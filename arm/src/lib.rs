@@ -10,7 +10,7 @@
 //! let panda = Model::builtin("panda")?;
 //! let n = panda.n_joints();
 //! let (q, still) = (vec![0.3; n], vec![0.0; n]);
-//! let (mut data, mut torque, mut acceleration) = (Data::new(&panda, 0.0), vec![0.0; n], vec![0.0; n]);
+//! let (mut data, mut torque, mut acceleration) = (Data::new(&panda, 0.0), vec![0.0; n], vec![0.0_f64; n]);
 //! gravity_torque(&panda, &mut data, &q, &mut torque);
 //! // Held against its weight, it stays where it is.
 //! forward_dynamics(&panda, &mut data, [&q, &still, &torque], &[], &mut acceleration);

@@ -4,8 +4,10 @@
 //! derivatives along two of them. Every stream is a matrix [row of the batch][unit], so that a layer is one product of
 //! matrices for each stream. The reverse pass is ordinary first-order back-propagation through all of them:
 //!
-//!     y = f(x), y_a = f' x_a, y_ab = f'' x_a x_b + f' x_ab
-//!     x̄ = f' ȳ + f'' Σ_a x_a ȳ_a + (f''' x_a x_b + f'' x_ab) ȳ_ab,  x̄_a = f' ȳ_a + f'' x_b ȳ_ab,  x̄_ab = f' ȳ_ab
+//! ```text
+//! y = f(x), y_a = f' x_a, y_ab = f'' x_a x_b + f' x_ab
+//! x̄ = f' ȳ + f'' Σ_a x_a ȳ_a + (f''' x_a x_b + f'' x_ab) ȳ_ab,  x̄_a = f' ȳ_a + f'' x_b ȳ_ab,  x̄_ab = f' ȳ_ab
+//! ```
 //!
 //! Derivatives of a torque that is itself a derivative of an energy need no Jacobians so: see the crate `arm`.
 

@@ -2,11 +2,15 @@
 //!
 //! Torque of the Lagrangian ½ q̇ᵀ H q̇ − V with H = L Lᵀ + ε I, from L, its derivative L̇ along q̇ and one reverse pass each:
 //!
-//!     τ = L (Lᵀ q̈ + L̇ᵀ q̇) + L̇ Lᵀ q̇ + ε q̈ − ∂_q ½ |Lᵀ q̇|² + ∂_q V
+//! ```text
+//! τ = L (Lᵀ q̈ + L̇ᵀ q̇) + L̇ Lᵀ q̇ + ε q̈ − ∂_q ½ |Lᵀ q̇|² + ∂_q V
+//! ```
 //!
 //! and for a constant w, with L_w the derivative of L along w,
 //!
-//!     wᵀ τ = Lᵀw · (Lᵀq̈ + L̇ᵀq̇) + L̇ᵀw · Lᵀq̇ − L_wᵀq̇ · Lᵀq̇ + D_w V + ε w · q̈,
+//! ```text
+//! wᵀ τ = Lᵀw · (Lᵀq̈ + L̇ᵀq̇) + L̇ᵀw · Lᵀq̇ − L_wᵀq̇ · Lᵀq̇ + D_w V + ε w · q̈,
+//! ```
 //!
 //! whose derivatives by L, L̇ and L_w are outer products: one reverse pass through value and two tangents.
 

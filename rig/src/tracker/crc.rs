@@ -2,7 +2,7 @@
 
 use crc::{CRC_64_ECMA_182, Crc};
 
-const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_ECMA_182);
+static CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_ECMA_182);
 
 /// Continues `crc`, 0 at the beginning, with further bytes.
 pub(super) fn crc64(crc: u64, bytes: &[u8]) -> u64 {
