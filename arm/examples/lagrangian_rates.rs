@@ -13,7 +13,7 @@ use std::hint::black_box;
 use hysteron_arm::lagrangian::{
     LearnedDynamics, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights,
 };
-use hysteron_learn::{Activation, Adam, Fall, Objective, Progress, Schedule, Session, minimise};
+use hysteron_learn::{Activation, Adam, Decay, Objective, Progress, Schedule, Session, minimise};
 use rustix::time::{ClockId, clock_gettime};
 
 const JOINTS: usize = 7;
@@ -57,8 +57,8 @@ fn torque(shape: &NetworkShape) -> f64 {
 /// Shortest mean time of a step in an epoch of training [ms].
 fn step(shape: &NetworkShape, samples: &Samples) -> f64 {
     let adam = Adam { learning_rate: 1e-4, ..Adam::default() };
-    let fall = Fall::Stairs { epochs: 1000, factor: 1.0 };
-    let schedule = Schedule { epochs: 6, patience: 6, adam, fall, renewed: None, gradient_floor: 0.0 };
+    let decay = Decay::Step { epochs: 1000, factor: 1.0 };
+    let schedule = Schedule { epochs: 6, patience: 6, adam, decay, ema: None };
     let begin = shape.initial_parameters(1).into_iter().map(|p| p as f32).collect();
     let mut objective = Unjudged(TorqueObjective::<f32>::new(shape, [samples, samples], Weights::Equal, 0.0));
     let (mut best, mut start) = (f64::INFINITY, now());

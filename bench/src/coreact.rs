@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
 use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions, identify};
-use hysteron_twin::residual::{ResidualModel, Rollout, Sequence, Sessions, StatefulOptions, fit_stateful};
+use hysteron_twin::residual::{RecurrentOptions, ResidualModel, Rollout, Sequence, Sessions, fit_recurrent};
 use hysteron_twin::{Motion, Plant, Twin, Uncorrected};
 
 use crate::measure::percentile;
@@ -83,10 +83,10 @@ impl Circle {
             .context("ended")?;
         let sequence = Sequence::new("circle", &found.recording, &found.sensitivities)?;
         let held_out: Vec<Vec<usize>> = (0..N_NETWORKS).map(|k| vec![k]).collect();
-        let mut options = StatefulOptions::default();
+        let mut options = RecurrentOptions::default();
         options.learning.epochs = 3;
         let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
-        Ok(fit_stateful(&vec![sequence; N_NETWORKS], &held_out, "benchmark", &options, &sessions)?.model)
+        Ok(fit_recurrent(&vec![sequence; N_NETWORKS], &held_out, "benchmark", &options, &sessions)?.model)
     }
 
     /// Samples in a second, those before the measured ones apart.

@@ -40,15 +40,5 @@ impl From<hysteron_base::Error> for Error {
     }
 }
 
-impl Error {
-    /// The same error with the place of its bad input prefixed.
-    pub(crate) fn within(self, outer: impl std::fmt::Display) -> Self {
-        match self {
-            Self::BadInput(bad) => Self::BadInput(bad.within(outer)),
-            other => other,
-        }
-    }
-}
-
 /// Result of a function in `learn`.
 pub type Result<T> = std::result::Result<T, Error>;

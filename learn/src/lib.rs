@@ -1,8 +1,11 @@
-//! LSTM networks: training on a processor as fast as it multiplies, rollouts without tensors, checkpoints.
+//! Networks: an engine that trains models of any family, LSTM networks and multi-layer perceptrons as its families, sequence
+//! regression on top, and checkpoints.
 //!
-//! A [`Network`] is plain named arrays. A [`Trainer`] turns them into a candle graph for each batch, whose only
-//! own operation is an LSTM layer over a whole sequence; a [`Runner`] steps one sample at a time. Arrays are `f32`
-//! and time-major: [step][row of the batch][channel]. Equations and file formats: `docs/learn.md`.
+//! A [`Model`] is named arrays of parameters; a [`Task`] goes through its data and gives gradients; [`fit`] is the one training
+//! loop, with schedule, moving average, early stopping and a file to go on from. A [`Network`] is trained by a candle graph
+//! whose only own operation is an LSTM layer over a whole sequence ([`Backprop`]); a [`Runner`] steps it one sample at a time
+//! and needs none of that. Arrays of sequences are `f32` and time-major: [step][row of the batch][channel]. Equations and file
+//! formats: `docs/learn.md`.
 //!
 //! A network that was just drawn, one sample at a time:
 //!
@@ -17,61 +20,28 @@
 //! # Ok::<(), hysteron_learn::Error>(())
 //! ```
 
-mod activation;
-mod adam;
-mod architecture;
-mod batch;
-mod checkpoint;
+mod engine;
 mod error;
-mod fit_report;
-mod gates;
-mod graph;
-#[cfg(test)]
-mod graph_tests;
-mod lbfgs;
-mod lesson;
-mod loss;
-mod minibatch;
+mod files;
+mod lstm;
 mod mlp;
-mod mlp_tape;
-#[cfg(test)]
-mod mlp_tests;
-mod network;
 mod normaliser;
-mod parameters_file;
-mod passes;
 mod product;
-mod real;
-mod runner;
-mod schedule;
-mod sequence;
-mod sequence_options;
-mod tensor_file;
-mod trainer;
-mod training;
-mod windowed;
+mod regression;
 
-pub use activation::Activation;
-pub use adam::Adam;
-pub use architecture::{Architecture, Head};
-pub use batch::{Batch, Memory, Outputs};
-pub use checkpoint::Checkpoint;
+pub use engine::{
+    Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Lbfgs, MOST_EPOCHS, MOST_HIDDEN,
+    MOST_ROWS, Model, Objective, ParameterVector, Progress, Real, Schedule, Session, Task, TensorShape,
+    Training, fit, mean, mean_squared_error, minimise,
+};
 pub use error::{Error, Result};
-pub use fit_report::{ChannelErrors, FitReport};
-pub use lbfgs::{Ending, Lbfgs};
-pub use lesson::{Epoch, Learned, Lesson, Progress, Session, teach};
-pub use loss::{mean, mean_squared_error};
-pub use minibatch::{Minimum, Objective, minimise};
-pub use mlp::Mlp;
-pub use mlp_tape::MlpTape;
-pub use network::Network;
+pub use files::{Checkpoint, read_parameters, write_parameters};
+pub use lstm::{
+    Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Runner, Trainer, WeightFormat,
+};
+pub use mlp::{Activation, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
-pub use parameters_file::{read_parameters, write_parameters};
-pub use passes::{Sequences, Sum};
-pub use real::Real;
-pub use runner::{Runner, WeightFormat};
-pub use schedule::{Fall, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule};
-pub use sequence_options::SequenceOptions;
-pub use trainer::Trainer;
-pub use training::Training;
-pub use windowed::{WindowedLesson, WindowedOptions, WindowedPath, windows};
+pub use regression::{
+    Evaluation, OUTPUT_MAX, Predictor, RANGE_MARGIN, SequenceOptions, SequenceTask, Sequences, WindowOptions,
+    WindowTask, WindowedSequence, windows,
+};

@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Recording, rng};
 use hysteron_control::split::{MotionKind, draw_validation};
 use hysteron_learn::{Epoch, FitReport, Progress};
 use hysteron_twin::residual::{
-    Fitted, PUBLISHED, ResidualModel, Sequence, Sessions, StatefulOptions, fit_stateful, fit_windowed,
+    Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Sequence, Sessions, fit_recurrent, fit_windowed,
 };
 use serde_json::Value;
 
@@ -33,7 +33,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,
     /// Which network
-    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Stateful))]
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
     pub design: DesignName,
     /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one
     /// of each that has two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
@@ -74,7 +74,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
         .collect();
     let members = match options.design {
-        DesignName::Stateful => options.members,
+        DesignName::Recurrent => options.members,
         DesignName::Paper => 1,
     };
     let held_out =
@@ -147,16 +147,16 @@ fn fit(
 ) -> hysteron_twin::Result<Fitted> {
     let Options { epochs, hidden, seed, .. } = *options;
     match options.design {
-        DesignName::Stateful => {
-            let default = StatefulOptions::default();
-            let options = StatefulOptions {
+        DesignName::Recurrent => {
+            let default = RecurrentOptions::default();
+            let options = RecurrentOptions {
                 learning: default.learning.with([epochs, hidden]),
                 feedback: options.feedback,
                 seed,
                 ..default
             };
             display.bar.set_length((held_out.len() * options.learning.epochs) as u64);
-            fit_stateful(sequences, held_out, scene_hash, &options, sessions)
+            fit_recurrent(sequences, held_out, scene_hash, &options, sessions)
         }
         DesignName::Paper => {
             let options = options.paper.options(PUBLISHED, [epochs, hidden], seed);
@@ -185,11 +185,11 @@ impl<'a> Display<'a> {
 
     /// False where the training is to end.
     fn show(&self, member: usize, progress: &Progress) -> bool {
-        if let Progress::Epoch(Epoch { number, of, training, held_out, best }) = progress {
+        if let Progress::Epoch(Epoch { number, of, training, validation, best }) = progress {
             self.bar.inc(1);
             self.bar.set_message(format!("held out {best:.3} mm"));
             tracing::debug!(
-                "network {}, epoch {number}/{of}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm; {:.0} s",
+                "network {}, epoch {number}/{of}: {training:.3} mm, validation {validation:.3} mm, best {best:.3} mm; {:.0} s",
                 member + 1,
                 self.start.elapsed().as_secs_f64(),
             );

@@ -1,13 +1,14 @@
 //! Options of the paper's networks, which both trainings take.
 
-use hysteron_learn::WindowedOptions;
+use hysteron_learn::WindowOptions;
 
 /// Which network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum DesignName {
     /// One cell update a sample
-    Stateful,
+    #[cfg_attr(feature = "clap", value(alias = "stateful"))]
+    Recurrent,
     /// As published
     Paper,
 }
@@ -28,11 +29,11 @@ impl PaperDesign {
     /// The published options, with what was asked for instead.
     pub fn options(
         &self,
-        published: WindowedOptions,
+        published: WindowOptions,
         [epochs, hidden]: [Option<usize>; 2],
         seed: u64,
-    ) -> WindowedOptions {
-        WindowedOptions {
+    ) -> WindowOptions {
+        WindowOptions {
             epochs: epochs.unwrap_or(published.epochs),
             hidden: hidden.unwrap_or(published.hidden),
             stride: self.stride,

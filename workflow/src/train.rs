@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_base::BadInput;
 use hysteron_control::inverse::{
-    Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, StatefulOptions, fit_stateful,
+    Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, RecurrentOptions, fit_recurrent,
     fit_windowed,
 };
 use hysteron_learn::{Epoch, Progress, Session, WeightFormat};
@@ -29,7 +29,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,
     /// Which network
-    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Stateful))]
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
     pub design: DesignName,
     /// Where the tip shall be in x, y and z, for a robot of several segments; else in x and y
     #[cfg_attr(feature = "clap", arg(long))]
@@ -45,11 +45,11 @@ pub struct Options {
     /// Hidden units of a layer [default: 128; paper: 512]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
     pub hidden: Option<usize>,
-    /// Pull that all tendons have in common at least, so that none goes slack; stateful only
+    /// Pull that all tendons have in common at least, so that none goes slack; recurrent only
     #[cfg_attr(feature = "clap", arg(long, alias = "least-pull-mm", value_name = "MM", value_parser = crate::number::distance_mm))]
     pub co_contraction_min_mm: Option<f64>,
     /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's
-    /// own cache (from a megabyte on); what it changes of the strokes is measured and reported; stateful only
+    /// own cache (from a megabyte on); what it changes of the strokes is measured and reported; recurrent only
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Weights::Float32))]
     pub weights: Weights,
     /// Folder for report.html and metrics.json [default: OUT without its ending]
@@ -77,10 +77,10 @@ pub enum Weights {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     paths::check_checkpoint(&options.out)?;
     if options.design == DesignName::Paper && options.co_contraction_min_mm.is_some() {
-        return Err(BadInput::new("--co-contraction-min-mm", "the stateful design", "the paper's").into());
+        return Err(BadInput::new("--co-contraction-min-mm", "the recurrent design", "the paper's").into());
     }
     if options.design == DesignName::Paper && options.weights != Weights::Float32 {
-        return Err(BadInput::new("--weights", "the stateful design", "the paper's").into());
+        return Err(BadInput::new("--weights", "the recurrent design", "the paper's").into());
     }
     let inputs = inputs::read(&options.recordings)?;
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
@@ -93,7 +93,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let file = unfinished.files.first().map(PathBuf::as_path);
     let mut session = Session { file, progress: &mut progress };
     let fitted = match options.design {
-        DesignName::Stateful => fit_stateful(&data, &stateful(options), &mut session),
+        DesignName::Recurrent => fit_recurrent(&data, &recurrent(options), &mut session),
         DesignName::Paper => {
             let Options { epochs, hidden, seed, .. } = *options;
             fit_windowed(&data, &options.paper.options(PUBLISHED, [epochs, hidden], seed), &mut session)
@@ -131,11 +131,11 @@ fn dataset(options: &Options, inputs: &[Input], caller: &Caller) -> anyhow::Resu
     Ok(data)
 }
 
-fn stateful(options: &Options) -> StatefulOptions {
-    let default = StatefulOptions::default();
+fn recurrent(options: &Options) -> RecurrentOptions {
+    let default = RecurrentOptions::default();
     let co_contraction_min_m =
         options.co_contraction_min_mm.map_or(default.loss.co_contraction_min_m, |mm| 1e-3 * mm);
-    StatefulOptions {
+    RecurrentOptions {
         learning: default.learning.with([options.epochs, options.hidden]),
         loss: LossWeights { co_contraction_min_m, ..default.loss },
         weights: match options.weights {
@@ -161,10 +161,10 @@ impl Display<'_> {
                 let bar = self.bar.get_or_insert_with(|| self.caller.progress("steps of the epoch", *of, 0));
                 bar.set_position(*done as u64);
             }
-            Progress::Epoch(Epoch { number, of, training, held_out, best }) => {
+            Progress::Epoch(Epoch { number, of, training, validation, best }) => {
                 self.end();
                 tracing::info!(
-                    "epoch {number}/{of}: {training:.3} mm, held out {held_out:.3} mm, best {best:.3} mm"
+                    "epoch {number}/{of}: {training:.3} mm, validation {validation:.3} mm, best {best:.3} mm"
                 );
             }
         }

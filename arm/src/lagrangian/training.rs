@@ -1,6 +1,6 @@
 //! Training: minibatches of Adam in single precision, then L-BFGS over many samples in double precision.
 
-use hysteron_learn::{Adam, Epoch, Fall, Lbfgs, Objective, Progress, Result, Schedule, Session, minimise};
+use hysteron_learn::{Adam, Decay, Epoch, Lbfgs, Objective, Progress, Result, Schedule, Session, minimise};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -17,7 +17,7 @@ pub struct TrainingOptions {
     pub batch: usize,
     /// Step size at the start.
     pub learning_rate: f64,
-    /// Whether the step size stays, or falls along half a cosine.
+    /// Whether the step size stays, or decays along half a cosine.
     pub decay: StepDecay,
     /// Penalty on weights.
     pub weight_decay: f64,
@@ -38,7 +38,7 @@ pub enum StepDecay {
     /// Nothing.
     Constant,
     /// Half a cosine down to a hundredth.
-    HalfCosine,
+    Cosine,
 }
 
 impl TrainingOptions {
@@ -61,12 +61,12 @@ impl TrainingOptions {
         }
     }
 
-    /// Ours: errors in units of every joint's variance, a falling step size, no penalty on weights, L-BFGS for the last digits.
+    /// Ours: errors in units of every joint's variance, a decaying step size, no penalty on weights, L-BFGS for the last digits.
     pub fn normalised(epochs: usize) -> Self {
         Self {
             learning_rate: 3e-3,
             batch: 256,
-            decay: StepDecay::HalfCosine,
+            decay: StepDecay::Cosine,
             weight_decay: 0.0,
             weights: Weights::InverseVariance,
             polish: 1000,
@@ -78,18 +78,11 @@ impl TrainingOptions {
     fn schedule(&self) -> Schedule {
         let adam =
             Adam { learning_rate: self.learning_rate, weight_decay: self.weight_decay, ..Adam::default() };
-        let fall = match self.decay {
-            StepDecay::Constant => Fall::Stairs { epochs: usize::MAX, factor: 1.0 },
-            StepDecay::HalfCosine => Fall::HalfCosine,
+        let decay = match self.decay {
+            StepDecay::Constant => Decay::Step { epochs: usize::MAX, factor: 1.0 },
+            StepDecay::Cosine => Decay::Cosine,
         };
-        Schedule {
-            epochs: self.epochs,
-            patience: self.patience,
-            adam,
-            fall,
-            renewed: None,
-            gradient_floor: 0.0,
-        }
+        Schedule { epochs: self.epochs, patience: self.patience, adam, decay, ema: None }
     }
 }
 
@@ -129,7 +122,7 @@ pub fn train(
     let found =
         minimise(&mut objective, begin, (seed, options.batch), &options.schedule(), &identity, session)?;
     let mut trained = Trained {
-        parameters: found.parameters.into_iter().map(f64::from).collect(),
+        parameters: found.model.into_values().into_iter().map(f64::from).collect(),
         validation: found.validation,
         steps: [found.epochs, 0],
         is_finished: found.is_finished,
@@ -166,8 +159,7 @@ fn polish(
                 trained.parameters = p.to_vec();
             }
             let (number, of) = (step, options.polish);
-            let epoch =
-                Epoch { number, of, training: loss.sqrt(), held_out: validation, best: trained.validation };
+            let epoch = Epoch { number, of, training: loss.sqrt(), validation, best: trained.validation };
             is_going_on = (session.progress)(&Progress::Epoch(epoch));
         }
         is_going_on

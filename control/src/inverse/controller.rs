@@ -1,7 +1,7 @@
-//! Strokes for a path: the stateful design sample by sample, the paper's window by window.
+//! Strokes for a path: the recurrent design sample by sample, the paper's window by window.
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Adam, Batch, Memory, Outputs, Runner, Trainer, windows};
+use hysteron_learn::{Backprop, Batch, Memory, OUTPUT_MAX, Outputs, Predictor, RANGE_MARGIN, windows};
 
 use super::delay::ahead;
 use super::model::check_limits;
@@ -10,11 +10,6 @@ use super::windowed::normalised_path;
 use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression, Tip};
 use crate::{Limits, Result};
 
-/// Part of a training range by which inputs may leave it before they count as extrapolation.
-const MARGIN: f64 = 0.02;
-/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to
-/// pull.
-const LARGEST_OUTPUT: f32 = 1.25;
 /// Windows that go through the network side by side.
 const BATCH: usize = 256;
 
@@ -36,20 +31,18 @@ pub struct Commands {
     pub steps: Vec<Step>,
 }
 
-/// The stateful design on a path, one cell update a sample.
+/// The recurrent design on a path, one cell update a sample.
 #[derive(Debug, Clone)]
 pub struct Controller<'a> {
     model: &'a InverseModel,
     regression: &'a StaticRegression,
     features: Features,
-    runner: Runner,
+    predictor: Predictor<'a>,
     path: Vec<PathPoint>,
     limiter: Limiter,
     /// Samples done.
     n_done: usize,
     raw: Vec<f64>,
-    normalised: Vec<f32>,
-    bounded: Vec<f32>,
     correction: Vec<f64>,
 }
 
@@ -59,20 +52,19 @@ impl<'a> Controller<'a> {
     /// # Errors
     /// A path without samples or with one that is not finite; limits that leave nothing; a model of the paper's design.
     pub fn new(model: &'a InverseModel, path: &[Tip], limits: Limits) -> Check<Self> {
-        let Design::Stateful { features, regression } = &model.design else {
-            return Err(BadInput::new("checkpoint: design", "stateful", "the paper's"));
+        let Design::Recurrent { features, regression } = &model.design else {
+            return Err(BadInput::new("checkpoint: design", "recurrent", "the paper's"));
         };
+        let ranges = [&model.inputs, &model.outputs];
         Ok(Self {
             model,
             regression,
             path: smoothed_path(path, features)?,
             features: Features::new(features),
-            runner: Runner::with_weights(&model.network, model.weights),
+            predictor: Predictor::recurrent(&model.network, ranges, model.weights),
             limiter: Limiter::new(limits, model)?,
             n_done: 0,
             raw: Vec::with_capacity(model.inputs.channels.len()),
-            normalised: vec![0.0; model.inputs.channels.len()],
-            bounded: vec![0.0; model.n_tendons],
             correction: vec![0.0; model.n_tendons],
         })
     }
@@ -88,12 +80,8 @@ impl<'a> Controller<'a> {
         self.regression.strokes_into(point.position, &mut self.limiter.wanted);
         self.raw.clear();
         self.features.append(&self.path, self.n_done, &self.limiter.wanted, &mut self.raw);
-        let is_extrapolating =
-            is_outside(self.model, point.position) || self.model.inputs.is_outside(&self.raw, MARGIN);
-        self.model.inputs.normalise_into(&self.raw, &mut self.normalised);
-        let outputs = self.runner.step(&self.normalised);
-        bound(outputs, &mut self.bounded);
-        self.model.outputs.restore_into(&self.bounded, &mut self.correction);
+        let is_new = self.predictor.step(&self.raw, &mut self.correction);
+        let is_extrapolating = is_outside(self.model, point.position) || is_new;
         for (stroke, correction) in self.limiter.wanted.iter_mut().zip(&self.correction) {
             *stroke += correction;
         }
@@ -104,12 +92,12 @@ impl<'a> Controller<'a> {
 }
 
 fn is_outside(model: &InverseModel, point: Tip) -> bool {
-    model.workspace.is_outside(point, MARGIN * model.workspace.width())
+    model.workspace.is_outside(point, RANGE_MARGIN * model.workspace.width())
 }
 
 fn bound(outputs: &[f32], bounded: &mut [f32]) {
     for (kept, output) in bounded.iter_mut().zip(outputs) {
-        *kept = output.clamp(-LARGEST_OUTPUT, LARGEST_OUTPUT);
+        *kept = output.clamp(-OUTPUT_MAX, OUTPUT_MAX);
     }
 }
 
@@ -180,7 +168,7 @@ impl InverseModel {
         progress: &mut dyn FnMut(usize) -> bool,
     ) -> Result<Commands> {
         match self.design {
-            Design::Stateful { .. } => {
+            Design::Recurrent { .. } => {
                 let mut controller = Controller::new(self, path, limits)?;
                 let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
                 while let Some(step) = controller.step() {
@@ -205,7 +193,7 @@ impl InverseModel {
     ) -> Result<Commands> {
         check_path(path)?;
         let mut limiter = Limiter::new(limits, self)?;
-        let trainer = Trainer::new(self.network.clone(), Adam::default(), 0)?;
+        let passes = Backprop::new(self.network.architecture(), 0)?;
         let normalised = normalised_path(path, &self.inputs);
         let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
         let mut bounded = vec![0.0; self.n_tendons];
@@ -213,14 +201,14 @@ impl InverseModel {
             let ends = start..(start + BATCH).min(path.len());
             let inputs = windows(ends.clone().map(|end| (&normalised[..], end)), window, self.axes().len());
             let batch = Batch { inputs: &inputs, steps: window, rows: ends.len(), outputs: Outputs::Last };
-            let outputs =
-                trainer.predict(&batch, &mut Memory::zeros(self.network.architecture(), ends.len()))?;
+            let mut memory = Memory::zeros(self.network.architecture(), ends.len());
+            let outputs = passes.predict(&self.network, &batch, &mut memory)?;
             for (i, outputs) in ends.zip(outputs.chunks_exact(self.n_tendons)) {
                 bound(outputs, &mut bounded);
                 self.outputs.restore_into(&bounded, &mut limiter.wanted);
                 let is_limited = limiter.apply(i == 0);
                 let is_extrapolating = is_outside(self, path[i])
-                    || self.inputs.is_outside(&path[i][..self.axes().len()], MARGIN);
+                    || self.inputs.is_outside(&path[i][..self.axes().len()], RANGE_MARGIN);
                 commands.strokes.extend(&limiter.strokes);
                 commands.steps.push(Step { is_extrapolating, is_limited });
             }

@@ -1,11 +1,11 @@
-//! What the stateful network sees of a path.
+//! What the recurrent network sees of a path.
 //!
 //! The path is known before it is followed, so features look ahead: where the tip shall be, how fast and in which
 //! direction it shall go, now and a few tenths of a second later. A measured tip carries noise, so positions and rates
 //! come from straight lines through the samples around. Friction remembers through play operators, material through
-//! first-order lags: both are given, of the strokes that the static regression asks for.
+//! first-order filters: both are given, of the strokes that the static regression asks for.
 
-use hysteron_actuator::Play;
+use hysteron_actuator::OperatorBank;
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
@@ -32,8 +32,9 @@ pub struct FeatureSpec {
     pub slow_m_s: f64,
     /// Widths of the plays [m].
     pub plays_m: Vec<f64>,
-    /// Time constants of the lags [s].
-    pub lags_s: Vec<f64>,
+    /// Time constants of the first-order filters [s].
+    #[serde(alias = "lags_s")]
+    pub filters_s: Vec<f64>,
     /// How far ahead of itself the path is read, for the tip comes that much later than its strokes [s].
     #[serde(default)]
     pub delay_s: f64,
@@ -59,7 +60,7 @@ impl FeatureSpec {
                 "0 < s < 100",
             ),
             ("plays_m", all(&self.plays_m), "widths > 0"),
-            ("lags_s", all(&self.lags_s), "times > 0"),
+            ("filters_s", all(&self.filters_s), "times > 0"),
             ("delay_s", (0.0..100.0).contains(&self.delay_s), "0 <= s < 100"),
         ];
         match checks.iter().find(|(_, fits, _)| !fits) {
@@ -80,7 +81,7 @@ impl FeatureSpec {
         }
         for k in 1..=self.n_tendons {
             names.extend((1..=self.plays_m.len()).map(|p| format!("play_{p}_{k}_m")));
-            names.extend((1..=self.lags_s.len()).map(|p| format!("lag_{p}_{k}_m")));
+            names.extend((1..=self.filters_s.len()).map(|p| format!("filter_{p}_{k}_m")));
         }
         names
     }
@@ -92,23 +93,16 @@ pub struct Features {
     spec: FeatureSpec,
     /// Horizons [samples].
     ahead: Vec<usize>,
-    /// Part of the way that each lag goes in a sample.
-    fading: Vec<f64>,
-    /// For each tendon, its plays; none before the first sample.
-    plays: Vec<Play>,
-    /// For each tendon, its lagging strokes [m].
-    lags: Vec<f64>,
+    /// Of the strokes.
+    operators: OperatorBank,
 }
 
 impl Features {
     /// Before the first sample.
     pub fn new(spec: &FeatureSpec) -> Self {
-        let n = spec.n_tendons;
         Self {
             ahead: spec.horizons_s.iter().map(|h| (h / spec.step_s).round() as usize).collect(),
-            fading: spec.lags_s.iter().map(|time| 1.0 - (-spec.step_s / time).exp()).collect(),
-            plays: Vec::with_capacity(n * spec.plays_m.len()),
-            lags: Vec::with_capacity(n * spec.lags_s.len()),
+            operators: OperatorBank::new(&spec.plays_m, &spec.filters_s, spec.step_s),
             spec: spec.clone(),
         }
     }
@@ -129,27 +123,10 @@ impl Features {
             out.extend(&then.rate[..n]);
         }
         if i == 0 {
-            self.begin(strokes);
+            self.operators.begin(strokes);
         }
-        let (n_plays, n_lags) = (self.spec.plays_m.len(), self.spec.lags_s.len());
         for (k, &stroke) in strokes.iter().enumerate() {
-            for play in &mut self.plays[k * n_plays..(k + 1) * n_plays] {
-                out.push(play.follow(stroke) - stroke);
-            }
-            // Exact for a stroke that is constant over the sample.
-            for (lag, part) in self.lags[k * n_lags..(k + 1) * n_lags].iter_mut().zip(&self.fading) {
-                *lag += part * (stroke - *lag);
-                out.push(*lag - stroke);
-            }
-        }
-    }
-
-    fn begin(&mut self, strokes: &[f64]) {
-        self.plays.clear();
-        self.lags.clear();
-        for &stroke in strokes {
-            self.plays.extend(self.spec.plays_m.iter().map(|&width| Play::new(width, stroke)));
-            self.lags.extend(self.spec.lags_s.iter().map(|_| stroke));
+            self.operators.append(k, stroke, out);
         }
     }
 }

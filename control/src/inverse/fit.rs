@@ -2,8 +2,7 @@
 
 use hysteron_base::Bounds;
 use hysteron_learn::{
-    Adam, ChannelErrors, FitReport, Learned, Lesson, Network, Normaliser, Session, Trainer, Training,
-    WeightFormat, teach,
+    ChannelErrors, FitReport, FitResult, Network, Normaliser, Session, Task, WeightFormat, fit,
 };
 use serde_json::{Value, json};
 
@@ -25,15 +24,15 @@ pub struct Fitted {
     pub is_finished: bool,
 }
 
-/// A design in training, judged by its strokes in millimetres.
-pub(super) trait Strokes: Lesson {
-    /// Mean square error of each stroke held out [mm²].
-    fn squares(&self, training: &Training) -> std::result::Result<Vec<f64>, Self::Error>;
+/// A design in training, evaluated by its strokes in millimetres.
+pub(super) trait Strokes: Task<Network> {
+    /// Mean square error of each stroke in validation [mm²].
+    fn squares(&mut self, network: &Network) -> std::result::Result<Vec<f64>, Self::Error>;
 }
 
 /// The best weights, the epochs after which they were found, and whether the training came to its end.
 pub(super) struct Outcome {
-    pub learned: Learned,
+    pub result: FitResult<Network>,
     /// Root mean square error of each stroke held out [mm].
     pub held_out_mm: Vec<f64>,
 }
@@ -65,12 +64,12 @@ impl Outcome {
             delay_s,
         } = parts;
         let mut training = identity;
-        training["epochs"] = json!(self.learned.epochs);
+        training["epochs"] = json!(self.result.epochs);
         training["held_out_stroke_rmse_mm"] = json!(self.held_out_mm);
         training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
         training["delay_s"] = json!(delay_s);
         let mut model = InverseModel {
-            network: self.learned.network,
+            network: self.result.model,
             inputs,
             outputs,
             design,
@@ -87,7 +86,7 @@ impl Outcome {
             model.training["weights"] =
                 json!({ "format": model.weights, "stroke_rmse_mm": rms, "stroke_largest_mm": largest });
         }
-        let is_finished = self.learned.is_finished;
+        let is_finished = self.result.is_finished;
         Ok(Fitted { model, held_out_mm: self.held_out_mm, regression_mm, report, is_finished })
     }
 
@@ -110,8 +109,8 @@ impl Outcome {
         FitReport {
             training: names(&data.training),
             validation: names(&data.validation),
-            curve: self.learned.curve.clone(),
-            epochs: self.learned.epochs,
+            curve: self.result.curve.clone(),
+            epochs: self.result.epochs,
             unit: "mm",
             methods,
             channels: (0..data.n_tendons).map(channel).collect(),
@@ -139,19 +138,16 @@ fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Re
     Ok([(square / f64::max(count, 1.0)).sqrt(), largest])
 }
 
-/// Trains `network`, or goes on from the session's file; see [`teach`].
+/// Trains `network`, or goes on from the session's file; see [`fit`].
 pub(super) fn run<L: Strokes>(
-    lesson: &mut L,
+    task: &mut L,
     network: Network,
-    seed: u64,
     identity: &Value,
     session: &mut Session<'_>,
 ) -> std::result::Result<Outcome, L::Error> {
-    let learned = teach(lesson, network, seed, identity, session)?;
-    // Judged by themselves, not by what the training came to after them.
-    let judged = Training::new(Trainer::new(learned.network.clone(), Adam::default(), seed)?, None);
-    let held_out_mm = lesson.squares(&judged)?.into_iter().map(f64::sqrt).collect();
-    Ok(Outcome { learned, held_out_mm })
+    let result = fit(task, network, identity, session)?;
+    let held_out_mm = task.squares(&result.model)?.into_iter().map(f64::sqrt).collect();
+    Ok(Outcome { result, held_out_mm })
 }
 
 /// What is trained on what, for a file to go on from and for the checkpoint.

@@ -1,9 +1,10 @@
-//! What the stateful design is judged by in training.
+//! The loss of the recurrent design.
 //!
 //! For every sample, in mm² and with the error e of the strokes: their mean square; what that does at the tip
 //! through the twin's Jacobian, where it was recorded; how fast the error changes, so that strokes stay smooth; and
 //! how much the common pull of all tendons falls short of a least one, so that none goes slack.
 
+use hysteron_learn::Evaluation;
 use serde::{Deserialize, Serialize};
 
 /// Weights of the terms.
@@ -39,7 +40,7 @@ impl Row {
     }
 }
 
-/// The loss over pieces of rows.
+/// The loss over parts of rows.
 pub(super) struct Loss {
     /// Stroke for an output of 1, by tendon [mm].
     pub gain: Vec<f32>,
@@ -53,17 +54,6 @@ pub(super) struct Loss {
     pub co_contraction_min: f32,
 }
 
-/// Sums over a piece.
-#[derive(Debug, Default, PartialEq)]
-pub(super) struct Sums {
-    /// All terms [mm²].
-    pub loss: f64,
-    /// Squared errors of the strokes, by tendon [mm²].
-    pub squares: Vec<f64>,
-    /// Samples.
-    pub count: f64,
-}
-
 impl Loss {
     pub fn new(weights: &LossWeights, gain: Vec<f32>, step: f64) -> Self {
         Self {
@@ -75,7 +65,7 @@ impl Loss {
         }
     }
 
-    /// Errors of the strokes [mm] for outputs [step][row][tendon] of a piece that begins at sample `start`; zero after
+    /// Errors of the strokes [mm] for outputs [step][row][tendon] that begin at sample `start`; zero after
     /// the end of a row.
     fn errors(&self, rows: &[Row], start: usize, outputs: &[f32]) -> Vec<f32> {
         let n = self.gain.len();
@@ -93,11 +83,11 @@ impl Loss {
     }
 
     /// The sums over a piece, and the gradient of the mean loss by its outputs.
-    pub fn evaluate(&self, rows: &[Row], start: usize, outputs: &[f32], gradient: &mut [f32]) -> Sums {
+    pub fn evaluate(&self, rows: &[Row], start: usize, outputs: &[f32], gradient: &mut [f32]) -> Evaluation {
         let n = self.gain.len();
         let width = n * rows.len();
         let errors = self.errors(rows, start, outputs);
-        let mut sums = Sums { squares: vec![0.0; n], ..Sums::default() };
+        let mut sums = Evaluation { squares: vec![0.0; n], ..Evaluation::default() };
         for k in 0..outputs.len() / n {
             let (i, row) = (start + k / rows.len(), &rows[k % rows.len()]);
             let weight = row.weight.get(i).copied().unwrap_or(0.0);
@@ -110,7 +100,7 @@ impl Loss {
             for (sum, error) in sums.squares.iter_mut().zip(&errors[at..at + n]) {
                 *sum += f64::from(error * error);
             }
-            // The memory before a piece is a constant, and so is its last error; it is left out.
+            // The memory before a truncation is a constant, and so is its last error; it is left out.
             if k >= rows.len() && row.weight[i - 1] > 0.0 {
                 sums.loss += f64::from(self.change(&errors, at, at - width, gradient, n));
             }

@@ -1,7 +1,7 @@
 //! The inverse controller h (EDIC, CoReAct paper, section IV-C): from where the tip shall be to the strokes that
 //! bring it there, learned from recordings of a rig and of a twin alike.
 //!
-//! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_stateful`]) sees features of
+//! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_recurrent`]) sees features of
 //! the path, ahead included, through whole trajectories with one cell update a sample, and corrects a static
 //! regression.
 
@@ -13,9 +13,9 @@ mod features;
 mod fit;
 mod loss;
 mod model;
+mod recurrent;
 mod regression;
 mod smooth;
-mod stateful;
 mod windowed;
 mod workspace;
 
@@ -29,9 +29,9 @@ pub use features::{FeatureSpec, Features};
 pub use fit::Fitted;
 pub use loss::LossWeights;
 pub use model::{Design, InverseModel};
+pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use regression::StaticRegression;
 pub use smooth::{PathPoint, Smoothing};
-pub use stateful::{StatefulOptions, fit_stateful};
 pub use windowed::{PUBLISHED, fit_windowed};
 pub use workspace::Workspace;
 

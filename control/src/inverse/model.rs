@@ -15,13 +15,14 @@ use crate::{Limits, Result};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Design {
-    /// The paper's: a window of positions in, strokes out (eq. 12).
+    /// The paper's: a sliding window of positions in, strokes out (eq. 12).
     Windowed {
         /// Samples of a window.
         window: usize,
     },
     /// Features of the path in, one cell update a sample, corrections of a static regression out.
-    Stateful {
+    #[serde(alias = "stateful")]
+    Recurrent {
         /// What the network sees.
         features: FeatureSpec,
         /// What its outputs correct.
@@ -40,7 +41,7 @@ pub struct InverseModel {
     pub outputs: Normaliser,
     /// How they are made and used.
     pub design: Design,
-    /// What the stateful design's weights are kept as while it commands.
+    /// What the recurrent design's weights are kept as while it commands.
     pub weights: WeightFormat,
     /// Number of tendons.
     pub n_tendons: usize,
@@ -138,7 +139,7 @@ impl InverseModel {
                 check_count("window", *window, MOST_ROWS)?;
                 self.axes().len()
             }
-            Design::Stateful { features, regression } => {
+            Design::Recurrent { features, regression } => {
                 features.check()?;
                 if features.axes != self.axes() || !regression.is_for(features.axes) {
                     return Err(BadInput::new("design", "the same axes throughout", format!("{features:?}")));

@@ -1,10 +1,10 @@
 //! The paper's controller, as published (section V-B c): windows of 200 samples of the tip's x and y, 2 × 512 units
-//! with dropout, linear head to all strokes, mean squared error, Adam with a step size that falls in stairs.
+//! with dropout, linear head to all strokes, mean squared error, Adam with a step size that decays step by step.
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
-    ChannelRange, Head, Network, Normaliser, Session, Training, WeightFormat, WindowedLesson,
-    WindowedOptions, WindowedPath,
+    ChannelRange, Head, Network, Normaliser, Session, WeightFormat, WindowOptions, WindowTask,
+    WindowedSequence,
 };
 use serde_json::json;
 
@@ -13,8 +13,8 @@ use super::smooth::{Smoothed, Smoothing, smoothed};
 use super::{Check, Dataset, Demonstration, Design, Tip};
 use crate::Result;
 
-/// As published, but for the stairs: the paper names a `StepLR` and not its numbers.
-pub const PUBLISHED: WindowedOptions = WindowedOptions {
+/// As published, but for the decay of the step size: the paper names a `StepLR` and not its numbers.
+pub const PUBLISHED: WindowOptions = WindowOptions {
     window: 200,
     stride: 1,
     hidden: 512,
@@ -23,8 +23,8 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
     epochs: 30,
     batch: 256,
     learning_rate: 1e-3,
-    stair: 10,
-    stair_factor: 0.5,
+    decay_epochs: 10,
+    decay_factor: 0.5,
     weight_decay: 1e-4,
     gradient_floor: 1e-16,
     seed: 1,
@@ -40,20 +40,20 @@ const LARGEST_DELAY_S: f64 = 0.5;
 ///
 /// # Errors
 /// Options out of range, a file to go on from that belongs to another training, training that leaves finite numbers.
-pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Session<'_>) -> Result<Fitted> {
+pub fn fit_windowed(data: &Dataset, options: &WindowOptions, session: &mut Session<'_>) -> Result<Fitted> {
     options.check()?;
     let Smoothed { without_delay_mm, regression_mm, delay_s, workspace, .. } =
         smoothed(data, Smoothing::Centred, HALF_WIDTH_S, LARGEST_DELAY_S)?;
     let (inputs, outputs) = (input_ranges(data)?, output_ranges(data)?);
     let paths = [&data.training, &data.validation]
         .map(|all| all.iter().map(|one| normalised(one, &inputs, &outputs)).collect());
-    let mut lesson = WindowedLesson::new(options, [&inputs, &outputs], 1e3, paths)?;
     let architecture = options.architecture(data.axes.len(), data.n_tendons, Head::Linear);
     architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("paper", json!(options), data);
-    let outcome = run(&mut lesson, network, options.seed, &training, session)?;
-    let floor_error = lesson.gradient_floor_error(&outcome.learned.network)?;
+    let mut task = WindowTask::new(options, &network, &outputs, 1e3, paths)?;
+    let outcome = run(&mut task, network, &training, session)?;
+    let floor_error = task.gradient_floor_error(&outcome.result.model)?;
     let parts = Parts {
         inputs,
         outputs,
@@ -68,9 +68,9 @@ pub fn fit_windowed(data: &Dataset, options: &WindowedOptions, session: &mut Ses
     Ok(fitted)
 }
 
-impl Strokes for WindowedLesson<'_> {
-    fn squares(&self, training: &Training) -> hysteron_learn::Result<Vec<f64>> {
-        self.squares(training)
+impl Strokes for WindowTask<'_> {
+    fn squares(&mut self, network: &Network) -> hysteron_learn::Result<Vec<f64>> {
+        WindowTask::squares(self, network)
     }
 }
 
@@ -96,13 +96,13 @@ fn output_ranges(data: &Dataset) -> Check<Normaliser> {
     }
 }
 
-fn normalised(one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> WindowedPath {
+fn normalised(one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> WindowedSequence {
     let mut targets = vec![0.0; one.strokes.len()];
     for (i, target) in targets.chunks_exact_mut(one.n_tendons).enumerate() {
         outputs.normalise_into(one.strokes_at(i), target);
     }
     let ends = (0..one.len()).filter(|&i| !one.gap[i]).collect();
-    WindowedPath { inputs: normalised_path(&one.tip, inputs), targets, ends }
+    WindowedSequence { inputs: normalised_path(&one.tip, inputs), targets, ends }
 }
 
 /// A path as the network sees it (n × axes).
@@ -126,7 +126,10 @@ mod tests {
         let architecture = PUBLISHED.architecture(2, 4, Head::Linear);
         assert_eq!((PUBLISHED.window, PUBLISHED.batch, PUBLISHED.epochs), (200, 256, 30));
         assert_eq!((architecture.dropout, architecture.head), (0.1, Head::Linear));
-        assert_eq!((PUBLISHED.learning_rate, PUBLISHED.stair, PUBLISHED.stair_factor), (1e-3, 10, 0.5));
+        assert_eq!(
+            (PUBLISHED.learning_rate, PUBLISHED.decay_epochs, PUBLISHED.decay_factor),
+            (1e-3, 10, 0.5)
+        );
         assert_eq!(Network::new(&architecture, 1).map(|n| n.n_parameters()).ok(), Some(3_155_972));
     }
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 use hysteron_base::{Bounds, Channel, Metadata, Recording, rng};
 use hysteron_control::inverse::{
     Axes, Commands, Controller, Dataset, Demonstration, Fitted, InverseModel, Origin, PUBLISHED,
-    StatefulOptions, Tip, fit_stateful, fit_windowed,
+    RecurrentOptions, Tip, fit_recurrent, fit_windowed,
 };
 use hysteron_control::{Error, Limits};
-use hysteron_learn::{Progress, SequenceOptions, Session, WindowedOptions};
+use hysteron_learn::{Progress, SequenceOptions, Session, WindowOptions};
 use rand::RngExt;
 
 /// Width of the play between stroke and tip [m].
@@ -67,31 +67,31 @@ fn dataset() -> Dataset {
     Dataset::new(all, &["ellipse-4".to_owned(), "ellipse-5".to_owned()], 1).unwrap()
 }
 
-fn quick() -> StatefulOptions {
-    let default = StatefulOptions::default();
+fn quick() -> RecurrentOptions {
+    let default = RecurrentOptions::default();
     let learning = SequenceOptions {
         hidden: 24,
         epochs: 60,
-        piece: 100,
-        renewed: 0.02,
+        truncation: 100,
+        ema: 0.02,
         learning_rate: 5e-3,
         ..default.learning
     };
     // A delay would stand in for a part of the play: here the regression is to know nothing.
-    StatefulOptions { learning, largest_delay_s: 0.0, ..default }
+    RecurrentOptions { learning, largest_delay_s: 0.0, ..default }
 }
 
-fn quick_for(epochs: usize) -> StatefulOptions {
+fn quick_for(epochs: usize) -> RecurrentOptions {
     let quick = quick();
-    StatefulOptions { learning: quick.learning.with([Some(epochs), None]), ..quick }
+    RecurrentOptions { learning: quick.learning.with([Some(epochs), None]), ..quick }
 }
 
-fn tiny() -> WindowedOptions {
-    WindowedOptions { window: 20, hidden: 8, stride: 40, epochs: 3, batch: 32, ..PUBLISHED }
+fn tiny() -> WindowOptions {
+    WindowOptions { window: 20, hidden: 8, stride: 40, epochs: 3, batch: 32, ..PUBLISHED }
 }
 
-fn fit(data: &Dataset, options: &StatefulOptions) -> Fitted {
-    fit_stateful(data, options, &mut Session { file: None, progress: &mut |_| true }).unwrap()
+fn fit(data: &Dataset, options: &RecurrentOptions) -> Fitted {
+    fit_recurrent(data, options, &mut Session { file: None, progress: &mut |_| true }).unwrap()
 }
 
 fn root_mean(values: &[f64]) -> f64 {
@@ -114,7 +114,7 @@ fn rmse_mm(model: &InverseModel, one: &Demonstration) -> f64 {
 
 #[test]
 fn a_delay_is_offered_to_regression_and_network_alike() {
-    let late = fit(&dataset(), &StatefulOptions { largest_delay_s: 0.5, ..quick_for(1) });
+    let late = fit(&dataset(), &RecurrentOptions { largest_delay_s: 0.5, ..quick_for(1) });
     let delay = late.model.training["delay_s"].as_f64().unwrap();
     // The play of 0.8 mm puts the tip 0.4 mm behind strokes of some 3 mm/s.
     assert!((0.05..0.3).contains(&delay), "{delay}");
@@ -185,10 +185,10 @@ fn a_checkpoint_comes_back_and_commands_alike() {
     let data = dataset();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("h.safetensors");
-    let stateful = fit(&data, &quick_for(1));
+    let recurrent = fit(&data, &quick_for(1));
     let mut session = Session { file: None, progress: &mut |_| true };
     let windowed = fit_windowed(&data, &tiny(), &mut session).unwrap();
-    for fitted in [stateful, windowed] {
+    for fitted in [recurrent, windowed] {
         fitted.model.write(&path).unwrap();
         let read = InverseModel::read(&path).unwrap();
         assert_eq!(read, fitted.model);
@@ -200,7 +200,7 @@ fn a_checkpoint_comes_back_and_commands_alike() {
 #[test]
 fn windows_of_a_command_are_those_of_the_training() {
     let data = dataset();
-    let options = WindowedOptions { stride: 1, epochs: 1, ..tiny() };
+    let options = WindowOptions { stride: 1, epochs: 1, ..tiny() };
     let fitted = fit_windowed(&data, &options, &mut Session { file: None, progress: &mut |_| true }).unwrap();
     let streamed: Vec<f64> = data.validation.iter().map(|one| rmse_mm(&fitted.model, one)).collect();
     let held_out = root_mean(&fitted.held_out_mm);
@@ -226,9 +226,9 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     let data = dataset();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("h.training");
-    let stateful = quick_for(4);
+    let recurrent = quick_for(4);
     let windowed = tiny();
-    let fits: [Fit<'_>; 2] = [&|session| fit_stateful(&data, &stateful, session), &|session| {
+    let fits: [Fit<'_>; 2] = [&|session| fit_recurrent(&data, &recurrent, session), &|session| {
         fit_windowed(&data, &windowed, session)
     }];
     for fit in fits {
@@ -247,16 +247,16 @@ fn the_file_of_another_training_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("h.training");
     let options = quick_for(2);
-    until(1, &file, &|session| fit_stateful(&data, &options, session));
-    let other = StatefulOptions { seed: 2, ..options };
+    until(1, &file, &|session| fit_recurrent(&data, &options, session));
+    let other = RecurrentOptions { seed: 2, ..options };
     let mut session = Session { file: Some(&file), progress: &mut |_| true };
-    let refusal = fit_stateful(&data, &other, &mut session).unwrap_err().to_string();
+    let refusal = fit_recurrent(&data, &other, &mut session).unwrap_err().to_string();
     assert!(refusal.contains("another one (options)"), "{refusal}");
     // Nothing is kept of a first epoch that did not come to its end.
     std::fs::remove_file(&file).unwrap();
     let mut session = Session { file: None, progress: &mut |_| false };
     assert!(matches!(
-        fit_stateful(&data, &other, &mut session),
+        fit_recurrent(&data, &other, &mut session),
         Err(Error::Learn(hysteron_learn::Error::NothingTrained))
     ));
 }

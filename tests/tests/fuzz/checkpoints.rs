@@ -5,13 +5,13 @@ use std::path::Path;
 
 use hysteron_base::{Channel, Metadata, Recording, file};
 use hysteron_control::inverse::{
-    Axes, Dataset, Demonstration, InverseModel, StatefulOptions, fit_stateful, fit_windowed,
+    Axes, Dataset, Demonstration, InverseModel, RecurrentOptions, fit_recurrent, fit_windowed,
 };
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_learn::{
     Architecture, ChannelRange, Checkpoint, Head, Network, Normaliser, SequenceOptions, Session, Training,
-    WindowedOptions,
+    WindowOptions,
 };
 use hysteron_twin::residual::ResidualModel;
 use serde_json::json;
@@ -32,12 +32,12 @@ fn recording(index: u32) -> Recording {
     Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap()
 }
 
-/// Bytes of an inverse controller of each design, and of a training that can go on.
-fn inverse() -> [Vec<u8>; 3] {
+/// Bytes of an inverse controller of each design, and of a training that can go on; and a network of its shape.
+fn inverse() -> ([Vec<u8>; 3], Network) {
     let one =
         |k: u32| Demonstration::new(&format!("r-{k}"), &format!("{k}"), &recording(k), Axes::Planar).unwrap();
     let data = Dataset::new((0..4).map(one).collect(), &["r-3".to_owned()], 1).unwrap();
-    let default = StatefulOptions::default();
+    let default = RecurrentOptions::default();
     let learning = SequenceOptions { hidden: 4, epochs: 1, ..default.learning };
     let case = Case::new("a.safetensors");
     let training = case.path.with_extension("training");
@@ -48,19 +48,15 @@ fn inverse() -> [Vec<u8>; 3] {
         n_calls == 0
     };
     let mut session = Session { file: Some(&training), progress: &mut once };
-    let options = StatefulOptions { learning: SequenceOptions { epochs: 2, ..learning }, ..default };
-    fit_stateful(&data, &options, &mut session).unwrap().model.write(&case.path).unwrap();
-    let stateful = std::fs::read(&case.path).unwrap();
+    let options = RecurrentOptions { learning: SequenceOptions { epochs: 2, ..learning }, ..default };
+    let model = fit_recurrent(&data, &options, &mut session).unwrap().model;
+    model.write(&case.path).unwrap();
+    let recurrent = std::fs::read(&case.path).unwrap();
     let mut session = Session { file: None, progress: &mut |_| true };
-    let options = WindowedOptions {
-        hidden: 4,
-        epochs: 1,
-        window: 5,
-        stride: 50,
-        ..hysteron_control::inverse::PUBLISHED
-    };
+    let options =
+        WindowOptions { hidden: 4, epochs: 1, window: 5, stride: 50, ..hysteron_control::inverse::PUBLISHED };
     fit_windowed(&data, &options, &mut session).unwrap().model.write(&case.path).unwrap();
-    [stateful, std::fs::read(&case.path).unwrap(), std::fs::read(&training).unwrap()]
+    ([recurrent, std::fs::read(&case.path).unwrap(), std::fs::read(&training).unwrap()], model.network)
 }
 
 /// Bytes of a residual network of the published design.
@@ -119,14 +115,14 @@ fn tried(name: &str, bytes: &[u8], read: impl Fn(&Path) + std::panic::RefUnwindS
 
 #[test]
 fn no_damage_to_a_checkpoint_does_harm() {
-    let [stateful, windowed, training] = inverse();
-    for (name, bytes) in [("inverse, stateful", stateful), ("inverse, paper", windowed)] {
+    let ([recurrent, windowed, training], like) = inverse();
+    for (name, bytes) in [("inverse, recurrent", recurrent), ("inverse, paper", windowed)] {
         tried(name, &bytes, |path| match InverseModel::read(path) {
             Ok(model) => drop(model.check_step(0.05)),
             Err(error) => refused(error.bad_input(), &error),
         });
     }
-    tried("training", &training, |path| match Training::load(path) {
+    tried("training", &training, |path| match Training::load(path, &like) {
         Ok(_) => {}
         Err(hysteron_learn::Error::BadInput(bad)) => refused(Some(&bad), &bad),
         Err(error) => refused(None, &error),

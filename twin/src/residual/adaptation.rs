@@ -239,7 +239,7 @@ mod tests {
     };
 
     fn spec() -> FeatureSpec {
-        FeatureSpec { n_primary: 2, plays_m: vec![1e-3], lags_s: vec![1.0], feedback: false, step_s: 0.01 }
+        FeatureSpec { n_primary: 2, plays_m: vec![1e-3], filters_s: vec![1.0], feedback: false, step_s: 0.01 }
     }
 
     /// Errors that a constant correction explains, for `n` samples of random strokes.

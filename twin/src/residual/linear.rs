@@ -1,6 +1,6 @@
 //! What least squares alone say of the missing displacement, before any network learns.
 //!
-//! Plays and lags are what hysteresis and creep are made of, and much of both is linear in them (Prandtl-Ishlinskii,
+//! Plays and first-order filters are what hysteresis and creep are made of, and much of both is linear in them (Prandtl-Ishlinskii,
 //! Maxwell). Along the axis a body that bends to one side moves as one that bends to the other: there it is also
 //! features times the stroke of their tendon. Beyond the range of training every term keeps the value that it had at
 //! its end: gone on, a straight line did worse there than nothing. Least squares find the weights of these terms at

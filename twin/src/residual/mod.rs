@@ -1,8 +1,8 @@
 //! The residual network g (CoReAct paper, eqs. 9-11): it learns the auxiliary strokes of CoReAct from what was
 //! commanded, so that the twin shows the robot's hysteresis by itself.
 //!
-//! Two designs. [`Design::Windowed`] is the paper's: a window of strokes and tips in, all auxiliary strokes out, fitted
-//! to s*. [`Design::Stateful`] goes through whole trajectories with one cell update a sample. It sees the strokes
+//! Two designs. [`Design::Windowed`] is the paper's: a sliding window of strokes and tips in, all auxiliary strokes out,
+//! fitted to s*. [`Design::Recurrent`] goes through whole trajectories with one cell update a sample. It sees the strokes
 //! through the operators that hysteresis is made of, play and relaxation, gives the tip displacement that is missing
 //! (three numbers: across the robot spread over the tendons, along it added to the tip), and is fitted to the measured
 //! tip through the linearised twin, ∂y/∂s of the identification.
@@ -16,14 +16,14 @@ mod follower;
 mod linear;
 mod model;
 mod prepared;
+mod recurrent;
 mod rollout;
 mod sequence;
-mod stateful;
 mod windowed;
 
 use std::path::PathBuf;
 
-use hysteron_learn::{FitReport, Learned, Lesson, Network, Progress, Session, teach};
+use hysteron_learn::{FitReport, FitResult, Network, Progress, Session, Task, fit};
 use serde_json::Value;
 
 pub use adapt::{Adapted, Kept, MotionErrors, adapt, n_samples};
@@ -34,12 +34,12 @@ pub use features::{FeatureSpec, Features};
 pub use follower::{Coordinates, FollowLimits, FollowStep, PathFollower, Steering};
 pub use linear::LinearPart;
 pub use model::{Design, ResidualModel};
+pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use rollout::Rollout;
 pub use sequence::{DECODER, Sequence};
-pub use stateful::{StatefulOptions, fit_stateful};
 pub use windowed::{PUBLISHED, fit_windowed};
 
-/// Where the trainings of several networks stand between runs, and who is told.
+/// Where the trainings of several networks stand between runs, and who gets their reports.
 pub struct Sessions<'a> {
     /// File of each network to go on from, written after every epoch; empty for no files.
     pub files: Vec<PathBuf>,
@@ -59,17 +59,16 @@ pub struct Fitted {
 }
 
 impl Sessions<'_> {
-    /// Trains the network `number`, or goes on with it; see [`teach`].
-    fn teach<L: Lesson>(
+    /// Trains the network `number`, or goes on with it; see [`fit`].
+    fn fit<T: Task<Network>>(
         &self,
         number: usize,
-        lesson: &mut L,
+        task: &mut T,
         network: Network,
-        seed: u64,
         identity: &Value,
-    ) -> Result<Learned, L::Error> {
+    ) -> Result<FitResult<Network>, T::Error> {
         let mut progress = |progress: &Progress| (self.progress)(number, progress);
         let file = self.files.get(number).map(PathBuf::as_path);
-        teach(lesson, network, seed, identity, &mut Session { file, progress: &mut progress })
+        fit(task, network, identity, &mut Session { file, progress: &mut progress })
     }
 }

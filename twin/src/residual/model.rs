@@ -15,13 +15,14 @@ use crate::Result;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Design {
-    /// The paper's: a window of strokes and tips (eq. 9).
+    /// The paper's: a sliding window of strokes and tips (eq. 9).
     Windowed {
         /// Samples of a window.
         window: usize,
     },
     /// One cell update a sample.
-    Stateful {
+    #[serde(alias = "stateful")]
+    Recurrent {
         /// What the network sees.
         features: FeatureSpec,
         /// What its outputs mean.
@@ -118,7 +119,7 @@ impl ResidualModel {
     fn check_parts(&self) -> std::result::Result<(), BadInput> {
         let (n_in, n_out) = (self.inputs.channels.len(), self.outputs.channels.len());
         let sizes = match &self.design {
-            Design::Stateful { features, .. } => vec![("n_primary", features.n_primary)],
+            Design::Recurrent { features, .. } => vec![("n_primary", features.n_primary)],
             Design::Windowed { window } => vec![("window", *window)],
         };
         for (part, size) in [("n_aux", self.n_aux)].into_iter().chain(sizes) {
@@ -134,10 +135,10 @@ impl ResidualModel {
                 return channels(format!("strokes and 3 axes of the tip in, {} strokes out", self.n_aux));
             }
             Design::Windowed { .. } => [true, true, true, self.adaptation.is_none()],
-            Design::Stateful { features, .. } if (n_in, n_out) != (features.len(), 3) => {
+            Design::Recurrent { features, .. } if (n_in, n_out) != (features.len(), 3) => {
                 return channels(format!("{} inputs and 3 outputs", features.len()));
             }
-            Design::Stateful { features, decoder, linear } => [
+            Design::Recurrent { features, decoder, linear } => [
                 features.is_valid(),
                 decoder.fits(features.n_primary, self.n_aux),
                 !linear.is_empty()
@@ -147,16 +148,16 @@ impl ResidualModel {
         };
         let rest = [self.step_s > 0.0 && self.step_s.is_finite(), !self.scene_hash.is_empty()];
         let names = [
-            "design.stateful.features",
-            "design.stateful.decoder",
-            "design.stateful.linear",
+            "design.recurrent.features",
+            "design.recurrent.decoder",
+            "design.recurrent.linear",
             "adaptation",
             "step_s",
             "scene_sha256",
         ];
         if let Some(change) = &self.change {
             change.check(match &self.design {
-                Design::Stateful { features, .. } => features.n_primary,
+                Design::Recurrent { features, .. } => features.n_primary,
                 Design::Windowed { .. } => n_in - 3,
             })?;
         }
@@ -172,11 +173,11 @@ impl ResidualModel {
     /// `BadInput` saying which.
     pub fn check(&self, n_primary: usize, n_aux: usize, step: f64) -> std::result::Result<(), BadInput> {
         let trained = match &self.design {
-            Design::Stateful { features, .. } => features.n_primary,
+            Design::Recurrent { features, .. } => features.n_primary,
             Design::Windowed { .. } => self.inputs.channels.len() - 3,
         };
         if (trained, self.n_aux) != (n_primary, n_aux) {
-            let expected = format!("{trained} tendons and {} virtual ones, as the network has", self.n_aux);
+            let expected = format!("{trained} tendons and {} auxiliary ones, as the network has", self.n_aux);
             return Err(BadInput::new("scene", expected, format!("{n_primary} and {n_aux}"))
                 .hint("the network was trained for another robot or layout"));
         }

@@ -1,23 +1,23 @@
-//! Trajectories as the stateful design sees them: in the coordinates of the decoder, then as arrays of the network.
+//! Trajectories as the recurrent design sees them: in the coordinates of the decoder, then as arrays of the network.
 
 use std::ops::Range;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Normaliser, Sequences, Sum};
+use hysteron_learn::{Evaluation, Normaliser, Sequences};
 
 use super::decoder::Decoding;
 use super::linear::Equation;
-use super::{Decoder, FeatureSpec, Features, LinearPart, Sequence};
+use super::{Decoder, FeatureSpec, Features, LinearPart, RecurrentOptions, Sequence};
 
 /// Ranges of the tip displacement that is missing and that the linear part does not say.
 pub(super) fn output_ranges(
-    seen: &[&Seen],
+    trajectories: &[&Linearised],
     linear: &LinearPart,
 ) -> std::result::Result<Normaliser, BadInput> {
     let (mut samples, mut terms) = (Vec::new(), Vec::new());
-    for seen in seen {
-        for (i, (undone, gain)) in seen.undone.iter().zip(&seen.gain).enumerate() {
-            let said = linear.displacement(seen.features_at(i), &mut terms);
+    for one in trajectories {
+        for (i, (undone, gain)) in one.undone.iter().zip(&one.gain).enumerate() {
+            let said = linear.displacement(one.features_at(i), &mut terms);
             let done = |a: usize| (0..3).map(|c| gain[a][c] * said[c]).sum::<f64>();
             samples.extend((0..3).map(|a| -undone[a] - done(a)));
         }
@@ -30,8 +30,8 @@ pub(super) fn output_ranges(
     ranges.widened(widest)
 }
 
-/// A trajectory in the coordinates of the decoder.
-pub(super) struct Seen {
+/// A trajectory near the identified strokes, in the coordinates of the decoder.
+pub(super) struct Linearised {
     /// Normalised features of the strokes (n × n_of_strokes).
     features: Vec<f32>,
     n_features: usize,
@@ -45,13 +45,13 @@ pub(super) struct Seen {
     gap: Vec<bool>,
 }
 
-impl Seen {
+impl Linearised {
     pub fn new(sequence: &Sequence, spec: &FeatureSpec, decoder: &Decoder, inputs: &Normaliser) -> Self {
         let (n, n_features) = (sequence.len(), spec.n_of_strokes());
         let mut features = Features::new(spec);
         let (mut row, mut normalised) = (Vec::new(), vec![0.0f32; spec.len()]);
         let mut scratch = Decoding::new(sequence.auxiliary.len());
-        let mut seen = Self {
+        let mut one = Self {
             features: Vec::with_capacity(n * n_features),
             n_features,
             measured: Vec::with_capacity(n),
@@ -66,16 +66,16 @@ impl Seen {
                 row.extend_from_slice(&sequence.measured[i]);
             }
             inputs.normalise_into(&row, &mut normalised);
-            seen.features.extend_from_slice(&normalised[..n_features]);
+            one.features.extend_from_slice(&normalised[..n_features]);
             let tip = &normalised[n_features..];
-            seen.measured.push(std::array::from_fn(|c| tip.get(c).copied().unwrap_or(0.0)));
+            one.measured.push(std::array::from_fn(|c| tip.get(c).copied().unwrap_or(0.0)));
             let g = sequence.sensitivity_at(i);
-            seen.gain.push(decoder.seen_by(&g, sequence.strokes_at(i), &mut scratch));
-            seen.undone.push(std::array::from_fn(|a| {
+            one.gain.push(decoder.seen_by(&g, sequence.strokes_at(i), &mut scratch));
+            one.undone.push(std::array::from_fn(|a| {
                 sequence.twin[i][a] - by(&g[a], sequence.auxiliary_at(i)) - sequence.measured[i][a]
             }));
         }
-        seen
+        one
     }
 
     fn features_at(&self, sample: usize) -> &[f32] {
@@ -136,65 +136,58 @@ pub(super) struct Prepared {
 }
 
 pub(super) fn prepare(
-    seen: &Seen,
+    one: &Linearised,
     spec: &FeatureSpec,
     linear: &LinearPart,
     inputs: &Normaliser,
     outputs: &Normaliser,
 ) -> Prepared {
-    let (n, mut terms) = (seen.gap.len(), Vec::new());
+    let (n, mut terms) = (one.gap.len(), Vec::new());
     let mut prepared = Prepared {
-        features: seen.features.clone(),
+        features: one.features.clone(),
         offset: Vec::with_capacity(n),
         gain: Vec::with_capacity(n),
-        weight: seen.gap.iter().map(|gap| f32::from(u8::from(!gap))).collect(),
-        measured: seen.measured.clone(),
+        weight: one.gap.iter().map(|gap| f32::from(u8::from(!gap))).collect(),
+        measured: one.measured.clone(),
         tip_scale: [0.0; 3],
-        feedback: seen.measured.clone(),
+        feedback: one.measured.clone(),
     };
     if spec.feedback {
         for (scale, channel) in prepared.tip_scale.iter_mut().zip(&inputs.channels[spec.n_of_strokes()..]) {
             *scale = (2e-3 / (channel.max - channel.min).max(f64::MIN_POSITIVE)) as f32;
         }
     }
-    for (i, gain) in seen.gain.iter().enumerate() {
-        let said = linear.displacement(seen.features_at(i), &mut terms);
+    for (i, gain) in one.gain.iter().enumerate() {
+        let said = linear.displacement(one.features_at(i), &mut terms);
         // A normalised output o means min + (o + 1)/2 (max - min).
         let half = |c: usize| 0.5 * (outputs.channels[c].max - outputs.channels[c].min);
         let middle = |c: usize| outputs.channels[c].min + half(c);
         prepared.gain.push(gain.map(|row| std::array::from_fn(|c| (1e3 * row[c] * half(c)) as f32)));
         prepared.offset.push(std::array::from_fn(|a| {
             let constant: f64 = (0..3).map(|c| gain[a][c] * (said[c] + middle(c))).sum();
-            (1e3 * (seen.undone[i][a] + constant)) as f32
+            (1e3 * (one.undone[i][a] + constant)) as f32
         }));
     }
     prepared
 }
 
-/// Trajectories side by side on their way through a network.
-pub(super) struct Walk<'a> {
-    pub sequences: &'a mut [Prepared],
-    pub spec: &'a FeatureSpec,
-    /// Widths of what is added to normalised features [-] and to the tip [mm].
-    pub widths: [f32; 2],
-    /// Between -1/2 and 1/2.
-    pub noise: &'a mut dyn FnMut() -> f32,
-    /// Sums of the squared errors of x, y and z so far [mm²].
-    pub squares: [f64; 3],
+/// Trajectories side by side, for one network. The tip that it sees is its own of the pass before (measured at first): once the
+/// weights settle, that is its own feedback.
+pub(super) struct TipSequences<'a> {
+    sequences: Vec<Prepared>,
+    spec: &'a FeatureSpec,
+    /// Widths of the noise on normalised features [-] and on the tip [mm].
+    widths: [f32; 2],
 }
 
-impl<'a> Walk<'a> {
-    pub fn new(
-        sequences: &'a mut [Prepared],
-        spec: &'a FeatureSpec,
-        widths: [f32; 2],
-        noise: &'a mut dyn FnMut() -> f32,
-    ) -> Self {
-        Self { sequences, spec, widths, noise, squares: [0.0; 3] }
+impl<'a> TipSequences<'a> {
+    pub fn new(sequences: Vec<Prepared>, spec: &'a FeatureSpec, options: &RecurrentOptions) -> Self {
+        let of_tip = (1e3 * options.feedback_noise_m * 12f64.sqrt()) as f32;
+        Self { sequences, spec, widths: [options.learning.input_noise as f32, of_tip] }
     }
 }
 
-impl Sequences for Walk<'_> {
+impl Sequences for TipSequences<'_> {
     fn rows(&self) -> usize {
         self.sequences.len()
     }
@@ -203,19 +196,19 @@ impl Sequences for Walk<'_> {
         self.sequences.iter().map(|sequence| sequence.offset.len()).max().unwrap_or(0)
     }
 
-    fn inputs(&mut self, samples: Range<usize>) -> Vec<f32> {
+    fn inputs(&mut self, samples: Range<usize>, noise: &mut dyn FnMut() -> f32) -> Vec<f32> {
         let (n_features, [input_width, tip_width]) = (self.spec.n_of_strokes(), self.widths);
         let mut inputs = Vec::with_capacity(samples.len() * self.sequences.len() * self.spec.len());
         for i in samples {
-            for sequence in &*self.sequences {
-                // After its end a trajectory stands still; it is not judged there.
+            for sequence in &self.sequences {
+                // After its end a trajectory stands still; it is not evaluated there.
                 let i = i.min(sequence.offset.len() - 1);
                 let features = &sequence.features[i * n_features..(i + 1) * n_features];
-                inputs.extend(features.iter().map(|value| value + input_width * (self.noise)()));
+                inputs.extend(features.iter().map(|value| value + input_width * noise()));
                 if self.spec.feedback {
                     let tip = sequence.feedback[i.saturating_sub(1)];
                     let added = |c: usize| tip_width * sequence.tip_scale[c];
-                    inputs.extend((0..3).map(|c| tip[c] + added(c) * (self.noise)()));
+                    inputs.extend((0..3).map(|c| tip[c] + added(c) * noise()));
                 }
             }
         }
@@ -223,9 +216,9 @@ impl Sequences for Walk<'_> {
     }
 
     /// Squared errors at the tip [mm²]; leaves the tip of each sample in `feedback` for the next pass.
-    fn judge(&mut self, start: usize, outputs: &[f32], mut gradient: Option<&mut [f32]>) -> Sum {
+    fn evaluate(&mut self, start: usize, outputs: &[f32], mut gradient: Option<&mut [f32]>) -> Evaluation {
         let n_rows = self.sequences.len();
-        let mut all = Sum::default();
+        let mut all = Evaluation { squares: vec![0.0; 3], ..Evaluation::default() };
         for (k, output) in outputs.as_chunks::<3>().0.iter().enumerate() {
             let (i, row) = (start + k / n_rows, k % n_rows);
             let sequence = &mut self.sequences[row];
@@ -236,7 +229,7 @@ impl Sequences for Walk<'_> {
             let error: [f32; 3] =
                 std::array::from_fn(|a| offset[a] + (0..3).map(|c| gain[a][c] * output[c]).sum::<f32>());
             all.loss += f64::from(weight * error.iter().map(|e| e * e).sum::<f32>());
-            for (sum, e) in self.squares.iter_mut().zip(error) {
+            for (sum, e) in all.squares.iter_mut().zip(error) {
                 *sum += f64::from(weight * e * e);
             }
             all.count += f64::from(weight);
@@ -253,5 +246,10 @@ impl Sequences for Walk<'_> {
             gradient.iter_mut().for_each(|g| *g *= scale);
         }
         all
+    }
+
+    /// [mm].
+    fn error(&self, all: &Evaluation) -> f64 {
+        all.mean().sqrt()
     }
 }

@@ -1,10 +1,9 @@
 //! Closed-loop rollout (eq. 11): the network drives the auxiliary tendons, the twin's tip goes back to the network.
 
 use std::borrow::Cow;
-use std::collections::VecDeque;
 
 use hysteron_base::BadInput;
-use hysteron_learn::Runner;
+use hysteron_learn::{Predictor, WeightFormat};
 
 use super::adaptation::terms_into;
 use super::change::ChangedStrokes;
@@ -19,12 +18,6 @@ use crate::plant::{Plant, PlantStep};
 use crate::step::Stepper;
 use crate::{Result, TwinState};
 
-/// Part of a training range by which inputs may leave it before they count as extrapolation.
-const MARGIN: f64 = 0.02;
-/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to
-/// pull.
-const LARGEST_OUTPUT: f64 = 1.25;
-
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
 pub struct Rollout<'a> {
@@ -32,18 +25,14 @@ pub struct Rollout<'a> {
     twin: Cow<'a, Twin>,
     auxiliary: &'a Auxiliary,
     model: &'a ResidualModel,
-    runner: Runner,
+    predictor: Predictor<'a>,
     features: Option<Features>,
-    /// Normalised inputs of the samples that a window reaches back to, oldest first.
-    window: VecDeque<Vec<f32>>,
     stepper: Stepper,
     state: TwinState,
     /// Tip of the sample before [m]: that of the body, and what is missing along z.
     tip: [f64; 3],
     strokes: Vec<f64>,
     inputs: Vec<f64>,
-    normalised: Vec<f32>,
-    bounded: Vec<f32>,
     outputs: Vec<f64>,
     targets: Vec<Target>,
     decoding: Decoding,
@@ -71,19 +60,21 @@ impl<'a> Rollout<'a> {
             _ => Cow::Borrowed(twin),
         };
         let state = twin.rest();
+        let ranges = [&model.inputs, &model.outputs];
+        let (features, predictor) = match &model.design {
+            Design::Recurrent { features, .. } => {
+                let predictor = Predictor::recurrent(&model.network, ranges, WeightFormat::Float32);
+                (Some(Features::new(features)), predictor)
+            }
+            Design::Windowed { window } => (None, Predictor::windowed(&model.network, ranges, *window)),
+        };
         Ok(Self {
             tip: twin.tip_of(&state),
-            runner: Runner::new(&model.network),
-            features: match &model.design {
-                Design::Stateful { features, .. } => Some(Features::new(features)),
-                Design::Windowed { .. } => None,
-            },
-            window: VecDeque::new(),
+            predictor,
+            features,
             stepper: Stepper::new(&twin),
             strokes: vec![0.0; auxiliary.len()],
             inputs: Vec::new(),
-            normalised: vec![0.0; model.inputs.channels.len()],
-            bounded: vec![0.0; model.outputs.channels.len()],
             outputs: vec![0.0; model.outputs.channels.len()],
             targets: Vec::new(),
             decoding: Decoding::new(auxiliary.len()),
@@ -107,43 +98,16 @@ impl<'a> Rollout<'a> {
         &self.strokes
     }
 
-    /// From normalised inputs to outputs.
-    fn run_network(&mut self) {
-        let largest = LARGEST_OUTPUT as f32;
-        let outputs = match self.model.design {
-            Design::Stateful { .. } => self.runner.step(&self.normalised),
-            Design::Windowed { window } => {
-                if self.window.is_empty() {
-                    // Before the beginning there is nothing, which the paper pads with zeros.
-                    self.window.extend(std::iter::repeat_n(vec![0.0; self.normalised.len()], window));
-                }
-                let mut oldest = self.window.pop_front().unwrap_or_default();
-                oldest.copy_from_slice(&self.normalised);
-                self.window.push_back(oldest);
-                self.runner.reset();
-                let (last, before) = (self.window.len() - 1, &self.window);
-                for inputs in before.iter().take(last) {
-                    self.runner.step(inputs);
-                }
-                self.runner.step(&before[last])
-            }
-        };
-        for (kept, output) in self.bounded.iter_mut().zip(outputs) {
-            *kept = output.clamp(-largest, largest);
-        }
-        self.model.outputs.restore_into(&self.bounded, &mut self.outputs);
-    }
-
     /// From outputs to auxiliary strokes, within their bounds and rate; gives what is missing along z [m].
     fn auxiliary_strokes(&mut self) -> Result<f64> {
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
         let mut along = 0.0;
         match &self.model.design {
-            Design::Stateful { features, decoder, linear } => {
+            Design::Recurrent { features, decoder, linear } => {
                 let [x, y, z] = self.outputs[..] else {
                     return Err(three_outputs(self.outputs.len()).into());
                 };
-                let of_strokes = &self.normalised[..features.n_of_strokes()];
+                let of_strokes = &self.predictor.normalised()[..features.n_of_strokes()];
                 let [lx, ly, lz] = mean_displacement(linear, of_strokes, &mut self.terms);
                 terms_into(features, &self.inputs, &mut self.terms);
                 let [dx, dy, dz] =
@@ -169,7 +133,7 @@ impl Plant for Rollout<'_> {
         }
         self.inputs.clear();
         let sees_tip = match (&self.model.design, &mut self.features) {
-            (Design::Stateful { features: spec, .. }, Some(features)) => {
+            (Design::Recurrent { features: spec, .. }, Some(features)) => {
                 features.append(&self.primary, &mut self.inputs);
                 spec.feedback
             }
@@ -181,9 +145,7 @@ impl Plant for Rollout<'_> {
         if sees_tip {
             self.inputs.extend_from_slice(&self.tip);
         }
-        let is_extrapolating = self.model.inputs.is_outside(&self.inputs, MARGIN);
-        self.model.inputs.normalise_into(&self.inputs, &mut self.normalised);
-        self.run_network();
+        let is_extrapolating = self.predictor.step(&self.inputs, &mut self.outputs);
         let along = self.auxiliary_strokes()?;
         self.auxiliary.targets_into(&self.primary, &self.strokes, &mut self.targets);
         let report = self.stepper.step(&self.twin, &self.targets, &mut self.state)?;

@@ -3,8 +3,8 @@
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
-    Adam, ChannelErrors, ChannelRange, FitReport, Head, Learned, Network, Normaliser, Trainer, Training,
-    WindowedLesson, WindowedOptions, WindowedPath,
+    ChannelErrors, ChannelRange, FitReport, FitResult, Head, Network, Normaliser, WindowOptions, WindowTask,
+    WindowedSequence,
 };
 use serde_json::json;
 
@@ -12,8 +12,8 @@ use super::sequence::{first_of_one_robot, names};
 use super::{Design, Fitted, ResidualModel, Sequence, Sessions};
 use crate::Result;
 
-/// As published; there are no stairs.
-pub const PUBLISHED: WindowedOptions = WindowedOptions {
+/// As published; the step size does not decay.
+pub const PUBLISHED: WindowOptions = WindowOptions {
     window: 100,
     stride: 1,
     hidden: 128,
@@ -22,8 +22,8 @@ pub const PUBLISHED: WindowedOptions = WindowedOptions {
     epochs: 30,
     batch: 256,
     learning_rate: 1e-3,
-    stair: 30,
-    stair_factor: 1.0,
+    decay_epochs: 30,
+    decay_factor: 1.0,
     weight_decay: 1e-4,
     gradient_floor: 1e-16,
     seed: 1,
@@ -39,7 +39,7 @@ pub fn fit_windowed(
     training: &[Sequence],
     held_out: &[Sequence],
     scene_hash: &str,
-    options: &WindowedOptions,
+    options: &WindowOptions,
     sessions: &Sessions<'_>,
 ) -> Result<Fitted> {
     options.check()?;
@@ -53,7 +53,6 @@ pub fn fit_windowed(
     let (inputs, outputs) = ranges(training, first)?;
     let paths = [training, held_out]
         .map(|sequences| sequences.iter().map(|one| normalised(one, &inputs, &outputs)).collect());
-    let mut lesson = WindowedLesson::new(options, [&inputs, &outputs], 1e3, paths)?;
     let n_aux = outputs.channels.len();
     let architecture = options.architecture(inputs.channels.len(), n_aux, Head::Tanh);
     let hashes: Vec<String> = training.iter().chain(held_out).map(Sequence::hash).collect();
@@ -63,15 +62,14 @@ pub fn fit_windowed(
     });
     architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
-    let learned = sessions.teach(0, &mut lesson, network, options.seed, &identity)?;
-    let floor_error = lesson.gradient_floor_error(&learned.network)?;
-    identity["gradient_floor_relative_error"] = json!(floor_error);
-    let judged = Training::new(Trainer::new(learned.network.clone(), Adam::default(), options.seed)?, None);
-    let report = report(training, held_out, &learned, &lesson.squares(&judged)?);
-    identity["held_out_stroke_rmse_mm"] = json!(learned.held_out);
-    identity["epochs"] = json!(learned.epochs);
+    let mut task = WindowTask::new(options, &network, &outputs, 1e3, paths)?;
+    let result = sessions.fit(0, &mut task, network, &identity)?;
+    identity["gradient_floor_relative_error"] = json!(task.gradient_floor_error(&result.model)?);
+    let report = report(training, held_out, &result, &task.squares(&result.model)?);
+    identity["held_out_stroke_rmse_mm"] = json!(result.validation);
+    identity["epochs"] = json!(result.epochs);
     let model = ResidualModel {
-        network: learned.network,
+        network: result.model,
         inputs,
         outputs,
         design: Design::Windowed { window: options.window },
@@ -82,12 +80,17 @@ pub fn fit_windowed(
         adaptation: None,
         training: identity,
     };
-    Ok(Fitted { model, reports: vec![report], is_finished: learned.is_finished })
+    Ok(Fitted { model, reports: vec![report], is_finished: result.is_finished })
 }
 
-/// Errors of the virtual strokes beside strokes of zero, the twin alone. `squares` are the network's mean squares
+/// Errors of the auxiliary strokes beside strokes of zero, the twin alone. `squares` are the network's mean squares
 /// [mm²].
-fn report(training: &[Sequence], held_out: &[Sequence], learned: &Learned, squares: &[f64]) -> FitReport {
+fn report(
+    training: &[Sequence],
+    held_out: &[Sequence],
+    result: &FitResult<Network>,
+    squares: &[f64],
+) -> FitReport {
     let channel = |(k, square): (usize, &f64)| {
         let strokes = || {
             let of_one = |s: &'_ Sequence| -> Vec<f64> {
@@ -101,8 +104,8 @@ fn report(training: &[Sequence], held_out: &[Sequence], learned: &Learned, squar
     FitReport {
         training: names(training),
         validation: names(held_out),
-        curve: learned.curve.clone(),
-        epochs: learned.epochs,
+        curve: result.curve.clone(),
+        epochs: result.epochs,
         unit: "mm",
         methods: ["no strokes", "network"].map(str::to_owned).to_vec(),
         channels: squares.iter().enumerate().map(channel).collect(),
@@ -135,10 +138,10 @@ fn ranges(
 }
 
 /// The tip beside a stroke is that of the sample before (eq. 11).
-fn normalised(sequence: &Sequence, inputs: &Normaliser, outputs: &Normaliser) -> WindowedPath {
+fn normalised(sequence: &Sequence, inputs: &Normaliser, outputs: &Normaliser) -> WindowedSequence {
     let (n_in, n_out) = (inputs.channels.len(), outputs.channels.len());
     let n = sequence.len();
-    let mut path = WindowedPath {
+    let mut path = WindowedSequence {
         inputs: vec![0.0; n * n_in],
         targets: vec![0.0; n * n_out],
         ends: (0..n).filter(|&i| !sequence.gap[i]).collect(),

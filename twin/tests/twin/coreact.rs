@@ -9,8 +9,8 @@ use hysteron_twin::coreact::{
 };
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
-    DECODER, Decoder, Design, Fitted, PUBLISHED, ResidualModel, Rollout, Sequence, Sessions, StatefulOptions,
-    fit_stateful, fit_windowed,
+    DECODER, Decoder, Design, Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Rollout, Sequence,
+    Sessions, fit_recurrent, fit_windowed,
 };
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
@@ -230,11 +230,11 @@ fn zero_strokes_leave_the_bare_twin() {
 
 fn fit(
     sequences: &[Sequence],
-    options: &StatefulOptions,
+    options: &RecurrentOptions,
     files: Vec<PathBuf>,
     progress: &(dyn Fn(usize, &Progress) -> bool + Sync),
 ) -> Fitted {
-    fit_stateful(sequences, &[vec![0], vec![1]], "scene", options, &Sessions { files, progress }).unwrap()
+    fit_recurrent(sequences, &[vec![0], vec![1]], "scene", options, &Sessions { files, progress }).unwrap()
 }
 
 /// A motion whose tip lags, identified.
@@ -249,8 +249,8 @@ fn identified(twin: &Twin, auxiliary: &Auxiliary, n: usize) -> (Motion, Identifi
 }
 
 /// The defaults without noise, with what a test changes.
-fn learning(change: impl Fn(&mut SequenceOptions)) -> StatefulOptions {
-    let mut options = StatefulOptions::default();
+fn learning(change: impl Fn(&mut SequenceOptions)) -> RecurrentOptions {
+    let mut options = RecurrentOptions::default();
     options.learning.input_noise = 0.0;
     change(&mut options.learning);
     options
@@ -262,8 +262,9 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let sequence = identified(&twin, &auxiliary, 120).2;
     let sequences = [sequence.clone(), sequence];
-    let options =
-        learning(|of| *of = SequenceOptions { hidden: 8, epochs: 4, piece: 50, input_noise: 1.0, ..*of });
+    let options = learning(|of| {
+        *of = SequenceOptions { hidden: 8, epochs: 4, truncation: 50, input_noise: 1.0, ..*of }
+    });
     let folder = tempfile::tempdir().unwrap();
     let files: Vec<PathBuf> = (0..2).map(|k| folder.path().join(format!("{k}.training"))).collect();
     let whole = fit(&sequences, &options, Vec::new(), &|_, _| true);
@@ -275,8 +276,8 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     assert!(whole.is_finished && !part.is_finished && part.model != whole.model);
     assert_eq!(fit(&sequences, &options, files.clone(), &|_, _| true), whole);
     let sessions = Sessions { files, progress: &|_, _| true };
-    let other = StatefulOptions { seed: 2, ..options };
-    let refusal = fit_stateful(&sequences, &[vec![0], vec![1]], "scene", &other, &sessions).unwrap_err();
+    let other = RecurrentOptions { seed: 2, ..options };
+    let refusal = fit_recurrent(&sequences, &[vec![0], vec![1]], "scene", &other, &sessions).unwrap_err();
     assert!(refusal.to_string().contains("another one (options)"), "{refusal}");
 }
 
@@ -286,8 +287,9 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let n = 400;
     let (motion, found, sequence) = identified(&twin, &auxiliary, n);
-    let options =
-        learning(|of| *of = SequenceOptions { hidden: 16, epochs: 400, patience: 400, piece: 100, ..*of });
+    let options = learning(|of| {
+        *of = SequenceOptions { hidden: 16, epochs: 400, patience: 400, truncation: 100, ..*of }
+    });
     // The same recording twice: only that it can be learned and rolled out is asked here.
     let sequences = [sequence.clone(), sequence];
     let model = fit(&sequences, &options, Vec::new(), &|_, _| true).model;
@@ -326,12 +328,12 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let (motion, _, sequence) = identified(&twin, &auxiliary, 400);
     // A first network that has hardly learned: the second one needs its strokes and tips, not that they are good.
     let learn = |sequence: &Sequence, epochs: usize| {
-        let options = learning(|of| *of = SequenceOptions { hidden: 16, epochs, piece: 100, ..*of });
+        let options = learning(|of| *of = SequenceOptions { hidden: 16, epochs, truncation: 100, ..*of });
         fit(&[sequence.clone(), sequence.clone()], &options, Vec::new(), &|_, _| true).model
     };
     let again = |model: &ResidualModel| {
         let mut meta = Metadata::default();
-        let Design::Stateful { decoder, .. } = &model.design else { panic!("stateful") };
+        let Design::Recurrent { decoder, .. } = &model.design else { panic!("recurrent") };
         meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder).unwrap());
         let mut rollout = Rollout::new(&twin, &auxiliary, model, 0.01).unwrap();
         identify(&twin, &mut rollout, &motion, meta, &mut || true).unwrap().unwrap()
@@ -342,8 +344,8 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
     let second = learn(&sequence, 300);
     let decoder = |model: &ResidualModel| match &model.design {
-        Design::Stateful { decoder, .. } => decoder.clone(),
-        Design::Windowed { .. } => panic!("stateful"),
+        Design::Recurrent { decoder, .. } => decoder.clone(),
+        Design::Windowed { .. } => panic!("recurrent"),
     };
     assert_eq!(decoder(&first), decoder(&second), "displacements mean the same");
     // The body's tip is recorded, without what the first network adds to it along the robot.
@@ -378,8 +380,8 @@ fn recordings_identified_in_different_ways_are_not_mixed() {
     let [one, another] = [identified.clone(), longer].map(|sequence| Decoder::fit(&[sequence]).unwrap());
     let refusal = |sequences: &[Sequence]| {
         let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
-        let options = StatefulOptions::default();
-        fit_stateful(sequences, &[vec![0], vec![1]], "scene", &options, &sessions).unwrap_err().to_string()
+        let options = RecurrentOptions::default();
+        fit_recurrent(sequences, &[vec![0], vec![1]], "scene", &options, &sessions).unwrap_err().to_string()
     };
     let mixed = refusal(&[with(Some(one.clone())), with(None)]);
     assert!(mixed.contains("got auxiliary strokes by identification"), "{mixed}");

@@ -208,7 +208,7 @@ fn job(
     let numbers =
         network.map_or_else(|| format!("{numbers:?}"), |network| format!("residual {}", network.hash));
     meta.extra.insert("identify.options".to_owned(), numbers);
-    if let Some(Design::Stateful { decoder, .. }) = network.map(|network| &network.model().design) {
+    if let Some(Design::Recurrent { decoder, .. }) = network.map(|network| &network.model().design) {
         meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder)?);
     }
     let file = format!("{}.parquet", input.name);

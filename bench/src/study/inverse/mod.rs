@@ -15,7 +15,8 @@ use anyhow::{Result, ensure};
 use hysteron_base::Bounds;
 use hysteron_control::Limits;
 use hysteron_control::inverse::{
-    Axes, Dataset, Demonstration, Design, InverseModel, Origin, Smoothing, StatefulOptions, Tip, fit_stateful,
+    Axes, Dataset, Demonstration, Design, InverseModel, Origin, RecurrentOptions, Smoothing, Tip,
+    fit_recurrent,
 };
 use hysteron_control::tracking::{Point, Timed, aligned_rmse, chamfer, frechet, hausdorff, lag};
 use hysteron_learn::{SequenceOptions, Session};
@@ -85,35 +86,35 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 }
 
 /// How to train on the trunk: its motors run about a quarter of a second ahead of the tip, which the horizons span.
-fn trunk_options(quick: bool) -> StatefulOptions {
-    let default = StatefulOptions::default();
+fn trunk_options(quick: bool) -> RecurrentOptions {
+    let default = RecurrentOptions::default();
     let epochs = if quick { 2 } else { 60 };
-    StatefulOptions { learning: SequenceOptions { epochs, piece: 100, ..default.learning }, ..default }
+    RecurrentOptions { learning: SequenceOptions { epochs, truncation: 100, ..default.learning }, ..default }
 }
 
 /// How to train on patterns of some tens of rows, far apart in time.
-fn ftdcr_options(quick: bool) -> StatefulOptions {
-    let default = StatefulOptions::default();
+fn ftdcr_options(quick: bool) -> RecurrentOptions {
+    let default = RecurrentOptions::default();
     let learning = SequenceOptions {
         hidden: 48,
         epochs: if quick { 2 } else { 600 },
         patience: 200,
         learning_rate: 5e-3,
-        renewed: 0.05,
+        ema: 0.05,
         ..default.learning
     };
-    StatefulOptions {
+    RecurrentOptions {
         learning,
         half_width_s: FTDCR_STEP,
         horizons_s: vec![FTDCR_STEP],
-        lags_s: vec![2.0, 10.0],
+        filters_s: vec![2.0, 10.0],
         ..default
     }
 }
 
 /// The same for a path that is not known in advance.
-fn without_looking_ahead(options: &StatefulOptions) -> StatefulOptions {
-    StatefulOptions {
+fn without_looking_ahead(options: &RecurrentOptions) -> RecurrentOptions {
+    RecurrentOptions {
         smoothing: Smoothing::Causal,
         horizons_s: Vec::new(),
         largest_delay_s: 0.0,
@@ -126,13 +127,13 @@ fn judge(
     known: &Dataset,
     judged: &[&Demonstration],
     [plain, delayed, kernel]: &[Rival; 3],
-    options: &StatefulOptions,
+    options: &RecurrentOptions,
 ) -> Result<Judged> {
-    let fit = |options: &StatefulOptions| -> Result<InverseModel> {
-        Ok(fit_stateful(known, options, &mut Session { file: None, progress: &mut |_| true })?.model)
+    let fit = |options: &RecurrentOptions| -> Result<InverseModel> {
+        Ok(fit_recurrent(known, options, &mut Session { file: None, progress: &mut |_| true })?.model)
     };
     let (blind, seeing) = (fit(&without_looking_ahead(options))?, fit(options)?);
-    let Design::Stateful { features, .. } = &seeing.design else { unreachable!("what fit_stateful makes") };
+    let Design::Recurrent { features, .. } = &seeing.design else { unreachable!("what fit_recurrent makes") };
     let by = |model: &InverseModel, path: &[Tip]| -> Result<Vec<f64>> {
         Ok(model.command(path, WIDE, &mut |_| true)?.strokes)
     };
@@ -187,7 +188,7 @@ fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
     let found = (1..=seeds)
         .into_par_iter()
         .map(|seed| {
-            let options = StatefulOptions { seed, ..trunk_options(quick) };
+            let options = RecurrentOptions { seed, ..trunk_options(quick) };
             let [same, other] = [(&judged, &rivals[0]), (&under_load, &rivals[1])]
                 .map(|(judged, rivals)| judge(&known, judged, rivals, &options));
             Ok([same?, other?])

@@ -286,7 +286,7 @@ impl<'a> Search<'a> {
     /// The linear correction that motions ask for, one after the other, but for a block; none where the design has
     /// none.
     fn correction(&self, motions: &[Rolled], held_out: Option<&Block>) -> Option<Adaptation> {
-        let Design::Stateful { features, .. } = &self.rig.model.design else { return None };
+        let Design::Recurrent { features, .. } = &self.rig.model.design else { return None };
         let mut filter = Filter::new(features, *self.options);
         for (m, motion) in motions.iter().enumerate() {
             let is_used = motion.is_used();

@@ -3,7 +3,7 @@
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::real::Real;
+use crate::Real;
 
 /// What stands between two layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

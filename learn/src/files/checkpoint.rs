@@ -5,8 +5,8 @@ use std::path::Path;
 use hysteron_base::BadInput;
 use serde_json::{Value, json};
 
-use crate::tensor_file::TensorFile;
-use crate::{Network, Normaliser, Result};
+use super::TensorFile;
+use crate::{Model, Network, Normaliser, Result};
 
 const FORMAT: &str = "hysteron-checkpoint";
 const VERSION: u64 = 1;
@@ -45,7 +45,7 @@ impl Checkpoint {
             "provenance",
             json!({ "package": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") }),
         );
-        file.put_network("", self.network.architecture(), &self.network.parameters);
+        file.put_tensors("", &self.network.tensors(), self.network.parameters());
         file.write(path, FORMAT, VERSION)
     }
 
@@ -75,10 +75,9 @@ impl Checkpoint {
             return Err(BadInput::new("kind", kind, found).hint("a network made for something else"));
         }
         let architecture = file.take("architecture")?;
-        let parameters = file.take_network("", &architecture)?;
         let checkpoint = Self {
             kind: found,
-            network: Network::from_parameters(architecture, parameters)?,
+            network: Network::take_from(file, architecture)?,
             inputs: Normaliser::new(file.take("inputs")?).map_err(|bad| bad.within("inputs"))?,
             outputs: Normaliser::new(file.take("outputs")?).map_err(|bad| bad.within("outputs"))?,
             details: file.take("details")?,

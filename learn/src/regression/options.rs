@@ -1,12 +1,12 @@
-//! How a network learns from whole sequences: pieces of them in order, with the memory handed on, one cell update a sample.
+//! How a network learns from whole sequences.
 
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use crate::schedule::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
-use crate::{Adam, Architecture, Fall, Head, Schedule};
+use crate::engine::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
+use crate::{Adam, Architecture, Decay, Head, Schedule};
 
-/// What trainings on whole sequences have in common.
+/// What trainings on whole sequences have in common; one cell update a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SequenceOptions {
     /// Hidden units of each layer.
@@ -17,14 +17,14 @@ pub struct SequenceOptions {
     pub epochs: usize,
     /// Epochs without a better held-out error after which it ends.
     pub patience: usize,
-    /// Samples of a piece: back-propagation goes no further.
-    pub piece: usize,
-    /// Step size of Adam at the start; it falls to a hundredth along half a cosine.
+    /// Truncation length: samples between two updates, and of back-propagation through time.
+    pub truncation: usize,
+    /// Step size of Adam at the start; it decays to a hundredth along half a cosine.
     pub learning_rate: f64,
-    /// Width of the uniform noise on normalised inputs while training, against learning sequences by heart.
+    /// Width of the uniform noise on normalised inputs while training, against overfitting.
     pub input_noise: f64,
-    /// Part of the running mean of the weights that each step renews.
-    pub renewed: f32,
+    /// Part of the exponential moving average of the weights that each update replaces.
+    pub ema: f32,
 }
 
 impl SequenceOptions {
@@ -42,7 +42,7 @@ impl SequenceOptions {
         check_counts(&[
             ("epochs", self.epochs, MOST_EPOCHS),
             ("patience", self.patience, MOST_EPOCHS),
-            ("piece", self.piece, MOST_ROWS),
+            ("truncation", self.truncation, MOST_ROWS),
             ("hidden", self.hidden, MOST_HIDDEN),
             ("layers", self.layers, MOST_LAYERS),
         ])?;
@@ -50,8 +50,8 @@ impl SequenceOptions {
         if !(noise >= 0.0 && noise.is_finite()) {
             return Err(BadInput::new("input_noise", "a finite number >= 0", noise.to_string()));
         }
-        if !(self.renewed > 0.0 && self.renewed <= 1.0) {
-            return Err(BadInput::new("renewed", "0 < part <= 1", self.renewed.to_string()));
+        if !(self.ema > 0.0 && self.ema <= 1.0) {
+            return Err(BadInput::new("ema", "0 < part <= 1", self.ema.to_string()));
         }
         Ok(())
     }
@@ -62,16 +62,15 @@ impl SequenceOptions {
         Architecture { inputs, hidden, layers, outputs, head: Head::Linear, dropout: 0.0 }
     }
 
-    /// The course of the training; gradients are no longer than 1.
+    /// Epochs and step sizes; gradients are no longer than 1.
     pub fn schedule(&self) -> Schedule {
-        let Self { epochs, patience, learning_rate, renewed, .. } = *self;
+        let Self { epochs, patience, learning_rate, ema, .. } = *self;
         Schedule {
             epochs,
             patience,
             adam: Adam { learning_rate, clip_norm: Some(1.0), ..Adam::default() },
-            fall: Fall::HalfCosine,
-            renewed: Some(renewed),
-            gradient_floor: 0.0,
+            decay: Decay::Cosine,
+            ema: Some(ema),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::gates::{Forward, PANEL, multiply_add_panels, multiply_add_short_panels};
-use crate::network::LayerWeights;
+use super::gates::{Forward, PANEL, multiply_add_panels, multiply_add_short_panels};
+use super::network::LayerWeights;
 use crate::{Head, Network};
 
 /// How a [`Runner`] keeps the weights of its matrices. A network that does not stay in a core's own cache takes as long for a
@@ -83,7 +83,7 @@ struct Layer {
 
 /// A network with its memory, stepped one sample at a time, for rollouts and controllers.
 ///
-/// Steps as [`crate::Trainer::predict`] does for one row, to the round-off of `f32`; with [`WeightFormat::Int16`], to that of
+/// Steps as [`crate::Backprop::predict`] does for one row, to the round-off of `f32`; with [`WeightFormat::Int16`], to that of
 /// its weights.
 #[derive(Debug, Clone)]
 pub struct Runner {

@@ -5,8 +5,8 @@ use std::path::Path;
 use hysteron_base::BadInput;
 use serde_json::{Value, json};
 
-use crate::Result;
-use crate::tensor_file::TensorFile;
+use super::TensorFile;
+use crate::{Model, ParameterVector, Result, TensorShape};
 
 const FORMAT: &str = "hysteron-parameters";
 const VERSION: u64 = 1;
@@ -16,11 +16,12 @@ const VERSION: u64 = 1;
 /// # Errors
 /// If the file system refuses.
 pub fn write_parameters(path: &Path, kind: &str, details: &Value, parameters: &[f64]) -> Result<()> {
+    let model = ParameterVector::new(parameters.to_vec());
     let mut file = TensorFile::default();
     file.put("kind", json!(kind));
     file.put("count", json!(parameters.len()));
     file.put("details", details.clone());
-    file.put_vector("parameters", parameters.to_vec());
+    file.put_tensors("", &model.tensors(), model.parameters());
     file.write(path, FORMAT, VERSION)
 }
 
@@ -35,8 +36,9 @@ pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
         if found != kind {
             return Err(BadInput::new("kind", kind, found).hint("a model made for something else"));
         }
-        let count = file.take("count")?;
-        Ok((file.take("details")?, file.take_vector("parameters", count)?))
+        let shape = TensorShape::new("parameters", &[file.take("count")?]);
+        let [parameters] = file.take_tensors("", &[vec![shape]])?.try_into().unwrap_or_default();
+        Ok((file.take("details")?, parameters))
     };
     Ok(take().map_err(|bad| bad.within(path.display()))?)
 }

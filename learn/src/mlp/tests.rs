@@ -4,7 +4,7 @@
 
 use candle_core::{Device, Tensor, Var};
 
-use crate::mlp_tape::MlpTape;
+use super::tape::MlpTape;
 use crate::{Activation, Mlp};
 
 fn network(activation: Activation) -> (Mlp, Vec<f64>) {

@@ -4,7 +4,7 @@
 use hysteron_base::rng;
 use rand::RngExt;
 
-use crate::graph::Graph;
+use super::graph::Graph;
 use crate::{Architecture, Batch, Head, Memory, Network, Outputs};
 
 /// Two chunks of rows, and three groups of 9, 9 and 1.

@@ -1,19 +1,19 @@
 //! The published way to train (CoReAct paper, sections V-A d and V-B c): windows of samples, an output at the end of each, mean
-//! squared error, Adam with a step size that may fall in stairs.
+//! squared error, Adam with a step size that may decay step by step.
 
 use hysteron_base::{BadInput, rng};
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
-use crate::schedule::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
+use crate::engine::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
 use crate::{
-    Adam, Architecture, Batch, Error, Fall, Head, Lesson, Memory, Network, Normaliser, Outputs, Result,
-    Schedule, Sum, Trainer, Training, mean, mean_squared_error,
+    Adam, Architecture, Backprop, Batch, Decay, Error, Head, Memory, Network, Normaliser, Outputs, Result,
+    Schedule, Task, Training, mean, mean_squared_error,
 };
 
 /// How to train on windows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WindowedOptions {
+pub struct WindowOptions {
     /// Samples of a window.
     pub window: usize,
     /// Samples between the ends of two windows.
@@ -30,19 +30,20 @@ pub struct WindowedOptions {
     pub batch: usize,
     /// Step size of Adam at the start.
     pub learning_rate: f64,
-    /// Epochs of a stair.
-    pub stair: usize,
-    /// What the step size is multiplied by from stair to stair.
-    pub stair_factor: f64,
+    /// Epochs between two changes of the step size.
+    pub decay_epochs: usize,
+    /// What the step size is then multiplied by.
+    pub decay_factor: f64,
     /// Weight decay of Adam.
     pub weight_decay: f64,
-    /// Derivatives of at most this size become zero on the way back through time, which then ends early; at zero none do.
+    /// Derivatives of at most this size become zero in back-propagation through time, which then ends early; at
+    /// zero none do.
     pub gradient_floor: f32,
     /// Seed of weights, order and dropout.
     pub seed: u64,
 }
 
-impl WindowedOptions {
+impl WindowOptions {
     /// The network for so many inputs and outputs.
     pub fn architecture(&self, inputs: usize, outputs: usize, head: Head) -> Architecture {
         let Self { hidden, layers, dropout, .. } = *self;
@@ -59,7 +60,7 @@ impl WindowedOptions {
             ("stride", self.stride, MOST_ROWS),
             ("epochs", self.epochs, MOST_EPOCHS),
             ("batch", self.batch, MOST_ROWS),
-            ("stair", self.stair, MOST_EPOCHS),
+            ("decay_epochs", self.decay_epochs, MOST_EPOCHS),
             ("hidden", self.hidden, MOST_HIDDEN),
             ("layers", self.layers, MOST_LAYERS),
         ])?;
@@ -71,9 +72,9 @@ impl WindowedOptions {
     }
 }
 
-/// A trajectory as a network sees it, normalised.
+/// A sequence as a network sees it, normalised.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct WindowedPath {
+pub struct WindowedSequence {
     /// What enters (n × inputs).
     pub inputs: Vec<f32>,
     /// What is to come out (n × outputs).
@@ -103,46 +104,51 @@ pub fn windows<'a>(
 
 /// A network that learns from windows.
 #[derive(Debug)]
-pub struct WindowedLesson<'a> {
-    options: &'a WindowedOptions,
+pub struct WindowTask<'a> {
+    options: &'a WindowOptions,
     n_inputs: usize,
     /// Half the range of each output, in the unit of errors.
     half_width: Vec<f64>,
-    seen: Vec<WindowedPath>,
-    unseen: Vec<WindowedPath>,
+    passes: Backprop,
+    training: Vec<WindowedSequence>,
+    validation: Vec<WindowedSequence>,
 }
 
 /// A path among several, and the last sample of a window in it.
 type End = (usize, usize);
 
-impl<'a> WindowedLesson<'a> {
-    /// Learns from `seen` and is judged by `unseen`; `unit` is the unit of the outputs in that of errors, 1000 for metres in
-    /// millimetres.
+impl<'a> WindowTask<'a> {
+    /// Learns from `training`; the best weights are chosen by `validation`. `unit` is the unit of the outputs in that of errors,
+    /// 1000 for metres in millimetres.
     ///
     /// # Errors
-    /// Options out of range.
+    /// Options out of range; `Tensors` if a card refuses.
     pub fn new(
-        options: &'a WindowedOptions,
-        [inputs, outputs]: [&Normaliser; 2],
+        options: &'a WindowOptions,
+        network: &Network,
+        outputs: &Normaliser,
         unit: f64,
-        [seen, unseen]: [Vec<WindowedPath>; 2],
+        [training, validation]: [Vec<WindowedSequence>; 2],
     ) -> Result<Self> {
         options.check()?;
         let half_width = outputs.channels.iter().map(|c| 0.5 * unit * (c.max - c.min)).collect();
-        Ok(Self { options, n_inputs: inputs.channels.len(), half_width, seen, unseen })
+        let n_inputs = network.architecture().inputs;
+        let mut passes = Backprop::new(network.architecture(), options.seed)?;
+        passes.set_gradient_floor(options.gradient_floor);
+        Ok(Self { options, n_inputs, half_width, passes, training, validation })
     }
 
-    /// Mean square error of each output on what is unseen.
+    /// Mean square error of each output in validation.
     ///
     /// # Errors
-    /// As [`crate::Trainer::predict`].
-    pub fn squares(&self, training: &Training) -> Result<Vec<f64>> {
-        let (ends, n) = (self.ends(&self.unseen), self.half_width.len());
+    /// As [`Backprop::predict`].
+    pub fn squares(&self, network: &Network) -> Result<Vec<f64>> {
+        let (ends, n) = (self.ends(&self.validation), self.half_width.len());
         let mut squares = vec![0.0; n];
         for rows in ends.chunks(self.options.batch) {
-            let (inputs, targets) = self.gather(&self.unseen, rows);
-            let mut memory = Memory::zeros(training.network().architecture(), rows.len());
-            let found = training.predict(&self.batch(&inputs, rows.len()), &mut memory)?;
+            let (inputs, targets) = self.gather(&self.validation, rows);
+            let mut memory = Memory::zeros(network.architecture(), rows.len());
+            let found = self.passes.predict(network, &self.batch(&inputs, rows.len()), &mut memory)?;
             for (k, (found, target)) in found.iter().zip(targets).enumerate() {
                 squares[k % n] += (self.half_width[k % n] * f64::from(found - target)).powi(2);
             }
@@ -154,18 +160,19 @@ impl<'a> WindowedLesson<'a> {
     /// whole gradient, on one batch of windows from all training paths.
     ///
     /// # Errors
-    /// As [`crate::Trainer::step`].
+    /// As [`Backprop::update`].
     pub fn gradient_floor_error(&self, network: &Network) -> Result<f64> {
-        let all = self.ends(&self.seen);
+        let all = self.ends(&self.training);
         let every = all.len().div_ceil(self.options.batch).max(1);
         let ends: Vec<End> = all.into_iter().step_by(every).collect();
-        let (inputs, targets) = self.gather(&self.seen, &ends);
+        let (inputs, targets) = self.gather(&self.training, &ends);
         let batch = self.batch(&inputs, ends.len());
         let gradient = |floor: f32| {
-            let mut trainer = Trainer::new(network.clone(), Adam::default(), self.options.seed)?;
-            trainer.set_gradient_floor(floor);
+            let mut passes = Backprop::new(network.architecture(), self.options.seed)?;
+            passes.set_gradient_floor(floor);
             let mut memory = Memory::zeros(network.architecture(), ends.len());
-            trainer.gradient(&batch, &mut memory, |found, d| mean_squared_error(found, &targets, d))
+            passes
+                .gradient(network, 0, &batch, &mut memory, |found, d| mean_squared_error(found, &targets, d))
         };
         let ((_, whole), (_, floored)) = (gradient(0.0)?, gradient(self.options.gradient_floor)?);
         let length = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
@@ -174,15 +181,15 @@ impl<'a> WindowedLesson<'a> {
         Ok(lost / length(&mut whole.iter().flatten().map(|v| f64::from(*v))).max(f64::MIN_POSITIVE))
     }
 
-    fn ends(&self, paths: &[WindowedPath]) -> Vec<End> {
-        let of_path = |(k, path): (usize, &WindowedPath)| {
+    fn ends(&self, paths: &[WindowedSequence]) -> Vec<End> {
+        let of_path = |(k, path): (usize, &WindowedSequence)| {
             path.ends.iter().step_by(self.options.stride).map(move |&end| (k, end)).collect::<Vec<_>>()
         };
         paths.iter().enumerate().flat_map(of_path).collect()
     }
 
     /// Inputs [step][row][channel] and targets [row][channel].
-    fn gather(&self, paths: &[WindowedPath], ends: &[End]) -> (Vec<f32>, Vec<f32>) {
+    fn gather(&self, paths: &[WindowedSequence], ends: &[End]) -> (Vec<f32>, Vec<f32>) {
         let n = self.half_width.len();
         let rows = ends.iter().map(|&(k, end)| (&paths[k].inputs[..], end));
         let targets = ends.iter().flat_map(|&(k, end)| &paths[k].targets[end * n..(end + 1) * n]);
@@ -194,51 +201,49 @@ impl<'a> WindowedLesson<'a> {
     }
 }
 
-impl Lesson for WindowedLesson<'_> {
+impl Task<Network> for WindowTask<'_> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
-        let WindowedOptions {
-            epochs, learning_rate, weight_decay, stair, stair_factor, gradient_floor, ..
-        } = *self.options;
+        let WindowOptions { epochs, learning_rate, weight_decay, decay_epochs, decay_factor, .. } =
+            *self.options;
         Schedule {
             epochs,
             patience: epochs,
             adam: Adam { learning_rate, weight_decay, ..Adam::default() },
-            fall: Fall::Stairs { epochs: stair, factor: stair_factor },
-            renewed: None,
-            gradient_floor,
+            decay: Decay::Step { epochs: decay_epochs, factor: decay_factor },
+            ema: None,
         }
     }
 
-    fn train(
+    fn epoch(
         &mut self,
-        training: &mut Training,
-        epoch: usize,
+        training: &mut Training<Network>,
         on_step: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<Option<f64>> {
-        let mut ends = self.ends(&self.seen);
-        ends.shuffle(&mut rng(self.options.seed, &format!("windows/order/{epoch}")));
+        let mut ends = self.ends(&self.training);
+        ends.shuffle(&mut rng(self.options.seed, &format!("windows/order/{}", training.epochs())));
         let batches = ends.chunks(self.options.batch);
-        let (n_steps, mut all) = (batches.len(), Sum::default());
+        let (n_steps, mut sum, mut count) = (batches.len(), 0.0, 0.0);
         for (k, rows) in batches.enumerate() {
-            let (inputs, targets) = self.gather(&self.seen, rows);
-            let mut memory = Memory::zeros(training.network().architecture(), rows.len());
+            let (inputs, targets) = self.gather(&self.training, rows);
+            let mut memory = Memory::zeros(training.model().architecture(), rows.len());
             let batch = self.batch(&inputs, rows.len());
-            let loss = training
-                .step(&batch, &mut memory, |found, gradient| mean_squared_error(found, &targets, gradient))?;
-            let count = rows.len() as f64;
-            all.add(Sum { loss: loss * count, count });
+            let loss = self.passes.update(training, &batch, &mut memory, |found, gradient| {
+                mean_squared_error(found, &targets, gradient)
+            })?;
+            sum += loss * rows.len() as f64;
+            count += rows.len() as f64;
             if !on_step(k + 1, n_steps) {
                 return Ok(None);
             }
         }
         let squares: Vec<f64> = self.half_width.iter().map(|width| width * width).collect();
-        Ok(Some(mean(&squares) * all.mean()))
+        Ok(Some(mean(&squares) * sum / f64::max(count, 1.0)))
     }
 
-    fn validate(&mut self, training: &Training) -> Result<f64> {
-        Ok(mean(&self.squares(training)?).sqrt())
+    fn validate(&mut self, network: &Network) -> Result<f64> {
+        Ok(mean(&self.squares(network)?).sqrt())
     }
 }
 
@@ -247,9 +252,9 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::{ChannelRange, Session, teach};
+    use crate::{ChannelRange, Session, fit};
 
-    const OPTIONS: WindowedOptions = WindowedOptions {
+    const OPTIONS: WindowOptions = WindowOptions {
         window: 8,
         stride: 1,
         hidden: 8,
@@ -258,8 +263,8 @@ mod tests {
         epochs: 30,
         batch: 16,
         learning_rate: 2e-2,
-        stair: 10,
-        stair_factor: 0.5,
+        decay_epochs: 10,
+        decay_factor: 0.5,
         weight_decay: 0.0,
         gradient_floor: 0.0,
         seed: 1,
@@ -275,54 +280,52 @@ mod tests {
     }
 
     /// Play of half the range between input and output, which one sample cannot tell and a window can.
-    fn play(n: usize, phase: f32) -> WindowedPath {
+    fn play(n: usize, phase: f32) -> WindowedSequence {
         let inputs: Vec<f32> = (0..n).map(|i| (0.3 * i as f32 + phase).sin()).collect();
         let mut output = 0.0f32;
         let follow = |input: &f32| {
             output = output.clamp(input - 0.5, input + 0.5);
             output
         };
-        WindowedPath { targets: inputs.iter().map(follow).collect(), inputs, ends: (20..n).collect() }
+        WindowedSequence { targets: inputs.iter().map(follow).collect(), inputs, ends: (20..n).collect() }
     }
 
-    fn range(name: &str, half: f64) -> Normaliser {
-        Normaliser::new(vec![ChannelRange { name: name.to_owned(), min: -half, max: half }]).unwrap()
+    fn outputs() -> Normaliser {
+        Normaliser::new(vec![ChannelRange { name: "output".to_owned(), min: -0.5, max: 0.5 }]).unwrap()
+    }
+
+    fn network() -> Network {
+        Network::new(&OPTIONS.architecture(1, 1, Head::Linear), 1).unwrap()
     }
 
     #[test]
     fn a_network_learns_from_windows_what_a_sample_does_not_tell() {
         let paths = [vec![play(120, 0.0), play(120, 1.0)], vec![play(120, 2.0)]];
-        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
         // The best that can be said of one sample alone is the input itself, in the middle of both branches.
-        let [unseen] = &paths[1][..] else { unreachable!() };
-        let errors = unseen.ends.iter().map(|&i| f64::from(unseen.inputs[i] - unseen.targets[i]).powi(2));
-        let alone = 500.0 * (errors.sum::<f64>() / unseen.ends.len() as f64).sqrt();
-        let mut lesson = WindowedLesson::new(&OPTIONS, [&inputs, &outputs], 1e3, paths).unwrap();
-        let network = Network::new(&OPTIONS.architecture(1, 1, Head::Linear), 1).unwrap();
+        let [held] = &paths[1][..] else { unreachable!() };
+        let errors = held.ends.iter().map(|&i| f64::from(held.inputs[i] - held.targets[i]).powi(2));
+        let alone = 500.0 * (errors.sum::<f64>() / held.ends.len() as f64).sqrt();
+        let mut task = WindowTask::new(&OPTIONS, &network(), &outputs(), 1e3, paths).unwrap();
         let mut session = Session { file: None, progress: &mut |_| true };
-        let learned = teach(&mut lesson, network, 1, &serde_json::json!({}), &mut session).unwrap();
-        assert!(learned.held_out < 0.25 * alone, "{} mm, without a window {alone} mm", learned.held_out);
+        let found = fit(&mut task, network(), &serde_json::json!({}), &mut session).unwrap();
+        assert!(found.validation < 0.25 * alone, "{} mm, without a window {alone} mm", found.validation);
     }
 
     #[test]
-    fn the_step_size_falls_in_stairs() {
-        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
+    fn the_step_size_decays_step_by_step() {
         let nothing = [Vec::new(), Vec::new()];
-        let lesson = WindowedLesson::new(&OPTIONS, [&inputs, &outputs], 1.0, nothing).unwrap();
-        let schedule = lesson.schedule();
+        let schedule = WindowTask::new(&OPTIONS, &network(), &outputs(), 1.0, nothing).unwrap().schedule();
         assert_eq!([0, 9, 10, 29].map(|epoch| schedule.learning_rate(epoch)), [2e-2, 2e-2, 1e-2, 5e-3]);
-        assert_eq!((schedule.epochs, schedule.patience, schedule.renewed), (30, 30, None));
+        assert_eq!((schedule.epochs, schedule.patience, schedule.ema), (30, 30, None));
     }
 
     #[test]
     fn what_a_floor_takes_from_the_gradient_is_measured() {
-        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
         let lost = |gradient_floor: f32| {
-            let options = WindowedOptions { gradient_floor, ..OPTIONS };
+            let options = WindowOptions { gradient_floor, ..OPTIONS };
             let paths = [vec![play(120, 0.0)], Vec::new()];
-            let lesson = WindowedLesson::new(&options, [&inputs, &outputs], 1e3, paths).unwrap();
-            let network = Network::new(&options.architecture(1, 1, Head::Linear), 1).unwrap();
-            lesson.gradient_floor_error(&network).unwrap()
+            let task = WindowTask::new(&options, &network(), &outputs(), 1e3, paths).unwrap();
+            task.gradient_floor_error(&network()).unwrap()
         };
         // Derivatives of a mean over 16 rows are some hundredths and less: all of it is below 1, part of it below 1e-3.
         assert_eq!(lost(0.0), 0.0);
@@ -333,13 +336,12 @@ mod tests {
     #[test]
     fn options_out_of_range_are_named() {
         let bad = [
-            ("stride", WindowedOptions { stride: 0, ..OPTIONS }),
-            ("gradient_floor", WindowedOptions { gradient_floor: -1.0, ..OPTIONS }),
-            ("gradient_floor", WindowedOptions { gradient_floor: f32::NAN, ..OPTIONS }),
+            ("stride", WindowOptions { stride: 0, ..OPTIONS }),
+            ("gradient_floor", WindowOptions { gradient_floor: -1.0, ..OPTIONS }),
+            ("gradient_floor", WindowOptions { gradient_floor: f32::NAN, ..OPTIONS }),
         ];
-        let (inputs, outputs) = (range("input", 1.0), range("output", 0.5));
         for (name, options) in bad {
-            let refused = WindowedLesson::new(&options, [&inputs, &outputs], 1.0, [Vec::new(), Vec::new()]);
+            let refused = WindowTask::new(&options, &network(), &outputs(), 1.0, [Vec::new(), Vec::new()]);
             assert_eq!(refused.unwrap_err().to_string().split(':').next(), Some(name));
         }
     }

@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use crate::real::Real;
+use crate::Real;
 
 /// The optimiser and its settings.
 ///

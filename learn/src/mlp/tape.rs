@@ -13,10 +13,10 @@
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
-use crate::activation::Activation;
-use crate::mlp::{LayerShape, Mlp};
+use super::activation::Activation;
+use super::shape::{LayerShape, Mlp};
+use crate::Real;
 use crate::product::{multiply, multiply_add, rows};
-use crate::real::Real;
 
 /// What a pass remembers; reused from batch to batch.
 #[derive(Debug, Clone)]

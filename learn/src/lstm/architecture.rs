@@ -4,7 +4,8 @@ use hysteron_base::BadInput;
 use hysteron_base::size::check_memory;
 use serde::{Deserialize, Serialize};
 
-use crate::schedule::MOST_LAYERS;
+use crate::TensorShape;
+use crate::engine::MOST_LAYERS;
 
 /// Largest number of channels that is believed, so that products of sizes cannot overflow.
 const LARGEST: usize = 1 << 20;
@@ -35,22 +36,6 @@ pub struct Architecture {
     pub head: Head,
     /// Probability p that a value between two layers is zero while training; the others grow by 1/(1 - p).
     pub dropout: f64,
-}
-
-/// A named part of a vector of parameters.
-pub(crate) struct Part {
-    pub name: String,
-    pub shape: Vec<usize>,
-}
-
-impl Part {
-    fn new(name: String, shape: &[usize]) -> Self {
-        Self { name, shape: shape.to_vec() }
-    }
-
-    pub fn len(&self) -> usize {
-        self.shape.iter().product()
-    }
 }
 
 impl Architecture {
@@ -100,19 +85,19 @@ impl Architecture {
         if layer == 0 { self.inputs } else { self.hidden }
     }
 
-    /// The parameters: for each layer, then for the head, the named parts of one vector, in order.
-    pub(crate) fn parts(&self) -> Vec<Vec<Part>> {
+    /// The parameters: for each layer, then for the head, the named arrays of one vector, in order.
+    pub(crate) fn tensors(&self) -> Vec<Vec<TensorShape>> {
         let h = self.hidden;
         let layer = |l: usize| {
             vec![
-                Part::new(format!("lstm.weight_ih_l{l}"), &[4 * h, self.layer_inputs(l)]),
-                Part::new(format!("lstm.weight_hh_l{l}"), &[4 * h, h]),
-                Part::new(format!("lstm.bias_l{l}"), &[4 * h]),
+                TensorShape::new(format!("lstm.weight_ih_l{l}"), &[4 * h, self.layer_inputs(l)]),
+                TensorShape::new(format!("lstm.weight_hh_l{l}"), &[4 * h, h]),
+                TensorShape::new(format!("lstm.bias_l{l}"), &[4 * h]),
             ]
         };
         let head = vec![
-            Part::new("head.weight".to_owned(), &[self.outputs, h]),
-            Part::new("head.bias".to_owned(), &[self.outputs]),
+            TensorShape::new("head.weight", &[self.outputs, h]),
+            TensorShape::new("head.bias", &[self.outputs]),
         ];
         (0..self.layers).map(layer).chain([head]).collect()
     }

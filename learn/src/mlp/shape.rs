@@ -7,8 +7,8 @@ use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use crate::activation::Activation;
-use crate::schedule::{MOST_HIDDEN, MOST_LAYERS};
+use super::activation::Activation;
+use crate::engine::{MOST_HIDDEN, MOST_LAYERS};
 
 /// The shape of a multi-layer perceptron: y = W_k f(… f(W_1 x + b_1) …) + b_k.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

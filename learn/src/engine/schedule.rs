@@ -7,21 +7,21 @@ use hysteron_base::size::check_count;
 
 use crate::Adam;
 
-/// How the step size falls from that of the start.
+/// How the step size decays from that of the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fall {
+pub enum Decay {
     /// To a hundredth over all epochs, along half a cosine.
-    HalfCosine,
+    Cosine,
     /// Multiplied by `factor` after every so many epochs.
-    Stairs {
-        /// Epochs of a stair, at least 1.
+    Step {
+        /// Epochs between two changes, at least 1.
         epochs: usize,
-        /// From stair to stair.
+        /// What the step size is then multiplied by.
         factor: f64,
     },
 }
 
-/// The course of a training.
+/// Epochs, optimiser and step sizes of a training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     /// Epochs at most.
@@ -30,14 +30,10 @@ pub struct Schedule {
     pub patience: usize,
     /// The optimiser at the start.
     pub adam: Adam,
-    /// What becomes of its step size.
-    pub fall: Fall,
-    /// Part of the running mean of the weights that each step renews; none for no mean.
-    pub renewed: Option<f32>,
-    /// Derivatives of at most this size become zero on the way back through time; at zero none do. Where the loss sees the
-    /// last of many steps alone, they die away by many powers of ten, the way back ends where all are zero, and below 1e-38
-    /// a processor may multiply a hundred times slower.
-    pub gradient_floor: f32,
+    /// How its step size decays.
+    pub decay: Decay,
+    /// Part of the exponential moving average of the weights that each update replaces; none for no average.
+    pub ema: Option<f32>,
 }
 
 /// More than any training has.
@@ -56,12 +52,12 @@ pub(crate) fn check_counts(counts: &[(&str, usize, usize)]) -> Result<(), BadInp
 impl Schedule {
     /// Step size in an epoch, from 0.
     pub fn learning_rate(&self, epoch: usize) -> f64 {
-        let factor = match self.fall {
-            Fall::HalfCosine => {
+        let factor = match self.decay {
+            Decay::Cosine => {
                 let part = epoch as f64 / self.epochs as f64;
                 0.01 + 0.99 * 0.5 * (1.0 + (PI * part).cos())
             }
-            Fall::Stairs { epochs, factor } => factor.powi(i32::try_from(epoch / epochs).unwrap_or(i32::MAX)),
+            Decay::Step { epochs, factor } => factor.powi(i32::try_from(epoch / epochs).unwrap_or(i32::MAX)),
         };
         self.adam.learning_rate * factor
     }
@@ -71,21 +67,21 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    fn rates<const N: usize>(fall: Fall, epochs: [usize; N]) -> [f64; N] {
+    fn rates<const N: usize>(decay: Decay, epochs: [usize; N]) -> [f64; N] {
         let adam = Adam { learning_rate: 1e-3, ..Adam::default() };
-        let schedule = Schedule { epochs: 30, patience: 30, adam, fall, renewed: None, gradient_floor: 0.0 };
+        let schedule = Schedule { epochs: 30, patience: 30, adam, decay, ema: None };
         epochs.map(|epoch| schedule.learning_rate(epoch))
     }
 
     #[test]
-    fn the_step_size_falls_in_stairs() {
-        let stairs = Fall::Stairs { epochs: 10, factor: 0.5 };
-        assert_eq!(rates(stairs, [0, 9, 10, 29]), [1e-3, 1e-3, 5e-4, 2.5e-4]);
+    fn the_step_size_decays_step_by_step() {
+        let steps = Decay::Step { epochs: 10, factor: 0.5 };
+        assert_eq!(rates(steps, [0, 9, 10, 29]), [1e-3, 1e-3, 5e-4, 2.5e-4]);
     }
 
     #[test]
     fn or_along_half_a_cosine() {
-        let [first, middle, last] = rates(Fall::HalfCosine, [0, 15, 30]);
+        let [first, middle, last] = rates(Decay::Cosine, [0, 15, 30]);
         assert_eq!(first, 1e-3);
         // Halfway the cosine is zero, at the end it is -1: the mean of 1 and 0.01, and 0.01.
         assert!((middle - 0.505e-3).abs() < 1e-12 && (last - 1e-5).abs() < 1e-12, "{middle} {last}");

@@ -1,28 +1,25 @@
 //! Our controller: features of the path in, one cell update a sample, corrections of a static regression out.
 //!
-//! Trained by truncated back-propagation through whole trajectories, which run side by side, pieces of them in order,
-//! with the memory handed on. The weights kept are a running mean.
+//! Trained by truncated back-propagation through whole trajectories, see [`SequenceTask`].
 
 use std::ops::Range;
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::BadInput;
 use hysteron_learn::{
-    Lesson, Network, Normaliser, Schedule, SequenceOptions, Sequences, Session, Sum, Training, WeightFormat,
-    mean,
+    Evaluation, Network, Normaliser, SequenceOptions, SequenceTask, Sequences, Session, WeightFormat, mean,
 };
-use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::fit::{Fitted, Parts, Strokes, identity, run};
-use super::loss::{Loss, LossWeights, Row, Sums};
+use super::loss::{Loss, LossWeights, Row};
 use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
 use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
-use crate::{Error, Result};
+use crate::Result;
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StatefulOptions {
+pub struct RecurrentOptions {
     /// What it has in common with other trainings on whole trajectories.
     #[serde(flatten)]
     pub learning: SequenceOptions,
@@ -36,8 +33,8 @@ pub struct StatefulOptions {
     pub slow_m_s: f64,
     /// Plays as parts of the largest stroke.
     pub plays: Vec<f64>,
-    /// Time constants of lags [s].
-    pub lags_s: Vec<f64>,
+    /// Time constants of first-order filters [s].
+    pub filters_s: Vec<f64>,
     /// Weights of the terms of the loss.
     pub loss: LossWeights,
     /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that
@@ -49,7 +46,7 @@ pub struct StatefulOptions {
     pub seed: u64,
 }
 
-impl Default for StatefulOptions {
+impl Default for RecurrentOptions {
     fn default() -> Self {
         Self {
             learning: SequenceOptions {
@@ -57,17 +54,17 @@ impl Default for StatefulOptions {
                 layers: 1,
                 epochs: 30,
                 patience: 40,
-                piece: 200,
+                truncation: 200,
                 learning_rate: 2e-3,
                 input_noise: 0.3,
-                renewed: 0.005,
+                ema: 0.005,
             },
             smoothing: Smoothing::Centred,
             half_width_s: 0.1,
             horizons_s: vec![0.1, 0.2, 0.4],
             slow_m_s: 1e-3,
             plays: vec![0.02, 0.05, 0.12, 0.3, 0.6],
-            lags_s: vec![0.3, 3.0, 30.0],
+            filters_s: vec![0.3, 3.0, 30.0],
             loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, co_contraction_min_m: 0.0 },
             largest_delay_s: 0.5,
             weights: WeightFormat::Float32,
@@ -76,7 +73,7 @@ impl Default for StatefulOptions {
     }
 }
 
-impl StatefulOptions {
+impl RecurrentOptions {
     fn check(&self) -> Check<()> {
         self.learning.check()?;
         let LossWeights { tip, smooth_s, pull, co_contraction_min_m } = self.loss;
@@ -106,7 +103,7 @@ impl StatefulOptions {
             horizons_s: self.horizons_s.clone(),
             slow_m_s: self.slow_m_s,
             plays_m: self.plays.iter().map(|part| part * largest).collect(),
-            lags_s: self.lags_s.clone(),
+            filters_s: self.filters_s.clone(),
             delay_s,
         };
         spec.check()?;
@@ -114,42 +111,47 @@ impl StatefulOptions {
     }
 }
 
-/// Trains, see [`StatefulOptions`].
+/// Trains, see [`RecurrentOptions`].
 ///
 /// # Errors
 /// Options out of range, a tip that does not move, a file to go on from that belongs to another training, training that
 /// leaves finite numbers.
-pub fn fit_stateful(data: &Dataset, options: &StatefulOptions, session: &mut Session<'_>) -> Result<Fitted> {
+pub fn fit_recurrent(
+    data: &Dataset,
+    options: &RecurrentOptions,
+    session: &mut Session<'_>,
+) -> Result<Fitted> {
     options.check()?;
     options.features(data, 0.0)?;
     let Smoothed { training, validation, delay_s, regression, regression_mm, without_delay_mm, workspace } =
         smoothed(data, options.smoothing, options.half_width_s, options.largest_delay_s)?;
     let spec = options.features(data, delay_s)?;
-    let seen: Vec<Raw> = training.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
-    let unseen: Vec<Raw> = validation.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
-    let inputs = input_ranges(&seen, &spec)?;
-    let outputs = output_ranges(&data.training, &seen)?;
-    let rows = |all: &[Demonstration], raw: &[Raw]| -> Vec<Row> {
-        all.iter().zip(raw).map(|(one, raw)| raw.row(one, &inputs, &outputs)).collect()
+    let raw = |paths: &[Vec<PathPoint>]| -> Vec<Raw> {
+        paths.iter().map(|path| Raw::new(path, &spec, &regression)).collect()
     };
+    let [training, validation] = [raw(&training), raw(&validation)];
+    let inputs = input_ranges(&training, &spec)?;
+    let outputs = output_ranges(&data.training, &training)?;
     let gain: Vec<f32> = outputs.channels.iter().map(|c| (500.0 * (c.max - c.min)) as f32).collect();
-    let mut lesson = Trajectories {
-        options,
-        seen: rows(&data.training, &seen),
-        unseen: rows(&data.validation, &unseen),
-        loss: Loss::new(&options.loss, gain, data.step),
+    let loss = Loss::new(&options.loss, gain, data.step);
+    let side = |all: &[Demonstration], raw: &[Raw]| Trajectories {
+        rows: all.iter().zip(raw).map(|(one, raw)| raw.row(one, &inputs, &outputs)).collect(),
+        loss: &loss,
         n_inputs: inputs.channels.len(),
+        noise: options.learning.input_noise as f32,
     };
-    let architecture = options.learning.architecture(lesson.n_inputs, data.n_tendons);
+    let sides = [side(&data.training, &training), side(&data.validation, &validation)];
+    let architecture = options.learning.architecture(inputs.channels.len(), data.n_tendons);
     let n_rows = data.training.len().max(data.validation.len());
-    architecture.check_training([options.learning.piece, n_rows], 1)?;
+    architecture.check_training([options.learning.truncation, n_rows], 1)?;
     let network = Network::new(&architecture, options.seed)?;
-    let training = identity("stateful", json!(options), data);
-    let outcome = run(&mut lesson, network, options.seed, &training, session)?;
+    let mut task = SequenceTask::new(&options.learning, &network, (options.seed, "inverse/noise"), sides)?;
+    let training = identity("recurrent", json!(options), data);
+    let outcome = run(&mut task, network, &training, session)?;
     let parts = Parts {
         inputs,
         outputs,
-        design: Design::Stateful { features: spec, regression },
+        design: Design::Recurrent { features: spec, regression },
         workspace,
         weights: options.weights,
         regressions_mm: [without_delay_mm, regression_mm],
@@ -198,53 +200,36 @@ impl Raw {
     }
 }
 
-fn input_ranges(seen: &[Raw], spec: &FeatureSpec) -> Check<Normaliser> {
+fn input_ranges(training: &[Raw], spec: &FeatureSpec) -> Check<Normaliser> {
     let names = spec.names();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Normaliser::from_samples(&names, seen.iter().flat_map(|raw| raw.features.chunks_exact(names.len())))
+    Normaliser::from_samples(&names, training.iter().flat_map(|raw| raw.features.chunks_exact(names.len())))
 }
 
 /// Ranges of what the static regression misses.
-fn output_ranges(all: &[Demonstration], seen: &[Raw]) -> Check<Normaliser> {
+fn output_ranges(all: &[Demonstration], raw: &[Raw]) -> Check<Normaliser> {
     let n = all[0].n_tendons;
     let names: Vec<String> = (1..=n).map(|k| format!("correction_{k}_m")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let missing: Vec<f64> = all
         .iter()
-        .zip(seen)
+        .zip(raw)
         .flat_map(|(one, raw)| one.strokes.iter().zip(&raw.regression).map(|(stroke, found)| stroke - found))
         .collect();
     // Strokes that the regression finds exactly still need a range to be learned in.
     Normaliser::from_samples(&names, missing.chunks_exact(n))?.widened(1e-6)
 }
 
+/// Trajectories side by side.
 struct Trajectories<'a> {
-    options: &'a StatefulOptions,
-    seen: Vec<Row>,
-    unseen: Vec<Row>,
-    loss: Loss,
-    n_inputs: usize,
-}
-
-/// Rows on their way through a network.
-struct Walk<'a> {
-    rows: &'a [Row],
+    rows: Vec<Row>,
     loss: &'a Loss,
     n_inputs: usize,
-    /// Added to normalised inputs.
-    noise: &'a mut dyn FnMut() -> f32,
-    /// Sums of the squared errors of each stroke so far [mm²].
-    squares: Vec<f64>,
+    /// Width of the noise on normalised inputs.
+    noise: f32,
 }
 
-impl Trajectories<'_> {
-    fn walk<'a>(&'a self, rows: &'a [Row], noise: &'a mut dyn FnMut() -> f32) -> Walk<'a> {
-        let squares = vec![0.0; self.loss.gain.len()];
-        Walk { rows, loss: &self.loss, n_inputs: self.n_inputs, noise, squares }
-    }
-}
-
-impl Sequences for Walk<'_> {
+impl Sequences for Trajectories<'_> {
     fn rows(&self) -> usize {
         self.rows.len()
     }
@@ -253,57 +238,33 @@ impl Sequences for Walk<'_> {
         self.rows.iter().map(Row::len).max().unwrap_or(0)
     }
 
-    fn inputs(&mut self, samples: Range<usize>) -> Vec<f32> {
+    fn inputs(&mut self, samples: Range<usize>, noise: &mut dyn FnMut() -> f32) -> Vec<f32> {
         let n = self.n_inputs;
         let mut inputs = Vec::with_capacity(samples.len() * self.rows.len() * n);
         for i in samples {
-            for row in self.rows {
+            for row in &self.rows {
                 let i = i.min(row.len() - 1);
-                inputs.extend(row.features[i * n..(i + 1) * n].iter().map(|value| value + (self.noise)()));
+                inputs.extend(
+                    row.features[i * n..(i + 1) * n].iter().map(|value| value + self.noise * noise()),
+                );
             }
         }
         inputs
     }
 
-    fn judge(&mut self, start: usize, outputs: &[f32], gradient: Option<&mut [f32]>) -> Sum {
+    fn evaluate(&mut self, start: usize, outputs: &[f32], gradient: Option<&mut [f32]>) -> Evaluation {
         let mut unasked = vec![0.0; if gradient.is_some() { 0 } else { outputs.len() }];
-        let Sums { loss, squares, count } =
-            self.loss.evaluate(self.rows, start, outputs, gradient.unwrap_or(&mut unasked));
-        self.squares.iter_mut().zip(&squares).for_each(|(sum, square)| *sum += square);
-        Sum { loss, count }
+        self.loss.evaluate(&self.rows, start, outputs, gradient.unwrap_or(&mut unasked))
+    }
+
+    /// Of the strokes alone [mm].
+    fn error(&self, all: &Evaluation) -> f64 {
+        mean(&all.mean_squares()).sqrt()
     }
 }
 
-impl Lesson for Trajectories<'_> {
-    type Error = Error;
-
-    fn schedule(&self) -> Schedule {
-        self.options.learning.schedule()
-    }
-
-    fn train(
-        &mut self,
-        training: &mut Training,
-        epoch: usize,
-        on_step: &mut dyn FnMut(usize, usize) -> bool,
-    ) -> Result<Option<f64>> {
-        let mut stream = rng(self.options.seed, &format!("inverse/noise/{epoch}"));
-        let width = self.options.learning.input_noise as f32;
-        let mut noise = || width * (stream.random::<f32>() - 0.5);
-        let mut walk = self.walk(&self.seen, &mut noise);
-        Ok(training.train_sequences(&mut walk, self.options.learning.piece, on_step)?)
-    }
-
-    fn validate(&mut self, training: &Training) -> Result<f64> {
-        Ok(mean(&self.squares(training)?).sqrt())
-    }
-}
-
-impl Strokes for Trajectories<'_> {
-    fn squares(&self, training: &Training) -> Result<Vec<f64>> {
-        let mut still = || 0.0;
-        let mut walk = self.walk(&self.unseen, &mut still);
-        let sum = training.judge_sequences(&mut walk, self.options.learning.piece)?;
-        Ok(walk.squares.into_iter().map(|square| square / f64::max(sum.count, 1.0)).collect())
+impl Strokes for SequenceTask<'_, Trajectories<'_>> {
+    fn squares(&mut self, network: &Network) -> hysteron_learn::Result<Vec<f64>> {
+        Ok(self.evaluate(network)?.mean_squares())
     }
 }

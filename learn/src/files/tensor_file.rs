@@ -12,19 +12,23 @@ use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
-use crate::architecture::Part;
-use crate::{Architecture, Result};
+use crate::{Real, Result, TensorShape};
 
 /// Stands for the checksum while it is computed.
 const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// Numbers of a tensor, as they were stored.
+#[derive(Debug, Clone)]
+enum Numbers {
+    Single(Vec<f32>),
+    Double(Vec<f64>),
+}
 
 /// The content of a file.
 #[derive(Debug, Default)]
 pub(crate) struct TensorFile {
     metadata: BTreeMap<String, Value>,
-    tensors: BTreeMap<String, (Vec<usize>, Vec<f32>)>,
-    /// Vectors in double precision; their names are none of the tensors'.
-    vectors: BTreeMap<String, Vec<f64>>,
+    tensors: BTreeMap<String, (Vec<usize>, Numbers)>,
 }
 
 impl TensorFile {
@@ -32,32 +36,24 @@ impl TensorFile {
         self.metadata.insert(name.to_owned(), value);
     }
 
-    /// Puts a vector in double precision.
-    pub fn put_vector(&mut self, name: &str, values: Vec<f64>) {
-        self.vectors.insert(name.to_owned(), values);
-    }
-
-    /// # Errors
-    /// If it is missing, of another length, or not finite.
-    pub fn take_vector(&mut self, name: &str, len: usize) -> std::result::Result<Vec<f64>, BadInput> {
-        let found = self.vectors.remove(name).unwrap_or_default();
-        if found.len() != len {
-            return Err(BadInput::new(name, format!("{len} numbers"), found.len().to_string()));
-        }
-        match found.iter().find(|v| !v.is_finite()) {
-            Some(v) => Err(BadInput::new(name, "finite numbers", v.to_string())),
-            None => Ok(found),
-        }
-    }
-
-    /// Puts the tensors of a network, or of something of its shape, with a prefix to their names.
-    pub fn put_network(&mut self, prefix: &str, architecture: &Architecture, parameters: &[Vec<f32>]) {
-        for (parts, values) in architecture.parts().into_iter().zip(parameters) {
+    /// Puts vectors of parameters, each as the tensors that it consists of, with a prefix to their names.
+    pub fn put_tensors<'a, T: Real>(
+        &mut self,
+        prefix: &str,
+        tensors: &[Vec<TensorShape>],
+        vectors: impl IntoIterator<Item = &'a Vec<T>>,
+    ) {
+        for (tensors, values) in tensors.iter().zip(vectors) {
             let mut rest = &values[..];
-            for part in parts {
-                let (tensor, after) = rest.split_at(part.len());
+            for tensor in tensors {
+                let (values, after) = rest.split_at(tensor.len());
                 rest = after;
-                self.tensors.insert(format!("{prefix}{}", part.name), (part.shape, tensor.to_vec()));
+                let numbers = if size_of::<T>() == size_of::<f32>() {
+                    Numbers::Single(values.iter().map(|v| v.to_f64() as f32).collect())
+                } else {
+                    Numbers::Double(values.iter().map(|v| v.to_f64()).collect())
+                };
+                self.tensors.insert(format!("{prefix}{}", tensor.name), (tensor.shape.clone(), numbers));
             }
         }
     }
@@ -71,38 +67,51 @@ impl TensorFile {
         serde_json::from_value(value).map_err(|e| BadInput::new(name, "a valid entry", e.to_string()))
     }
 
+    /// The vectors of parameters that consist of these tensors.
+    ///
     /// # Errors
-    /// If the architecture is invalid, or a tensor is missing or of another shape.
-    pub fn take_network(
+    /// If a tensor is missing, of another shape or precision, or holds a number that is not finite.
+    pub fn take_tensors<T: Real>(
         &mut self,
         prefix: &str,
-        architecture: &Architecture,
-    ) -> std::result::Result<Vec<Vec<f32>>, BadInput> {
-        architecture.check()?;
-        if architecture.layers > self.tensors.len() {
-            let found = format!("{} in all", self.tensors.len());
-            let expected = format!("tensors of {} layers", architecture.layers);
-            return Err(BadInput::new("architecture: layers", expected, found));
+        tensors: &[Vec<TensorShape>],
+    ) -> std::result::Result<Vec<Vec<T>>, BadInput> {
+        let mut vectors = Vec::with_capacity(tensors.len());
+        for tensors in tensors {
+            let mut values = Vec::new();
+            for tensor in tensors {
+                values.extend(self.take_tensor::<T>(format!("{prefix}{}", tensor.name), &tensor.shape)?);
+            }
+            vectors.push(values);
         }
-        let mut tensor = |part: Part| {
-            let name = format!("{prefix}{}", part.name);
-            match self.tensors.remove(&name) {
-                Some((shape, values)) if shape == part.shape => Ok(values),
-                Some((shape, _)) => {
-                    Err(BadInput::new(name, format!("the shape {:?}", part.shape), format!("{shape:?}")))
-                }
-                None => Err(BadInput::new(name, "a tensor of the architecture", "nothing")),
+        Ok(vectors)
+    }
+
+    fn take_tensor<T: Real>(
+        &mut self,
+        name: String,
+        shape: &[usize],
+    ) -> std::result::Result<Vec<T>, BadInput> {
+        let values: Vec<T> = match self.tensors.remove(&name) {
+            None => return Err(BadInput::new(name, "a tensor of the architecture", "nothing")),
+            Some((found, _)) if found != shape => {
+                return Err(BadInput::new(name, format!("the shape {shape:?}"), format!("{found:?}")));
+            }
+            Some((_, Numbers::Single(values))) if size_of::<T>() == size_of::<f32>() => {
+                values.into_iter().map(|v| T::of(f64::from(v))).collect()
+            }
+            Some((_, Numbers::Double(values))) if size_of::<T>() == size_of::<f64>() => {
+                values.into_iter().map(T::of).collect()
+            }
+            Some(_) => {
+                let expected = format!("numbers of {} bits", 8 * size_of::<T>());
+                return Err(BadInput::new(name, expected, "others"));
             }
         };
-        let mut all = Vec::new();
-        for parts in architecture.parts() {
-            let mut values = Vec::new();
-            for part in parts {
-                values.extend(tensor(part)?);
-            }
-            all.push(values);
+        match values.iter().find(|v| !v.to_f64().is_finite()) {
+            Some(bad) => Err(BadInput::new(name, "finite weights", bad.to_f64().to_string())),
+            None => Ok(values),
         }
-        Ok(all)
     }
 
     /// # Errors
@@ -119,17 +128,20 @@ impl TensorFile {
         texts.insert("sha256".to_owned(), NO_CHECKSUM.into());
         let mut header = Map::from_iter([("__metadata__".to_owned(), Value::from(texts))]);
         let mut data = Vec::new();
-        for (name, (shape, values)) in &self.tensors {
+        for (name, (shape, numbers)) in &self.tensors {
             let from = data.len();
-            data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+            let dtype = match numbers {
+                Numbers::Single(values) => {
+                    data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+                    "F32"
+                }
+                Numbers::Double(values) => {
+                    data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+                    "F64"
+                }
+            };
             let offsets = [from, data.len()];
-            header.insert(name.clone(), json!({ "dtype": "F32", "shape": shape, "data_offsets": offsets }));
-        }
-        for (name, values) in &self.vectors {
-            let from = data.len();
-            data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
-            let (offsets, shape) = ([from, data.len()], [values.len()]);
-            header.insert(name.clone(), json!({ "dtype": "F64", "shape": shape, "data_offsets": offsets }));
+            header.insert(name.clone(), json!({ "dtype": dtype, "shape": shape, "data_offsets": offsets }));
         }
         let mut header = Value::from(header).to_string();
         // The data begin at a multiple of 8, as the format asks.
@@ -176,18 +188,16 @@ impl TensorFile {
             }
         }
         for (name, tensor) in content.iter() {
-            if tensor.dtype() == Dtype::F64 {
-                let (values, _) = tensor.data().as_chunks::<8>();
-                let values = values.iter().map(|v| f64::from_le_bytes(*v)).collect();
-                found.vectors.insert(name.to_owned(), values);
-                continue;
-            }
-            if tensor.dtype() != Dtype::F32 {
-                return Err(BadInput::new(name, "F32 or F64", format!("{:?}", tensor.dtype())));
-            }
-            let (values, _) = tensor.data().as_chunks::<4>();
-            let values = values.iter().map(|v| f32::from_le_bytes(*v)).collect();
-            found.tensors.insert(name.to_owned(), (tensor.shape().to_vec(), values));
+            let numbers = match tensor.dtype() {
+                Dtype::F32 => Numbers::Single(
+                    tensor.data().as_chunks().0.iter().map(|v| f32::from_le_bytes(*v)).collect(),
+                ),
+                Dtype::F64 => Numbers::Double(
+                    tensor.data().as_chunks().0.iter().map(|v| f64::from_le_bytes(*v)).collect(),
+                ),
+                other => return Err(BadInput::new(name, "F32 or F64", format!("{other:?}"))),
+            };
+            found.tensors.insert(name.to_owned(), (tensor.shape().to_vec(), numbers));
         }
         Ok(found)
     }
@@ -219,7 +229,7 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::{Head, Network};
+    use crate::{Architecture, Head, Model, Network};
 
     fn architecture() -> Architecture {
         Architecture { inputs: 1, hidden: 2, layers: 1, outputs: 1, head: Head::Linear, dropout: 0.0 }
@@ -229,12 +239,11 @@ mod tests {
     fn network_of(change: impl FnOnce(&mut TensorFile)) -> String {
         let network = Network::new(&architecture(), 1).unwrap();
         let mut file = TensorFile::default();
-        file.put_network("", &architecture(), &network.parameters);
+        file.put_tensors("", &network.tensors(), network.parameters());
         change(&mut file);
         let mut found = TensorFile::from_bytes(file.to_bytes("f", 2), "f", 2).unwrap();
-        let parameters = found.take_network("", &architecture());
-        match parameters.and_then(|p| Network::from_parameters(architecture(), p)) {
-            Ok(found) => format!("the same: {}", found == network),
+        match found.take_tensors::<f32>("", &network.tensors()) {
+            Ok(found) => format!("the same: {}", found == network.parameters()),
             Err(bad) => bad.to_string(),
         }
     }
@@ -246,8 +255,14 @@ mod tests {
         assert_eq!(found, "head.bias: expected a tensor of the architecture, got nothing");
         let found = network_of(|file| file.tensors.get_mut("lstm.weight_ih_l0").unwrap().0 = vec![1, 8]);
         assert_eq!(found, "lstm.weight_ih_l0: expected the shape [8, 1], got [1, 8]");
-        let found = network_of(|file| file.tensors.get_mut("lstm.bias_l0").unwrap().1[3] = f32::NAN);
+        let found = network_of(|file| {
+            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Single(vec![f32::NAN; 8]);
+        });
         assert_eq!(found, "lstm.bias_l0: expected finite weights, got NaN");
+        let found = network_of(|file| {
+            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Double(vec![0.0; 8]);
+        });
+        assert_eq!(found, "lstm.bias_l0: expected numbers of 32 bits, got others");
     }
 
     #[test]

@@ -9,9 +9,9 @@ use candle_core::{CpuStorage, CustomOp2, Device, Layout, Shape as Dims, Storage,
 use candle_nn::rnn::{LSTMConfig, LSTMState, RNN, lstm};
 use candle_nn::{Module, VarBuilder};
 
-use crate::batch::{Batch, Memory, Outputs};
-use crate::network::LayerWeights;
-use crate::sequence::{self, Shape, Tape};
+use super::batch::{Batch, Memory, Outputs};
+use super::layer::{self, Shape, Tape};
+use super::network::LayerWeights;
 use crate::{Architecture, Error, Head, Network};
 
 impl From<candle_core::Error> for Error {
@@ -259,7 +259,7 @@ impl CustomOp2 for FusedLayer {
         let (x, parameters) = (values(x, x_layout)?, values(parameters, parameters_layout)?);
         let mut h = vec![0.0; self.shape.n_states()];
         let state = [&self.h0[..], &self.c0];
-        sequence::forward(self.shape, self.weights(parameters), x, state, &mut locked(&self.tape), &mut h);
+        layer::forward(self.shape, self.weights(parameters), x, state, &mut locked(&self.tape), &mut h);
         let dims = Dims::from((self.shape.steps * self.shape.rows, self.shape.hidden));
         Ok((CpuStorage::F32(h), dims))
     }
@@ -280,8 +280,8 @@ impl CustomOp2 for FusedLayer {
             let weights = self.weights(parameters);
             let state = [&self.h0[..], &self.c0];
             let tape = &mut locked(&self.tape);
-            let gradients = sequence::Gradients { parameters: &mut d_parameters, inputs: dx.as_deref_mut() };
-            sequence::backward(self.shape, weights, [x, h, dh], state, tape, self.floor, gradients);
+            let gradients = layer::Gradients { parameters: &mut d_parameters, inputs: dx.as_deref_mut() };
+            layer::backward(self.shape, weights, [x, h, dh], state, tape, self.floor, gradients);
         })?;
         let dx = dx.map(|dx| Tensor::from_vec(dx, x.shape(), x.device())).transpose()?;
         Ok((dx, Some(Tensor::from_vec(d_parameters, parameters.shape(), parameters.device())?)))

@@ -149,7 +149,7 @@ pub(crate) struct Backward<'a> {
     pub dc: &'a mut [f32],
     /// H.
     pub hidden: usize,
-    /// Derivatives of at most this size become zero; see [`crate::Schedule::gradient_floor`].
+    /// Derivatives of at most this size become zero; see [`crate::WindowOptions::gradient_floor`].
     pub floor: f32,
 }
 

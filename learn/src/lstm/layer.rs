@@ -7,8 +7,8 @@
 
 use rayon::prelude::*;
 
-use crate::gates::{Backward, Forward};
-use crate::network::LayerWeights;
+use super::gates::{Backward, Forward};
+use super::network::LayerWeights;
 use crate::product::{multiply, multiply_add, rows};
 
 /// Rows (of all steps) that one task multiplies by W_ih: large for the product, small against the whole.

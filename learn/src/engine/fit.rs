@@ -1,0 +1,146 @@
+//! Training epoch by epoch, the same for every family of models and every kind of data: a schedule, the best weights on
+//! validation data, early stopping, and a file to go on from.
+
+use std::path::Path;
+
+use hysteron_base::BadInput;
+use serde_json::Value;
+
+use crate::{Error, Model, Schedule, Training};
+
+/// What a training reports after an epoch; errors in the unit of the task.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Epoch {
+    /// Epochs done, from 1.
+    pub number: usize,
+    /// Epochs at most.
+    pub of: usize,
+    /// Root of the mean training loss.
+    pub training: f64,
+    /// Root mean square error in validation.
+    pub validation: f64,
+    /// The best of these so far.
+    pub best: f64,
+}
+
+/// What a training reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// An update of the weights.
+    Step {
+        /// Epochs done.
+        epoch: usize,
+        /// Updates of this epoch done.
+        done: usize,
+        /// Updates of an epoch.
+        of: usize,
+    },
+    /// The end of an epoch.
+    Epoch(Epoch),
+}
+
+/// Where a training stands between runs, and who gets its reports.
+pub struct Session<'a> {
+    /// File to go on from, written after every epoch; none for no file.
+    pub file: Option<&'a Path>,
+    /// Gets the progress; ends the training where it returns false. A part of an epoch is then lost.
+    pub progress: &'a mut dyn FnMut(&Progress) -> bool,
+}
+
+/// What a model is trained for: data, batches and loss.
+pub trait Task<M: Model> {
+    /// What can go wrong in it.
+    type Error: From<Error>;
+
+    /// The optimiser, its step size and the number of epochs.
+    fn schedule(&self) -> Schedule;
+
+    /// Goes through all training data once; the mean squared loss, or none where `on_step(done, of)` ended it.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    fn epoch(
+        &mut self,
+        training: &mut Training<M>,
+        on_step: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<Option<f64>, Self::Error>;
+
+    /// Root mean square error in validation.
+    ///
+    /// # Errors
+    /// Those of the model's forward pass.
+    fn validate(&mut self, model: &M) -> Result<f64, Self::Error>;
+}
+
+/// What a training came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitResult<M> {
+    /// With the best weights.
+    pub model: M,
+    /// Epochs done when they were found.
+    pub epochs: usize,
+    /// Their error in validation.
+    pub validation: f64,
+    /// Of every epoch, the error in training and in validation.
+    pub curve: Vec<[f64; 2]>,
+    /// False where it was ended before its time and can go on from its file.
+    pub is_finished: bool,
+}
+
+/// Trains `model`, or goes on from the session's file. `identity` says what is trained on what: a file with another one is
+/// refused.
+///
+/// # Errors
+/// Those of the task; a file that is damaged, or of another training; [`Error::NothingTrained`].
+pub fn fit<M: Model, T: Task<M> + ?Sized>(
+    task: &mut T,
+    model: M,
+    identity: &Value,
+    session: &mut Session<'_>,
+) -> Result<FitResult<M>, T::Error> {
+    let schedule = task.schedule();
+    let mut training = match session.file.filter(|path| path.exists()) {
+        Some(path) => resumed(path, &model, identity)?,
+        None => Training::new(model, schedule.adam, schedule.ema)?,
+    };
+    let is_over =
+        |training: &Training<M>| training.epochs() >= schedule.epochs || training.is_stuck(schedule.patience);
+    let mut is_finished = is_over(&training);
+    while !is_finished {
+        let epoch = training.epochs();
+        training.set_learning_rate(schedule.learning_rate(epoch));
+        let mut on_step = |done, of| (session.progress)(&Progress::Step { epoch, done, of });
+        let Some(loss) = task.epoch(&mut training, &mut on_step)? else { break };
+        let validation = task.validate(training.evaluated())?;
+        training.end_epoch(loss.sqrt(), validation);
+        if let Some(path) = session.file {
+            training.save(path, identity)?;
+        }
+        let best = training.best().map_or(validation, |(_, _, error)| error);
+        let report =
+            Epoch { number: epoch + 1, of: schedule.epochs, training: loss.sqrt(), validation, best };
+        is_finished = is_over(&training);
+        if !(session.progress)(&Progress::Epoch(report)) {
+            break;
+        }
+    }
+    let (model, epochs, validation) = training.best().ok_or(Error::NothingTrained)?;
+    Ok(FitResult { model: model.clone(), epochs, validation, curve: training.curve().to_vec(), is_finished })
+}
+
+fn resumed<M: Model>(path: &Path, model: &M, identity: &Value) -> crate::Result<Training<M>> {
+    Ok(Training::load_if(path, model, |found| check_identity(found, identity))?.0)
+}
+
+/// # Errors
+/// `BadInput` naming what differs between the training that a file holds and the one that is asked for.
+fn check_identity(found: &Value, identity: &Value) -> Result<(), BadInput> {
+    if found == identity {
+        return Ok(());
+    }
+    let differing =
+        identity.as_object().into_iter().flatten().find(|(key, value)| found.get(key) != Some(value));
+    let what = differing.map_or("its settings", |(key, _)| key.as_str());
+    Err(BadInput::new("", "the training of this command", format!("another one ({what})"))
+        .hint("remove it to begin anew"))
+}

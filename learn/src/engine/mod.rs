@@ -1,0 +1,24 @@
+//! The engine: what training is for every family of models. It knows neither networks nor what a batch is.
+
+mod adam;
+mod fit;
+mod fit_report;
+mod lbfgs;
+mod loss;
+mod minibatch;
+mod model;
+mod real;
+mod schedule;
+mod training;
+
+pub use adam::Adam;
+pub use fit::{Epoch, FitResult, Progress, Session, Task, fit};
+pub use fit_report::{ChannelErrors, FitReport};
+pub use lbfgs::{Ending, Lbfgs};
+pub use loss::{mean, mean_squared_error};
+pub use minibatch::{Objective, minimise};
+pub use model::{Model, ParameterVector, TensorShape};
+pub use real::Real;
+pub use schedule::{Decay, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule};
+pub(crate) use schedule::{MOST_LAYERS, check_counts};
+pub use training::Training;

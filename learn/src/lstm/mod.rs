@@ -1,0 +1,22 @@
+//! LSTM networks: shapes and weights, passes over batches, one sample at a time.
+
+mod architecture;
+mod backprop;
+mod batch;
+mod ensemble;
+mod gates;
+mod graph;
+#[cfg(test)]
+mod graph_tests;
+mod layer;
+mod network;
+mod runner;
+mod trainer;
+
+pub use architecture::{Architecture, Head};
+pub use backprop::Backprop;
+pub use batch::{Batch, Memory, Outputs};
+pub use ensemble::Member;
+pub use network::Network;
+pub use runner::{Runner, WeightFormat};
+pub use trainer::Trainer;

@@ -1,0 +1,94 @@
+//! A network in training by hand, batch by batch; [`crate::fit`] trains by epochs.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::backprop::Backprop;
+use crate::{Adam, Batch, Memory, Network, Result, Training};
+
+/// A network, its optimiser and its passes.
+#[derive(Debug)]
+pub struct Trainer {
+    training: Training<Network>,
+    passes: Backprop,
+}
+
+impl Trainer {
+    /// Training from these weights on; `seed` is for dropout.
+    ///
+    /// # Errors
+    /// `BadInput` for a setting of `adam` out of its range; `Tensors` if a card refuses.
+    pub fn new(network: Network, adam: Adam, seed: u64) -> Result<Self> {
+        let passes = Backprop::new(network.architecture(), seed)?;
+        Ok(Self { training: Training::new(network, adam, None)?, passes })
+    }
+
+    /// As [`Trainer::new`], see [`Backprop::unrolled`].
+    ///
+    /// # Errors
+    /// `BadInput` for a setting of `adam` out of its range.
+    pub fn unrolled(network: Network, adam: Adam, seed: u64) -> Result<Self> {
+        let passes = Backprop::unrolled(network.architecture(), seed);
+        Ok(Self { training: Training::new(network, adam, None)?, passes })
+    }
+
+    /// The network as it is now.
+    pub fn network(&self) -> &Network {
+        self.training.model()
+    }
+
+    /// The network, without what only training needs.
+    pub fn into_network(self) -> Network {
+        self.training.into_model()
+    }
+
+    /// See [`Training::set_learning_rate`].
+    pub fn set_learning_rate(&mut self, learning_rate: f64) {
+        self.training.set_learning_rate(learning_rate);
+    }
+
+    /// See [`Backprop::predict`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn predict(&self, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
+        self.passes.predict(self.network(), batch, memory)
+    }
+
+    /// See [`Backprop::update`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn step(
+        &mut self,
+        batch: &Batch<'_>,
+        memory: &mut Memory,
+        loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
+    ) -> Result<f64> {
+        self.passes.update(&mut self.training, batch, memory, loss)
+    }
+
+    /// Writes everything needed to go on, with what the caller wants to find beside it.
+    ///
+    /// # Errors
+    /// `File` if the file system refuses.
+    pub fn save(&self, path: &Path, details: &Value) -> Result<()> {
+        self.training.save(path, &json!({ "dropout_seed": self.passes.seed(), "details": details }))
+    }
+
+    /// Goes on from a file by [`Trainer::save`] of a network of the architecture of `like`: the next steps are bit for bit those
+    /// of the trainer that wrote it, on the same machine. Also gives the caller's details.
+    ///
+    /// # Errors
+    /// `BadInput` for a file that is not whole, not by [`Trainer::save`] or of another version or architecture.
+    pub fn load(path: &Path, like: &Network) -> Result<(Self, Value)> {
+        let (training, mut details) = Training::load(path, like)?;
+        let seed = details["dropout_seed"].as_u64().ok_or_else(|| {
+            let place = format!("{}: dropout_seed", path.display());
+            hysteron_base::BadInput::new(place, "a whole number", details["dropout_seed"].to_string())
+        })?;
+        let passes = Backprop::new(like.architecture(), seed)?;
+        Ok((Self { training, passes }, details["details"].take()))
+    }
+}

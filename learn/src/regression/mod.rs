@@ -1,0 +1,14 @@
+//! Sequence regression: from sequences of inputs to sequences of outputs, for whoever gives the features and the loss.
+//!
+//! Two ways to train an LSTM, whole sequences with truncated back-propagation ([`SequenceTask`]) and sliding windows
+//! ([`WindowTask`]), and one way to use it sample by sample ([`Predictor`]).
+
+mod options;
+mod predictor;
+mod sequences;
+mod windows;
+
+pub use options::SequenceOptions;
+pub use predictor::{OUTPUT_MAX, Predictor, RANGE_MARGIN};
+pub use sequences::{Evaluation, SequenceTask, Sequences};
+pub use windows::{WindowOptions, WindowTask, WindowedSequence, windows};
