@@ -114,10 +114,10 @@ impl<'a> System<'a> {
     fn precondition(&mut self, mut force: Vec<f64>, strokes: &[f64]) -> Vec<f64> {
         self.quasi_newton.solve(&mut force);
         let (cables, shape) = (&self.twin.cables, &self.balance.shape);
-        let missing = DVector::from_fn(self.held.len(), |a, _| {
+        let stroke_residual = DVector::from_fn(self.held.len(), |a, _| {
             -(strokes[a] + cables.row_times(shape, self.held[a], &force))
         });
-        let tensions = self.among.solve(&missing);
+        let tensions = self.among.solve(&stroke_residual);
         let projection = self.quasi_newton.last_projection();
         for (tension, &j) in tensions.iter().zip(self.held) {
             axpy(self.twin.body.isa, *tension, &projection.columns[j], &mut force);
@@ -249,7 +249,7 @@ mod tests {
         let mut ahead = state.clone();
         let further: Vec<f64> = strokes.iter().map(|stroke| stroke - STEP).collect();
         Stepper::new(&twin).step(&twin, &targets(&further), &mut ahead).expect("an equilibrium");
-        assert_eq!(ahead.slides, state.slides, "a point has slipped: what sticks is not tested");
+        assert_eq!(ahead.slip, state.slip, "a point has slipped: what sticks is not tested");
         let error = error(&mut stepper, &twin, &state, &strokes);
         assert!(error < EXACT, "{error:.1e}");
     }

@@ -18,9 +18,9 @@ pub(crate) struct Pair {
     /// The move: free unknowns, then tensions times their mean compliance [m].
     pub moved: Vec<f64>,
     /// Change of K⁻¹ r [m].
-    pub drift: Vec<f64>,
-    /// Change of the stroke that each cable misses when only the drift is made [m].
-    pub missing: Vec<f64>,
+    pub free_displacement: Vec<f64>,
+    /// Change of the stroke that each cable misses when only the free displacement is made [m].
+    pub stroke_residual: Vec<f64>,
     /// Change of the proposed step, with each cable between its bounds or at one as it is now.
     pub change: Vec<f64>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Anderson {
     n_pairs: usize,
     /// Slot of the next pair.
     next: usize,
-    /// The last move, and drift, missing strokes and proposed step from before it.
+    /// The last move, and free displacement, missing strokes and proposed step from before it.
     last: Pair,
     has_last: bool,
 }
@@ -46,8 +46,8 @@ impl Anderson {
     pub fn new(isa: Isa, n: usize, m: usize) -> Self {
         let blank = Pair {
             moved: vec![0.0; n + m],
-            drift: vec![0.0; n],
-            missing: vec![0.0; m],
+            free_displacement: vec![0.0; n],
+            stroke_residual: vec![0.0; m],
             change: vec![0.0; n + m],
         };
         Self {
@@ -73,22 +73,22 @@ impl Anderson {
         self.has_last = false;
     }
 
-    /// Learns from what the last move led to: the proposed `step`, and the `drift` and `missing` that it was made from.
-    pub fn observe(&mut self, step: &[f64], drift: &[f64], missing: &[f64]) {
+    /// Learns from what the last move led to: the proposed `step`, and the `free displacement` and `missing` that it was made from.
+    pub fn observe(&mut self, step: &[f64], free_displacement: &[f64], stroke_residual: &[f64]) {
         let last = &mut self.last;
         if self.has_last {
             let pair = &mut self.pairs[self.next];
             std::mem::swap(&mut pair.moved, &mut last.moved);
             replace(&mut last.change, step, &mut pair.change);
-            replace(&mut last.drift, drift, &mut pair.drift);
-            replace(&mut last.missing, missing, &mut pair.missing);
+            replace(&mut last.free_displacement, free_displacement, &mut pair.free_displacement);
+            replace(&mut last.stroke_residual, stroke_residual, &mut pair.stroke_residual);
             self.n_pairs = (self.n_pairs + 1).min(WINDOW);
             self.multiply(self.next, self.n_pairs);
             self.next = (self.next + 1) % WINDOW;
         } else {
             last.change.copy_from_slice(step);
-            last.drift.copy_from_slice(drift);
-            last.missing.copy_from_slice(missing);
+            last.free_displacement.copy_from_slice(free_displacement);
+            last.stroke_residual.copy_from_slice(stroke_residual);
         }
     }
 

@@ -43,14 +43,14 @@ impl Control {
 
     /// Energy of cable `j` that stretches by `compliance` × T, with a missing stroke: the largest
     /// T × `missing` - ½ `compliance` T² over its tensions [J].
-    pub fn clutch(&self, j: usize, missing: f64, compliance: f64, strongest: f64) -> f64 {
+    pub fn clutch(&self, j: usize, stroke_residual: f64, compliance: f64, strongest: f64) -> f64 {
         let highest = self.highest[j].min(strongest.max(self.lowest[j]));
         let lowest = self.lowest[j].max(-strongest.max(-self.highest[j]));
         if compliance > 0.0 {
-            let tension = (missing / compliance).clamp(lowest, highest);
-            return tension * (missing - 0.5 * compliance * tension);
+            let tension = (stroke_residual / compliance).clamp(lowest, highest);
+            return tension * (stroke_residual - 0.5 * compliance * tension);
         }
-        (lowest * missing).max(highest * missing)
+        (lowest * stroke_residual).max(highest * stroke_residual)
     }
 
     /// True where the tension, not the stroke, is prescribed.
@@ -72,7 +72,7 @@ pub(crate) struct Balance {
     /// Norm of `residual` over that of the applied forces [-].
     pub relative: f64,
     /// Missing stroke of each cable, u - s - C T [m]; zero where the tension is prescribed.
-    pub missing: Vec<f64>,
+    pub stroke_residual: Vec<f64>,
     /// Largest violated stroke condition [m].
     pub violation: f64,
     /// True if no element is inverted.
@@ -96,7 +96,7 @@ impl Balance {
             shape: twin.cables.shape(),
             residual: vec![0.0; body.n_unknowns()],
             relative: f64::INFINITY,
-            missing: vec![0.0; twin.cables.len()],
+            stroke_residual: vec![0.0; twin.cables.len()],
             violation: f64::INFINITY,
             is_upright: true,
             stiffness_force: body.material.youngs_modulus * volume.powf(2.0 / 3.0),
@@ -139,18 +139,18 @@ impl Balance {
         self.violation = 0.0;
         for j in 0..t.len() {
             if control.is_tension(j) {
-                self.missing[j] = 0.0;
+                self.stroke_residual[j] = 0.0;
                 // A prescribed tension is a condition on T itself, met once the bounds are.
                 if t[j] != control.lowest[j] {
                     self.violation = f64::INFINITY;
                 }
                 continue;
             }
-            let missing = control.strokes[j] - self.shape.strokes[j] - cables.stretch(j, t);
-            self.missing[j] = missing;
-            let slack = t[j] <= control.lowest[j] && missing <= 0.0;
-            let slips = t[j] >= control.highest[j] && missing >= 0.0;
-            let violated = if slack || slips { 0.0 } else { missing.abs() };
+            let stroke_residual = control.strokes[j] - self.shape.strokes[j] - cables.stretch(j, t);
+            self.stroke_residual[j] = stroke_residual;
+            let slack = t[j] <= control.lowest[j] && stroke_residual <= 0.0;
+            let slips = t[j] >= control.highest[j] && stroke_residual >= 0.0;
+            let violated = if slack || slips { 0.0 } else { stroke_residual.abs() };
             // NaN must not pass as zero, and stays.
             if violated > self.violation || violated.is_nan() {
                 self.violation = violated;
@@ -173,10 +173,11 @@ impl Balance {
                 energy -= control.load * load[c] * node[c];
             }
         }
-        let missing = control.strokes.iter().zip(&self.shape.strokes).map(|(asked, stroke)| asked - stroke);
+        let stroke_residual =
+            control.strokes.iter().zip(&self.shape.strokes).map(|(asked, stroke)| asked - stroke);
         let compliance = |j| twin.cables.own_compliance(j);
-        let clutch = |(j, missing)| control.clutch(j, missing, compliance(j), strongest);
-        Some(energy + missing.enumerate().map(clutch).sum::<f64>())
+        let clutch = |(j, stroke_residual)| control.clutch(j, stroke_residual, compliance(j), strongest);
+        Some(energy + stroke_residual.enumerate().map(clutch).sum::<f64>())
     }
 
     /// True at an equilibrium: forces and strokes meet the accuracy asked for, and no element is inverted.
@@ -232,7 +233,7 @@ mod tests {
         let direction: Vec<f64> = (0..twin.body.n_unknowns()).map(|_| rng.random_range(-1.0..1.0)).collect();
         let mut balance = Balance::new(&twin);
         balance.evaluate_strokes(&twin, &control, &x, &tensions);
-        tensions[3] = balance.missing[3] / twin.tendons[3].compliance;
+        tensions[3] = balance.stroke_residual[3] / twin.tendons[3].compliance;
         assert!(tensions[3] > 0.1 && tensions[3] < strongest, "{tensions:?}");
         // Central differences: third derivatives are those over element sizes of 3 mm, (h / 3 mm)² = 1e-7;
         // round-off of 0.1 J over 2 h is 1e-11 N.

@@ -2,6 +2,8 @@
 
 use hysteron_base::BadInput;
 
+use crate::qp::QpStatus;
+
 /// Errors of `twin`.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -34,11 +36,21 @@ pub enum Error {
     },
 }
 
-/// Why a command cannot be balanced.
+/// Why a step found no equilibrium: what its last attempt ended with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
-    /// The iteration found no balance.
-    NotConverged,
+    /// The stiffness has no factor: the body can move without force.
+    NoFactor,
+    /// The QP of the tensions was not solved.
+    Qp(QpStatus),
+    /// The equilibria that the taut tendons' strokes allow are unstable.
+    Unstable,
+    /// No part of a Newton step comes closer.
+    LineSearch,
+    /// The residual grows beyond all bounds.
+    Diverged,
+    /// The iterations are used up.
+    IterationLimit,
     /// An element turns inside out on the way, det F <= 0, where no law means anything.
     Inverted {
         /// Its number in the mesh file, from 0.
@@ -49,7 +61,12 @@ pub enum Cause {
 impl std::fmt::Display for Cause {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
-            Self::NotConverged => write!(f, "the iteration does not converge"),
+            Self::NoFactor => write!(f, "the stiffness has no factor"),
+            Self::Qp(status) => write!(f, "the QP of the tensions is {status}"),
+            Self::Unstable => write!(f, "the equilibrium is unstable under these strokes"),
+            Self::LineSearch => write!(f, "the line search finds no way closer"),
+            Self::Diverged => write!(f, "the iteration diverges"),
+            Self::IterationLimit => write!(f, "the iteration does not converge"),
             Self::Inverted { element } => write!(f, "element {element} turns inside out"),
         }
     }

@@ -1,6 +1,6 @@
 //! Friction with memory along the tendons, and backlash before them.
 //!
-//! Where a tendon rubs, its tension jumps by q, at most a bound b. Such a point is one more cable: the tendon's rest
+//! Where friction acts on a tendon, its tension jumps by q, at most a bound b. Such a point is one more cable: the tendon's rest
 //! from there to its end, whose tension is the jump, whose stroke is how much of the tendon has slid past the point,
 //! and whose commanded stroke is its memory. So it is the clutch that every tendon is: between its bounds the point
 //! sticks and the slide stays, at a bound it slips, and after the step the memory moves to where the tendon has slid.
@@ -19,7 +19,7 @@ use crate::balance::Control;
 use crate::cable::{CableShape, Cables};
 use crate::model::{Target, Twin};
 
-/// A point at which a tendon rubs. Its cable follows those of all tendons, in the order of the points.
+/// A point at which friction acts on a tendon. Its cable follows those of all tendons, in the order of the points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrictionPoint {
     /// The tendon.
@@ -43,7 +43,7 @@ impl FrictionPoint {
     }
 }
 
-/// The points at which `tendons` rub, tendon by tendon, from the pulled end to the tip: one for the sheath, whose
+/// The friction points of `tendons`, tendon by tendon, from the pulled end to the tip: one for the sheath, whose
 /// exponent stands as a coefficient for a turn of one; then the inner points of the tendon, shared evenly among at most
 /// `friction.points`, each at the middle of its share.
 pub(crate) fn friction_points(tendons: &[Tendon], friction: &Friction) -> Vec<FrictionPoint> {
@@ -113,10 +113,10 @@ pub(crate) fn bounds_into(twin: &Twin, shape: &CableShape, tensions: &[f64], bou
     }
 }
 
-/// Tells the friction points to hold their memory within `bounds` [N].
-pub(crate) fn hold(twin: &Twin, slides: &[f64], bounds: &[f64], control: &mut Control) {
+/// Lets the friction points stick at their slip within `bounds` [N].
+pub(crate) fn stick(twin: &Twin, slip: &[f64], bounds: &[f64], control: &mut Control) {
     let first = twin.tendons.len();
-    for (i, (slide, bound)) in slides.iter().zip(bounds).enumerate() {
+    for (i, (slide, bound)) in slip.iter().zip(bounds).enumerate() {
         control.strokes[first + i] = *slide;
         control.lowest[first + i] = -bound;
         control.highest[first + i] = *bound;
@@ -130,19 +130,19 @@ pub(crate) fn change_of_bounds(twin: &Twin, bounds: &[f64], control: &Control) -
     bounds.iter().zip(held).map(|(now, then)| (now - then).abs()).fold(0.0, f64::max) / largest
 }
 
-/// Moves the memory of all points that slip under `control` to where their tendons have slid in `shape`.
-pub(crate) fn remember(twin: &Twin, control: &Control, shape: &CableShape, state: &mut TwinState) {
+/// Commits the slip of all points that do under `control` to where their tendons have slid in `shape`.
+pub(crate) fn commit_slip(twin: &Twin, control: &Control, shape: &CableShape, state: &mut TwinState) {
     let first = twin.tendons.len();
-    for i in 0..state.slides.len() {
+    for i in 0..state.slip.len() {
         let (row, jump) = (first + i, state.tensions[first + i]);
         if jump == control.lowest[row] || jump == control.highest[row] {
-            state.slides[i] = shape.strokes[row] + twin.cables.stretch(row, &state.tensions);
+            state.slip[i] = shape.strokes[row] + twin.cables.stretch(row, &state.tensions);
         }
     }
 }
 
 /// Moves the plays of stroke-driven tendons to their targets, and commands what comes through.
-pub(crate) fn play(twin: &Twin, targets: &[Target], plays: &mut [f64], control: &mut Control) {
+pub(crate) fn follow_backlash(twin: &Twin, targets: &[Target], plays: &mut [f64], control: &mut Control) {
     for (j, output) in plays.iter_mut().enumerate() {
         if let Target::Stroke(stroke) = targets[j] {
             *output = Play { width: twin.backlash, output: *output }.follow(stroke);

@@ -79,7 +79,7 @@ impl Stepper {
             return Err(Error::NoEquilibrium {
                 reached: 1.0,
                 relative_residual: step.relative_residual,
-                cause: Cause::NotConverged,
+                cause: Cause::NoFactor,
                 hint,
             });
         };

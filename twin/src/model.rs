@@ -246,7 +246,7 @@ impl Twin {
             positions: self.body.rest.clone(),
             tensions: vec![0.0; self.cables.len()],
             load: 0.0,
-            slides: vec![0.0; self.friction.len()],
+            slip: vec![0.0; self.friction.len()],
             plays: vec![0.0; self.n_plays()],
         }
     }

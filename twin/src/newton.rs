@@ -21,6 +21,7 @@ use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, Control, move_nodes};
+use crate::error::Cause;
 use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::projection::Projection;
@@ -58,7 +59,7 @@ pub(crate) struct Newton {
     tensions: TensionStep,
     trial: TwinState,
     /// K⁻¹ r.
-    drift: Vec<f64>,
+    free_displacement: Vec<f64>,
     displacement: Vec<f64>,
     correction: Vec<f64>,
     extent: f64,
@@ -75,17 +76,12 @@ pub(crate) enum Search {
     Damped,
 }
 
-/// What the inner iteration ended with.
+/// Where the iteration ended without an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Outcome {
-    Converged,
-    /// With the relative residual it stopped at, and an element that was inverted there.
-    Stuck {
-        /// Norm of the residual over that of the applied forces [-].
-        relative_residual: f64,
-        /// The element, numbered as in the mesh file from 0.
-        inverted: Option<usize>,
-    },
+pub(crate) struct Stuck {
+    /// Norm of the residual over that of the applied forces [-].
+    pub relative_residual: f64,
+    pub cause: Cause,
 }
 
 impl Newton {
@@ -105,7 +101,7 @@ impl Newton {
             projection: Projection::new(n, m),
             tensions: TensionStep::new(m),
             trial: twin.rest(),
-            drift: vec![0.0; n],
+            free_displacement: vec![0.0; n],
             displacement: vec![0.0; n],
             correction: vec![0.0; n],
             extent: (0..3).map(extent).fold(0.0, f64::max),
@@ -122,34 +118,50 @@ impl Newton {
         balance: &mut Balance,
         search: Search,
         report: &mut StepReport,
-    ) -> Outcome {
+    ) -> Result<(), Stuck> {
         let most = if search == Search::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
         self.inverted = None;
         balance.evaluate(twin, control, &state.positions, &state.tensions);
+        let mut ended = Cause::IterationLimit;
         for _ in 0..most {
             if balance.is_balanced(twin) {
                 break;
             }
             report.newton_iterations += 1;
-            if !balance.is_finite()
-                || balance.relative > DIVERGED
-                || self.linearise(twin, state, balance, search).is_err()
-                || !self.solve_tensions(twin, control, state, balance, report)
-                || !self.advance(twin, control, state, balance, search)
-            {
+            if let Err(cause) = self.iterate(twin, control, state, balance, search, report) {
+                ended = cause;
                 break;
             }
         }
         if balance.is_met(twin) {
-            return Outcome::Converged;
+            return Ok(());
         }
         if !balance.is_upright {
             self.inverted = twin.body.first_inverted(&state.positions).map(|(element, _)| element);
         }
-        Outcome::Stuck { relative_residual: balance.relative, inverted: self.inverted }
+        let cause = self.inverted.map_or(ended, |element| Cause::Inverted { element });
+        Err(Stuck { relative_residual: balance.relative, cause })
+    }
+
+    /// One Newton iteration.
+    fn iterate(
+        &mut self,
+        twin: &Twin,
+        control: &Control,
+        state: &mut TwinState,
+        balance: &mut Balance,
+        search: Search,
+        report: &mut StepReport,
+    ) -> Result<(), Cause> {
+        if !balance.is_finite() || balance.relative > DIVERGED {
+            return Err(Cause::Diverged);
+        }
+        self.linearise(twin, state, balance, search).map_err(|_| Cause::NoFactor)?;
+        self.solve_tensions(twin, control, state, balance, report)?;
+        self.advance(twin, control, state, balance, search)
     }
 
     /// Factorises the tangent at `state`, for which `balance` was evaluated, with the cables' part, and
@@ -183,8 +195,8 @@ impl Newton {
         }
         result?;
         self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
-        self.drift.copy_from_slice(&balance.residual);
-        self.factor.solve(&mut self.drift);
+        self.free_displacement.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.free_displacement);
         Ok(())
     }
 
@@ -194,21 +206,22 @@ impl Newton {
         twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
     }
 
-    /// Makes the drift solve (K - C) z = r, where C is the derivative of the couples' forces, which no
+    /// Makes the free displacement solve (K - C) z = r, where C is the derivative of the couples' forces, which no
     /// symmetric factor holds: minimal residuals over K⁻¹ r, K⁻¹ C K⁻¹ r, … Only the turns of the loaded
     /// sections count in C, so a few directions are enough.
     fn follow_couples(&mut self, twin: &Twin, load: f64, state: &TwinState) {
-        let mut drift = std::mem::take(&mut self.drift);
-        if drift.iter().any(|z| *z != 0.0) && drift.iter().all(|z| z.is_finite()) {
+        let mut free_displacement = std::mem::take(&mut self.free_displacement);
+        if free_displacement.iter().any(|z| *z != 0.0) && free_displacement.iter().all(|z| z.is_finite()) {
             // Arnoldi's iteration on 1 - K⁻¹ C.
-            (drift, _) = gmres(twin.body.isa, &drift, (0.0, COUPLE_DIRECTIONS), |v| {
-                let mut image = self.couple_change(twin, load, state, v);
-                self.factor.solve(&mut image);
-                image.iter_mut().zip(v).for_each(|(image, v)| *image = v - *image);
-                image
-            });
+            (free_displacement, _) =
+                gmres(twin.body.isa, &free_displacement, (0.0, COUPLE_DIRECTIONS), |v| {
+                    let mut image = self.couple_change(twin, load, state, v);
+                    self.factor.solve(&mut image);
+                    image.iter_mut().zip(v).for_each(|(image, v)| *image = v - *image);
+                    image
+                });
         }
-        self.drift = drift;
+        self.free_displacement = free_displacement;
     }
 
     /// Change of the couples' forces when the nodes move along `direction`, per unit of it.
@@ -226,7 +239,7 @@ impl Newton {
         forces.iter().take(direction.len() / 3).flat_map(|force| force[..3].to_vec()).collect()
     }
 
-    /// Tension increments from the QP, and the displacement they make with the drift.
+    /// Tension increments from the QP, and the displacement they make with the free displacement.
     fn solve_tensions(
         &mut self,
         twin: &Twin,
@@ -234,28 +247,30 @@ impl Newton {
         state: &TwinState,
         balance: &Balance,
         report: &mut StepReport,
-    ) -> bool {
+    ) -> Result<(), Cause> {
         if !twin.couples.is_empty() {
             self.follow_couples(twin, control.load, state);
         }
-        let drift = &self.drift;
-        let missing = |j: usize| balance.missing[j] + twin.cables.row_times(&balance.shape, j, drift);
-        self.tensions.pose(control, &state.tensions, missing);
+        let free_displacement = &self.free_displacement;
+        let stroke_residual = |j: usize| {
+            balance.stroke_residual[j] + twin.cables.row_times(&balance.shape, j, free_displacement)
+        };
+        self.tensions.pose(control, &state.tensions, stroke_residual);
         if self.n_negative > 0 {
             return self.solve_taut();
         }
         self.tensions.qp.set_matrix(&self.projection.delassus);
-        let solver = self.tensions.solve();
-        report.clarabel_solves += usize::from(solver == Some(QpSolver::Clarabel));
-        solver.is_some()
+        let solver = self.tensions.solve().map_err(Cause::Qp)?;
+        report.clarabel_solves += usize::from(solver == QpSolver::Clarabel);
+        Ok(())
     }
 
     /// Tension increments with an indefinite W, for the tendons that stay within their bounds: starts
-    /// with all, and leaves each that would go beyond a bound on it. False where W is not that of a stable
+    /// with all, and leaves each that would go beyond a bound on it. Fails where W is not that of a stable
     /// equilibrium under the strokes of those tendons.
-    fn solve_taut(&mut self) -> bool {
-        let TensionStep { missing, lowest, highest, increments, .. } = &mut self.tensions;
-        let n = missing.len();
+    fn solve_taut(&mut self) -> Result<(), Cause> {
+        let TensionStep { stroke_residual, lowest, highest, increments, .. } = &mut self.tensions;
+        let n = stroke_residual.len();
         let mut taut: Vec<usize> = (0..n).filter(|&j| lowest[j] < highest[j]).collect();
         increments.copy_from_slice(lowest);
         while !taut.is_empty() {
@@ -264,9 +279,9 @@ impl Newton {
             let right = DVector::from_fn(taut.len(), |k, _| {
                 let i = taut[k];
                 let held = (0..n).filter(|j| !taut.contains(j)).map(|j| w(i, j) * increments[j]);
-                missing[i] - held.sum::<f64>()
+                stroke_residual[i] - held.sum::<f64>()
             });
-            let Some(solution) = matrix.clone().lu().solve(&right) else { return false };
+            let solution = matrix.clone().lu().solve(&right).ok_or(Cause::NoFactor)?;
             for (k, &j) in taut.iter().enumerate() {
                 increments[j] = solution[k].clamp(lowest[j], highest[j]);
             }
@@ -277,11 +292,11 @@ impl Newton {
                 None => {
                     let negative =
                         matrix.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
-                    return negative == self.n_negative;
+                    return if negative == self.n_negative { Ok(()) } else { Err(Cause::Unstable) };
                 }
             };
         }
-        false
+        Err(Cause::Unstable)
     }
 
     /// Moves along the Newton step as far as `search` allows.
@@ -292,9 +307,9 @@ impl Newton {
         state: &mut TwinState,
         balance: &mut Balance,
         search: Search,
-    ) -> bool {
-        for (displacement, drift) in self.displacement.iter_mut().zip(&self.drift) {
-            *displacement = -drift;
+    ) -> Result<(), Cause> {
+        for (displacement, free_displacement) in self.displacement.iter_mut().zip(&self.free_displacement) {
+            *displacement = -free_displacement;
         }
         for (increment, column) in self.tensions.increments.iter().zip(&self.projection.columns) {
             hysteron_fem::axpy(twin.body.isa, *increment, column, &mut self.displacement);
@@ -305,9 +320,9 @@ impl Newton {
         if search == Search::Full {
             self.try_part(twin, control, state, &increments, part, balance);
             std::mem::swap(state, &mut self.trial);
-            return true;
+            return Ok(());
         }
-        let present = self.size(twin, balance, &self.drift, &increments);
+        let present = self.size(twin, balance, &self.free_displacement, &increments);
         let (best_seen, was_upright) = (balance.relative, balance.is_upright);
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
@@ -330,12 +345,12 @@ impl Newton {
             };
             if is_closer || balance.is_met(twin) || falls() {
                 std::mem::swap(state, &mut self.trial);
-                return true;
+                return Ok(());
             }
             part *= 0.5;
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
-        false
+        Err(Cause::LineSearch)
     }
 
     /// Makes `trial` the state after `part` of the step, and evaluates it.
@@ -375,10 +390,10 @@ impl Newton {
         let cables: f64 = (0..state.tensions.len())
             .map(|j| {
                 let change = twin.cables.row_times(&balance.shape, j, &self.displacement);
-                let missing = control.strokes[j] - balance.shape.strokes[j];
+                let stroke_residual = control.strokes[j] - balance.shape.strokes[j];
                 let compliance = twin.cables.own_compliance(j);
-                let clutch = |missing: f64| control.clutch(j, missing, compliance, strongest);
-                clutch(missing) - clutch(missing - change) - state.tensions[j] * change
+                let clutch = |stroke_residual: f64| control.clutch(j, stroke_residual, compliance, strongest);
+                clutch(stroke_residual) - clutch(stroke_residual - change) - state.tensions[j] * change
             })
             .sum();
         (cables - work).max(0.0)
@@ -390,9 +405,10 @@ impl Newton {
         self.correction.copy_from_slice(&balance.residual);
         self.factor.solve(&mut self.correction);
         let columns = &self.projection.columns;
-        let missing = |j: usize| balance.missing[j] + dot(twin.body.isa, &balance.residual, &columns[j]);
-        self.tensions.pose(control, &self.trial.tensions, missing);
-        if self.tensions.solve().is_none() {
+        let stroke_residual =
+            |j: usize| balance.stroke_residual[j] + dot(twin.body.isa, &balance.residual, &columns[j]);
+        self.tensions.pose(control, &self.trial.tensions, stroke_residual);
+        if self.tensions.solve().is_err() {
             return f64::INFINITY;
         }
         self.size(twin, balance, &self.correction, &self.tensions.increments)

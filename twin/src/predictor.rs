@@ -5,7 +5,7 @@
 //! the space of commands, predicts the next state to third order; noise in the strokes does not matter,
 //! because the noisy strokes themselves are the coordinates.
 //!
-//! A cable gives the state a stroke or a tension, whichever is told: a taut tendon and a friction point that sticks
+//! A cable gives the state a stroke or a tension, whichever is prescribed: a taut tendon and a friction point that sticks
 //! give their strokes; a slack tendon, one driven by tension, and a point that slips their tensions. Every state
 //! knows both of every cable, so those from before a cable changed sides count as well as those after.
 //!
@@ -30,9 +30,9 @@ struct Entry {
     point: Vec<f64>,
 }
 
-/// What a cable tells of the next state.
+/// What a cable prescribes of the next state.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Told {
+pub(crate) enum Prescribed {
     /// Its stroke [m].
     Stroke(f64),
     /// Its tension [N], and what a newton counts [m/N].
@@ -71,8 +71,8 @@ impl Predictor {
     }
 
     /// Adds to `change` (zeroed by the caller) the predicted change of the point from the newest state to where the
-    /// cables are `told` to be. Leaves zero where there is no history.
-    pub fn predict(&self, told: &[Told], change: &mut [f64]) {
+    /// cables are `prescribed` to be. Leaves zero where there is no history.
+    pub fn predict(&self, prescribed: &[Prescribed], change: &mut [f64]) {
         let n = self.n_entries.saturating_sub(1);
         if n == 0 {
             return;
@@ -80,22 +80,22 @@ impl Predictor {
         let base = &self.entries[self.newest];
         let other = |i: usize| &self.entries[(self.newest + CAPACITY - 1 - i) % CAPACITY];
         // How far a state is from the newest, by cable [m].
-        let apart = |entry: &Entry, j: usize| match told[j] {
-            Told::Stroke(_) => entry.strokes[j] - base.strokes[j],
-            Told::Tension(_, scale) => {
+        let apart = |entry: &Entry, j: usize| match prescribed[j] {
+            Prescribed::Stroke(_) => entry.strokes[j] - base.strokes[j],
+            Prescribed::Tension(_, scale) => {
                 scale * (entry.point[self.n_unknowns + j] - base.point[self.n_unknowns + j])
             }
         };
-        let away = |j: usize| match told[j] {
-            Told::Stroke(stroke) => stroke - base.strokes[j],
-            Told::Tension(tension, scale) => scale * (tension - base.point[self.n_unknowns + j]),
+        let away = |j: usize| match prescribed[j] {
+            Prescribed::Stroke(stroke) => stroke - base.strokes[j],
+            Prescribed::Tension(tension, scale) => scale * (tension - base.point[self.n_unknowns + j]),
         };
         let inner = |i: usize, k: usize| -> f64 {
-            (0..told.len()).map(|j| apart(other(i), j) * apart(other(k), j)).sum()
+            (0..prescribed.len()).map(|j| apart(other(i), j) * apart(other(k), j)).sum()
         };
-        let towards = |i: usize| -> f64 { (0..told.len()).map(|j| apart(other(i), j) * away(j)).sum() };
+        let towards = |i: usize| -> f64 { (0..prescribed.len()).map(|j| apart(other(i), j) * away(j)).sum() };
         let spread = (0..n).map(|i| inner(i, i)).fold(0.0, f64::max);
-        let distance: f64 = (0..told.len()).map(|j| away(j).powi(2)).sum();
+        let distance: f64 = (0..prescribed.len()).map(|j| away(j).powi(2)).sum();
         if spread == 0.0 || distance > REACH * REACH * spread {
             return;
         }

@@ -1,11 +1,11 @@
-//! The common case of a step: a stale single-precision factor, a good guess, one or two corrections.
+//! The common case of a step: a lagged single-precision factor, a good guess, one or two corrections.
 //!
 //! Each iteration solves once with the factor of an earlier configuration, z = K⁻¹ r, finds the tension
 //! increments from the bound-constrained QP in W, and moves by Y dT - z; Anderson acceleration makes up
 //! for the factor's age. The residual itself is always exact, so what converges is an equilibrium. The
 //! factor is that of the rest stiffness turned with each element: without the geometric terms of body
 //! and cables, which nearly cancel under internal loads, it is positive definite and keeps a narrow
-//! envelope. It is renewed when the latest steps cost more iterations than the average step since the last
+//! envelope. It is replaced when the latest steps cost more iterations than the average step since the last
 //! refactorisation, the refactorisation included.
 
 use std::sync::Arc;
@@ -15,15 +15,16 @@ use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, combine_into
 use crate::anderson::Anderson;
 use crate::balance::{Balance, Control, move_nodes};
 use crate::cable::CableShape;
+use crate::error::Cause;
 use crate::model::Twin;
-use crate::predictor::{Predictor, Told};
+use crate::predictor::{Predictor, Prescribed};
 use crate::projection::Projection;
-use crate::qp::{Place, QpSolver};
+use crate::qp::{Activity, QpSolver};
 use crate::step::{StepReport, TwinState};
 use crate::tensions::TensionStep;
 
-/// Iterations after which a factor is renewed within a step, and after which the step is given up.
-const RENEW_AFTER: usize = 8;
+/// Iterations after which a factor is replaced within a step, and after which the step is given up.
+const REFACTORISE_AFTER: usize = 8;
 const GIVE_UP_AFTER: usize = 40;
 /// Growth of the residual over the best one so far that counts as divergence.
 const DIVERGED: f64 = 1e3;
@@ -40,10 +41,10 @@ pub(crate) struct QuasiNewton {
     anderson: Anderson,
     predictor: Predictor,
     /// No factor yet, or one that did not serve.
-    is_stale: bool,
+    is_unusable: bool,
     /// What a refactorisation costs, in iterations.
-    renewal_cost: f64,
-    /// Iterations and steps since the factor was renewed.
+    refactorisation_cost: f64,
+    /// Iterations and steps since the last refactorisation.
     spent: usize,
     steps: usize,
     /// Iterations of the last steps, the latest weighing one half.
@@ -51,10 +52,10 @@ pub(crate) struct QuasiNewton {
     /// Free displacement, then tension increments times their mean compliance.
     step: Vec<f64>,
     /// K⁻¹ r.
-    drift: Vec<f64>,
-    told: Vec<Told>,
+    free_displacement: Vec<f64>,
+    prescribed: Vec<Prescribed>,
     /// Where each cable stood in the last QP.
-    places: Vec<Place>,
+    active_set: Vec<Activity>,
 }
 
 impl QuasiNewton {
@@ -64,7 +65,7 @@ impl QuasiNewton {
         let (n, m, isa) = (twin.body.n_unknowns(), twin.cables.len(), twin.body.isa);
         let factor = StiffnessFactor::new(&pattern, kind, isa);
         Self {
-            renewal_cost: renewal_cost(n, m, twin.body.cells.len(), factor.n_stored()),
+            refactorisation_cost: refactorisation_cost(n, m, twin.body.cells.len(), factor.n_stored()),
             factor,
             stiffness: Stiffness::zeros(pattern),
             projection: Projection::new(n, m),
@@ -72,20 +73,21 @@ impl QuasiNewton {
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n, m),
             predictor: Predictor::new(isa, n, m),
-            is_stale: true,
+            is_unusable: true,
             spent: 0,
             steps: 0,
             recent: 0.0,
             step: vec![0.0; n + m],
-            drift: vec![0.0; n],
-            told: Vec::with_capacity(m),
-            places: vec![Place::Between; m],
+            free_displacement: vec![0.0; n],
+            prescribed: Vec::with_capacity(m),
+            active_set: vec![Activity::Free; m],
         }
     }
 
     /// Y and W of the factor in use, or of a new one at `state`.
     pub fn projection(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> Option<&Projection> {
-        let usable = !self.is_stale || self.refactorise(twin, state, balance, &mut StepReport::default());
+        let usable =
+            !self.is_unusable || self.refactorise(twin, state, balance, &mut StepReport::default()).is_ok();
         usable.then_some(&self.projection)
     }
 
@@ -102,23 +104,22 @@ impl QuasiNewton {
     /// A new factor between steps pays never.
     #[cfg(test)]
     pub fn never_pays(&mut self) {
-        self.renewal_cost = f64::INFINITY;
+        self.refactorisation_cost = f64::INFINITY;
     }
 
     /// The factor in use is of no use where the state is now.
     pub fn distrust(&mut self) {
-        self.is_stale = true;
+        self.is_unusable = true;
     }
 
     /// The state has jumped: history and factor no longer fit.
     pub fn forget(&mut self) {
         self.predictor.clear();
         self.anderson.clear();
-        self.is_stale = true;
+        self.is_unusable = true;
     }
 
-    /// Tries to reach `control` from the equilibrium `state`; true when it did. Otherwise `state` is
-    /// left anywhere.
+    /// Moves the equilibrium `state` to that of `control`; where it fails, `state` is left anywhere.
     pub fn run(
         &mut self,
         twin: &Twin,
@@ -126,40 +127,37 @@ impl QuasiNewton {
         state: &mut TwinState,
         balance: &mut Balance,
         report: &mut StepReport,
-    ) -> bool {
-        if self.is_stale {
+    ) -> Result<(), Cause> {
+        if self.is_unusable {
             balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
-            if !self.refactorise(twin, state, balance, report) {
-                return false;
-            }
+            self.refactorise(twin, state, balance, report)?;
         }
         self.predict(twin, control, state, balance);
         self.anderson.begin();
         let mut best = f64::INFINITY;
-        let mut renewed_at = 0;
+        let mut refactorised_at = 0;
         for iteration in 0..GIVE_UP_AFTER {
             balance.evaluate(twin, control, &state.positions, &state.tensions);
             if !balance.is_finite() || balance.relative > DIVERGED * best {
-                return false;
+                return Err(Cause::Diverged);
             }
             if balance.is_balanced(twin) {
-                if balance.is_upright {
-                    self.finish(twin, &balance.shape, state, iteration);
+                if !balance.is_upright {
+                    let element =
+                        twin.body.first_inverted(&state.positions).map_or(0, |(element, _)| element);
+                    return Err(Cause::Inverted { element });
                 }
-                return balance.is_upright;
+                self.finish(twin, &balance.shape, state, iteration);
+                return Ok(());
             }
             best = best.min(balance.relative);
-            if iteration - renewed_at == RENEW_AFTER {
-                if !self.refactorise(twin, state, balance, report) {
-                    return false;
-                }
-                renewed_at = iteration;
+            if iteration - refactorised_at == REFACTORISE_AFTER {
+                self.refactorise(twin, state, balance, report)?;
+                refactorised_at = iteration;
             }
-            if !self.iterate(twin, control, state, balance, report) {
-                return false;
-            }
+            self.iterate(twin, control, state, balance, report)?;
         }
-        false
+        Err(Cause::IterationLimit)
     }
 
     /// Factor, Y and W at the present configuration (`balance` holds its cable shape).
@@ -169,13 +167,11 @@ impl QuasiNewton {
         state: &TwinState,
         balance: &Balance,
         report: &mut StepReport,
-    ) -> bool {
+    ) -> Result<(), Cause> {
         report.refactorisations += 1;
-        self.is_stale = true;
+        self.is_unusable = true;
         twin.body.stiffness_into(&state.positions, Tangent::Warped, &mut self.stiffness);
-        if self.factor.factorize(&self.stiffness).is_err() {
-            return false;
-        }
+        self.factor.factorize(&self.stiffness).map_err(|_| Cause::NoFactor)?;
         self.projection.update(&twin.cables, &balance.shape, &mut self.factor);
         for (single, double) in self.columns.iter_mut().zip(&self.projection.columns) {
             for (single, double) in single.iter_mut().zip(double) {
@@ -184,27 +180,27 @@ impl QuasiNewton {
         }
         self.tensions.qp.set_matrix(&self.projection.delassus);
         self.anderson.clear();
-        self.is_stale = false;
+        self.is_unusable = false;
         self.spent = 0;
         self.steps = 0;
         self.recent = 0.0;
-        true
+        Ok(())
     }
 
     /// Moves `state` to where the history expects the equilibrium, then onto the commanded strokes.
     fn predict(&mut self, twin: &Twin, control: &Control, state: &mut TwinState, balance: &mut Balance) {
-        let (n, m) = (self.drift.len(), state.tensions.len());
+        let (n, m) = (self.free_displacement.len(), state.tensions.len());
         self.step.fill(0.0);
-        self.told.clear();
+        self.prescribed.clear();
         for j in 0..m {
-            let told = match self.places[j] {
-                Place::Between if !control.is_tension(j) => Told::Stroke(control.strokes[j]),
-                Place::Upper => Told::Tension(control.highest[j], self.compliance(j)),
-                _ => Told::Tension(control.lowest[j], self.compliance(j)),
+            let prescribed = match self.active_set[j] {
+                Activity::Free if !control.is_tension(j) => Prescribed::Stroke(control.strokes[j]),
+                Activity::AtUpper => Prescribed::Tension(control.highest[j], self.compliance(j)),
+                _ => Prescribed::Tension(control.lowest[j], self.compliance(j)),
             };
-            self.told.push(told);
+            self.prescribed.push(prescribed);
         }
-        self.predictor.predict(&self.told, &mut self.step);
+        self.predictor.predict(&self.prescribed, &mut self.step);
         // Prescribed tensions that the history does not explain move the body by Y dT.
         for j in 0..m {
             let expected = state.tensions[j] + self.step[n + j];
@@ -214,8 +210,8 @@ impl QuasiNewton {
         self.move_by_tensions(twin);
         move_nodes(&mut state.positions, 1.0, &self.step[..n]);
         balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
-        self.drift.fill(0.0);
-        if self.solve_tensions(twin, control, state, balance).is_some() {
+        self.free_displacement.fill(0.0);
+        if self.solve_tensions(twin, control, state, balance).is_ok() {
             self.step.fill(0.0);
             self.move_by_tensions(twin);
             move_nodes(&mut state.positions, 1.0, &self.step[..n]);
@@ -231,28 +227,25 @@ impl QuasiNewton {
         state: &mut TwinState,
         balance: &Balance,
         report: &mut StepReport,
-    ) -> bool {
-        let (n, m) = (self.drift.len(), state.tensions.len());
+    ) -> Result<(), Cause> {
+        let (n, m) = (self.free_displacement.len(), state.tensions.len());
         report.iterations += 1;
-        self.drift.copy_from_slice(&balance.residual);
-        self.factor.solve(&mut self.drift);
-        match self.solve_tensions(twin, control, state, balance) {
-            Some(QpSolver::ActiveSet) => {}
-            Some(QpSolver::Clarabel) => report.clarabel_solves += 1,
-            None => return false,
-        }
-        for (step, drift) in self.step.iter_mut().zip(&self.drift) {
-            *step = -drift;
+        self.free_displacement.copy_from_slice(&balance.residual);
+        self.factor.solve(&mut self.free_displacement);
+        let solver = self.solve_tensions(twin, control, state, balance)?;
+        report.clarabel_solves += usize::from(solver == QpSolver::Clarabel);
+        for (step, free_displacement) in self.step.iter_mut().zip(&self.free_displacement) {
+            *step = -free_displacement;
         }
         self.move_by_tensions(twin);
-        let places = self.tensions.qp.places();
-        let has_kink = self.places != places;
-        self.places.copy_from_slice(places);
+        let active_set = self.tensions.qp.active_set();
+        let has_changed = self.active_set != active_set;
+        self.active_set.copy_from_slice(active_set);
         for j in 0..m {
             self.step[n + j] = self.tensions.increments[j] * self.compliance(j);
         }
-        self.anderson.observe(&self.step, &self.drift, &self.tensions.missing);
-        if has_kink {
+        self.anderson.observe(&self.step, &self.free_displacement, &self.tensions.stroke_residual);
+        if has_changed {
             self.revise_pairs(twin);
         }
         self.anderson.accelerate(&mut self.step);
@@ -262,19 +255,19 @@ impl QuasiNewton {
         }
         TensionStep::apply(control, &self.tensions.increments, 1.0, &mut state.tensions);
         self.anderson.moved(&self.step);
-        true
+        Ok(())
     }
 
     /// Adds the displacement Y dT of the increments to the step.
     fn move_by_tensions(&mut self, twin: &Twin) {
-        let n = self.drift.len();
+        let n = self.free_displacement.len();
         combine_into(twin.body.isa, &self.tensions.increments, &self.columns, &mut self.step[..n]);
     }
 
     /// What the pairs' moves do to the step with each cable where the last QP has put it.
     fn revise_pairs(&mut self, twin: &Twin) {
         let Self { anderson, tensions, projection, columns, .. } = self;
-        let (n, m) = (self.drift.len(), self.places.len());
+        let (n, m) = (self.free_displacement.len(), self.active_set.len());
         let compliance = |j: usize| projection.delassus[j * (m + 1)];
         let increments = &mut tensions.increments;
         let mut is_known = true;
@@ -283,9 +276,9 @@ impl QuasiNewton {
             for j in 0..m {
                 increments[j] = -pair.moved[n + j] / compliance(j);
             }
-            is_known &= tensions.qp.respond(&pair.missing, increments);
-            for (change, drift) in pair.change.iter_mut().zip(&pair.drift) {
-                *change = -drift;
+            is_known &= tensions.qp.respond(&pair.stroke_residual, increments);
+            for (change, free_displacement) in pair.change.iter_mut().zip(&pair.free_displacement) {
+                *change = -free_displacement;
             }
             combine_into(twin.body.isa, increments, columns, &mut pair.change[..n]);
             for j in 0..m {
@@ -297,28 +290,30 @@ impl QuasiNewton {
         }
     }
 
-    /// The QP of eq. 4 for the tension increments, with the drift already known.
+    /// The QP of eq. 4 for the tension increments, with the free displacement already known.
     fn solve_tensions(
         &mut self,
         twin: &Twin,
         control: &Control,
         state: &TwinState,
         balance: &Balance,
-    ) -> Option<QpSolver> {
-        let drift = &self.drift;
-        let missing = |j: usize| balance.missing[j] + twin.cables.row_times(&balance.shape, j, drift);
-        self.tensions.pose(control, &state.tensions, missing);
-        self.tensions.solve()
+    ) -> Result<QpSolver, Cause> {
+        let free_displacement = &self.free_displacement;
+        let stroke_residual = |j: usize| {
+            balance.stroke_residual[j] + twin.cables.row_times(&balance.shape, j, free_displacement)
+        };
+        self.tensions.pose(control, &state.tensions, stroke_residual);
+        self.tensions.solve().map_err(Cause::Qp)
     }
 
     /// W_jj [m/N].
     fn compliance(&self, j: usize) -> f64 {
-        self.projection.delassus[j * (self.places.len() + 1)]
+        self.projection.delassus[j * (self.active_set.len() + 1)]
     }
 
     /// Remembers the equilibrium and decides whether the factor is worth keeping.
     fn finish(&mut self, twin: &Twin, shape: &CableShape, state: &TwinState, iterations: usize) {
-        let n_free = self.drift.len() / 3;
+        let n_free = self.free_displacement.len() / 3;
         self.predictor.push(|to_strokes, to_point| {
             for (j, stroke) in to_strokes.iter_mut().enumerate() {
                 *stroke = shape.strokes[j] + twin.cables.stretch(j, &state.tensions);
@@ -332,7 +327,7 @@ impl QuasiNewton {
         self.spent += iterations;
         self.steps += 1;
         self.recent = 0.5 * (self.recent + iterations as f64);
-        self.is_stale = self.recent * self.steps as f64 > self.renewal_cost + self.spent as f64;
+        self.is_unusable = self.recent * self.steps as f64 > self.refactorisation_cost + self.spent as f64;
     }
 }
 
@@ -341,7 +336,7 @@ impl QuasiNewton {
 ///
 /// Estimated from counts rather than measured, so that every run makes the same decisions; the rates are
 /// those of the benchmarks `force`, `assembly`, `factor` and `solve` on one core.
-fn renewal_cost(n: usize, m: usize, n_elements: usize, stored: usize) -> f64 {
+fn refactorisation_cost(n: usize, m: usize, n_elements: usize, stored: usize) -> f64 {
     const FORCE: f64 = 12e-9; // s per element
     const ASSEMBLY: f64 = 65e-9; // s per element
     const VECTORS: f64 = 6e-9; // s per unknown: norms, acceleration, cables
@@ -362,7 +357,7 @@ mod tests {
     use crate::{Stepper, Target};
 
     #[test]
-    fn pairs_made_anew_without_a_kink_are_what_was_observed() {
+    fn pairs_made_anew_without_a_change_of_the_active_set_are_what_was_observed() {
         let (mut scene, mesh) = scenes::robot();
         scene.tendons[0].compliance = 1e-5;
         let twin = Twin::new(&scene, &mesh).expect("a good scene");

@@ -20,7 +20,7 @@ pub struct TwinState {
     /// Part of the constant loads that is applied: 0 at rest, 1 after the first step.
     pub load: f64,
     /// Length of tendon that has slid past each friction point towards the pulled end, where it stuck last [m].
-    pub slides: Vec<f64>,
+    pub slip: Vec<f64>,
     /// What came through the backlash of each real tendon [m]; none without backlash.
     pub plays: Vec<f64>,
 }
@@ -62,12 +62,12 @@ impl TwinState {
             n_nodes: self.positions.len(),
             n_tendons: self.tensions.len(),
             load: self.load,
-            n_memory: self.slides.len() + self.plays.len(),
+            n_memory: self.slip.len() + self.plays.len(),
             command: command.into(),
             sha256: NO_CHECKSUM.into(),
         };
         let positions = twin.body.in_file_order(&self.positions);
-        let memory = self.slides.iter().chain(&self.plays);
+        let memory = self.slip.iter().chain(&self.plays);
         let numbers = positions.as_flattened().iter().chain(&self.tensions).chain(memory);
         let mut bytes = json!(header).to_string().into_bytes();
         bytes.push(b'\n');
@@ -135,7 +135,7 @@ impl TwinState {
         })?;
         let (positions, others) = numbers.split_at(3 * n_nodes);
         let (tensions, memory) = others.split_at(n_tendons);
-        let (slides, plays) = memory.split_at(twin.friction.len());
+        let (slip, plays) = memory.split_at(twin.friction.len());
         let place = |&file: &u32| {
             let [x, y, z] = positions.as_chunks::<3>().0[file as usize];
             [x, y, z, 0.0]
@@ -144,7 +144,7 @@ impl TwinState {
             positions: twin.body.file_node.iter().map(place).collect(),
             tensions: tensions.to_vec(),
             load: header.load,
-            slides: slides.to_vec(),
+            slip: slip.to_vec(),
             plays: plays.to_vec(),
         })
     }

@@ -4,10 +4,9 @@ use hysteron_base::BadInput;
 
 use crate::adjoint::{TipAdjoint, tip_adjoints};
 use crate::balance::{Balance, Control};
-use crate::error::Cause;
-use crate::friction::{bounds_into, change_of_bounds, hold, play, remember};
+use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::model::{Target, Twin};
-use crate::newton::{Newton, Outcome, Search};
+use crate::newton::{Newton, Search, Stuck};
 use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
 pub use crate::state::TwinState;
@@ -27,9 +26,9 @@ const MOST_REPEATS: usize = 8;
 /// What a step cost and how well it converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepReport {
-    /// Corrections with the stale factor.
+    /// Corrections with the lagged factor.
     pub iterations: usize,
-    /// Times the stale factor was renewed.
+    /// Times the lagged factor was replaced.
     pub refactorisations: usize,
     /// Newton iterations with the exact tangent; zero in the common case.
     pub newton_iterations: usize,
@@ -57,10 +56,11 @@ impl StepReport {
     }
 }
 
-/// What friction and backlash remember at an equilibrium, from which one step can be made several times.
+/// Slip and backlash state of an equilibrium with its friction bounds: one value that a step is made from, several times where
+/// it has to be, and that a step commits.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Memory {
-    slides: Vec<f64>,
+pub(crate) struct FrictionMemory {
+    slip: Vec<f64>,
     plays: Vec<f64>,
     /// Friction bounds [N].
     bounds: Vec<f64>,
@@ -69,10 +69,10 @@ pub(crate) struct Memory {
 /// What a step has still to do, linearised at a state.
 #[derive(Debug)]
 pub(crate) struct Conditions<'a> {
-    /// With the stale factor: approximate.
+    /// With the lagged factor: approximate.
     pub projection: &'a Projection,
     /// Stroke that each cable misses [m]; zero where its tension is prescribed.
-    pub missing: &'a [f64],
+    pub stroke_residual: &'a [f64],
     /// Bounds of the tensions [N].
     pub lowest: &'a [f64],
     pub highest: &'a [f64],
@@ -137,7 +137,7 @@ impl Stepper {
         }
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
-        self.remember(twin, &result, state);
+        self.commit(twin, &result, state);
         self.last.clone_from(state);
         result.map(|()| report)
     }
@@ -150,10 +150,10 @@ impl Stepper {
         &mut self,
         twin: &Twin,
         targets: &[Target],
-        memory: &Memory,
+        memory: &FrictionMemory,
         state: &mut TwinState,
     ) -> Result<StepReport> {
-        self.recall(memory, state);
+        self.restore(memory, state);
         self.step(twin, targets, state)
     }
 
@@ -162,31 +162,31 @@ impl Stepper {
         &mut self,
         twin: &Twin,
         targets: &[Target],
-        memory: &Memory,
+        memory: &FrictionMemory,
         state: &mut TwinState,
     ) -> Option<Conditions<'_>> {
-        self.recall(memory, state);
+        self.restore(memory, state);
         self.command(twin, targets, state);
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
         Some(Conditions {
             projection: self.quasi_newton.projection(twin, state, &self.balance)?,
-            missing: &self.balance.missing,
+            stroke_residual: &self.balance.stroke_residual,
             lowest: &self.control.lowest,
             highest: &self.control.highest,
         })
     }
 
     /// The memory of `state`, where this stepper has led.
-    pub(crate) fn memory_into(&self, state: &TwinState, memory: &mut Memory) {
-        memory.slides.clone_from(&state.slides);
+    pub(crate) fn memory_into(&self, state: &TwinState, memory: &mut FrictionMemory) {
+        memory.slip.clone_from(&state.slip);
         memory.plays.clone_from(&state.plays);
         memory.bounds.clone_from(&self.bounds);
     }
 
     /// Gives `state`, where this stepper has led, another memory; history and factor stay.
-    fn recall(&mut self, memory: &Memory, state: &mut TwinState) {
+    fn restore(&mut self, memory: &FrictionMemory, state: &mut TwinState) {
         for state in [state, &mut self.last] {
-            state.slides.clone_from(&memory.slides);
+            state.slip.clone_from(&memory.slip);
             state.plays.clone_from(&memory.plays);
         }
         self.bounds.clone_from(&memory.bounds);
@@ -201,8 +201,8 @@ impl Stepper {
     fn command(&mut self, twin: &Twin, targets: &[Target], state: &TwinState) {
         self.control.set(twin, targets);
         self.plays.clone_from(&state.plays);
-        play(twin, targets, &mut self.plays, &mut self.control);
-        hold(twin, &state.slides, &self.bounds, &mut self.control);
+        follow_backlash(twin, targets, &mut self.plays, &mut self.control);
+        stick(twin, &state.slip, &self.bounds, &mut self.control);
     }
 
     /// Friction bounds of the equilibrium `state`.
@@ -221,7 +221,7 @@ impl Stepper {
                 break;
             }
             let held = self.control.clone();
-            hold(twin, &state.slides, &self.bounds, &mut self.control);
+            stick(twin, &state.slip, &self.bounds, &mut self.control);
             if !self.step_at_once(twin, state, report) {
                 self.control = held;
                 self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
@@ -232,12 +232,12 @@ impl Stepper {
 
     /// Moves the memory of friction and backlash to the equilibrium `state`, at the end of a step or on the way where
     /// `result` says that it failed.
-    fn remember(&mut self, twin: &Twin, result: &Result<()>, state: &mut TwinState) {
+    fn commit(&mut self, twin: &Twin, result: &Result<()>, state: &mut TwinState) {
         if result.is_err() {
             self.measure_friction(twin, state);
         }
         state.plays.clone_from(&self.plays);
-        remember(twin, &self.control, &self.balance.shape, state);
+        commit_slip(twin, &self.control, &self.balance.shape, state);
     }
 
     /// The fast iteration, with history and the factor at hand, then without history and with a new factor;
@@ -248,7 +248,7 @@ impl Stepper {
         }
         self.saved.clone_from(state);
         for _ in 0..2 {
-            if self.quasi_newton.run(twin, &self.control, state, &mut self.balance, report) {
+            if self.quasi_newton.run(twin, &self.control, state, &mut self.balance, report).is_ok() {
                 return true;
             }
             state.clone_from(&self.saved);
@@ -316,7 +316,7 @@ impl Stepper {
         &mut self.quasi_newton
     }
 
-    /// The projection with the stale factor, renewed at `state` where there is none: approximate.
+    /// The projection with the lagged factor, made at `state` where there is none: approximate.
     pub(crate) fn projection(&mut self, twin: &Twin, state: &TwinState) -> Option<&Projection> {
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
         self.quasi_newton.projection(twin, state, &self.balance)
@@ -352,17 +352,17 @@ impl Stepper {
             self.saved.clone_from(state);
             report.sub_steps += 1;
             let mut outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
-            if outcome != Outcome::Converged && part <= LARGEST_DAMPED_PART {
+            if outcome.is_err() && part <= LARGEST_DAMPED_PART {
                 state.clone_from(&self.saved);
                 outcome = newton.run(twin, &control, state, &mut self.balance, Search::Damped, report);
             }
             match outcome {
-                Outcome::Converged => {
+                Ok(()) => {
                     state.load = control.load;
                     reached = next;
                     part = (2.0 * part).min(1.0 - reached);
                 }
-                Outcome::Stuck { relative_residual, inverted } => {
+                Err(Stuck { relative_residual, cause }) => {
                     state.clone_from(&self.saved);
                     part *= 0.5;
                     if part < SMALLEST_PART {
@@ -377,8 +377,6 @@ impl Stepper {
                         }
                         let hint =
                             "reduce the stroke, raise the tension bounds, or use a finer or quadratic mesh";
-                        let cause =
-                            inverted.map_or(Cause::NotConverged, |element| Cause::Inverted { element });
                         return Err(Error::NoEquilibrium {
                             reached,
                             relative_residual,
@@ -394,11 +392,11 @@ impl Stepper {
 }
 
 fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
-    let found = (state.positions.len(), state.tensions.len(), state.slides.len(), state.plays.len());
+    let found = (state.positions.len(), state.tensions.len(), state.slip.len(), state.plays.len());
     let expected = (twin.body.n_nodes(), twin.cables.len(), twin.friction.len(), twin.n_plays());
     if found != expected {
-        let text = |(nodes, tensions, slides, plays): (usize, usize, usize, usize)| {
-            format!("{nodes} nodes, {tensions} tensions, {slides} friction points and {plays} plays")
+        let text = |(nodes, tensions, slip, plays): (usize, usize, usize, usize)| {
+            format!("{nodes} nodes, {tensions} tensions, {slip} friction points and {plays} plays")
         };
         let (expected, found) = (text(expected), text(found));
         return Err(BadInput::new("state", expected, found).hint("the state is of another robot").into());
@@ -411,7 +409,7 @@ fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
         };
         return Err(BadInput::new(place, "a finite number", state.tensions[j].to_string()).into());
     }
-    if let Some(number) = state.slides.iter().chain(&state.plays).find(|number| !number.is_finite()) {
+    if let Some(number) = state.slip.iter().chain(&state.plays).find(|number| !number.is_finite()) {
         let place = "state: memory of friction and backlash";
         return Err(BadInput::new(place, "finite numbers", number.to_string()).into());
     }

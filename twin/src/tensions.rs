@@ -8,7 +8,7 @@ use crate::qp::{BoxQp, QpSolver, QpStatus};
 pub(crate) struct TensionStep {
     pub qp: BoxQp,
     /// Stroke that each cable still has to make [m].
-    pub missing: Vec<f64>,
+    pub stroke_residual: Vec<f64>,
     /// Bounds of the increments [N].
     pub lowest: Vec<f64>,
     pub highest: Vec<f64>,
@@ -22,27 +22,27 @@ impl TensionStep {
         let zeros = vec![0.0; m];
         Self {
             qp: BoxQp::new(m),
-            missing: zeros.clone(),
+            stroke_residual: zeros.clone(),
             lowest: zeros.clone(),
             highest: zeros.clone(),
             increments: zeros,
         }
     }
 
-    /// Sets the data: tensions now, and the stroke each cable misses when only the drift is made.
-    pub fn pose(&mut self, control: &Control, tensions: &[f64], missing: impl Fn(usize) -> f64) {
+    /// Sets the data: tensions now, and the stroke each cable misses when only the free displacement is made.
+    pub fn pose(&mut self, control: &Control, tensions: &[f64], stroke_residual: impl Fn(usize) -> f64) {
         for (j, tension) in tensions.iter().enumerate() {
-            self.missing[j] = if control.is_tension(j) { 0.0 } else { missing(j) };
+            self.stroke_residual[j] = if control.is_tension(j) { 0.0 } else { stroke_residual(j) };
             self.lowest[j] = control.lowest[j] - tension;
             self.highest[j] = control.highest[j] - tension;
         }
     }
 
-    /// Solves what was posed; `None` unless solved.
-    pub fn solve(&mut self) -> Option<QpSolver> {
+    /// Solves what was posed; says which solver did, or what became of it.
+    pub fn solve(&mut self) -> Result<QpSolver, QpStatus> {
         let (status, solver) =
-            self.qp.solve(&self.missing, &self.lowest, &self.highest, &mut self.increments);
-        (status == QpStatus::Solved).then_some(solver)
+            self.qp.solve(&self.stroke_residual, &self.lowest, &self.highest, &mut self.increments);
+        if status == QpStatus::Solved { Ok(solver) } else { Err(status) }
     }
 
     /// `tensions` after `part` of `increments`; a full increment to a bound lands on it exactly, so that

@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn other_errors_are_failures() {
-        let cause = hysteron_twin::Cause::NotConverged;
+        let cause = hysteron_twin::Cause::IterationLimit;
         let error = hysteron_twin::Error::NoEquilibrium {
             reached: 0.5,
             relative_residual: 1.0,

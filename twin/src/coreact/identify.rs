@@ -10,7 +10,7 @@ use crate::model::{Target, Twin};
 use crate::motion::Motion;
 use crate::plant::{Plant, Uncorrected};
 use crate::qp::{BoxedRows, QpStatus, RowQp};
-use crate::step::{Memory, Stepper};
+use crate::step::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
 
 /// How strokes are chosen.
@@ -86,7 +86,7 @@ pub struct Identifier<'a> {
     /// Length that makes QPs dimensionless: a thousandth of the longest tendon [m].
     length: f64,
     /// Friction and backlash at the sample before: every round of a sample starts from there.
-    memory: Memory,
+    memory: FrictionMemory,
     problem: Problem,
 }
 
@@ -102,7 +102,7 @@ impl<'a> Identifier<'a> {
             strokes: vec![0.0; auxiliary.len()],
             targets: Vec::new(),
             length: 1e-3 * twin.cables.longest(),
-            memory: Memory::default(),
+            memory: FrictionMemory::default(),
             problem: Problem::new(twin),
         }
     }

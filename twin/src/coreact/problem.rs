@@ -12,7 +12,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::Auxiliary;
 use crate::model::Twin;
 use crate::projection::Projection;
-use crate::qp::{BoxQp, BoxedRows, Place, QpStatus};
+use crate::qp::{Activity, BoxQp, BoxedRows, QpStatus};
 use crate::state::TwinState;
 use crate::step::Conditions;
 
@@ -30,7 +30,7 @@ pub enum Bound {
 /// Stroke that counts as none, relative to the length unit of the problem.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Times a problem is posed again because tendons or friction points have changed their places.
+/// Times a problem is posed again because tendons or friction points have changed the active set.
 const MOST_CONTACTS: usize = 8;
 /// Smallest part of the way to an answer that is gone where the whole way leads no nearer.
 const SMALLEST_PART: f64 = 1.0 / 16.0;
@@ -61,7 +61,7 @@ struct Follow {
     /// The change (n_aux) [m].
     change: DVector<f64>,
     /// Where the other cables stand then (n_others).
-    places: Vec<Place>,
+    active_set: Vec<Activity>,
     /// How far the tip has gone (rows) [m].
     tip: DVector<f64>,
 }
@@ -112,10 +112,15 @@ impl Linearised {
 
     /// What strokes do to the tip while the cables `held` keep theirs, up to what they still miss, and the tensions
     /// of the others change by `increments`. `None` where held cables pull the same way.
-    pub fn response(&self, held: &[usize], missing: &[f64], increments: &DVector<f64>) -> Option<Response> {
+    pub fn response(
+        &self,
+        held: &[usize],
+        stroke_residual: &[f64],
+        increments: &DVector<f64>,
+    ) -> Option<Response> {
         let among = self.among.select_rows(held);
         let factor: Cholesky<f64, Dyn> = among.select_columns(held).cholesky()?;
-        let left = DVector::from_fn(held.len(), |a, _| missing[held[a]]) - &among * increments;
+        let left = DVector::from_fn(held.len(), |a, _| stroke_residual[held[a]]) - &among * increments;
         let tip = self.by_others.select_columns(held);
         Some(Response {
             offset: &self.by_others * increments + &tip * factor.solve(&left),
@@ -160,7 +165,7 @@ pub(super) struct Problem {
     /// The QP of the strokes that was solved last.
     pub last: Option<BoxedRows>,
     /// Stroke that each of the other cables misses [m], and bounds of its tension increment [N].
-    missing: Vec<f64>,
+    stroke_residual: Vec<f64>,
     lowest: Vec<f64>,
     highest: Vec<f64>,
     /// Tension increments of the other cables [N].
@@ -173,7 +178,7 @@ impl Problem {
         Self {
             contact: BoxQp::new(n),
             last: None,
-            missing: vec![0.0; n],
+            stroke_residual: vec![0.0; n],
             lowest: vec![0.0; n],
             highest: vec![0.0; n],
             increments: vec![0.0; n],
@@ -183,7 +188,7 @@ impl Problem {
     /// Takes over what the other cables have to meet.
     pub fn set_conditions(&mut self, twin: &Twin, conditions: &Conditions, state: &TwinState) {
         for (a, j) in others(twin).enumerate() {
-            self.missing[a] = conditions.missing[j];
+            self.stroke_residual[a] = conditions.stroke_residual[j];
             self.lowest[a] = conditions.lowest[j] - state.tensions[j];
             self.highest[a] = conditions.highest[j] - state.tensions[j];
         }
@@ -201,14 +206,14 @@ impl Problem {
         let mut follow = self.follow(at, DVector::zeros(n_aux))?;
         let mut status = QpStatus::Solved;
         for _ in 0..MOST_CONTACTS {
-            let response = self.response(at, &follow.places)?;
+            let response = self.response(at, &follow.active_set)?;
             let answer;
             (answer, status) = self.solve_strokes(response, &cost, sample);
             if status != QpStatus::Solved {
                 break;
             }
             let next = self.follow(at, answer)?;
-            let is_done = next.places == follow.places;
+            let is_done = next.active_set == follow.active_set;
             let Some(nearer) = self.nearer(at, &cost, &follow, next) else { break };
             follow = nearer;
             if is_done {
@@ -223,10 +228,10 @@ impl Problem {
         Some(Answer { strokes: moved, left: cost.error - follow.tip, status })
     }
 
-    /// `next`, or where it has other places than `now` and costs more, a point on the way there that costs less than
+    /// `next`, or where it has another active set than `now` and costs more, a point on the way there that costs less than
     /// `now`.
     fn nearer(&mut self, at: &Linearised, cost: &Cost, now: &Follow, next: Follow) -> Option<Follow> {
-        if next.places == now.places || cost.of(&next) < cost.of(now) {
+        if next.active_set == now.active_set || cost.of(&next) < cost.of(now) {
             return Some(next);
         }
         let way = &next.change - &now.change;
@@ -244,26 +249,27 @@ impl Problem {
     /// Where the other cables stand, and how far the tip goes, when the auxiliary strokes change.
     fn follow(&mut self, at: &Linearised, change: DVector<f64>) -> Option<Follow> {
         let pulled = &at.coupling * &change;
-        let missing: Vec<f64> =
-            self.missing.iter().zip(pulled.iter()).map(|(all, made)| all - made).collect();
-        let (status, _) = self.contact.solve(&missing, &self.lowest, &self.highest, &mut self.increments);
+        let stroke_residual: Vec<f64> =
+            self.stroke_residual.iter().zip(pulled.iter()).map(|(all, made)| all - made).collect();
+        let (status, _) =
+            self.contact.solve(&stroke_residual, &self.lowest, &self.highest, &mut self.increments);
         let increments = DVector::from_column_slice(&self.increments);
         (status == QpStatus::Solved).then(|| Follow {
-            places: self.contact.places().to_vec(),
+            active_set: self.contact.active_set().to_vec(),
             tip: &at.by_strokes * &change + &at.by_others * increments,
             change,
         })
     }
 
-    /// The tip while the other cables stay at `places`.
-    fn response(&self, at: &Linearised, places: &[Place]) -> Option<Response> {
-        let held: Vec<usize> = (0..places.len()).filter(|&a| places[a] == Place::Between).collect();
-        let increments = DVector::from_fn(places.len(), |a, _| match places[a] {
-            Place::Between => 0.0,
-            Place::Lower => self.lowest[a],
-            Place::Upper => self.highest[a],
+    /// The tip while the other cables stay in `active_set`.
+    fn response(&self, at: &Linearised, active_set: &[Activity]) -> Option<Response> {
+        let held: Vec<usize> = (0..active_set.len()).filter(|&a| active_set[a] == Activity::Free).collect();
+        let increments = DVector::from_fn(active_set.len(), |a, _| match active_set[a] {
+            Activity::Free => 0.0,
+            Activity::AtLower => self.lowest[a],
+            Activity::AtUpper => self.highest[a],
         });
-        at.response(&held, &self.missing, &increments)
+        at.response(&held, &self.stroke_residual, &increments)
     }
 
     /// Solves the QP of the changes of the auxiliary strokes, over `length`.

@@ -10,13 +10,13 @@ use super::{QpSolver, QpStatus};
 
 /// Where a variable stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum Activity {
     /// Between its bounds.
-    Between,
+    Free,
     /// At the lower one.
-    Lower,
+    AtLower,
     /// At the upper one.
-    Upper,
+    AtUpper,
 }
 
 /// min ½ xᵀW x - bᵀx subject to lo <= x <= hi, for a W that stays and a b that changes.
@@ -30,7 +30,7 @@ pub struct BoxQp {
     w: Vec<f64>,
     /// 1 / sqrt(W_jj): variable = scale × dimensionless variable.
     scale: Vec<f64>,
-    places: Vec<Place>,
+    active_set: Vec<Activity>,
     /// Variables between their bounds, ascending, for which `factor` holds.
     free: Vec<usize>,
     /// Cholesky factor of W over `free`, row-major, stride n.
@@ -59,7 +59,7 @@ impl BoxQp {
             n,
             w: vec![0.0; n * n],
             scale: vec![1.0; n],
-            places: vec![Place::Between; n],
+            active_set: vec![Activity::Free; n],
             free: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             factor_is_current: false,
@@ -85,8 +85,8 @@ impl BoxQp {
     }
 
     /// Where each variable stood after the last solve.
-    pub fn places(&self) -> &[Place] {
-        &self.places
+    pub fn active_set(&self) -> &[Activity] {
+        &self.active_set
     }
 
     /// Solves for the stroke errors `b` [m] and bounds `lo <= x <= hi` [N]; writes the increments `x` [N].
@@ -101,10 +101,10 @@ impl BoxQp {
         for j in 0..n {
             let [lo, hi] = self.bounds[j];
             // A bound that moved to infinity cannot hold a variable any more.
-            if lo == hi || (self.places[j] == Place::Lower && lo.is_finite()) {
-                self.place(j, Place::Lower);
-            } else if !(self.places[j] == Place::Upper && hi.is_finite()) {
-                self.place(j, Place::Between);
+            if lo == hi || (self.active_set[j] == Activity::AtLower && lo.is_finite()) {
+                self.activate(j, Activity::AtLower);
+            } else if !(self.active_set[j] == Activity::AtUpper && hi.is_finite()) {
+                self.activate(j, Activity::Free);
             }
         }
         for change in 0..MAX_CHANGES {
@@ -119,10 +119,10 @@ impl BoxQp {
             if !changed {
                 for j in 0..n {
                     // To the last bit on its bound, which callers compare with.
-                    x[j] = match self.places[j] {
-                        Place::Between => self.x[j] * self.scale[j],
-                        Place::Lower => lo[j],
-                        Place::Upper => hi[j],
+                    x[j] = match self.active_set[j] {
+                        Activity::Free => self.x[j] * self.scale[j],
+                        Activity::AtLower => lo[j],
+                        Activity::AtUpper => hi[j],
                     };
                 }
                 return (QpStatus::Solved, QpSolver::ActiveSet);
@@ -138,7 +138,7 @@ impl BoxQp {
             return false;
         }
         for j in 0..self.n {
-            self.x[j] = if self.places[j] == Place::Between { 0.0 } else { x[j] / self.scale[j] };
+            self.x[j] = if self.active_set[j] == Activity::Free { 0.0 } else { x[j] / self.scale[j] };
         }
         self.solve_between(b);
         for &j in &self.free {
@@ -147,9 +147,9 @@ impl BoxQp {
         true
     }
 
-    fn place(&mut self, j: usize, place: Place) {
-        if self.places[j] != place {
-            self.places[j] = place;
+    fn activate(&mut self, j: usize, activity: Activity) {
+        if self.active_set[j] != activity {
+            self.active_set[j] = activity;
             self.factor_is_current = false;
         }
     }
@@ -161,10 +161,10 @@ impl BoxQp {
         }
         let n = self.n;
         for j in 0..n {
-            self.x[j] = match self.places[j] {
-                Place::Between => 0.0,
-                Place::Lower => self.bounds[j][0],
-                Place::Upper => self.bounds[j][1],
+            self.x[j] = match self.active_set[j] {
+                Activity::Free => 0.0,
+                Activity::AtLower => self.bounds[j][0],
+                Activity::AtUpper => self.bounds[j][1],
             };
         }
         self.solve_between(b);
@@ -196,7 +196,7 @@ impl BoxQp {
     fn factorize(&mut self) -> bool {
         let n = self.n;
         self.free.clear();
-        self.free.extend((0..n).filter(|&j| self.places[j] == Place::Between));
+        self.free.extend((0..n).filter(|&j| self.active_set[j] == Activity::Free));
         for (k, &i) in self.free.iter().enumerate() {
             for (l, &j) in self.free[..=k].iter().enumerate() {
                 let (above, row) = self.factor.split_at_mut(k * n);
@@ -223,9 +223,9 @@ impl BoxQp {
     fn change_all(&mut self, b: &[f64], tolerance: f64) -> bool {
         let mut changed = false;
         for j in 0..self.n {
-            let next = self.better_place(j, b, tolerance);
-            changed |= next != self.places[j];
-            self.place(j, next);
+            let next = self.better_activity(j, b, tolerance);
+            changed |= next != self.active_set[j];
+            self.activate(j, next);
         }
         changed
     }
@@ -233,9 +233,9 @@ impl BoxQp {
     /// Moves the last variable that violates its condition; false when all conditions hold.
     fn change_last(&mut self, b: &[f64], tolerance: f64) -> bool {
         for j in (0..self.n).rev() {
-            let next = self.better_place(j, b, tolerance);
-            if next != self.places[j] {
-                self.place(j, next);
+            let next = self.better_activity(j, b, tolerance);
+            if next != self.active_set[j] {
+                self.activate(j, next);
                 return true;
             }
         }
@@ -245,28 +245,28 @@ impl BoxQp {
     /// Where variable `j` should stand: where it does if its condition holds, that is x within its
     /// bounds, and the gradient W x - b zero between them, not negative at the lower and not positive at
     /// the upper one.
-    fn better_place(&self, j: usize, b: &[f64], tolerance: f64) -> Place {
+    fn better_activity(&self, j: usize, b: &[f64], tolerance: f64) -> Activity {
         let n = self.n;
         let [lo, hi] = self.bounds[j];
-        let place = self.places[j];
+        let activity = self.active_set[j];
         if lo == hi {
-            return place;
+            return activity;
         }
-        if place == Place::Between {
+        if activity == Activity::Free {
             return if self.x[j] < lo - tolerance {
-                Place::Lower
+                Activity::AtLower
             } else if self.x[j] > hi + tolerance {
-                Place::Upper
+                Activity::AtUpper
             } else {
-                Place::Between
+                Activity::Free
             };
         }
         let along: f64 = (0..n).map(|k| self.w[j * n + k] * self.x[k]).sum();
         let gradient = along - b[j] * self.scale[j];
-        match place {
-            Place::Lower if gradient < -tolerance => Place::Between,
-            Place::Upper if gradient > tolerance => Place::Between,
-            place => place,
+        match activity {
+            Activity::AtLower if gradient < -tolerance => Activity::Free,
+            Activity::AtUpper if gradient > tolerance => Activity::Free,
+            activity => activity,
         }
     }
 
@@ -290,14 +290,14 @@ impl BoxQp {
             x[j] = (solution[j] * self.scale[j]).clamp(lo[j], hi[j]);
             let [lo, hi] = self.bounds[j];
             let close = TOLERANCE.sqrt() * (1.0 + solution[j].abs());
-            let place = if solution[j] - lo < close {
-                Place::Lower
+            let activity = if solution[j] - lo < close {
+                Activity::AtLower
             } else if hi - solution[j] < close {
-                Place::Upper
+                Activity::AtUpper
             } else {
-                Place::Between
+                Activity::Free
             };
-            self.place(j, place);
+            self.activate(j, activity);
         }
         (status, QpSolver::Clarabel)
     }

@@ -9,7 +9,7 @@ mod active_set;
 mod clarabel;
 mod dual_newton;
 
-pub use active_set::{BoxQp, Place};
+pub use active_set::{Activity, BoxQp};
 pub use clarabel::{RowQp, solve_rows};
 pub(crate) use dual_newton::BoxedRows;
 
@@ -24,6 +24,17 @@ pub enum QpStatus {
     Infeasible,
     /// No answer.
     Failed,
+}
+
+impl std::fmt::Display for QpStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Solved => "solved",
+            Self::AlmostSolved => "solved at reduced accuracy only",
+            Self::Infeasible => "infeasible",
+            Self::Failed => "not solved",
+        })
+    }
 }
 
 /// Which solver answered.

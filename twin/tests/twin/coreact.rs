@@ -164,7 +164,7 @@ fn sensitivity_knows_the_friction_points_that_stick() {
         auxiliary.targets_into(&pulled, &strokes, &mut targets);
         let mut moved = state.clone();
         stepper.step(&twin, &targets, &mut moved).unwrap();
-        assert_eq!(moved.slides, twin.rest().slides, "a point has slipped");
+        assert_eq!(moved.slip, twin.rest().slip, "a point has slipped");
         twin.tip_of(&moved)
     };
     let mut held_back = 0.0f64;

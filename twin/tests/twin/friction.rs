@@ -99,7 +99,7 @@ fn friction_beyond_all_tensions_holds_the_tendons_where_they_are() {
         rubbing.go(&bend(5e-5 * f64::from(k)));
         plain.go(&bend(5e-5 * f64::from(k)));
     }
-    assert!(rubbing.state.slides.iter().all(|slide| *slide == 0.0), "{:?}", rubbing.state.slides);
+    assert!(rubbing.state.slip.iter().all(|slide| *slide == 0.0), "{:?}", rubbing.state.slip);
     // Of ten segments only the first can shorten.
     for point in &rubbing.twin.friction {
         let length = |x: &[[f64; 4]]| way_behind(&rubbing, point.tendon, point.first, x);
@@ -147,8 +147,8 @@ fn cycle(friction: Friction, steps: u32) -> (f64, f64, f64) {
             for j in 0..4 {
                 work += 0.5 * (before.1.tensions[j] + now.1.tensions[j]) * (now.0[j] - before.0[j]);
             }
-            for i in 0..now.1.slides.len() {
-                let warmth = -now.1.tensions[4 + i] * (now.1.slides[i] - before.1.slides[i]);
+            for i in 0..now.1.slip.len() {
+                let warmth = -now.1.tensions[4 + i] * (now.1.slip[i] - before.1.slip[i]);
                 heat += warmth;
                 gained = gained.max(-warmth);
             }
@@ -191,8 +191,8 @@ fn friction_only_takes_energy_on_any_way() {
         }
         let before = robot.state.clone();
         robot.go(&strokes(&command));
-        for i in 0..robot.state.slides.len() {
-            let moved = robot.state.slides[i] - before.slides[i];
+        for i in 0..robot.state.slip.len() {
+            let moved = robot.state.slip[i] - before.slip[i];
             assert!(-robot.state.tensions[4 + i] * moved > -tolerance(1e-9));
             *if moved == 0.0 { &mut n_stuck } else { &mut n_slipping } += 1;
         }
@@ -299,7 +299,7 @@ fn step_that_fails_leaves_the_memory_at_the_last_equilibrium() {
     let error = robot.stepper.step(&robot.twin, &squeezed, &mut robot.state).expect_err("no equilibrium");
     assert!(matches!(error, Error::NoEquilibrium { .. }), "{error}");
     // Tendons that keep their length have slid as far past a point as their way behind it is shorter.
-    for (point, slide) in robot.twin.friction.iter().zip(&robot.state.slides) {
+    for (point, slide) in robot.twin.friction.iter().zip(&robot.state.slip) {
         let length = |x: &[[f64; 4]]| way_behind(&robot, point.tendon, point.first, x);
         let reached = length(&robot.twin.body.rest) - length(&robot.state.positions);
         assert_close("slide", *slide, reached, 1.1e-10);

@@ -1,6 +1,6 @@
 //! The bound-constrained QP against clarabel and against every active set there is.
 
-use hysteron_twin::qp::{BoxQp, Place, QpSolver, QpStatus, RowQp, solve_rows};
+use hysteron_twin::qp::{Activity, BoxQp, QpSolver, QpStatus, RowQp, solve_rows};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -286,7 +286,7 @@ fn bounds_are_met_exactly() {
         let mut qp = BoxQp::new(4);
         let (x, ..) = problem.solve_with(&mut qp);
         for j in 0..4 {
-            if qp.places()[j] != Place::Between {
+            if qp.active_set()[j] != Activity::Free {
                 let [lo, hi] = [problem.lo[j], problem.hi[j]];
                 assert!(x[j] == lo || x[j] == hi, "{} in {lo}..{hi}", x[j]);
                 n_at_bound += 1;
