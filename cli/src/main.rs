@@ -68,7 +68,7 @@ fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Study(arguments) => study::verb(arguments, &program.passed_on(), caller),
         Verb::Run(options) => study::run(options, &program.passed_on(), caller),
         Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on(), caller),
-        Verb::Rig(arguments) => rig::run(arguments, caller).map(nothing),
+        Verb::Rig(arguments) => rig::run(arguments, caller),
         Verb::Arm(arguments) => arm::run(arguments, caller),
         Verb::Completions(arguments) => {
             manual::completions(arguments);

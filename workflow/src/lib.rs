@@ -49,6 +49,7 @@ pub mod identify;
 pub mod mesh;
 pub mod reach;
 pub mod record;
+pub mod rig;
 pub mod simulate;
 pub mod study;
 pub mod target;

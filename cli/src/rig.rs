@@ -1,0 +1,37 @@
+//! `hysteron rig`: the words of its verbs.
+
+use hysteron_workflow::{Caller, rig};
+use serde_json::Value;
+
+/// Servos and tracker, real or emulated
+///
+/// A new rig: check it, calibrate it, then `hysteron record`. Without hardware, `hysteron rig emulate` stands in for
+/// it: programs find the same servos on a serial port, and the same tracker on a TCP port. docs/rig.md is the guide.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+/// What to do with the rig.
+#[derive(Debug, clap::Subcommand)]
+enum Verb {
+    #[command(after_help = include_str!("help/rig-check.txt"))]
+    Check(rig::check::Options),
+    #[command(after_help = include_str!("help/rig-calibrate.txt"))]
+    Calibrate(rig::calibrate::Options),
+    #[command(after_help = include_str!("help/rig-emulate.txt"))]
+    Emulate(rig::emulate::Options),
+    #[command(after_help = include_str!("help/rig-recover.txt"))]
+    Recover(rig::recover::Options),
+}
+
+/// Carries out the verb.
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
+    match &arguments.verb {
+        Verb::Check(options) => rig::check::run(options, caller),
+        Verb::Calibrate(options) => rig::calibrate::run(options, caller),
+        Verb::Emulate(options) => rig::emulate::run(options, caller),
+        Verb::Recover(options) => rig::recover::run(options, caller),
+    }
+}

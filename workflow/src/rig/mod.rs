@@ -1,0 +1,6 @@
+//! `hysteron rig`: everything that concerns servos and tracker, real or emulated.
+
+pub mod calibrate;
+pub mod check;
+pub mod emulate;
+pub mod recover;

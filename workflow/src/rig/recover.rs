@@ -1,0 +1,34 @@
+//! `hysteron rig recover`: from the journal of a run that crashed to its recording.
+
+use std::path::PathBuf;
+
+use hysteron_base::BadInput;
+use hysteron_rig::session::recover;
+use serde_json::{Value, json};
+
+use crate::Caller;
+
+/// Open the journal of a run that crashed
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Journal that the run has left
+    pub journal: PathBuf,
+    /// Recording to write, .parquet or .csv
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
+    pub out: PathBuf,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; a journal without a single row.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    if options.out.exists() {
+        let place = options.out.display().to_string();
+        return Err(BadInput::new(place, "a new file", "one that exists").into());
+    }
+    let (n_rows, n_gaps) = recover(&options.journal, &options.out)?;
+    caller.say(format_args!("{}: {n_rows} rows, {n_gaps} of them filled in", options.out.display()));
+    Ok(json!({ "recording": options.out, "rows": n_rows, "filled_in": n_gaps }))
+}
