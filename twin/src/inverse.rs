@@ -11,7 +11,8 @@ use hysteron_base::BadInput;
 use crate::model::{Target, Twin};
 use crate::projection::Projection;
 use crate::qp::{QpStatus, RowQp, solve_rows};
-use crate::step::{StepReport, Stepper, check_targets};
+use crate::report::StepReport;
+use crate::step::{Stepper, check_targets};
 use crate::{Cause, Error, Result, TwinState};
 
 /// What the tip should reach, and how exactly.

@@ -4,11 +4,12 @@ use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tendon, Tip};
 use hysteron_fem::{Embedding, FemModel, Mesh};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::Result;
 use crate::cable::Cables;
-use crate::friction::{FrictionPoint, friction_points, set_compliance};
+use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
-use crate::tip::Registration;
-use crate::{Result, TwinState};
+use crate::registration::Registration;
+use crate::state::TwinState;
 
 /// How one tendon is driven during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -26,7 +26,8 @@ use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::projection::Projection;
 use crate::qp::QpSolver;
-use crate::step::{StepReport, TwinState};
+use crate::report::StepReport;
+use crate::state::TwinState;
 use crate::tensions::TensionStep;
 
 const MAX_ITERATIONS: usize = 100;

@@ -4,7 +4,8 @@
 use nalgebra::Vector3;
 
 use crate::model::{Target, Twin};
-use crate::step::{StepReport, Stepper};
+use crate::report::StepReport;
+use crate::step::Stepper;
 use crate::{Result, TwinState};
 
 /// One sample.

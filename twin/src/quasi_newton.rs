@@ -20,7 +20,8 @@ use crate::model::Twin;
 use crate::predictor::{Predictor, Prescribed};
 use crate::projection::Projection;
 use crate::qp::{Activity, QpSolver};
-use crate::step::{StepReport, TwinState};
+use crate::report::StepReport;
+use crate::state::TwinState;
 use crate::tensions::TensionStep;
 
 /// Iterations after which a factor is replaced within a step, and after which the step is given up.

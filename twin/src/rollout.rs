@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use crate::model::{Target, Twin};
-use crate::step::{StepReport, Stepper};
+use crate::report::StepReport;
+use crate::step::Stepper;
 use crate::{Result, TwinState};
 
 /// The answer to a command sequence: one entry per sample.

@@ -9,7 +9,8 @@ use crate::model::{Target, Twin};
 use crate::newton::{Newton, Search, Stuck};
 use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
-pub use crate::state::TwinState;
+use crate::report::StepReport;
+use crate::state::TwinState;
 use crate::{Error, Result};
 
 /// Smallest part of a step that is tried before giving up.
@@ -22,39 +23,6 @@ const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 /// how often at most: a jump then ends with the friction of its end.
 const LAGGING: f64 = 0.1;
 const MOST_REPEATS: usize = 8;
-
-/// What a step cost and how well it converged.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StepReport {
-    /// Corrections with the lagged factor.
-    pub iterations: usize,
-    /// Times the lagged factor was replaced.
-    pub refactorisations: usize,
-    /// Newton iterations with the exact tangent; zero in the common case.
-    pub newton_iterations: usize,
-    /// Parts the step was divided into; zero in the common case.
-    pub sub_steps: usize,
-    /// QPs that the active set did not certify.
-    pub clarabel_solves: usize,
-    /// Norm of the force residual over that of the applied forces [-].
-    pub relative_residual: f64,
-    /// Largest stroke error [m].
-    pub stroke_error: f64,
-}
-
-impl StepReport {
-    /// Both steps: the costs of the two, the accuracy of the later one.
-    pub(crate) fn followed_by(&self, next: &Self) -> Self {
-        Self {
-            iterations: self.iterations + next.iterations,
-            refactorisations: self.refactorisations + next.refactorisations,
-            newton_iterations: self.newton_iterations + next.newton_iterations,
-            sub_steps: self.sub_steps + next.sub_steps,
-            clarabel_solves: self.clarabel_solves + next.clarabel_solves,
-            ..*next
-        }
-    }
-}
 
 /// Slip and backlash state of an equilibrium with its friction bounds: one value that a step is made from, several times where
 /// it has to be, and that a step commits.

@@ -5,7 +5,7 @@ use hysteron_learn::{Backprop, Batch, Memory, OUTPUT_MAX, Outputs, Predictor, RA
 
 use super::delay::ahead;
 use super::model::check_limits;
-use super::smooth::{PathPoint, smooth};
+use super::path_point::{PathPoint, smooth};
 use super::windowed::normalised_path;
 use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression, Tip};
 use crate::{Limits, Result};

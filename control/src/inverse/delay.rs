@@ -6,7 +6,7 @@
 
 use hysteron_base::BadInput;
 
-use super::smooth::PathPoint;
+use super::path_point::PathPoint;
 use super::{Axes, Demonstration, StaticRegression};
 
 /// Samples between the delays that are tried first.

@@ -10,7 +10,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::Axes;
-use super::smooth::{PathPoint, Smoothing};
+use super::path_point::{PathPoint, Smoothing};
 
 /// Which features there are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -13,6 +13,7 @@ mod features;
 mod fit;
 mod loss;
 mod model;
+mod path_point;
 mod recurrent;
 mod regression;
 mod smooth;
@@ -29,9 +30,9 @@ pub use features::{FeatureSpec, Features};
 pub use fit::Fitted;
 pub use loss::LossWeights;
 pub use model::{Design, InverseModel};
+pub use path_point::{PathPoint, Smoothing};
 pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use regression::StaticRegression;
-pub use smooth::{PathPoint, Smoothing};
 pub use windowed::{PUBLISHED, fit_windowed};
 pub use workspace::Workspace;
 

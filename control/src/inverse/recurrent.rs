@@ -13,7 +13,8 @@ use serde_json::json;
 
 use super::fit::{Fitted, Parts, Strokes, identity, run};
 use super::loss::{Loss, LossWeights, Row};
-use super::smooth::{PathPoint, Smoothed, Smoothing, smoothed};
+use super::path_point::{PathPoint, Smoothing};
+use super::smooth::{Smoothed, smoothed};
 use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
 use crate::Result;
 

@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::smooth::PathPoint;
+use super::path_point::PathPoint;
 use super::{Axes, Demonstration, Tip};
 
 /// Monomials of x and y up to the third degree, then those that have z too.

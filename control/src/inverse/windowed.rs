@@ -9,7 +9,8 @@ use hysteron_learn::{
 use serde_json::json;
 
 use super::fit::{Fitted, Parts, Strokes, identity, run};
-use super::smooth::{Smoothed, Smoothing, smoothed};
+use super::path_point::Smoothing;
+use super::smooth::{Smoothed, smoothed};
 use super::{Check, Dataset, Demonstration, Design, Tip};
 use crate::Result;
 

@@ -1,6 +1,6 @@
 //! The one conversion from what was typed to a curve with a timing, and every bound of a target.
 
-use super::outline::{Outline, Point, distance};
+use super::outline::{MOST_CROSSING_POINTS, Outline, Point, distance};
 use super::schema::{Curve, Family, TargetFile};
 use super::timing::Ramped;
 use super::{csv, family, svg};
@@ -18,8 +18,6 @@ const FORMAT: (&str, i64) = ("hysteron-target", 1);
 const MOST_SAMPLES: f64 = 1e6;
 /// Of an outline that must not cross itself, for which all its lines are compared with each other.
 const MOST_POINTS: usize = 20_000;
-/// Of any outline.
-pub(super) const MOST_CROSSING_POINTS: usize = 500_000;
 const MOST_LAPS: u32 = 1000;
 /// Of a target file, and of an outline's.
 pub(super) const MOST_BYTES: usize = 32 << 20;

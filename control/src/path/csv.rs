@@ -1,8 +1,7 @@
 //! Outlines as CSV: columns `x_mm,y_mm` or `x_m,y_m`, and z where the outline leaves the plane; the only module of
 //! this crate that knows the `csv` crate.
 
-use super::convert::MOST_CROSSING_POINTS;
-use super::outline::Point;
+use super::outline::{MOST_CROSSING_POINTS, Point};
 use hysteron_base::BadInput;
 use hysteron_base::size::check_at_most;
 use hysteron_base::units::Unit;

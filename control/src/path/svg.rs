@@ -7,8 +7,7 @@
 //! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands
 //! says nothing: its bounding box is centred.
 
-use super::convert::MOST_CROSSING_POINTS;
-use super::outline::Point;
+use super::outline::{MOST_CROSSING_POINTS, Point};
 use hysteron_base::BadInput;
 use hysteron_base::size::check_at_most;
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, RoundedRect, Shape};

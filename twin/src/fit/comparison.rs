@@ -8,9 +8,28 @@ use hysteron_fem::Mesh;
 use nalgebra::{Matrix3, Vector3};
 
 use super::course::Course;
-use super::material::{AxisErrors, Frame};
 use crate::motion::Motion;
 use crate::{Registration, Result, Target, Twin, alignment, rollouts};
+
+/// Where the measured tip is expected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame {
+    /// In the frame of the scene's tracker; a tip that rests elsewhere is an error.
+    Checked,
+    /// In the frame of the scene's tracker, wherever it rests.
+    Trusted,
+    /// In a frame of its own, the same for all recordings: turned and shifted as suits the twin best.
+    Fitted,
+}
+
+/// Root mean square errors of the tip [m].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisErrors {
+    /// Along x, y and z.
+    pub axes: [f64; 3],
+    /// Of the distance.
+    pub distance: f64,
+}
 
 /// Answers of the twin that are kept: those around which a Jacobian is taken, and its own.
 const KEPT: usize = 24;

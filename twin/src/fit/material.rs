@@ -12,23 +12,12 @@ use hysteron_fit::{
     Estimate, Fit, Options, Parameter, Prior, Standing, TOLERANCE, least_squares, minimum, polished,
 };
 
-use super::comparison::{Comparison, check_axes};
+use super::comparison::{AxisErrors, Comparison, Frame, check_axes};
 use super::course::{Course, Stepping, courses};
 use super::hints::{Hint, hints, steepest};
 use super::quantity::Selected;
 use crate::motion::Motion;
 use crate::{Result, Twin};
-
-/// Where the measured tip is expected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Frame {
-    /// In the frame of the scene's tracker; a tip that rests elsewhere is an error.
-    Checked,
-    /// In the frame of the scene's tracker, wherever it rests.
-    Trusted,
-    /// In a frame of its own, the same for all recordings: turned and shifted as suits the twin best.
-    Fitted,
-}
 
 /// How far a fit has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,15 +40,6 @@ pub struct MaterialOptions<'a> {
     pub tension_max: Option<f64>,
     /// Told how far the fit has come; false ends it.
     pub watch: &'a (dyn Fn(Progress) -> bool + Sync),
-}
-
-/// Root mean square errors of the tip [m].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AxisErrors {
-    /// Along x, y and z.
-    pub axes: [f64; 3],
-    /// Of the distance.
-    pub distance: f64,
 }
 
 /// The outcome of [`fit_material`].

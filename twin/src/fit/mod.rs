@@ -11,8 +11,9 @@ mod hints;
 mod material;
 mod quantity;
 
+pub use comparison::{AxisErrors, Frame};
 pub use course::{Course, Stepping, courses};
 pub use hints::Hint;
 pub use hysteron_fit::{Estimate, Fit, Options, Parameter, Prior, Scale, Standing, TOLERANCE, least_squares};
-pub use material::{AxisErrors, Frame, MaterialFit, MaterialOptions, Progress, fit_material};
+pub use material::{MaterialFit, MaterialOptions, Progress, fit_material};
 pub use quantity::{Of, QUANTITIES, Quantity, Selected, Wanted, select};

@@ -7,7 +7,7 @@ use hysteron_learn::{Evaluation, Normaliser, Sequences};
 
 use super::decoder::Decoding;
 use super::linear::Equation;
-use super::{Decoder, FeatureSpec, Features, LinearPart, RecurrentOptions, Sequence};
+use super::{Decoder, FeatureSpec, Features, LinearPart, Sequence};
 
 /// Ranges of the tip displacement that is missing and that the linear part does not say.
 pub(super) fn output_ranges(
@@ -181,9 +181,10 @@ pub(super) struct TipSequences<'a> {
 }
 
 impl<'a> TipSequences<'a> {
-    pub fn new(sequences: Vec<Prepared>, spec: &'a FeatureSpec, options: &RecurrentOptions) -> Self {
-        let of_tip = (1e3 * options.feedback_noise_m * 12f64.sqrt()) as f32;
-        Self { sequences, spec, widths: [options.learning.input_noise as f32, of_tip] }
+    /// `noise`: the width of that on normalised features [-], and the standard deviation of that on the tip [m].
+    pub fn new(sequences: Vec<Prepared>, spec: &'a FeatureSpec, noise: [f64; 2]) -> Self {
+        let of_tip = (1e3 * noise[1] * 12f64.sqrt()) as f32;
+        Self { sequences, spec, widths: [noise[0] as f32, of_tip] }
     }
 }
 

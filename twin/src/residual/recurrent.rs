@@ -182,7 +182,8 @@ impl Setting<'_> {
         let outputs = output_ranges(&training.iter().map(|&k| &all[k]).collect::<Vec<_>>(), &linear)?;
         let prepared = |indices: &[usize]| {
             let one = |&k: &usize| prepare(&all[k], spec, &linear, &inputs, &outputs);
-            TipSequences::new(indices.iter().map(one).collect(), spec, options)
+            let noise = [options.learning.input_noise, options.feedback_noise_m];
+            TipSequences::new(indices.iter().map(one).collect(), spec, noise)
         };
         let seed = rng(options.seed, &format!("residual/member/{number}")).random();
         let network = Network::new(&options.learning.architecture(spec.len(), 3), seed)?;

@@ -1,0 +1,154 @@
+//! The state of a twin in a file.
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, file};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::Result;
+use crate::model::Twin;
+use crate::state::TwinState;
+
+const FORMAT: &str = "hysteron-state";
+const VERSION: u32 = 3;
+/// Stands for the checksum while it is computed.
+const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// First line of a state file; positions, tensions, slides and plays follow as little-endian `f64`.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    format: String,
+    version: u32,
+    scene_hash: String,
+    n_nodes: usize,
+    n_tendons: usize,
+    load: f64,
+    n_memory: usize,
+    /// Command that made it.
+    command: String,
+    /// SHA-256 of the file with zeros in its place.
+    sha256: String,
+}
+
+impl TwinState {
+    /// Saves the state: a line of JSON with a checksum, then positions (file order), tensions and memory, all bits
+    /// kept.
+    /// `command` is what made it.
+    ///
+    /// # Errors
+    /// Refusals of the file system.
+    pub fn write(&self, path: &Path, twin: &Twin, scene_hash: &str, command: &str) -> Result<()> {
+        let header = Header {
+            format: FORMAT.into(),
+            version: VERSION,
+            scene_hash: scene_hash.into(),
+            n_nodes: self.positions.len(),
+            n_tendons: self.tensions.len(),
+            load: self.load,
+            n_memory: self.slip.len() + self.plays.len(),
+            command: command.into(),
+            sha256: NO_CHECKSUM.into(),
+        };
+        let positions = twin.body.in_file_order(&self.positions);
+        let memory = self.slip.iter().chain(&self.plays);
+        let numbers = positions.as_flattened().iter().chain(&self.tensions).chain(memory);
+        let mut bytes = json!(header).to_string().into_bytes();
+        bytes.push(b'\n');
+        bytes.extend(numbers.flat_map(|number| number.to_le_bytes()));
+        let checksum = file::sha256_hex(&bytes);
+        if let Some(place) = place_of(&bytes, NO_CHECKSUM) {
+            bytes[place..place + checksum.len()].copy_from_slice(checksum.as_bytes());
+        }
+        Ok(file::write_bytes(path, bytes)?)
+    }
+
+    /// Reads a state of the same scene.
+    ///
+    /// # Errors
+    /// Another format, version, scene or size; a truncated or damaged file; a load outside 0 to 1; a number that is
+    /// not finite.
+    pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
+        let (n_nodes, n_tendons) = (twin.body.n_nodes(), twin.cables.len());
+        let n_memory = twin.friction.len() + twin.n_plays();
+        let n_bytes = 8 * (3 * n_nodes + n_tendons + n_memory);
+        let mut bytes = file::read_bytes(path)?;
+        let bad = |what: &str, expected: String, found: String| {
+            BadInput::new(format!("{}: {what}", path.display()), expected, found)
+        };
+        let end = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
+        let not_ours =
+            |error: serde_json::Error| bad("header", "a state by hysteron".into(), error.to_string());
+        let header: Value = serde_json::from_slice(&bytes[..end]).map_err(not_ours)?;
+        let (format, version) = (header["format"].as_str().unwrap_or_default(), &header["version"]);
+        if !version.is_u64() {
+            let found = "a line of JSON without version".into();
+            return Err(bad("header", "a state by hysteron".into(), found).into());
+        }
+        if format != FORMAT || *version != VERSION {
+            return Err(bad("format", format!("{FORMAT} {VERSION}"), format!("{format} {version}"))
+                .hint("what another version of the program wrote has to be made again")
+                .into());
+        }
+        let header: Header = serde_json::from_value(header).map_err(not_ours)?;
+        if header.scene_hash != scene_hash {
+            return Err(bad("scene_hash", scene_hash.into(), header.scene_hash)
+                .hint("a state belongs to the scene and mesh that it was made with; make it again")
+                .into());
+        }
+        if !(0.0..=1.0).contains(&header.load) {
+            return Err(bad("load", "0 to 1".into(), header.load.to_string()).into());
+        }
+        let body = bytes.get(end + 1..).unwrap_or_default();
+        let numbers: Vec<f64> =
+            body.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let found = (header.n_nodes, header.n_tendons, header.n_memory);
+        if found != (n_nodes, n_tendons, n_memory) || body.len() != n_bytes {
+            let expected = format!(
+                "{n_nodes} nodes, {n_tendons} tensions and {n_memory} numbers that friction remembers"
+            );
+            let found = format!("{}, {} and {} in {} bytes", found.0, found.1, found.2, body.len());
+            return Err(bad("size", expected, found).hint("the file may be truncated").into());
+        }
+        if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(bad("numbers", "finite numbers".into(), format!("{} at {at}", numbers[at])).into());
+        }
+        // Last, so that what can be named is named.
+        clear_checksum(&mut bytes, &header.sha256).map_err(|found| {
+            bad("sha256", header.sha256.clone(), found).hint("the file was damaged or edited")
+        })?;
+        let (positions, others) = numbers.split_at(3 * n_nodes);
+        let (tensions, memory) = others.split_at(n_tendons);
+        let (slip, plays) = memory.split_at(twin.friction.len());
+        let place = |&file: &u32| {
+            let [x, y, z] = positions.as_chunks::<3>().0[file as usize];
+            [x, y, z, 0.0]
+        };
+        Ok(Self {
+            positions: twin.body.file_node.iter().map(place).collect(),
+            tensions: tensions.to_vec(),
+            load: header.load,
+            slip: slip.to_vec(),
+            plays: plays.to_vec(),
+        })
+    }
+}
+
+/// Where the checksum stands in the first line.
+fn place_of(bytes: &[u8], checksum: &str) -> Option<usize> {
+    let key = "\"sha256\":\"";
+    let entry = format!("{key}{checksum}\"");
+    let line = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    line.windows(entry.len()).position(|window| window == entry.as_bytes()).map(|place| place + key.len())
+}
+
+/// Puts zeros in the place of the checksum; the one that the file has, if it is not the one that it states.
+fn clear_checksum(bytes: &mut [u8], stated: &str) -> std::result::Result<(), String> {
+    let place = place_of(bytes, stated).filter(|_| stated.len() == NO_CHECKSUM.len());
+    if let Some(place) = place {
+        bytes[place..place + NO_CHECKSUM.len()].copy_from_slice(NO_CHECKSUM.as_bytes());
+    }
+    let found = file::sha256_hex(bytes);
+    if place.is_some() && found == stated { Ok(()) } else { Err(found) }
+}
