@@ -9,6 +9,7 @@ pub mod law;
 pub mod number;
 mod operators;
 mod policies;
+mod policy;
 mod position_loop;
 mod presliding;
 mod prony;

@@ -6,25 +6,13 @@
 //! two slack segments would float otherwise. So the inner iteration over the choices of the minimum and the outer one over
 //! those of the maximum are both monotone and end (Howard's algorithm, twice).
 
+use crate::policy::Policy;
 use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
 
 /// Stiffness of a slack segment over that of a taut one, in here only.
 const TRACE: f64 = 1e-9;
 /// Choices tried at most, inner and outer; a handful is usual.
 const MOST_ROUNDS: usize = 60;
-
-/// Choices of one guide.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Policy {
-    /// Of the maximum: it slides towards the pulley.
-    is_pulling: bool,
-    /// Of the maximum: the segment before it is taut.
-    is_left_taut: bool,
-    /// Of the minimum: it sticks, unless it is pulling.
-    is_stuck: bool,
-    /// Of the minimum: the segment after it is taut.
-    is_right_taut: bool,
-}
 
 impl Tendon {
     /// Finds statuses, slips and tensions; scratch of the linear solver is overwritten.

@@ -8,7 +8,7 @@
 //! no statuses, but a share of its bound for every slip; Newton's method finds the slips (`sliding.rs`).
 
 use crate::friction::capstan_factor;
-use crate::policies::Policy;
+use crate::policy::Policy;
 use crate::presliding::{Elements, FrictionLaw};
 use hysteron_base::BadInput;
 

@@ -6,6 +6,8 @@
 mod folds;
 mod global;
 mod least_squares;
+mod outcome;
+mod parameter;
 mod search;
 mod uncertainty;
 
@@ -13,7 +15,9 @@ use hysteron_base::BadInput;
 
 pub use folds::{Fold, folds};
 pub use global::{GlobalMethod, GlobalOptions, GlobalSearch, search_globally};
-pub use least_squares::{Fit, Options, Parameter, Prior, Scale, TOLERANCE, least_squares};
+pub use least_squares::{TOLERANCE, least_squares};
+pub use outcome::{Fit, Options};
+pub use parameter::{Parameter, Prior, Scale};
 pub use search::{Found, Problem, cost, minimum, polished, prior_rows};
 pub use uncertainty::{Estimate, Spread, Standing, condition, correction, covariance, unseen};
 

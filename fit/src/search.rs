@@ -16,7 +16,8 @@ use nalgebra_of_lm::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
 use crate::Failure;
-use crate::least_squares::{Fit, Options, Parameter};
+use crate::outcome::{Fit, Options};
+use crate::parameter::Parameter;
 use crate::uncertainty::{self, Spread, Standing};
 
 /// Difference of places for derivatives [-]: the solver's tolerance and the curvature of the residuals both stay

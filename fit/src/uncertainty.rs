@@ -7,7 +7,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::least_squares::Parameter;
+use crate::parameter::Parameter;
 
 /// What became of a parameter.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,11 +12,10 @@ use plotters::prelude::*;
 use plotters::style::register_font;
 use png::{ColorType, Encoder};
 
+pub use crate::legend::Entry;
+use crate::legend::legend_width;
 use crate::maker::{SIGNATURE, replace};
 use crate::sheet::Sheet;
-
-/// A name and the colour of what it stands for.
-pub type Entry = (String, RGBColor);
 
 /// Something to be drawn on any backend.
 pub trait Figure {
@@ -154,11 +153,6 @@ fn rows(entries: Vec<Entry>, width: f64) -> Vec<Vec<Entry>> {
         }
     }
     rows
-}
-
-/// Room for an entry of a legend [px].
-pub fn legend_width(name: &str) -> f64 {
-    46.0 + 7.4 * name.chars().count() as f64
 }
 
 fn svg(

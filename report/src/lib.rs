@@ -7,6 +7,7 @@
 
 pub mod axis;
 pub mod figure;
+mod legend;
 pub mod lines;
 pub mod maker;
 pub mod page;

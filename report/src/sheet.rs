@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::axis::Axis;
-use crate::figure::{Entry, legend_width};
+use crate::legend::{Entry, legend_width};
 
 /// Colours that are told apart without red and green (Okabe and Ito, 2008).
 pub const COLORS: [RGBColor; 7] = [

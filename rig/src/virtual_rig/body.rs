@@ -4,12 +4,18 @@
 //! bending, so stiffness and creep are one number per strain. The force residual is exact; its tangent leaves out
 //! the change of wrap angles and some terms of second order in a section's angle.
 
-use super::equilibrium::Factors;
 use super::linear::{
     IDENTITY, Lu, M3, V3, about_z, add, apply, apply_transposed, cross, dot, product, quaternion, scale, sub,
 };
 use super::section::Section;
 use hysteron_actuator::{Prony, PronyStep, Tendon, TendonTrial};
+
+/// Whether a factor of the tangent is used for more than one iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Factors {
+    WhileTheyServe,
+    AlwaysNew,
+}
 
 /// What a body is. All vectors in the robot's frame: base at the origin, rod along z.
 #[derive(Debug, Clone, PartialEq)]

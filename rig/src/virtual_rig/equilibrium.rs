@@ -3,7 +3,7 @@
 //! A factor of the tangent serves over many steps: guides change between sticking and sliding far less often than the
 //! body is balanced. The residual decides, so an old factor costs iterations and never accuracy.
 
-use super::body::Body;
+use super::body::{Body, Factors};
 
 /// Residual at which a state counts as balanced, as strain of one section [-].
 const ACCURACY: f64 = 1e-9;
@@ -169,13 +169,6 @@ impl Body {
         }
         None
     }
-}
-
-/// Whether a factor of the tangent is used for more than one iteration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Factors {
-    WhileTheyServe,
-    AlwaysNew,
 }
 
 /// How much is asked of Newton's method.

@@ -3,8 +3,9 @@
 //! Time goes in ticks of one millisecond, however it is asked for: the servos move at every tick, the body finds its
 //! balance at every tenth. Between two balances each servo feels the tension of the last one.
 
+use super::body::Factors;
 use super::body::{Body, BodySpec};
-use super::equilibrium::{Factors, StepReport};
+use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};

@@ -4,7 +4,6 @@ use hysteron_base::BadInput;
 use nalgebra::{DMatrix, Matrix2, Matrix2xX, Matrix3x2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::Sequence;
 use super::linear::add_product;
 
 /// The shortest strokes that move the tip by about a given displacement across the robot: s = D z, D = Ĝᵀ (Ĝ Ĝᵀ + γ
@@ -45,30 +44,34 @@ fn n_terms(n_primary: usize) -> usize {
 }
 
 impl Decoder {
-    /// Fits Ĝ to the sensitivities of `sequences`, which are of one robot.
+    /// Fits Ĝ to the sensitivities of a robot with so many primary and auxiliary tendons: samples of primary strokes [m] and
+    /// ∂tip/∂s (3 × n_aux) there [-]. `strokes` are all that were commanded, of which the ranges are taken.
     ///
     /// # Errors
     /// Sensitivities that are not finite.
-    pub fn fit(sequences: &[Sequence]) -> Result<Self, BadInput> {
-        let (n_primary, n_aux) = sequences.first().map_or((0, 0), |s| (s.n_primary, s.auxiliary.len()));
-        let range = |k: usize| {
-            let strokes = sequences.iter().flat_map(|s| s.strokes.iter().skip(k).step_by(n_primary));
-            strokes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &u| [low.min(u), high.max(u)])
-        };
-        let mut decoder = Self { ranges: (0..n_primary).map(range).collect(), coefficients: Vec::new() };
+    pub fn fit<'a>(
+        [n_primary, n_aux]: [usize; 2],
+        strokes: impl Iterator<Item = &'a [f64]>,
+        samples: impl Iterator<Item = (&'a [f64], [Vec<f64>; 3])>,
+    ) -> Result<Self, BadInput> {
+        let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; n_primary];
+        for row in strokes {
+            for ([low, high], &u) in ranges.iter_mut().zip(row) {
+                (*low, *high) = (low.min(u), high.max(u));
+            }
+        }
+        let mut decoder = Self { ranges, coefficients: Vec::new() };
         let n = n_terms(n_primary);
         let (mut normal, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 2 * n_aux));
         let (mut terms, mut n_samples) = (Vec::with_capacity(n), 0.0);
-        for sequence in sequences {
-            for (sample, g) in sequence.sensitivities() {
-                decoder.terms_into(sequence.strokes_at(sample), &mut terms);
-                add_product(&mut normal, 1.0, &terms);
-                for (k, mut column) in right.column_iter_mut().enumerate() {
-                    let value = g[k % 2][k / 2];
-                    column.iter_mut().zip(&terms).for_each(|(sum, term)| *sum += value * term);
-                }
-                n_samples += 1.0;
+        for (strokes, g) in samples {
+            decoder.terms_into(strokes, &mut terms);
+            add_product(&mut normal, 1.0, &terms);
+            for (k, mut column) in right.column_iter_mut().enumerate() {
+                let value = g[k % 2][k / 2];
+                column.iter_mut().zip(&terms).for_each(|(sum, term)| *sum += value * term);
             }
+            n_samples += 1.0;
         }
         normal.fill_upper_triangle_with_lower_triangle();
         normal += DMatrix::identity(n, n) * (RIDGE * n_samples);

@@ -36,7 +36,7 @@ pub use linear::LinearPart;
 pub use model::{Design, ResidualModel};
 pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use rollout::Rollout;
-pub use sequence::{DECODER, Sequence};
+pub use sequence::{DECODER, Sequence, fit_decoder};
 pub use windowed::{PUBLISHED, fit_windowed};
 
 /// Where the trainings of several networks stand between runs, and who gets their reports.

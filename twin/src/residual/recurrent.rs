@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::prepared::{Linearised, TipSequences, output_ranges, prepare};
-use super::sequence::{first_of_one_robot, names};
+use super::sequence::{first_of_one_robot, fit_decoder, names};
 use super::{Decoder, Design, FeatureSpec, Features, Fitted, LinearPart, ResidualModel, Sequence, Sessions};
 use crate::Result;
 
@@ -80,7 +80,7 @@ pub fn fit_recurrent(
     let shared = shared(sequences, held_out);
     let decoder = match first.decoder.clone() {
         Some(decoder) => decoder,
-        None => Decoder::fit(&shared)?,
+        None => fit_decoder(&shared)?,
     };
     let largest = shared.iter().flat_map(|s| &s.strokes).fold(0.0f64, |max, stroke| max.max(stroke.abs()));
     let spec = FeatureSpec {

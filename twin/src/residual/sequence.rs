@@ -121,9 +121,10 @@ impl Sequence {
         self.auxiliary.iter().map(move |series| series[sample])
     }
 
-    /// ∂tip/∂s where it was written, with the sample (3 × n_aux) [-].
-    pub fn sensitivities(&self) -> impl Iterator<Item = (usize, [Vec<f64>; 3])> {
-        (0..self.len()).step_by(self.every).map(|sample| (sample, self.sensitivity_at(sample)))
+    /// Primary strokes [m] and ∂tip/∂s there (3 × n_aux) [-], where it was written.
+    fn sensitivities(&self) -> impl Iterator<Item = (&[f64], [Vec<f64>; 3])> {
+        let samples = (0..self.len()).step_by(self.every);
+        samples.map(|sample| (self.strokes_at(sample), self.sensitivity_at(sample)))
     }
 
     /// ∂tip/∂s in a sample, linear between those that were written (3 × n_aux) [-].
@@ -138,6 +139,16 @@ impl Sequence {
             axis.iter().map(between).collect()
         })
     }
+}
+
+/// The decoder fitted to the sensitivities of `sequences`, which are of one robot.
+///
+/// # Errors
+/// Sensitivities that are not finite.
+pub fn fit_decoder(sequences: &[Sequence]) -> Result<Decoder, BadInput> {
+    let sizes = sequences.first().map_or([0; 2], |first| [first.n_primary, first.auxiliary.len()]);
+    let strokes = sequences.iter().flat_map(|one| one.strokes.chunks_exact(one.n_primary));
+    Decoder::fit(sizes, strokes, sequences.iter().flat_map(Sequence::sensitivities))
 }
 
 /// The first training sequence, after making sure that all are of one robot and identified in one way.

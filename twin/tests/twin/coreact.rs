@@ -10,7 +10,7 @@ use hysteron_twin::coreact::{
 use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
     DECODER, Decoder, Design, Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Rollout, Sequence,
-    Sessions, fit_recurrent, fit_windowed,
+    Sessions, fit_decoder, fit_recurrent, fit_windowed,
 };
 use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
 
@@ -377,7 +377,7 @@ fn recordings_identified_in_different_ways_are_not_mixed() {
         sequence.decoder = decoder;
         sequence
     };
-    let [one, another] = [identified.clone(), longer].map(|sequence| Decoder::fit(&[sequence]).unwrap());
+    let [one, another] = [identified.clone(), longer].map(|sequence| fit_decoder(&[sequence]).unwrap());
     let refusal = |sequences: &[Sequence]| {
         let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
         let options = RecurrentOptions::default();
