@@ -1,4 +1,4 @@
-//! Fitting bounded parameters to measurements, for whatever model gives the residuals.
+//! Problems with bounds: parameters fitted to measurements, for whatever model gives the residuals, and quadratic programs.
 //!
 //! [`least_squares`] finds the minimum near a start and says what each parameter is worth; [`search_globally`] finds where
 //! to start; [`folds`] says what of it holds for recordings that were not used. Nothing here knows a robot.
@@ -8,6 +8,7 @@ mod global;
 mod least_squares;
 mod outcome;
 mod parameter;
+pub mod qp;
 mod search;
 mod uncertainty;
 

@@ -4,8 +4,8 @@
 use std::io::Write;
 
 use hysteron_base::{Recording, Scene};
+use hysteron_fit::qp::BoxQp;
 use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions};
-use hysteron_twin::qp::BoxQp;
 use hysteron_twin::{Motion, Twin};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

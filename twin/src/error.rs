@@ -2,7 +2,7 @@
 
 use hysteron_base::BadInput;
 
-use crate::qp::QpStatus;
+use hysteron_fit::qp::QpStatus;
 
 /// Errors of `twin`.
 #[derive(Debug, thiserror::Error)]

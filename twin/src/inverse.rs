@@ -10,10 +10,10 @@ use hysteron_base::BadInput;
 
 use crate::model::{Target, Twin};
 use crate::projection::Projection;
-use crate::qp::{QpStatus, RowQp, solve_rows};
 use crate::report::StepReport;
 use crate::step::{Stepper, check_targets};
 use crate::{Cause, Error, Result, TwinState};
+use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
 
 /// What the tip should reach, and how exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -41,7 +41,6 @@ mod newton;
 mod plant;
 mod predictor;
 mod projection;
-pub mod qp;
 mod quasi_newton;
 mod registration;
 mod report;

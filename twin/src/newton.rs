@@ -25,10 +25,10 @@ use crate::error::Cause;
 use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::projection::Projection;
-use crate::qp::QpSolver;
 use crate::report::StepReport;
 use crate::state::TwinState;
 use crate::tensions::TensionStep;
+use hysteron_fit::qp::QpSolver;
 
 const MAX_ITERATIONS: usize = 100;
 /// Full steps that are tried first.

@@ -19,10 +19,10 @@ use crate::error::Cause;
 use crate::model::Twin;
 use crate::predictor::{Predictor, Prescribed};
 use crate::projection::Projection;
-use crate::qp::{Activity, QpSolver};
 use crate::report::StepReport;
 use crate::state::TwinState;
 use crate::tensions::TensionStep;
+use hysteron_fit::qp::{Activity, QpSolver};
 
 /// Iterations after which a factor is replaced within a step, and after which the step is given up.
 const REFACTORISE_AFTER: usize = 8;

@@ -1,7 +1,7 @@
 //! The tension increments of a correction: the bound-constrained QP of eq. 4, posed and applied.
 
 use crate::balance::Control;
-use crate::qp::{BoxQp, QpSolver, QpStatus};
+use hysteron_fit::qp::{BoxQp, QpSolver, QpStatus};
 
 /// A QP in the tension increments and its answer; scratch.
 #[derive(Debug, Clone)]

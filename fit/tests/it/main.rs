@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+mod qp;
+
 use hysteron_base::{BadInput, Bounds, rng};
 use hysteron_fit::{
     Failure, Fit, GlobalMethod, GlobalOptions, Options, Parameter, Prior, Scale, Standing, TOLERANCE,

@@ -9,9 +9,9 @@ use super::{Auxiliary, Bound, Spread, Summary};
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
 use crate::plant::{Plant, Uncorrected};
-use crate::qp::{BoxedRows, QpStatus, RowQp};
 use crate::step::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
+use hysteron_fit::qp::{BoxedRows, QpStatus, RowQp};
 
 /// How strokes are chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,9 +12,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::Auxiliary;
 use crate::model::Twin;
 use crate::projection::Projection;
-use crate::qp::{Activity, BoxQp, BoxedRows, QpStatus};
 use crate::state::TwinState;
 use crate::step::Conditions;
+use hysteron_fit::qp::{Activity, BoxQp, BoxedRows, QpStatus};
 
 /// A bound that an auxiliary stroke can stand at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::problem::Bound;
-use crate::qp::QpStatus;
+use hysteron_fit::qp::QpStatus;
 
 /// Distribution of a distance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

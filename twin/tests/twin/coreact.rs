@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use hysteron_base::{Channel, Friction, Metadata, Recording};
+use hysteron_fit::qp::QpStatus;
 use hysteron_learn::{Progress, SequenceOptions};
 use hysteron_twin::coreact::{
     Auxiliary, AuxiliaryPolicy, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
 };
-use hysteron_twin::qp::QpStatus;
 use hysteron_twin::residual::{
     DECODER, Decoder, Design, Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Rollout, Sequence,
     Sessions, fit_decoder, fit_recurrent, fit_windowed,

@@ -12,7 +12,6 @@ mod friction;
 mod inverted;
 mod layout;
 mod limit;
-mod qp;
 mod reach;
 mod ring;
 mod scale;

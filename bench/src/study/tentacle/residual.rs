@@ -7,7 +7,7 @@
 
 use anyhow::{Context, Result};
 use hysteron_base::{Scene, Tendon};
-use hysteron_twin::qp::{QpStatus, RowQp, solve_rows};
+use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
 use hysteron_twin::{Stepper, Target, Twin, TwinState, auxiliary_tendons};
 use rayon::prelude::*;
 use serde_json::{Value, json};

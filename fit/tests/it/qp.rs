@@ -1,10 +1,8 @@
 //! The bound-constrained QP against clarabel and against every active set there is.
 
-use hysteron_twin::qp::{Activity, BoxQp, QpSolver, QpStatus, RowQp, solve_rows};
+use hysteron_fit::qp::{Activity, BoxQp, QpSolver, QpStatus, RowQp, solve_rows};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-
-use super::{rng, tolerance};
 
 /// Error of a solution's objective and conditions, relative to the problem's size: the solver accepts
 /// violations of 1e-9 and adds 1e-10 to a unit diagonal.
@@ -170,7 +168,7 @@ impl Problem {
 
 #[test]
 fn active_set_is_the_best_of_all_active_sets() {
-    let mut rng = rng("brute force");
+    let mut rng = hysteron_base::rng(1, "brute force");
     let (mut n_clarabel, mut n_compared) = (0, 0);
     let mut worst = 0.0f64;
     const PROBLEMS: usize = 3000;
@@ -181,7 +179,7 @@ fn active_set_is_the_best_of_all_active_sets() {
         assert_eq!(status, QpStatus::Solved, "{problem:?}");
         n_clarabel += usize::from(solver == QpSolver::Clarabel);
         worst = worst.max(problem.violation(&x));
-        assert!(problem.violation(&x) < tolerance(CERTIFICATE), "{} {problem:?}", problem.violation(&x));
+        assert!(problem.violation(&x) < CERTIFICATE, "{} {problem:?}", problem.violation(&x));
         // Some random W are nearly singular; those have no trustworthy enumeration.
         if let Some(best) = problem.brute_force() {
             let size = problem.size(&x).powi(2);
@@ -199,7 +197,7 @@ fn active_set_is_the_best_of_all_active_sets() {
 
 #[test]
 fn singular_problems_are_solved() {
-    let mut rng = rng("singular");
+    let mut rng = hysteron_base::rng(1, "singular");
     let mut n_clarabel = 0;
     let mut worst = 0.0f64;
     const PROBLEMS: usize = 3000;
@@ -211,7 +209,7 @@ fn singular_problems_are_solved() {
         assert_eq!(status, QpStatus::Solved, "{problem:?}");
         n_clarabel += usize::from(solver == QpSolver::Clarabel);
         worst = worst.max(problem.violation(&x));
-        assert!(problem.violation(&x) < tolerance(CERTIFICATE), "{} {problem:?}", problem.violation(&x));
+        assert!(problem.violation(&x) < CERTIFICATE, "{} {problem:?}", problem.violation(&x));
     }
     println!("{PROBLEMS} singular problems: {n_clarabel} by clarabel, violation {worst:.1e}");
     assert!(n_clarabel < PROBLEMS / 100, "{n_clarabel}");
@@ -219,7 +217,7 @@ fn singular_problems_are_solved() {
 
 #[test]
 fn clarabel_agrees() {
-    let mut rng = rng("clarabel");
+    let mut rng = hysteron_base::rng(1, "clarabel");
     let mut worst = 0.0f64;
     for k in 0..500 {
         // Every fiftieth as large as the robot of the CoReAct paper with its auxiliary cables.
@@ -232,14 +230,14 @@ fn clarabel_agrees() {
         let error = (problem.objective(&x) - problem.objective(&oracle)).abs() / size;
         worst = worst.max(error);
         // Clarabel's gap of 1e-11 on a cost of at most a few hundred.
-        assert!(error < tolerance(1e-8), "{error} {problem:?}");
+        assert!(error < 1e-8, "{error} {problem:?}");
     }
     println!("objective against clarabel: relative {worst:.1e}");
 }
 
 #[test]
 fn degenerate_problems_are_solved() {
-    let mut rng = rng("degenerate");
+    let mut rng = hysteron_base::rng(1, "degenerate");
     let mut n_clarabel = 0;
     for _ in 0..2000 {
         let n = rng.random_range(1..=6);
@@ -272,14 +270,14 @@ fn degenerate_problems_are_solved() {
         let (x, status, solver) = problem.solve_cold();
         n_clarabel += usize::from(solver == QpSolver::Clarabel);
         assert_eq!(status, QpStatus::Solved, "{problem:?}");
-        assert!(problem.violation(&x) < tolerance(CERTIFICATE), "{} {problem:?}", problem.violation(&x));
+        assert!(problem.violation(&x) < CERTIFICATE, "{} {problem:?}", problem.violation(&x));
     }
     println!("2000 degenerate problems: {n_clarabel} by clarabel");
 }
 
 #[test]
 fn bounds_are_met_exactly() {
-    let mut rng = rng("exact bounds");
+    let mut rng = hysteron_base::rng(1, "exact bounds");
     let mut n_at_bound = 0;
     for _ in 0..500 {
         let problem = Problem::random(&mut rng, 4, 5);
@@ -298,7 +296,7 @@ fn bounds_are_met_exactly() {
 
 #[test]
 fn warm_start_gives_the_cold_answer() {
-    let mut rng = rng("warm");
+    let mut rng = hysteron_base::rng(1, "warm");
     let mut warm = BoxQp::new(5);
     let matrix = Problem::random(&mut rng, 5, 6);
     for _ in 0..2000 {
@@ -311,15 +309,15 @@ fn warm_start_gives_the_cold_answer() {
         assert_eq!((status, cold_status), (QpStatus::Solved, QpStatus::Solved));
         let size = problem.size(&cold).powi(2);
         let error = (problem.objective(&x) - problem.objective(&cold)).abs() / size;
-        assert!(error < tolerance(1e-8), "{error} {problem:?}");
-        assert!(problem.violation(&x) < tolerance(CERTIFICATE), "{problem:?}");
+        assert!(error < 1e-8, "{error} {problem:?}");
+        assert!(problem.violation(&x) < CERTIFICATE, "{problem:?}");
     }
 }
 
 #[test]
 fn answer_does_not_depend_on_units() {
     // Metres or millimetres, newtons or kilonewtons: powers of two, so that not even round-off differs.
-    let mut rng = rng("units");
+    let mut rng = hysteron_base::rng(1, "units");
     for _ in 0..300 {
         let problem = Problem::random(&mut rng, 4, 5);
         let (length, force) = (1024.0, 1.0 / 4096.0);

@@ -24,7 +24,7 @@ const TOLERANCE: f64 = 1e-12;
 
 /// min ½ |e - G x|² + γ/2 |x + s|² subject to bounds on x; everything dimensionless, of order one.
 #[derive(Debug, Clone)]
-pub(crate) struct BoxedRows {
+pub struct BoxedRows {
     /// G (rows × n).
     pub gain: DMatrix<f64>,
     /// e (rows).

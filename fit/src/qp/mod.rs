@@ -1,6 +1,6 @@
-//! The constraint QP of every step (CoReAct paper, eq. 4), made dimensionless before any solver sees it.
+//! Quadratic programs, made dimensionless before any solver sees them.
 //!
-//! The forward problem has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
+//! That of a step of the twin (CoReAct paper, eq. 4) has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
 //! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to
 //! clarabel, which is also its oracle in the tests. Identification has many variables in boxes and few rows to meet,
 //! and solves its dual. The inverse problem has rows as well and is clarabel's alone.
@@ -11,7 +11,7 @@ mod dual_newton;
 
 pub use active_set::{Activity, BoxQp};
 pub use clarabel::{RowQp, solve_rows};
-pub(crate) use dual_newton::BoxedRows;
+pub use dual_newton::BoxedRows;
 
 /// What became of a QP. Only `Solved` may enter a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
