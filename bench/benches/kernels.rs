@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use hysteron_base::Law;
+use hysteron_base::lanes::Isa;
 use hysteron_bench::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene};
-use hysteron_fem::{FemModel, Isa, Mesh, Stiffness, Tangent};
+use hysteron_fem::{FemModel, Mesh, Stiffness, Tangent};
 use hysteron_twin::{Stepper, Target};
 
 /// The body and node positions with the robot bent by 3 mm of stroke.

@@ -128,7 +128,7 @@ pub fn machine() -> serde_json::Value {
         "cpu": model,
         "threads": std::thread::available_parallelism().map_or(1, usize::from),
         // `Isa(V4(V4 { … }))`: the name of the set.
-        "isa": format!("{:?}", hysteron_fem::Isa::detect()).split('(').nth(1),
+        "isa": format!("{:?}", hysteron_base::lanes::Isa::detect()).split('(').nth(1),
         "compiler": command("rustc", &["--version"]),
         "commit": command("git", &["rev-parse", "--short", "HEAD"]),
     })

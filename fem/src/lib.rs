@@ -42,7 +42,6 @@ pub use gmsh::{Encoding, read_mesh, write_mesh};
 pub use mesh::{Cells, Mesh};
 pub use model::FemModel;
 pub use quality::{Distribution, MeshQuality, check_mesh};
-pub use simd::{Isa, axpy, combine_into, dot};
 pub use stiffness::{Stiffness, StiffnessPattern};
 pub use tube::{Channel, Layers, Order, Tube};
 pub use vtk::{Array, Polylines, Pvd, Values, write_polylines, write_vtu};

@@ -5,7 +5,8 @@
 //! SIAM J.
 //! Sci. Stat. Comput. 7.
 
-use hysteron_fem::{Isa, axpy, dot};
+use hysteron_base::lanes::Isa;
+use hysteron_base::vectors::{axpy, dot};
 use nalgebra::{DMatrix, DVector};
 
 /// Part of a new direction that counts as nothing new: the space is complete.
@@ -59,7 +60,7 @@ pub(crate) fn gmres(
 #[cfg(test)]
 mod tests {
     use super::gmres;
-    use hysteron_fem::Isa;
+    use hysteron_base::lanes::Isa;
     use nalgebra::{DMatrix, DVector};
     use rand::RngExt;
 

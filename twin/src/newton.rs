@@ -17,7 +17,8 @@
 
 use std::sync::Arc;
 
-use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, dot};
+use hysteron_base::vectors::{axpy, dot};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, Control, move_nodes};
@@ -313,7 +314,7 @@ impl Newton {
             *displacement = -free_displacement;
         }
         for (increment, column) in self.tensions.increments.iter().zip(&self.projection.columns) {
-            hysteron_fem::axpy(twin.body.isa, *increment, column, &mut self.displacement);
+            axpy(twin.body.isa, *increment, column, &mut self.displacement);
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);

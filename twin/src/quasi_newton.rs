@@ -10,7 +10,8 @@
 
 use std::sync::Arc;
 
-use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, combine_into};
+use hysteron_base::vectors::combine_into;
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 
 use crate::anderson::Anderson;
 use crate::balance::{Balance, Control, move_nodes};

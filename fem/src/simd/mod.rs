@@ -1,11 +1,9 @@
-//! Long vectors and the single-precision block envelope on registers of lanes (`hysteron_base::lanes`).
+//! The single-precision block envelope on registers of lanes (`hysteron_base::lanes`).
 
 mod blocks;
 #[cfg(test)]
 mod tests;
-mod vectors;
 
 pub(crate) use blocks::{BLOCK, Envelope, Panel};
 pub use hysteron_base::lanes::Isa;
 pub(crate) use hysteron_base::lanes::{LANES, Lanes, Pack, Packs, Rows, Simd, WithSimd, collect, element};
-pub use vectors::{axpy, combine_into, dot};

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use hysteron_base::vectors::{axpy, combine_into, dot};
 use hysteron_base::{Law, Material, rng};
 use rand::RngExt;
 
 use super::Isa;
-use crate::{Cells, FactorKind, FemModel, Layers, Order, Stiffness, StiffnessFactor, Tangent, Tube, dot};
-use crate::{axpy, combine_into};
+use crate::{Cells, FactorKind, FemModel, Layers, Order, Stiffness, StiffnessFactor, Tangent, Tube};
 
 const E: f64 = 2e5;
 const HEIGHT: f64 = 0.03;

@@ -1,4 +1,5 @@
 //! The bound-constrained QP against clarabel and against every active set there is.
+#![allow(clippy::print_stdout)] // residuals, for whoever runs it with --nocapture
 
 use hysteron_fit::qp::{Activity, BoxQp, QpSolver, QpStatus, RowQp, solve_rows};
 use rand::RngExt;
@@ -7,6 +8,12 @@ use rand_chacha::ChaCha8Rng;
 /// Error of a solution's objective and conditions, relative to the problem's size: the solver accepts
 /// violations of 1e-9 and adds 1e-10 to a unit diagonal.
 const CERTIFICATE: f64 = 3e-9;
+
+/// Fails unless `found` and `expected` agree within `tol`.
+#[track_caller]
+fn assert_close(what: &str, found: f64, expected: f64, tol: f64) {
+    assert!((found - expected).abs() <= tol, "{what}: {found}, expected {expected} within {tol}");
+}
 
 #[derive(Debug, Clone)]
 struct Problem {
@@ -349,8 +356,8 @@ fn rows_and_their_bounds_are_kept() {
     };
     let (x, status) = solve_rows(&qp);
     assert_eq!(status, QpStatus::Solved);
-    super::assert_close("x1", x[0], 0.4, 1e-9);
-    super::assert_close("x2", x[1], 0.6, 1e-9);
+    assert_close("x1", x[0], 0.4, 1e-9);
+    assert_close("x2", x[1], 0.6, 1e-9);
 }
 
 #[test]
@@ -376,8 +383,8 @@ fn problem_without_linear_term_is_solved() {
     };
     let (x, status) = solve_rows(&qp);
     assert_eq!(status, QpStatus::Solved);
-    super::assert_close("x1", x[0], 1.0, 1e-9);
-    super::assert_close("x2", x[1], -0.5, 1e-9);
+    assert_close("x1", x[0], 1.0, 1e-9);
+    assert_close("x2", x[1], -0.5, 1e-9);
 }
 
 #[test]
@@ -393,7 +400,7 @@ fn small_costs_are_solved_as_accurately_as_large_ones() {
         };
         let (x, status) = solve_rows(&qp);
         assert_eq!(status, QpStatus::Solved);
-        super::assert_close("x1", x[0] / size, 1.5, 1e-8);
-        super::assert_close("x2", x[1] / size, 0.0, 1e-8);
+        assert_close("x1", x[0] / size, 1.5, 1e-8);
+        assert_close("x2", x[1] / size, 0.0, 1e-8);
     }
 }
