@@ -1,9 +1,10 @@
 //! Problems with bounds: parameters fitted to measurements, for whatever model gives the residuals, and quadratic programs.
 //!
 //! [`least_squares`] finds the minimum near a start and says what each parameter is worth; [`search_globally`] finds where
-//! to start; [`folds`] says what of it holds for recordings that were not used. Nothing here knows a robot.
+//! to start; [`FuzzyNetwork`] is a curve of five rules; [`folds`] says what of it holds for recordings that were not used. Nothing here knows a robot.
 
 mod folds;
+mod fuzzy;
 mod global;
 mod least_squares;
 mod outcome;
@@ -15,6 +16,7 @@ mod uncertainty;
 use hysteron_base::BadInput;
 
 pub use folds::{Fold, folds};
+pub use fuzzy::{Consequents, FuzzyNetwork};
 pub use global::{GlobalMethod, GlobalOptions, GlobalSearch, search_globally};
 pub use least_squares::{TOLERANCE, least_squares};
 pub use outcome::{Fit, Options};

@@ -3,7 +3,7 @@
 use hysteron_base::{BadInput, Bounds};
 use hysteron_fit::{Fit, Options, Parameter, Scale, least_squares, minimum};
 
-use crate::law::{JointFriction, Law, ScalesWith, Sliding};
+use crate::law::{JointFriction, Law, LawParameter, ScalesWith, Sliding};
 
 /// A law with its parameters and the offset of the torque.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,32 +31,52 @@ pub fn identify_friction(
     torque: &[f64],
     huber: Option<f64>,
 ) -> Result<FrictionFit, BadInput> {
-    for (name, series) in [("speed", velocity), ("torque", torque)] {
-        if series.len() != velocity.len() {
-            return Err(BadInput::new(name, format!("{} samples", velocity.len()), series.len().to_string()));
+    let problem = Regression::new(law, [velocity, torque], Neighbours::ErrAlike)?;
+    problem.least_squares(huber, &|_, _| true)
+}
+
+/// How independent the errors of samples that follow each other are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Neighbours {
+    /// As those of a recording.
+    ErrAlike,
+    /// As those of a curve without noise, where nothing can be said of them.
+    AreIndependent,
+}
+
+/// Torques that a law is to give at speeds.
+pub(super) struct Regression<'a> {
+    pub law: &'a Law,
+    pub velocity: &'a [f64],
+    pub torque: &'a [f64],
+    neighbours: Neighbours,
+    /// Largest torque [N m] and speed [rad/s]: what bounds are relative to.
+    largest: f64,
+    fastest: f64,
+}
+
+impl<'a> Regression<'a> {
+    /// See [`identify_friction`].
+    pub fn new(
+        law: &'a Law,
+        [velocity, torque]: [&'a [f64]; 2],
+        neighbours: Neighbours,
+    ) -> Result<Self, BadInput> {
+        for (name, series) in [("speed", velocity), ("torque", torque)] {
+            check(name, series, velocity.len())?;
         }
-        if let Some(k) = series.iter().position(|x| !x.is_finite()) {
-            let place = format!("{name}, sample {}", k + 1);
-            return Err(BadInput::new(place, "a finite number", series[k].to_string()));
-        }
-        if series.windows(2).all(|pair| pair[0] == pair[1]) {
-            return Err(BadInput::new(
-                name,
-                "a channel that changes",
-                format!("{:?} throughout", series.first()),
-            )
-            .hint("record steady motions at ten or more speeds, in both directions"));
-        }
+        let size = |series: &[f64]| series.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (largest, fastest) = (size(torque), size(velocity));
+        Ok(Self { law, velocity, torque, neighbours, largest, fastest })
     }
-    let size = |series: &[f64]| series.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let (largest, fastest) = (size(torque), size(velocity));
-    // A law with each direction's own Coulomb friction holds any offset already.
-    let has_offset = !matches!(law, Law::DirectedStribeck(_) | Law::PiecewiseLinear(_));
-    let parameters = |place: f64| -> Vec<Parameter> {
-        let of = |p: crate::law::LawParameter| {
+
+    /// The law's parameters, and the offset unless each direction's own Coulomb friction holds it already; speeds start at
+    /// `place` of their bounds.
+    pub fn parameters(&self, place: f64) -> Vec<Parameter> {
+        let of = |p: LawParameter| {
             let (factor, scale) = match p.scales_with {
-                ScalesWith::Torque => (largest, Scale::Linear),
-                ScalesWith::Speed => (fastest, Scale::Logarithmic),
+                ScalesWith::Torque => (self.largest, Scale::Linear),
+                ScalesWith::Speed => (self.fastest, Scale::Logarithmic),
                 ScalesWith::Nothing => (1.0, Scale::Linear),
             };
             let bounds = Bounds { min: factor * p.bounds[0], max: factor * p.bounds[1] };
@@ -66,36 +86,77 @@ pub fn identify_friction(
             };
             Parameter { name: p.name.into_owned(), start, bounds, scale, prior: None }
         };
-        let bounds = Bounds { min: -largest, max: largest };
+        let has_offset = !matches!(self.law, Law::DirectedStribeck(_) | Law::PiecewiseLinear(_));
+        let bounds = Bounds { min: -self.largest, max: self.largest };
         let offset =
             Parameter { name: "offset_n_m".into(), start: 0.0, bounds, scale: Scale::Linear, prior: None };
-        law.parameters().into_iter().map(of).chain(has_offset.then_some(offset)).collect()
-    };
-    let n = law.parameters().len();
-    let residuals = |values: &[f64]| {
-        let (p, offset) = values.split_at(n);
-        let offset = offset.first().unwrap_or(&0.0);
-        let left = |(v, t): (&f64, &f64)| law.torque(p, &Sliding::at(*v)) + offset - t;
-        Ok::<_, BadInput>(vec![velocity.iter().zip(torque).map(left).collect::<Vec<f64>>()])
-    };
-    let options = Options {
-        huber,
-        smallest_effect: 1e-5 * largest,
-        n_nuisance: 0,
-        tolerance: hysteron_fit::TOLERANCE,
-        watch: &|_, _| true,
-    };
-    let mut best = (parameters(STARTS[0]), f64::INFINITY);
-    for place in STARTS {
-        let mut started = parameters(place);
-        let (values, cost) = minimum(&started, &options, residuals)?;
-        if cost < best.1 {
-            started.iter_mut().zip(values).for_each(|(parameter, value)| parameter.start = value);
-            best = (started, cost);
-        }
+        self.law.parameters().into_iter().map(of).chain(has_offset.then_some(offset)).collect()
     }
-    let fit = least_squares(&best.0, &options, residuals)?;
-    let mut parameters = fit.values();
-    let offset = parameters.split_off(n).first().copied().unwrap_or_default();
-    Ok(FrictionFit { parameters, offset, fit })
+
+    /// Parameters of the law, and the offset.
+    pub fn split(&self, mut values: Vec<f64>) -> (Vec<f64>, f64) {
+        let offset = values.split_off(self.law.parameters().len()).first().copied().unwrap_or_default();
+        (values, offset)
+    }
+
+    /// Torque of law and offset less the measured one, sample by sample [N m].
+    pub fn errors(&self, values: &[f64]) -> Vec<f64> {
+        let (p, offset) = values.split_at(self.law.parameters().len());
+        let offset = offset.first().unwrap_or(&0.0);
+        let left = |(v, t): (&f64, &f64)| self.law.torque(p, &Sliding::at(*v)) + offset - t;
+        self.velocity.iter().zip(self.torque).map(left).collect()
+    }
+
+    /// The fit, from the best of several starts; `watch` is told evaluations and error.
+    pub fn least_squares(
+        &self,
+        huber: Option<f64>,
+        watch: &(dyn Fn(usize, f64) -> bool + Sync),
+    ) -> Result<FrictionFit, BadInput> {
+        let options = Options {
+            huber,
+            smallest_effect: 1e-5 * self.largest,
+            n_nuisance: 0,
+            tolerance: hysteron_fit::TOLERANCE,
+            watch,
+        };
+        let residuals = |values: &[f64]| {
+            let errors = self.errors(values);
+            Ok::<_, BadInput>(match self.neighbours {
+                Neighbours::ErrAlike => vec![errors],
+                Neighbours::AreIndependent => errors.into_iter().map(|error| vec![error]).collect(),
+            })
+        };
+        let mut best = (self.parameters(STARTS[0]), f64::INFINITY);
+        for place in STARTS {
+            let mut started = self.parameters(place);
+            let (values, cost) = minimum(&started, &options, residuals)?;
+            if cost < best.1 {
+                started.iter_mut().zip(values).for_each(|(parameter, value)| parameter.start = value);
+                best = (started, cost);
+            }
+        }
+        let fit = least_squares(&best.0, &options, residuals)?;
+        let (parameters, offset) = self.split(fit.values());
+        Ok(FrictionFit { parameters, offset, fit })
+    }
+}
+
+fn check(name: &str, series: &[f64], n: usize) -> Result<(), BadInput> {
+    if series.len() != n {
+        return Err(BadInput::new(name, format!("{n} samples"), series.len().to_string()));
+    }
+    if let Some(k) = series.iter().position(|x| !x.is_finite()) {
+        return Err(BadInput::new(
+            format!("{name}, sample {}", k + 1),
+            "a finite number",
+            series[k].to_string(),
+        ));
+    }
+    if series.windows(2).all(|pair| pair[0] == pair[1]) {
+        let found = series.first().map_or_else(|| "no sample".to_owned(), |x| format!("{x} throughout"));
+        return Err(BadInput::new(name, "a channel that changes", found)
+            .hint("record steady motions at ten or more speeds, in both directions"));
+    }
+    Ok(())
 }

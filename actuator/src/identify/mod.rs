@@ -1,9 +1,13 @@
-//! Drives by rollout, open loop from the first sample on; laws of friction by regression.
+//! Drives by rollout, open loop from the first sample on; laws of friction by regression and by other methods.
 
+mod dahl_map;
 mod friction;
+mod methods;
 mod pendulum;
 mod servo;
 
+pub use dahl_map::{DahlMap, FrictionRun, TERMS};
 pub use friction::{FrictionFit, identify_friction};
+pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
 pub use pendulum::{Pendulum, PendulumRun, Rollout, rollout};
 pub use servo::{DriveFit, DriveFitOptions, DriveQuantity, QUANTITIES, identify_drive, mean_error};

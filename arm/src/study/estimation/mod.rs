@@ -4,7 +4,6 @@
 //! encoders and drives say.
 
 pub mod collisions;
-mod fuzzy;
 mod known;
 mod plant;
 mod run;

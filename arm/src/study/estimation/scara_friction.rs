@@ -4,15 +4,11 @@
 //! Wan et al. (2026), sections 2.3 and 3.2: table 2, figures 10 to 12 and 14. Parameters of the true curve: table 2, ANFIS, except the
 //! Stribeck speeds, which are unphysical there (V_s ≈ f_s in every column) and are taken as 0.2 rad/s.
 
-use hysteron_actuator::law::{CoulombViscous, DirectedStribeck, JointFriction, Law, ScalesWith, Sliding};
-use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{
-    GlobalMethod, GlobalOptions, Options, Parameter, Scale, TOLERANCE, least_squares, search_globally,
-};
+use hysteron_actuator::identify::{FrictionMethod, identify_friction_by};
+use hysteron_actuator::law::{CoulombViscous, DirectedStribeck, JointFriction, Law, Sliding};
+use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
-use std::sync::Mutex;
 
-use super::fuzzy::{Consequents, FuzzyNetwork};
 use super::normal;
 
 /// Friction f_c⁺, f_c⁻, f_s⁺, f_s⁻ [N m], v_s [rad/s], f_v [N m s/rad] of a joint.
@@ -92,22 +88,6 @@ pub fn torque(row: &FrictionRow, velocity: f64) -> f64 {
     law_of(&row.method).torque(&row.parameters, &Sliding::at(velocity))
 }
 
-/// Largest torque and speed that parameters may have.
-fn parameters_of(law: &Law) -> Vec<Parameter> {
-    let parameter = |p: hysteron_actuator::law::LawParameter| {
-        let is_speed = p.scales_with == ScalesWith::Speed;
-        let [start, min, max] = if is_speed { [0.15, 0.02, 1.0] } else { [3.0, 0.0, 20.0] };
-        Parameter {
-            name: p.name.into(),
-            start,
-            bounds: Bounds { min, max },
-            scale: Scale::Linear,
-            prior: None,
-        }
-    };
-    law.parameters().into_iter().map(parameter).collect()
-}
-
 fn residuals(law: &Law, p: &[f64], points: &[(f64, f64)]) -> Vec<f64> {
     points.iter().map(|(v, tau)| law.torque(p, &Sliding::at(*v)) - tau).collect()
 }
@@ -116,76 +96,15 @@ fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-/// Least squares of `law`; the error as it goes on.
-fn fit(law: &Law, points: &[(f64, f64)]) -> Result<(Vec<f64>, Vec<f64>), BadInput> {
-    let progress = Mutex::new(vec![]);
-    let watch = |_: usize, rms: f64| {
-        if let Ok(mut progress) = progress.lock() {
-            progress.push(rms);
-        }
-        true
-    };
-    let options =
-        Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, tolerance: TOLERANCE, watch: &watch };
-    // Each point for itself: what is left of a smooth curve is no noise whose neighbours are alike.
-    let found = least_squares(&parameters_of(law), &options, |p| {
-        Ok::<_, BadInput>(residuals(law, p, points).into_iter().map(|r| vec![r]).collect())
-    })?;
-    Ok((found.values(), progress.into_inner().unwrap_or_default()))
-}
-
-/// The law that a fuzzy network has learned: fitted to its curve, each direction apart, as the paper does.
-fn fit_curve(directions: &[FuzzyNetwork; 2]) -> Result<Vec<f64>, BadInput> {
-    let at = |v: f64| (v, v.signum() * directions[usize::from(v < 0.0)].at(v.abs()));
-    let curve: Vec<(f64, f64)> = speeds().into_iter().map(at).collect();
-    Ok(fit(&law_of("anfis"), &curve)?.0)
-}
-
 /// Parameters that `method` finds in `points`, and its error as it goes on.
 fn identify(method: &str, points: &[(f64, f64)], seed: u64) -> Result<(Vec<f64>, Vec<f64>), BadInput> {
-    let law = law_of(method);
-    match method {
-        "anfis" | "fnn" => {
-            let consequents = if method == "anfis" { Consequents::Lines } else { Consequents::Constants };
-            // Each direction has its network: none of five rules follows the jump at standstill.
-            let mut progress: Vec<f64> = vec![];
-            let networks = [1.0, -1.0].map(|sign: f64| {
-                let side: Vec<(f64, f64)> = points
-                    .iter()
-                    .filter(|(v, _)| v * sign > 0.0)
-                    .map(|(v, tau)| (v * sign, tau * sign))
-                    .collect();
-                let mut network = FuzzyNetwork::new(consequents, [0.0, 1.0], &side);
-                let errors = network.learn(&side);
-                progress.resize(errors.len(), 0.0);
-                progress.iter_mut().zip(errors).for_each(|(sum, error)| *sum += 0.5 * error * error);
-                network
-            });
-            Ok((fit_curve(&networks)?, progress.into_iter().map(f64::sqrt).collect()))
-        }
-        "pso" => {
-            let progress = Mutex::new(vec![]);
-            let watch = |_: usize, cost: f64| {
-                if let Ok(mut progress) = progress.lock() {
-                    progress.push(cost);
-                }
-                true
-            };
-            let options = GlobalOptions {
-                method: GlobalMethod::ParticleSwarm,
-                members_per_parameter: 10,
-                generations: 100,
-                spread: 0.0,
-                seed,
-                watch: &watch,
-            };
-            let found = search_globally(&parameters_of(&law), &options, |p| {
-                Ok::<_, BadInput>(rms(&residuals(&law, p, points)))
-            })?;
-            Ok((found.values, progress.into_inner().unwrap_or_default()))
-        }
-        _ => fit(&law, points),
-    }
+    let (velocity, torque): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    let by = match method {
+        "least-squares-coulomb" | "least-squares-stribeck" => FrictionMethod::LeastSquares,
+        name => FrictionMethod::named(name)?,
+    };
+    let found = identify_friction_by(by, &law_of(method), &velocity, &torque, seed)?;
+    Ok((found.parameters, found.progress))
 }
 
 /// Error of the law against the true curve: root mean square and largest [N m].
