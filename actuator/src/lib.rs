@@ -1,6 +1,7 @@
 //! What a motor, a gearbox and a tendon do. Knows no robot: arms and tendon-driven bodies share it.
 
 mod backlash;
+mod catalogue;
 mod drive;
 pub mod filter;
 mod friction;
@@ -18,6 +19,7 @@ mod sliding;
 mod tendon;
 
 pub use backlash::Play;
+pub use catalogue::CatalogueDrive;
 pub use drive::{Drive, DriveState, Gear, Load, Motor, Supply, Winding};
 pub use friction::{Stribeck, capstan_bound, capstan_factor};
 pub use operators::OperatorBank;

@@ -42,7 +42,7 @@ fn read(path: &Path, columns: &str, rate: Option<f64>, cutoff: f64) -> Fallible<
     let options =
         ImportOptions { columns: Some(Columns::named(columns)?), rate_hz: rate, ..ImportOptions::default() };
     let imported = import(path, &options, Metadata::default())?;
-    Ok(JointMotion::of_recording(&Recorded::of(&imported.recording)?, 4, cutoff)?)
+    Ok(JointMotion::of_recording(&Recorded::of(&imported.recording)?, &[], 4, cutoff)?)
 }
 
 fn report(name: &str, fit: &BodyFit, tests: &[(&str, &JointMotion)], seconds: f64) -> Value {

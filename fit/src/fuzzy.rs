@@ -177,8 +177,10 @@ mod tests {
 
     #[test]
     fn constants_err_more_than_lines_on_a_curve() {
-        let pairs: Vec<(f64, f64)> =
-            (0..100).map(|k| 0.01 * f64::from(k)).map(|x| (x, 6.0 + 5.0 * (-(x / 0.2) * (x / 0.2)).exp() + 12.0 * x)).collect();
+        let pairs: Vec<(f64, f64)> = (0..100)
+            .map(|k| 0.01 * f64::from(k))
+            .map(|x| (x, 6.0 + 5.0 * (-(x / 0.2) * (x / 0.2)).exp() + 12.0 * x))
+            .collect();
         let error = |consequents| {
             let mut network = FuzzyNetwork::new(consequents, [0.0, 1.0], &pairs);
             network.fit(&pairs);

@@ -3,7 +3,7 @@
 //!
 //! From the bottom up, each file knowing only those before it: `maker` (who made a file), `axis`, `simplify`;
 //! `sheet` and
-//! `figure` (sizes, fonts, tiles, files); `lines`, `series` (panels over time); `page` (reports).
+//! `figure` (sizes, fonts, tiles, files); `lines`, `series` (panels over time), `scatter` (clouds); `page` (reports).
 
 pub mod axis;
 pub mod figure;
@@ -11,6 +11,7 @@ mod legend;
 pub mod lines;
 pub mod maker;
 pub mod page;
+pub mod scatter;
 pub mod series;
 pub mod sheet;
 pub mod simplify;

@@ -66,8 +66,12 @@ impl DahlMap {
     /// `BadInput` for fewer than two runs, series of different lengths, numbers that are not finite, or a joint that stands.
     pub fn fit(runs: &[FrictionRun]) -> Result<Self, BadInput> {
         if runs.len() < 2 {
-            return Err(BadInput::new("recordings", "two or more, of different speeds", runs.len().to_string())
-                .hint("one of them chooses how smooth the map is"));
+            return Err(BadInput::new(
+                "recordings",
+                "two or more, of different speeds",
+                runs.len().to_string(),
+            )
+            .hint("one of them chooses how smooth the map is"));
         }
         let n: usize = runs.iter().map(|run| run.position.len()).sum();
         let center = runs.iter().flat_map(|run| run.position).sum::<f64>() / n as f64;
@@ -166,7 +170,11 @@ fn terms(position: &[f64], period: f64, center: f64) -> Result<Vec<Vec<f64>>, Ba
     let fewest = (2.0 / (CUTOFF * period)).ceil() as usize;
     if position.len() < fewest.max(3) || high - low < SLIPS[0] {
         let expected = format!("{} or more samples of a joint that moves", fewest.max(3));
-        return Err(BadInput::new("position", expected, format!("{} from {low} to {high} rad", position.len())));
+        return Err(BadInput::new(
+            "position",
+            expected,
+            format!("{} from {low} to {high} rad", position.len()),
+        ));
     }
     let elements = SLIPS.map(|slip| dahl(position, slip));
     let smooth = LowPass::new(2, CUTOFF, 1.0 / period)?.zero_phase(position);

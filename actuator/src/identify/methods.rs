@@ -144,8 +144,7 @@ fn by_networks(consequents: Consequents, problem: &Regression) -> Result<MethodF
             curve_torque.push(sign * network.at(v));
         }
     }
-    let curve =
-        Regression::new(problem.law, [&curve_velocity, &curve_torque], Neighbours::AreIndependent)?;
+    let curve = Regression::new(problem.law, [&curve_velocity, &curve_torque], Neighbours::AreIndependent)?;
     let found = curve.least_squares(None, &|_, _| true)?;
     Ok(MethodFit {
         parameters: found.parameters,

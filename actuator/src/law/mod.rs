@@ -4,6 +4,7 @@
 //! A law splits friction into a dry part, a bound where the joint stands, and a viscous coefficient: a stepper needs both
 //! ([`Budget::velocity_after`]), a regression their sum.
 
+mod backdrive;
 mod bristle;
 mod load;
 mod steady;
@@ -14,6 +15,7 @@ use hysteron_base::BadInput;
 
 use crate::number::{Dual, Real};
 
+pub use backdrive::{HoldingRange, holding_range};
 pub use bristle::Bristles;
 pub use load::LoadDependent;
 pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};

@@ -3,9 +3,11 @@
 mod bodies;
 mod motion;
 mod normal;
+mod payload;
 mod pseudo_inertia;
 
 pub use bodies::{BodyFit, BodyOptions, Determined, TermEstimate, identify_bodies};
 pub use motion::{JointMotion, Smoothing};
 pub use normal::JointTerm;
+pub use payload::{PayloadFit, identify_payload};
 pub use pseudo_inertia::pseudo_inertia;

@@ -86,14 +86,21 @@ impl JointMotion {
         Ok(motion.part(end..n - end))
     }
 
-    /// The joints of a recording; see [`Self::smoothed`].
+    /// The joints of a recording; see [`Self::smoothed`]. Where it has no torques, these are currents times `torque_constants`
+    /// [N m/A], one for each joint; none where it has.
     ///
     /// # Errors
-    /// Coordinates or torques that the recording lacks; those of [`Self::smoothed`].
-    pub fn of_recording(recorded: &Recorded, order: usize, cutoff: f64) -> Result<Self, BadInput> {
+    /// Coordinates or torques that the recording lacks; another number of constants than joints; a torque constant that is not a
+    /// finite number; those of [`Self::smoothed`].
+    pub fn of_recording(
+        recorded: &Recorded,
+        torque_constants: &[f64],
+        order: usize,
+        cutoff: f64,
+    ) -> Result<Self, BadInput> {
         let owned = |columns: Vec<&[f64]>| columns.into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>();
-        let (q, tau) =
-            (owned(recorded.require(Quantity::Position)?), owned(recorded.require(Quantity::Torque)?));
+        let q = owned(recorded.require(Quantity::Position)?);
+        let tau = torques(recorded, torque_constants)?;
         let dq = recorded.require(Quantity::Velocity).map(owned).unwrap_or_default();
         let time = recorded.time;
         let span = time.last().unwrap_or(&0.0) - time.first().unwrap_or(&0.0);
@@ -135,6 +142,46 @@ impl JointMotion {
     }
 }
 
+/// Torques of a recording, measured or from currents.
+fn torques(recorded: &Recorded, torque_constants: &[f64]) -> Result<Vec<Vec<f64>>, BadInput> {
+    let of = |columns: Vec<&[f64]>, scale: &dyn Fn(usize) -> f64| -> Vec<Vec<f64>> {
+        let scaled = |(j, column): (usize, &[f64])| column.iter().map(|x| scale(j) * x).collect();
+        columns.into_iter().enumerate().map(scaled).collect()
+    };
+    if torque_constants.is_empty() {
+        let has_currents = recorded.require(Quantity::Current).is_ok();
+        return match recorded.require(Quantity::Torque) {
+            Ok(columns) => Ok(of(columns, &|_| 1.0)),
+            Err(bad) if has_currents => {
+                Err(bad.hint("it has currents: give the torque constants, one for each joint"))
+            }
+            Err(bad) => Err(bad),
+        };
+    }
+    let currents = recorded.require(Quantity::Current)?;
+    if torque_constants.len() != currents.len()
+        || torque_constants.iter().any(|k| !k.is_finite() || *k == 0.0)
+    {
+        let expected = format!("{} finite numbers other than 0, one for each joint", currents.len());
+        return Err(BadInput::new("torque constants", expected, format!("{torque_constants:?}")));
+    }
+    for (j, column) in currents.iter().enumerate() {
+        let largest = column.iter().fold(0.0, |most: f64, i| most.max(i.abs()));
+        if largest > MOST_CURRENT {
+            let found = format!("{largest} A");
+            return Err(BadInput::new(
+                format!("current_{}_a", j + 1),
+                format!("below {MOST_CURRENT} A"),
+                found,
+            )
+            .hint("is it in mA? divide it by 1000, or name its column current_k_ma on import"));
+        }
+    }
+    Ok(of(currents, &|j| torque_constants[j]))
+}
+
+/// Current that no joint of an arm takes [A]: what is above is in mA.
+const MOST_CURRENT: f64 = 200.0;
 /// Part of a period by which a step of time may differ from the others: a dropped sample bends every derivative [-].
 const UNEVEN: f64 = 0.05;
 

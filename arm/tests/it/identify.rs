@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use hysteron_arm::identify::{
-    BodyOptions, Determined, JointMotion, JointTerm, Smoothing, identify_bodies, pseudo_inertia,
+    BodyOptions, Determined, JointMotion, JointTerm, Smoothing, identify_bodies, identify_payload,
+    pseudo_inertia,
 };
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::{Metadata, rng};
@@ -121,6 +122,28 @@ fn pseudo_inertia_of_a_point_mass_has_its_place_in_it() {
     }
 }
 
+/// A payload of 0.7 kg comes back within three of its standard errors, in the axes of the frame that holds it.
+#[test]
+fn a_payload_comes_back_from_the_torques_that_it_adds() {
+    let bare = Model::builtin("so101").unwrap();
+    let frame = bare.frames().last().unwrap().name.clone();
+    let (mass, centre, second) = (0.7, [0.02, -0.01, 0.06], [4e-4, 0.0, 5e-4, 0.0, 1e-5, 3e-4]);
+    let loaded = bare.with_payload(&frame, mass, centre, second).unwrap();
+    let known = identify_bodies(&bare, &motion(&bare, 1500, 0.01, 1), &OPTIONS).unwrap();
+    let found = identify_payload(&known, &frame, &motion(&loaded, 1500, 0.01, 2)).unwrap();
+    let truth = [&[mass][..], &centre, &second].concat();
+    for (estimate, truth) in found.estimates.iter().zip(&truth).take(4) {
+        // The bare arm was identified from as much data: its error adds as much again.
+        let most = 3.0 * 2f64.sqrt() * estimate.standard_error;
+        assert!((estimate.value - truth).abs() < most, "{estimate:?} {truth}");
+    }
+    assert!((found.estimates[0].value - mass).abs() < 0.01, "{:?}", found.estimates[0]);
+    for (without, with) in found.rms[0].iter().zip(&found.rms[1]) {
+        assert!(with <= without && *with < 0.02, "{without} {with}");
+    }
+    assert!(identify_payload(&known, "nowhere", &motion(&loaded, 200, 0.0, 2)).is_err());
+}
+
 #[test]
 fn recordings_that_say_nothing_are_refused() {
     let smoothing = Smoothing { rate: 100.0, order: 4, cutoff: 10.0 };
@@ -167,7 +190,7 @@ fn panda_is_predicted_where_it_was_not_fitted() {
     let columns = Some(Columns::named("panda-gaz").unwrap());
     let options = ImportOptions { columns, rate_hz: Some(1000.0), ..ImportOptions::default() };
     let imported = import(&folder, &options, Metadata::default()).unwrap();
-    let motion = JointMotion::of_recording(&Recorded::of(&imported.recording).unwrap(), 4, 8.0).unwrap();
+    let motion = JointMotion::of_recording(&Recorded::of(&imported.recording).unwrap(), &[], 4, 8.0).unwrap();
     let fingers = [("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)];
     let model = Model::builtin("panda").unwrap().with_locked(&fingers).unwrap();
     let cut = motion.n_samples() * 7 / 10;

@@ -1,25 +1,25 @@
-//! `hysteron arm identify`: bodies and friction of an arm from recordings of it.
+//! `hysteron arm identify`: bodies, friction, servos and payloads of an arm from recordings of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use hysteron_actuator::identify::identify_friction;
-use hysteron_actuator::law::{LAW_NAMES, Law};
-use hysteron_arm::identify::{BodyOptions, Determined, JointMotion, JointTerm, identify_bodies};
-use hysteron_arm::{Quantity, Recorded};
-use hysteron_base::{BadInput, Recording, file};
-use hysteron_workflow::outputs::Outputs;
-use hysteron_workflow::{COMMIT, Caller};
-use serde_json::{Value, json};
-
-use crate::terminal::say;
+use hysteron_workflow::Caller;
+use hysteron_workflow::arm_identify::{
+    MotionOptions, Results, friction, inertia, payload, servo, with_locked,
+};
+use serde_json::Value;
 
 const INERTIA_HELP: &str = "\
 Needs recordings (.csv or .parquet) with time_s at a fixed rate and q_k_rad, tau_k_n_m of every joint, and dq_k_rad_s if measured; \
-`hysteron arm import` makes them of other programs' files. The robot's file says where the joints are and what is believed of its \
-bodies.
+`hysteron arm import` makes them of other programs' files. Currents do instead of torques where --torque-constants says what an \
+ampere is worth. The robot's file says where the joints are and what is believed of its bodies.
 
 Found are the ten numbers of every body, so that it can exist, and of every joint armature, Coulomb and viscous friction, offset of \
-the torque and a spring. Each has a standard error; \"together\" marks what the motion determines only in sums with others.
+the torque and a spring. Each has a standard error; some are determined only together with others.
+
+Examples:
+  hysteron arm import panda-gaz/ --columns panda-gaz --rate 1000 --out panda.parquet
+  hysteron arm identify inertia panda panda.parquet --lock panda_finger_joint1 --lock panda_finger_joint2 \\
+      --hold-out 0.3 --out panda.json --figures panda
 
 Writes estimates and errors to a file of JSON.
 
@@ -29,7 +29,32 @@ const FRICTION_HELP: &str = "\
 Needs recordings (.csv or .parquet) with dq_k_rad_s and tau_k_n_m: torques from which weight and inertia are gone, of steady motions \
 for example. Fits a law of friction and an offset to one joint.
 
-Writes parameters with standard errors to a file of JSON.
+least-squares gives standard errors; pso, de (populations), anfis and fnn (fuzzy networks to whose curves the law is fitted) stand \
+beside it for comparison. With --folds every recording is left out once.
+
+Writes parameters to a file of JSON.
+
+Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
+
+const SERVO_HELP: &str = "\
+Needs recordings of a servo that swings a weight on a rod (.csv, .parquet, or a log of bam, .json) with goal_1_rad and q_1_rad, and \
+temperature_1_degc, voltage_1_v, torque_on_1_ratio where there are; notes mass_kg, length_m and position_gain, or the options.
+
+The simulation is given the goals alone and starts where the recording does; motor, supply, winding, armature, friction and zero are \
+those that bring it nearest to the measured motion. Where the recordings say nothing of a number it is held at the catalogue's.
+
+Drives: mx-106, mx-64, sts3215, sts3250, xl330-m288, xl430-w250, xm430-w350, or a file of TOML like those in actuator/drives.
+
+Writes estimates and errors to a file of JSON.
+
+Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written).";
+
+const PAYLOAD_HELP: &str = "\
+Needs recordings of the arm without the payload (--bare) and with it, as `arm identify inertia` reads them; the same motion serves \
+best. The arm is identified from the first; what the torques are beyond it in the others is the payload's: mass, centre and moments \
+in the axes of --frame, with standard errors, of a body that can exist.
+
+Writes estimates and errors to a file of JSON.
 
 Exit codes: 0 done, 1 failed, 2 bad input (nothing is written).";
 
@@ -44,6 +69,39 @@ pub struct Arguments {
 enum What {
     Inertia(InertiaArguments),
     Friction(FrictionArguments),
+    Servo(ServoArguments),
+    Payload(PayloadArguments),
+}
+
+/// Where results go.
+#[derive(Debug, clap::Args)]
+struct ResultArguments {
+    /// File of JSON to write
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Folder for figures, report.html and metrics.json
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[arg(long, requires = "figures")]
+    png: bool,
+}
+
+/// How motions of an arm are read.
+#[derive(Debug, clap::Args)]
+struct MotionArguments {
+    /// What is faster counts as noise
+    #[arg(long, value_name = "HZ", default_value_t = 8.0)]
+    cutoff: f64,
+    /// Torque for a current in every joint, where the recordings have currents
+    #[arg(long, value_name = "N_M_PER_A,...", value_delimiter = ',', allow_negative_numbers = true)]
+    torque_constants: Vec<f64>,
+    /// Speed within which Coulomb friction changes its sign
+    #[arg(long, value_name = "RAD_S", default_value_t = 0.05)]
+    width: f64,
+    /// Joint of the robot that the recordings leave out, at zero or at a coordinate
+    #[arg(long, value_name = "NAME[=Q]")]
+    lock: Vec<String>,
 }
 
 /// Bodies, rotors and friction of all joints
@@ -58,18 +116,16 @@ struct InertiaArguments {
     /// Recording that is not fitted, to test on
     #[arg(long, value_name = "REC")]
     test: Option<PathBuf>,
-    /// File of JSON to write
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
-    /// What is faster counts as noise
-    #[arg(long, value_name = "HZ", default_value_t = 8.0)]
-    cutoff: f64,
-    /// Speed within which Coulomb friction changes its sign
-    #[arg(long, value_name = "RAD_S", default_value_t = 0.05)]
-    width: f64,
+    /// Last part of the recordings that is not fitted, to test on
+    #[arg(long, value_name = "PART", default_value_t = 0.0)]
+    hold_out: f64,
     /// Weight of the bodies in the robot's file, in samples
     #[arg(long, value_name = "N", default_value_t = 1.0)]
     prior: f64,
+    #[command(flatten)]
+    motion: MotionArguments,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
 /// A law of friction of one joint
@@ -85,135 +141,148 @@ struct FrictionArguments {
     /// coulomb-viscous, stribeck or directed-stribeck
     #[arg(long, value_name = "NAME", default_value = "stribeck")]
     law: String,
+    /// least-squares, pso, de, anfis or fnn
+    #[arg(long, value_name = "NAME", default_value = "least-squares")]
+    method: String,
+    /// Parts of the recordings of which each is left out once
+    #[arg(long, value_name = "N")]
+    folds: Option<usize>,
     /// Error from which on a sample counts linearly rather than squared
     #[arg(long, value_name = "N_M")]
     huber: Option<f64>,
-    /// File of JSON to write
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    /// Seed of populations
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
-const TERMS: [JointTerm; 5] =
-    [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
-/// Order of the low pass.
-const ORDER: usize = 4;
-/// Laws that need no torques through the gear.
-const LAWS_OF_SPEED: usize = 3;
+/// Motor, supply, heat and friction of a servo that swings a weight
+#[derive(Debug, clap::Args)]
+#[command(after_help = SERVO_HELP)]
+struct ServoArguments {
+    /// Recordings to fit
+    #[arg(required = true, value_name = "REC")]
+    recordings: Vec<PathBuf>,
+    /// Recordings that are not fitted, to test on
+    #[arg(long, value_name = "REC", num_args = 1..)]
+    test: Vec<PathBuf>,
+    /// Name of a drive, or a file of TOML
+    #[arg(long, value_name = "DRIVE", default_value = "xl330-m288")]
+    drive: String,
+    /// Law of friction: coulomb-viscous, stribeck, directed-stribeck, m1 to m6 [default: the drive's]
+    #[arg(long, value_name = "NAME")]
+    law: Option<String>,
+    /// Mass of the weight [default: the recordings say]
+    #[arg(long, value_name = "KG")]
+    mass_kg: Option<f64>,
+    /// Distance of the weight from the axis [default: the recordings say]
+    #[arg(long, value_name = "M")]
+    length_m: Option<f64>,
+    /// Proportional gain as the register has it [default: the recordings say]
+    #[arg(long, value_name = "P")]
+    gain: Option<f64>,
+    /// Longest step of the simulation
+    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    step: f64,
+    #[command(flatten)]
+    results: ResultArguments,
+}
+
+/// What an arm carries
+#[derive(Debug, clap::Args)]
+#[command(after_help = PAYLOAD_HELP)]
+struct PayloadArguments {
+    /// File of URDF or MJCF, or name of a built-in robot
+    model: String,
+    /// Recordings with the payload
+    #[arg(required = true, value_name = "REC")]
+    recordings: Vec<PathBuf>,
+    /// Recordings without
+    #[arg(long, required = true, value_name = "REC", num_args = 1..)]
+    bare: Vec<PathBuf>,
+    /// Frame that holds the payload [default: the robot's last]
+    #[arg(long, value_name = "NAME")]
+    frame: Option<String>,
+    #[command(flatten)]
+    motion: MotionArguments,
+    #[command(flatten)]
+    results: ResultArguments,
+}
+
+impl From<&ResultArguments> for Results {
+    fn from(a: &ResultArguments) -> Self {
+        Self { out: a.out.clone(), figures: a.figures.clone(), png: a.png }
+    }
+}
+
+impl From<&MotionArguments> for MotionOptions {
+    fn from(a: &MotionArguments) -> Self {
+        Self { cutoff: a.cutoff, torque_constants: a.torque_constants.clone() }
+    }
+}
+
+/// The file of a robot, if it is none that is built in.
+fn file(model: &str) -> Option<PathBuf> {
+    Some(PathBuf::from(model)).filter(|path| Path::exists(path))
+}
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.what {
-        What::Inertia(arguments) => inertia(arguments, caller),
-        What::Friction(arguments) => friction(arguments, caller),
-    }
-}
-
-fn inertia(arguments: &InertiaArguments, caller: &Caller) -> anyhow::Result<Value> {
-    let model = super::model(&arguments.model)?;
-    let outputs = super::reads(&arguments.model).and(&arguments.recordings).and(&arguments.test);
-    let _claim = outputs.file("--out", &arguments.out).check(caller)?;
-    let read = |path: &PathBuf| -> anyhow::Result<JointMotion> {
-        let recording = Recording::read(path)?;
-        let motion = Recorded::of(&recording)
-            .and_then(|recorded| JointMotion::of_recording(&recorded, ORDER, arguments.cutoff));
-        Ok(motion.map_err(|bad| bad.within(path.display()))?)
-    };
-    let mut motion = read(&arguments.recordings[0])?;
-    for path in &arguments.recordings[1..] {
-        let more = read(path)?;
-        if more.n_joints != motion.n_joints {
-            let expected = format!("{} joints, as the first recording has", motion.n_joints);
-            return Err(BadInput::new(path.display().to_string(), expected, more.n_joints.to_string()).into());
+        What::Inertia(a) => {
+            let options = inertia::Options {
+                model: with_locked(&super::model(&a.model)?, &a.motion.lock)?,
+                model_file: file(&a.model),
+                recordings: a.recordings.clone(),
+                test: a.test.clone(),
+                hold_out: a.hold_out,
+                motion: (&a.motion).into(),
+                width: a.motion.width,
+                prior: a.prior,
+                results: (&a.results).into(),
+            };
+            inertia::run(&options, caller)
         }
-        motion.extend(&more);
-    }
-    let test = arguments.test.as_ref().map(read).transpose()?;
-    let options = BodyOptions { terms: &TERMS, width: arguments.width, prior: arguments.prior };
-    let fit = identify_bodies(&model, &motion, &options)?;
-    let tested = match &test {
-        Some(test) if test.n_joints != model.n_joints() => {
-            let expected = format!("{} joints", model.n_joints());
-            return Err(BadInput::new("--test", expected, test.n_joints.to_string()).into());
+        What::Friction(a) => {
+            let options = friction::Options {
+                recordings: a.recordings.clone(),
+                joint: usize::from(a.joint),
+                law: a.law.clone(),
+                method: a.method.clone(),
+                folds: a.folds,
+                seed: a.seed,
+                huber: a.huber,
+                results: (&a.results).into(),
+            };
+            friction::run(&options, caller)
         }
-        test => test.as_ref().map(|test| fit.rms_on(test)),
-    };
-    say("number                                          value      standard error");
-    for estimate in &fit.estimates {
-        let mark = if estimate.determined == Determined::Together { "together" } else { "" };
-        say(format_args!(
-            "{:<40} {:>12.5} {:>14.2e}   {mark}",
-            estimate.name, estimate.value, estimate.standard_error
-        ));
+        What::Servo(a) => {
+            let options = servo::Options {
+                recordings: a.recordings.clone(),
+                test: a.test.clone(),
+                drive: a.drive.clone(),
+                law: a.law.clone(),
+                mass: a.mass_kg,
+                length: a.length_m,
+                gain: a.gain,
+                step: a.step,
+                results: (&a.results).into(),
+            };
+            servo::run(&options, caller)
+        }
+        What::Payload(a) => {
+            let options = payload::Options {
+                model: with_locked(&super::model(&a.model)?, &a.motion.lock)?,
+                model_file: file(&a.model),
+                bare: a.bare.clone(),
+                loaded: a.recordings.clone(),
+                frame: a.frame.clone(),
+                motion: (&a.motion).into(),
+                width: a.motion.width,
+                results: (&a.results).into(),
+            };
+            payload::run(&options, caller)
+        }
     }
-    say(format_args!("error of the torques, RMS by joint [N m]: {:.4?}", fit.rms));
-    if let Some(tested) = &tested {
-        say(format_args!("on the recording that was not fitted: {tested:.4?}"));
-    }
-    say(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
-    fit.warnings.iter().for_each(say);
-    let estimates: Vec<Value> = (fit.estimates.iter())
-        .map(|e| {
-            let alone = e.determined == Determined::Alone;
-            json!({"name": e.name, "value": e.value, "standard_error": e.standard_error, "determined_alone": alone})
-        })
-        .collect();
-    let found = json!({
-        "format": "hysteron-identification", "version": 1, "robot": model.name(), "estimates": estimates,
-        "rms_n_m": fit.rms, "test_rms_n_m": tested, "n_determined": fit.n_determined, "condition": fit.condition,
-        "warnings": fit.warnings, "samples": motion.n_samples(), "cutoff_hz": arguments.cutoff,
-        "command": caller.command, "commit": COMMIT,
-    });
-    file::write_bytes(&arguments.out, serde_json::to_vec_pretty(&found)?)?;
-    Ok(found)
-}
-
-fn friction(arguments: &FrictionArguments, caller: &Caller) -> anyhow::Result<Value> {
-    if !LAW_NAMES[..LAWS_OF_SPEED].contains(&arguments.law.as_str()) {
-        let expected = format!("one of {}", LAW_NAMES[..LAWS_OF_SPEED].join(", "));
-        return Err(BadInput::new("--law", expected, format!("{:?}", arguments.law)).into());
-    }
-    if arguments.huber.is_some_and(|huber| !huber.is_finite() || huber <= 0.0) {
-        return Err(BadInput::new("--huber", "a torque above 0", format!("{:?}", arguments.huber)).into());
-    }
-    let law = Law::named(&arguments.law)?;
-    let outputs = Outputs::reading(&arguments.recordings).file("--out", &arguments.out);
-    let _claim = outputs.check(caller)?;
-    let (mut speeds, mut torques) = (Vec::new(), Vec::new());
-    for path in &arguments.recordings {
-        let recording = Recording::read(path)?;
-        let within = |bad: BadInput| bad.within(path.display());
-        let recorded = Recorded::of(&recording).map_err(within)?;
-        let joint = usize::from(arguments.joint) - 1;
-        let column = |quantity| -> Result<Vec<f64>, BadInput> {
-            let columns = recorded.require(quantity)?;
-            let column = columns.get(joint).ok_or_else(|| {
-                BadInput::new("--joint", format!("1 to {}", columns.len()), arguments.joint.to_string())
-            })?;
-            Ok(column.to_vec())
-        };
-        speeds.extend(column(Quantity::Velocity).map_err(within)?);
-        torques.extend(column(Quantity::Torque).map_err(within)?);
-    }
-    let found = identify_friction(&law, &speeds, &torques, arguments.huber)?;
-    say("parameter                                value      standard error");
-    for estimate in &found.fit.estimates {
-        let error = estimate.standard_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.2e}"));
-        say(format_args!(
-            "{:<34} {:>12.5} {error:>16}   {:?}",
-            estimate.name, estimate.value, estimate.standing
-        ));
-    }
-    say(format_args!("error {:.4} N m RMS, condition {:.0}", found.fit.rms[1], found.fit.condition));
-    let estimates: Vec<Value> = (found.fit.estimates.iter())
-        .map(|e| {
-            json!({"name": e.name, "value": e.value, "standard_error": e.standard_error, "standing": format!("{:?}", e.standing)})
-        })
-        .collect();
-    let summary = json!({
-        "format": "hysteron-identification", "version": 1, "law": arguments.law, "joint": arguments.joint,
-        "estimates": estimates, "correlation": found.fit.correlation, "rms_n_m": found.fit.rms[1],
-        "condition": found.fit.condition, "samples": speeds.len(), "command": caller.command, "commit": COMMIT,
-    });
-    file::write_bytes(&arguments.out, serde_json::to_vec_pretty(&summary)?)?;
-    Ok(summary)
 }

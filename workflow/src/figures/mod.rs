@@ -5,6 +5,7 @@
 
 pub mod arm;
 pub mod arm_estimation;
+pub mod arm_identification;
 pub mod arm_study;
 pub mod commands;
 pub mod coverage;

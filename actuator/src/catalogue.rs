@@ -1,0 +1,271 @@
+//! Drives from files of TOML: those of the catalogue come with the program, others a person writes.
+//!
+//! A file states where its numbers come from. Numbers of data sheets are those of a motor without friction; `hysteron arm
+//! identify servo` brings them to a recording and finds friction.
+
+use std::collections::BTreeMap;
+
+use hysteron_base::{BadInput, schema};
+use serde::Deserialize;
+
+use crate::drive::{Drive, Gear, Motor, Supply, Winding};
+use crate::law::{JointFriction, Law};
+use crate::position_loop::LoopUnits;
+
+/// A drive with its position loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CatalogueDrive {
+    /// Name of the product.
+    pub name: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// The drive.
+    pub drive: Drive,
+    /// What its registers mean.
+    pub units: LoopUnits,
+}
+
+const FILES: [(&str, &str); 7] = [
+    ("mx-106", include_str!("../drives/mx-106.toml")),
+    ("mx-64", include_str!("../drives/mx-64.toml")),
+    ("sts3215", include_str!("../drives/sts3215.toml")),
+    ("sts3250", include_str!("../drives/sts3250.toml")),
+    ("xl330-m288", include_str!("../drives/xl330-m288.toml")),
+    ("xl430-w250", include_str!("../drives/xl430-w250.toml")),
+    ("xm430-w350", include_str!("../drives/xm430-w350.toml")),
+];
+
+type Check<T> = Result<T, BadInput>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DriveFile {
+    format: String,
+    version: i64,
+    name: String,
+    source: String,
+    motor: MotorTable,
+    supply: SupplyTable,
+    winding: WindingTable,
+    gear: GearTable,
+    #[serde(rename = "loop")]
+    position_loop: LoopTable,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MotorTable {
+    torque_constant_n_m_per_a: f64,
+    resistance_ohm: f64,
+    current_limit_a: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SupplyTable {
+    voltage_v: f64,
+    resistance_ohm: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WindingTable {
+    heat_capacity_j_per_k: f64,
+    to_case_k_per_w: f64,
+    case_heat_capacity_j_per_k: f64,
+    to_air_k_per_w: f64,
+    resistance_slope_per_k: f64,
+    magnet_slope_per_k: f64,
+    reference_degc: f64,
+    air_degc: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GearTable {
+    armature_kg_m2: f64,
+    law: String,
+    friction: BTreeMap<String, f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoopTable {
+    ticks_per_turn: f64,
+    pwm_full_scale: f64,
+    gain_units: [f64; 3],
+    period_ms: f64,
+}
+
+impl CatalogueDrive {
+    /// Names of the drives that come with the program.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        FILES.iter().map(|(name, _)| *name)
+    }
+
+    /// The drive of that name.
+    ///
+    /// # Errors
+    /// `BadInput` with the names there are.
+    pub fn named(name: &str) -> Check<Self> {
+        let Some((_, text)) = FILES.iter().find(|(known, _)| *known == name) else {
+            let names: Vec<&str> = Self::names().collect();
+            let expected = format!("a file of TOML, or one of {}", names.join(", "));
+            return Err(BadInput::new("drive", expected, format!("{name:?}")));
+        };
+        Self::parse(text)
+    }
+
+    /// The drive of a file's text.
+    ///
+    /// # Errors
+    /// `BadInput` naming the key, prefix the file with [`BadInput::within`]: a number that cannot be, a law that is none, a
+    /// parameter that the law has not or lacks.
+    pub fn parse(text: &str) -> Check<Self> {
+        let typed: DriveFile = schema::parse(text)?;
+        schema::check_header((&typed.format, typed.version), ("hysteron-drive", 1))?;
+        let motor = Motor {
+            torque_constant: positive(
+                "motor.torque_constant_n_m_per_a",
+                typed.motor.torque_constant_n_m_per_a,
+            )?,
+            resistance: positive("motor.resistance_ohm", typed.motor.resistance_ohm)?,
+            current_limit: (typed.motor.current_limit_a)
+                .map_or(Ok(f64::INFINITY), |limit| positive("motor.current_limit_a", limit))?,
+        };
+        let supply = Supply {
+            voltage: positive("supply.voltage_v", typed.supply.voltage_v)?,
+            resistance: not_negative("supply.resistance_ohm", typed.supply.resistance_ohm)?,
+        };
+        Ok(Self {
+            name: schema::text("name", typed.name)?,
+            source: schema::text("source", typed.source)?,
+            drive: Drive { motor, supply, winding: winding(&typed.winding)?, gear: gear(typed.gear)? },
+            units: units(&typed.position_loop)?,
+        })
+    }
+}
+
+fn positive(key: &str, typed: f64) -> Check<f64> {
+    let holds = typed.is_finite() && typed > 0.0;
+    if holds { Ok(typed) } else { Err(BadInput::new(key, "a finite number > 0", format!("{typed:?}"))) }
+}
+
+fn not_negative(key: &str, typed: f64) -> Check<f64> {
+    let holds = typed.is_finite() && typed >= 0.0;
+    if holds { Ok(typed) } else { Err(BadInput::new(key, "a finite number >= 0", format!("{typed:?}"))) }
+}
+
+fn finite(key: &str, typed: f64) -> Check<f64> {
+    if typed.is_finite() {
+        Ok(typed)
+    } else {
+        Err(BadInput::new(key, "a finite number", format!("{typed:?}")))
+    }
+}
+
+fn winding(typed: &WindingTable) -> Check<Winding> {
+    Ok(Winding {
+        heat_capacity: positive("winding.heat_capacity_j_per_k", typed.heat_capacity_j_per_k)?,
+        to_case: positive("winding.to_case_k_per_w", typed.to_case_k_per_w)?,
+        case_heat_capacity: positive("winding.case_heat_capacity_j_per_k", typed.case_heat_capacity_j_per_k)?,
+        to_air: positive("winding.to_air_k_per_w", typed.to_air_k_per_w)?,
+        resistance_slope: not_negative("winding.resistance_slope_per_k", typed.resistance_slope_per_k)?,
+        magnet_slope: not_negative("winding.magnet_slope_per_k", typed.magnet_slope_per_k)?,
+        reference: finite("winding.reference_degc", typed.reference_degc)?,
+        air: finite("winding.air_degc", typed.air_degc)?,
+    })
+}
+
+fn gear(typed: GearTable) -> Check<Gear> {
+    let armature = positive("gear.armature_kg_m2", typed.armature_kg_m2)?;
+    let law = Law::named(&typed.law).map_err(|bad| BadInput { place: "gear.law".to_owned(), ..bad })?;
+    let parameters = law.parameters();
+    let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
+    if let Some(name) = typed.friction.keys().find(|name| !is_known(name)) {
+        let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name.as_ref()).collect();
+        let place = format!("gear.friction.{name}");
+        return Err(BadInput::new(place, format!("one of {}", names.join(", ")), "another"));
+    }
+    let value = |name: &str| {
+        let place = format!("gear.friction.{name}");
+        match typed.friction.get(name) {
+            Some(value) => not_negative(&place, *value),
+            None => Err(BadInput::new(place, "this key, of the law", "nothing")),
+        }
+    };
+    let friction = parameters.iter().map(|parameter| value(&parameter.name)).collect::<Check<_>>()?;
+    Ok(Gear { armature, law, friction })
+}
+
+fn units(typed: &LoopTable) -> Check<LoopUnits> {
+    for (k, unit) in typed.gain_units.iter().enumerate() {
+        positive(&format!("loop.gain_units[{k}]"), *unit)?;
+    }
+    Ok(LoopUnits {
+        ticks_per_turn: positive("loop.ticks_per_turn", typed.ticks_per_turn)?,
+        pwm_full_scale: positive("loop.pwm_full_scale", typed.pwm_full_scale)?,
+        gains: typed.gain_units,
+        period: 1e-3 * positive("loop.period_ms", typed.period_ms)?,
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test may stop where it stands
+mod tests {
+    use super::*;
+    use crate::{DriveState, Load};
+
+    /// Stall torque and free speed of the data sheets [N m, rev/min] at their voltage [V]; friction is in what a drive does.
+    const DATA_SHEETS: [(&str, f64, f64, f64); 7] = [
+        ("xl330-m288", 5.0, 0.52, 103.0),
+        ("xl430-w250", 12.0, 1.5, 61.0),
+        ("xm430-w350", 12.0, 4.1, 46.0),
+        ("mx-64", 12.0, 6.0, 63.0),
+        ("mx-106", 12.0, 8.4, 45.0),
+        ("sts3215", 7.4, 1.9, 45.0),
+        ("sts3250", 12.0, 4.9, 75.0),
+    ];
+
+    #[test]
+    fn every_drive_of_the_catalogue_turns_about_as_fast_as_its_data_sheet_says() {
+        assert_eq!(CatalogueDrive::names().count(), DATA_SHEETS.len());
+        for (name, voltage, _, speed) in DATA_SHEETS {
+            let mut drive = CatalogueDrive::named(name).unwrap().drive;
+            (drive.supply.voltage, drive.winding.heat_capacity) = (voltage, f64::INFINITY);
+            let mut state = DriveState::resting(0.0, drive.winding.reference);
+            for _ in 0..5000 {
+                drive.step(&mut state, 1.0, Load { inertia: 0.0, torque: 0.0 }, 1e-3);
+            }
+            let free = state.velocity * 60.0 / std::f64::consts::TAU;
+            // Identified samples and data sheets differ by that much: bam's two MX, our XL330.
+            assert!((free / speed - 1.0).abs() < 0.25, "{name}: {free} rev/min, data sheet {speed}");
+        }
+    }
+
+    #[test]
+    fn stalled_torque_is_below_what_motor_and_supply_give() {
+        for (name, voltage, torque, _) in DATA_SHEETS {
+            let drive = CatalogueDrive::named(name).unwrap().drive;
+            let current = (voltage / drive.motor.resistance).min(drive.motor.current_limit);
+            let ratio = current * drive.motor.torque_constant / torque;
+            assert!((0.8..2.2).contains(&ratio), "{name}: {ratio} times the stall torque of the data sheet");
+        }
+    }
+
+    #[test]
+    fn damaged_files_name_the_key() {
+        let text = FILES[4].1;
+        let place = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            CatalogueDrive::parse(&text.replacen(from, to, 1)).unwrap_err().place
+        };
+        assert_eq!(place("hysteron-drive", "hysteron-scene"), "format");
+        assert_eq!(place("law = \"m4\"", "law = \"m9\""), "gear.law");
+        assert_eq!(place("alpha", "beta"), "gear.friction.beta");
+        assert_eq!(place("alpha = 1.0\n", ""), "gear.friction.alpha");
+        assert_eq!(place("resistance_ohm = 2.8", "resistance_ohm = -2.8"), "motor.resistance_ohm");
+        assert_eq!(place("resistance_ohm = 2.8", "resistance_ohm = nan"), "motor.resistance_ohm");
+        assert_eq!(CatalogueDrive::named("xl999").unwrap_err().place, "drive");
+    }
+}

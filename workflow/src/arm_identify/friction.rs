@@ -1,0 +1,177 @@
+//! `arm identify friction`: a law of friction of one joint.
+
+use std::path::PathBuf;
+
+use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
+use hysteron_actuator::law::{JointFriction, LAW_NAMES, Law, Sliding};
+use hysteron_arm::{Quantity, Recorded};
+use hysteron_base::BadInput;
+use hysteron_fit::folds;
+use serde_json::{Value, json};
+
+use super::{Results, Row, read, rows_json, say_rows};
+use crate::Caller;
+use crate::figures::arm_identification as figures;
+use crate::outputs::Outputs;
+
+/// Laws that need no torques through the gear.
+const LAWS_OF_SPEED: usize = 3;
+
+/// What is identified from what.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Recordings to fit.
+    pub recordings: Vec<PathBuf>,
+    /// Number of the joint, from 1.
+    pub joint: usize,
+    /// Name of the law.
+    pub law: String,
+    /// Name of the method.
+    pub method: String,
+    /// Parts of the recordings of which each is left out once; none without.
+    pub folds: Option<usize>,
+    /// What all draws come from.
+    pub seed: u64,
+    /// Error from which on a sample counts linearly [N m].
+    pub huber: Option<f64>,
+    /// Where the results go.
+    pub results: Results,
+}
+
+/// Speeds and torques of a joint in one recording.
+struct Series {
+    velocity: Vec<f64>,
+    torque: Vec<f64>,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// `BadInput` for whatever is wrong with options or recordings.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let (law, method) = checked(options)?;
+    let _claim = options.results.claim(Outputs::reading(&options.recordings), caller)?;
+    let series =
+        options.recordings.iter().map(|path| of_joint(path, options.joint)).collect::<Result<Vec<_>, _>>()?;
+    let [velocity, torque] = joined(series.iter());
+    let (found, rows, condition) = match method {
+        FrictionMethod::LeastSquares => {
+            let FrictionFit { parameters, offset, fit } =
+                identify_friction(&law, &velocity, &torque, options.huber)?;
+            let rows: Vec<Row> = fit.estimates.iter().map(Row::of_estimate).collect();
+            ((parameters, offset), rows, Some((fit.condition, fit.correlation)))
+        }
+        _ => {
+            let found = identify_friction_by(method, &law, &velocity, &torque, options.seed)?;
+            let rows = named(&law, &found.parameters, found.offset);
+            ((found.parameters, found.offset), rows, None)
+        }
+    };
+    let curve = |v: f64| law.torque(&found.0, &Sliding::at(v)) + found.1;
+    let errors: Vec<f64> = velocity.iter().zip(&torque).map(|(v, tau)| curve(*v) - tau).collect();
+    let rms = rms(&errors);
+    say_rows(&rows, caller);
+    caller.say(format_args!("error {rms:.4} N m RMS in {} samples", velocity.len()));
+    let left_out = options.folds.map(|k| validated(&law, method, &series, k, options.seed)).transpose()?;
+    if let Some(left_out) = &left_out {
+        caller.say(format_args!("on recordings that were left out, by fold [N m]: {left_out:.4?}"));
+    }
+    let summary = json!({
+        "law": options.law, "method": options.method, "joint": options.joint, "estimates": rows_json(&rows),
+        "correlation": condition.as_ref().map(|(_, correlation)| correlation),
+        "condition": condition.as_ref().map(|(condition, _)| condition), "rms_n_m": rms, "folds_rms_n_m": left_out,
+        "samples": velocity.len(), "seed": options.seed,
+    });
+    if let Some(folder) = &options.results.figures {
+        let predicted = velocity.iter().map(|v| curve(*v)).collect();
+        let joint = figures::JointSeries::new(
+            format!("joint {}", options.joint),
+            [velocity, torque, predicted],
+            &curve,
+        );
+        figures::friction::write(folder, &options.law, &joint, &rows, &summary, options.results.png, caller)?;
+    }
+    options.results.write(summary, caller)
+}
+
+fn checked(options: &Options) -> anyhow::Result<(Law, FrictionMethod)> {
+    if !LAW_NAMES[..LAWS_OF_SPEED].contains(&options.law.as_str()) {
+        let expected = format!("one of {}", LAW_NAMES[..LAWS_OF_SPEED].join(", "));
+        return Err(BadInput::new("--law", expected, format!("{:?}", options.law)).into());
+    }
+    if options.huber.is_some_and(|huber| !huber.is_finite() || huber <= 0.0) {
+        return Err(BadInput::new("--huber", "a torque above 0", format!("{:?}", options.huber)).into());
+    }
+    let method =
+        FrictionMethod::named(&options.method).map_err(|bad| BadInput { place: "--method".into(), ..bad })?;
+    if options.huber.is_some() && method != FrictionMethod::LeastSquares {
+        return Err(BadInput::new("--huber", "--method least-squares with it", options.method.clone()).into());
+    }
+    Ok((Law::named(&options.law)?, method))
+}
+
+fn of_joint(path: &PathBuf, joint: usize) -> anyhow::Result<Series> {
+    let recording = read(path)?;
+    let within = |bad: BadInput| bad.within(path.display());
+    let recorded = Recorded::of(&recording).map_err(within)?;
+    let column = |quantity| -> Result<Vec<f64>, BadInput> {
+        let columns = recorded.require(quantity)?;
+        let column = columns
+            .get(joint - 1)
+            .ok_or_else(|| BadInput::new("--joint", format!("1 to {}", columns.len()), joint.to_string()))?;
+        // What was filled in is no measurement.
+        let measured = column.iter().zip(recorded.gap).filter(|(_, gap)| !**gap);
+        Ok(measured.map(|(x, _)| *x).collect())
+    };
+    Ok(Series {
+        velocity: column(Quantity::Velocity).map_err(within)?,
+        torque: column(Quantity::Torque).map_err(within)?,
+    })
+}
+
+fn joined<'a>(series: impl Iterator<Item = &'a Series>) -> [Vec<f64>; 2] {
+    let mut all = [Vec::new(), Vec::new()];
+    for one in series {
+        all[0].extend_from_slice(&one.velocity);
+        all[1].extend_from_slice(&one.torque);
+    }
+    all
+}
+
+fn named(law: &Law, parameters: &[f64], offset: f64) -> Vec<Row> {
+    let names = law.parameters().into_iter().map(|p| p.name.into_owned()).chain(["offset_n_m".to_owned()]);
+    let row = |(name, value): (String, &f64)| Row {
+        name,
+        value: *value,
+        standard_error: None,
+        note: String::new(),
+    };
+    names.zip(parameters.iter().chain([&offset])).map(row).collect()
+}
+
+/// Error on the recordings that each fold leaves out [N m].
+fn validated(
+    law: &Law,
+    method: FrictionMethod,
+    series: &[Series],
+    k: usize,
+    seed: u64,
+) -> anyhow::Result<Vec<f64>> {
+    let folds = folds(series.len(), k).map_err(|bad| BadInput { place: "--folds".into(), ..bad })?;
+    let left = |fold: &hysteron_fit::Fold| -> anyhow::Result<f64> {
+        let [velocity, torque] = joined(fold.training.iter().map(|g| &series[*g]));
+        let found = identify_friction_by(method, law, &velocity, &torque, seed)?;
+        let [velocity, torque] = joined(fold.test.iter().map(|g| &series[*g]));
+        let errors: Vec<f64> = velocity
+            .iter()
+            .zip(&torque)
+            .map(|(v, tau)| law.torque(&found.parameters, &Sliding::at(*v)) + found.offset - tau)
+            .collect();
+        Ok(rms(&errors))
+    };
+    folds.iter().map(left).collect()
+}
+
+fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,115 @@
+//! `arm identify inertia`: bodies, rotors and friction of all joints.
+
+use std::path::PathBuf;
+
+use hysteron_arm::Model;
+use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, identify_bodies};
+use hysteron_base::BadInput;
+use serde_json::{Value, json};
+
+use super::{MotionOptions, Results, Row, rows_json, say_rows};
+use crate::Caller;
+use crate::figures::arm_identification as figures;
+use crate::outputs::Outputs;
+
+/// What belongs to every joint besides its body.
+pub const TERMS: [JointTerm; 5] =
+    [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
+
+/// What is identified from what.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The robot, with its locked joints locked.
+    pub model: Model,
+    /// The file that it came from, if any.
+    pub model_file: Option<PathBuf>,
+    /// Recordings to fit.
+    pub recordings: Vec<PathBuf>,
+    /// Recording that is not fitted, to test on.
+    pub test: Option<PathBuf>,
+    /// Last part of the recordings that is not fitted, to test on [-].
+    pub hold_out: f64,
+    /// How they are read.
+    pub motion: MotionOptions,
+    /// Speed within which Coulomb friction changes its sign [rad/s].
+    pub width: f64,
+    /// Weight of the bodies in the robot's file [samples].
+    pub prior: f64,
+    /// Where the results go.
+    pub results: Results,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// `BadInput` for whatever is wrong with options or recordings.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let inputs = Outputs::reading(&options.model_file).and(&options.recordings).and(&options.test);
+    let _claim = options.results.claim(inputs, caller)?;
+    if !(0.0..=0.9).contains(&options.hold_out) {
+        return Err(BadInput::new("--hold-out", "a part from 0 to 0.9", options.hold_out.to_string()).into());
+    }
+    if options.test.is_some() && options.hold_out > 0.0 {
+        return Err(BadInput::new("--hold-out", "this or --test", "both").into());
+    }
+    let model = &options.model;
+    let mut motion = options.motion.read_all(&options.recordings, model)?;
+    let mut test = options.test.as_ref().map(|path| options.motion.read(path, model)).transpose()?;
+    if options.hold_out > 0.0 {
+        let n = motion.n_samples();
+        let cut = (n as f64 * (1.0 - options.hold_out)) as usize;
+        test = Some(motion.part(cut..n));
+        motion = motion.part(0..cut);
+    }
+    let body_options = BodyOptions { terms: &TERMS, width: options.width, prior: options.prior };
+    let fit = identify_bodies(model, &motion, &body_options)?;
+    let rows: Vec<Row> = fit.estimates.iter().map(Row::of_term).collect();
+    say_rows(&rows, caller);
+    let tested = test.as_ref().map(|test| fit.rms_on(test));
+    caller.say(format_args!("error of the torques, RMS by joint [N m]: {:.4?}", fit.rms));
+    if let Some(tested) = &tested {
+        caller.say(format_args!("on what was not fitted: {tested:.4?}"));
+    }
+    caller.say(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
+    fit.warnings.iter().for_each(|warning| caller.say(warning));
+    let found = json!({
+        "robot": model.name(), "estimates": rows_json(&rows), "rms_n_m": fit.rms, "test_rms_n_m": tested,
+        "n_determined": fit.n_determined, "condition": fit.condition, "warnings": fit.warnings,
+        "least_pseudo_inertias": fit.least_pseudo_inertias(), "samples": motion.n_samples(),
+        "cutoff_hz": options.motion.cutoff,
+    });
+    if let Some(folder) = &options.results.figures {
+        let shown = test.as_ref().unwrap_or(&motion);
+        let page = figures::bodies::Shown {
+            model,
+            joints: joints(&fit, shown, options.width),
+            rows: &rows,
+            rms: &fit.rms,
+            tested: tested.as_deref(),
+            warnings: &fit.warnings,
+            summary: &found,
+        };
+        figures::bodies::write(folder, &page, options.results.png, caller)?;
+    }
+    options.results.write(found, caller)
+}
+
+/// What the figures need of every joint.
+fn joints(fit: &BodyFit, motion: &JointMotion, width: f64) -> Vec<figures::JointSeries> {
+    let n = motion.n_joints;
+    let torques = fit.torques(motion);
+    let column = |rows: &[f64], j: usize| -> Vec<f64> { rows.iter().skip(j).step_by(n).copied().collect() };
+    let term = |term: JointTerm, j: usize| {
+        let name = term.name(j);
+        fit.estimates.iter().find(|estimate| estimate.name == name).map_or(0.0, |estimate| estimate.value)
+    };
+    let joint = |j: usize| {
+        let (coulomb, viscous) = (term(JointTerm::Coulomb, j), term(JointTerm::Viscous, j));
+        figures::JointSeries::new(
+            fit.model.joints()[j].name.clone(),
+            [column(&motion.dq, j), column(&motion.tau, j), column(&torques, j)],
+            &|v| coulomb * (v / width).tanh() + viscous * v,
+        )
+    };
+    (0..n).map(joint).collect()
+}

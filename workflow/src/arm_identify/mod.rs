@@ -1,0 +1,181 @@
+//! `arm identify`: bodies, friction, drives and payloads of arms from recordings of them.
+
+pub mod friction;
+pub mod inertia;
+pub mod payload;
+pub mod servo;
+
+use std::path::{Path, PathBuf};
+
+use hysteron_arm::identify::JointMotion;
+use hysteron_arm::{ImportOptions, Model, Recorded, import};
+use hysteron_base::{BadInput, Metadata, Recording, file};
+use serde_json::{Value, json};
+
+use crate::outputs::Outputs;
+use crate::{COMMIT, Caller};
+
+/// Order of the low pass of motions.
+const ORDER: usize = 4;
+
+/// Where the results go.
+#[derive(Debug, Clone)]
+pub struct Results {
+    /// File of JSON.
+    pub out: PathBuf,
+    /// Folder for figures, `report.html` and `metrics.json`, if any.
+    pub figures: Option<PathBuf>,
+    /// Each figure as PNG too.
+    pub png: bool,
+}
+
+impl Results {
+    fn claim(&self, outputs: Outputs, caller: &Caller) -> anyhow::Result<crate::outputs::Claim> {
+        outputs.file("--out", &self.out).report("--figures", self.figures.as_deref()).check(caller)
+    }
+
+    /// Writes what was found, signed, and gives it back.
+    fn write(&self, mut found: Value, caller: &Caller) -> anyhow::Result<Value> {
+        found["format"] = json!("hysteron-identification");
+        found["version"] = json!(1);
+        found["command"] = json!(caller.command);
+        found["commit"] = json!(COMMIT);
+        file::write_bytes(&self.out, serde_json::to_vec_pretty(&found)?)?;
+        if let Some(folder) = &self.figures {
+            caller.reported(folder);
+        }
+        Ok(found)
+    }
+}
+
+/// A number that was found.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// Name with its unit.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Standard error, where there is one.
+    pub standard_error: Option<f64>,
+    /// What the data says of it.
+    pub note: String,
+}
+
+impl Row {
+    /// Of a fit by least squares.
+    fn of_estimate(estimate: &hysteron_fit::Estimate) -> Self {
+        use hysteron_fit::Standing;
+        let note = match &estimate.standing {
+            Standing::Fitted => String::new(),
+            Standing::AtBound => "at its bound".into(),
+            Standing::Vague => "vague".into(),
+            Standing::Undetermined(others) if others.is_empty() => "not determined: held".into(),
+            Standing::Undetermined(others) => format!("held: cannot be told from {}", others.join(", ")),
+        };
+        Self {
+            name: estimate.name.clone(),
+            value: estimate.value,
+            standard_error: estimate.standard_error,
+            note,
+        }
+    }
+
+    /// Of a regression of bodies.
+    fn of_term(term: &hysteron_arm::identify::TermEstimate) -> Self {
+        let is_shared = term.determined == hysteron_arm::identify::Determined::Together;
+        let note = if is_shared { "only together with others" } else { "" }.to_owned();
+        Self { name: term.name.clone(), value: term.value, standard_error: Some(term.standard_error), note }
+    }
+
+    fn json(&self) -> Value {
+        json!({"name": self.name, "value": self.value, "standard_error": self.standard_error, "note": self.note})
+    }
+
+    /// As cells of a table.
+    pub fn cells(&self) -> Vec<String> {
+        let error = self.standard_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.2e}"));
+        vec![self.name.clone(), format!("{:.5}", self.value), error, self.note.clone()]
+    }
+}
+
+fn rows_json(rows: &[Row]) -> Value {
+    rows.iter().map(Row::json).collect()
+}
+
+/// Prints them.
+fn say_rows(rows: &[Row], caller: &Caller) {
+    caller.say("number                                          value      standard error");
+    for row in rows {
+        let [name, value, error, note] = <[String; 4]>::try_from(row.cells()).unwrap_or_default();
+        caller.say(format_args!("{name:<40} {value:>12} {error:>14}   {note}").to_string().trim_end());
+    }
+}
+
+/// A recording of this program, or a log of bam.
+fn read(path: &Path) -> anyhow::Result<Recording> {
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("json") => Ok(import(path, &ImportOptions::default(), Metadata::default())?.recording),
+        _ => Ok(Recording::read(path)?),
+    }
+}
+
+/// How torques and motions of a recording are read.
+#[derive(Debug, Clone)]
+pub struct MotionOptions {
+    /// What is faster counts as noise [Hz].
+    pub cutoff: f64,
+    /// Torque constants of the joints, where the recording has currents [N m/A].
+    pub torque_constants: Vec<f64>,
+}
+
+impl MotionOptions {
+    /// The motion of an arm of `model` in one file.
+    fn read(&self, path: &Path, model: &Model) -> anyhow::Result<JointMotion> {
+        let recording = read(path)?;
+        let within = |bad: BadInput| bad.within(path.display());
+        let recorded = Recorded::of(&recording).map_err(within)?;
+        if recorded.joints.len() != model.n_joints() {
+            let names: Vec<&str> = model.joints().iter().map(|joint| joint.name.as_str()).collect();
+            let expected = format!("{} joints, those of the robot: {}", model.n_joints(), names.join(", "));
+            let bad = BadInput::new("recording", expected, format!("{} joints", recorded.joints.len()))
+                .hint("--lock NAME leaves a joint of the robot out");
+            return Err(within(bad).into());
+        }
+        let motion = JointMotion::of_recording(&recorded, &self.torque_constants, ORDER, self.cutoff);
+        Ok(motion.map_err(within)?)
+    }
+
+    /// The motions of several files, one after the other.
+    fn read_all(&self, paths: &[PathBuf], model: &Model) -> anyhow::Result<JointMotion> {
+        let Some((first, rest)) = paths.split_first() else {
+            return Err(BadInput::new("recordings", "one or more", "none").into());
+        };
+        let mut motion = self.read(first, model)?;
+        for path in rest {
+            motion.extend(&self.read(path, model)?);
+        }
+        Ok(motion)
+    }
+}
+
+/// The robot with joints locked at zero or where `NAME=Q` says [rad or m].
+///
+/// # Errors
+/// `BadInput` for a joint that is not there or a number that is none.
+pub fn with_locked(model: &Model, locked: &[String]) -> anyhow::Result<Model> {
+    if locked.is_empty() {
+        return Ok(model.clone());
+    }
+    let place = |text: &String| -> Result<(String, f64), BadInput> {
+        match text.split_once('=') {
+            None => Ok((text.clone(), 0.0)),
+            Some((name, q)) => {
+                let bad = || BadInput::new("--lock", "NAME or NAME=COORDINATE", format!("{text:?}"));
+                Ok((name.to_owned(), q.trim().parse().map_err(|_| bad())?))
+            }
+        }
+    };
+    let places = locked.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+    let places: Vec<(&str, f64)> = places.iter().map(|(name, q)| (name.as_str(), *q)).collect();
+    Ok(model.with_locked(&places)?)
+}

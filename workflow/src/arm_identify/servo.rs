@@ -1,0 +1,200 @@
+//! `arm identify servo`: motor, supply, heat and friction of a servo that swings a weight, by rollout.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_actuator::identify::{
+    DriveFitOptions, Pendulum, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
+};
+use hysteron_actuator::law::{JointFriction, Law};
+use hysteron_actuator::{CatalogueDrive, Drive};
+use hysteron_arm::{Quantity, Recorded};
+use hysteron_base::{BadInput, Recording, file};
+use serde_json::{Value, json};
+
+use super::{Results, Row, read, rows_json, say_rows};
+use crate::Caller;
+use crate::figures::arm_identification as figures;
+use crate::outputs::Outputs;
+
+/// What is identified from what.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Recordings to fit.
+    pub recordings: Vec<PathBuf>,
+    /// Recordings that are not fitted, to test on.
+    pub test: Vec<PathBuf>,
+    /// Name of a drive in the catalogue, or a file.
+    pub drive: String,
+    /// Law of its friction; that of the drive without.
+    pub law: Option<String>,
+    /// Mass of the weight, where the recordings do not say [kg].
+    pub mass: Option<f64>,
+    /// Its distance from the axis, where the recordings do not say [m].
+    pub length: Option<f64>,
+    /// Proportional gain as the register has it, where the recordings do not say.
+    pub gain: Option<f64>,
+    /// Longest step of a rollout [s].
+    pub step: f64,
+    /// Where the results go.
+    pub results: Results,
+}
+
+/// Error of position from which on a sample counts linearly [rad].
+const HUBER: f64 = 0.03;
+/// Shares of its bounds from which friction starts.
+const STARTS: [f64; 3] = [0.05, 0.15, 0.3];
+
+/// Carries out the verb.
+///
+/// # Errors
+/// `BadInput` for whatever is wrong with options or recordings; where it was interrupted.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let files = Some(&options.drive).filter(|drive| Path::new(drive).exists());
+    let inputs = Outputs::reading(&options.recordings).and(&options.test).and(files.map(PathBuf::from));
+    let _claim = options.results.claim(inputs, caller)?;
+    if !(1e-5..=0.02).contains(&options.step) {
+        return Err(BadInput::new("--step", "0.00001 to 0.02 s", options.step.to_string()).into());
+    }
+    let mut entry = catalogue(&options.drive)?;
+    if let Some(name) = &options.law {
+        let law = Law::named(name).map_err(|bad| BadInput { place: "--law".into(), ..bad })?;
+        let friction = vec![0.0; law.parameters().len()];
+        (entry.drive.gear.law, entry.drive.gear.friction) = (law, friction);
+    }
+    let runs =
+        options.recordings.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
+    let test = options.test.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
+    if let Some(voltage) = runs.first().and_then(|run| run.voltage) {
+        entry.drive.supply.voltage = voltage;
+    }
+    let [runs, test] = [runs, test].map(|all| all.into_iter().map(|run| run.run).collect::<Vec<_>>());
+    let is_there = |value: f64| value.is_finite() && value > 0.0;
+    let quantities: Vec<&str> =
+        QUANTITIES.iter().filter(|q| is_there((q.get)(&entry.drive))).map(|q| q.name).collect();
+    caller.listen()?;
+    let bar = caller.progress("evaluations", 0, 0);
+    let watch = |evaluations: usize, error: f64| {
+        bar.set_position(evaluations as u64);
+        bar.set_message(format!("error {error:.4} rad"));
+        !caller.is_cancelled()
+    };
+    let fit_options = DriveFitOptions {
+        units: entry.units,
+        quantities: &quantities,
+        longest_step: options.step,
+        huber: HUBER,
+        starts: &STARTS,
+        watch: &watch,
+    };
+    let found = identify_drive(&entry.drive, &runs, &fit_options)?;
+    bar.finish();
+    if caller.is_cancelled() {
+        anyhow::bail!("interrupted; nothing was written");
+    }
+    let rows: Vec<Row> = found.fit.estimates.iter().map(Row::of_estimate).collect();
+    let error =
+        |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, &entry.units, options.step);
+    let (fitted, tested) = (error(&runs), (!test.is_empty()).then(|| error(&test)));
+    say_rows(&rows, caller);
+    caller.say(format_args!("mean error of the angle over the recordings, open loop: {fitted:.4} rad"));
+    if let Some(tested) = tested {
+        caller.say(format_args!("on recordings that were not fitted: {tested:.4} rad"));
+    }
+    if !found.fit.is_converged {
+        caller.say(format_args!("the search ended before a minimum: {}", found.fit.ended));
+    }
+    let summary = json!({
+        "drive": entry.name, "law": law_name(&found.drive), "estimates": rows_json(&rows),
+        "correlation": found.fit.correlation, "condition": found.fit.condition, "error_rad": fitted,
+        "test_error_rad": tested, "supply_v": entry.drive.supply.voltage, "evaluations": found.fit.evaluations,
+        "converged": found.fit.is_converged,
+    });
+    if let Some(folder) = &options.results.figures {
+        let shown = if test.is_empty() { &runs } else { &test };
+        let simulated: Vec<_> = shown
+            .iter()
+            .map(|run| rollout(&found.drive, &entry.units, found.offset, run, options.step))
+            .collect();
+        let page = figures::servo::Shown {
+            name: &entry.name,
+            drive: &found.drive,
+            runs: shown,
+            simulated: &simulated,
+            rows: &rows,
+        };
+        figures::servo::write(folder, &page, &summary, options.results.png, caller)?;
+    }
+    options.results.write(summary, caller)
+}
+
+fn law_name(drive: &Drive) -> &'static str {
+    match drive.gear.law {
+        Law::LoadDependent(law) => law.name(),
+        Law::CoulombViscous(_) => "coulomb-viscous",
+        Law::Stribeck(_) => "stribeck",
+        Law::DirectedStribeck(_) => "directed-stribeck",
+        Law::PiecewiseLinear(_) => "piecewise-linear",
+    }
+}
+
+/// The drive of a name, or of a file.
+fn catalogue(text: &str) -> anyhow::Result<CatalogueDrive> {
+    let is_file = text.contains(['.', '/']);
+    if !is_file || CatalogueDrive::names().any(|name| name == text) {
+        return Ok(CatalogueDrive::named(text).map_err(|bad| BadInput { place: "--drive".into(), ..bad })?);
+    }
+    let read = file::read_text(Path::new(text))?;
+    Ok(CatalogueDrive::parse(&read).map_err(|bad| bad.within(text))?)
+}
+
+/// A recorded motion, and the supply's voltage at its start.
+struct Run {
+    run: PendulumRun,
+    voltage: Option<f64>,
+}
+
+fn run_of(path: &PathBuf, options: &Options) -> anyhow::Result<Run> {
+    let recording = read(path)?;
+    let within = |bad: BadInput| bad.within(path.display());
+    Ok(of_recording(&recording, options, path.display().to_string()).map_err(within)?)
+}
+
+fn of_recording(recording: &Recording, options: &Options, name: String) -> Result<Run, BadInput> {
+    let recorded = Recorded::of(recording)?;
+    if recorded.joints.len() != 1 {
+        return Err(BadInput::new("recording", "one joint", recorded.joints.len().to_string()));
+    }
+    let need = |quantity| recorded.require(quantity).map(|columns| columns[0].to_vec());
+    let noted = |key: &str, option: &str, given: Option<f64>| {
+        let noted = recording.meta().extra.get(key).and_then(|text| text.parse::<f64>().ok());
+        let value = given.or(noted).ok_or_else(|| {
+            BadInput::new(option, "this option, for the recording does not say it", "nothing")
+        })?;
+        let holds = value.is_finite() && value > 0.0;
+        if holds { Ok(value) } else { Err(BadInput::new(option, "a finite number > 0", value.to_string())) }
+    };
+    let first = |quantity| recorded.require(quantity).ok().and_then(|columns| columns[0].first().copied());
+    let torque_on = recording.channel("torque_on_1_ratio").map_or_else(
+        || vec![true; recording.n_samples()],
+        |flags| flags.iter().map(|flag| *flag >= 0.5).collect(),
+    );
+    let run = PendulumRun {
+        // Messages name the file anyway.
+        name: "recording".into(),
+        time: recorded.time.to_vec(),
+        goal: need(Quantity::Goal)?,
+        position: need(Quantity::Position)?,
+        torque_on,
+        temperature: first(Quantity::Temperature).unwrap_or(ROOM),
+        gain: noted("position_gain", "--gain", options.gain)?,
+        pendulum: Pendulum {
+            mass: noted("mass_kg", "--mass-kg", options.mass)?,
+            length: noted("length_m", "--length-m", options.length)?,
+            offset: 0.0,
+        },
+    };
+    Ok(Run { run: PendulumRun { name, ..run.checked()? }, voltage: first(Quantity::Voltage) })
+}
+
+/// Where the recording does not say how warm the servo is [°C].
+const ROOM: f64 = 25.0;

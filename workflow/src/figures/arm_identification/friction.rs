@@ -1,0 +1,47 @@
+//! The report of `arm identify friction`.
+
+use std::path::Path;
+
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::page::{Page, write_page};
+use serde_json::Value;
+
+use super::{
+    JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted, metrics,
+    relative_errors,
+};
+use crate::arm_identify::Row;
+use crate::{COMMIT, Caller};
+
+/// Writes the figures, `report.html` and `metrics.json` to `folder`.
+pub fn write(
+    folder: &Path,
+    law: &str,
+    joint: &JointSeries,
+    rows: &[Row],
+    summary: &Value,
+    png: bool,
+    caller: &Caller,
+) -> anyhow::Result<()> {
+    register_embedded_font()?;
+    metrics(folder, summary, caller)?;
+    let about = format!("The law {law} fitted to torques over speeds of {}.", joint.name);
+    let mut page = Page::new("Identified friction", &about, &caller.command);
+    let rms = summary["rms_n_m"].as_f64().unwrap_or(f64::NAN);
+    page.list([("Error, root mean square [N m]", format!("{rms:.4}"))]);
+    page.table(&["Number", "Value", "Standard error", ""], rows.iter().map(Row::cells));
+    page.heading("Figures");
+    let joints = std::slice::from_ref(joint);
+    let mut charts =
+        vec![friction_curves(joints), errors_over_speed(joints), measured_over_predicted(joints)];
+    if rows.iter().any(|row| row.standard_error.is_some()) {
+        charts.push(relative_errors(rows));
+    }
+    for chart in charts {
+        page.figure(&save(folder, &chart, png)?);
+    }
+    for chart in errors_over_time(joints) {
+        page.figure(&save(folder, &chart, png)?);
+    }
+    write_page(folder, page.finish(COMMIT))
+}
