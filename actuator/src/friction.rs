@@ -5,6 +5,7 @@
 
 use hysteron_base::BadInput;
 
+use crate::law::{Capstan, JointFriction, Sliding};
 use crate::number::Real;
 
 /// Friction of a joint against its speed.
@@ -93,8 +94,11 @@ pub fn capstan_factor(friction: f64, wrap: f64) -> f64 {
 
 /// Largest difference of the tensions `a` and `b` [N] that a guide can hold [N]:
 /// `constant` [N] + tanh(μθ/2) (a + b).
+///
+/// The law is [`Capstan`]'s, as of any joint: the tensions pull at both its sides.
 pub fn capstan_bound(friction: f64, wrap: f64, constant: f64, a: f64, b: f64) -> f64 {
-    constant + capstan_factor(friction, wrap) * (a + b)
+    let at = Sliding { velocity: 0.0, motor_torque: a, load_torque: -b };
+    Capstan { wrap }.budget(&[friction, constant], &at).dry
 }
 
 #[cfg(test)]

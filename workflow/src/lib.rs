@@ -61,7 +61,8 @@ pub mod watchdog;
 pub use caller::{Caller, Monitor, Progress, Silent};
 pub use failure::is_bad_input;
 pub use figures::{
-    arm as arm_figures, arm_estimation as arm_estimation_figures, arm_study as arm_study_figures,
+    arm as arm_figures, arm_estimation as arm_estimation_figures,
+    arm_identification::study as identification_study_figures, arm_study as arm_study_figures,
     excitation as excitation_figures,
 };
 

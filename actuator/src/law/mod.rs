@@ -6,6 +6,7 @@
 
 mod backdrive;
 mod bristle;
+mod capstan;
 mod load;
 mod steady;
 
@@ -17,6 +18,7 @@ use crate::number::{Dual, Real};
 
 pub use backdrive::{HoldingRange, holding_range};
 pub use bristle::Bristles;
+pub use capstan::Capstan;
 pub use load::LoadDependent;
 pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};
 
@@ -150,6 +152,8 @@ pub enum Law {
     PiecewiseLinear(PiecewiseLinear),
     /// bam's m1 to m6.
     LoadDependent(LoadDependent),
+    /// A rope around a guide.
+    Capstan(Capstan),
 }
 
 /// Names of the laws that [`Law::named`] knows.
@@ -185,6 +189,7 @@ impl JointFriction for Law {
             Self::DirectedStribeck(law) => law.parameters(),
             Self::PiecewiseLinear(law) => law.parameters(),
             Self::LoadDependent(law) => law.parameters(),
+            Self::Capstan(law) => law.parameters(),
         }
     }
 
@@ -195,6 +200,7 @@ impl JointFriction for Law {
             Self::DirectedStribeck(law) => law.budget(p, at),
             Self::PiecewiseLinear(law) => law.budget(p, at),
             Self::LoadDependent(law) => law.budget(p, at),
+            Self::Capstan(law) => law.budget(p, at),
         }
     }
 }

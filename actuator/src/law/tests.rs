@@ -7,6 +7,7 @@ fn laws() -> Vec<(Law, Vec<f64>)> {
     let knots = vec![0.0, 0.3, 1.0, 2.5];
     let mut laws: Vec<Law> = LAW_NAMES.iter().map(|name| Law::named(name).unwrap()).collect();
     laws.push(Law::PiecewiseLinear(PiecewiseLinear { knots }));
+    laws.push(Law::Capstan(Capstan { wrap: 0.9 }));
     laws.into_iter()
         .map(|law| {
             let value = |(k, p): (usize, LawParameter)| {

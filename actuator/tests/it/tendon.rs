@@ -1,6 +1,10 @@
 //! A tendon on its own: capstan profile, slip fronts, slack, energy.
 
-use hysteron_actuator::{FrictionLaw, Guide, Tendon, TendonSpec, TendonTrial};
+use hysteron_actuator::law::{Capstan, Law, holding_range};
+use hysteron_actuator::{
+    Drive, DriveState, FrictionLaw, Gear, Guide, Load, Motor, Supply, Tendon, TendonSpec, TendonTrial,
+    Winding,
+};
 use proptest::prelude::*;
 
 const M: usize = 9;
@@ -54,6 +58,36 @@ impl Pulled {
         self.before = (tensions.clone(), wound, self.lengths.clone());
         self.tendon.dissipated - heat
     }
+}
+
+/// One law, once around a guide of a tendon of the virtual rig and once in the gear of a motor: pulled past every other guide, the tension
+/// before the guide is the motor's torque that just drives a joint under the tension behind it.
+#[test]
+fn one_law_holds_as_much_in_a_joint_as_at_a_guide() {
+    let (friction, constant, wrap) = (0.3, 0.01, 0.8);
+    let mut pulled = Pulled::new(friction);
+    (1..=400).for_each(|k| {
+        pulled.step(1e-5 * f64::from(k));
+    });
+    let [before, behind] = [pulled.tendon.tensions[0], pulled.tendon.tensions[1]];
+    assert!(behind > 1.0, "{behind}");
+    let law = Law::Capstan(Capstan { wrap });
+    let parameters = [friction, constant];
+    let range = holding_range(&law, &parameters, behind);
+    // The tendon is balanced to rounding of its stiffness.
+    assert!((range.drive.unwrap() - before).abs() < 1e-8 * before, "{range:?} {before}");
+    // A motor with that law in its gear stands with a hair less torque, and turns with a hair more.
+    let gear = Gear { armature: 1e-3, law, friction: parameters.to_vec() };
+    let motor = Motor { torque_constant: 1.0, resistance: 1.0, current_limit: f64::INFINITY };
+    let supply = Supply { voltage: before, resistance: 0.0 };
+    let drive = Drive { motor, supply, winding: Winding::COLD, gear };
+    let turned = |duty: f64| {
+        let mut state = DriveState::resting(0.0, 25.0);
+        drive.step(&mut state, duty, Load { inertia: 0.0, torque: -behind }, 1e-3);
+        state.angle
+    };
+    assert_eq!(turned(1.0 - 1e-6), 0.0);
+    assert!(turned(1.0 + 1e-6) > 0.0);
 }
 
 #[test]

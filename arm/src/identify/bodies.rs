@@ -185,14 +185,14 @@ impl BodyFit {
 
 impl Normal {
     /// Sum of squared errors.
-    fn error(&self, parameters: &DVector<f64>) -> f64 {
+    pub(super) fn error(&self, parameters: &DVector<f64>) -> f64 {
         (parameters.transpose() * &self.matrix * parameters)[0] - 2.0 * self.right.dot(parameters)
             + self.square
     }
 }
 
 /// The joints' sums over their variances.
-fn weighed(normals: &[Normal], variances: &[f64]) -> Normal {
+pub(super) fn weighed(normals: &[Normal], variances: &[f64]) -> Normal {
     let mut sum = normals[0].clone();
     sum.matrix /= variances[0];
     sum.right /= variances[0];

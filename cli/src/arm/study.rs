@@ -26,6 +26,9 @@ both. Everything is chosen on trajectories of the training data.
 scara and wrist estimate external torques on simulated arms by every method of two papers and by what these lack. \
 --seeds says how much is simulated: noise seeds of the wrist; for the SCARA, 48 s of contact and 15 min of collisions each.
 
+identification finds friction of a recorded Franka joint (with --data, each speed left out), of the SCARA (table 2) and bodies of the \
+wrist by every method; --seeds says how many noise seeds.
+
 Cells of the tables are written to DIR/cells as they are done. After Ctrl-C the same command goes on, within a training too.
 
 Examples, from the root of the repository:
@@ -99,6 +102,8 @@ enum SetName {
     Scara,
     /// External torques: interaction with an exoskeleton
     Wrist,
+    /// Friction and bodies by every method of identification
+    Identification,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -127,6 +132,16 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         }
         SetName::Wrist => {
             return estimation_study::wrist(&arguments.out, arguments.seeds, &mut listener, caller);
+        }
+        SetName::Identification => {
+            let data = arguments.data.as_deref();
+            return estimation_study::identification(
+                &arguments.out,
+                data,
+                arguments.seeds,
+                &mut listener,
+                caller,
+            );
         }
         _ => {}
     }

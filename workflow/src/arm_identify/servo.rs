@@ -134,6 +134,7 @@ fn law_name(drive: &Drive) -> &'static str {
         Law::Stribeck(_) => "stribeck",
         Law::DirectedStribeck(_) => "directed-stribeck",
         Law::PiecewiseLinear(_) => "piecewise-linear",
+        Law::Capstan(_) => "capstan",
     }
 }
 

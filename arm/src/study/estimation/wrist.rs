@@ -208,18 +208,30 @@ fn sines(t: f64, joints: [(f64, f64, f64); 2]) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|k| rows.iter().map(|row| row[k]).collect())
 }
 
-/// Sweeps a wrist of nominal friction and identifies it from what its encoders and drives say.
+/// A swept sine of a wrist of nominal friction: the trial, and the motion as an identification takes it.
 ///
 /// # Errors
-/// Of the identification; none for the sweep here.
-pub fn identify_wrist(wrists: &Wrists, seed: u64) -> Result<KnownArm, BadInput> {
+/// None for the sweep here.
+pub fn sweep_wrist(wrists: &Wrists, seed: u64) -> Result<(Trial, JointMotion), BadInput> {
     let mut noise = normal(seed, "wrist/sweep");
     let trial = plant(&wrists.real, 0.0).run(&sweep, &controller(), &|_| vec![], DURATION, &mut noise);
     let column = |rows: &[f64], j: usize| -> Vec<f64> { rows.iter().skip(j).step_by(2).copied().collect() };
     let [q, tau] = [&trial.position, &trial.torque].map(|rows| [column(rows, 0), column(rows, 1)]);
     let smoothing = Smoothing { rate: 1.0 / PERIOD, order: 4, cutoff: 15.0 };
     let motion = JointMotion::smoothed([&q, &[], &tau], smoothing)?;
-    let fit = identify_bodies(&wrists.cad, &motion, &BodyOptions { terms: &TERMS, width: 0.1, prior: 1.0 })?;
+    Ok((trial, motion))
+}
+
+/// How a wrist is identified from its sweep.
+pub const SWEEP_OPTIONS: BodyOptions<'static> = BodyOptions { terms: &TERMS, width: 0.1, prior: 1.0 };
+
+/// Sweeps a wrist of nominal friction and identifies it from what its encoders and drives say.
+///
+/// # Errors
+/// Of the identification; none for the sweep here.
+pub fn identify_wrist(wrists: &Wrists, seed: u64) -> Result<KnownArm, BadInput> {
+    let (trial, motion) = sweep_wrist(wrists, seed)?;
+    let fit = identify_bodies(&wrists.cad, &motion, &SWEEP_OPTIONS)?;
     // The line that leaves least of the sweep itself, which nobody touches.
     let speeds = streamed_speeds(&trial, 2, &LowPass::new(5, 30.0, 1.0 / PERIOD)?);
     let periods = vec![PERIOD; trial.position.len() / 2];

@@ -4,6 +4,7 @@ pub mod bodies;
 pub mod friction;
 pub mod payload;
 pub mod servo;
+pub mod study;
 
 use std::path::Path;
 
