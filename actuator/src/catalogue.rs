@@ -139,10 +139,19 @@ impl CatalogueDrive {
         };
         Ok(Self {
             name: schema::text("name", typed.name)?,
-            source: schema::text("source", typed.source)?,
+            source: source(&typed.source)?,
             drive: Drive { motor, supply, winding: winding(&typed.winding)?, gear: gear(typed.gear)? },
             units: units(&typed.position_loop)?,
         })
+    }
+}
+
+/// What a file says of its numbers, as one line.
+fn source(typed: &str) -> Check<String> {
+    let line = typed.split_whitespace().collect::<Vec<_>>().join(" ");
+    match line.is_empty() {
+        true => Err(BadInput::new("source", "where the numbers come from", "nothing")),
+        false => Ok(line),
     }
 }
 
