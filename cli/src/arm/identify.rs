@@ -91,13 +91,13 @@ struct ResultArguments {
 #[derive(Debug, clap::Args)]
 struct MotionArguments {
     /// What is faster counts as noise
-    #[arg(long, value_name = "HZ", default_value_t = 8.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 8.0, allow_negative_numbers = true)]
     cutoff: f64,
     /// Torque for a current in every joint, where the recordings have currents
     #[arg(long, value_name = "N_M_PER_A,...", value_delimiter = ',', allow_negative_numbers = true)]
     torque_constants: Vec<f64>,
     /// Speed within which Coulomb friction changes its sign
-    #[arg(long, value_name = "RAD_S", default_value_t = 0.05)]
+    #[arg(long, value_name = "RAD_S", default_value_t = 0.05, allow_negative_numbers = true)]
     width: f64,
     /// Joint of the robot that the recordings leave out, at zero or at a coordinate
     #[arg(long, value_name = "NAME[=Q]")]
@@ -117,10 +117,10 @@ struct InertiaArguments {
     #[arg(long, value_name = "REC")]
     test: Option<PathBuf>,
     /// Last part of the recordings that is not fitted, to test on
-    #[arg(long, value_name = "PART", default_value_t = 0.0)]
+    #[arg(long, value_name = "PART", default_value_t = 0.0, allow_negative_numbers = true)]
     hold_out: f64,
     /// Weight of the bodies in the robot's file, in samples
-    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
     prior: f64,
     #[command(flatten)]
     motion: MotionArguments,
@@ -148,7 +148,7 @@ struct FrictionArguments {
     #[arg(long, value_name = "N")]
     folds: Option<usize>,
     /// Error from which on a sample counts linearly rather than squared
-    #[arg(long, value_name = "N_M")]
+    #[arg(long, value_name = "N_M", allow_negative_numbers = true)]
     huber: Option<f64>,
     /// Seed of populations
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -174,16 +174,16 @@ struct ServoArguments {
     #[arg(long, value_name = "NAME")]
     law: Option<String>,
     /// Mass of the weight [default: the recordings say]
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     mass_kg: Option<f64>,
     /// Distance of the weight from the axis [default: the recordings say]
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     length_m: Option<f64>,
     /// Proportional gain as the register has it [default: the recordings say]
-    #[arg(long, value_name = "P")]
+    #[arg(long, value_name = "P", allow_negative_numbers = true)]
     gain: Option<f64>,
     /// Longest step of the simulation
-    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    #[arg(long, value_name = "S", default_value_t = 1e-3, allow_negative_numbers = true)]
     step: f64,
     #[command(flatten)]
     results: ResultArguments,
@@ -218,7 +218,7 @@ impl From<&ResultArguments> for Results {
 
 impl From<&MotionArguments> for MotionOptions {
     fn from(a: &MotionArguments) -> Self {
-        Self { cutoff: a.cutoff, torque_constants: a.torque_constants.clone() }
+        Self { cutoff: a.cutoff, torque_constants: a.torque_constants.clone(), width: a.width }
     }
 }
 
@@ -238,7 +238,6 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
                 test: a.test.clone(),
                 hold_out: a.hold_out,
                 motion: (&a.motion).into(),
-                width: a.motion.width,
                 prior: a.prior,
                 results: (&a.results).into(),
             };
@@ -279,7 +278,6 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
                 loaded: a.recordings.clone(),
                 frame: a.frame.clone(),
                 motion: (&a.motion).into(),
-                width: a.motion.width,
                 results: (&a.results).into(),
             };
             payload::run(&options, caller)

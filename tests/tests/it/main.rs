@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 mod arm;
+mod arm_identify;
 mod bad_input;
 mod command;
 mod documents;

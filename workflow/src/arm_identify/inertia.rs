@@ -7,7 +7,7 @@ use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, ident
 use hysteron_base::BadInput;
 use serde_json::{Value, json};
 
-use super::{MotionOptions, Results, Row, rows_json, say_rows};
+use super::{MotionOptions, Results, Row, positive, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
@@ -31,8 +31,6 @@ pub struct Options {
     pub hold_out: f64,
     /// How they are read.
     pub motion: MotionOptions,
-    /// Speed within which Coulomb friction changes its sign [rad/s].
-    pub width: f64,
     /// Weight of the bodies in the robot's file [samples].
     pub prior: f64,
     /// Where the results go.
@@ -46,6 +44,8 @@ pub struct Options {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let inputs = Outputs::reading(&options.model_file).and(&options.recordings).and(&options.test);
     let _claim = options.results.claim(inputs, caller)?;
+    options.motion.check()?;
+    positive("--prior", options.prior)?;
     if !(0.0..=0.9).contains(&options.hold_out) {
         return Err(BadInput::new("--hold-out", "a part from 0 to 0.9", options.hold_out.to_string()).into());
     }
@@ -61,7 +61,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         test = Some(motion.part(cut..n));
         motion = motion.part(0..cut);
     }
-    let body_options = BodyOptions { terms: &TERMS, width: options.width, prior: options.prior };
+    let body_options = BodyOptions { terms: &TERMS, width: options.motion.width, prior: options.prior };
     let fit = identify_bodies(model, &motion, &body_options)?;
     let rows: Vec<Row> = fit.estimates.iter().map(Row::of_term).collect();
     say_rows(&rows, caller);
@@ -82,7 +82,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let shown = test.as_ref().unwrap_or(&motion);
         let page = figures::bodies::Shown {
             model,
-            joints: joints(&fit, shown, options.width),
+            joints: joints(&fit, shown, options.motion.width),
             rows: &rows,
             rms: &fit.rms,
             tested: tested.as_deref(),

@@ -126,9 +126,21 @@ pub struct MotionOptions {
     pub cutoff: f64,
     /// Torque constants of the joints, where the recording has currents [N m/A].
     pub torque_constants: Vec<f64>,
+    /// Speed within which Coulomb friction changes its sign [rad/s].
+    pub width: f64,
+}
+
+/// Refuses a number of an option that is not above 0.
+fn positive(option: &str, value: f64) -> Result<(), BadInput> {
+    let holds = value.is_finite() && value > 0.0;
+    if holds { Ok(()) } else { Err(BadInput::new(option, "a finite number > 0", value.to_string())) }
 }
 
 impl MotionOptions {
+    fn check(&self) -> Result<(), BadInput> {
+        positive("--cutoff", self.cutoff).and_then(|()| positive("--width", self.width))
+    }
+
     /// The motion of an arm of `model` in one file.
     fn read(&self, path: &Path, model: &Model) -> anyhow::Result<JointMotion> {
         let recording = read(path)?;

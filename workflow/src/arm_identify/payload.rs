@@ -26,8 +26,6 @@ pub struct Options {
     pub frame: Option<String>,
     /// How they are read.
     pub motion: MotionOptions,
-    /// Speed within which Coulomb friction changes its sign [rad/s].
-    pub width: f64,
     /// Where the results go.
     pub results: Results,
 }
@@ -39,14 +37,18 @@ pub struct Options {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let inputs = Outputs::reading(&options.model_file).and(&options.bare).and(&options.loaded);
     let _claim = options.results.claim(inputs, caller)?;
+    options.motion.check()?;
     let model = &options.model;
     let last = model.frames().last().map_or("", |frame| frame.name.as_str());
     let frame = options.frame.as_deref().unwrap_or(last);
     model.frame(frame)?;
     let bare = options.motion.read_all(&options.bare, model)?;
     let loaded = options.motion.read_all(&options.loaded, model)?;
-    let known =
-        identify_bodies(model, &bare, &BodyOptions { terms: &TERMS, width: options.width, prior: 1.0 })?;
+    let known = identify_bodies(
+        model,
+        &bare,
+        &BodyOptions { terms: &TERMS, width: options.motion.width, prior: 1.0 },
+    )?;
     let found = identify_payload(&known, frame, &loaded)?;
     let rows: Vec<Row> = found.estimates.iter().map(Row::of_term).collect();
     caller.say(format_args!("payload at {frame}, in its axes:"));

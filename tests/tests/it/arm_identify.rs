@@ -1,0 +1,233 @@
+//! `hysteron arm identify` through the built program: numbers that come back, and recordings that say nothing.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use hysteron_tests::{Outcome, measured, run};
+use serde_json::Value;
+
+/// A recording of one joint: speeds that go up and down, friction with an offset.
+fn friction(path: &Path, rows: usize, torque: impl Fn(f64, usize) -> f64) {
+    let mut text = String::from("time_s,dq_1_rad_s,tau_1_n_m\n");
+    for k in 0..rows {
+        let v = 1.2 * (0.021 * k as f64).sin();
+        writeln!(text, "{},{v},{}", 0.01 * k as f64, torque(v, k)).unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+/// One clear error with all these parts, and exit code 2.
+fn refused(outcome: &Outcome, parts: &[&str]) {
+    let error = outcome.error(2);
+    parts.iter().for_each(|part| assert!(error.contains(part), "no {part:?} in {error}"));
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+fn value(found: &Value, name: &str) -> f64 {
+    let rows = found["estimates"].as_array().unwrap();
+    rows.iter().find(|row| row["name"] == name).unwrap()["value"].as_f64().unwrap()
+}
+
+#[test]
+fn friction_of_a_joint_comes_back_by_every_method_and_its_report_is_there() {
+    let place = tempfile::tempdir().unwrap();
+    for (name, shift) in [("a.csv", 0), ("b.csv", 7)] {
+        // A deterministic ripple stands for noise: no multiple of the path's own period.
+        let torque =
+            |v: f64, k: usize| 0.4 * v.signum() + 0.25 * v + 0.1 + 0.01 * (1.7 * (k + shift) as f64).sin();
+        friction(&place.path().join(name), 900, torque);
+    }
+    let identify = |more: &[&str]| {
+        let words =
+            ["arm", "identify", "friction", "a.csv", "b.csv", "--law", "coulomb-viscous", "--folds", "2"];
+        run(place.path(), &[&words[..], more].concat())
+    };
+    for method in ["least-squares", "pso", "de", "anfis"] {
+        let out = format!("{method}.json");
+        let done = identify(&["--method", method, "--out", &out, "--figures", method, "--png"]).succeeded();
+        assert!(done.stdout.contains("coulomb_n_m"), "{}", done.stdout);
+        let found = json(&place.path().join(&out));
+        // Populations end within a thousandth of their bounds, which are twice the largest torque; the ripple is 0.01.
+        assert!((value(&found, "coulomb_n_m") - 0.4).abs() < 0.02, "{method}: {found}");
+        assert!((value(&found, "viscous_n_m_s_per_rad") - 0.25).abs() < 0.03, "{method}: {found}");
+        assert!((value(&found, "offset_n_m") - 0.1).abs() < 0.02, "{method}: {found}");
+        assert_eq!(found["folds_rms_n_m"].as_array().unwrap().len(), 2);
+        for file in ["report.html", "metrics.json", "friction.svg", "friction.png", "residuals-speed.svg"] {
+            assert!(place.path().join(method).join(file).is_file(), "{method}: no {file}");
+        }
+    }
+    // The same command may do it again; another may not.
+    identify(&[
+        "--out",
+        "least-squares.json",
+        "--figures",
+        "least-squares",
+        "--method",
+        "least-squares",
+        "--png",
+    ]);
+    refused(&identify(&["--seed", "3", "--out", "least-squares.json"]), &["least-squares.json"]);
+}
+
+#[test]
+fn recordings_of_friction_that_say_nothing_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    friction(&at("constant.csv"), 400, |_, _| 0.3);
+    friction(&at("good.csv"), 400, |v, _| 0.4 * v.signum() + 0.2 * v);
+    std::fs::write(at("empty.csv"), "time_s,dq_1_rad_s,tau_1_n_m\n").unwrap();
+    let rows = (0..200).map(|k| 0.01 * f64::from(k)).map(|t| format!("{t},{},{}\n", 0.1 + t, 0.5 + 0.2 * t));
+    let one_way = format!("time_s,dq_1_rad_s,tau_1_n_m\n{}", rows.collect::<String>());
+    std::fs::write(at("one-way.csv"), one_way).unwrap();
+    let check = |words: &[&str], parts: &[&str]| {
+        let words = [&["arm", "identify", "friction"], words, &["--out", "out.json"]].concat();
+        let (outcome, megabytes) = measured(place.path(), &words);
+        refused(&outcome, parts);
+        assert!(megabytes < 300, "{megabytes} MB");
+        assert!(!at("out.json").exists());
+    };
+    check(&["constant.csv"], &["torque", "changes", "record"]);
+    check(&["empty.csv"], &["empty.csv"]);
+    check(&["good.csv", "--joint", "2"], &["--joint", "1 to 1"]);
+    check(&["good.csv", "--law", "m4"], &["--law", "coulomb-viscous"]);
+    check(&["good.csv", "--method", "magic"], &["--method", "least-squares"]);
+    check(&["good.csv", "--folds", "2"], &["--folds"]);
+    check(&["good.csv", "--huber", "-1"], &["--huber"]);
+    check(&["good.csv", "--huber", "0.1", "--method", "pso"], &["--huber"]);
+    check(&["one-way.csv", "--method", "anfis"], &["10 or more", "reverse", "both directions"]);
+    check(&["missing.csv"], &["missing.csv"]);
+    std::fs::copy(at("good.csv"), at("out.json")).unwrap();
+    let same = run(place.path(), &["arm", "identify", "friction", "good.csv", "--out", "good.csv"]);
+    refused(&same, &["--out", "input"]);
+}
+
+/// Three joints that swing, with the torques of `torque(joint, q, dq, ddq)`.
+fn motion(path: &Path, n_joints: usize, header: &str, torque: impl Fn(usize, [f64; 3]) -> f64) {
+    let mut text = String::from("time_s");
+    for stem in ["q_*_rad", "dq_*_rad_s", header] {
+        (1..=n_joints).for_each(|k| write!(text, ",{}", stem.replace('*', &k.to_string())).unwrap());
+    }
+    text.push('\n');
+    for s in 0..800 {
+        let t = 0.01 * f64::from(s);
+        let states: Vec<[f64; 3]> = (0..n_joints)
+            .map(|j| {
+                let (w, p) = (1.3 + 0.7 * j as f64, 0.4 * j as f64);
+                let (sin, cos) = (w * t + p).sin_cos();
+                [0.6 * sin, 0.6 * w * cos, -0.6 * w * w * sin]
+            })
+            .collect();
+        write!(text, "{t}").unwrap();
+        states.iter().for_each(|state| write!(text, ",{}", state[0]).unwrap());
+        states.iter().for_each(|state| write!(text, ",{}", state[1]).unwrap());
+        states.iter().enumerate().for_each(|(j, state)| write!(text, ",{}", torque(j, *state)).unwrap());
+        text.push('\n');
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn bodies_are_identified_and_recordings_that_say_nothing_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let plain = |_: usize, [q, dq, ddq]: [f64; 3]| 2.0 * ddq + 0.3 * dq + 0.5 * dq.signum() + 1.5 * q;
+    motion(&at("good.csv"), 3, "tau_*_n_m", plain);
+    motion(&at("clipped.csv"), 3, "tau_*_n_m", |j, state| plain(j, state).clamp(-1.0, 1.0));
+    motion(&at("two.csv"), 2, "tau_*_n_m", plain);
+    motion(&at("current.csv"), 3, "current_*_a", |j, state| plain(j, state) / 2.0);
+    motion(&at("milli.csv"), 3, "current_*_a", |j, state| 500.0 * plain(j, state));
+    motion(&at("still.csv"), 3, "tau_*_n_m", |_, _| 0.7);
+    let identify = |words: &[&str]| {
+        let words = [&["arm", "identify", "inertia", "three-link"], words, &["--out", "found.json"]].concat();
+        measured(place.path(), &words).0
+    };
+    let check = |words: &[&str], parts: &[&str]| {
+        refused(&identify(words), parts);
+        assert!(!at("found.json").exists());
+    };
+    check(&["clipped.csv"], &["clipped.csv", "tau_1", "saturated", "slower"]);
+    check(&["still.csv"], &["still.csv", "tau_1", "not all alike"]);
+    check(&["two.csv"], &["two.csv", "3 joints", "--lock"]);
+    check(&["current.csv"], &["current.csv", "tau_1_n_m", "torque constants"]);
+    check(&["current.csv", "--torque-constants", "1,2"], &["torque constants", "3 finite numbers"]);
+    check(&["milli.csv", "--torque-constants", "2,2,2"], &["current_1_a", "mA"]);
+    check(&["good.csv", "--hold-out", "0.95"], &["--hold-out"]);
+    check(&["good.csv", "--hold-out", "0.3", "--test", "good.csv"], &["--hold-out"]);
+    check(&["good.csv", "--lock", "nobody"], &["nobody"]);
+    check(&["good.csv", "--prior", "0"], &["prior"]);
+    check(&["good.csv", "--cutoff", "-3"], &["--cutoff"]);
+    identify(&["good.csv", "--hold-out", "0.3", "--figures", "report"]).succeeded();
+    let found = json(&at("found.json"));
+    assert_eq!(found["test_rms_n_m"].as_array().unwrap().len(), 3);
+    // Offset and gravity of joints that swing about zero, spring and gravity: named, not hidden.
+    assert!(found["estimates"].as_array().unwrap().iter().any(|row| row["note"] != ""));
+    for file in
+        ["friction.svg", "measured-predicted.svg", "residuals.svg", "residuals-speed.svg", "terms.svg"]
+    {
+        assert!(at("report").join(file).is_file(), "no {file}");
+    }
+    let from_currents = [
+        "arm",
+        "identify",
+        "inertia",
+        "three-link",
+        "current.csv",
+        "--torque-constants",
+        "2,2,2",
+        "--out",
+        "by.json",
+    ];
+    run(place.path(), &from_currents).succeeded();
+    let [a, b] = ["found.json", "by.json"].map(|name| value(&json(&at(name)), "coulomb_1_n_m"));
+    assert!((a - b).abs() < 0.1, "{a} {b}");
+}
+
+/// A log of bam: a weight on a rod, held by a stiff loop that follows its goal half a degree behind.
+fn log(path: &Path, swings: bool) {
+    let entry = |k: usize| {
+        let t = 0.02 * k as f64;
+        let goal = if swings { 0.8 * (1.3 * t).sin() } else { 0.0 };
+        let position = if swings { 0.8 * (1.3 * t - 0.05).sin() } else { 0.0 };
+        serde_json::json!({"position": position, "speed": 0.0, "load": 0, "input_volts": 7.3, "temp": 28,
+            "timestamp": t, "goal_position": goal, "torque_enable": true})
+    };
+    let entries: Vec<Value> = (0..200).map(entry).collect();
+    let log = serde_json::json!({"mass": 0.49, "length": 0.1, "kp": 400, "vin": 7.4, "motor": "xl330", "entries": entries});
+    std::fs::write(path, log.to_string()).unwrap();
+}
+
+#[test]
+fn a_servo_is_identified_and_wrong_drives_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    log(&at("swing.json"), true);
+    log(&at("still.json"), false);
+    let servo = |words: &[&str]| {
+        let words = [&["arm", "identify", "servo"], words, &["--out", "servo.json"]].concat();
+        measured(place.path(), &words).0
+    };
+    let check = |words: &[&str], parts: &[&str]| {
+        refused(&servo(words), parts);
+        assert!(!at("servo.json").exists());
+    };
+    check(&["still.json"], &["still.json", "position", "motion"]);
+    check(&["swing.json", "--drive", "xl999"], &["--drive", "xl330-m288"]);
+    check(&["swing.json", "--law", "m9"], &["--law", "m6"]);
+    check(&["swing.json", "--mass-kg", "-1"], &["--mass-kg"]);
+    check(&["swing.json", "--step", "1"], &["--step"]);
+    std::fs::write(at("drive.toml"), "format = \"hysteron-drive\"\nversion = 1\nname = \"x\"\n").unwrap();
+    check(&["swing.json", "--drive", "drive.toml"], &["drive.toml", "source"]);
+    friction(&at("friction.csv"), 300, |v, _| v);
+    check(&["friction.csv"], &["friction.csv", "goal_1_rad"]);
+    servo(&["swing.json", "--law", "m1", "--figures", "report"]).succeeded();
+    let found = json(&at("servo.json"));
+    assert!(found["error_rad"].as_f64().unwrap() < 0.05, "{found}");
+    for file in
+        ["motion-1.svg", "friction.svg", "drive-backdrive.svg", "parameters.svg", "residuals-speed.svg"]
+    {
+        assert!(at("report").join(file).is_file(), "no {file}");
+    }
+}
