@@ -29,7 +29,8 @@ fn main() -> Fallible<()> {
     }
     let metrics = json!({
         "format": "hysteron-metrics", "version": 1, "study": "identify_bodies",
-        "metrics": {"panda": panda(&folder.join("panda-gaz"))?, "baxter": baxter(&folder.join("baxter"))?, "kuka": kuka(&folder.join("kuka-lwr4"))?},
+        "metrics": {"panda": panda(&folder.join("panda-gaz"))?, "baxter": baxter(&folder.join("baxter"))?, "kuka": kuka(&folder.join("kuka-lwr4"))?,
+            "ur10e": ur10e(&folder.join("ur10e"))?},
     });
     if let Some(path) = std::env::args().nth(1) {
         hysteron_base::file::write_bytes(Path::new(&path), serde_json::to_vec_pretty(&metrics)?)?;
@@ -39,10 +40,20 @@ fn main() -> Fallible<()> {
 
 /// A file of other people's, smoothed.
 fn read(path: &Path, columns: &str, rate: Option<f64>, cutoff: f64) -> Fallible<JointMotion> {
+    with_currents(path, columns, (rate, cutoff), &[])
+}
+
+/// The same of a file with currents and these torque constants [N m/A].
+fn with_currents(
+    path: &Path,
+    columns: &str,
+    (rate, cutoff): (Option<f64>, f64),
+    torque_constants: &[f64],
+) -> Fallible<JointMotion> {
     let options =
         ImportOptions { columns: Some(Columns::named(columns)?), rate_hz: rate, ..ImportOptions::default() };
     let imported = import(path, &options, Metadata::default())?;
-    Ok(JointMotion::of_recording(&Recorded::of(&imported.recording)?, &[], 4, cutoff)?)
+    Ok(JointMotion::of_recording(&Recorded::of(&imported.recording)?, torque_constants, 4, cutoff)?)
 }
 
 fn report(name: &str, fit: &BodyFit, tests: &[(&str, &JointMotion)], seconds: f64) -> Value {
@@ -165,7 +176,99 @@ fn kuka(folder: &Path) -> Fallible<Value> {
     Ok(row)
 }
 
+/// One exciting trajectory fitted, another and a motion from point to point tested, beside the parameters that come with the data.
+fn ur10e(folder: &Path) -> Fallible<Value> {
+    let published = UpstreamUr10e::read(&folder.join("UR10E_parameters.txt"))?;
+    let read = |name: &str| with_currents(&folder.join(name), "ur10e", (None, 8.0), &published.gains);
+    let training = read("ur-20_02_19_15harm50sec.csv")?;
+    let tests = [
+        ("12 harmonics", read("ur-20_02_12-50sec_12harm.csv")?),
+        ("point to point", read("ur-20_01_17-ptp_10_points.csv")?),
+    ];
+    let text = std::fs::read_to_string(folder.join("ur10e.urdf"))?;
+    let nominal = Model::from_urdf(&text, "ur10e.urdf")?;
+    let n = training.n_samples();
+    let options = chosen(&nominal, &training.part(0..n * 7 / 10), &training.part(n * 7 / 10..n))?;
+    let begun = Instant::now();
+    let fit = identify_bodies(&nominal, &training, &options)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let shown: Vec<(&str, &JointMotion)> = tests.iter().map(|(name, motion)| (*name, motion)).collect();
+    let mut row = report("UR10e", &fit, &shown, seconds);
+    let upstream = Model::from_urdf(&published.urdf(&text)?, "ur10e.urdf with its parameters")?;
+    for (name, motion) in &tests {
+        let rms = published.rms(&upstream, motion);
+        println!("  parameters that come with the data, {name} {rms:.4?}");
+        row["upstream_rms_n_m"][name] = json!(rms);
+    }
+    Ok(row)
+}
+
+/// What comes with the data of the UR10e: drive gains, inertias of rotors, friction, ten numbers of every body about its link's frame.
+struct UpstreamUr10e {
+    gains: Vec<f64>,
+    rotors: Vec<f64>,
+    /// Viscous, Coulomb and offset of every joint.
+    friction: Vec<f64>,
+    /// xx, xy, xz, yy, yz, zz, first moment, mass of every link.
+    bodies: Vec<f64>,
+}
+
+impl UpstreamUr10e {
+    fn read(path: &Path) -> Fallible<Self> {
+        let text = std::fs::read_to_string(path)?;
+        let list = |name: &str, n: usize| -> Fallible<Vec<f64>> {
+            let from = text.find(&format!("{name} = [")).ok_or("a list is missing")? + name.len() + 4;
+            let list = text[from..].split(']').next().unwrap_or_default();
+            let numbers = list.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
+            if numbers.len() == n { Ok(numbers) } else { Err(format!("{name}: {} numbers", numbers.len()).into()) }
+        };
+        Ok(Self {
+            gains: list("drvGains", 6)?,
+            rotors: list("pi_drvs", 6)?,
+            friction: list("pi_frcn", 18)?,
+            bodies: list("pi_rgd", 60)?,
+        })
+    }
+
+    /// The robot's file with these bodies.
+    fn urdf(&self, text: &str) -> Fallible<String> {
+        let links = ["shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"];
+        let mut text = text.to_owned();
+        for (link, body) in links.iter().zip(self.bodies.chunks(10)) {
+            let at = text.find(&format!("<link name=\"{link}_link\">")).ok_or("a link is missing")?;
+            let from = at + text[at..].find("<inertial>").ok_or("no inertial")?;
+            let to = at + text[at..].find("</inertial>").ok_or("no inertial")? + "</inertial>".len();
+            let [xx, xy, xz, yy, yz, zz, hx, hy, hz, m] = <[f64; 10]>::try_from(body)?;
+            let [x, y, z] = [hx, hy, hz].map(|h| h / m);
+            let inertial = format!(
+                "<inertial><mass value=\"{m}\"/><origin rpy=\"0 0 0\" xyz=\"{x} {y} {z}\"/>\
+                 <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial>",
+                xx - m * (y * y + z * z),
+                xy + m * x * y,
+                xz + m * x * z,
+                yy - m * (x * x + z * z),
+                yz + m * y * z,
+                zz - m * (x * x + y * y),
+            );
+            text.replace_range(from..to, &inertial);
+        }
+        Ok(text)
+    }
+
+    fn rms(&self, model: &Model, motion: &JointMotion) -> Vec<f64> {
+        rms_of(model, motion, &|j, dq, ddq| {
+            let [viscous, coulomb, offset] = [0, 1, 2].map(|k| self.friction[3 * j + k]);
+            self.rotors[j] * ddq + viscous * dq + coulomb * dq.signum() + offset
+        })
+    }
+}
+
 fn rigid_rms(model: &Model, motion: &JointMotion) -> Vec<f64> {
+    rms_of(model, motion, &|_, _, _| 0.0)
+}
+
+/// What is left of every joint's torque by rigid bodies and `more`, of joint, speed and acceleration.
+fn rms_of(model: &Model, motion: &JointMotion, more: &dyn Fn(usize, f64, f64) -> f64) -> Vec<f64> {
     let n = motion.n_joints;
     let (mut data, mut tau, mut squares) = (Data::new(model, 0.0), vec![0.0; n], vec![0.0; n]);
     for s in 0..motion.n_samples() {
@@ -177,8 +280,9 @@ fn rigid_rms(model: &Model, motion: &JointMotion) -> Vec<f64> {
             &[],
             &mut tau,
         );
-        for (square, (a, b)) in squares.iter_mut().zip(tau.iter().zip(&motion.tau[at])) {
-            *square += (a - b).powi(2);
+        for (j, square) in squares.iter_mut().enumerate() {
+            let k = s * n + j;
+            *square += (tau[j] + more(j, motion.dq[k], motion.ddq[k]) - motion.tau[k]).powi(2);
         }
     }
     squares.iter().map(|square| (square / motion.n_samples() as f64).sqrt()).collect()
