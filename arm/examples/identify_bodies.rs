@@ -220,7 +220,11 @@ impl UpstreamUr10e {
             let from = text.find(&format!("{name} = [")).ok_or("a list is missing")? + name.len() + 4;
             let list = text[from..].split(']').next().unwrap_or_default();
             let numbers = list.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
-            if numbers.len() == n { Ok(numbers) } else { Err(format!("{name}: {} numbers", numbers.len()).into()) }
+            if numbers.len() == n {
+                Ok(numbers)
+            } else {
+                Err(format!("{name}: {} numbers", numbers.len()).into())
+            }
         };
         Ok(Self {
             gains: list("drvGains", 6)?,

@@ -77,6 +77,7 @@ impl<'a> Regression<'a> {
             let (factor, scale) = match p.scales_with {
                 ScalesWith::Torque => (self.largest, Scale::Linear),
                 ScalesWith::Speed => (self.fastest, Scale::Logarithmic),
+                ScalesWith::TorquePerSpeed => (self.largest / self.fastest, Scale::Linear),
                 ScalesWith::Nothing => (1.0, Scale::Linear),
             };
             let bounds = Bounds { min: factor * p.bounds[0], max: factor * p.bounds[1] };

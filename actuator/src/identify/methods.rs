@@ -39,7 +39,7 @@ pub struct MethodFit {
 
 /// Members of a population for each parameter, and generations.
 const MEMBERS: usize = 10;
-const GENERATIONS: usize = 100;
+const GENERATIONS: usize = 300;
 /// Speeds of each direction at which the curve of a network is sampled, and fewest that it is fitted to.
 const SAMPLES: usize = 100;
 const FEWEST: usize = 10;

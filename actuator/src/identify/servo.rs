@@ -140,7 +140,9 @@ fn parameters(drive: &Drive, quantities: &[&DriveQuantity], scale: f64, place: f
     };
     let mut all: Vec<Parameter> = quantities.iter().map(of).collect();
     all.extend(drive.gear.law.parameters().into_iter().map(|p| {
-        let factor = if p.scales_with == ScalesWith::Torque { scale } else { 1.0 };
+        // A servo turns by the order of 1 rad/s.
+        let is_torque = matches!(p.scales_with, ScalesWith::Torque | ScalesWith::TorquePerSpeed);
+        let factor = if is_torque { scale } else { 1.0 };
         let bounds = Bounds { min: factor * p.bounds[0], max: factor * p.bounds[1] };
         let start = bounds.min + place * (bounds.max - bounds.min);
         Parameter { name: p.name.into_owned(), start, bounds, scale: Scale::Linear, prior: None }

@@ -4,7 +4,7 @@
 //! Duclusaud, Passault, Padois, Ly (2024), Extended friction models for the physics simulation of servo actuators,
 //! models M1 to M6, with the parameters' names as in their program bam.
 
-use super::{Budget, JointFriction, LawParameter, Sliding, number, torque};
+use super::{Budget, JointFriction, LawParameter, Sliding, damping, number, torque};
 use crate::number::Real;
 
 /// bam's models, each an extension of the ones before.
@@ -48,7 +48,7 @@ impl LoadDependent {
 
 impl JointFriction for LoadDependent {
     fn parameters(&self) -> Vec<LawParameter> {
-        let mut all = vec![torque("friction_base"), torque("friction_viscous")];
+        let mut all = vec![torque("friction_base"), damping("friction_viscous")];
         let share = |name| number(name, 0.0, 0.6);
         match self {
             Self::M1 => {}

@@ -89,12 +89,18 @@ pub enum ScalesWith {
     Torque,
     /// Its speeds: 1 stands for the largest.
     Speed,
+    /// The largest torque over the largest speed.
+    TorquePerSpeed,
     /// Nothing.
     Nothing,
 }
 
 const fn torque(name: &'static str) -> LawParameter {
     LawParameter { name: Cow::Borrowed(name), bounds: [0.0, 2.0], scales_with: ScalesWith::Torque }
+}
+
+const fn damping(name: &'static str) -> LawParameter {
+    LawParameter { name: Cow::Borrowed(name), bounds: [0.0, 2.0], scales_with: ScalesWith::TorquePerSpeed }
 }
 
 const fn number(name: &'static str, min: f64, max: f64) -> LawParameter {

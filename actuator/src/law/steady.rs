@@ -1,6 +1,6 @@
 //! Laws that know the speed alone.
 
-use super::{Budget, JointFriction, LawParameter, ScalesWith, Sliding, speed, torque};
+use super::{Budget, JointFriction, LawParameter, ScalesWith, Sliding, damping, speed, torque};
 use crate::friction::stribeck;
 use crate::number::Real;
 
@@ -10,7 +10,7 @@ pub struct CoulombViscous;
 
 impl JointFriction for CoulombViscous {
     fn parameters(&self) -> Vec<LawParameter> {
-        vec![torque("coulomb_n_m"), torque("viscous_n_m_s_per_rad")]
+        vec![torque("coulomb_n_m"), damping("viscous_n_m_s_per_rad")]
     }
 
     fn budget<T: Real>(&self, p: &[T], _: &Sliding<T>) -> Budget<T> {
@@ -28,7 +28,7 @@ impl JointFriction for SymmetricStribeck {
             torque("coulomb_n_m"),
             torque("breakaway_excess_n_m"),
             speed("stribeck_velocity_rad_s"),
-            torque("viscous_n_m_s_per_rad"),
+            damping("viscous_n_m_s_per_rad"),
         ]
     }
 
@@ -54,7 +54,7 @@ impl JointFriction for DirectedStribeck {
             torque("breakaway_excess_reverse_n_m"),
             speed("stribeck_velocity_forward_rad_s"),
             speed("stribeck_velocity_reverse_rad_s"),
-            torque("viscous_n_m_s_per_rad"),
+            damping("viscous_n_m_s_per_rad"),
         ]
     }
 

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use hysteron_actuator::identify::{
-    DriveFitOptions, Pendulum, PendulumRun, identify_drive, identify_friction, mean_error, rollout,
+    DriveFitOptions, FrictionMethod, Pendulum, PendulumRun, identify_drive, identify_friction,
+    identify_friction_by, mean_error, rollout,
 };
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
 use hysteron_actuator::{Drive, Gear, LoopUnits, Motor, Supply, Winding};
@@ -172,4 +173,40 @@ fn read(log: &Value) -> PendulumRun {
         pendulum: Pendulum { mass: number("mass"), length: number("length"), offset: 0.0 },
     };
     run.checked().unwrap()
+}
+
+/// A joint that creeps at 2 mrad/s: its viscous coefficient is a hundred times what its torque would suggest at 1 rad/s.
+#[test]
+fn viscous_friction_of_a_slow_joint_is_found() {
+    let law = Law::named("coulomb-viscous").unwrap();
+    let velocity: Vec<f64> = (0..400).map(|k| 2e-3 * (0.05 * f64::from(k)).sin()).collect();
+    let torque: Vec<f64> = velocity.iter().map(|v| 0.2 * v.signum() + 150.0 * v).collect();
+    let found = identify_friction(&law, &velocity, &torque, None).unwrap();
+    // Without noise what is left is the tolerance of the search.
+    assert!((found.parameters[1] / 150.0 - 1.0).abs() < 1e-3, "{:?}", found.parameters);
+}
+
+/// Wan et al., table 2, joint 1, without noise: every method ends on the law, as near as it says.
+#[test]
+fn methods_end_on_the_law_or_honestly_beside_it() {
+    let law = Law::named("directed-stribeck").unwrap();
+    let truth = [6.17, 6.26, 4.98, 4.73, 0.2, 0.2, 12.18];
+    let velocity: Vec<f64> = (1..=100).flat_map(|k| [0.01 * f64::from(k), -0.01 * f64::from(k)]).collect();
+    let torque: Vec<f64> = velocity.iter().map(|v| law.torque(&truth, &Sliding::at(*v))).collect();
+    let error = |method| {
+        let found = identify_friction_by(method, &law, &velocity, &torque, 1).unwrap();
+        let errors = velocity
+            .iter()
+            .zip(&torque)
+            .map(|(v, tau)| (law.torque(&found.parameters, &Sliding::at(*v)) + found.offset - tau).abs());
+        errors.fold(0.0, f64::max)
+    };
+    assert!(error(FrictionMethod::LeastSquares) < 1e-3);
+    // Five rules follow the curve to a few hundredths; the law that is fitted to them inherits that.
+    assert!(error(FrictionMethod::Anfis) < 0.05);
+    // Constants cannot follow a slope of 12 N m s/rad.
+    assert!((0.1..2.0).contains(&error(FrictionMethod::FuzzyNetwork)));
+    // Populations stop before the minimum; what they leave is far below the friction of 6 to 18 N m.
+    assert!(error(FrictionMethod::DifferentialEvolution) < 0.5);
+    assert!(error(FrictionMethod::ParticleSwarm) < 2.0);
 }
