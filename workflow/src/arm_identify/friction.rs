@@ -1,6 +1,6 @@
 //! `arm identify friction`: a law of friction of one joint.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
 use hysteron_actuator::law::{JointFriction, LAW_NAMES, Law, Sliding};
@@ -110,7 +110,7 @@ fn checked(options: &Options) -> anyhow::Result<(Law, FrictionMethod)> {
     Ok((Law::named(&options.law)?, method))
 }
 
-fn of_joint(path: &PathBuf, joint: usize) -> anyhow::Result<Series> {
+fn of_joint(path: &Path, joint: usize) -> anyhow::Result<Series> {
     let recording = read(path)?;
     let within = |bad: BadInput| bad.within(path.display());
     let recorded = Recorded::of(&recording).map_err(within)?;

@@ -154,7 +154,7 @@ struct Run {
     voltage: Option<f64>,
 }
 
-fn run_of(path: &PathBuf, options: &Options) -> anyhow::Result<Run> {
+fn run_of(path: &Path, options: &Options) -> anyhow::Result<Run> {
     let recording = read(path)?;
     let within = |bad: BadInput| bad.within(path.display());
     Ok(of_recording(&recording, options, path.display().to_string()).map_err(within)?)
