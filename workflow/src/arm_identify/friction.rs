@@ -9,7 +9,7 @@ use hysteron_base::BadInput;
 use hysteron_fit::folds;
 use serde_json::{Value, json};
 
-use super::{Results, Row, read, rows_json, say_rows};
+use super::{Results, Row, positive, read, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
@@ -99,8 +99,16 @@ fn checked(options: &Options) -> anyhow::Result<(Law, FrictionMethod)> {
         let expected = format!("one of {}", LAW_NAMES[..LAWS_OF_SPEED].join(", "));
         return Err(BadInput::new("--law", expected, format!("{:?}", options.law)).into());
     }
-    if options.huber.is_some_and(|huber| !huber.is_finite() || huber <= 0.0) {
-        return Err(BadInput::new("--huber", "a torque above 0", format!("{:?}", options.huber)).into());
+    if let Some(huber) = options.huber {
+        positive("--huber", huber)?;
+    }
+    let n = options.recordings.len();
+    if let Some(k) = options.folds.filter(|k| !(2..=n).contains(k)) {
+        let expected = match n {
+            1 => "two or more recordings with it".to_owned(),
+            _ => format!("2 to {n}, the number of recordings"),
+        };
+        return Err(BadInput::new("--folds", expected, k.to_string()).into());
     }
     let method =
         FrictionMethod::named(&options.method).map_err(|bad| BadInput { place: "--method".into(), ..bad })?;

@@ -11,7 +11,7 @@ use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::{BadInput, Recording, file};
 use serde_json::{Value, json};
 
-use super::{Results, Row, read, rows_json, say_rows};
+use super::{Results, Row, positive, read, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
@@ -171,8 +171,7 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
         let value = given.or(noted).ok_or_else(|| {
             BadInput::new(option, "this option, for the recording does not say it", "nothing")
         })?;
-        let holds = value.is_finite() && value > 0.0;
-        if holds { Ok(value) } else { Err(BadInput::new(option, "a finite number > 0", value.to_string())) }
+        positive(option, value).map(|()| value)
     };
     let first = |quantity| recorded.require(quantity).ok().and_then(|columns| columns[0].first().copied());
     let torque_on = recording.channel("torque_on_1_ratio").map_or_else(
