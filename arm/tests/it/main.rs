@@ -11,6 +11,7 @@ mod derivatives;
 mod detection;
 mod excite;
 mod export;
+mod identification;
 mod identify;
 mod import;
 mod learned;
