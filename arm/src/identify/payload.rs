@@ -25,7 +25,7 @@ pub struct PayloadFit {
 const BELIEVED_MASS: f64 = 1.0;
 const BELIEVED_RADIUS: f64 = 0.05;
 /// Weight of that belief, in independent samples of one joint [-].
-const PRIOR: f64 = 1e-2;
+const PRIOR: f64 = 1.0;
 const MOST_STEPS: usize = 100;
 /// Variance that a joint's torque never falls below: rounding of simulated data [N² m²].
 const SMALLEST_VARIANCE: f64 = 1e-12;
@@ -73,7 +73,7 @@ pub fn identify_payload(bare: &BodyFit, frame: &str, motion: &JointMotion) -> Re
         })
         .collect();
     let (_, curvature) = minimum(&columns, &without, &spreads, found)?;
-    let covariance = curvature.cholesky().map_or_else(SMatrix::zeros, |cholesky| cholesky.inverse());
+    let covariance = inverse(&curvature).unwrap_or_else(|| SMatrix::from_diagonal_element(f64::INFINITY));
     let inertia = Inertia::from_parameters(found.data.0[0]);
     let rms = |errors: &[f64]| (0..n).map(|j| variance(errors, n, j).sqrt()).collect();
     Ok(PayloadFit {
@@ -133,20 +133,20 @@ fn minimum(
         square += row * row.transpose() / variances[k % n];
         side += row * (torques[k] / variances[k % n]);
     }
-    let Some(inverse) = matrix(&Body::from(believed().parameters())).try_inverse() else {
+    let Some(believed) = matrix(&Body::from(believed().parameters())).try_inverse() else {
         return Err(BadInput::new("payload", "a body that can exist", "none"));
     };
     let cost = |x: &Body| {
-        let believed = PRIOR * divergence(x, &inverse)?.0;
-        Some((0.5 * (x.transpose() * square * x)[0] - side.dot(x)) + believed)
+        let divergence = PRIOR * divergence(x, &believed)?.0;
+        Some((0.5 * (x.transpose() * square * x)[0] - side.dot(x)) + divergence)
     };
     let mut x = start;
     let mut curvature = square;
     for _ in 0..MOST_STEPS {
-        let Some((_, gradient, hessian)) = divergence(&x, &inverse) else { break };
+        let Some((_, gradient, hessian)) = divergence(&x, &believed) else { break };
         let gradient = square * x - side + PRIOR * gradient;
         curvature = square + PRIOR * hessian;
-        let Some(step) = curvature.cholesky().map(|cholesky| -cholesky.solve(&gradient)) else { break };
+        let Some(step) = inverse(&curvature).map(|inverse| -inverse * gradient) else { break };
         let slope = gradient.dot(&step);
         let Some(before) = cost(&x) else { break };
         let mut part = 1.0;
@@ -162,6 +162,14 @@ fn minimum(
         Some(_) => Ok((x, curvature)),
         None => Err(BadInput::new("payload", "torques of a body that can exist", "none")),
     }
+}
+
+/// Inverse of a positive definite matrix whose rows have very different units.
+fn inverse(matrix: &SMatrix<f64, 10, 10>) -> Option<SMatrix<f64, 10, 10>> {
+    let scale = matrix.diagonal().map(|x| x.max(f64::MIN_POSITIVE).sqrt());
+    let scaled = SMatrix::<f64, 10, 10>::from_fn(|a, b| matrix[(a, b)] / (scale[a] * scale[b]));
+    let inverse = scaled.cholesky()?.inverse();
+    Some(SMatrix::from_fn(|a, b| inverse[(a, b)] / (scale[a] * scale[b])))
 }
 
 /// Mass, centre and moments with their standard errors: those of h/m by propagation.
@@ -201,7 +209,8 @@ fn estimates(found: &Body, covariance: &SMatrix<f64, 10, 10>) -> Vec<TermEstimat
     let estimate = |k: usize| TermEstimate {
         name: NAMES[k].to_owned(),
         value: at[k],
-        standard_error: spread[(k, k)].max(0.0).sqrt(),
+        // What cannot be told is infinitely uncertain, not certain.
+        standard_error: if spread[(k, k)] >= 0.0 { spread[(k, k)].sqrt() } else { f64::INFINITY },
         determined: Determined::Alone,
     };
     (0..10).map(estimate).collect()
