@@ -3,8 +3,10 @@
 //!     cargo run --release -p hysteron-arm --example dynamics_rates -- arm/robots/panda.urdf [LOCKED_JOINT…]
 //!
 //! Processor time of one core, the best of seven rounds. `bench/peers/arm_dynamics_peer.py` runs it beside other programs.
+//! `speed_up_on_two_threads` is of wall-clock times, the best of two hundred short runs each.
 
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
 use hysteron_arm::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
 use hysteron_arm::*;
@@ -118,9 +120,8 @@ fn batches(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
 const STEPS: usize = 25;
 
 /// Data steps per second of rollouts, there, and there and back.
-fn rollouts(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
+fn rollouts(model: &Model, states: &States, isa: Isa, integrator: Integrator) -> serde_json::Value {
     let n = model.n_joints();
-    let integrator = Integrator::SemiImplicitEuler;
     let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
     let initial: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[..2].concat()).collect();
     let tau: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[2].repeat(STEPS)).collect();
@@ -134,6 +135,44 @@ fn rollouts(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
     });
     let steps = STEPS as f64;
     serde_json::json!({ "rollout": steps * forwards, "rollout_and_adjoint": steps * both })
+}
+
+/// Least wall-clock time that `run` takes on `threads` threads, of many short runs with pauses: other programs leave some of them alone [s].
+fn fastest(threads: usize, mut run: impl FnMut() + Send) -> f64 {
+    let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { return f64::NAN };
+    let mut once = || {
+        std::thread::sleep(Duration::from_millis(20));
+        // Both threads are awake when the clock starts.
+        pool.broadcast(|_| ());
+        let start = Instant::now();
+        pool.install(&mut run);
+        start.elapsed().as_secs_f64()
+    };
+    (0..200).map(|_| once()).fold(f64::INFINITY, f64::min)
+}
+
+/// How much sooner two threads are done than one, for a batch and for rollouts with their gradients.
+fn speed_up(model: &Model) -> serde_json::Value {
+    let n = model.n_joints();
+    let mut stream = hysteron_base::rng(2, "bench/arm");
+    let mut draw = |length: usize| (0..length).map(|_| stream.random_range(-1.0..1.0)).collect::<Vec<f64>>();
+    let n_states = 64 * STATES;
+    let ([q, dq, x], mut out) = ([(); 3].map(|()| draw(n_states * n)), vec![0.0; n_states * n]);
+    let batch = Batch::new(model);
+    let mut forward = || batch.run(&ForwardDynamics, n_states, &[&q, &dq, &x], &mut [&mut out]);
+    let (integrator, isa) = (Integrator::SemiImplicitEuler, Isa::detect());
+    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let (initial, tau) = (draw(STATES * 2 * n), draw(STATES * STEPS * n));
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+    let mut found = vec![0.0; STATES * STEPS * 2 * n];
+    let mut there_and_back = || {
+        rollouts.run(&inputs, &mut found);
+        black_box(rollouts.pull_back(&inputs, &found, &found));
+    };
+    serde_json::json!({
+        "forward_dynamics": fastest(1, &mut forward) / fastest(2, &mut forward),
+        "rollout_and_adjoint": fastest(1, &mut there_and_back) / fastest(2, &mut there_and_back),
+    })
 }
 
 #[allow(clippy::print_stdout)] // what it is for
@@ -156,9 +195,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ];
         for (way, isa) in ways.into_iter().filter_map(|(way, isa)| Some((way, isa?))) {
             report[way] = batches(&model, &states, isa);
-            report[format!("{way}_rollouts")] = rollouts(&model, &states, isa);
+            report[format!("{way}_rollouts")] = rollouts(&model, &states, isa, Integrator::SemiImplicitEuler);
+            let with_friction = Integrator::WithFriction(Stops::Rigid);
+            report[format!("{way}_rollouts_with_friction")] = rollouts(&model, &states, isa, with_friction);
         }
     });
+    report["speed_up_on_two_threads"] = speed_up(&model);
     println!("{report}");
     Ok(())
 }

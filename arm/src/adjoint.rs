@@ -57,6 +57,36 @@ pub fn forward_dynamics_adjoint<T: Scalar>(
 ) {
     cotangent.tau.copy_from_slice(w);
     solve_mass(model, data, &mut cotangent.tau);
+    sweep(model, data, external, cotangent);
+}
+
+/// Gradients of −μ·τ with respect to q and q̇ of inverse dynamics, μ in `cotangent.tau`, and those of μ·Jᵀf to the external forces.
+///
+/// `data` as [`crate::inverse_dynamics`] left it for the same arguments.
+#[inline(always)]
+pub(crate) fn inverse_dynamics_adjoint<T: Scalar>(
+    model: &Model,
+    data: &mut Data<T>,
+    external: &[ExternalForce<T>],
+    cotangent: &mut Cotangent<T>,
+) {
+    let still = Motion::zero(data.base_acceleration.linear[0]);
+    for (i, joint) in model.joints.iter().enumerate() {
+        let carried = joint.parent.map_or(still, |p| data.bodies[p].motion);
+        let body = &mut data.bodies[i];
+        body.motion = carried.plus_scaled(cotangent.tau[i], &body.axis);
+    }
+    sweep(model, data, external, cotangent);
+}
+
+/// The reverse sweep of inverse dynamics for the motions that μ gives the bodies.
+#[inline(always)]
+fn sweep<T: Scalar>(
+    model: &Model,
+    data: &mut Data<T>,
+    external: &[ExternalForce<T>],
+    cotangent: &mut Cotangent<T>,
+) {
     find_wrenches(data);
     find_momenta(data);
     subtract(model, data, external);

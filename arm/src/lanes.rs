@@ -1,6 +1,6 @@
 //! Registers of lanes as [`Scalar`]: every lane belongs to another state of the arm.
 
-use hysteron_base::lanes::{Lanes, Simd};
+use hysteron_base::lanes::{LANES, Lanes, Pack, Simd};
 
 use crate::Scalar;
 
@@ -56,6 +56,18 @@ fn series<S: Simd, const N: usize>(x: Lanes<S>, terms: &[f64; N]) -> Lanes<S> {
 }
 
 impl<S: Simd> Scalar for Lanes<S> {
+    const N_LANES: usize = S::F64_LANES;
+
+    #[inline(always)]
+    fn values(self) -> [f64; LANES] {
+        self.to_array()
+    }
+
+    #[inline(always)]
+    fn constants(self, values: &[f64; LANES]) -> Self {
+        self.load(&Pack(*values))
+    }
+
     #[inline(always)]
     fn splat(self, value: f64) -> Self {
         self.same(value)
@@ -91,7 +103,7 @@ impl<S: Simd> Scalar for Lanes<S> {
 
 #[cfg(test)]
 mod tests {
-    use hysteron_base::lanes::{Isa, LANES, Pack, Packs, WithSimd};
+    use hysteron_base::lanes::{Isa, Packs, WithSimd};
 
     use super::*;
 

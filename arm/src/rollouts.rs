@@ -58,6 +58,8 @@ pub struct RolloutGradient {
     pub armature: Vec<f64>,
     /// By the damping.
     pub damping: Vec<f64>,
+    /// By the dry friction.
+    pub dry_friction: Vec<f64>,
 }
 
 /// Numbers of a trajectory.
@@ -78,7 +80,7 @@ impl Rollouts<'_> {
             state: 2 * n,
             tau: n * self.n_steps,
             forces: WRENCH * self.frames.len() * self.n_steps,
-            parameters: (INERTIA + 2) * n,
+            parameters: (INERTIA + 3) * n,
         }
     }
 
@@ -137,7 +139,8 @@ impl Rollouts<'_> {
             sum.iter_mut().zip(one).for_each(|(sum, part)| *sum += part);
         }
         let (inertias, rest) = sum.split_at(INERTIA * w.joints);
-        let (armature, damping) = rest.split_at(w.joints);
+        let (armature, rest) = rest.split_at(w.joints);
+        let (damping, dry_friction) = rest.split_at(w.joints);
         let inertias = inertias.chunks(INERTIA).map(|body| std::array::from_fn(|k| body[k])).collect();
         RolloutGradient {
             initial,
@@ -146,6 +149,7 @@ impl Rollouts<'_> {
             inertias,
             armature: armature.to_vec(),
             damping: damping.to_vec(),
+            dry_friction: dry_friction.to_vec(),
         }
     }
 
@@ -278,8 +282,8 @@ impl WithSimd for Backward<'_> {
             for (k, value) in by_state.iter().enumerate() {
                 register.store(*value, found.initial, start, w.state, k);
             }
-            let parameters =
-                gradient.inertias.iter().flatten().chain(&gradient.armature).chain(&gradient.damping);
+            let of_joints = gradient.armature.iter().chain(&gradient.damping).chain(&gradient.dry_friction);
+            let parameters = gradient.inertias.iter().flatten().chain(of_joints);
             for (k, value) in parameters.enumerate() {
                 register.store(*value, found.parameters, start, w.parameters, k);
             }

@@ -6,10 +6,24 @@
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
+use hysteron_base::lanes::LANES;
+
 /// A number: `f64`, `f32`, one number for each lane of a register; dual and complex numbers in tests.
 pub trait Scalar:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
+    /// Numbers in it.
+    const N_LANES: usize = 1;
+
+    /// The numbers in it, without derivatives; the first [`Self::N_LANES`] count.
+    fn values(self) -> [f64; LANES];
+
+    /// The constants `values`, as a number of the same kind.
+    #[inline(always)]
+    fn constants(self, values: &[f64; LANES]) -> Self {
+        self.splat(values[0])
+    }
+
     /// The constant `value`, as a number of the same kind.
     fn splat(self, value: f64) -> Self;
 
@@ -34,6 +48,11 @@ pub trait Scalar:
 
 impl Scalar for f64 {
     #[inline(always)]
+    fn values(self) -> [f64; LANES] {
+        [self; LANES]
+    }
+
+    #[inline(always)]
     fn splat(self, value: f64) -> Self {
         value
     }
@@ -50,6 +69,11 @@ impl Scalar for f64 {
 }
 
 impl Scalar for f32 {
+    #[inline(always)]
+    fn values(self) -> [f64; LANES] {
+        [self.into(); LANES]
+    }
+
     #[inline(always)]
     fn splat(self, value: f64) -> Self {
         value as f32

@@ -1,4 +1,4 @@
-//! Smooth motion, forwards and backwards in time.
+//! Motion, forwards and backwards in time.
 //!
 //! Semi-implicit Euler with implicit damping: (M + hD) a = τ − D q̇ − C q̇ − g + Jᵀ f, q̇⁺ = q̇ + h a, q⁺ = q + h q̇⁺; damping is then
 //! an armature of h D, and one step is one forward dynamics. The way back needs the states only: every step is computed
@@ -6,6 +6,8 @@
 //! controller, a network) does so between the steps, in both directions.
 
 use crate::adjoint::parameter_adjoint;
+use crate::friction_step::{FrictionStep, Substep};
+use crate::simulator::Stops;
 use crate::{Cotangent, Data, ExternalForce, Model, Scalar, forward_dynamics, forward_dynamics_adjoint};
 
 /// How velocities and positions are advanced.
@@ -15,6 +17,12 @@ pub enum Integrator {
     SemiImplicitEuler,
     /// Fourth order; explicit in everything.
     RungeKutta4,
+    /// As semi-implicit Euler, with dry friction that holds exactly, stops, and joints that follow others ([`Simulator`]).
+    ///
+    /// Gradients are those with the active set fixed: who sticks, slides and stops, and which way.
+    ///
+    /// [`Simulator`]: crate::Simulator
+    WithFriction(Stops),
 }
 
 /// Advances states of one model by a fixed time, and pulls gradients back.
@@ -27,6 +35,9 @@ pub struct Stepper<T> {
     period: f64,
     substeps: usize,
     damping: Vec<T>,
+    /// Without effect unless the integrator has friction.
+    dry_friction: Vec<T>,
+    friction: FrictionStep<T>,
     torque: Vec<T>,
     /// q, q̇ and q̈ of up to four stages.
     stages: [[Vec<T>; 3]; 4],
@@ -48,13 +59,30 @@ pub struct StepGradient<T> {
     pub armature: Vec<T>,
     /// By the damping; every step adds to it.
     pub damping: Vec<T>,
+    /// By the dry friction; every step adds to it.
+    pub dry_friction: Vec<T>,
 }
 
 impl<T: Scalar> StepGradient<T> {
     /// Zeros for `model` with `n_external` external forces, of numbers like `like`.
     pub fn new(model: &Model, n_external: usize, like: T) -> Self {
         let Cotangent { tau, inertias, armature, external, .. } = Cotangent::new(model, n_external, like);
-        Self { damping: tau.clone(), tau, external, inertias, armature }
+        Self { damping: tau.clone(), dry_friction: tau.clone(), tau, external, inertias, armature }
+    }
+
+    /// Adds what a substep gives, with `acceleration` and the scratch of its adjoint.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, data: &Data<T>, acceleration: &[T], cotangent: &mut Cotangent<T>) {
+        parameter_adjoint(data, acceleration, cotangent);
+        let Cotangent { tau, inertias, armature, external, .. } = cotangent;
+        for (sum, part) in self.tau.iter_mut().zip(tau).chain(self.armature.iter_mut().zip(armature)) {
+            *sum = *sum + *part;
+        }
+        let bodies = self.inertias.iter_mut().flatten().zip(inertias.iter().flatten());
+        let forces = self.external.iter_mut().flatten().flatten().zip(external.iter().flatten().flatten());
+        for (sum, part) in bodies.chain(forces) {
+            *sum = *sum + *part;
+        }
     }
 }
 
@@ -70,29 +98,42 @@ impl<T: Scalar> Stepper<T> {
     ) -> Self {
         assert!(period > 0.0 && substeps > 0, "{substeps} substeps of {period} s");
         let row = || vec![like.splat(0.0); model.n_joints()];
+        let stops = match integrator {
+            Integrator::WithFriction(stops) => stops,
+            _ => Stops::None,
+        };
         let mut stepper = Self {
             data: Data::new(model, like),
             integrator,
             period: period / substeps as f64,
             substeps,
             damping: row(),
+            dry_friction: row(),
+            friction: FrictionStep::new(model, period / substeps as f64, stops, like),
             torque: row(),
             stages: std::array::from_fn(|_| std::array::from_fn(|_| row())),
             back: std::array::from_fn(|_| row()),
             cotangent: Cotangent::new(model, n_external, like),
         };
         let damping: Vec<T> = model.joints.iter().map(|joint| like.splat(joint.drive.damping)).collect();
+        let dry: Vec<T> = model.joints.iter().map(|joint| like.splat(joint.drive.dry_friction)).collect();
         let fresh = Data::new(model, like);
-        stepper.set_parameters(&fresh.inertias, &fresh.armature, &damping);
+        stepper.set_parameters(&fresh.inertias, &fresh.armature, [&damping, &dry]);
         stepper
     }
 
-    /// Replaces inertias, armatures and dampings of all joints.
-    pub fn set_parameters(&mut self, inertias: &[crate::spatial::Inertia<T>], armature: &[T], damping: &[T]) {
+    /// Replaces inertias, armatures, dampings and dry frictions of all joints.
+    pub fn set_parameters(
+        &mut self,
+        inertias: &[crate::spatial::Inertia<T>],
+        armature: &[T],
+        [damping, dry_friction]: [&[T]; 2],
+    ) {
         self.data.inertias.copy_from_slice(inertias);
         self.damping.copy_from_slice(damping);
+        self.dry_friction.copy_from_slice(dry_friction);
         let implicit = match self.integrator {
-            Integrator::SemiImplicitEuler => self.period,
+            Integrator::SemiImplicitEuler | Integrator::WithFriction(_) => self.period,
             Integrator::RungeKutta4 => 0.0,
         };
         for ((whole, armature), damping) in self.data.armature.iter_mut().zip(armature).zip(damping) {
@@ -138,9 +179,9 @@ impl<T: Scalar> Stepper<T> {
     /// Advances `q`, `dq` by one substep.
     #[inline(always)]
     fn substep(&mut self, model: &Model, [q, dq]: [&mut [T]; 2], tau: &[T], external: &[ExternalForce<T>]) {
-        self.run_stages(model, [&*q, &*dq], tau, external);
         match self.integrator {
             Integrator::SemiImplicitEuler => {
+                self.run_stages(1, model, [&*q, &*dq], tau, external);
                 let acceleration = &self.stages[0][2];
                 for i in 0..q.len() {
                     dq[i] = acceleration[i].mul_add(dq[i].splat(self.period), dq[i]);
@@ -148,22 +189,30 @@ impl<T: Scalar> Stepper<T> {
                 }
             }
             Integrator::RungeKutta4 => {
+                self.run_stages(4, model, [&*q, &*dq], tau, external);
                 for ([_, velocity, acceleration], weight) in self.stages.iter().zip([1.0, 2.0, 2.0, 1.0]) {
                     let h = weight * self.period / 6.0;
                     add_scaled(q, velocity, h);
                     add_scaled(dq, acceleration, h);
                 }
             }
+            Integrator::WithFriction(_) => {
+                let Self { data, damping, dry_friction, friction, .. } = self;
+                friction.advance(Substep { model, data, damping, dry_friction, tau, external }, [q, dq]);
+            }
         }
     }
 
     /// States and accelerations of the stages of one substep from `q`, `dq`.
     #[inline(always)]
-    fn run_stages(&mut self, model: &Model, [q, dq]: [&[T]; 2], tau: &[T], external: &[ExternalForce<T>]) {
-        let n_stages = match self.integrator {
-            Integrator::SemiImplicitEuler => 1,
-            Integrator::RungeKutta4 => 4,
-        };
+    fn run_stages(
+        &mut self,
+        n_stages: usize,
+        model: &Model,
+        [q, dq]: [&[T]; 2],
+        tau: &[T],
+        external: &[ExternalForce<T>],
+    ) {
         for s in 0..n_stages {
             let (done, rest) = self.stages.split_at_mut(s);
             let stage = &mut rest[0];
@@ -206,12 +255,26 @@ impl<T: Scalar> Stepper<T> {
         gradient.external.fill([[zero; 3]; 2]);
         for _ in 0..self.substeps {
             let start = tape.len() - 2 * n;
-            self.run_stages(model, [&tape[start..start + n], &tape[start + n..]], tau, external);
-            tape.truncate(start);
+            let before = [&tape[start..start + n], &tape[start + n..]];
             match self.integrator {
-                Integrator::SemiImplicitEuler => self.euler_back(model, external, [q, dq], gradient),
-                Integrator::RungeKutta4 => self.runge_kutta_back(model, tau, external, [q, dq], gradient),
+                Integrator::SemiImplicitEuler => {
+                    self.run_stages(1, model, before, tau, external);
+                    self.euler_back(model, external, [q, dq], gradient);
+                }
+                Integrator::RungeKutta4 => {
+                    self.run_stages(4, model, before, tau, external);
+                    self.runge_kutta_back(model, tau, external, [q, dq], gradient);
+                }
+                Integrator::WithFriction(_) => {
+                    let Self { data, damping, dry_friction, friction, stages, cotangent, .. } = self;
+                    let [state, velocity, acceleration] = &mut stages[0];
+                    state.copy_from_slice(before[0]);
+                    velocity.copy_from_slice(before[1]);
+                    let at = Substep { model, data, damping, dry_friction, tau, external };
+                    friction.back(at, [state, velocity, acceleration], [q, dq], cotangent, gradient);
+                }
             }
+            tape.truncate(start);
         }
     }
 
@@ -286,17 +349,7 @@ impl<T: Scalar> Stepper<T> {
         gradient: &mut StepGradient<T>,
     ) {
         forward_dynamics_adjoint(model, &mut self.data, external, &self.torque, &mut self.cotangent);
-        parameter_adjoint(&self.data, &self.stages[stage][2], &mut self.cotangent);
-        let Cotangent { tau, inertias, armature, external: forces, .. } = &self.cotangent;
-        for (sum, part) in gradient.tau.iter_mut().zip(tau).chain(gradient.armature.iter_mut().zip(armature))
-        {
-            *sum = *sum + *part;
-        }
-        let bodies = gradient.inertias.iter_mut().flatten().zip(inertias.iter().flatten());
-        let forces = gradient.external.iter_mut().flatten().flatten().zip(forces.iter().flatten().flatten());
-        for (sum, part) in bodies.chain(forces) {
-            *sum = *sum + *part;
-        }
+        gradient.add(&self.data, &self.stages[stage][2], &mut self.cotangent);
     }
 }
 

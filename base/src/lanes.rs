@@ -168,6 +168,12 @@ impl<S: Simd> Lanes<S> {
         Self { simd: self.simd, value: self.simd.splat_f64s(value) }
     }
 
+    /// The first lanes of `pack` in a register like this one.
+    #[inline(always)]
+    pub fn load(self, pack: &Pack) -> Self {
+        Self { simd: self.simd, value: S::as_simd_f64s(&pack.0).0[0] }
+    }
+
     /// Natural logarithm, lane by lane: there is no instruction for it.
     #[inline(always)]
     pub fn ln(self) -> Self {

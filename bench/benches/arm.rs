@@ -1,4 +1,5 @@
-//! Rigid-body dynamics of the Panda: single calls, batches in lanes, rollouts with their gradients, on one thread and on two.
+//! Rigid-body dynamics of the Panda, single calls and batches in lanes, and rollouts of OpenManipulator-X with their gradients, on one
+//! thread and on two.
 #![allow(missing_docs)] // criterion's macros make undocumented functions
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 
@@ -77,5 +78,57 @@ fn batches(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, single_calls, batches);
+/// Steps of a rollout, in four parts each.
+const STEPS: usize = 25;
+
+/// OpenManipulator-X, its gripper locked unless friction moves its fingers together: rollouts, and there and back.
+fn rollouts(criterion: &mut Criterion) {
+    let whole = Model::builtin("open-manipulator-x").unwrap();
+    let fingers = [("gripper_left_joint", 0.01), ("gripper_right_joint", 0.01)];
+    let locked = whole.with_locked(&fingers).unwrap();
+    let cases = [
+        ("smooth", &locked, Integrator::SemiImplicitEuler),
+        ("friction", &whole, Integrator::WithFriction(Stops::Rigid)),
+    ];
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        for (name, model, integrator) in cases {
+            rollout(criterion, (name, &pool), model, integrator);
+        }
+    }
+}
+
+fn rollout(
+    criterion: &mut Criterion,
+    (name, pool): (&str, &rayon::ThreadPool),
+    model: &Model,
+    integrator: Integrator,
+) {
+    const ARMS: usize = 256;
+    let (n, isa) = (model.n_joints(), hysteron_base::lanes::Isa::detect());
+    let mut stream = hysteron_base::rng(8, "bench/arm");
+    let mut draw = |length: usize, most: f64| -> Vec<f64> {
+        (0..length).map(|_| stream.random_range(-most..most)).collect()
+    };
+    let (initial, tau) = (draw(ARMS * 2 * n, 0.5), draw(ARMS * STEPS * n, 0.3));
+    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+    let mut states = vec![0.0; ARMS * STEPS * 2 * n];
+    let threads = pool.current_num_threads();
+    let mut group = criterion.benchmark_group(format!("rollout/open-manipulator-x/{name}"));
+    group.throughput(Throughput::Elements((ARMS * STEPS) as u64));
+    group.bench_function(format!("threads={threads}"), |bencher| {
+        bencher.iter(|| pool.install(|| rollouts.run(&inputs, &mut states)));
+    });
+    group.bench_function(format!("adjoint/threads={threads}"), |bencher| {
+        bencher.iter(|| {
+            pool.install(|| rollouts.run(&inputs, &mut states));
+            black_box(pool.install(|| rollouts.pull_back(&inputs, &states, &states)));
+        });
+    });
+    group.finish();
+    println!("    sum of all states {:.6e}", states.iter().sum::<f64>());
+}
+
+criterion_group!(benches, single_calls, batches, rollouts);
 criterion_main!(benches);

@@ -114,7 +114,8 @@ def main():
                 for program, peer in peers.items()
                 if peer and name in peer
             ]
-            print(f"{way:<15} {name:<22} {rate:>10.0f}   {'   '.join(beside)}")
+            shown = f"{rate:.2f}" if way.startswith("speed_up") else f"{rate:.0f}"
+            print(f"{way:<15} {name:<22} {shown:>10}   {'   '.join(beside)}")
 
 
 if __name__ == "__main__":

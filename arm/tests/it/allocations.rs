@@ -64,7 +64,8 @@ fn single_calls_allocate_nothing() {
 fn steps_and_their_gradients_allocate_nothing() {
     let model = model("panda");
     let n = model.n_joints();
-    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+    let with_friction = Integrator::WithFriction(Stops::Rigid);
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4, with_friction] {
         let mut stepper = Stepper::new(&model, integrator, (1e-3, 4), 0, 0.0);
         let mut gradient = StepGradient::new(&model, 0, 0.0);
         let (tau, mut tape) = (vec![0.1; n], Vec::new());

@@ -11,7 +11,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
 /// Columns of two joints, as a person types them.
-const COLUMNS: &str = r#"
+pub(crate) const COLUMNS: &str = r#"
 format = "hysteron-columns"
 version = 1
 joint_names = ["shoulder", "elbow"]
@@ -40,7 +40,7 @@ fn import_text(
 const HEADER: &str = "t,a,b,i1,i2,fz\n";
 
 /// A log at 100 Hz in which row `row` reads `text`.
-fn log(row: usize, text: &str) -> String {
+pub(crate) fn log(row: usize, text: &str) -> String {
     let rows = (0..50).map(|k| match k == row {
         true => format!("{text}\n"),
         false => format!("{},{},{},10,20,-1000\n", 5000 + 10 * k, k, 2 * k),
@@ -225,7 +225,7 @@ fn descriptions_that_cannot_be() {
 }
 
 /// An episode as LeRobot writes it: lists of single precision.
-fn write_lerobot(path: &Path, n_episodes: i64) {
+pub(crate) fn write_lerobot(path: &Path, n_episodes: i64) {
     let schema = "message episode {
         required group observation.state (LIST) { repeated group list { required float element; } }
         required group action (LIST) { repeated group list { required float element; } }
@@ -284,11 +284,9 @@ fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
     }
 }
 
-#[test]
-fn a_log_of_bam_holds_its_servo_and_its_pendulum() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("log.json");
-    let entries: Vec<String> = (0..20)
+/// Samples of a log of bam.
+pub(crate) fn bam_entries() -> Vec<String> {
+    (0..20)
         .map(|k| {
             let load = if k == 3 { 65_535 } else { 885 };
             format!(
@@ -296,12 +294,22 @@ fn a_log_of_bam_holds_its_servo_and_its_pendulum() {
                 0.005 * f64::from(k), 0.005 * f64::from(k) + 3.0
             )
         })
-        .collect();
-    let log = |motor: &str, entries: &str| {
-        format!(
-            r#"{{"mass": 0.49, "length": 0.1, "kp": 100, "vin": 7.4, "motor": "{motor}", "trajectory": "sin_sin", "entries": [{entries}]}}"#
-        )
-    };
+        .collect()
+}
+
+/// A log of bam with these samples.
+pub(crate) fn bam_log(motor: &str, entries: &str) -> String {
+    format!(
+        r#"{{"mass": 0.49, "length": 0.1, "kp": 100, "vin": 7.4, "motor": "{motor}", "trajectory": "sin_sin", "entries": [{entries}]}}"#
+    )
+}
+
+#[test]
+fn a_log_of_bam_holds_its_servo_and_its_pendulum() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.json");
+    let entries = bam_entries();
+    let log = bam_log;
     std::fs::write(&path, log("xl330", &entries.join(","))).unwrap();
     let read = || import(&path, &ImportOptions::default(), Metadata::default());
     let imported = read().unwrap();

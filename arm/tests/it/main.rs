@@ -7,6 +7,7 @@ mod allocations;
 mod bad_models;
 mod balances;
 mod batches;
+mod damaged;
 mod derivatives;
 mod detection;
 mod excite;

@@ -132,7 +132,7 @@ fn joints_stop_at_the_ends_of_their_ranges() {
 }
 
 /// A gripper of two fingers on a hinge, the second of which follows the first, mirrored and half a centimetre off.
-fn gripper(friction: f64) -> Model {
+pub fn gripper(friction: f64) -> Model {
     let finger = |name: &str, range: &str, follows: &str| {
         format!(
             r#"<link name="{name}"><inertial><origin xyz="0.1 0.02 0.03"/><mass value="0.3"/>

@@ -3,6 +3,7 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use hysteron_arm::Scalar;
+use hysteron_base::lanes::LANES;
 
 /// x + ε dx, ε² = 0.
 #[derive(Debug, Clone, Copy)]
@@ -59,6 +60,9 @@ impl Mul for Complex {
 }
 
 impl Scalar for Dual {
+    fn values(self) -> [f64; LANES] {
+        [self.x; LANES]
+    }
     fn splat(self, value: f64) -> Self {
         Self { x: value, dx: 0.0 }
     }
@@ -73,6 +77,9 @@ impl Scalar for Dual {
 }
 
 impl Scalar for Complex {
+    fn values(self) -> [f64; LANES] {
+        [self.x; LANES]
+    }
     fn splat(self, value: f64) -> Self {
         Self { x: value, y: 0.0 }
     }

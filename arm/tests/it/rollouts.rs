@@ -3,6 +3,7 @@
 use hysteron_arm::*;
 use hysteron_base::lanes::Isa;
 
+use crate::motion::gripper;
 use crate::numbers::Dual;
 use crate::robots::{assert_close, model};
 
@@ -10,9 +11,9 @@ const STEPS: usize = 500;
 /// What the task asks for.
 const TOLERANCE: f64 = 1e-9;
 
-/// A torque that brings every joint into motion and none out of reach.
+/// A torque that brings every joint into motion and none out of reach, in parts of its size.
 fn torque(step: usize, joint: usize) -> f64 {
-    0.05 * (0.02 * step as f64 + 1.3 * joint as f64).sin()
+    (0.02 * step as f64 + 1.3 * joint as f64).sin()
 }
 
 /// What the loss weighs: the last state, and every state a little.
@@ -25,6 +26,10 @@ struct Case {
     integrator: Integrator,
     substeps: usize,
     frame: usize,
+    start: fn(usize) -> f64,
+    dry_friction: f64,
+    /// Size of the torques [N m].
+    torque: f64,
 }
 
 /// Everything that a rollout depends on.
@@ -33,6 +38,7 @@ struct Parameters<T> {
     inertias: Vec<spatial::Inertia<T>>,
     armature: Vec<T>,
     damping: Vec<T>,
+    dry_friction: Vec<T>,
     /// Added to every torque of the joint.
     torque: Vec<T>,
     /// The same in every step.
@@ -45,7 +51,17 @@ impl Case {
             .with_locked(&[("gripper_left_joint", 0.01), ("gripper_right_joint", 0.01)])
             .unwrap();
         let frame = model.frame("end_effector_link").unwrap();
-        Self { model, integrator, substeps: 2, frame }
+        let start = |i| 0.2 - 0.1 * i as f64;
+        Self { model, integrator, substeps: 2, frame, start, dry_friction: 0.0, torque: 0.05 }
+    }
+
+    /// A gripper one finger of which follows the other; it sticks, slides, and reaches the end of its range.
+    fn with_friction() -> Self {
+        let model = gripper(0.0);
+        let frame = model.frame("right").unwrap();
+        let start = |i| [0.7, 0.01, 0.3, 1.5, -0.2, 0.7][i];
+        let integrator = Integrator::WithFriction(Stops::Rigid);
+        Self { model, integrator, substeps: 2, frame, start, dry_friction: 0.4, torque: 3.0 }
     }
 
     fn parameters<T: Scalar>(&self, like: T) -> Parameters<T> {
@@ -53,10 +69,11 @@ impl Case {
         let damping = self.model.joints().iter().map(|joint| like.splat(joint.drive.damping));
         let n = self.model.n_joints();
         Parameters {
-            state: (0..2 * n).map(|i| like.splat(0.2 - 0.1 * i as f64)).collect(),
+            state: (0..2 * n).map(|i| like.splat((self.start)(i))).collect(),
             inertias: data.inertias,
             armature: vec![like.splat(0.01); n],
             damping: damping.collect(),
+            dry_friction: vec![like.splat(self.dry_friction); n],
             torque: vec![like.splat(0.0); n],
             force: [0.3, -0.2, 0.4, 0.01, 0.02, -0.01].map(|x| like.splat(x)),
         }
@@ -64,7 +81,7 @@ impl Case {
 
     fn stepper<T: Scalar>(&self, p: &Parameters<T>) -> Stepper<T> {
         let mut stepper = Stepper::new(&self.model, self.integrator, (0.01, self.substeps), 1, p.state[0]);
-        stepper.set_parameters(&p.inertias, &p.armature, &p.damping);
+        stepper.set_parameters(&p.inertias, &p.armature, [&p.damping, &p.dry_friction]);
         stepper
     }
 
@@ -73,7 +90,11 @@ impl Case {
     }
 
     fn torques<T: Scalar>(&self, p: &Parameters<T>, step: usize) -> Vec<T> {
-        p.torque.iter().enumerate().map(|(j, offset)| *offset + offset.splat(torque(step, j))).collect()
+        p.torque
+            .iter()
+            .enumerate()
+            .map(|(j, offset)| *offset + offset.splat(self.torque * torque(step, j)))
+            .collect()
     }
 
     /// The loss, and the states that were passed.
@@ -92,8 +113,7 @@ impl Case {
     }
 }
 
-fn check(integrator: Integrator) {
-    let case = Case::new(integrator);
+fn check(case: &Case) {
     let (n, p) = (case.model.n_joints(), case.parameters(0.0));
     let (_, mut tape) = case.run(&p);
     let mut stepper = case.stepper(&p);
@@ -118,7 +138,7 @@ fn check(integrator: Integrator) {
         case.run(&p).0.dx
     };
     let close = |what: &str, got: &[f64], expected: &[f64]| {
-        assert_close(&format!("{integrator:?}: {what}"), got, expected, TOLERANCE);
+        assert_close(&format!("{:?}: {what}", case.integrator), got, expected, TOLERANCE);
     };
     let all = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
     close("q", &q, &all(&|i| dual(&|p| &mut p.state[i])));
@@ -126,6 +146,9 @@ fn check(integrator: Integrator) {
     close("torques", &by_torque, &all(&|i| dual(&|p| &mut p.torque[i])));
     close("armature", &gradient.armature, &all(&|i| dual(&|p| &mut p.armature[i])));
     close("damping", &gradient.damping, &all(&|i| dual(&|p| &mut p.damping[i])));
+    if case.dry_friction > 0.0 {
+        close("friction", &gradient.dry_friction, &all(&|i| dual(&|p| &mut p.dry_friction[i])));
+    }
     let forces: Vec<f64> = (0..6).map(|i| dual(&|p| &mut p.force[i])).collect();
     close("force", &by_force, &forces);
     let masses = all(&|i| dual(&|p| &mut p.inertias[i].mass));
@@ -138,20 +161,61 @@ fn check(integrator: Integrator) {
 
 #[test]
 fn adjoint_of_semi_implicit_euler_is_the_derivative() {
-    check(Integrator::SemiImplicitEuler);
+    check(&Case::new(Integrator::SemiImplicitEuler));
 }
 
 #[test]
 fn adjoint_of_runge_kutta_is_the_derivative() {
-    check(Integrator::RungeKutta4);
+    check(&Case::new(Integrator::RungeKutta4));
 }
 
-/// Rollouts of nineteen arms: two registers that are full and one that is not.
-fn many() -> (Model, usize, [Vec<f64>; 5]) {
+#[test]
+fn adjoint_with_friction_stops_and_followers_is_the_derivative() {
+    let case = Case::with_friction();
+    check(&case);
+    // What the finger does before a substep: moves, stands, stands at an end of its range.
+    let contacts = |tape: &[f64]| -> Vec<u8> {
+        let ends = [-0.05, 0.0125];
+        let of_state = |state: &[f64]| {
+            let at_end = ends.iter().any(|end| (state[1] - end).abs() < 1e-12);
+            [state[4] == 0.0, at_end].map(u8::from)
+        };
+        tape.chunks(6).flat_map(of_state).collect()
+    };
+    let p = case.parameters(0.0);
+    let (loss, tape) = case.run(&p);
+    let found = contacts(&tape);
+    for k in 0..2 {
+        let times = found.chunks(2).filter(|contact| contact[k] == 1).count();
+        assert!(times > 20 && times < found.len() / 2 - 20, "{k}: {times}");
+    }
+    // Differences, where no contact changes; their error is that of the second derivative and of rounding.
+    let step = 1e-7;
+    let zero = Dual { x: 0.0, dx: 0.0 };
+    for which in 0..4 {
+        let set = [0, 1, 3, 4][which];
+        let moved = [step, -step].map(|step| {
+            let mut p = case.parameters(0.0);
+            p.state[set] += step;
+            case.run(&p)
+        });
+        assert!(moved.iter().all(|(_, tape)| contacts(tape) == found), "a contact changes");
+        let mut p = case.parameters(zero);
+        p.state[set].dx = 1.0;
+        let (exact, slope) = (case.run(&p).0.dx, (moved[0].0 - moved[1].0) / (2.0 * step));
+        assert!((slope - exact).abs() < 1e-5 * (1.0 + loss.abs() + exact.abs()), "{slope} {exact}");
+    }
+}
+
+/// Rollouts of nineteen arms: two registers that are full and one that is not. Without friction the gripper is locked.
+fn many(integrator: Integrator) -> (Model, usize, [Vec<f64>; 5]) {
     const ARMS: usize = 19;
-    let model = model("open_manipulator_x")
-        .with_locked(&[("gripper_left_joint", 0.01), ("gripper_right_joint", 0.01)])
-        .unwrap();
+    let model = match integrator {
+        Integrator::WithFriction(_) => Model::builtin("open-manipulator-x").unwrap(),
+        _ => model("open_manipulator_x")
+            .with_locked(&[("gripper_left_joint", 0.01), ("gripper_right_joint", 0.01)])
+            .unwrap(),
+    };
     let (n, frame) = (model.n_joints(), model.frame("end_effector_link").unwrap());
     let series = |n: usize, size: f64, rate: f64| (0..n).map(|i| size * (rate * i as f64).sin()).collect();
     let [initial, tau, forces] =
@@ -170,12 +234,13 @@ fn rollouts(model: &Model, frame: usize, isa: Isa, integrator: Integrator) -> Ro
 
 #[test]
 fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
-    let (model, frame, [initial, tau, forces, mut states, weights]) = many();
-    let n = model.n_joints();
-    for (isa, integrator) in Isa::all()
-        .into_iter()
-        .zip([Integrator::SemiImplicitEuler, Integrator::RungeKutta4].into_iter().cycle())
-    {
+    let with_friction = Integrator::WithFriction(Stops::Rigid);
+    let smooth = [Integrator::SemiImplicitEuler, Integrator::RungeKutta4].into_iter().cycle();
+    let cases =
+        Isa::all().into_iter().zip(smooth).chain(Isa::all().into_iter().map(|isa| (isa, with_friction)));
+    for (isa, integrator) in cases {
+        let (model, frame, [initial, tau, forces, mut states, weights]) = many(integrator);
+        let n = model.n_joints();
         let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces };
         let rollouts = rollouts(&model, frame, isa, integrator);
         rollouts.run(&inputs, &mut states);
@@ -219,17 +284,24 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
         assert_close("inertias", &flat(&gradient.inertias), &flat(&sum.inertias), TOLERANCE);
         assert_close("armature", &gradient.armature, &sum.armature, TOLERANCE);
         assert_close("damping", &gradient.damping, &sum.damping, TOLERANCE);
+        assert_close("friction", &gradient.dry_friction, &sum.dry_friction, TOLERANCE);
     }
 }
 
 #[test]
 fn rollouts_are_the_same_bytes_on_any_number_of_threads() {
-    let (model, frame, [initial, tau, forces, states, weights]) = many();
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::WithFriction(Stops::Rigid)] {
+        are_the_same_bytes_on_any_number_of_threads(integrator);
+    }
+}
+
+fn are_the_same_bytes_on_any_number_of_threads(integrator: Integrator) {
+    let (model, frame, [initial, tau, forces, states, weights]) = many(integrator);
     let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let rollouts = rollouts(&model, frame, Isa::detect(), Integrator::SemiImplicitEuler);
+            let rollouts = rollouts(&model, frame, Isa::detect(), integrator);
             let mut states = states.clone();
             rollouts.run(&inputs, &mut states);
             let gradient = rollouts.pull_back(&inputs, &states, &weights);

@@ -204,6 +204,10 @@ mod tests {
         for rate in [0.0, -1.0, NAN, f64::INFINITY, 1e9] {
             assert_eq!(recording.resampled(rate).unwrap_err().place, "rate");
         }
+        // Few enough samples, too many numbers: refused by the rows, before any is made.
+        let bad = recording.resampled(1e8 / 0.6 * 0.9).unwrap_err();
+        let numbers = "at most 50000000 numbers";
+        assert_eq!((bad.place.as_str(), bad.expected.as_str()), ("rate: rows", numbers), "{bad}");
     }
 
     #[test]

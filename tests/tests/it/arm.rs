@@ -115,6 +115,34 @@ fn no_input_is_written_over_and_no_result_of_another_command() {
     assert!(error.error(2).contains("--out: expected another file than the input"), "{:?}", error.stderr);
 }
 
+#[test]
+fn a_study_of_estimators_is_reported_and_found_again() {
+    let place = tempfile::tempdir().unwrap();
+    let study =
+        || run(place.path(), &["arm", "study", "wrist", "--seeds", "1", "--out", "wrist"]).succeeded();
+    study();
+    let read = |name: &str| std::fs::read_to_string(place.path().join("wrist").join(name)).unwrap();
+    let (report, metrics) = (read("report.html"), read("metrics.json"));
+    let numbers = [
+        "(figure 5)",
+        "(figure 6)",
+        "(figure 7)",
+        "(figure 8)",
+        "(figure 9)",
+        "(figure 10b)",
+        "(figure 11b)",
+    ];
+    for part in numbers.into_iter().chain(["Table 4: force-sensor, friction +15 %", "momentum-observer"]) {
+        assert!(report.contains(part), "no {part:?}");
+    }
+    assert_eq!(
+        serde_json::from_str::<serde_json::Value>(&metrics).unwrap()["cells"].as_array().unwrap().len(),
+        6
+    );
+    study();
+    assert_eq!(read("metrics.json"), metrics);
+}
+
 const COLUMNS: &str = r#"
 format = "hysteron-columns"
 version = 1

@@ -9,8 +9,10 @@ mod plant;
 mod run;
 pub mod scara;
 pub mod scara_friction;
+pub mod scara_signals;
 pub mod simulated_errors;
 pub mod wrist;
+pub mod wrist_sweep;
 
 pub use known::{KnownArm, TERMS};
 pub use run::{DRIFTS, ScaraOptions, ScaraStudy, WristStudy, scara_study, wrist_study};

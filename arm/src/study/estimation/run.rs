@@ -9,8 +9,10 @@ use serde_json::json;
 use super::collisions::{CollisionCell, collision_cell};
 use super::scara::{Methods, TeachingCell, teaching_cell};
 use super::scara_friction::{FrictionCell, friction_cell};
+use super::scara_signals::{SignalCell, signal_cell};
 use super::simulated_errors::Comparison;
 use super::wrist::{Load, WristCell, Wrists, identify_wrist, simulated_errors, wrist_cell};
+use super::wrist_sweep::{SweepCell, sweep_cell};
 use crate::study::{Listener, StudyProgress, cell, make_folder};
 
 /// How much is simulated.
@@ -35,6 +37,8 @@ pub struct ScaraStudy {
     pub teaching: TeachingCell,
     /// Collisions.
     pub collisions: CollisionCell,
+    /// Signals of the observer.
+    pub signals: SignalCell,
 }
 
 /// Everything about the wrist.
@@ -44,6 +48,8 @@ pub struct WristStudy {
     pub cells: Vec<WristCell>,
     /// Noise, wrong model, sensitivity to the mass of the second link.
     pub simulated: [Comparison; 3],
+    /// The identification of the first seed.
+    pub sweep: SweepCell,
 }
 
 /// Changes of friction after identification.
@@ -73,7 +79,7 @@ pub fn scara_study(
     mut listener: Listener<'_>,
 ) -> Result<Option<ScaraStudy>> {
     make_folder(folder)?;
-    let mut steps = Steps { listener: &mut listener, done: [0, 4] };
+    let mut steps = Steps { listener: &mut listener, done: [0, 5] };
     let identity = json!({ "study": "scara", "options": options });
     let mut friction = Vec::new();
     for joint in 0..2 {
@@ -97,7 +103,12 @@ pub fn scara_study(
     }
     let collide = || Ok(Some(collision_cell(&methods, options.stretches, options.seed)?));
     let Some(collisions) = cell(folder, "collisions", &identity, collide)? else { return Ok(None) };
-    Ok(Some(ScaraStudy { options, friction, teaching, collisions }))
+    if !steps.next("signals") {
+        return Ok(None);
+    }
+    let show = || Ok(Some(signal_cell(&methods, options.seed)?));
+    let Some(signals) = cell(folder, "signals", &identity, show)? else { return Ok(None) };
+    Ok(Some(ScaraStudy { options, friction, teaching, collisions, signals }))
 }
 
 /// Every drift, load and seed from 1 to `seeds`, and the paper's simulations. `None` where the listener ended it; what is done is
@@ -108,7 +119,7 @@ pub fn scara_study(
 pub fn wrist_study(folder: &Path, seeds: u64, mut listener: Listener<'_>) -> Result<Option<WristStudy>> {
     make_folder(folder)?;
     let wrists = Wrists::new()?;
-    let mut steps = Steps { listener: &mut listener, done: [0, 6 * seeds as usize + 1] };
+    let mut steps = Steps { listener: &mut listener, done: [0, 6 * seeds as usize + 2] };
     let mut cells = Vec::new();
     for seed in 1..=seeds {
         let mut known = None;
@@ -135,5 +146,11 @@ pub fn wrist_study(folder: &Path, seeds: u64, mut listener: Listener<'_>) -> Res
     }
     let identity = json!({ "study": "wrist", "simulated": 1 });
     let simulated = cell(folder, "simulated", &identity, || Ok(Some(simulated_errors(&wrists)?)))?;
-    Ok(simulated.map(|simulated| WristStudy { cells, simulated }))
+    let Some(simulated) = simulated else { return Ok(None) };
+    if !steps.next("sweep") {
+        return Ok(None);
+    }
+    let identity = json!({ "study": "wrist", "sweep": 1 });
+    let sweep = cell(folder, "sweep", &identity, || Ok(Some(sweep_cell(&wrists, 1)?)))?;
+    Ok(sweep.map(|sweep| WristStudy { cells, simulated, sweep }))
 }

@@ -4,6 +4,7 @@
 //! Wan et al. (2026), sections 2.3 and 3.2: table 2, figures 10 to 12 and 14. Parameters of the true curve: table 2, ANFIS, except the
 //! Stribeck speeds, which are unphysical there (V_s ≈ f_s in every column) and are taken as 0.2 rad/s.
 
+use hysteron_actuator::filter::{LowPass, median_of};
 use hysteron_actuator::identify::{FrictionMethod, identify_friction_by};
 use hysteron_actuator::law::{CoulombViscous, DirectedStribeck, JointFriction, Law, Sliding};
 use hysteron_base::BadInput;
@@ -86,6 +87,26 @@ pub fn law_of(method: &str) -> Law {
 /// Torque of friction that `method` found, at a speed [N m].
 pub fn torque(row: &FrictionRow, velocity: f64) -> f64 {
     law_of(&row.method).torque(&row.parameters, &Sliding::at(velocity))
+}
+
+/// Torques of single trials in the order of their speeds, and what each method leaves of them, through a median of five and a zero-phase
+/// low pass of a tenth of the samples' rate: speeds [rad/s], torques [N m], what is left by each method [N m].
+pub fn compensated(cell: &FrictionCell) -> (Vec<f64>, Vec<f64>, Vec<Vec<f64>>) {
+    let mut points = cell.points.clone();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let smooth = |values: Vec<f64>| {
+        let values = median_of(&values, 2);
+        match LowPass::new(4, 0.1, 1.0) {
+            Ok(filter) => filter.zero_phase(&values),
+            Err(_) => values,
+        }
+    };
+    let left = |row: &FrictionRow| smooth(points.iter().map(|(v, tau)| tau - torque(row, *v)).collect());
+    (
+        points.iter().map(|(v, _)| *v).collect(),
+        smooth(points.iter().map(|(_, tau)| *tau).collect()),
+        cell.rows.iter().map(left).collect(),
+    )
 }
 
 fn residuals(law: &Law, p: &[f64], points: &[(f64, f64)]) -> Vec<f64> {

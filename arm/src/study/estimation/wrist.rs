@@ -151,7 +151,7 @@ impl Wrists {
 }
 
 /// Friction of the real wrist: the curves of column C, bristles under them, `drift` times as much.
-fn friction(drift: f64) -> Vec<TrueFriction> {
+pub(super) fn friction(drift: f64) -> Vec<TrueFriction> {
     let first = |v: f64| match (v > 0.0, v.abs() < 0.5) {
         (true, true) => 0.1310 + 0.0271 * v,
         (true, false) => 0.1463 - 0.0035 * v,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm::study::estimation::wrist::{Load, METHODS, WristCell, published};
+use hysteron_arm::study::estimation::wrist_sweep::{SweepCell, TORQUES};
 use hysteron_arm::study::estimation::{DRIFTS, WristStudy, simulated_errors::Comparison};
 use hysteron_base::Metadata;
 use serde_json::{Value, json};
@@ -19,7 +20,7 @@ pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Resu
         folder,
         &json!({
             "format": "hysteron-metrics", "version": 1, "study": "wrist", "cells": without_curves(study),
-            "simulated_rms": simulated_rms(study), "command": meta.command, "commit": meta.commit,
+            "simulated_rms": simulated_rms(study), "sweep_rms_n_m": study.sweep.rms_n_m, "command": meta.command, "commit": meta.commit,
         }),
     )?;
     let mut page = Page::new("Interaction torques of a wrist exoskeleton", &meta.source, &meta.command);
@@ -35,7 +36,8 @@ pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Resu
             table(&mut page, load, drift, &cells);
         }
     }
-    page.heading("Figures");
+    sweep(folder, &mut page, &study.sweep)?;
+    page.heading("Estimates");
     for load in [Load::Payload, Load::ForceSensor] {
         for (part, methods) in [("a", &METHODS[1..3]), ("b", &METHODS[3..6])] {
             let Some(cell) = study.cells.iter().find(|cell| cell.load == load && cell.drift == 0.0) else {
@@ -54,6 +56,40 @@ pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Resu
     }
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Figures 5 and 6.
+fn sweep(folder: &Path, page: &mut Page, sweep: &SweepCell) -> anyhow::Result<()> {
+    page.heading("Identification from the swept sine");
+    let head = ["Model", "Joint 1: RMS [N m]", "Joint 2: RMS [N m]"];
+    let published = [[0.2336, 0.1076], [0.0688, 0.0550], [0.0760, 0.0333]];
+    let rows = TORQUES[1..].iter().zip(&sweep.rms_n_m).zip(published).map(|((name, rms), known)| {
+        vec![(*name).to_owned(), beside(rms[0], known[0], 4), beside(rms[1], known[1], 4)]
+    });
+    page.table(&head, rows);
+    page.paragraph(
+        "The paper's first two rows have its original friction model, ours have none. A constant torque and weight can hardly be told apart \
+         in a sweep of a third of a radian: what one of them has too much in figure 5 the other has too little.",
+    );
+    let shown = |values: &[Option<f64>]| values.iter().map(|x| x.unwrap_or(f64::NAN)).collect::<Vec<f64>>();
+    let curves = [
+        ("recorded torque less that of the bodies".to_owned(), [0, 1].map(|j| shown(&sweep.measured_n_m[j]))),
+        ("identified".to_owned(), sweep.identified_n_m.clone()),
+        ("true, in steady motion".to_owned(), sweep.true_n_m.clone()),
+    ];
+    let caption = "Torque over speed; recorded: means over bins of 0.05 rad/s.";
+    let mut chart = joints("friction", ["Friction (figure 5)", caption, "N m"], &sweep.speed_rad_s, &curves);
+    chart.x_name = "speed [rad/s]";
+    page.figure(&save(folder, &chart, false)?);
+    let curves: Vec<_> =
+        TORQUES.iter().zip(&sweep.torque).map(|(name, rows)| ((*name).to_owned(), rows.clone())).collect();
+    let title = "Torques of the swept sine (figure 6)";
+    page.figure(&save(
+        folder,
+        &joints("sweep", [title, "Over time [s].", "N m"], &sweep.time_s, &curves),
+        false,
+    )?);
+    Ok(())
 }
 
 /// Means over the seeds, joints 1 and 2: error [N m], percent.

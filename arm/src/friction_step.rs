@@ -1,0 +1,270 @@
+//! A substep with dry friction, stops and joints that follow others, forwards and backwards.
+//!
+//! The velocity after a substep minimises ½ (v − v_free)ᵀ A (v − v_free) + h Σ f_i |v_i| within the velocities that keep
+//! every joint in its range, A = M + hD: the friction of a joint is f_i against its motion, or whatever up to f_i keeps it at rest. In
+//! impulses this is the box QP |p_i| ≤ h f_i on A⁻¹. Where a joint sticks its velocity is exactly zero.
+//!
+//! A joint that follows another moves with it exactly: q = G u + o with one row of G for each joint. Everything above is then said
+//! of u, with Gᵀ A G, Gᵀ A v_free and the frictions and ranges of all joints that u moves.
+//!
+//! The active set is found in every lane by itself; given it, the velocities are the solution of a linear system whose rows of standing
+//! joints are those of the identity. Gradients follow from that system with the active set fixed: with μ its solution for the cotangent of
+//! the velocities, those of −h μ·(τ(q, q̇, (v − q̇)/h) + …), which is one reverse sweep of inverse dynamics.
+
+use hysteron_base::lanes::LANES;
+
+use crate::adjoint::inverse_dynamics_adjoint;
+use crate::box_qp::{BoxQp, Contact};
+use crate::crba::fill_mass_matrix;
+use crate::followers::Followers;
+use crate::rnea::bias_torque;
+use crate::simulator::Stops;
+use crate::stepper::StepGradient;
+use crate::{Cotangent, Data, ExternalForce, Model, Scalar, dense, inverse_dynamics};
+
+/// Scratch of the substeps of one model.
+#[derive(Debug, Clone)]
+pub(crate) struct FrictionStep<T> {
+    /// Length of a substep [s].
+    period: f64,
+    stops: Stops,
+    followers: Followers,
+    qp: BoxQp,
+    /// A of all joints (n × n), and A v_free.
+    whole: Vec<T>,
+    whole_pull: Vec<T>,
+    /// From here on of the independent joints: A,
+    mass: Vec<T>,
+    factor: Vec<T>,
+    /// A v_free,
+    pull: Vec<T>,
+    /// friction of the joint and its followers, as an impulse,
+    dry: Vec<T>,
+    /// and velocities.
+    speeds: Vec<T>,
+    /// One where the joint slides, the sign of its motion, one where it stops, and the end at which it does.
+    slides: Vec<T>,
+    signs: Vec<T>,
+    stopped: Vec<T>,
+    ends: Vec<T>,
+    /// The problem of every lane, and its active set.
+    values: Vec<[f64; LANES]>,
+    found: Vec<[[f64; LANES]; 4]>,
+}
+
+/// What a substep starts from and what acts in it.
+pub(crate) struct Substep<'a, T> {
+    pub model: &'a Model,
+    /// Armatures with h D in them.
+    pub data: &'a mut Data<T>,
+    pub damping: &'a [T],
+    pub dry_friction: &'a [T],
+    pub tau: &'a [T],
+    pub external: &'a [ExternalForce<T>],
+}
+
+impl<T: Scalar> FrictionStep<T> {
+    /// Substeps of `period` [s] of numbers like `like`.
+    pub fn new(model: &Model, period: f64, stops: Stops, like: T) -> Self {
+        let followers = Followers::new(model);
+        let (n, m) = (model.n_joints(), followers.independent.len());
+        let [row, of_all] = [m, n].map(|n| vec![like.splat(0.0); n]);
+        Self {
+            period,
+            stops,
+            qp: BoxQp::new(m),
+            followers,
+            whole: vec![like.splat(0.0); n * n],
+            whole_pull: of_all,
+            mass: vec![like.splat(0.0); m * m],
+            factor: vec![like.splat(0.0); m * m],
+            pull: row.clone(),
+            dry: row.clone(),
+            speeds: row.clone(),
+            slides: row.clone(),
+            signs: row.clone(),
+            stopped: row.clone(),
+            ends: row,
+            values: vec![[0.0; LANES]; m * (m + 4)],
+            found: vec![[[0.0; LANES]; 4]; m],
+        }
+    }
+
+    /// Advances `q`, `dq` by a substep. Joints that follow others are put where these lead them, before and after.
+    #[inline(always)]
+    pub fn advance(&mut self, mut at: Substep<T>, [q, dq]: [&mut [T]; 2]) {
+        self.followers.follow(q, dq);
+        self.find_speeds(&mut at, [&*q, &*dq]);
+        let one = q[0].splat(1.0);
+        for (u, &i) in self.followers.independent.iter().enumerate() {
+            let goes = one - self.stopped[u];
+            // A joint that stops stands on the end of its range, free of rounding.
+            let free = self.speeds[u].mul_add(q[i].splat(self.period), q[i]);
+            q[i] = self.stopped[u].mul_add(self.ends[u], goes * free);
+            dq[i] = goes * self.speeds[u];
+        }
+        self.followers.follow(q, dq);
+    }
+
+    /// Velocities of the independent joints at the end of a substep that starts at `q`, `dq`.
+    #[inline(always)]
+    fn find_speeds(&mut self, at: &mut Substep<T>, [q, dq]: [&[T]; 2]) {
+        let (n, m, h) = (q.len(), self.speeds.len(), self.period);
+        bias_torque(at.model, at.data, [q, dq], at.external, &mut self.whole_pull);
+        fill_mass_matrix(at.model, at.data, &mut self.whole);
+        // A v_free = A v + h (…).
+        for i in 0..n {
+            let force = at.tau[i] - self.whole_pull[i] - at.damping[i] * dq[i];
+            self.whole_pull[i] = dot(&self.whole[n * i..n * (i + 1)], dq) + force.scale(h);
+        }
+        self.followers.reduce([&self.whole, &self.whole_pull], [&mut self.mass, &mut self.pull]);
+        self.dry.iter_mut().for_each(|dry| *dry = dry.splat(0.0));
+        for (dry, &(u, ratio, _)) in at.dry_friction.iter().zip(&self.followers.leaders) {
+            self.dry[u] = dry.mul_add(dry.splat(h * ratio.abs()), self.dry[u]);
+        }
+        for (speed, &i) in self.speeds.iter_mut().zip(&self.followers.independent) {
+            *speed = dq[i];
+        }
+        self.find_contacts(q);
+        // Rows of joints that do not slide say what their velocities are.
+        let one = q[0].splat(1.0);
+        for (u, &i) in self.followers.independent.iter().enumerate() {
+            self.speeds[u] = self.stopped[u] * (self.ends[u] - q[i]).scale(1.0 / h);
+        }
+        for u in 0..m {
+            let row = &self.mass[m * u..m * (u + 1)];
+            let force = self.pull[u] - self.signs[u] * self.dry[u] - dot(row, &self.speeds);
+            self.pull[u] = self.slides[u].mul_add(force, (one - self.slides[u]) * self.speeds[u]);
+            for w in 0..m {
+                self.factor[m * u + w] = self.slides[u] * self.slides[w] * row[w];
+            }
+            self.factor[m * u + u] = self.factor[m * u + u] + (one - self.slides[u]);
+        }
+        dense::factor(m, &mut self.factor);
+        self.speeds.copy_from_slice(&self.pull);
+        dense::solve_columns(m, &self.factor, &mut self.speeds);
+    }
+
+    /// The active set of every lane, from the velocities before the substep.
+    #[inline(always)]
+    fn find_contacts(&mut self, q: &[T]) {
+        let independent = &self.followers.independent;
+        let numbers = self.mass.iter().chain(&self.pull).chain(&self.dry).chain(&self.speeds);
+        let numbers = numbers.copied().chain(independent.iter().map(|i| q[*i]));
+        for (values, number) in self.values.iter_mut().zip(numbers) {
+            *values = number.values();
+        }
+        for lane in 0..T::N_LANES {
+            self.find_contacts_of(lane);
+        }
+        for (u, [slides, signs, stopped, ends]) in self.found.iter().enumerate() {
+            let like = self.speeds[u];
+            self.slides[u] = like.constants(slides);
+            self.signs[u] = like.constants(signs);
+            self.stopped[u] = like.constants(stopped);
+            self.ends[u] = like.constants(ends);
+        }
+    }
+
+    /// The active set of a lane, from `values` to `found`.
+    fn find_contacts_of(&mut self, lane: usize) {
+        let (m, qp) = (self.speeds.len(), &mut self.qp);
+        let mut values = self.values.iter().map(|values| values[lane]);
+        for part in [&mut qp.mass, &mut qp.pull, &mut qp.dry, &mut qp.speeds] {
+            part.iter_mut().zip(&mut values).for_each(|(x, value)| *x = value);
+        }
+        for ((bounds, range), q) in qp.bounds.iter_mut().zip(&self.followers.ranges).zip(values) {
+            *bounds = match (self.stops, range) {
+                (Stops::Rigid, Some([low, high])) => {
+                    [((low - q) / self.period).min(0.0), ((high - q) / self.period).max(0.0)]
+                }
+                _ => [f64::NEG_INFINITY, f64::INFINITY],
+            };
+        }
+        qp.solve();
+        for u in 0..m {
+            let found = match qp.contacts[u] {
+                Contact::Slides(sign) => [1.0, sign, 0.0, 0.0],
+                Contact::Sticks => [0.0; 4],
+                Contact::Stops(end) => [0.0, 0.0, 1.0, self.followers.ranges[u].unwrap_or_default()[end]],
+            };
+            for (values, value) in self.found[u].iter_mut().zip(found) {
+                values[lane] = value;
+            }
+        }
+    }
+
+    /// Pulls the gradients `q`, `dq` by the state after a substep back to the state before it, which is `state`; adds the rest to
+    /// `gradient`.
+    #[inline(always)]
+    pub fn back(
+        &mut self,
+        mut at: Substep<T>,
+        state: [&mut [T]; 3],
+        [q, dq]: [&mut [T]; 2],
+        cotangent: &mut Cotangent<T>,
+        gradient: &mut StepGradient<T>,
+    ) {
+        let (n, h) = (q.len(), self.period);
+        let [from, velocity, acceleration] = state;
+        self.followers.follow(from, velocity);
+        self.find_speeds(&mut at, [&*from, &*velocity]);
+        for (i, &(u, ratio, _)) in self.followers.leaders.iter().enumerate() {
+            acceleration[i] = (self.speeds[u].scale(ratio) - velocity[i]).scale(1.0 / h);
+        }
+        self.followers.follow_back(q, dq);
+        self.find_multipliers([&mut *q, &mut *dq]);
+        // Of all joints, μ; M μ is what it is worth before the substep.
+        for (i, &(u, ratio, _)) in self.followers.leaders.iter().enumerate() {
+            cotangent.tau[i] = self.pull[u].scale(ratio);
+        }
+        for i in 0..n {
+            dq[i] = dot(&self.whole[n * i..n * (i + 1)], &cotangent.tau);
+        }
+        for mu in &mut cotangent.tau {
+            *mu = mu.scale(h);
+        }
+        inverse_dynamics(
+            at.model,
+            at.data,
+            [&*from, &*velocity, &*acceleration],
+            at.external,
+            &mut self.whole_pull,
+        );
+        inverse_dynamics_adjoint(at.model, at.data, at.external, cotangent);
+        gradient.add(at.data, acceleration, cotangent);
+        for i in 0..n {
+            let (mu, (u, ratio, _)) = (cotangent.tau[i], self.followers.leaders[i]);
+            q[i] = q[i] + cotangent.q[i];
+            dq[i] = dq[i] + cotangent.dq[i] - at.damping[i] * mu;
+            gradient.damping[i] = gradient.damping[i] - mu * (velocity[i] + acceleration[i].scale(h));
+            let rubs = self.signs[u] * self.pull[u];
+            gradient.dry_friction[i] = gradient.dry_friction[i] - rubs.scale(h * ratio.abs());
+        }
+        self.followers.follow_back(q, dq);
+    }
+
+    /// From gradients by the independent joints after a substep, μ to `pull` and what does not pass through the velocities to `q`.
+    #[inline(always)]
+    fn find_multipliers(&mut self, [q, dq]: [&mut [T]; 2]) {
+        let m = self.speeds.len();
+        let one = q[0].splat(1.0);
+        for (u, &i) in self.followers.independent.iter().enumerate() {
+            q[i] = (one - self.stopped[u]) * q[i];
+            self.pull[u] = self.slides[u] * q[i].mul_add(q[i].splat(self.period), dq[i]);
+        }
+        dense::solve_columns(m, &self.factor, &mut self.pull);
+        // A joint that stops takes the others with it at the velocity that its way to the stop needs.
+        for (u, &i) in self.followers.independent.iter().enumerate() {
+            let force = dot(&self.mass[m * u..m * (u + 1)], &self.pull);
+            q[i] = (self.stopped[u] * force).mul_add(q[i].splat(1.0 / self.period), q[i]);
+        }
+    }
+}
+
+/// a · b.
+#[inline(always)]
+fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    let start = b[0].splat(0.0);
+    a.iter().zip(b).fold(start, |sum, (a, b)| a.mul_add(*b, sum))
+}
