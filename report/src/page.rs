@@ -1,4 +1,7 @@
 //! `report.html`, one file with everything in it, and `metrics.json` with every number it shows.
+//!
+//! No template engine: a page is headings, tables and figures in the order in which code adds them, one function escapes
+//! text, and a template would be a second place that knows what a verb reports.
 
 use std::path::Path;
 

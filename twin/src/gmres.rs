@@ -1,5 +1,8 @@
 //! Linear systems whose matrix is close to one that has a factor: minimal residuals over a Krylov space.
 //!
+//! Written here: a handful of directions, products that are differences of the residual, and the vectors of `base`; a crate
+//! would bring its own matrix type for less than these lines.
+//!
 //! # Reference
 //! Saad, Schultz (1986), GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems,
 //! SIAM J.

@@ -1,7 +1,8 @@
 //! Messages of the TOML reader and of serde in the house's shape, with line and key.
 //!
 //! Both give text and a position only; the key is found by walking the lines above. A file whose tables are
-//! written inline gets the right line and a shorter key.
+//! written inline gets the right line and a shorter key. `serde_path_to_error` would give the key without the line, and
+//! counts tables from 0 where a person counts them from 1; both are wanted here.
 
 use crate::BadInput;
 
