@@ -15,10 +15,10 @@ use hysteron_twin::{Stepper, Target};
 fn bent(mesh: &Mesh) -> (FemModel, Vec<[f64; 4]>) {
     let setting = Setting { law: Law::Corotational, ..Setting::TARGETS };
     let twin = sofa_scene(setting, mesh, N_PRIMARY).unwrap();
-    let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+    let mut stepper = Stepper::new(&twin);
     let targets = [3e-3, 0.0, -3e-3, 0.0].map(Target::Stroke);
-    stepper.step(&twin, &targets, &mut state).unwrap();
-    (twin.body, state.positions)
+    stepper.step(&twin, &targets).unwrap();
+    (twin.body, stepper.state().positions.clone())
 }
 
 fn kernels(criterion: &mut Criterion) {

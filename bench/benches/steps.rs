@@ -22,9 +22,9 @@ fn steps(criterion: &mut Criterion) {
         } else {
             with_strokes(&twin, N_WARM + N_SAMPLE).unwrap()
         };
-        let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+        let mut stepper = Stepper::new(&twin);
         for targets in &targets[..N_WARM] {
-            stepper.step(&twin, targets, &mut state).unwrap();
+            stepper.step(&twin, targets).unwrap();
         }
         let mut worst = 0.0f64;
         let name = match twin.friction.len() {
@@ -33,13 +33,13 @@ fn steps(criterion: &mut Criterion) {
         };
         criterion.bench_function(&name, |bencher| {
             bencher.iter_batched(
-                || (state.clone(), stepper.clone()),
-                |(mut state, mut stepper)| {
+                || stepper.clone(),
+                |mut stepper| {
                     for targets in &targets[N_WARM..] {
-                        let report = stepper.step(&twin, targets, &mut state).unwrap();
+                        let report = stepper.step(&twin, targets).unwrap();
                         worst = worst.max(report.relative_residual);
                     }
-                    (state, stepper)
+                    stepper
                 },
                 BatchSize::LargeInput,
             );

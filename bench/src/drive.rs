@@ -37,14 +37,14 @@ pub fn with_tensions(n_tendons: usize, n_steps: usize, tension: f64) -> Vec<Vec<
 /// # Errors
 /// A step of the recording run fails.
 pub fn with_strokes(twin: &Twin, n_steps: usize) -> hysteron_twin::Result<Vec<Vec<Target>>> {
-    let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
+    let mut stepper = Stepper::new(twin);
     let natural = with_tensions(twin.tendons.len(), n_steps, 0.5);
     natural
         .iter()
         .enumerate()
         .map(|(k, targets)| {
-            stepper.step(twin, targets, &mut state)?;
-            let mut strokes = twin.strokes_of(&state);
+            stepper.step(twin, targets)?;
+            let mut strokes = twin.strokes_of(stepper.state());
             strokes[..N_PRIMARY].copy_from_slice(&circle(k));
             for (j, stroke) in strokes.iter_mut().enumerate().skip(N_PRIMARY) {
                 *stroke += 0.03e-3 * (0.004 * k as f64 + j as f64).sin();

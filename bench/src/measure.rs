@@ -29,11 +29,11 @@ impl Run {
     /// # Errors
     /// A step fails.
     pub fn new(twin: &Twin, targets: &[Vec<Target>], n_skipped: usize) -> hysteron_twin::Result<Self> {
-        let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
+        let mut stepper = Stepper::new(twin);
         let mut run = Self { seconds: Vec::with_capacity(targets.len()), ..Self::default() };
         for (k, targets) in targets.iter().enumerate() {
             let start = Instant::now();
-            let report = stepper.step(twin, targets, &mut state)?;
+            let report = stepper.step(twin, targets)?;
             let seconds = start.elapsed().as_secs_f64();
             if k < n_skipped {
                 continue;

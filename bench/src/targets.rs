@@ -204,8 +204,8 @@ struct Rollouts {
 /// Rollouts on two threads, with a stepper each, and on one; best of alternations.
 fn rollouts(twin: &Twin, targets: &[Vec<Target>], alternations: usize) -> Result<Rollouts> {
     let rollout = || -> hysteron_twin::Result<()> {
-        let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
-        targets.iter().try_for_each(|targets| stepper.step(twin, targets, &mut state).map(drop))
+        let mut stepper = Stepper::new(twin);
+        targets.iter().try_for_each(|targets| stepper.step(twin, targets).map(drop))
     };
     let (mut two, mut one) = (0.0f64, 0.0f64);
     let mut processor = [Some(0.0); 2];

@@ -182,17 +182,24 @@ mod tests {
         strokes.iter().map(|stroke| Target::Stroke(*stroke)).collect()
     }
 
-    /// Error of ∂y/∂s at `state`, over its largest entry, against tips brought to balance again.
-    fn error(stepper: &mut Stepper, twin: &Twin, state: &TwinState, strokes: &[f64]) -> f64 {
-        let found = stepper.tip_per_stroke(twin, state).expect("a tangent");
+    /// The equilibrium under `strokes` after `from`.
+    fn after(twin: &Twin, from: &TwinState, strokes: &[f64]) -> TwinState {
+        let mut stepper = Stepper::new(twin);
+        stepper.restore(twin, from).expect("a state of the twin");
+        stepper.step(twin, &targets(strokes)).expect("an equilibrium");
+        stepper.state().clone()
+    }
+
+    /// Error of ∂y/∂s where `stepper` stands, over its largest entry, against tips brought to balance again.
+    fn error(stepper: &mut Stepper, twin: &Twin, strokes: &[f64]) -> f64 {
+        let found = stepper.tip_per_stroke(twin).expect("a tangent");
         let size = found.iter().flatten().fold(0.0f64, |size, value| size.max(value.abs()));
         let mut largest = 0.0f64;
         for k in 0..strokes.len() {
             let tip = |by: f64| {
-                let (mut moved, mut state) = (strokes.to_vec(), state.clone());
+                let mut moved = strokes.to_vec();
                 moved[k] += by;
-                Stepper::new(twin).step(twin, &targets(&moved), &mut state).expect("an equilibrium");
-                twin.tip_of(&state)
+                twin.tip_of(&after(twin, stepper.state(), &moved))
             };
             let (ahead, behind) = (tip(STEP), tip(-STEP));
             for c in 0..3 {
@@ -204,12 +211,12 @@ mod tests {
     }
 
     /// Goes to `bend` and then fifty steps of 10 µm, without a new factor on the way; then back by `back`.
-    fn fifty_steps(twin: &Twin, bend: [f64; 4], back: f64) -> (Stepper, TwinState, Vec<f64>) {
-        let (mut stepper, mut state) = (Stepper::new(twin), twin.rest());
+    fn fifty_steps(twin: &Twin, bend: [f64; 4], back: f64) -> (Stepper, Vec<f64>) {
+        let mut stepper = Stepper::new(twin);
         let longest = bend.iter().fold(0.0f64, |longest, stroke| longest.max(stroke.abs()));
         let part = |part: f64| bend.map(|stroke| part * stroke).to_vec();
         for k in 1..=8 {
-            stepper.step(twin, &targets(&part(f64::from(k) / 8.0)), &mut state).expect("an equilibrium");
+            stepper.step(twin, &targets(&part(f64::from(k) / 8.0))).expect("an equilibrium");
         }
         let mut refactorisations = 0;
         stepper.fast_iteration().never_pays();
@@ -217,14 +224,14 @@ mod tests {
         for k in 1..=50 {
             strokes = part(1.0 + f64::from(k) * 1e-5 / longest);
             refactorisations +=
-                stepper.step(twin, &targets(&strokes), &mut state).expect("an equilibrium").refactorisations;
+                stepper.step(twin, &targets(&strokes)).expect("an equilibrium").refactorisations;
         }
         assert_eq!(refactorisations, 0, "a new factor");
         if back > 0.0 {
             strokes.iter_mut().for_each(|stroke| *stroke -= back);
-            stepper.step(twin, &targets(&strokes), &mut state).expect("an equilibrium");
+            stepper.step(twin, &targets(&strokes)).expect("an equilibrium");
         }
-        (stepper, state, strokes)
+        (stepper, strokes)
     }
 
     #[test]
@@ -233,8 +240,8 @@ mod tests {
         scene.tracker.turn = [0.1, -0.2, 0.3];
         for bend in [[1e-3, 0.5e-3, 0.2e-3, 0.3e-3], [4e-3, 1e-3, -3e-3, 1e-3], [6e-3, 3e-3, -8e-3, -4e-3]] {
             let twin = Twin::new(&scene, &mesh).expect("a good scene");
-            let (mut stepper, state, strokes) = fifty_steps(&twin, bend, 0.0);
-            let error = error(&mut stepper, &twin, &state, &strokes);
+            let (mut stepper, strokes) = fifty_steps(&twin, bend, 0.0);
+            let error = error(&mut stepper, &twin, &strokes);
             assert!(error < EXACT, "{bend:?}: {error:.1e}");
         }
     }
@@ -245,12 +252,12 @@ mod tests {
         scene.tendons.iter_mut().for_each(|tendon| tendon.compliance = 2e-4);
         scene.friction = Some(scenes::STUCK);
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        let (mut stepper, state, strokes) = fifty_steps(&twin, [3e-3, 1e-3, -2e-3, 1e-3], 3e-5);
+        let (mut stepper, strokes) = fifty_steps(&twin, [3e-3, 1e-3, -2e-3, 1e-3], 3e-5);
         let mut ahead = state.clone();
         let further: Vec<f64> = strokes.iter().map(|stroke| stroke - STEP).collect();
         Stepper::new(&twin).step(&twin, &targets(&further), &mut ahead).expect("an equilibrium");
         assert_eq!(ahead.slip, state.slip, "a point has slipped: what sticks is not tested");
-        let error = error(&mut stepper, &twin, &state, &strokes);
+        let error = error(&mut stepper, &twin, &strokes);
         assert!(error < EXACT, "{error:.1e}");
     }
 }

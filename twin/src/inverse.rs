@@ -51,19 +51,13 @@ const LONGEST_STROKE: f64 = 0.05;
 const MAX_HALVINGS: usize = 6;
 
 impl Stepper {
-    /// Moves `state` to an equilibrium with the tip at `goal`: tendons given as [`Target::Free`] take
+    /// Goes on to an equilibrium with the tip at `goal`: tendons given as [`Target::Free`] take
     /// whatever strokes that needs, the others keep their targets.
     ///
     /// # Errors
     /// No free tendon; those of [`Stepper::step`]. A goal out of reach is not an error, nor one that friction keeps the
     /// search from: see [`ReachReport::is_reached`].
-    pub fn reach(
-        &mut self,
-        twin: &Twin,
-        goal: &TipGoal,
-        targets: &[Target],
-        state: &mut TwinState,
-    ) -> Result<ReachReport> {
+    pub fn reach(&mut self, twin: &Twin, goal: &TipGoal, targets: &[Target]) -> Result<ReachReport> {
         if !targets.contains(&Target::Free) {
             return Err(BadInput::new("targets", "at least one free tendon", "none")
                 .hint("drive = \"free\" lets the inverse problem choose a tendon's stroke")
@@ -73,9 +67,9 @@ impl Stepper {
             return Err(BadInput::new("goal", "finite coordinates", found.to_string()).into());
         }
         check_targets(twin, targets)?;
-        let mut commands = self.held_strokes(twin, targets, state);
-        let mut step = self.step(twin, &commands, state)?;
-        let Some(projection) = self.projection(twin, state) else {
+        let mut commands = self.held_strokes(twin, targets);
+        let mut step = self.step(twin, &commands)?;
+        let Some(projection) = self.projection(twin) else {
             let hint = "the body has no positive definite stiffness here".into();
             return Err(Error::NoEquilibrium {
                 reached: 1.0,
@@ -85,39 +79,39 @@ impl Stepper {
             });
         };
         let mut problem = EffectorQp::new(twin, projection);
-        let mut error = distance(goal, twin, state);
+        let mut error = distance(goal, twin, self.state());
         let mut rounds = 0;
         while error > goal.tolerance && rounds < MAX_ROUNDS {
             rounds += 1;
-            let Some(increments) = problem.solve(twin, goal, targets, state) else { break };
-            let before = (state.clone(), error);
+            let Some(increments) = problem.solve(twin, goal, targets, self.state()) else { break };
+            let before = (self.state().clone(), error);
             let mut part = 1.0;
             for halving in 0..=MAX_HALVINGS {
                 part *= problem.command(twin, targets, &before.0, &increments, part, &mut commands);
-                match self.step(twin, &commands, state) {
+                match self.step(twin, &commands) {
                     Ok(report) => step = step.followed_by(&report),
                     Err(Error::NoEquilibrium { .. }) => {}
                     Err(other) => return Err(other),
                 }
-                error = distance(goal, twin, state);
+                error = distance(goal, twin, self.state());
                 if error < before.1 || halving == MAX_HALVINGS {
                     break;
                 }
-                state.clone_from(&before.0);
+                self.restore(twin, &before.0)?;
                 part *= 0.5;
             }
             if error >= before.1 {
-                *state = before.0;
+                self.restore(twin, &before.0)?;
                 error = before.1;
                 break;
             }
-            problem.learn(twin, &increments, &before.0, state);
+            problem.learn(twin, &increments, &before.0, self.state());
             if problem.longest_stroke(&increments) * part < NEGLIGIBLE_STROKE {
                 break;
             }
         }
         Ok(ReachReport {
-            strokes: twin.commands_of(state),
+            strokes: twin.commands_of(self.state()),
             tip_error: error,
             is_reached: error <= goal.tolerance,
             rounds,
@@ -126,8 +120,8 @@ impl Stepper {
     }
 
     /// The targets with free tendons held where they are.
-    fn held_strokes(&self, twin: &Twin, targets: &[Target], state: &TwinState) -> Vec<Target> {
-        let strokes = twin.commands_of(state);
+    fn held_strokes(&self, twin: &Twin, targets: &[Target]) -> Vec<Target> {
+        let strokes = twin.commands_of(self.state());
         let held = |(j, target): (usize, &Target)| match target {
             Target::Free => Target::Stroke(strokes[j]),
             other => *other,

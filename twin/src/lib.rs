@@ -8,16 +8,16 @@
 //!
 //! let scene = Scene::read(Path::new("../meshes/tpu80/scene.toml"))?;
 //! let twin = Twin::from_scene(&scene)?;
-//! let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+//! let mut stepper = Stepper::new(&twin);
 //! let mut targets = vec![Target::Stroke(0.0); twin.tendons.len()];
 //! for step in 1..=10 {
 //!     // The first tendon is pulled, tenth of a millimetre by tenth, and the one across lets it.
 //!     targets[0] = Target::Stroke(1e-4 * f64::from(step));
 //!     targets[2] = Target::Stroke(-1e-4 * f64::from(step));
-//!     let report = stepper.step(&twin, &targets, &mut state)?;
+//!     let report = stepper.step(&twin, &targets)?;
 //!     assert!(report.relative_residual < 1e-3);
 //! }
-//! let (tip, rest) = (twin.tip_of(&state), twin.tip_of(&twin.rest()));
+//! let (tip, rest) = (twin.tip_of(stepper.state()), twin.tip_of(&twin.rest()));
 //! assert!((tip[0] - rest[0]).hypot(tip[1] - rest[1]) > 1e-3);
 //! # Ok::<(), hysteron_twin::Error>(())
 //! ```

@@ -157,9 +157,9 @@ impl Motion {
         let Some(first) = rest.first() else { return Ok(()) };
         let mut targets = self.targets_at(*first);
         targets.resize(twin.tendons.len(), Target::Free);
-        let mut state = twin.rest();
-        Stepper::new(twin).step(twin, &targets, &mut state)?;
-        let twins = Vector3::from(twin.tip_of(&state));
+        let mut stepper = Stepper::new(twin);
+        stepper.step(twin, &targets)?;
+        let twins = Vector3::from(twin.tip_of(stepper.state()));
         let measured =
             rest.iter().map(|&i| Vector3::from(self.tips[i])).sum::<Vector3<f64>>() / rest.len() as f64;
         let (away, allowed) = ((measured - twins).norm(), REGISTERED * length_of(twin));

@@ -64,7 +64,6 @@ pub struct Uncorrected<'a> {
     twin: &'a Twin,
     resting: Vec<Target>,
     stepper: Stepper,
-    state: TwinState,
     targets: Vec<Target>,
 }
 
@@ -73,7 +72,7 @@ impl<'a> Uncorrected<'a> {
     pub fn new(twin: &'a Twin) -> Self {
         let resting = twin.tendons[twin.n_primary..].iter();
         let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();
-        Self { twin, resting, stepper: Stepper::new(twin), state: twin.rest(), targets: Vec::new() }
+        Self { twin, resting, stepper: Stepper::new(twin), targets: Vec::new() }
     }
 }
 
@@ -82,15 +81,15 @@ impl Plant for Uncorrected<'_> {
         self.targets.clear();
         self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));
         self.targets.extend_from_slice(&self.resting);
-        let report = self.stepper.step(self.twin, &self.targets, &mut self.state)?;
-        Ok(PlantStep { tip: self.twin.tip_of(&self.state), is_extrapolating: false, report })
+        let report = self.stepper.step(self.twin, &self.targets)?;
+        Ok(PlantStep { tip: self.twin.tip_of(self.stepper.state()), is_extrapolating: false, report })
     }
 
     fn state(&self) -> &TwinState {
-        &self.state
+        self.stepper.state()
     }
 
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(self.twin, &self.state)
+        self.stepper.tip_per_stroke(self.twin)
     }
 }

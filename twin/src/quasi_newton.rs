@@ -363,13 +363,13 @@ mod tests {
         let (mut scene, mesh) = scenes::robot();
         scene.tendons[0].compliance = 1e-5;
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        let (mut stepper, mut state) = (Stepper::new(&twin), twin.rest());
+        let mut stepper = Stepper::new(&twin);
         // One pulled, one slack, one driven by tension, one held.
         for k in 1..=6 {
             let part = 2e-4 * f64::from(k);
             let targets = [part, -part, 0.0, 0.0].map(Target::Stroke);
             let targets = [targets[0], targets[1], Target::Tension(500.0 * part), targets[3]];
-            stepper.step(&twin, &targets, &mut state).expect("an equilibrium");
+            stepper.step(&twin, &targets).expect("an equilibrium");
         }
         let fast = stepper.fast_iteration();
         let observed = fast.anderson.changes();

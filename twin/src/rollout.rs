@@ -34,11 +34,12 @@ pub fn rollouts(twin: &Twin, start: &TwinState, sequences: &[Vec<Vec<Target>>]) 
 }
 
 fn run(twin: &Twin, mut stepper: Stepper, start: &TwinState, commands: &[Vec<Target>]) -> Result<Rollout> {
-    let mut state = start.clone();
+    stepper.restore(twin, start)?;
     let mut rollout = Rollout::default();
     for targets in commands {
-        rollout.reports.push(stepper.step(twin, targets, &mut state)?);
-        rollout.tips.push(twin.tip_of(&state));
+        rollout.reports.push(stepper.step(twin, targets)?);
+        let state = stepper.state();
+        rollout.tips.push(twin.tip_of(state));
         rollout.tensions.push(state.tensions[..twin.tendons.len()].to_vec());
     }
     Ok(rollout)

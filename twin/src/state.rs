@@ -2,7 +2,7 @@
 //! backlash remember.
 
 /// A configuration of the twin.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct TwinState {
     /// Node positions [m], model order, padded.
     pub positions: Vec<[f64; 4]>,

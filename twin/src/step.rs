@@ -37,6 +37,8 @@ pub(crate) struct FrictionMemory {
 /// What a step has still to do, linearised at a state.
 #[derive(Debug)]
 pub(crate) struct Conditions<'a> {
+    /// The state.
+    pub state: &'a TwinState,
     /// With the lagged factor: approximate.
     pub projection: &'a Projection,
     /// Stroke that each cable misses [m]; zero where its tension is prescribed.
@@ -46,7 +48,11 @@ pub(crate) struct Conditions<'a> {
     pub highest: &'a [f64],
 }
 
-/// Steps a twin; owns all scratch, so that steps allocate nothing in the common case.
+/// Steps a twin from equilibrium to equilibrium. Owns the equilibrium where it stands and all scratch, so that steps allocate
+/// nothing in the common case.
+///
+/// A step commits one value: the state with its friction bounds and prescribed strokes, to which the factor in use and the
+/// history belong. [`Stepper::restore`] goes to another equilibrium, and makes both anew.
 #[derive(Debug, Clone)]
 pub struct Stepper {
     control: Control,
@@ -54,11 +60,11 @@ pub struct Stepper {
     quasi_newton: QuasiNewton,
     /// Made when first needed.
     newton: Option<Box<Newton>>,
-    /// The last equilibrium, to return to.
+    /// The last equilibrium on the way, to return to.
     saved: TwinState,
-    /// The equilibrium that the fast iteration's history ends with.
-    last: TwinState,
-    /// Friction bounds at that equilibrium [N].
+    /// The equilibrium that is committed.
+    state: TwinState,
+    /// Its friction bounds [N].
     bounds: Vec<f64>,
     /// What comes through the backlash in this step [m].
     plays: Vec<f64>,
@@ -73,7 +79,7 @@ impl Stepper {
             quasi_newton: QuasiNewton::new(twin),
             newton: None,
             saved: twin.rest(),
-            last: twin.rest(),
+            state: twin.rest(),
             bounds: vec![0.0; twin.friction.len()],
             plays: vec![0.0; twin.n_plays()],
         };
@@ -81,20 +87,38 @@ impl Stepper {
         stepper
     }
 
-    /// Moves `state` to the equilibrium under `targets` (one per tendon).
+    /// The equilibrium where it stands; at rest before the first step.
+    pub fn state(&self) -> &TwinState {
+        &self.state
+    }
+
+    /// Goes to another equilibrium, where the next step begins.
+    ///
+    /// # Errors
+    /// A state of another twin or with a number that is not finite.
+    pub fn restore(&mut self, twin: &Twin, state: &TwinState) -> Result<()> {
+        check_state(twin, state)?;
+        self.state.clone_from(state);
+        self.quasi_newton.forget();
+        self.measure_friction(twin, state);
+        Ok(())
+    }
+
+    /// Goes on to the equilibrium under `targets` (one per tendon).
     ///
     /// # Errors
     /// A wrong number of targets, one that is not finite, a stroke longer than its tendon, or a tension
-    /// out of its bounds; a state of another twin or with a number that is not finite;
-    /// [`Error::NoEquilibrium`]: `state` is then the last equilibrium on the way.
-    pub fn step(&mut self, twin: &Twin, targets: &[Target], state: &mut TwinState) -> Result<StepReport> {
+    /// out of its bounds; [`Error::NoEquilibrium`]: it then stands at the last equilibrium on the way.
+    pub fn step(&mut self, twin: &Twin, targets: &[Target]) -> Result<StepReport> {
         check_targets(twin, targets)?;
+        let mut state = std::mem::take(&mut self.state);
+        let result = self.step_from(twin, targets, &mut state);
+        self.state = state;
+        result
+    }
+
+    fn step_from(&mut self, twin: &Twin, targets: &[Target], state: &mut TwinState) -> Result<StepReport> {
         let mut report = StepReport::default();
-        if *state != self.last {
-            check_state(twin, state)?;
-            self.quasi_newton.forget();
-            self.measure_friction(twin, state);
-        }
         self.command(twin, targets, state);
         let mut result = Ok(());
         if !self.step_at_once(twin, state, &mut report) {
@@ -106,11 +130,10 @@ impl Stepper {
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
         self.commit(twin, &result, state);
-        self.last.clone_from(state);
         result.map(|()| report)
     }
 
-    /// The step that led to `state` once more, with other targets: from where it led, with the memory from before it.
+    /// The last step once more, with other targets: from where it led, with the friction memory from before it.
     ///
     /// # Errors
     /// Those of [`Self::step`].
@@ -119,50 +142,51 @@ impl Stepper {
         twin: &Twin,
         targets: &[Target],
         memory: &FrictionMemory,
-        state: &mut TwinState,
     ) -> Result<StepReport> {
-        self.restore(memory, state);
-        self.step(twin, targets, state)
+        self.restore_friction(memory);
+        self.step(twin, targets)
     }
 
-    /// What a step from `memory` has still to do at `state`, where this stepper has led; `None` without a stiffness.
+    /// What a step from `memory` has still to do where it stands; `None` without a stiffness.
     pub(crate) fn conditions(
         &mut self,
         twin: &Twin,
         targets: &[Target],
         memory: &FrictionMemory,
-        state: &mut TwinState,
     ) -> Option<Conditions<'_>> {
-        self.restore(memory, state);
-        self.command(twin, targets, state);
-        self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
+        self.restore_friction(memory);
+        let state = std::mem::take(&mut self.state);
+        self.command(twin, targets, &state);
+        self.state = state;
+        let (control, state) = (&self.control, &self.state);
+        self.balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
         Some(Conditions {
+            state,
             projection: self.quasi_newton.projection(twin, state, &self.balance)?,
             stroke_residual: &self.balance.stroke_residual,
-            lowest: &self.control.lowest,
-            highest: &self.control.highest,
+            lowest: &control.lowest,
+            highest: &control.highest,
         })
     }
 
-    /// The memory of `state`, where this stepper has led.
-    pub(crate) fn memory_into(&self, state: &TwinState, memory: &mut FrictionMemory) {
-        memory.slip.clone_from(&state.slip);
-        memory.plays.clone_from(&state.plays);
+    /// The friction memory where it stands.
+    pub(crate) fn memory_into(&self, memory: &mut FrictionMemory) {
+        memory.slip.clone_from(&self.state.slip);
+        memory.plays.clone_from(&self.state.plays);
         memory.bounds.clone_from(&self.bounds);
     }
 
-    /// Gives `state`, where this stepper has led, another memory; history and factor stay.
-    fn restore(&mut self, memory: &FrictionMemory, state: &mut TwinState) {
-        for state in [state, &mut self.last] {
-            state.slip.clone_from(&memory.slip);
-            state.plays.clone_from(&memory.plays);
-        }
+    /// Gives the equilibrium where it stands another friction memory; history and factor stay.
+    fn restore_friction(&mut self, memory: &FrictionMemory) {
+        self.state.slip.clone_from(&memory.slip);
+        self.state.plays.clone_from(&memory.plays);
         self.bounds.clone_from(&memory.bounds);
     }
 
     /// True where the last step left cable `j` with a tension between its bounds: its stroke is held.
-    pub(crate) fn is_held(&self, j: usize, state: &TwinState) -> bool {
-        state.tensions[j] > self.control.lowest[j] && state.tensions[j] < self.control.highest[j]
+    pub(crate) fn is_held(&self, j: usize) -> bool {
+        let tension = self.state.tensions[j];
+        tension > self.control.lowest[j] && tension < self.control.highest[j]
     }
 
     /// Sets what a step from `state` has to reach.
@@ -225,13 +249,14 @@ impl Stepper {
         false
     }
 
-    /// Compliance of body and tendons at `state`, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
+    /// Compliance of body and tendons where it stands, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
     /// tangent in double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags
     /// stays as it is.
     ///
     /// # Errors
-    /// The tangent at `state` is singular.
-    pub fn delassus(&mut self, twin: &Twin, state: &TwinState) -> Result<Vec<f64>> {
+    /// The tangent is singular.
+    pub fn delassus(&mut self, twin: &Twin) -> Result<Vec<f64>> {
+        let state = &self.state;
         self.control.load = state.load;
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
         self.control.load = 1.0;
@@ -242,13 +267,13 @@ impl Stepper {
         Ok(rows.flat_map(|row| &row[..n]).copied().collect())
     }
 
-    /// How the body moves per tension at `state`, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon,
+    /// How the body moves per tension where it stands, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon,
     /// over the unknowns of the free nodes, which come first in model order.
     ///
     /// # Errors
-    /// The tangent at `state` is singular.
-    pub fn displacements_per_tension(&mut self, twin: &Twin, state: &TwinState) -> Result<Vec<Vec<f64>>> {
-        self.delassus(twin, state)?;
+    /// The tangent is singular.
+    pub fn displacements_per_tension(&mut self, twin: &Twin) -> Result<Vec<Vec<f64>>> {
+        self.delassus(twin)?;
         Ok(self.newton.as_ref().map_or_else(Vec::new, |newton| newton.projection.columns.clone()))
     }
 
@@ -257,9 +282,9 @@ impl Stepper {
     /// and auxiliary tendons keep their tensions. Of the exact tangent, to a tenth of a per cent.
     ///
     /// `None` where the body has no stiffness or two tendons pull the same way.
-    pub fn tip_per_stroke(&mut self, twin: &Twin, state: &TwinState) -> Option<[Vec<f64>; 3]> {
-        let held: Vec<usize> = (0..state.tensions.len()).filter(|&j| self.is_held(j, state)).collect();
-        let adjoints = self.tip_adjoints(twin, state, &held)?;
+    pub fn tip_per_stroke(&mut self, twin: &Twin) -> Option<[Vec<f64>; 3]> {
+        let held: Vec<usize> = (0..self.state.tensions.len()).filter(|&j| self.is_held(j)).collect();
+        let adjoints = self.tip_adjoints(twin, &held)?;
         Some(adjoints.map(|adjoint| {
             let mut all = vec![0.0; twin.n_primary];
             for (value, &j) in adjoint.of_stroke.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
@@ -270,13 +295,8 @@ impl Stepper {
     }
 
     /// What everything does to the tip where the last step ended, the cables `held` keeping their strokes.
-    pub(crate) fn tip_adjoints(
-        &mut self,
-        twin: &Twin,
-        state: &TwinState,
-        held: &[usize],
-    ) -> Option<[TipAdjoint; 3]> {
-        tip_adjoints(twin, &self.control, state, held, &mut self.quasi_newton)
+    pub(crate) fn tip_adjoints(&mut self, twin: &Twin, held: &[usize]) -> Option<[TipAdjoint; 3]> {
+        tip_adjoints(twin, &self.control, &self.state, held, &mut self.quasi_newton)
     }
 
     #[cfg(test)]
@@ -284,8 +304,9 @@ impl Stepper {
         &mut self.quasi_newton
     }
 
-    /// The projection with the lagged factor, made at `state` where there is none: approximate.
-    pub(crate) fn projection(&mut self, twin: &Twin, state: &TwinState) -> Option<&Projection> {
+    /// The projection with the lagged factor, made where it stands if there is none: approximate.
+    pub(crate) fn projection(&mut self, twin: &Twin) -> Option<&Projection> {
+        let state = &self.state;
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
         self.quasi_newton.projection(twin, state, &self.balance)
     }

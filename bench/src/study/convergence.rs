@@ -79,13 +79,16 @@ fn solve(name: &str, setting: Setting, mesh: &Mesh, is_reference: bool) -> Resul
         Cells::Tet4(_) => 1,
         Cells::Tet10(_) => 2,
     };
-    let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
-    let rest = twin.tip_of(&state);
+    let mut stepper = Stepper::new(&twin);
+    let rest = twin.tip_of(stepper.state());
     let mut curve = vec![[0.0; 2]];
     let mut failure = None;
     for k in 1..=N_STEPS {
-        match stepper.step(&twin, &one_sided(N_PRIMARY, STEP * k as f64), &mut state) {
-            Ok(_) => curve.push([1e3 * distance(twin.tip_of(&state), rest), state.tensions[0]]),
+        match stepper.step(&twin, &one_sided(N_PRIMARY, STEP * k as f64)) {
+            Ok(_) => {
+                let state = stepper.state();
+                curve.push([1e3 * distance(twin.tip_of(state), rest), state.tensions[0]]);
+            }
             Err(error) => {
                 failure = Some(error.to_string());
                 break;

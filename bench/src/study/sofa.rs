@@ -83,11 +83,11 @@ pub fn solve(
     strokes: &[f64],
     command: impl Fn(f64) -> Vec<Target>,
 ) -> hysteron_twin::Result<Vec<TwinState>> {
-    let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
-    let mut states = vec![state.clone()];
+    let mut stepper = Stepper::new(twin);
+    let mut states = vec![stepper.state().clone()];
     for &stroke in &strokes[1..] {
-        stepper.step(twin, &command(stroke), &mut state)?;
-        states.push(state.clone());
+        stepper.step(twin, &command(stroke))?;
+        states.push(stepper.state().clone());
     }
     Ok(states)
 }

@@ -180,13 +180,13 @@ impl Rod {
             moment: *moment,
         };
         twin.couples = self.sections.iter().zip(&shape.wrenches).map(couple).collect();
-        let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+        let mut stepper = Stepper::new(&twin);
         let mut solved = Solved { stations: [[0.0; 3]; N_STATIONS], residual: 0.0, iterations: 0 };
-        let report = stepper.step(&twin, &[], &mut state)?;
+        let report = stepper.step(&twin, &[])?;
         solved.residual = report.relative_residual;
         solved.iterations = report.newton_iterations;
         for (station, s) in solved.stations.iter_mut().zip(arc_lengths) {
-            *station = Embedding::new(&twin.body, [*s, 0.0, 0.0]).at(&state.positions);
+            *station = Embedding::new(&twin.body, [*s, 0.0, 0.0]).at(&stepper.state().positions);
         }
         Ok(solved)
     }

@@ -31,8 +31,7 @@ impl Auxiliary {
                 .hint("meshes/tpu80/scene-coreact.toml has a layout of them")
                 .into());
         }
-        let rest = twin.rest();
-        let delassus = Stepper::new(twin).delassus(twin, &rest)?;
+        let delassus = Stepper::new(twin).delassus(twin)?;
         let compliance = |j: usize| delassus[j * (twin.tendons.len() + 1)];
         let compliances: Vec<f64> = (twin.n_primary..twin.tendons.len()).map(compliance).collect();
         let bounds = tendons.iter().zip(&compliances).map(|(tendon, &compliance)| within(tendon, compliance));

@@ -79,7 +79,6 @@ pub struct Identifier<'a> {
     auxiliary: &'a Auxiliary,
     options: IdentifyOptions,
     stepper: Stepper,
-    state: TwinState,
     /// Auxiliary strokes now (n_aux) [m].
     strokes: Vec<f64>,
     targets: Vec<Target>,
@@ -98,7 +97,6 @@ impl<'a> Identifier<'a> {
             auxiliary,
             options,
             stepper: Stepper::new(twin),
-            state: twin.rest(),
             strokes: vec![0.0; auxiliary.len()],
             targets: Vec::new(),
             length: 1e-3 * twin.cables.longest(),
@@ -109,7 +107,7 @@ impl<'a> Identifier<'a> {
 
     /// Where the twin is now.
     pub fn state(&self) -> &TwinState {
-        &self.state
+        self.stepper.state()
     }
 
     /// The QP that was solved last.
@@ -119,12 +117,12 @@ impl<'a> Identifier<'a> {
 
     /// ∂tip/∂s at the present equilibrium (3 × n_aux, row by row) [-], tendons that are taut held at their strokes.
     pub fn sensitivity_where(&mut self, friction: FrictionPoints) -> Option<[Vec<f64>; 3]> {
-        sensitivity(&mut self.stepper, self.twin, self.auxiliary, &self.state, friction)
+        sensitivity(&mut self.stepper, self.twin, self.auxiliary, friction)
     }
 
     fn balance(&mut self, primary: &[f64]) -> Result<()> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        self.stepper.step_again(self.twin, &self.targets, &self.memory, &mut self.state)?;
+        self.stepper.step_again(self.twin, &self.targets, &self.memory)?;
         Ok(())
     }
 
@@ -134,9 +132,9 @@ impl<'a> Identifier<'a> {
         let weight = self.weight(goal);
         let error = self.error(goal);
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory, &mut self.state)?;
-        self.problem.set_conditions(self.twin, &conditions, &self.state);
-        let at = Linearised::new(self.twin, self.auxiliary, conditions.projection, &self.state, weight);
+        let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory)?;
+        self.problem.set_conditions(self.twin, &conditions);
+        let at = Linearised::new(self.twin, self.auxiliary, conditions.projection, conditions.state, weight);
         let sample = Sample {
             error: &error,
             strokes: &self.strokes,
@@ -149,10 +147,10 @@ impl<'a> Identifier<'a> {
 
     /// From the tip to the goal, as the rows of [`Linearised`].
     fn error(&self, goal: &Goal) -> Vec<f64> {
-        let tip = self.twin.tip_of(&self.state);
+        let tip = self.twin.tip_of(self.state());
         let mut error: Vec<f64> = (0..3).map(|c| goal.position[c] - tip[c]).collect();
         if let (Some(weight), Some(orientation)) = (self.weight(goal), goal.orientation) {
-            let turn = orientation * self.twin.tip_rotation_of(&self.state).inverse();
+            let turn = orientation * self.twin.tip_rotation_of(self.state()).inverse();
             error.extend((weight * turn.scaled_axis()).iter());
         }
         error
@@ -164,7 +162,7 @@ impl<'a> Identifier<'a> {
     }
 
     fn distance(&self, goal: &Goal) -> f64 {
-        distance(goal.position, self.twin.tip_of(&self.state))
+        distance(goal.position, self.twin.tip_of(self.state()))
     }
 }
 
@@ -172,9 +170,9 @@ impl AuxiliaryPolicy for Identifier<'_> {
     fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
         let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
         let allowed = allowed(self.auxiliary, &self.strokes, duration);
-        self.stepper.memory_into(&self.state, &mut self.memory);
+        self.stepper.memory_into(&mut self.memory);
         // At rest nothing is in balance yet: there is nothing to linearise.
-        let rounds = if self.state.load == 1.0 { self.options.rounds } else { 0 };
+        let rounds = if self.state().load == 1.0 { self.options.rounds } else { 0 };
         if let Some(goal) = goal {
             for round in 0..rounds {
                 let found = self.solve(primary, goal, &allowed);
@@ -196,7 +194,7 @@ impl AuxiliaryPolicy for Identifier<'_> {
         done.bounds = strokes
             .map(|((stroke, allowed), whole)| bound_of(*stroke, allowed, whole, self.length))
             .collect();
-        done.tip = self.twin.tip_of(&self.state);
+        done.tip = self.twin.tip_of(self.state());
         done.distance = goal.map_or(0.0, |goal| self.distance(goal));
         Ok(done)
     }

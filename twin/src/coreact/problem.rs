@@ -186,7 +186,8 @@ impl Problem {
     }
 
     /// Takes over what the other cables have to meet.
-    pub fn set_conditions(&mut self, twin: &Twin, conditions: &Conditions, state: &TwinState) {
+    pub fn set_conditions(&mut self, twin: &Twin, conditions: &Conditions) {
+        let state = conditions.state;
         for (a, j) in others(twin).enumerate() {
             self.stroke_residual[a] = conditions.stroke_residual[j];
             self.lowest[a] = conditions.lowest[j] - state.tensions[j];

@@ -2,7 +2,6 @@
 
 use super::Auxiliary;
 use super::problem::others;
-use crate::TwinState;
 use crate::model::Twin;
 use crate::step::Stepper;
 
@@ -22,17 +21,16 @@ pub(crate) fn sensitivity(
     stepper: &mut Stepper,
     twin: &Twin,
     auxiliary: &Auxiliary,
-    state: &TwinState,
     friction: FrictionPoints,
 ) -> Option<[Vec<f64>; 3]> {
     let n_counted = match friction {
         FrictionPoints::AsTheyAre => twin.cables.len(),
         FrictionPoints::Slipping => twin.n_primary,
     };
-    let held: Vec<usize> = others(twin).filter(|&j| j < n_counted && stepper.is_held(j, state)).collect();
-    let adjoints = stepper.tip_adjoints(twin, state, &held)?;
+    let held: Vec<usize> = others(twin).filter(|&j| j < n_counted && stepper.is_held(j)).collect();
+    let adjoints = stepper.tip_adjoints(twin, &held)?;
     let mut shape = twin.cables.shape();
-    twin.cables.measure(&state.positions, &mut shape);
+    twin.cables.measure(&stepper.state().positions, &mut shape);
     Some(adjoints.map(|adjoint| {
         let of_stroke = |(k, compliance): (usize, &f64)| {
             twin.cables.row_times(&shape, twin.n_primary + k, &adjoint.of_force) / compliance

@@ -28,7 +28,6 @@ pub struct Rollout<'a> {
     predictor: Predictor<'a>,
     features: Option<Features>,
     stepper: Stepper,
-    state: TwinState,
     /// Tip of the sample before [m]: that of the body, and what is missing along z.
     tip: [f64; 3],
     strokes: Vec<f64>,
@@ -59,7 +58,6 @@ impl<'a> Rollout<'a> {
             Some(change) if change.friction_ratio != 1.0 => Cow::Owned(change.twin(twin)),
             _ => Cow::Borrowed(twin),
         };
-        let state = twin.rest();
         let ranges = [&model.inputs, &model.outputs];
         let (features, predictor) = match &model.design {
             Design::Recurrent { features, .. } => {
@@ -69,7 +67,7 @@ impl<'a> Rollout<'a> {
             Design::Windowed { window } => (None, Predictor::windowed(&model.network, ranges, *window)),
         };
         Ok(Self {
-            tip: twin.tip_of(&state),
+            tip: twin.tip_of(&twin.rest()),
             predictor,
             features,
             stepper: Stepper::new(&twin),
@@ -81,7 +79,6 @@ impl<'a> Rollout<'a> {
             terms: Vec::new(),
             changed: model.change.as_ref().map(ChangedStrokes::new),
             primary: Vec::new(),
-            state,
             twin,
             auxiliary,
             model,
@@ -148,18 +145,18 @@ impl Plant for Rollout<'_> {
         let is_extrapolating = self.predictor.step(&self.inputs, &mut self.outputs);
         let along = self.auxiliary_strokes()?;
         self.auxiliary.targets_into(&self.primary, &self.strokes, &mut self.targets);
-        let report = self.stepper.step(&self.twin, &self.targets, &mut self.state)?;
-        self.tip = self.twin.tip_of(&self.state);
+        let report = self.stepper.step(&self.twin, &self.targets)?;
+        self.tip = self.twin.tip_of(self.stepper.state());
         self.tip[2] += along;
         Ok(PlantStep { tip: self.tip, is_extrapolating, report })
     }
 
     fn state(&self) -> &TwinState {
-        &self.state
+        self.stepper.state()
     }
 
     fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(&self.twin, &self.state)
+        self.stepper.tip_per_stroke(&self.twin)
     }
 }
 
@@ -167,7 +164,7 @@ impl AuxiliaryPolicy for Rollout<'_> {
     fn step(&mut self, primary: &[f64], goal: Option<&Goal>, _duration: f64) -> Result<Step> {
         let reported = Plant::step(self, primary)?.tip;
         let distance = goal.map_or(0.0, |goal| distance(goal.position, reported));
-        let tip = self.twin.tip_of(&self.state);
+        let tip = self.twin.tip_of(self.stepper.state());
         Ok(Step { tip, distance, statuses: Vec::new(), bounds: vec![None; self.strokes.len()] })
     }
 
@@ -176,8 +173,8 @@ impl AuxiliaryPolicy for Rollout<'_> {
     }
 
     fn sensitivity(&mut self) -> Option<[Vec<f64>; 3]> {
-        let Self { stepper, twin, auxiliary, state, .. } = self;
-        sensitivity(stepper, twin, auxiliary, state, FrictionPoints::Slipping)
+        let Self { stepper, twin, auxiliary, .. } = self;
+        sensitivity(stepper, twin, auxiliary, FrictionPoints::Slipping)
     }
 }
 

@@ -10,7 +10,7 @@ fn refused(targets: &[Target]) -> BadInput {
     let mut robot = Robot::new(&scenes::robot());
     robot.go(&strokes(&[1e-3, 0.0, -2e-3, 0.0]));
     let before = robot.state.clone();
-    let error = robot.stepper.step(&robot.twin, targets, &mut robot.state).expect_err("a bad command");
+    let error = robot.try_step(targets).expect_err("a bad command");
     assert_eq!(robot.state, before, "a refused command leaves the state alone");
     error.bad_input().unwrap_or_else(|| panic!("{error}")).clone()
 }
@@ -60,9 +60,8 @@ fn state_that_does_not_fit_is_refused() {
     broken.positions[7][1] = f64::NAN;
     let mut loose = robot.state.clone();
     loose.tensions[0] = f64::NAN;
-    for mut state in [shorter, fewer, broken, loose] {
-        let error =
-            robot.stepper.step(&robot.twin, &strokes(&[0.0; 4]), &mut state).expect_err("a bad state");
+    for state in [shorter, fewer, broken, loose] {
+        let error = robot.stepper.restore(&robot.twin, &state).expect_err("a bad state");
         assert!(!matches!(error, Error::NoEquilibrium { .. }), "{error}");
     }
     robot.go(&strokes(&[1e-3, 1e-3, -2e-3, 0.0]));
@@ -78,7 +77,7 @@ fn impossible_stroke_stops_at_the_last_equilibrium() {
     }
     robot.go(&strokes(&[0.0; 4]));
     let goal = 0.95 * scenes::LENGTH;
-    let result = robot.stepper.step(&robot.twin, &strokes(&[goal; 4]), &mut robot.state);
+    let result = robot.try_step(&strokes(&[goal; 4]));
     let Err(Error::NoEquilibrium { reached, relative_residual, cause, hint }) = result else {
         panic!("expected no equilibrium, got {result:?}");
     };

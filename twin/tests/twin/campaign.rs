@@ -42,7 +42,7 @@ impl Shares {
 
 /// One command, judged.
 fn try_step(robot: &mut Robot, targets: &[Target], shares: &mut Shares) {
-    match robot.stepper.step(&robot.twin, targets, &mut robot.state) {
+    match robot.try_step(targets) {
         Ok(report) => {
             check_report(&robot.twin, &report);
             assert_eq!(robot.state.load, 1.0);

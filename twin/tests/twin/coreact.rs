@@ -39,12 +39,13 @@ fn strokes(i: usize) -> [f64; 4] {
 
 /// A recording of a twin whose auxiliary tendons do what `secret` says: strokes (n_aux) [m] in a sample.
 fn recording(twin: &Twin, auxiliary: &Auxiliary, n: usize, secret: impl Fn(usize) -> Vec<f64>) -> Recording {
-    let (mut stepper, mut state, mut targets) = (Stepper::new(twin), twin.rest(), Vec::new());
+    let (mut stepper, mut targets) = (Stepper::new(twin), Vec::new());
     let mut columns = vec![Vec::new(); 7];
     for i in 0..n {
         auxiliary.targets_into(&strokes(i), &secret(i), &mut targets);
-        stepper.step(twin, &targets, &mut state).expect("an equilibrium");
-        for (column, value) in columns.iter_mut().zip(strokes(i).iter().chain(&twin.tip_of(&state))) {
+        stepper.step(twin, &targets).expect("an equilibrium");
+        let tip = twin.tip_of(stepper.state());
+        for (column, value) in columns.iter_mut().zip(strokes(i).iter().chain(&tip)) {
             column.push(*value);
         }
     }
@@ -109,13 +110,13 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
     let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
     // A strong bend, to which many steps lead, so that the factor is an old one.
     let pulled = [4e-3, 1e-3, -3e-3, 1e-3];
-    let (mut way, mut bent, mut targets) = (Stepper::new(&twin), twin.rest(), Vec::new());
+    let (mut way, mut targets) = (Stepper::new(&twin), Vec::new());
     let none = vec![0.0; auxiliary.len()];
     for k in 1..=100 {
         let strokes = pulled.map(|stroke| 0.01 * f64::from(k) * stroke);
         identifier.step(&strokes, None, 0.01).unwrap();
         auxiliary.targets_into(&strokes, &none, &mut targets);
-        way.step(&twin, &targets, &mut bent).unwrap();
+        way.step(&twin, &targets).unwrap();
     }
     let sensitivity = identifier.sensitivity_where(FrictionPoints::AsTheyAre).unwrap();
     let mut stepper = Stepper::new(&twin);
@@ -123,9 +124,9 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
         let mut secret = vec![0.0; auxiliary.len()];
         secret[k] = h;
         auxiliary.targets_into(&pulled, &secret, &mut targets);
-        let mut state = bent.clone();
-        stepper.step(&twin, &targets, &mut state).unwrap();
-        twin.tip_of(&state)
+        stepper.restore(&twin, way.state()).unwrap();
+        stepper.step(&twin, &targets).unwrap();
+        twin.tip_of(stepper.state())
     };
     let h = 2e-6;
     for k in [0, 3, 6] {
@@ -147,25 +148,26 @@ fn sensitivity_knows_the_friction_points_that_stick() {
     let twin = rough_twin(4, |friction| Friction { coulomb: 20.0, sheath_coulomb: 5.0, ..friction });
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
-    let (mut stepper, mut state, mut targets) = (Stepper::new(&twin), twin.rest(), Vec::new());
+    let (mut stepper, mut targets) = (Stepper::new(&twin), Vec::new());
     let none = vec![0.0; auxiliary.len()];
     let pulled = [1e-4, 5e-5, 2e-5, 2e-5];
     for part in [0.25, 0.5, 0.75, 1.0] {
         let pulled = pulled.map(|stroke| part * stroke);
         identifier.step(&pulled, None, 0.01).unwrap();
         auxiliary.targets_into(&pulled, &none, &mut targets);
-        stepper.step(&twin, &targets, &mut state).unwrap();
+        stepper.step(&twin, &targets).unwrap();
     }
+    let state = stepper.state().clone();
     let sensitivity = identifier.sensitivity_where(FrictionPoints::AsTheyAre).unwrap();
     let slipping = identifier.sensitivity_where(FrictionPoints::Slipping).unwrap();
     let mut tip = |k: usize, h: f64| {
         let mut strokes = none.clone();
         strokes[k] = h;
         auxiliary.targets_into(&pulled, &strokes, &mut targets);
-        let mut moved = state.clone();
-        stepper.step(&twin, &targets, &mut moved).unwrap();
-        assert_eq!(moved.slip, twin.rest().slip, "a point has slipped");
-        twin.tip_of(&moved)
+        stepper.restore(&twin, &state).unwrap();
+        stepper.step(&twin, &targets).unwrap();
+        assert_eq!(stepper.state().slip, twin.rest().slip, "a point has slipped");
+        twin.tip_of(stepper.state())
     };
     let mut held_back = 0.0f64;
     let h = 2e-6;
@@ -216,14 +218,14 @@ fn zero_strokes_leave_the_bare_twin() {
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let (bare_scene, mesh) = scenes::robot();
     let bare = Twin::new(&bare_scene, &mesh).unwrap();
-    let (mut with, mut without) = ((Stepper::new(&twin), twin.rest()), (Stepper::new(&bare), bare.rest()));
+    let (mut with, mut without) = (Stepper::new(&twin), Stepper::new(&bare));
     let mut targets = Vec::new();
     for i in 0..50 {
         auxiliary.targets_into(&strokes(i), &vec![0.0; auxiliary.len()], &mut targets);
-        with.0.step(&twin, &targets, &mut with.1).unwrap();
-        without.0.step(&bare, &strokes(i).map(Target::Stroke), &mut without.1).unwrap();
+        with.step(&twin, &targets).unwrap();
+        without.step(&bare, &strokes(i).map(Target::Stroke)).unwrap();
     }
-    let (a, b) = (twin.tip_of(&with.1), bare.tip_of(&without.1));
+    let (a, b) = (twin.tip_of(with.state()), bare.tip_of(without.state()));
     // Both are in balance to 1e-6 of their forces: some 1e-8 m at the tip.
     assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-7), "{a:?} {b:?}");
 }
@@ -350,12 +352,12 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     assert_eq!(decoder(&first), decoder(&second), "displacements mean the same");
     // The body's tip is recorded, without what the first network adds to it along the robot.
     let mut targets = Vec::new();
-    let (mut stepper, mut state) = (Stepper::new(&twin), twin.rest());
+    let mut stepper = Stepper::new(&twin);
     for (i, secret) in strokes_of(&found.recording).iter().enumerate().take(50) {
         auxiliary.targets_into(&strokes(i), secret, &mut targets);
-        stepper.step(&twin, &targets, &mut state).unwrap();
+        stepper.step(&twin, &targets).unwrap();
         // Both are in balance to 1e-6 of their forces: some 1e-8 m at the tip.
-        assert!((twin.tip_of(&state)[2] - sequence.twin[i][2]).abs() < 1e-7, "row {i}");
+        assert!((twin.tip_of(stepper.state())[2] - sequence.twin[i][2]).abs() < 1e-7, "row {i}");
     }
     let (before, after) = (found.summary.after.rms_m, again(&second).summary.after.rms_m);
     assert!(after < 0.5 * before, "{after} after {before}");

@@ -20,13 +20,11 @@ fn twin() -> Twin {
 }
 
 fn equilibrium(twin: &Twin, tensions: &[f64]) -> TwinState {
-    let mut state = twin.rest();
-    Stepper::new(twin).step(twin, &super::tensions(tensions), &mut state).expect("an equilibrium");
-    state
+    super::after(twin, &twin.rest(), &super::tensions(tensions))
 }
 
 fn delassus(twin: &Twin, state: &TwinState) -> Vec<f64> {
-    Stepper::new(twin).delassus(twin, state).expect("a factor")
+    super::stepper_at(twin, state).delassus(twin).expect("a factor")
 }
 
 fn check_against_differences(tensions: [f64; 4]) {

@@ -296,7 +296,7 @@ fn step_that_fails_leaves_the_memory_at_the_last_equilibrium() {
         robot.go(&command(k));
     }
     let squeezed = strokes(&[2.5e-2, 2.5e-2, 2.5e-2, 2.5e-2]);
-    let error = robot.stepper.step(&robot.twin, &squeezed, &mut robot.state).expect_err("no equilibrium");
+    let error = robot.try_step(&squeezed).expect_err("no equilibrium");
     assert!(matches!(error, Error::NoEquilibrium { .. }), "{error}");
     // Tendons that keep their length have slid as far past a point as their way behind it is shorter.
     for (point, slide) in robot.twin.friction.iter().zip(&robot.state.slip) {
@@ -321,7 +321,7 @@ fn goals_are_approached_as_far_as_friction_lets_the_search() {
     robot.go(&[Target::Free; 4]);
     let goal = TipGoal { position: maker.tip().map(Some), tolerance: 1e-6, regularisation: 1e-6 };
     let start = distance(robot.tip(), maker.tip());
-    let report = robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).unwrap();
+    let report = robot.reach(&goal, &[Target::Free; 4]).unwrap();
     println!("goal with friction: {:.1e} m left of {start:.1e} m", report.tip_error);
     // The linearisation lets the tendons slip; of the way, what they hold at the end is left.
     assert!(report.tip_error < tolerance(0.02 * start), "{report:?}");

@@ -23,7 +23,7 @@ mod tendon;
 mod work;
 
 use hysteron_fem::Mesh;
-use hysteron_twin::{StepReport, Stepper, Target, Twin, TwinState};
+use hysteron_twin::{ReachReport, Result, StepReport, Stepper, Target, TipGoal, Twin, TwinState};
 use rand_chacha::ChaCha8Rng;
 
 /// A tolerance, or zero when `TOL_SCALE=0` asks to see the residuals.
@@ -77,9 +77,34 @@ impl Robot {
     /// A step that must succeed and be as accurate as it says.
     #[track_caller]
     pub fn go(&mut self, targets: &[Target]) -> StepReport {
-        let report = self.stepper.step(&self.twin, targets, &mut self.state).expect("an equilibrium");
+        let report = self.try_step(targets).expect("an equilibrium");
         check_report(&self.twin, &report);
         report
+    }
+
+    /// A step from `state`, which a test may have set.
+    pub fn try_step(&mut self, targets: &[Target]) -> Result<StepReport> {
+        self.restore()?;
+        let result = self.stepper.step(&self.twin, targets);
+        self.state.clone_from(self.stepper.state());
+        result
+    }
+
+    /// As [`Robot::try_step`], to a goal.
+    pub fn reach(&mut self, goal: &TipGoal, targets: &[Target]) -> Result<ReachReport> {
+        self.restore()?;
+        let result = self.stepper.reach(&self.twin, goal, targets);
+        self.state.clone_from(self.stepper.state());
+        result
+    }
+
+    /// Puts the stepper where `state` is.
+    pub fn restore(&mut self) -> Result<()> {
+        if self.state == *self.stepper.state() {
+            Ok(())
+        } else {
+            self.stepper.restore(&self.twin, &self.state)
+        }
     }
 
     pub fn strokes(&self) -> Vec<f64> {
@@ -89,6 +114,20 @@ impl Robot {
     pub fn tip(&self) -> [f64; 3] {
         self.twin.tip_of(&self.state)
     }
+}
+
+/// A stepper that stands at `state`.
+pub fn stepper_at(twin: &Twin, state: &TwinState) -> Stepper {
+    let mut stepper = Stepper::new(twin);
+    stepper.restore(twin, state).expect("a state of the twin");
+    stepper
+}
+
+/// The equilibrium under `targets` after `state`.
+pub fn after(twin: &Twin, state: &TwinState, targets: &[Target]) -> TwinState {
+    let mut stepper = stepper_at(twin, state);
+    stepper.step(twin, targets).expect("an equilibrium");
+    stepper.state().clone()
 }
 
 /// Every step that succeeds is as accurate as was asked.

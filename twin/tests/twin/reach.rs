@@ -25,8 +25,7 @@ fn reached_goal_is_the_forward_answer_to_its_strokes() {
         maker.go(&strokes(&command));
         let position = maker.tip();
         let targets = [Target::Free; 4];
-        let report =
-            robot.stepper.reach(&robot.twin, &goal(position), &targets, &mut robot.state).expect("an answer");
+        let report = robot.reach(&goal(position), &targets).expect("an answer");
         assert!(report.is_reached && report.tip_error <= 1e-6, "{report:?} for {command:?}");
         assert!((distance(robot.tip(), position) - report.tip_error).abs() < 1e-12);
         check_report(&robot.twin, &report.step);
@@ -47,8 +46,7 @@ fn a_coordinate_that_is_left_free_takes_what_the_others_need() {
     maker.go(&strokes(&[2e-3, 1e-3, -1e-2, -1e-2]));
     let [x, y, z] = maker.tip();
     let free = TipGoal { position: [Some(x), Some(y), None], ..goal([x, y, z]) };
-    let report =
-        robot.stepper.reach(&robot.twin, &free, &[Target::Free; 4], &mut robot.state).expect("an answer");
+    let report = robot.reach(&free, &[Target::Free; 4]).expect("an answer");
     let tip = robot.tip();
     assert!(report.is_reached, "{report:?}");
     assert!(((tip[0] - x).hypot(tip[1] - y) - report.tip_error).abs() < 1e-12);
@@ -67,8 +65,7 @@ fn bounds_are_kept_and_far_goals_approached() {
     let start = robot.twin.tip_of(&robot.state);
     let place = [0.03, 0.0, 0.02];
     let goal = goal(place);
-    let report =
-        robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).expect("an answer");
+    let report = robot.reach(&goal, &[Target::Free; 4]).expect("an answer");
     assert!(!report.is_reached && report.tip_error > 1e-3, "{report:?}");
     assert!(report.tip_error < distance(start, place) - 1e-3, "{report:?}");
     for (tension, stroke) in robot.state.tensions.iter().zip(&report.strokes) {
@@ -92,7 +89,7 @@ fn held_tendons_keep_their_targets() {
         maker.go(&[Target::Stroke(pull), targets[1], third, targets[3]]);
         assert_eq!(maker.state.tensions[1] > 0.0, stays_taut);
         let goal = TipGoal { tolerance: 1e-5, ..goal(maker.tip()) };
-        let report = robot.stepper.reach(&robot.twin, &goal, &targets, &mut robot.state).expect("an answer");
+        let report = robot.reach(&goal, &targets).expect("an answer");
         assert!(report.is_reached, "{report:?}");
         assert_eq!(robot.state.tensions[1] > 0.0, stays_taut);
         let slack = report.strokes[1] - 4e-4;
@@ -105,7 +102,7 @@ fn held_tendons_keep_their_targets() {
 fn without_free_tendon_there_is_nothing_to_choose() {
     let mut robot = Robot::new(&scenes::robot());
     let goal = goal([0.0, 0.0, 0.03]);
-    let result = robot.stepper.reach(&robot.twin, &goal, &strokes(&[0.0; 4]), &mut robot.state);
+    let result = robot.reach(&goal, &strokes(&[0.0; 4]));
     assert!(result.is_err_and(|error| error.bad_input().is_some_and(|bad| bad.place == "targets")));
 }
 
@@ -113,12 +110,12 @@ fn without_free_tendon_there_is_nothing_to_choose() {
 fn bad_goal_or_targets_are_refused() {
     let mut robot = Robot::new(&scenes::robot());
     for position in [[f64::NAN, 0.0, 0.0], [0.0, f64::INFINITY, 0.0]] {
-        let result = robot.stepper.reach(&robot.twin, &goal(position), &[Target::Free; 4], &mut robot.state);
+        let result = robot.reach(&goal(position), &[Target::Free; 4]);
         assert!(result.is_err_and(|error| error.bad_input().is_some_and(|bad| bad.place == "goal")));
     }
     for n in [1, 5] {
         let targets = vec![Target::Free; n];
-        let result = robot.stepper.reach(&robot.twin, &goal([0.0; 3]), &targets, &mut robot.state);
+        let result = robot.reach(&goal([0.0; 3]), &targets);
         assert!(
             result.is_err_and(|error| error.bad_input().is_some_and(|bad| bad.place == "targets")),
             "{n}"

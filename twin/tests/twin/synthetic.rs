@@ -16,20 +16,16 @@ const EXACT: f64 = 0.01;
 /// Largest difference of J from central differences at `bent`, over its largest entry. A fresh stepper has the
 /// factor of this very shape; `adjoint.rs` tests old ones.
 fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
-    robot.stepper = Stepper::new(&robot.twin);
+    robot.stepper = stepper_at(&robot.twin, &robot.state);
     robot.go(&strokes(bent));
-    let jacobian = robot.stepper.tip_per_stroke(&robot.twin, &robot.state).expect("a stiffness");
+    let jacobian = robot.stepper.tip_per_stroke(&robot.twin).expect("a stiffness");
     let size = jacobian.iter().flatten().fold(0.0f64, |max, value| max.max(value.abs()));
     let mut largest = 0.0f64;
     for k in 0..bent.len() {
         let tip = |by: f64| {
-            let mut state = robot.state.clone();
             let mut moved = bent.to_vec();
             moved[k] += by;
-            Stepper::new(&robot.twin)
-                .step(&robot.twin, &strokes(&moved), &mut state)
-                .expect("an equilibrium");
-            robot.twin.tip_of(&state)
+            robot.twin.tip_of(&after(&robot.twin, &robot.state, &strokes(&moved)))
         };
         let (ahead, behind) = (tip(STEP), tip(-STEP));
         for c in 0..3 {

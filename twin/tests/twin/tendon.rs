@@ -79,7 +79,7 @@ fn tendon_and_body_are_springs_in_series() {
 #[test]
 fn delassus_operator_has_the_tendons_own_compliance_on_its_diagonal() {
     let (stiff, soft) = (Robot::new(&scenes::robot()), Robot::new(&stretching(COMPLIANCE)));
-    let operator = |robot: &Robot| Stepper::new(&robot.twin).delassus(&robot.twin, &robot.state).unwrap();
+    let operator = |robot: &Robot| Stepper::new(&robot.twin).delassus(&robot.twin).unwrap();
     let (stiff, soft) = (operator(&stiff), operator(&soft));
     for k in 0..16 {
         let own = if k % 5 == 0 { COMPLIANCE } else { 0.0 };
@@ -127,7 +127,7 @@ fn strokes_that_reach_a_goal_count_stretch_and_zero() {
     let goal = TipGoal { position: maker.tip().map(Some), tolerance: 1e-7, regularisation: 1e-6 };
     let mut robot = Robot::new(&scene);
     robot.go(&[Target::Free; 4]);
-    let report = robot.stepper.reach(&robot.twin, &goal, &[Target::Free; 4], &mut robot.state).unwrap();
+    let report = robot.reach(&goal, &[Target::Free; 4]).unwrap();
     assert!(report.is_reached, "{report:?}");
     let mut follower = Robot::new(&scene);
     follower.go(&strokes(&report.strokes));

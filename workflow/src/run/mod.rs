@@ -195,7 +195,11 @@ pub fn carry_out(
     let mut farthest = (trace.len(), state.clone());
     let mut driver = match &mut residual {
         Some(residual) => Driver::Network(residual),
-        None => Driver::Stepper(Box::new(Stepper::new(&twin))),
+        None => {
+            let mut stepper = Stepper::new(&twin);
+            stepper.restore(&twin, &state)?;
+            Driver::Stepper(Box::new(stepper))
+        }
     };
     let end = follow(
         &twin,
@@ -294,10 +298,14 @@ fn follow(
                 residual.step(&command.primary_strokes(row), state).map(|step| (step.report, step.tip))
             }
             (None, Driver::Stepper(stepper)) => {
-                stepper.step(twin, &targets, state).map(|report| (report, twin.tip_of(state)))
+                let step = stepper.step(twin, &targets);
+                state.clone_from(stepper.state());
+                step.map(|report| (report, twin.tip_of(state)))
             }
             (Some(goals), Driver::Stepper(stepper)) => {
-                stepper.reach(twin, &goals.tip_goal(row), &targets, state).map(|report| {
+                let reach = stepper.reach(twin, &goals.tip_goal(row), &targets);
+                state.clone_from(stepper.state());
+                reach.map(|report| {
                     summary.rounds += report.rounds;
                     (report.step, twin.tip_of(state))
                 })

@@ -55,11 +55,11 @@ impl Reach {
         let targets: Vec<Target> = (0..twin.tendons.len())
             .map(|j| if j < twin.n_primary { Target::Free } else { resting(&twin.tendons[j]) })
             .collect();
-        let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
+        let mut stepper = Stepper::new(&twin);
         // Zeros and gravity hold the tip away from the undeformed body's.
         let at_rest: Vec<Target> = twin.tendons.iter().map(resting).collect();
-        stepper.step(&twin, &at_rest, &mut state)?;
-        let rest = twin.tip_of(&state);
+        stepper.step(&twin, &at_rest)?;
+        let rest = twin.tip_of(stepper.state());
         let spacing = SPACING.max(target.outline.length() / MOST_GOALS);
         let curve = target.outline.evenly(spacing);
         let way = way_to(curve[0], spacing);
@@ -73,14 +73,15 @@ impl Reach {
             }
             let position = std::array::from_fn(|c| is_asked(c).then(|| rest[c] + goal[c]));
             let asked = TipGoal { position, tolerance, regularisation: REGULARISATION };
-            let before = state.clone();
-            match stepper.reach(&twin, &asked, &targets, &mut state) {
+            let before = stepper.state().clone();
+            match stepper.reach(&twin, &asked, &targets) {
                 Ok(_) => {}
                 // As near as an equilibrium was found.
-                Err(Error::NoEquilibrium { .. }) => state = before,
+                Err(Error::NoEquilibrium { .. }) => stepper.restore(&twin, &before)?,
                 Err(other) => return Err(other.into()),
             }
-            let tip = twin.tip_of(&state);
+            let state = stepper.state();
+            let tip = twin.tip_of(state);
             let squares = (0..3).filter(|c| is_asked(*c)).map(|c| (tip[c] - rest[c] - goal[c]).powi(2));
             let tension = state.tensions[..twin.n_primary].iter().copied().fold(0.0, f64::max);
             Ok((squares.sum::<f64>().sqrt(), std::array::from_fn(|c| tip[c] - rest[c]), tension))

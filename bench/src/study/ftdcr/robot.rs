@@ -159,25 +159,24 @@ fn is_balanced<T>(step: hysteron_twin::Result<T>) -> Result<bool> {
 struct Walk<'a> {
     twin: &'a Twin,
     stepper: Stepper,
-    state: TwinState,
     strokes: Strokes,
 }
 
 impl<'a> Walk<'a> {
     fn new(twin: &'a Twin) -> Self {
-        Self { twin, stepper: Stepper::new(twin), state: twin.rest(), strokes: [0.0; N_TENDONS + N_AXIS] }
+        Self { twin, stepper: Stepper::new(twin), strokes: [0.0; N_TENDONS + N_AXIS] }
     }
 
     /// True if there is an equilibrium; the shape stays at the last one.
     fn goes_to(&mut self, row: &Row) -> Result<bool> {
         walk(&mut self.strokes, row, |strokes| {
             let targets = strokes.map(Target::Stroke);
-            is_balanced(self.stepper.step(self.twin, &targets, &mut self.state))
+            is_balanced(self.stepper.step(self.twin, &targets))
         })
     }
 
     fn marker(&self) -> Vector3<f64> {
-        marker(self.twin, &self.state)
+        marker(self.twin, self.stepper.state())
     }
 }
 

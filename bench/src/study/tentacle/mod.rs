@@ -76,18 +76,18 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         let mut of_tendon: Vec<(usize, &Hold)> =
             holds.iter().enumerate().filter(|(_, hold)| hold.tensions[tendon] > 0.0).collect();
         of_tendon.sort_by(|a, b| a.1.tensions[tendon].total_cmp(&b.1.tensions[tendon]));
-        let (mut state, mut stepper) = (twin.rest(), Stepper::new(&twin));
-        stepper.step(&twin, &[Target::Tension(0.0); 2], &mut state)?;
+        let mut stepper = Stepper::new(&twin);
+        stepper.step(&twin, &[Target::Tension(0.0); 2])?;
         for (number, hold) in of_tendon {
-            let from = state.tensions[tendon];
+            let from = stepper.state().tensions[tendon];
             let rise = hold.tensions[tendon] - from;
             let n = (rise / TENSION_STEP).ceil().max(1.0) as usize;
             for k in 1..=n {
                 let mut targets = [Target::Tension(0.0); 2];
                 targets[tendon] = Target::Tension(from + rise * k as f64 / n as f64);
-                stepper.step(&twin, &targets, &mut state).with_context(|| format!("hold {}", number + 1))?;
+                stepper.step(&twin, &targets).with_context(|| format!("hold {}", number + 1))?;
             }
-            let predicted = markers.at(&state, hold.base);
+            let predicted = markers.at(stepper.state(), hold.base);
             let error: [f64; N_MARKERS] =
                 std::array::from_fn(|m| 1e3 * (predicted[m] - hold.markers[m]).norm());
             errors.push((number, hold.is_session_b(), error));

@@ -88,7 +88,9 @@ impl<'a> Residual<'a> {
 
     /// Markers per tension of each cable, by differences along the body's exact response [m/N].
     fn rows(&self, state: &TwinState, hold: &Hold) -> hysteron_twin::Result<Vec<[f64; N]>> {
-        let columns = Stepper::new(&self.twin).displacements_per_tension(&self.twin, state)?;
+        let mut stepper = Stepper::new(&self.twin);
+        stepper.restore(&self.twin, state)?;
+        let columns = stepper.displacements_per_tension(&self.twin)?;
         let here = self.setup.markers(&self.bench.markers, state, hold.base);
         let first = self.twin.tendons.len() - self.cables.len();
         let along = |column: &Vec<f64>| {

@@ -171,23 +171,23 @@ impl Setup {
             let mut order: Vec<usize> =
                 (0..holds.len()).filter(|&k| holds[k].tensions[tendon] > 0.0).collect();
             order.sort_by(|&a, &b| holds[a].tensions[tendon].total_cmp(&holds[b].tensions[tendon]));
-            let (mut state, mut stepper) = (twin.rest(), Stepper::new(twin));
-            let mut go = |tension: f64, state: &mut TwinState| {
+            let mut stepper = Stepper::new(twin);
+            let go = |tension: f64, stepper: &mut Stepper| {
                 let mut tensions = [0.0; 2];
                 tensions[tendon] = tension;
                 let targets = [tensions.map(Target::Tension).to_vec(), further(tensions)].concat();
-                stepper.step(twin, &targets, state)
+                stepper.step(twin, &targets)
             };
-            go(0.0, &mut state)?;
+            go(0.0, &mut stepper)?;
             let (mut from, mut states) = (0.0, Vec::new());
             for k in order {
                 let rise = holds[k].tensions[tendon] - from;
                 let n = (rise / TENSION_STEP).ceil().max(1.0) as usize;
                 for i in 1..=n {
-                    go(from + rise * i as f64 / n as f64, &mut state)?;
+                    go(from + rise * i as f64 / n as f64, &mut stepper)?;
                 }
                 from = holds[k].tensions[tendon];
-                states.push((k, state.clone()));
+                states.push((k, stepper.state().clone()));
             }
             Ok(states)
         };
@@ -206,9 +206,9 @@ impl Setup {
     ) -> hysteron_twin::Result<Vec<TwinState>> {
         let mut stepper = Stepper::new(twin);
         let mut step = |(hold, near): (&Hold, &TwinState)| {
-            let mut state = near.clone();
+            stepper.restore(twin, near)?;
             let targets = [hold.tensions.map(Target::Tension).to_vec(), further(hold.tensions)].concat();
-            stepper.step(twin, &targets, &mut state).map(|_| state)
+            stepper.step(twin, &targets).map(|_| stepper.state().clone())
         };
         holds.iter().zip(near).map(&mut step).collect()
     }
