@@ -1,6 +1,6 @@
 //! The Delassus operator is the compliance of the whole nonlinear model.
 
-use hysteron_twin::{Stepper, Twin, TwinState};
+use hysteron_twin::{Twin, TwinState};
 
 use super::{scenes, tolerance};
 

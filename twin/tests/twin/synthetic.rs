@@ -3,7 +3,7 @@
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_twin::residual::{FollowLimits, Steering};
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
-use hysteron_twin::{Plant, PlantStep, Stepper, Twin, TwinState, Uncorrected, settle};
+use hysteron_twin::{Plant, PlantStep, Twin, TwinState, Uncorrected, settle};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 
@@ -16,7 +16,7 @@ const EXACT: f64 = 0.01;
 /// Largest difference of J from central differences at `bent`, over its largest entry. A fresh stepper has the
 /// factor of this very shape; `adjoint.rs` tests old ones.
 fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
-    robot.stepper = stepper_at(&robot.twin, &robot.state);
+    robot.stepper = super::stepper_at(&robot.twin, &robot.state);
     robot.go(&strokes(bent));
     let jacobian = robot.stepper.tip_per_stroke(&robot.twin).expect("a stiffness");
     let size = jacobian.iter().flatten().fold(0.0f64, |max, value| max.max(value.abs()));
@@ -25,7 +25,7 @@ fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
         let tip = |by: f64| {
             let mut moved = bent.to_vec();
             moved[k] += by;
-            robot.twin.tip_of(&after(&robot.twin, &robot.state, &strokes(&moved)))
+            robot.twin.tip_of(&super::after(&robot.twin, &robot.state, &strokes(&moved)))
         };
         let (ahead, behind) = (tip(STEP), tip(-STEP));
         for c in 0..3 {
