@@ -51,6 +51,7 @@ pub mod mesh;
 pub mod reach;
 pub mod record;
 pub mod rig;
+pub mod robot_file;
 pub mod simulate;
 pub mod study;
 pub mod target;

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::{BadInput, Table, file};
-
+use hysteron_base::Table;
 use hysteron_workflow::Caller;
-use hysteron_workflow::outputs::SIGNATURE;
+use hysteron_workflow::robot_file::{self, Part};
 
 use crate::terminal::say;
 
@@ -42,6 +41,7 @@ pub struct Arguments {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
+    let part = if arguments.joints { Part::Joints } else { Part::Whole };
     let mut model = super::model(&arguments.model)?;
     if let Some(path) = &arguments.parameters {
         let table = Table::read(path, None)?;
@@ -49,25 +49,8 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<()> {
     }
     let outputs = super::reads(&arguments.model).and(arguments.parameters.as_deref());
     let _claim = outputs.file("--out", &arguments.out).check(caller)?;
-    let extension = arguments.out.extension().and_then(|extension| extension.to_str());
-    let text = match (extension, arguments.joints) {
-        (Some("xml"), true) => model.to_mjcf_joints(),
-        (Some("xml"), false) => model.to_mjcf(),
-        (Some("urdf"), false) => model.to_urdf()?,
-        (Some("csv"), false) => model.parameters_csv(),
-        (_, joints) => {
-            let expected = if joints { "a file .xml, with --joints" } else { "a file .urdf, .xml or .csv" };
-            return Err(BadInput::new("--out", expected, arguments.out.display().to_string()).into());
-        }
-    };
-    let head = match extension {
-        Some("csv") => format!("# command: {}\n", caller.command),
-        _ => format!("{SIGNATURE}\n"),
-    };
-    file::write_bytes(&arguments.out, head + &text)?;
-    if extension == Some("urdf") && model.joints().iter().any(|joint| joint.drive.armature != 0.0) {
-        tracing::warn!("URDF has no armature: it is left out (--out NAME.xml has it)");
-    }
+    robot_file::check("--out", &arguments.out, part)?;
+    robot_file::write(&model, &arguments.out, part, caller)?;
     say(format_args!("{} joints: {}", model.n_joints(), arguments.out.display()));
     Ok(())
 }

@@ -122,6 +122,9 @@ struct InertiaArguments {
     /// Weight of the bodies in the robot's file, in samples
     #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
     prior: f64,
+    /// File for the robot as identified: .urdf, .xml (MJCF) or .csv (parameters)
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
     #[command(flatten)]
     motion: MotionArguments,
     #[command(flatten)]
@@ -204,6 +207,9 @@ struct PayloadArguments {
     /// Frame that holds the payload [default: the robot's last]
     #[arg(long, value_name = "NAME")]
     frame: Option<String>,
+    /// File for the robot as identified: .urdf, .xml (MJCF) or .csv (parameters)
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
     #[command(flatten)]
     motion: MotionArguments,
     #[command(flatten)]
@@ -239,6 +245,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
                 hold_out: a.hold_out,
                 motion: (&a.motion).into(),
                 prior: a.prior,
+                robot: a.robot.clone(),
                 results: (&a.results).into(),
             };
             inertia::run(&options, caller)
@@ -277,6 +284,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
                 bare: a.bare.clone(),
                 loaded: a.recordings.clone(),
                 frame: a.frame.clone(),
+                robot: a.robot.clone(),
                 motion: (&a.motion).into(),
                 results: (&a.results).into(),
             };

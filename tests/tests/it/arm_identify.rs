@@ -101,6 +101,12 @@ fn recordings_of_friction_that_say_nothing_are_refused() {
     check(&["good.csv", "--huber", "0.1", "--method", "pso"], &["--huber"]);
     check(&["one-way.csv", "--method", "anfis"], &["10 or more", "reverse", "both directions"]);
     check(&["missing.csv"], &["missing.csv"]);
+    friction(&at("clipped.csv"), 400, |v, _| (0.1 * v.signum() + 0.5 * v).clamp(-0.4, 0.4));
+    for (name, part) in [("one-way.csv", "both directions"), ("clipped.csv", "at its limit")] {
+        let done =
+            run(place.path(), &["arm", "identify", "friction", name, "--out", &format!("{name}.json")]);
+        assert!(done.succeeded().stdout.contains(part), "{name}");
+    }
     std::fs::copy(at("good.csv"), at("out.json")).unwrap();
     let same = run(place.path(), &["arm", "identify", "friction", "good.csv", "--out", "good.csv"]);
     refused(&same, &["--out", "input"]);
@@ -161,7 +167,10 @@ fn bodies_are_identified_and_recordings_that_say_nothing_are_refused() {
     check(&["good.csv", "--lock", "nobody"], &["nobody"]);
     check(&["good.csv", "--prior", "0"], &["prior"]);
     check(&["good.csv", "--cutoff", "-3"], &["--cutoff"]);
-    identify(&["good.csv", "--hold-out", "0.3", "--figures", "report"]).succeeded();
+    check(&["good.csv", "--robot", "robot.txt"], &["--robot", ".urdf"]);
+    identify(&["good.csv", "--hold-out", "0.3", "--figures", "report", "--robot", "robot.xml"]).succeeded();
+    let info = run(place.path(), &["arm", "info", "robot.xml"]).succeeded().stdout;
+    assert!(info.contains("3 joints"), "{info}");
     let found = json(&at("found.json"));
     assert_eq!(found["test_rms_n_m"].as_array().unwrap().len(), 3);
     // Offset and gravity of joints that swing about zero, spring and gravity: named, not hidden.

@@ -76,11 +76,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(left_out) = &left_out {
         caller.say(format_args!("on recordings that were left out, by fold [N m]: {left_out:.4?}"));
     }
+    let warnings = warnings(&velocity, &torque, &rows);
+    warnings.iter().for_each(|warning| caller.say(warning));
     let summary = json!({
         "law": options.law, "method": options.method, "joint": options.joint, "estimates": rows_json(&rows),
         "correlation": condition.as_ref().map(|(_, correlation)| correlation),
         "condition": condition.as_ref().map(|(condition, _)| condition), "rms_n_m": rms, "folds_rms_n_m": left_out,
-        "samples": velocity.len(), "seed": options.seed,
+        "samples": velocity.len(), "seed": options.seed, "warnings": warnings,
     });
     if let Some(folder) = &options.results.figures {
         let predicted = velocity.iter().map(|v| curve(*v)).collect();
@@ -117,6 +119,38 @@ fn checked(options: &Options) -> anyhow::Result<(Law, FrictionMethod)> {
     }
     Ok((Law::named(&options.law)?, method))
 }
+
+/// What speaks against the recordings, and what to record instead.
+fn warnings(velocity: &[f64], torque: &[f64], rows: &[Row]) -> Vec<String> {
+    let n = velocity.len() as f64;
+    let mut warnings = Vec::new();
+    let largest = torque.iter().fold(0.0, |most: f64, tau| most.max(tau.abs()));
+    let at_largest = torque.iter().filter(|tau| tau.abs() >= largest * (1.0 - 1e-12)).count();
+    if at_largest > 10 && at_largest as f64 > SATURATED * n {
+        warnings.push(format!(
+            "{at_largest} of {n} torques are at the largest size, {largest} N m: if the sensor or the drive was at its limit there, record \
+             slower motions"
+        ));
+    }
+    for (sign, direction) in [(1.0, "forwards"), (-1.0, "backwards")] {
+        let moving = velocity.iter().filter(|v| sign * **v > 0.0).count();
+        if (moving as f64) < ONE_SIDED * n {
+            warnings.push(format!(
+                "only {moving} of {n} samples move {direction}: friction and offset cannot be told apart; record both directions"
+            ));
+        }
+    }
+    if rows.iter().any(|row| row.note.starts_with("held") || row.note.starts_with("not determined")) {
+        warnings.push(
+            "held numbers were not seen in these motions: record steady speeds from far below the Stribeck speed to the fastest".into(),
+        );
+    }
+    warnings
+}
+
+/// Share of samples at the very same extreme from which on a torque may be saturated, and of a direction that is hardly there.
+const SATURATED: f64 = 0.02;
+const ONE_SIDED: f64 = 0.05;
 
 fn of_joint(path: &Path, joint: usize) -> anyhow::Result<Series> {
     let recording = read(path)?;

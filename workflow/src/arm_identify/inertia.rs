@@ -11,6 +11,7 @@ use super::{MotionOptions, Results, Row, positive, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
+use crate::robot_file::{self, Part};
 
 /// What belongs to every joint besides its body.
 pub const TERMS: [JointTerm; 5] =
@@ -33,6 +34,8 @@ pub struct Options {
     pub motion: MotionOptions,
     /// Weight of the bodies in the robot's file [samples].
     pub prior: f64,
+    /// File of URDF, MJCF or parameters for the robot as identified, if any.
+    pub robot: Option<PathBuf>,
     /// Where the results go.
     pub results: Results,
 }
@@ -43,7 +46,11 @@ pub struct Options {
 /// `BadInput` for whatever is wrong with options or recordings.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let inputs = Outputs::reading(&options.model_file).and(&options.recordings).and(&options.test);
+    let inputs = options.robot.iter().fold(inputs, |all, path| all.file("--robot", path));
     let _claim = options.results.claim(inputs, caller)?;
+    if let Some(path) = &options.robot {
+        robot_file::check("--robot", path, Part::Whole)?;
+    }
     options.motion.check()?;
     positive("--prior", options.prior)?;
     if !(0.0..=0.9).contains(&options.hold_out) {
@@ -90,6 +97,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             summary: &found,
         };
         figures::bodies::write(folder, &page, options.results.png, caller)?;
+    }
+    if let Some(path) = &options.robot {
+        robot_file::write(&fit.model, path, Part::Whole, caller)?;
+        caller.wrote(path);
     }
     options.results.write(found, caller)
 }

@@ -10,6 +10,7 @@ use super::{MotionOptions, Results, Row, inertia::TERMS, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
+use crate::robot_file::{self, Part};
 
 /// What is identified from what.
 #[derive(Debug, Clone)]
@@ -26,6 +27,8 @@ pub struct Options {
     pub frame: Option<String>,
     /// How they are read.
     pub motion: MotionOptions,
+    /// File of URDF, MJCF or parameters for the robot as identified, if any.
+    pub robot: Option<PathBuf>,
     /// Where the results go.
     pub results: Results,
 }
@@ -36,7 +39,11 @@ pub struct Options {
 /// `BadInput` for whatever is wrong with options or recordings.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let inputs = Outputs::reading(&options.model_file).and(&options.bare).and(&options.loaded);
+    let inputs = options.robot.iter().fold(inputs, |all, path| all.file("--robot", path));
     let _claim = options.results.claim(inputs, caller)?;
+    if let Some(path) = &options.robot {
+        robot_file::check("--robot", path, Part::Whole)?;
+    }
     options.motion.check()?;
     let model = &options.model;
     let last = model.frames().last().map_or("", |frame| frame.name.as_str());
@@ -69,6 +76,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             rms: [&known.rms, &found.rms[0], &found.rms[1]],
         };
         figures::payload::write(folder, &page, &summary, options.results.png, caller)?;
+    }
+    if let Some(path) = &options.robot {
+        robot_file::write(&found.model, path, Part::Whole, caller)?;
+        caller.wrote(path);
     }
     options.results.write(summary, caller)
 }

@@ -30,6 +30,8 @@ pub fn write(
     let rms = summary["rms_n_m"].as_f64().unwrap_or(f64::NAN);
     page.list([("Error, root mean square [N m]", format!("{rms:.4}"))]);
     page.table(&["Number", "Value", "Standard error", ""], rows.iter().map(Row::cells));
+    let warnings = summary["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    warnings.for_each(|warning| page.paragraph(warning));
     page.heading("Figures");
     let joints = std::slice::from_ref(joint);
     let mut charts =

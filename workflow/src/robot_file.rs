@@ -1,0 +1,57 @@
+//! Robots as files: URDF, MJCF or a table of parameters, by the ending of the name.
+
+use std::path::Path;
+
+use hysteron_arm::Model;
+use hysteron_base::{BadInput, file};
+
+use crate::Caller;
+use crate::outputs::SIGNATURE;
+
+/// What of a robot is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// The joints of an MJCF.
+    Joints,
+}
+
+/// Refuses a name, given by `option`, that has no ending of a file which can hold the part.
+///
+/// # Errors
+/// `BadInput` with the endings there are.
+pub fn check(option: &str, path: &Path, part: Part) -> Result<(), BadInput> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let (endings, expected) = match part {
+        Part::Whole => (&["urdf", "xml", "csv"][..], "a file .urdf, .xml or .csv"),
+        Part::Joints => (&["xml"][..], "a file .xml, with --joints"),
+    };
+    match endings.contains(&ending) {
+        true => Ok(()),
+        false => Err(BadInput::new(option, expected, path.display().to_string())),
+    }
+}
+
+/// Writes the robot to a file whose name has been checked.
+///
+/// # Errors
+/// A robot that URDF cannot hold; a file that cannot be written.
+pub fn write(model: &Model, path: &Path, part: Part, caller: &Caller) -> anyhow::Result<()> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let text = match (ending, part) {
+        (_, Part::Joints) => model.to_mjcf_joints(),
+        ("xml", _) => model.to_mjcf(),
+        ("csv", _) => model.parameters_csv(),
+        _ => model.to_urdf()?,
+    };
+    let head = match ending {
+        "csv" => format!("# command: {}\n", caller.command),
+        _ => format!("{SIGNATURE}\n"),
+    };
+    file::write_bytes(path, head + &text)?;
+    if ending == "urdf" && model.joints().iter().any(|joint| joint.drive.armature != 0.0) {
+        tracing::warn!("URDF has no armature: it is left out (a file .xml has it)");
+    }
+    Ok(())
+}
