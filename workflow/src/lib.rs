@@ -39,6 +39,7 @@ mod resume;
 mod run;
 
 pub mod adapt;
+pub mod arm;
 pub mod arm_identify;
 pub mod check;
 pub mod command;

@@ -5,6 +5,7 @@ use std::path::Path;
 use hysteron_arm::study::Listener;
 use hysteron_arm::study::estimation::{ScaraOptions, scara_study, wrist_study};
 use hysteron_arm::study::identification::{IdentificationOptions, identification_study};
+use hysteron_workflow::arm;
 use hysteron_workflow::{Caller, arm_estimation_figures, identification_study_figures};
 use serde_json::Value;
 
@@ -13,7 +14,7 @@ pub fn scara(out: &Path, scale: usize, listener: Listener<'_>, caller: &Caller) 
     let amount = ScaraOptions { seed: 1, trials: 4 * scale, stretches: 3 * scale };
     match scara_study(&out.join("cells"), amount, listener)? {
         Some(study) if !caller.is_cancelled() => {
-            arm_estimation_figures::write_scara(out, &study, &super::meta("study of external torques"))
+            arm_estimation_figures::write_scara(out, &study, &arm::meta(caller, "study of external torques"))
         }
         _ => interrupted(out),
     }
@@ -23,7 +24,7 @@ pub fn scara(out: &Path, scale: usize, listener: Listener<'_>, caller: &Caller) 
 pub fn wrist(out: &Path, seeds: usize, listener: Listener<'_>, caller: &Caller) -> anyhow::Result<Value> {
     match wrist_study(&out.join("cells"), seeds as u64, listener)? {
         Some(study) if !caller.is_cancelled() => {
-            arm_estimation_figures::write_wrist(out, &study, &super::meta("study of external torques"))
+            arm_estimation_figures::write_wrist(out, &study, &arm::meta(caller, "study of external torques"))
         }
         _ => interrupted(out),
     }
@@ -41,7 +42,7 @@ pub fn identification(
     let options = IdentificationOptions { seeds: seeds as u64 };
     match identification_study(&out.join("cells"), franka.as_deref(), options, listener)? {
         Some(study) if !caller.is_cancelled() => {
-            identification_study_figures::write(out, &study, &super::meta("study of identification"))
+            identification_study_figures::write(out, &study, &arm::meta(caller, "study of identification"))
         }
         _ => interrupted(out),
     }

@@ -11,6 +11,7 @@ use hysteron_base::{BadInput, Channel, Recording};
 use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress, Session};
 use serde_json::{Value, json};
 
+use hysteron_workflow::arm;
 use hysteron_workflow::outputs::Outputs;
 use hysteron_workflow::{Caller, number};
 
@@ -214,7 +215,7 @@ pub fn evaluate(arguments: &EvaluateArguments, caller: &Caller) -> anyhow::Resul
         }
     }
     let gap = vec![false; time.len()];
-    let meta = super::meta("learned inverse dynamics");
+    let meta = arm::meta(caller, "learned inverse dynamics");
     Recording::new(time, channels, gap, meta)?.write(out)?;
     say(format_args!("{} rows: {}", samples.len(), out.display()));
     Ok(summary)

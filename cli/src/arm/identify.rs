@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_workflow::Caller;
+use hysteron_workflow::arm;
 use hysteron_workflow::arm_identify::{
     MotionOptions, Results, friction, inertia, payload, servo, with_locked,
 };
@@ -238,7 +239,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.what {
         What::Inertia(a) => {
             let options = inertia::Options {
-                model: with_locked(&super::model(&a.model)?, &a.motion.lock)?,
+                model: with_locked(&arm::model(&a.model)?, &a.motion.lock)?,
                 model_file: file(&a.model),
                 recordings: a.recordings.clone(),
                 test: a.test.clone(),
@@ -279,7 +280,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         }
         What::Payload(a) => {
             let options = payload::Options {
-                model: with_locked(&super::model(&a.model)?, &a.motion.lock)?,
+                model: with_locked(&arm::model(&a.model)?, &a.motion.lock)?,
                 model_file: file(&a.model),
                 bare: a.bare.clone(),
                 loaded: a.recordings.clone(),

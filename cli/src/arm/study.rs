@@ -10,6 +10,7 @@ use hysteron_arm::study::{
 };
 use hysteron_base::BadInput;
 use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress};
+use hysteron_workflow::arm;
 use hysteron_workflow::arm_study_figures::{self, Study};
 use hysteron_workflow::outputs::Outputs;
 use hysteron_workflow::{Caller, number};
@@ -167,7 +168,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     if caller.is_cancelled() {
         anyhow::bail!("interrupted; what is done stands in {}: the same command goes on", cells.display());
     }
-    arm_study_figures::write(&arguments.out, &study, &super::meta("study of learned inverse dynamics"))
+    arm_study_figures::write(&arguments.out, &study, &arm::meta(caller, "study of learned inverse dynamics"))
 }
 
 fn data(arguments: &Arguments) -> Result<&Path, BadInput> {

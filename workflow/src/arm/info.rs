@@ -1,0 +1,92 @@
+//! `hysteron arm info` and `hysteron arm check`.
+
+use hysteron_arm::{JointKind, Model};
+use hysteron_base::BadInput;
+use serde_json::{Value, json};
+
+use crate::Caller;
+
+/// Print the joints of a robot: tree, masses, ranges, reach
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// File of URDF or MJCF, or name of a built-in robot
+    pub model: String,
+}
+
+/// As info; fails where numbers look wrong
+///
+/// Suspicious are masses and inertias that no body has, and lengths, masses and inertias that look like mm or g.
+/// Exit code 2 where something is.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct CheckOptions {
+    /// File of URDF or MJCF, or name of a built-in robot
+    pub model: String,
+}
+
+/// Prints the robot.
+///
+/// # Errors
+/// A robot that cannot be read.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let model = super::model(&options.model)?;
+    print(&model, caller);
+    Ok(summary(&model))
+}
+
+/// Prints the robot and what looks wrong in it.
+///
+/// # Errors
+/// A robot that cannot be read, or with numbers that look wrong.
+pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Value> {
+    let model = super::model(&options.model)?;
+    print(&model, caller);
+    let suspicions = model.suspicions();
+    caller.say("");
+    match suspicions.first() {
+        None => caller.say("nothing suspicious"),
+        Some(first) => {
+            suspicions.iter().for_each(|suspicion| caller.say(suspicion));
+            let found =
+                if suspicions.len() == 1 { first.clone() } else { format!("{} of them", suspicions.len()) };
+            return Err(BadInput::new(&options.model, "numbers that a robot can have", found).into());
+        }
+    }
+    Ok(summary(&model))
+}
+
+fn summary(model: &Model) -> Value {
+    let joints = model.joints().iter().map(
+        |joint| json!({ "name": joint.name, "mass_kg": joint.inertia.mass, "range": joint.drive.range }),
+    );
+    json!({ "robot": model.name(), "joints": joints.collect::<Vec<_>>(), "reach_m": model.reach() })
+}
+
+fn print(model: &Model, caller: &Caller) {
+    let mass: f64 = model.joints().iter().map(|joint| joint.inertia.mass).sum();
+    caller.say(format_args!("{}: {} joints, {mass:.3} kg that move", model.name(), model.n_joints()));
+    caller.say("");
+    caller.say("joint                          moves with                mass [kg]   from            to");
+    for joint in model.joints() {
+        let parent = joint.parent.map_or("the base", |parent| &model.joints()[parent].name);
+        let shown = |q: f64| match joint.kind {
+            JointKind::Revolute => format!("{:.1} deg", q.to_degrees()),
+            JointKind::Prismatic => format!("{:.1} mm", 1e3 * q),
+        };
+        let [from, to] =
+            joint.drive.range.map_or_else(|| ["any".to_owned(), "any".to_owned()], |range| range.map(shown));
+        caller.say(format_args!(
+            "{:<30} {parent:<25} {:>9.4}   {from:<15} {to}",
+            joint.name, joint.inertia.mass
+        ));
+        if let Some(follower) = joint.follows {
+            let leader = &model.joints()[follower.joint].name;
+            caller.say(format_args!("    follows {leader}: {} q + {}", follower.ratio, follower.offset));
+        }
+    }
+    caller.say("");
+    caller.say(format_args!("reach at most {:.3} m", model.reach()));
+    let frames: Vec<&str> = model.frames().iter().map(|frame| frame.name.as_str()).collect();
+    caller.say(format_args!("frames: {}", frames.join(", ")));
+}

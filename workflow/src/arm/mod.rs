@@ -1,0 +1,50 @@
+//! `hysteron arm`: rigid-body arms.
+
+pub mod dynamics;
+pub mod excite;
+pub mod export;
+pub mod import;
+pub mod info;
+pub mod simulate;
+
+use std::path::Path;
+
+use hysteron_arm::Model;
+use hysteron_base::Metadata;
+
+use crate::outputs::Outputs;
+use crate::{COMMIT, Caller};
+
+/// The built-in robot of that name, else the one in that file.
+pub fn model(text: &str) -> anyhow::Result<Model> {
+    if Model::builtin_names().any(|name| name == text) {
+        return Ok(Model::builtin(text)?);
+    }
+    if !text.contains(['.', '/']) && !Path::new(text).exists() {
+        return Ok(Model::builtin(text)?);
+    }
+    Ok(Model::read(Path::new(text))?)
+}
+
+/// What a verb reads of a robot: its file, if it is not built in.
+pub fn reads(text: &str) -> Outputs {
+    Outputs::reading(Some(text).filter(|text| Path::new(text).exists()))
+}
+
+/// Who makes a recording, and what it is.
+pub fn meta(caller: &Caller, source: &str) -> Metadata {
+    Metadata {
+        source: source.to_owned(),
+        commit: COMMIT.to_owned(),
+        command: caller.command.clone(),
+        ..Metadata::default()
+    }
+}
+
+/// The frame called `name`, or the last one.
+fn frame(model: &Model, name: Option<&str>) -> anyhow::Result<usize> {
+    match name {
+        Some(name) => Ok(model.frame(name)?),
+        None => Ok(model.frames().len() - 1),
+    }
+}
