@@ -20,6 +20,7 @@ mod error;
 pub mod file;
 pub mod lanes;
 mod lock;
+mod panics;
 mod recording;
 mod rng;
 mod scene;

@@ -7,6 +7,7 @@
 use super::names::Column;
 use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite};
 use crate::BadInput;
+use crate::panics::caught;
 use crate::units::Unit;
 use ::parquet::basic::{Compression, ConvertedType, Repetition, Type as PhysicalType};
 use ::parquet::data_type::{BoolType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
@@ -173,7 +174,7 @@ fn read_flags(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Chec
 /// A whole column. `parquet` asserts what the pages of a damaged file do not keep.
 fn read_column<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
     let pages = || read_pages::<T>(reader, i, name);
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(pages)).unwrap_or_else(|_| {
+    caught(pages).unwrap_or_else(|| {
         Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
     })
 }

@@ -3,6 +3,7 @@
 
 use super::{Column, Table};
 use crate::BadInput;
+use crate::panics::caught;
 use crate::recording::check_size;
 use crate::recording::parquet::{damaged, most_rows, opened};
 use ::parquet::basic::Type as PhysicalType;
@@ -86,7 +87,7 @@ fn guarded<T: DataType>(
     to_f64: impl Fn(&T::T) -> f64,
 ) -> Check<Rows> {
     let pages = || read_pages::<T>(reader, i, name, to_f64);
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(pages)).unwrap_or_else(|_| {
+    caught(pages).unwrap_or_else(|| {
         Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
     })
 }
