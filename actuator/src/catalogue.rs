@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use hysteron_base::schema::{finite, not_negative, positive};
 use hysteron_base::{BadInput, schema};
 use serde::Deserialize;
 
@@ -155,24 +156,6 @@ fn source(typed: &str) -> Check<String> {
     }
 }
 
-fn positive(key: &str, typed: f64) -> Check<f64> {
-    let holds = typed.is_finite() && typed > 0.0;
-    if holds { Ok(typed) } else { Err(BadInput::new(key, "a finite number > 0", format!("{typed:?}"))) }
-}
-
-fn not_negative(key: &str, typed: f64) -> Check<f64> {
-    let holds = typed.is_finite() && typed >= 0.0;
-    if holds { Ok(typed) } else { Err(BadInput::new(key, "a finite number >= 0", format!("{typed:?}"))) }
-}
-
-fn finite(key: &str, typed: f64) -> Check<f64> {
-    if typed.is_finite() {
-        Ok(typed)
-    } else {
-        Err(BadInput::new(key, "a finite number", format!("{typed:?}")))
-    }
-}
-
 fn winding(typed: &WindingTable) -> Check<Winding> {
     Ok(Winding {
         heat_capacity: positive("winding.heat_capacity_j_per_k", typed.heat_capacity_j_per_k)?,
@@ -215,7 +198,7 @@ fn units(typed: &LoopTable) -> Check<LoopUnits> {
         ticks_per_turn: positive("loop.ticks_per_turn", typed.ticks_per_turn)?,
         pwm_full_scale: positive("loop.pwm_full_scale", typed.pwm_full_scale)?,
         gains: typed.gain_units,
-        period: 1e-3 * positive("loop.period_ms", typed.period_ms)?,
+        period: positive("loop.period_ms", typed.period_ms)?,
     })
 }
 

@@ -42,6 +42,6 @@ pub use lstm::{
 pub use mlp::{Activation, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
 pub use regression::{
-    Evaluation, OUTPUT_MAX, Predictor, RANGE_MARGIN, SequenceOptions, SequenceTask, Sequences, WindowOptions,
-    WindowTask, WindowedSequence, windows,
+    Evaluation, Predictor, RANGE_MARGIN, SequenceOptions, SequenceTask, Sequences, WindowOptions, WindowTask,
+    WindowedSequence, restore_bounded, windows,
 };

@@ -5,7 +5,7 @@
 //! bounds as wide as the body rather than as its nominal numbers.
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{GlobalMethod, GlobalOptions, Parameter, Scale, search_globally};
+use hysteron_fit::{GlobalOptions, Parameter, Scale, search_globally};
 use nalgebra::DVector;
 
 use super::bodies::BodyOptions;
@@ -14,22 +14,6 @@ use super::normal::{Columns, JointTerm, Normal};
 use super::pseudo_inertia::{Body, believable, matrix};
 use crate::Model;
 use crate::spatial::Inertia;
-
-/// How long evolution goes on, and what counts.
-pub struct EvolutionOptions<'a> {
-    /// Weights of the joints in the sum of squares [-].
-    pub weights: &'a [f64],
-    /// Members of the population for each number.
-    pub members_per_parameter: usize,
-    /// Most generations.
-    pub generations: usize,
-    /// Spread of the population's costs at which it has converged [-].
-    pub spread: f64,
-    /// What all draws come from.
-    pub seed: u64,
-    /// Told the generation and the best weighed error [N m]; false ends it.
-    pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
-}
 
 /// The outcome.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +38,8 @@ const MOST_MOMENT: f64 = 3.0;
 /// Distance of a centre from the joint's frame, in lengths of the nominal one and of the body's radius of gyration.
 const FARTHEST: f64 = 2.0;
 
-/// Finds bodies of `model`, which is also what is believed, and joint terms from `motion`.
+/// Finds bodies of `model`, which is also what is believed, and joint terms from `motion`, by the global search that is
+/// given; the sum of squares has these weights of the joints [-].
 ///
 /// # Errors
 /// `BadInput` for a motion of another arm, or weights that are not one above 0 for each joint.
@@ -62,20 +47,21 @@ pub fn evolve_bodies(
     model: &Model,
     motion: &JointMotion,
     options: &BodyOptions,
-    evolution: &EvolutionOptions,
+    weights: &[f64],
+    search: &GlobalOptions,
 ) -> Result<EvolutionFit, BadInput> {
     let n = model.n_joints();
     if motion.n_joints != n || motion.n_samples() == 0 {
         return Err(BadInput::new("motion", format!("samples of {n} joints"), motion.n_joints.to_string()));
     }
-    if evolution.weights.len() != n || !evolution.weights.iter().all(|w| w.is_finite() && *w > 0.0) {
+    if weights.len() != n || !weights.iter().all(|w| w.is_finite() && *w > 0.0) {
         let expected = format!("{n} numbers above 0");
-        return Err(BadInput::new("weights", expected, format!("{:?}", evolution.weights)));
+        return Err(BadInput::new("weights", expected, format!("{:?}", weights)));
     }
     let columns = Columns { model, terms: options.terms, width: options.width };
     let normals = columns.normals(motion);
     let rows = motion.n_samples() as f64;
-    let variances: Vec<f64> = evolution.weights.iter().map(|w| rows / w).collect();
+    let variances: Vec<f64> = weights.iter().map(|w| rows / w).collect();
     let sum = super::bodies::weighed(&normals, &variances);
     let genes = genes(model, options.terms, &normals);
     let cost = |values: &[f64]| -> Result<f64, BadInput> {
@@ -83,15 +69,7 @@ pub fn evolve_bodies(
         let can_exist = (0..n).all(|k| matrix(&body(&parameters, k)).cholesky().is_some());
         Ok(if can_exist { sum.error(&parameters).max(0.0).sqrt() } else { f64::INFINITY })
     };
-    let global = GlobalOptions {
-        method: GlobalMethod::EVOLUTION,
-        members_per_parameter: evolution.members_per_parameter,
-        generations: evolution.generations,
-        spread: evolution.spread,
-        seed: evolution.seed,
-        watch: evolution.watch,
-    };
-    let found = search_globally(&genes, &global, cost)?;
+    let found = search_globally(&genes, search, cost)?;
     let parameters = parameters(&found.values, n);
     let least = |k: usize| matrix(&body(&parameters, k)).symmetric_eigenvalues().min();
     Ok(EvolutionFit {

@@ -8,7 +8,7 @@ mod payload;
 mod pseudo_inertia;
 
 pub use bodies::{BodyFit, BodyOptions, Determined, TermEstimate, identify_bodies};
-pub use evolution::{EvolutionFit, EvolutionOptions, evolve_bodies};
+pub use evolution::{EvolutionFit, evolve_bodies};
 pub use motion::{JointMotion, Smoothing};
 pub use normal::JointTerm;
 pub use payload::{PayloadFit, identify_payload};

@@ -171,12 +171,16 @@ fn read_flags(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Chec
     read_numbers(reader, i, name)?.into_iter().enumerate().map(flag).collect()
 }
 
-/// A whole column. `parquet` asserts what the pages of a damaged file do not keep.
-fn read_column<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
-    let pages = || read_pages::<T>(reader, i, name);
+/// What `pages` reads of the column `name`; `parquet` asserts what the pages of a damaged file do not keep.
+pub(crate) fn guarded<T>(name: &str, pages: impl FnOnce() -> Check<T>) -> Check<T> {
     caught(pages).unwrap_or_else(|| {
         Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
     })
+}
+
+/// A whole column.
+fn read_column<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
+    guarded(name, || read_pages::<T>(reader, i, name))
 }
 
 /// All values of column `i`, from every row group; there must be one in every row.

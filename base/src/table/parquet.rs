@@ -3,9 +3,8 @@
 
 use super::{Column, Table};
 use crate::BadInput;
-use crate::panics::caught;
 use crate::recording::check_size;
-use crate::recording::parquet::{damaged, most_rows, opened};
+use crate::recording::parquet::{damaged, guarded, most_rows, opened};
 use ::parquet::basic::Type as PhysicalType;
 use ::parquet::data_type::{BoolType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
 use ::parquet::errors::ParquetError;
@@ -68,28 +67,18 @@ fn spread(name: &str, rows: &Rows) -> Vec<Column> {
 /// A column of whatever type; `None` if it holds no numbers.
 fn numbers(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Option<Rows>> {
     let column = reader.metadata().file_metadata().schema_descr().column(i);
-    let rows = match column.physical_type() {
-        PhysicalType::DOUBLE => guarded::<DoubleType>(reader, i, name, |x| *x),
-        PhysicalType::FLOAT => guarded::<FloatType>(reader, i, name, |x| f64::from(*x)),
-        PhysicalType::INT32 => guarded::<Int32Type>(reader, i, name, |x| f64::from(*x)),
-        PhysicalType::INT64 => guarded::<Int64Type>(reader, i, name, |x| *x as f64),
-        PhysicalType::BOOLEAN => guarded::<BoolType>(reader, i, name, |x| f64::from(u8::from(*x))),
-        _ => return Ok(None),
+    let pages = || {
+        let rows = match column.physical_type() {
+            PhysicalType::DOUBLE => read_pages::<DoubleType>(reader, i, name, |x| *x),
+            PhysicalType::FLOAT => read_pages::<FloatType>(reader, i, name, |x| f64::from(*x)),
+            PhysicalType::INT32 => read_pages::<Int32Type>(reader, i, name, |x| f64::from(*x)),
+            PhysicalType::INT64 => read_pages::<Int64Type>(reader, i, name, |x| *x as f64),
+            PhysicalType::BOOLEAN => read_pages::<BoolType>(reader, i, name, |x| f64::from(u8::from(*x))),
+            _ => return Ok(None),
+        };
+        rows.map(Some)
     };
-    rows.map(Some)
-}
-
-/// `parquet` asserts what the pages of a damaged file do not keep.
-fn guarded<T: DataType>(
-    reader: &SerializedFileReader<File>,
-    i: usize,
-    name: &str,
-    to_f64: impl Fn(&T::T) -> f64,
-) -> Check<Rows> {
-    let pages = || read_pages::<T>(reader, i, name, to_f64);
-    caught(pages).unwrap_or_else(|| {
-        Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
-    })
+    guarded(name, pages)
 }
 
 fn read_pages<T: DataType>(

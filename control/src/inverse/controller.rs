@@ -1,7 +1,7 @@
 //! Strokes for a path: the recurrent design sample by sample, the paper's window by window.
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Backprop, Batch, Memory, OUTPUT_MAX, Outputs, Predictor, RANGE_MARGIN, windows};
+use hysteron_learn::{Backprop, Batch, Memory, Outputs, Predictor, RANGE_MARGIN, restore_bounded, windows};
 
 use super::delay::ahead;
 use super::model::check_limits;
@@ -93,12 +93,6 @@ impl<'a> Controller<'a> {
 
 fn is_outside(model: &InverseModel, point: Tip) -> bool {
     model.workspace.is_outside(point, RANGE_MARGIN * model.workspace.width())
-}
-
-fn bound(outputs: &[f32], bounded: &mut [f32]) {
-    for (kept, output) in bounded.iter_mut().zip(outputs) {
-        *kept = output.clamp(-OUTPUT_MAX, OUTPUT_MAX);
-    }
 }
 
 fn smoothed_path(path: &[Tip], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
@@ -204,8 +198,7 @@ impl InverseModel {
             let mut memory = Memory::zeros(self.network.architecture(), ends.len());
             let outputs = passes.predict(&self.network, &batch, &mut memory)?;
             for (i, outputs) in ends.zip(outputs.chunks_exact(self.n_tendons)) {
-                bound(outputs, &mut bounded);
-                self.outputs.restore_into(&bounded, &mut limiter.wanted);
+                restore_bounded(&self.outputs, outputs, &mut bounded, &mut limiter.wanted);
                 let is_limited = limiter.apply(i == 0);
                 let is_extrapolating = is_outside(self, path[i])
                     || self.inputs.is_outside(&path[i][..self.axes().len()], RANGE_MARGIN);

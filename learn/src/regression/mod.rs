@@ -9,6 +9,6 @@ mod sequences;
 mod windows;
 
 pub use options::SequenceOptions;
-pub use predictor::{OUTPUT_MAX, Predictor, RANGE_MARGIN};
+pub use predictor::{Predictor, RANGE_MARGIN, restore_bounded};
 pub use sequences::{Evaluation, SequenceTask, Sequences};
 pub use windows::{WindowOptions, WindowTask, WindowedSequence, windows};

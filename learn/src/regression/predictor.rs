@@ -8,7 +8,7 @@ use crate::{Network, Normaliser, Runner, WeightFormat};
 pub const RANGE_MARGIN: f64 = 0.02;
 /// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to
 /// pull.
-pub const OUTPUT_MAX: f32 = 1.25;
+const OUTPUT_MAX: f32 = 1.25;
 
 /// A network with the ranges of its channels and its memory.
 #[derive(Debug, Clone)]
@@ -46,23 +46,13 @@ impl<'a> Predictor<'a> {
         Self { window: Some(before), ..predictor }
     }
 
-    /// One sample further: writes the outputs, bounded by [`OUTPUT_MAX`]. True where an input lies outside its range by
+    /// One sample further: writes the outputs, at most a quarter beyond their ranges. True where an input lies outside its range by
     /// more than [`RANGE_MARGIN`]. Does not allocate.
     ///
     /// # Panics
     /// If either has another number of channels than the network.
     pub fn step(&mut self, inputs: &[f64], outputs: &mut [f64]) -> bool {
-        let is_extrapolating = self.inputs.is_outside(inputs, RANGE_MARGIN);
-        self.normalise(inputs);
-        self.run(outputs);
-        is_extrapolating
-    }
-
-    fn normalise(&mut self, inputs: &[f64]) {
         self.inputs.normalise_into(inputs, &mut self.normalised);
-    }
-
-    fn run(&mut self, outputs: &mut [f64]) {
         let found = match &mut self.window {
             None => self.runner.step(&self.normalised),
             Some(window) => {
@@ -78,6 +68,7 @@ impl<'a> Predictor<'a> {
             }
         };
         restore_bounded(self.outputs, found, &mut self.bounded, outputs);
+        self.inputs.is_outside(inputs, RANGE_MARGIN)
     }
 
     /// The inputs of the last sample, normalised.
@@ -86,8 +77,8 @@ impl<'a> Predictor<'a> {
     }
 }
 
-/// Bounds normalised outputs by [`OUTPUT_MAX`] and writes what they mean; `bounded` is scratch of the same length.
-pub(crate) fn restore_bounded(ranges: &Normaliser, found: &[f32], bounded: &mut [f32], outputs: &mut [f64]) {
+/// Writes what normalised outputs mean, at most a quarter beyond their ranges; `bounded` is scratch of the same length.
+pub fn restore_bounded(ranges: &Normaliser, found: &[f32], bounded: &mut [f32], outputs: &mut [f64]) {
     for (kept, found) in bounded.iter_mut().zip(found) {
         *kept = found.clamp(-OUTPUT_MAX, OUTPUT_MAX);
     }

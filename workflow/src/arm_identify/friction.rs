@@ -17,24 +17,33 @@ use crate::outputs::Outputs;
 /// Laws that need no torques through the gear.
 const LAWS_OF_SPEED: usize = 3;
 
-/// What is identified from what.
+/// A law of friction of one joint
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Recordings to fit.
+    /// Recordings to fit
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
-    /// Number of the joint, from 1.
-    pub joint: usize,
-    /// Name of the law.
+    /// Number of the joint, from 1
+    #[cfg_attr(feature = "clap", arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64)))]
+    pub joint: u16,
+    /// coulomb-viscous, stribeck or directed-stribeck
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "stribeck"))]
     pub law: String,
-    /// Name of the method.
+    /// least-squares, pso, de, anfis or fnn
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "least-squares"))]
     pub method: String,
-    /// Parts of the recordings of which each is left out once; none without.
+    /// Parts of the recordings of which each is left out once
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub folds: Option<usize>,
-    /// What all draws come from.
-    pub seed: u64,
-    /// Error from which on a sample counts linearly [N m].
+    /// Error from which on a sample counts linearly rather than squared
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N_M", allow_negative_numbers = true))]
     pub huber: Option<f64>,
+    /// Seed of populations
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
+    pub seed: u64,
     /// Where the results go.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub results: Results,
 }
 
@@ -51,8 +60,11 @@ struct Series {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let (law, method) = checked(options)?;
     let _claim = options.results.claim(Outputs::reading(&options.recordings), caller)?;
-    let series =
-        options.recordings.iter().map(|path| of_joint(path, options.joint)).collect::<Result<Vec<_>, _>>()?;
+    let series = options
+        .recordings
+        .iter()
+        .map(|path| of_joint(path, usize::from(options.joint)))
+        .collect::<Result<Vec<_>, _>>()?;
     let [velocity, torque] = joined(series.iter());
     let (found, rows, condition) = match method {
         FrictionMethod::LeastSquares => {

@@ -2,41 +2,51 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::Model;
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, identify_bodies};
 use hysteron_base::BadInput;
 use serde_json::{Value, json};
 
 use super::{MotionOptions, Results, Row, positive, rows_json, say_rows};
-use crate::Caller;
 use crate::figures::arm_identification as figures;
-use crate::outputs::Outputs;
 use crate::robot_file::{self, Part};
+use crate::{Caller, arm};
 
 /// What belongs to every joint besides its body.
 pub const TERMS: [JointTerm; 5] =
     [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
 
-/// What is identified from what.
+/// Bodies, rotors and friction of all joints
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// The robot, with its locked joints locked.
-    pub model: Model,
-    /// The file that it came from, if any.
-    pub model_file: Option<PathBuf>,
-    /// Recordings to fit.
+    /// File of URDF or MJCF, or name of a built-in robot
+    pub model: String,
+    /// Recordings to fit
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
-    /// Recording that is not fitted, to test on.
+    /// Recording that is not fitted, to test on
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub test: Option<PathBuf>,
-    /// Last part of the recordings that is not fitted, to test on [-].
+    /// Last part of the recordings that is not fitted, to test on
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "PART", default_value_t = 0.0, allow_negative_numbers = true)
+    )]
     pub hold_out: f64,
-    /// How they are read.
-    pub motion: MotionOptions,
-    /// Weight of the bodies in the robot's file [samples].
+    /// Weight of the bodies in the robot's file, in samples
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)
+    )]
     pub prior: f64,
-    /// File of URDF, MJCF or parameters for the robot as identified, if any.
+    /// File for the robot as identified: .urdf, .xml (MJCF) or .csv (parameters)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub robot: Option<PathBuf>,
+    /// How they are read.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub motion: MotionOptions,
     /// Where the results go.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub results: Results,
 }
 
@@ -45,7 +55,8 @@ pub struct Options {
 /// # Errors
 /// `BadInput` for whatever is wrong with options or recordings.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let inputs = Outputs::reading(&options.model_file).and(&options.recordings).and(&options.test);
+    let model = &options.motion.model(&options.model)?;
+    let inputs = arm::reads(&options.model).and(&options.recordings).and(&options.test);
     let inputs = options.robot.iter().fold(inputs, |all, path| all.file("--robot", path));
     let _claim = options.results.claim(inputs, caller)?;
     if let Some(path) = &options.robot {
@@ -59,7 +70,6 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if options.test.is_some() && options.hold_out > 0.0 {
         return Err(BadInput::new("--hold-out", "this or --test", "both").into());
     }
-    let model = &options.model;
     let mut motion = options.motion.read_all(&options.recordings, model)?;
     let mut test = options.test.as_ref().map(|path| options.motion.read(path, model)).transpose()?;
     if options.hold_out > 0.0 {

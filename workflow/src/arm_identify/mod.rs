@@ -13,19 +13,23 @@ use hysteron_base::{BadInput, Metadata, Recording, file};
 use serde_json::{Value, json};
 
 use crate::outputs::Outputs;
-use crate::{COMMIT, Caller};
+use crate::{COMMIT, Caller, arm};
 
 /// Order of the low pass of motions.
 const ORDER: usize = 4;
 
-/// Where the results go.
+/// Where results go.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Results {
-    /// File of JSON.
+    /// File of JSON to write
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: PathBuf,
-    /// Folder for figures, `report.html` and `metrics.json`, if any.
+    /// Folder for figures, report.html and metrics.json
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub figures: Option<PathBuf>,
-    /// Each figure as PNG too.
+    /// Write each figure as .png too
+    #[cfg_attr(feature = "clap", arg(long, requires = "figures"))]
     pub png: bool,
 }
 
@@ -119,15 +123,31 @@ fn read(path: &Path) -> anyhow::Result<Recording> {
     }
 }
 
-/// How torques and motions of a recording are read.
+/// How motions of an arm are read.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct MotionOptions {
-    /// What is faster counts as noise [Hz].
+    /// What is faster counts as noise
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "HZ", default_value_t = 8.0, allow_negative_numbers = true)
+    )]
     pub cutoff: f64,
-    /// Torque constants of the joints, where the recording has currents [N m/A].
+    /// Torque for a current in every joint, where the recordings have currents
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "N_M_PER_A,...", value_delimiter = ',', allow_negative_numbers = true)
+    )]
     pub torque_constants: Vec<f64>,
-    /// Speed within which Coulomb friction changes its sign [rad/s].
+    /// Speed within which Coulomb friction changes its sign
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "RAD_S", default_value_t = 0.05, allow_negative_numbers = true)
+    )]
     pub width: f64,
+    /// Joint of the robot that the recordings leave out, at zero or at a coordinate
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[=Q]"))]
+    pub lock: Vec<String>,
 }
 
 /// Refuses a number of an option that is not above 0.
@@ -137,6 +157,26 @@ fn positive(option: &str, value: f64) -> Result<(), BadInput> {
 }
 
 impl MotionOptions {
+    /// The robot that `name` says, with joints locked at zero or where `NAME=Q` says [rad or m].
+    fn model(&self, name: &str) -> anyhow::Result<Model> {
+        let model = arm::model(name)?;
+        if self.lock.is_empty() {
+            return Ok(model);
+        }
+        let place = |text: &String| -> Result<(String, f64), BadInput> {
+            match text.split_once('=') {
+                None => Ok((text.clone(), 0.0)),
+                Some((name, q)) => {
+                    let bad = || BadInput::new("--lock", "NAME or NAME=COORDINATE", format!("{text:?}"));
+                    Ok((name.to_owned(), q.trim().parse().map_err(|_| bad())?))
+                }
+            }
+        };
+        let places = self.lock.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let places: Vec<(&str, f64)> = places.iter().map(|(name, q)| (name.as_str(), *q)).collect();
+        Ok(model.with_locked(&places)?)
+    }
+
     fn check(&self) -> Result<(), BadInput> {
         positive("--cutoff", self.cutoff).and_then(|()| positive("--width", self.width))
     }
@@ -168,26 +208,4 @@ impl MotionOptions {
         }
         Ok(motion)
     }
-}
-
-/// The robot with joints locked at zero or where `NAME=Q` says [rad or m].
-///
-/// # Errors
-/// `BadInput` for a joint that is not there or a number that is none.
-pub fn with_locked(model: &Model, locked: &[String]) -> anyhow::Result<Model> {
-    if locked.is_empty() {
-        return Ok(model.clone());
-    }
-    let place = |text: &String| -> Result<(String, f64), BadInput> {
-        match text.split_once('=') {
-            None => Ok((text.clone(), 0.0)),
-            Some((name, q)) => {
-                let bad = || BadInput::new("--lock", "NAME or NAME=COORDINATE", format!("{text:?}"));
-                Ok((name.to_owned(), q.trim().parse().map_err(|_| bad())?))
-            }
-        }
-    };
-    let places = locked.iter().map(place).collect::<Result<Vec<_>, _>>()?;
-    let places: Vec<(&str, f64)> = places.iter().map(|(name, q)| (name.as_str(), *q)).collect();
-    Ok(model.with_locked(&places)?)
 }

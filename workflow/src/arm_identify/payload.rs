@@ -2,34 +2,37 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::Model;
 use hysteron_arm::identify::{BodyOptions, identify_bodies, identify_payload};
 use serde_json::{Value, json};
 
 use super::{MotionOptions, Results, Row, inertia::TERMS, rows_json, say_rows};
-use crate::Caller;
 use crate::figures::arm_identification as figures;
-use crate::outputs::Outputs;
 use crate::robot_file::{self, Part};
+use crate::{Caller, arm};
 
-/// What is identified from what.
+/// What an arm carries
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// The robot without payload, with its locked joints locked.
-    pub model: Model,
-    /// The file that it came from, if any.
-    pub model_file: Option<PathBuf>,
-    /// Recordings without the payload: they identify the arm.
+    /// File of URDF or MJCF, or name of a built-in robot
+    pub model: String,
+    /// Recordings with the payload
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Recordings without
+    #[cfg_attr(feature = "clap", arg(long, required = true, value_name = "REC", num_args = 1..))]
     pub bare: Vec<PathBuf>,
-    /// Recordings with it.
-    pub loaded: Vec<PathBuf>,
-    /// Frame that holds it; the robot's last one without.
+    /// Frame that holds the payload [default: the robot's last]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub frame: Option<String>,
-    /// How they are read.
-    pub motion: MotionOptions,
-    /// File of URDF, MJCF or parameters for the robot as identified, if any.
+    /// File for the robot as identified: .urdf, .xml (MJCF) or .csv (parameters)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub robot: Option<PathBuf>,
+    /// How they are read.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub motion: MotionOptions,
     /// Where the results go.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub results: Results,
 }
 
@@ -38,19 +41,19 @@ pub struct Options {
 /// # Errors
 /// `BadInput` for whatever is wrong with options or recordings.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let inputs = Outputs::reading(&options.model_file).and(&options.bare).and(&options.loaded);
+    let model = &options.motion.model(&options.model)?;
+    let inputs = arm::reads(&options.model).and(&options.bare).and(&options.recordings);
     let inputs = options.robot.iter().fold(inputs, |all, path| all.file("--robot", path));
     let _claim = options.results.claim(inputs, caller)?;
     if let Some(path) = &options.robot {
         robot_file::check("--robot", path, Part::Whole)?;
     }
     options.motion.check()?;
-    let model = &options.model;
     let last = model.frames().last().map_or("", |frame| frame.name.as_str());
     let frame = options.frame.as_deref().unwrap_or(last);
     model.frame(frame)?;
     let bare = options.motion.read_all(&options.bare, model)?;
-    let loaded = options.motion.read_all(&options.loaded, model)?;
+    let loaded = options.motion.read_all(&options.recordings, model)?;
     let known = identify_bodies(
         model,
         &bare,

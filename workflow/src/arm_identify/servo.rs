@@ -16,26 +16,39 @@ use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
 
-/// What is identified from what.
+/// Motor, supply, heat and friction of a servo that swings a weight
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Recordings to fit.
+    /// Recordings to fit
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
-    /// Recordings that are not fitted, to test on.
+    /// Recordings that are not fitted, to test on
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1..))]
     pub test: Vec<PathBuf>,
-    /// Name of a drive in the catalogue, or a file.
+    /// Name of a drive, or a file of TOML
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE", default_value = "xl330-m288"))]
     pub drive: String,
-    /// Law of its friction; that of the drive without.
+    /// Law of friction: coulomb-viscous, stribeck, directed-stribeck, m1 to m6 [default: the drive's]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub law: Option<String>,
-    /// Mass of the weight, where the recordings do not say [kg].
-    pub mass: Option<f64>,
-    /// Its distance from the axis, where the recordings do not say [m].
-    pub length: Option<f64>,
-    /// Proportional gain as the register has it, where the recordings do not say.
+    /// Mass of the weight [default: the recordings say]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KG", allow_negative_numbers = true))]
+    pub mass_kg: Option<f64>,
+    /// Distance of the weight from the axis [default: the recordings say]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "M", allow_negative_numbers = true))]
+    pub length_m: Option<f64>,
+    /// Proportional gain as the register has it [default: the recordings say]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "P", allow_negative_numbers = true))]
     pub gain: Option<f64>,
-    /// Longest step of a rollout [s].
+    /// Longest step of the simulation
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "S", default_value_t = 1e-3, allow_negative_numbers = true)
+    )]
     pub step: f64,
     /// Where the results go.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub results: Results,
 }
 
@@ -188,8 +201,8 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
         temperature: first(Quantity::Temperature).unwrap_or(ROOM),
         gain: noted("position_gain", "--gain", options.gain)?,
         pendulum: Pendulum {
-            mass: noted("mass_kg", "--mass-kg", options.mass)?,
-            length: noted("length_m", "--length-m", options.length)?,
+            mass: noted("mass_kg", "--mass-kg", options.mass_kg)?,
+            length: noted("length_m", "--length-m", options.length_m)?,
             offset: 0.0,
         },
     };

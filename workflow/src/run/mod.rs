@@ -297,18 +297,16 @@ fn follow(
             (_, Driver::Network(residual)) => {
                 residual.step(&command.primary_strokes(row), state).map(|step| (step.report, step.tip))
             }
-            (None, Driver::Stepper(stepper)) => {
-                let step = stepper.step(twin, &targets);
+            (goals, Driver::Stepper(stepper)) => {
+                let step = match goals {
+                    None => stepper.step(twin, &targets),
+                    Some(goals) => stepper.reach(twin, &goals.tip_goal(row), &targets).map(|reach| {
+                        summary.rounds += reach.rounds;
+                        reach.step
+                    }),
+                };
                 state.clone_from(stepper.state());
                 step.map(|report| (report, twin.tip_of(state)))
-            }
-            (Some(goals), Driver::Stepper(stepper)) => {
-                let reach = stepper.reach(twin, &goals.tip_goal(row), &targets);
-                state.clone_from(stepper.state());
-                reach.map(|report| {
-                    summary.rounds += report.rounds;
-                    (report.step, twin.tip_of(state))
-                })
             }
         };
         let step = step.map_err(anyhow::Error::from).and_then(|(report, tip)| {

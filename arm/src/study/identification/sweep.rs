@@ -1,9 +1,10 @@
 //! Bodies and friction of the wrist from a swept sine: differential evolution beside the convex fit.
 
 use hysteron_base::BadInput;
+use hysteron_fit::{GlobalMethod, GlobalOptions};
 use serde::{Deserialize, Serialize};
 
-use crate::identify::{EvolutionOptions, evolve_bodies, identify_bodies};
+use crate::identify::{evolve_bodies, identify_bodies};
 use crate::study::estimation::wrist::{SWEEP_OPTIONS, Wrists, sweep_wrist};
 
 /// Weight of joint 2 in the sum of squares, as in the paper.
@@ -57,15 +58,15 @@ pub fn sweep_cell(seed: u64) -> Result<SweepCell, BadInput> {
     };
     let mut rows = vec![row("convex", &convex.rms, &convex.least_pseudo_inertias(), seconds, None)];
     let begun = std::time::Instant::now();
-    let evolution = EvolutionOptions {
-        weights: &[1.0, JOINT_2],
+    let search = GlobalOptions {
+        method: GlobalMethod::EVOLUTION,
         members_per_parameter: 10,
         generations: 6000,
         spread: 1e-6,
         seed,
         watch: &|_, _| true,
     };
-    let found = evolve_bodies(&wrists.cad, &motion, &SWEEP_OPTIONS, &evolution)?;
+    let found = evolve_bodies(&wrists.cad, &motion, &SWEEP_OPTIONS, &[1.0, JOINT_2], &search)?;
     let seconds = begun.elapsed().as_secs_f64();
     let least = &found.least_pseudo_inertias;
     rows.push(row("differential-evolution", &found.rms, least, seconds, Some(found.evaluations)));

@@ -5,7 +5,7 @@
 
 use anyhow::Result;
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
+    Adam, Architecture, Backprop, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
 };
 
 use super::recording::{N_TENDONS, Pattern};
@@ -141,9 +141,8 @@ fn trained(seen: &Rows, chooses: &Rows) -> Result<Network> {
 }
 
 fn run(network: &Network, rows: &Rows) -> Result<Vec<f32>> {
-    let trainer = Trainer::new(network.clone(), Adam::default(), 0)?;
     let mut memory = Memory::zeros(network.architecture(), rows.rows);
-    Ok(trainer.predict(&rows.batch(), &mut memory)?)
+    Ok(Backprop::new(network.architecture(), 0)?.predict(network, &rows.batch(), &mut memory)?)
 }
 
 #[cfg(test)]
