@@ -1,10 +1,10 @@
-//! Training and stepping an LSTM: fused layers beside candle's own cells.
+//! Training and stepping an LSTM: fused layers beside candle's own cells; stepping a Transformer.
 #![allow(missing_docs)] // criterion's macros make undocumented functions
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hysteron_bench::learn::{Stepped, Training, runner};
-use hysteron_learn::Outputs;
+use hysteron_bench::learn::{Stepped, Training, runner, transformer};
+use hysteron_learn::{Form, Outputs, WeightFormat};
 
 fn training(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("lstm/step/2x512");
@@ -33,5 +33,17 @@ fn rollout(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, training, rollout);
+fn transformers(criterion: &mut Criterion) {
+    for (name, form, format) in [
+        ("transformer/sample/published", Form::Window, WeightFormat::Float32),
+        ("transformer/sample/streaming", Form::Streaming, WeightFormat::Float32),
+        ("transformer/sample/streaming, 16 bits", Form::Streaming, WeightFormat::Int16),
+    ] {
+        let mut runner = transformer(form, format).unwrap();
+        criterion.bench_function(name, |bencher| bencher.iter(|| runner.step(&[0.1; 36])[0]));
+        println!("    output {:.6}", runner.step(&[0.1; 36])[0]);
+    }
+}
+
+criterion_group!(benches, training, rollout, transformers);
 criterion_main!(benches);

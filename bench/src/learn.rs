@@ -4,7 +4,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use anyhow::Result;
-use hysteron_learn::{Adam, Architecture, Batch, Head, Memory, Network, Outputs, Runner, Trainer};
+use hysteron_learn::{
+    Adam, Architecture, Batch, Form, Head, Memory, Network, Outputs, Runner, Trainer, Transformer,
+    TransformerRunner, TransformerShape, WeightFormat,
+};
 
 use crate::measure::{shortest, shortest_of_both};
 use crate::table::{Goal, Row};
@@ -106,6 +109,26 @@ pub fn runner(stepped: Stepped) -> Result<Runner> {
     Ok(Runner::new(&Network::new(&architecture, 1)?))
 }
 
+/// NeuralActuator's published sizes, with nothing remembered: 36 inputs, and heads for torques, force, contact and condition.
+///
+/// # Errors
+/// None: the sizes are legal.
+pub fn transformer(form: Form, format: WeightFormat) -> Result<TransformerRunner> {
+    let shape = TransformerShape::published(36, &[5, 3, 1, 5], form);
+    Ok(TransformerRunner::new(&Transformer::new(&shape, 1)?, format))
+}
+
+/// Time of one sample of a Transformer on one core [ms].
+fn transformer_ms(form: Form, format: WeightFormat) -> Result<f64> {
+    let mut runner = transformer(form, format)?;
+    let hundred = || {
+        (0..100).for_each(|_| {
+            black_box(runner.step(&[0.1; 36]));
+        });
+    };
+    Ok(1e3 * shortest(100, hundred) / 100.0)
+}
+
 /// Time of one sample on one core [s].
 fn sample_seconds(stepped: Stepped) -> Result<f64> {
     let mut runner = runner(stepped)?;
@@ -149,5 +172,23 @@ pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
             .goal(Goal::AtMost(30.0)),
         Row::new("LSTM 2 × 512: one sample", 1e3 * sample_seconds(Stepped::Controller)?, "ms")
             .goal(Goal::AtMost(0.3)),
+        Row::new(
+            "NeuralActuator's Transformer, published form: one sample",
+            transformer_ms(Form::Window, WeightFormat::Float32)?,
+            "ms",
+        )
+        .against(2.6, "the authors' release on a CPU, as its notes print it")
+        .goal(Goal::AtMost(0.5)),
+        Row::new(
+            "NeuralActuator's Transformer, streaming form: one sample",
+            transformer_ms(Form::Streaming, WeightFormat::Float32)?,
+            "ms",
+        ),
+        Row::new(
+            "NeuralActuator's Transformer, streaming form, 16-bit weights: one sample",
+            transformer_ms(Form::Streaming, WeightFormat::Int16)?,
+            "ms",
+        )
+        .goal(Goal::AtMost(0.06)),
     ])
 }

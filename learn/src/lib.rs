@@ -1,4 +1,4 @@
-//! Networks: an engine that trains models of any family, LSTM networks and multi-layer perceptrons as its families, sequence
+//! Networks: an engine that trains models of any family, LSTM networks, Transformers and multi-layer perceptrons as its families, sequence
 //! regression on top, and checkpoints.
 //!
 //! A [`Model`] is named arrays of parameters; a [`Task`] goes through its data and gives gradients; [`fit`] is the one training
@@ -26,22 +26,24 @@ mod files;
 mod lstm;
 mod mlp;
 mod normaliser;
+mod panels;
 mod product;
 mod regression;
+mod transformer;
 
 pub use engine::{
     Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Lbfgs, MOST_EPOCHS, MOST_HIDDEN,
-    MOST_ROWS, Model, Objective, ParameterVector, Progress, Real, Schedule, Session, Task, TensorShape,
-    Training, fit, mean, mean_squared_error, minimise,
+    MOST_ROWS, Model, Objective, ParameterVector, Penalty, Progress, Real, Schedule, Session, Task,
+    TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
 };
 pub use error::{Error, Result};
 pub use files::{Checkpoint, read_parameters, write_parameters};
-pub use lstm::{
-    Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Runner, Trainer, WeightFormat,
-};
+pub use lstm::{Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Runner, Trainer};
 pub use mlp::{Activation, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
+pub use panels::WeightFormat;
 pub use regression::{
     Evaluation, Predictor, RANGE_MARGIN, SequenceOptions, SequenceTask, Sequences, WindowOptions, WindowTask,
     WindowedSequence, restore_bounded, windows,
 };
+pub use transformer::{Block, Form, Transformer, TransformerRunner, TransformerShape, TransformerTape};

@@ -5,6 +5,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::Real;
 
+/// How the weights' decay acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Penalty {
+    /// As a part of the gradient, which the moments see.
+    #[default]
+    Coupled,
+    /// Beside the step that the moments make: AdamW (Loshchilov, Hutter 2019).
+    Decoupled,
+}
+
+impl Penalty {
+    fn is_coupled(&self) -> bool {
+        *self == Self::Coupled
+    }
+}
+
 /// The optimiser and its settings.
 ///
 /// # Reference
@@ -23,6 +40,9 @@ pub struct Adam {
     pub epsilon: f64,
     /// λ of the penalty λ/2 |w|².
     pub weight_decay: f64,
+    /// Whether the gradient gets it, or the step.
+    #[serde(default, skip_serializing_if = "Penalty::is_coupled")]
+    pub penalty: Penalty,
     /// Largest norm of the gradient over all parameters; a larger one is scaled down to it.
     pub clip_norm: Option<f64>,
 }
@@ -35,6 +55,7 @@ impl Default for Adam {
             beta2: 0.999,
             epsilon: 1e-8,
             weight_decay: 0.0,
+            penalty: Penalty::Coupled,
             clip_norm: None,
         }
     }
@@ -82,13 +103,18 @@ impl Adam {
         let unbias = |beta: f64| 1.0 - beta.powi(step);
         let rate = T::of(self.learning_rate / unbias(self.beta1));
         let per_root = T::of(1.0 / unbias(self.beta2).sqrt());
-        let [scale, decay, epsilon] = [scale, self.weight_decay, self.epsilon].map(T::of);
+        let (coupled, decoupled) = match self.penalty {
+            Penalty::Coupled => (self.weight_decay, 0.0),
+            Penalty::Decoupled => (0.0, self.learning_rate * self.weight_decay),
+        };
+        let [scale, decay, kept, epsilon] = [scale, coupled, 1.0 - decoupled, self.epsilon].map(T::of);
         let [b1, b2] = [self.beta1, self.beta2].map(|b| (T::of(b), T::of(1.0 - b)));
         let moments = moments.mean.iter_mut().zip(&mut moments.square);
         for ((weight, gradient), (mean, square)) in weights.iter_mut().zip(gradient).zip(moments) {
             let g = scale * *gradient + decay * *weight;
             *mean = b1.0 * *mean + b1.1 * g;
             *square = b2.0 * *square + b2.1 * g * g;
+            *weight = *weight * kept;
             *weight -= rate * *mean / (square.root() * per_root + epsilon);
         }
     }
@@ -151,6 +177,18 @@ mod tests {
         adam.update(1, scale, &[8.0], &mut weight, &mut moments);
         // g = 0.25 · 8 + 0.5 · 4, mean (1 - β₁) g; the scale is short by 1e-6/8.
         assert!((moments.mean[0] - 0.4).abs() < 1e-6, "{}", moments.mean[0]);
+    }
+
+    #[test]
+    fn a_decoupled_penalty_leaves_the_moments_alone() {
+        // w ← w (1 − α λ) − α sign g after the first step.
+        let adam =
+            Adam { learning_rate: 0.25, weight_decay: 0.5, penalty: Penalty::Decoupled, ..Adam::default() };
+        let (mut weight, mut moments) = ([4.0f32], Moments::zeros(1));
+        adam.update(1, 1.0, &[8.0], &mut weight, &mut moments);
+        assert!((weight[0] - (4.0 * 0.875 - 0.25)).abs() <= 4.0 * TOL, "{}", weight[0]);
+        // (1 - β₁) g, with 0.1 rounded.
+        assert!((moments.mean[0] - 0.8).abs() <= TOL, "{}", moments.mean[0]);
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod real;
 mod schedule;
 mod training;
 
-pub use adam::Adam;
+pub use adam::{Adam, Penalty};
 pub use fit::{Epoch, FitResult, Progress, Session, Task, fit};
 pub use fit_report::{ChannelErrors, FitReport};
 pub use lbfgs::{Ending, Lbfgs};
@@ -19,6 +19,6 @@ pub use loss::{mean, mean_squared_error};
 pub use minibatch::{Objective, minimise};
 pub use model::{Model, ParameterVector, TensorShape};
 pub use real::Real;
-pub use schedule::{Decay, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule};
+pub use schedule::{Decay, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule, warm_up_cosine};
 pub(crate) use schedule::{MOST_LAYERS, check_counts};
 pub use training::Training;

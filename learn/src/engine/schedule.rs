@@ -63,6 +63,16 @@ impl Schedule {
     }
 }
 
+/// Part of the full step size at an update (from 0) of a training of `updates`: up along a line for `warm_up` of them, then down
+/// to a tenth along half a cosine.
+pub fn warm_up_cosine(update: u64, warm_up: u64, updates: u64) -> f64 {
+    if update < warm_up {
+        return (update + 1) as f64 / warm_up as f64;
+    }
+    let part = (update - warm_up) as f64 / updates.saturating_sub(warm_up).max(1) as f64;
+    0.1 + 0.9 * 0.5 * (1.0 + (PI * part.min(1.0)).cos())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,5 +95,13 @@ mod tests {
         assert_eq!(first, 1e-3);
         // Halfway the cosine is zero, at the end it is -1: the mean of 1 and 0.01, and 0.01.
         assert!((middle - 0.505e-3).abs() < 1e-12 && (last - 1e-5).abs() < 1e-12, "{middle} {last}");
+    }
+
+    #[test]
+    fn a_step_size_warms_up_and_decays_to_a_tenth() {
+        let at = |update| warm_up_cosine(update, 10, 110);
+        assert_eq!([at(0), at(9), at(10)], [0.1, 1.0, 1.0]);
+        // Halfway the cosine is zero.
+        assert!((at(60) - 0.55).abs() < 1e-12 && (at(110) - 0.1).abs() < 1e-12 && at(500) == at(110));
     }
 }

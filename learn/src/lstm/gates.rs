@@ -1,12 +1,9 @@
-//! The elementwise part of an LSTM step, fused; alone knows pulp.
+//! The elementwise part of an LSTM step, fused.
 //!
 //! Every kernel is written once over registers of any width and dispatched at run time. All instruction sets
 //! do the same operations, so they agree bit for bit.
 
 use pulp::{Arch, Simd, WithSimd};
-
-/// The unit of every kernel here: outputs that a matrix-vector product makes at a time.
-pub(crate) const PANEL: usize = 64;
 
 /// Beyond this the nearest `f32` to tanh is 1 to within one unit in the last place.
 const SATURATED: f32 = 7.998_811_7;
@@ -194,52 +191,6 @@ impl WithSimd for Backward<'_> {
             }
         }
     }
-}
-
-/// sums += A x for one panel of A, column by column.
-#[inline(always)]
-fn add_columns<T: Copy + Into<f32>>(panel: &[[T; PANEL]], x: &[f32], sums: &mut [f32; PANEL]) {
-    for (column, x) in panel.iter().zip(x) {
-        for l in 0..PANEL {
-            sums[l] = column[l].into().mul_add(*x, sums[l]);
-        }
-    }
-}
-
-/// out += A x for one column x, A in panels: for each [`PANEL`] outputs, for each column, their entries.
-pub(crate) fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (panel, out) in panels.chunks_exact(x.len()).zip(out.as_chunks_mut::<PANEL>().0) {
-                let mut sums = *out;
-                add_columns(panel, x, &mut sums);
-                *out = sums;
-            }
-        },
-    );
-}
-
-/// As [`multiply_add_panels`], with every entry a whole number of the unit of its row (one for each output).
-pub(crate) fn multiply_add_short_panels(
-    panels: &[[i16; PANEL]],
-    units: &[[f32; PANEL]],
-    x: &[f32],
-    out: &mut [f32],
-) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let outs = out.as_chunks_mut::<PANEL>().0.iter_mut().zip(units);
-            for (panel, (out, units)) in panels.chunks_exact(x.len()).zip(outs) {
-                let mut sums = [0.0; PANEL];
-                add_columns(panel, x, &mut sums);
-                for l in 0..PANEL {
-                    out[l] = sums[l].mul_add(units[l], out[l]);
-                }
-            }
-        },
-    );
 }
 
 #[cfg(test)]

@@ -18,5 +18,5 @@ pub use backprop::Backprop;
 pub use batch::{Batch, Memory, Outputs};
 pub use ensemble::Member;
 pub use network::Network;
-pub use runner::{Runner, WeightFormat};
+pub use runner::Runner;
 pub use trainer::Trainer;

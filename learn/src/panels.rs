@@ -1,0 +1,245 @@
+//! Matrices for products with one row or a few rows: in panels, whose entries stand in the order in which they are used.
+//!
+//! Results are the same on every instruction set.
+
+use pulp::{Arch, Simd, WithSimd};
+use serde::{Deserialize, Serialize};
+
+/// Outputs that a product makes at a time.
+const PANEL: usize = 64;
+
+/// How what steps a network keeps the weights of its matrices. A network that does not stay in a core's own cache takes as long for a
+/// sample as its weights take to come from memory: half as many bits come in half the time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WeightFormat {
+    /// As they were trained, `f32`.
+    #[default]
+    Float32,
+    /// Whole numbers of 16 bits in the unit of their row, a 32767th of its largest; sums in `f32`.
+    Int16,
+}
+
+/// A matrix in panels of [`PANEL`] rows: for each panel, for each column, the entries of its rows.
+#[derive(Debug, Clone)]
+pub(crate) enum Panels {
+    Single(Vec<[f32; PANEL]>),
+    /// Whole numbers, and the unit of each row.
+    Short(Vec<[i16; PANEL]>, Vec<[f32; PANEL]>),
+}
+
+impl Panels {
+    /// From a row-major matrix; the last panel is filled up with zeros.
+    pub fn new(matrix: &[f32], n_columns: usize, format: WeightFormat) -> Self {
+        let panel = |rows: &[f32], column: usize| -> [f32; PANEL] {
+            std::array::from_fn(|r| rows.get(r * n_columns + column).copied().unwrap_or(0.0))
+        };
+        let panels = matrix.chunks(PANEL * n_columns);
+        if format == WeightFormat::Float32 {
+            return Self::Single(
+                panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect(),
+            );
+        }
+        let unit = |rows: &[f32]| -> [f32; PANEL] {
+            let mut rows = rows.chunks_exact(n_columns);
+            let largest = |row: &[f32]| row.iter().fold(0.0f32, |max, value| max.max(value.abs()));
+            // A row of zeros has a unit too.
+            std::array::from_fn(|_| {
+                rows.next().map_or(1.0, |row| (largest(row) / f32::from(i16::MAX)).max(f32::MIN_POSITIVE))
+            })
+        };
+        let units: Vec<[f32; PANEL]> = panels.clone().map(unit).collect();
+        let whole = |(rows, units): (&[f32], &[f32; PANEL])| -> Vec<[i16; PANEL]> {
+            let column = |c: usize| {
+                let values = panel(rows, c);
+                std::array::from_fn(|r| (values[r] / units[r]).round() as i16)
+            };
+            (0..n_columns).map(column).collect()
+        };
+        Self::Short(panels.zip(&units).flat_map(whole).collect(), units)
+    }
+
+    /// out += A x.
+    pub fn multiply_add(&self, x: &[f32], out: &mut [f32]) {
+        match self {
+            Self::Single(panels) => multiply_add_panels(panels, x, out),
+            Self::Short(panels, units) => multiply_add_short_panels(panels, units, x, out),
+        }
+    }
+
+    /// out += A x for every row of `x`, of `inputs` numbers each; the rows of `out` are filled up to whole panels.
+    pub fn multiply_add_rows(&self, inputs: usize, x: &[f32], out: &mut [f32]) {
+        match self {
+            Self::Single(panels) if x.len() > inputs => Arch::new().dispatch(Rows { panels, inputs, x, out }),
+            _ => {
+                let width = out.len() * inputs / x.len();
+                let rows = x.chunks_exact(inputs).zip(out.chunks_exact_mut(width));
+                rows.for_each(|(x, out)| self.multiply_add(x, out));
+            }
+        }
+    }
+}
+
+/// `n` zeros, and more up to whole panels.
+pub(crate) fn padded(n: usize) -> Vec<f32> {
+    vec![0.0; n.next_multiple_of(PANEL)]
+}
+
+/// sums += A x for one panel of A, column by column.
+#[inline(always)]
+fn add_columns<T: Copy + Into<f32>>(panel: &[[T; PANEL]], x: &[f32], sums: &mut [f32; PANEL]) {
+    for (column, x) in panel.iter().zip(x) {
+        for l in 0..PANEL {
+            sums[l] = column[l].into().mul_add(*x, sums[l]);
+        }
+    }
+}
+
+/// out += A x for one column x, A in panels: for each [`PANEL`] outputs, for each column, their entries.
+fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (panel, out) in panels.chunks_exact(x.len()).zip(out.as_chunks_mut::<PANEL>().0) {
+                let mut sums = *out;
+                add_columns(panel, x, &mut sums);
+                *out = sums;
+            }
+        },
+    );
+}
+
+/// As [`multiply_add_panels`], with every entry a whole number of the unit of its row (one for each output).
+fn multiply_add_short_panels(panels: &[[i16; PANEL]], units: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let outs = out.as_chunks_mut::<PANEL>().0.iter_mut().zip(units);
+            for (panel, (out, units)) in panels.chunks_exact(x.len()).zip(outs) {
+                let mut sums = [0.0; PANEL];
+                add_columns(panel, x, &mut sums);
+                for l in 0..PANEL {
+                    out[l] = sums[l].mul_add(units[l], out[l]);
+                }
+            }
+        },
+    );
+}
+
+/// out += A x for several rows x.
+struct Rows<'a> {
+    panels: &'a [[f32; PANEL]],
+    inputs: usize,
+    x: &'a [f32],
+    out: &'a mut [f32],
+}
+
+impl Rows<'_> {
+    /// `R` rows from row `first` on, two registers of outputs at a time: enough sums that none waits for the one before.
+    #[inline(always)]
+    fn some<S: Simd, const R: usize>(&mut self, simd: S, first: usize) {
+        let (n, lanes) = (self.inputs, S::F32_LANES);
+        let width = self.out.len() / (self.x.len() / n);
+        let mut x: [&[f32]; R] = [&[]; R];
+        for r in 0..R {
+            x[r] = &self.x[(first + r) * n..][..n];
+        }
+        for (p, panel) in self.panels.chunks_exact(n).enumerate() {
+            for at in (0..PANEL / lanes).step_by(2) {
+                let mut sums = [[simd.splat_f32s(0.0); 2]; R];
+                for k in 0..n {
+                    let (weights, _) = S::as_simd_f32s(&panel[k]);
+                    for r in 0..R {
+                        let x = simd.splat_f32s(x[r][k]);
+                        sums[r][0] = simd.mul_add_f32s(weights[at], x, sums[r][0]);
+                        sums[r][1] = simd.mul_add_f32s(weights[at + 1], x, sums[r][1]);
+                    }
+                }
+                for r in 0..R {
+                    for c in 0..2 {
+                        let start = (first + r) * width + p * PANEL + (at + c) * lanes;
+                        let out = &mut self.out[start..][..lanes];
+                        let sum = simd.add_f32s(simd.partial_load_f32s(out), sums[r][c]);
+                        simd.partial_store_f32s(out, sum);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl WithSimd for Rows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let n_rows = self.x.len() / self.inputs;
+        let mut row = 0;
+        // As many sums as there are registers for: 18 of 32 with AVX-512, 6 of 16 else.
+        while S::F32_LANES == 16 && n_rows - row >= 9 {
+            self.some::<S, 9>(simd, row);
+            row += 9;
+        }
+        while n_rows - row >= 3 {
+            self.some::<S, 3>(simd, row);
+            row += 3;
+        }
+        while row < n_rows {
+            self.some::<S, 1>(simd, row);
+            row += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_weights_are_off_by_half_a_unit_of_their_row() {
+        // Neither whole panels nor, in row 3, anything but zeros.
+        let (n_rows, n_columns) = (PANEL + 6, 33);
+        let entry =
+            |k: usize| if k / n_columns == 3 { 0.0 } else { (k as f32 * 0.7).sin() / (1 + k % 5) as f32 };
+        let matrix: Vec<f32> = (0..n_rows * n_columns).map(entry).collect();
+        let x: Vec<f32> = (0..n_columns).map(|k| (k as f32 * 1.3).cos()).collect();
+        let product = |format| {
+            let mut out = padded(n_rows);
+            Panels::new(&matrix, n_columns, format).multiply_add(&x, &mut out);
+            out
+        };
+        let (single, short) = (product(WeightFormat::Float32), product(WeightFormat::Int16));
+        let reach: f32 = x.iter().map(|x| x.abs()).sum();
+        let mut n_different = 0;
+        for (r, row) in matrix.chunks(n_columns).enumerate() {
+            let unit = row.iter().fold(0.0f32, |max, value| max.max(value.abs())) / f32::from(i16::MAX);
+            // Half a unit for every weight, and the round-off of sums of 33 products.
+            let tol = 0.5 * unit * reach + 33.0 * f32::EPSILON * reach;
+            assert!((single[r] - short[r]).abs() <= tol, "row {r}: {} {}", single[r], short[r]);
+            n_different += usize::from(single[r] != short[r]);
+        }
+        assert!(n_different > n_rows / 2, "{n_different}");
+        assert_eq!([short[3], short[n_rows]], [0.0; 2]);
+    }
+
+    #[test]
+    fn several_rows_are_the_rows_one_by_one() {
+        let (n_rows, n_columns) = (PANEL + 6, 33);
+        let matrix: Vec<f32> = (0..n_rows * n_columns).map(|k| (k as f32 * 0.7).sin()).collect();
+        let panels = Panels::new(&matrix, n_columns, WeightFormat::Float32);
+        for several in [1, 2, 9, 14] {
+            let x: Vec<f32> = (0..several * n_columns).map(|k| (k as f32 * 1.3).cos()).collect();
+            let width = padded(n_rows).len();
+            let mut out = vec![0.5; several * width];
+            panels.multiply_add_rows(n_columns, &x, &mut out);
+            for (x, found) in x.chunks(n_columns).zip(out.chunks(width)) {
+                let mut one = vec![0.5; width];
+                panels.multiply_add(x, &mut one);
+                // The bias is added first or last: one rounding of a sum of 33 products below 1.
+                for (found, one) in found.iter().zip(&one) {
+                    assert!((found - one).abs() <= 34.0 * 33.0 * 0.5 * f32::EPSILON, "{found} {one}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Transformers over short windows of samples: the published form, which attends to a whole window, and a streaming form, which
+//! takes one sample at a time and keeps what it knows of those before. Equations: `docs/learn.md`.
+
+mod kernels;
+mod layer;
+mod network;
+mod runner;
+mod shape;
+mod tape;
+#[cfg(test)]
+mod tests;
+
+pub use network::Transformer;
+pub use runner::TransformerRunner;
+pub use shape::{Block, Form, TransformerShape};
+pub use tape::TransformerTape;

@@ -1,0 +1,91 @@
+//! `Transformer`: shape and weights as plain arrays, and how they begin.
+
+use hysteron_base::{BadInput, rng};
+use rand::RngExt;
+use serde_json::{Value, json};
+
+use super::shape::{Layout, TransformerShape};
+use crate::{Model, Real, TensorShape};
+
+/// A Transformer encoder with its heads.
+#[derive(Debug, Clone)]
+pub struct Transformer<T> {
+    shape: TransformerShape,
+    pub(super) layout: Layout,
+    /// Embedding, every layer, heads.
+    pub(super) parameters: Vec<Vec<T>>,
+}
+
+impl<T: Real> Transformer<T> {
+    /// Weights uniform with variance 1/inputs of their matrix (LeCun et al. 1998), positions with 0.02; biases zero,
+    /// normalisations and scalars one, lags zero. The last layer of every head begins a hundred times smaller: outputs begin near zero.
+    ///
+    /// # Errors
+    /// As [`TransformerShape::check`].
+    pub fn new(shape: &TransformerShape, seed: u64) -> Result<Self, BadInput> {
+        shape.check()?;
+        let begin = |tensor: &TensorShape| {
+            let mut stream = rng(seed, &format!("transformer/{}", tensor.name));
+            let is_norm = tensor.name.contains("norm") && tensor.name.ends_with("weight");
+            let spread = match tensor.name.as_str() {
+                "position" => 0.02,
+                name if name.ends_with("weight") && !is_norm => {
+                    let last = if name.starts_with("head.") { 0.01 } else { 1.0 };
+                    last / (tensor.shape[0] as f64).sqrt()
+                }
+                _ => 0.0,
+            };
+            let fixed = if is_norm || tensor.name.ends_with("scales") { 1.0 } else { 0.0 };
+            // A uniform distribution of variance 1 reaches to √3.
+            let reach = 3f64.sqrt() * spread;
+            (0..tensor.len())
+                .map(|_| T::of(if reach > 0.0 { stream.random_range(-reach..reach) } else { fixed }))
+                .collect::<Vec<T>>()
+        };
+        let parameters =
+            shape.tensors().iter().map(|vector| vector.iter().flat_map(begin).collect()).collect();
+        Ok(Self { shape: shape.clone(), layout: Layout::new(shape), parameters })
+    }
+
+    /// Sizes and kind.
+    pub fn shape(&self) -> &TransformerShape {
+        &self.shape
+    }
+
+    /// The same weights in other numbers.
+    pub fn converted<U: Real>(&self) -> Transformer<U> {
+        let convert = |values: &Vec<T>| values.iter().map(|v| U::of(v.to_f64())).collect();
+        Transformer {
+            shape: self.shape.clone(),
+            layout: self.layout.clone(),
+            parameters: self.parameters.iter().map(convert).collect(),
+        }
+    }
+
+    /// Zeros of the shape of the parameters.
+    pub fn zeros(&self) -> Vec<Vec<T>> {
+        self.parameters.iter().map(|values| vec![T::default(); values.len()]).collect()
+    }
+}
+
+impl<T: Real> Model for Transformer<T> {
+    type Value = T;
+
+    const FAMILY: &'static str = "transformer";
+
+    fn shape(&self) -> Value {
+        json!(self.shape)
+    }
+
+    fn parameters(&self) -> &[Vec<T>] {
+        &self.parameters
+    }
+
+    fn parameters_mut(&mut self) -> &mut [Vec<T>] {
+        &mut self.parameters
+    }
+
+    fn tensors(&self) -> Vec<Vec<TensorShape>> {
+        self.shape.tensors()
+    }
+}
