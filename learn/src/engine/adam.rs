@@ -114,7 +114,7 @@ impl Adam {
             let g = scale * *gradient + decay * *weight;
             *mean = b1.0 * *mean + b1.1 * g;
             *square = b2.0 * *square + b2.1 * g * g;
-            *weight = *weight * kept;
+            *weight *= kept;
             *weight -= rate * *mean / (square.root() * per_root + epsilon);
         }
     }

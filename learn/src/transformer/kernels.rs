@@ -52,7 +52,7 @@ pub(super) fn norm<T: Real>(x: &[T], [weight, bias]: [&[T]; 2], unit: &mut [T], 
         }
         *rate = T::of(1.0) / (dot(unit, unit) * per + T::of(EPSILON)).root();
         for (k, (unit, y)) in unit.iter_mut().zip(y).enumerate() {
-            *unit = *unit * *rate;
+            *unit *= *rate;
             *y = *unit * weight[k] + bias[k];
         }
     }
@@ -178,7 +178,7 @@ impl<T: Real> Attention<'_, T> {
         let per = T::of(1.0) / total;
         out.fill(T::default());
         for (s, weight) in seen.zip(weights) {
-            *weight = *weight * per;
+            *weight *= per;
             add_scaled(out, *weight, &projections[row(s) + self.keys_at() + self.width..][..n]);
         }
     }

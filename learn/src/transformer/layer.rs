@@ -175,7 +175,7 @@ impl<'a, T: Real> Layer<'a, T> {
                     *gated = t.context[row * d + k];
                     if self.shape.block == Block::GatedPreNorm {
                         gates[k] = sigmoid(gates[k]);
-                        *gated = *gated * gates[k];
+                        *gated *= gates[k];
                     }
                 }
             }
@@ -215,7 +215,7 @@ impl<'a, T: Real> Layer<'a, T> {
         let d_hidden = &mut t.d_hidden[wide.clone()];
         linear_back(d_added, w_down, d, d_hidden);
         for (d, slope) in d_hidden.iter_mut().zip(&t.slope[wide]) {
-            *d = *d * *slope;
+            *d *= *slope;
         }
         linear_back(d_hidden, w_up, f, scratch);
         // By the first sum, and by what attention has added to it.
@@ -276,7 +276,7 @@ impl<'a, T: Real> Layer<'a, T> {
                 for (k, d_context) in d_context.iter_mut().enumerate() {
                     let by_gate = *d_context * context[row * d + k];
                     d_gates[k] = by_gate * gates[k] * (T::of(1.0) - gates[k]);
-                    *d_context = *d_context * gates[k];
+                    *d_context *= gates[k];
                 }
             }
             for head in 0..n_heads {
