@@ -14,6 +14,7 @@ mod pose;
 mod safety;
 pub mod session;
 pub mod tracker;
+pub mod virtual_arm;
 pub mod virtual_rig;
 
 pub use error::{Error, Result};

@@ -41,6 +41,7 @@ mod run;
 pub mod adapt;
 pub mod arm;
 pub mod arm_identify;
+pub mod arm_study;
 pub mod check;
 pub mod command;
 pub mod evaluate;

@@ -46,11 +46,13 @@ impl<D: Dynamics> Observer for Balance<D> {
                     motor_torque: motor,
                     load_torque: -*external,
                 };
-                *external += self.friction.torque(joint, &at, held);
+                *external += self.friction.follow(joint, &at, held);
             }
             *external -= motor;
         }
     }
 
-    fn reset(&mut self) {}
+    fn reset(&mut self) {
+        self.friction.reset();
+    }
 }

@@ -123,11 +123,12 @@ impl<D: Dynamics> Observer for DisturbanceObserver<D> {
                 motor_torque: sample.torque[j],
                 load_torque: -self.bias[j],
             };
-            *external = disturbance + self.friction.torque(j, &at, -disturbance);
+            *external = disturbance + self.friction.follow(j, &at, -disturbance);
         }
     }
 
     fn reset(&mut self) {
         self.is_started = false;
+        self.friction.reset();
     }
 }

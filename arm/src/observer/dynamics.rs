@@ -116,6 +116,7 @@ impl<D: Dynamics> Tracked<D> {
 
     pub fn reset(&mut self) {
         self.is_started = false;
+        self.friction.reset();
     }
 
     /// Takes a sample; the first asks for nothing. `contact` is the external torque believed so far, for friction that depends
@@ -145,7 +146,7 @@ impl<D: Dynamics> Tracked<D> {
                 motor_torque: motor,
                 load_torque: rate - self.slow_change[j] + contact[j],
             };
-            let friction = self.friction.torque(j, &at, held);
+            let friction = self.friction.follow(j, &at, held);
             self.explained[j] = motor + rate - friction;
             self.unexplained[j] = if is_first { 0.0 } else { friction - held };
         }

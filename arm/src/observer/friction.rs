@@ -10,6 +10,9 @@ pub enum LowSpeed {
     /// Below this speed whatever holds the joint, up to the dry friction there: min(|τ|, f_s) sgn τ of Wan et al. (2026),
     /// eq. 39 [rad/s]. A contact that friction can hold is not felt at rest.
     Stick(f64),
+    /// Below this speed what it was when the joint slid last, and every change since of what it holds, up to the dry friction
+    /// there [rad/s]. So friction is where a joint stops: an arm that sank under a load and stands is still felt to carry it.
+    Absorb(f64),
 }
 
 /// A law of friction for each joint.
@@ -17,6 +20,8 @@ pub enum LowSpeed {
 pub struct FrictionModel {
     laws: Vec<(Law, Vec<f64>)>,
     low_speed: LowSpeed,
+    /// Of the last sample, joint by joint: friction, and what it would have had to withstand [N m].
+    last: Vec<Option<[f64; 2]>>,
 }
 
 impl FrictionModel {
@@ -26,13 +31,13 @@ impl FrictionModel {
             let expected = law.parameters().len();
             assert_eq!(parameters.len(), expected, "parameters of {law:?}");
         }
-        Self { laws, low_speed }
+        Self { last: vec![None; laws.len()], laws, low_speed }
     }
 
     /// None in `n` joints.
     pub fn none(n: usize) -> Self {
         let law = (Law::CoulombViscous(CoulombViscous), vec![0.0, 0.0]);
-        Self { laws: vec![law; n], low_speed: LowSpeed::Linear(0.0) }
+        Self::new(vec![law; n], LowSpeed::Linear(0.0))
     }
 
     /// Number of joints.
@@ -41,7 +46,7 @@ impl FrictionModel {
     }
 
     /// Torque of friction against positive motion of `joint` [N m]; `held` is what friction would have to withstand for the
-    /// motion that is seen, without any contact [N m].
+    /// motion that is seen, without any contact [N m]. Of one sample alone: [`LowSpeed::Absorb`] then is [`LowSpeed::Stick`].
     pub fn torque(&self, joint: usize, at: &Sliding, held: f64) -> f64 {
         let (law, p) = &self.laws[joint];
         match self.low_speed {
@@ -49,12 +54,37 @@ impl FrictionModel {
                 let edge = Sliding { velocity: width.copysign(at.velocity), ..*at };
                 law.torque(p, &edge) * (at.velocity / edge.velocity)
             }
-            LowSpeed::Stick(width) if at.velocity.abs() < width => {
-                // Towards `held`: a law may have other friction in the other direction.
-                let dry = law.budget(p, &Sliding { velocity: 1e-12_f64.copysign(held), ..*at }).dry;
-                held.clamp(-dry, dry)
+            LowSpeed::Stick(width) | LowSpeed::Absorb(width) if at.velocity.abs() < width => {
+                self.stuck(joint, at, held)
             }
             _ => law.torque(p, at),
         }
+    }
+
+    /// `wanted`, as far as dry friction at rest goes [N m].
+    fn stuck(&self, joint: usize, at: &Sliding, wanted: f64) -> f64 {
+        let (law, p) = &self.laws[joint];
+        // Towards `wanted`: a law may have other friction in the other direction.
+        let dry = law.budget(p, &Sliding { velocity: 1e-12_f64.copysign(wanted), ..*at }).dry;
+        wanted.clamp(-dry, dry)
+    }
+
+    /// [`Self::torque`] of one sample after the other.
+    pub(super) fn follow(&mut self, joint: usize, at: &Sliding, held: f64) -> f64 {
+        let friction = match (self.low_speed, self.last[joint]) {
+            (LowSpeed::Absorb(width), Some([friction, before])) if at.velocity.abs() < width => {
+                self.stuck(joint, at, friction + held - before)
+            }
+            // Nothing is known of how the joint came to rest.
+            (LowSpeed::Absorb(width), None) if at.velocity.abs() < width => 0.0,
+            _ => self.torque(joint, at, held),
+        };
+        self.last[joint] = Some([friction, held]);
+        friction
+    }
+
+    /// Forgets all samples.
+    pub(super) fn reset(&mut self) {
+        self.last.fill(None);
     }
 }

@@ -70,7 +70,7 @@ impl<D: Dynamics> Observer for InverseDynamics<D> {
             let (motor, needed) = (sample.torque[j], self.torque[j]);
             let at = Sliding { velocity: sample.velocity[j], motor_torque: motor, load_torque: -needed };
             let input =
-                if is_first { 0.0 } else { needed + self.friction.torque(j, &at, motor - needed) - motor };
+                if is_first { 0.0 } else { needed + self.friction.follow(j, &at, motor - needed) - motor };
             let alpha = self.bandwidth.get(j).map_or(0.0, |k| 1.0 / (1.0 + k * sample.period));
             self.estimate[j] = alpha * self.estimate[j] + (1.0 - alpha) * input;
             *external = self.estimate[j];
@@ -79,6 +79,7 @@ impl<D: Dynamics> Observer for InverseDynamics<D> {
 
     fn reset(&mut self) {
         self.is_started = false;
+        self.friction.reset();
         self.estimate.fill(0.0);
         self.accelerations.fill(self.smoothing.start(0.0));
     }

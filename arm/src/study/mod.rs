@@ -1,6 +1,7 @@
 //! Studies of learned inverse dynamics, cell by cell: what is done is found again, what is not goes on from its file.
 
 pub mod estimation;
+pub mod force;
 pub mod identification;
 mod real;
 mod simulated;

@@ -11,9 +11,9 @@ use hysteron_base::{BadInput, Channel, Recording};
 use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress, Session};
 use serde_json::{Value, json};
 
-use hysteron_workflow::arm;
 use hysteron_workflow::outputs::Outputs;
 use hysteron_workflow::{Caller, number};
+use hysteron_workflow::{arm, arm_study};
 
 use crate::terminal::say;
 
@@ -53,7 +53,7 @@ struct FitArguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// structured-lagrangian, black-box-lagrangian, feed-forward, friction or augmented
-    #[arg(long, value_name = "NAME", default_value = "augmented", value_parser = super::study::variant)]
+    #[arg(long, value_name = "NAME", default_value = "augmented", value_parser = arm_study::variant)]
     variant: Variant,
     /// Units of each of the two hidden layers
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = number::count::<MOST_HIDDEN>)]

@@ -1,11 +1,9 @@
 //! `hysteron arm`: rigid-body arms.
 
-mod estimation_study;
 mod fit;
 mod identify;
-mod study;
 
-use hysteron_workflow::{Caller, arm};
+use hysteron_workflow::{Caller, arm, arm_study};
 use serde_json::Value;
 
 const HELP: &str = "\
@@ -39,12 +37,15 @@ enum Verb {
     #[command(after_help = include_str!("../help/arm-export.txt"))]
     Export(arm::export::Options),
     Fit(fit::Arguments),
+    #[command(after_help = include_str!("../help/arm-generate.txt"))]
+    Generate(arm::generate::Options),
     Identify(identify::Arguments),
     #[command(after_help = include_str!("../help/arm-import.txt"))]
     Import(arm::import::Options),
     #[command(after_help = include_str!("../help/arm-simulate.txt"))]
     Simulate(arm::simulate::Options),
-    Study(study::Arguments),
+    #[command(after_help = include_str!("../help/arm-study.txt"))]
+    Study(arm_study::Options),
 }
 
 /// Carries out the verb.
@@ -57,9 +58,10 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Excite(options) => arm::excite::run(options, caller),
         Verb::Export(options) => arm::export::run(options, caller),
         Verb::Fit(arguments) => fit::run(arguments, caller),
+        Verb::Generate(options) => arm::generate::run(options, caller),
         Verb::Identify(arguments) => identify::run(arguments, caller),
         Verb::Import(options) => arm::import::run(options, caller),
         Verb::Simulate(options) => arm::simulate::run(options, caller),
-        Verb::Study(arguments) => study::run(arguments, caller),
+        Verb::Study(options) => arm_study::run(options, caller),
     }
 }

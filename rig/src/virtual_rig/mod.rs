@@ -21,6 +21,7 @@ mod tests;
 mod world;
 
 pub use loops::{LoopWidth, loop_width};
+pub(crate) use population::gaussian;
 pub use population::{Population, Ranges, Spread};
 pub use robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
 pub use simulated::SimulatedRig;

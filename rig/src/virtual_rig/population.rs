@@ -211,7 +211,7 @@ fn direction<const N: usize>(rng: &mut ChaCha8Rng) -> [f64; N] {
 }
 
 /// A normal number of deviation 1: Box and Muller (1958).
-pub(super) fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random_range(f64::MIN_POSITIVE..1.0), rng.random_range(0.0..1.0));
     (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
 }

@@ -23,4 +23,5 @@ mod study;
 mod target;
 #[cfg(unix)]
 mod train;
+mod virtual_arm;
 mod virtual_rig;

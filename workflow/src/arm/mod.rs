@@ -3,6 +3,7 @@
 pub mod dynamics;
 pub mod excite;
 pub mod export;
+pub mod generate;
 pub mod import;
 pub mod info;
 pub mod simulate;

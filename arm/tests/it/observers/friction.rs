@@ -107,3 +107,43 @@ fn load_dependent_friction_on_the_torque_of_a_known_pwm_gives_the_contact_back()
         assert!((out[j] - contact[j]).abs() < 5e-3, "{out:?}");
     }
 }
+
+#[test]
+fn friction_that_absorbs_feels_the_load_under_which_an_arm_came_to_rest() {
+    // A joint without gravity or inertia to speak of is pushed back by a load until it stops: the motor gives 1.5 N m, friction
+    // holds 2 N m against the motion, so the load was -3.5 N m. At rest the motor then changes, and the load does not.
+    let text = std::fs::read_to_string(crate::robots::file("three_link")).unwrap();
+    let model = Model::from_urdf(&text, "three-link").unwrap();
+    let n = model.n_joints();
+    let observer = |low_speed: LowSpeed| {
+        let law = (Law::CoulombViscous(CoulombViscous), vec![2.0, 0.0]);
+        MomentumObserver::new(RigidBody::new(&model), FrictionModel::new(vec![law; n], low_speed), &[30.0; 3])
+    };
+    let q = vec![0.3, -0.7, 0.4];
+    let mut gravity = vec![0.0; n];
+    gravity_torque(&model, &mut Data::new(&model, 0.0), &q, &mut gravity);
+    let run = |low_speed: LowSpeed| {
+        let mut observer = observer(low_speed);
+        let (mut out, mut felt) = (vec![0.0; n], Vec::new());
+        for step in 0..600 {
+            // Slowly backwards for 400 steps, then at rest while the motor goes up by 0.8 N m.
+            let speed = if step < 400 { -0.05 } else { 0.0 };
+            let more = if step < 400 { 0.0 } else { 0.8 * f64::min(f64::from(step - 400) / 100.0, 1.0) };
+            let mut torque = gravity.clone();
+            torque[0] += 1.5 + more;
+            let mut dq = vec![0.0; n];
+            dq[0] = speed;
+            let sample = Sample { period: 2e-3, position: &q, velocity: &dq, torque: &torque };
+            observer.update(&sample, &mut out);
+            felt.push(out[0]);
+        }
+        (felt[399], felt[599])
+    };
+    let (moving, at_rest) = run(LowSpeed::Absorb(0.01));
+    // Slowly as it goes, the load is the motor's 1.5 N m with friction's 2 N m; e^(-30 · 0.8) of the start is left.
+    assert!((moving + 3.5).abs() < 1e-2, "{moving}");
+    // Stopping takes a momentum of a part of a N m s within one sample, which the observer forgets again.
+    assert!((at_rest - moving).abs() < 0.05, "{moving} {at_rest}");
+    let (_, stuck) = run(LowSpeed::Stick(0.01));
+    assert!(stuck.abs() < 0.5, "friction could hold 2.3 N m but for 0.3: {stuck}");
+}

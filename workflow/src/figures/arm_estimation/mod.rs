@@ -1,8 +1,10 @@
-//! Reports of the studies of estimated external torques: the SCARA and the wrist.
+//! Reports of the studies of estimated external torques and forces: the SCARA, the wrist and the virtual arm.
 
+mod force;
 mod scara;
 mod wrist;
 
+pub use force::write as write_force;
 pub use scara::write as write_scara;
 pub use wrist::write as write_wrist;
 

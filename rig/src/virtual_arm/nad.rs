@@ -1,0 +1,103 @@
+//! The data set NAD as the virtual arm would record it: 350 trajectories in the folders of the OpenManipulator-X.
+
+use super::task::{Degraded, Direction, Labels, Task, Trial};
+
+/// Names of the parts of a task.
+pub const SPLITS: [&str; 3] = ["train", "validation", "test"];
+/// Trajectories in each of them.
+const TRAJECTORIES: [usize; 3] = [8, 1, 1];
+
+/// One trajectory of the set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planned {
+    /// `force_unlabeled`, `force_sensor`, `weight` or `motor_condition`.
+    pub subset: &'static str,
+    /// Folder of the task.
+    pub task: String,
+    /// One of [`SPLITS`].
+    pub split: &'static str,
+    /// From 1.
+    pub number: usize,
+    /// What it is.
+    pub trial: Trial,
+}
+
+impl Planned {
+    /// Folders and number: `weight/pick_place_object_500g/test/001`.
+    pub fn name(&self) -> String {
+        format!("{}/{}/{}/{:03}", self.subset, self.task, self.split, self.number)
+    }
+}
+
+/// All trajectories, in the order of their folders.
+pub fn data_set() -> Vec<Planned> {
+    let mut all = Vec::new();
+    for (subset, task, trial) in tasks() {
+        for (split, n) in SPLITS.into_iter().zip(TRAJECTORIES) {
+            all.extend((1..=n).map(|number| Planned { subset, task: task.clone(), split, number, trial }));
+        }
+    }
+    all
+}
+
+fn tasks() -> Vec<(&'static str, String, Trial)> {
+    let plain =
+        |task: Task| Trial { task, payload: 0.0, push: None, degraded: Degraded::No, labels: Labels::None };
+    let mut all = Vec::new();
+    let free = [
+        ("backward_forward", Task::BackwardForward),
+        ("circular_ccw", Task::CircularCounterclockwise),
+        ("circular_cw", Task::CircularClockwise),
+        ("go_up_and_stay", Task::GoUpAndStay),
+        ("sweep_1", Task::Sweep(0)),
+        ("sweep_2", Task::Sweep(1)),
+        ("sweep_3", Task::Sweep(2)),
+        ("sweep_4", Task::Sweep(3)),
+        ("sweep_5", Task::Sweep(4)),
+        ("pick_place_empty", Task::PickPlace),
+    ];
+    all.extend(free.map(|(name, task)| ("force_unlabeled", name.to_owned(), plain(task))));
+    for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+        for (sign, word) in [(1.0, "plus"), (-1.0, "minus")] {
+            let pushed = |push| Trial { push, labels: Labels::Sensor, ..plain(Task::Push) };
+            let direction = Direction { axis, sign };
+            all.push(("force_sensor", format!("{letter}_{word}"), pushed(Some(direction))));
+            all.push(("force_sensor", format!("{letter}_{word}_reference"), pushed(None)));
+        }
+    }
+    let carried =
+        |task, grams: u32| Trial { payload: f64::from(grams) * 1e-3, labels: Labels::Weight, ..plain(task) };
+    for grams in [200, 300, 400, 500] {
+        all.push(("weight", format!("go_up_and_stay_still_{grams}g"), carried(Task::GoUpAndStay, grams)));
+    }
+    for grams in [100, 200, 300, 400, 500] {
+        all.push(("weight", format!("pick_place_object_{grams}g"), carried(Task::PickPlace, grams)));
+    }
+    for (name, payload) in [("empty", 0.0), ("200g", 0.2)] {
+        for (condition, degraded) in [("healthy", Degraded::No), ("degraded", Degraded::Joint3)] {
+            let trial = Trial { payload, degraded, ..plain(Task::PickPlace) };
+            all.push(("motor_condition", format!("pick_place_{name}_{condition}"), trial));
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_set_has_the_folders_of_nad() {
+        let all = data_set();
+        assert_eq!(all.len(), 350);
+        let of = |subset: &str| all.iter().filter(|one| one.subset == subset).count();
+        assert_eq!(
+            ["force_unlabeled", "force_sensor", "weight", "motor_condition"].map(of),
+            [100, 120, 90, 40]
+        );
+        let mut names: Vec<String> = all.iter().map(Planned::name).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), 350);
+    }
+}

@@ -1,0 +1,165 @@
+//! What a virtual arm is: read from a file whose keys carry units, and checked; and how individual arms differ.
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, file, rng};
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+
+use super::chain::{Chain, N_JOINTS};
+use super::gripper::Gripper;
+use super::schema;
+use super::servo::Servo;
+use crate::Result;
+use crate::virtual_rig::gaussian;
+
+/// A virtual arm with its gripper, supply and telemetry. Every number is valid and SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VirtualArm {
+    /// Its name.
+    pub name: String,
+    /// Its bodies.
+    pub chain: Chain,
+    /// The servos of its joints.
+    pub servos: [Servo; N_JOINTS],
+    /// Its gripper.
+    pub gripper: Gripper,
+    /// What feeds all servos.
+    pub supply: Supply,
+    /// What is read of it.
+    pub telemetry: Telemetry,
+    /// The force sensor at its tip.
+    pub sensor: ForceSensor,
+    /// How individual arms differ.
+    pub spread: Spread,
+    /// Step of the simulation [s]; the servos control in every second one.
+    pub step: f64,
+    /// SHA-256 of the file that it comes from.
+    pub hash: String,
+}
+
+/// A voltage behind a resistance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Supply {
+    /// Without current [V].
+    pub voltage: f64,
+    /// Of source and cables [Ω].
+    pub resistance: f64,
+    /// Temperature of the air [°C].
+    pub air: f64,
+    /// Most that a servo is warmer than the air when a trajectory starts [K].
+    pub warm_start: f64,
+}
+
+/// How the servos are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Telemetry {
+    /// Mean time between rows [s].
+    pub period: f64,
+    /// Deviation of that time [s].
+    pub jitter: f64,
+    /// Share of rows that come late [-], and mean time by which they do [s].
+    pub late: [f64; 2],
+    /// Time constant of the speed that a servo reports [s].
+    pub speed_filter: f64,
+    /// Step of reported currents [A], and their noise [A].
+    pub current: [f64; 2],
+    /// Step of reported speeds [rad/s].
+    pub speed_step: f64,
+    /// Step of reported voltages [V], and their noise [V].
+    pub voltage: [f64; 2],
+}
+
+/// A sensor of force at the tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceSensor {
+    /// Deviation of each component [N].
+    pub noise: f64,
+    /// Deviation of the offset of each component, which stays over a trajectory [N].
+    pub offset: f64,
+}
+
+/// How far individual arms are from the file, as relative deviations unless a unit is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Of every mass.
+    pub mass: f64,
+    /// Of every component of a centre [m].
+    pub centre: f64,
+    /// Of all moments of a body.
+    pub inertia: f64,
+    /// Of torque constants and resistances.
+    pub motor: f64,
+    /// Of all friction of a servo.
+    pub friction: f64,
+    /// Of backlash.
+    pub backlash: f64,
+}
+
+/// Arms that are part of the program.
+const PRESETS: [(&str, &str); 1] =
+    [("open-manipulator-x", include_str!("../../presets/open-manipulator-x.toml"))];
+
+impl VirtualArm {
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// `BadInput` naming the key, what it may be and what it was; `File` if the file cannot be read.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        Self::from_toml(&file::read_text(path)?, &path.display().to_string())
+    }
+
+    /// The arm in the text of a file; `place` stands for the file in messages.
+    ///
+    /// # Errors
+    /// As [`VirtualArm::read`].
+    pub fn from_toml(text: &str, place: &str) -> Result<Self> {
+        let typed: schema::ArmFile = hysteron_base::schema::parse(text).map_err(|bad| bad.within(place))?;
+        let hash = file::sha256_hex(text.as_bytes());
+        Ok(typed.checked(hash).map_err(|bad| bad.within(place))?)
+    }
+
+    /// A preset: `open-manipulator-x`.
+    ///
+    /// # Errors
+    /// `BadInput` for another name.
+    pub fn preset(name: &str) -> Result<Self> {
+        let Some(text) = Self::preset_text(name) else {
+            let found = format!("\"{name}\"");
+            return Err(BadInput::new("virtual arm", "open-manipulator-x or a file.toml", found).into());
+        };
+        Self::from_toml(text, name)
+    }
+
+    /// The file of a preset; `None` for another name.
+    pub fn preset_text(name: &str) -> Option<&'static str> {
+        PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    }
+
+    /// One arm of those that the file describes: bodies and servos that differ from it by [`Self::spread`].
+    pub fn individual(&self, seed: u64) -> Self {
+        let mut stream = rng(seed, "virtual-arm/individual");
+        let (mut one, spread) = (self.clone(), self.spread);
+        for link in &mut one.chain.links {
+            let body = &mut link.body;
+            body.mass *= factor(&mut stream, spread.mass);
+            body.centre += Vector3::from_fn(|_, _| spread.centre * gaussian(&mut stream));
+            body.inertia *= factor(&mut stream, spread.inertia);
+        }
+        for servo in one.servos.iter_mut().chain([&mut one.gripper.servo]) {
+            servo.torque_constant *= factor(&mut stream, spread.motor);
+            servo.resistance *= factor(&mut stream, spread.motor);
+            let rubs = factor(&mut stream, spread.friction);
+            servo.bearing *= rubs;
+            servo.friction = servo.friction.scaled(rubs);
+            servo.backlash *= factor(&mut stream, spread.backlash);
+        }
+        one
+    }
+}
+
+/// 1 with that relative deviation, as a logarithm.
+fn factor(stream: &mut ChaCha8Rng, relative: f64) -> f64 {
+    (relative * gaussian(stream)).exp()
+}

@@ -1,0 +1,155 @@
+//! The virtual arm beside `hysteron-arm`, which shares no code with it, on equal parameters.
+
+use std::path::Path;
+
+use hysteron_arm::{Data, Model, bias_torque, forward_dynamics, frame_jacobian, mass_matrix};
+use hysteron_base::Recording;
+use hysteron_rig::virtual_arm::VirtualArm;
+use hysteron_tests::run;
+use rand::RngExt;
+
+const N: usize = 4;
+
+#[test]
+fn bodies_move_as_those_of_the_other_crate() {
+    let chain = VirtualArm::preset("open-manipulator-x").unwrap().chain;
+    let fingers = [("gripper_left_joint", 0.0), ("gripper_right_joint", 0.0)];
+    let model = Model::builtin("open-manipulator-x").unwrap().with_locked(&fingers).unwrap();
+    assert_eq!(model.n_joints(), N);
+    let frame = model.frame("end_effector_link").unwrap();
+    let mut data = Data::new(&model, 0.0);
+    let mut stream = hysteron_base::rng(5, "test/virtual-arm");
+    for _ in 0..200 {
+        let mut draw = |most: f64| -> [f64; N] { std::array::from_fn(|_| stream.random_range(-most..most)) };
+        let (q, dq, tau) = (draw(1.5), draw(3.0), draw(2.0));
+        let ours = chain.at(&q, &dq);
+        let (mut mass, mut bias) = (vec![0.0; N * N], vec![0.0; N]);
+        mass_matrix(&model, &mut data, &q, &mut mass);
+        bias_torque(&model, &mut data, [&q, &dq], &[], &mut bias);
+        let scale = mass.iter().fold(0.0_f64, |most, m| m.abs().max(most));
+        for i in 0..N {
+            for j in 0..N {
+                // The fingers' bodies of the preset are rounded to ten digits.
+                assert!((ours.mass[i][j] - mass[N * i + j]).abs() < 1e-8 * scale, "M {i} {j}");
+            }
+            assert!((ours.bias[i] - bias[i]).abs() < 1e-7, "{} {}", ours.bias[i], bias[i]);
+        }
+        // Forward dynamics under a force at the tip: the accelerations of one satisfy the equations of the other.
+        let force = [2.0, -1.0, 3.0];
+        let mut jacobian = vec![0.0; 6 * N];
+        let mut ddq = vec![0.0; N];
+        forward_dynamics(&model, &mut data, [&q, &dq, &tau], &[], &mut ddq);
+        frame_jacobian(&model, &data, frame, &mut jacobian);
+        let push = ours.torques_of(&force.into());
+        for j in 0..N {
+            let transposed: f64 = (0..3).map(|axis| jacobian[N * axis + j] * force[axis]).sum();
+            assert!((push[j] - transposed).abs() < 1e-12, "{} {transposed}", push[j]);
+            let inertial: f64 = (0..N).map(|k| ours.mass[j][k] * ddq[k]).sum();
+            let largest = ddq.iter().fold(1.0_f64, |most, a| a.abs().max(most));
+            assert!((inertial + ours.bias[j] - tau[j]).abs() < 1e-8 * largest, "joint {j}");
+        }
+    }
+}
+
+/// Paths of all recordings below a folder, with their bytes.
+fn recordings(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(at) = open.pop() {
+        for entry in std::fs::read_dir(&at).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "parquet") {
+                let name = path.strip_prefix(folder).unwrap().display().to_string();
+                found.push((name, std::fs::read(&path).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+const PART: [&str; 8] =
+    ["--subsets", "weight", "--payloads-g", "300", "--splits", "train", "--trajectories", "1"];
+
+#[test]
+fn a_data_set_goes_on_where_it_was_and_is_the_same_on_any_number_of_threads() {
+    let place = tempfile::tempdir().unwrap();
+    let generate = |out: &str, more: &[&str]| {
+        run(place.path(), &[&["arm", "generate", "--out", out, "--seed", "3"], &PART[..], more].concat())
+    };
+    let made = generate("one", &["--threads", "1"]).succeeded();
+    assert!(
+        made.stdout.contains("2 trajectories") && made.stdout.contains("stand-in for NAD"),
+        "{}",
+        made.stdout
+    );
+    generate("two", &["--threads", "2"]).succeeded();
+    let one = recordings(&place.path().join("one"));
+    let names: Vec<&str> = one.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "weight/go_up_and_stay_still_300g/train/001.parquet",
+            "weight/pick_place_object_300g/train/001.parquet"
+        ]
+    );
+    // The command stands in the files, so compare what was recorded.
+    for (name, _) in &one {
+        let [a, b] =
+            ["one", "two"].map(|folder| Recording::read(place.path().join(folder).join(name)).unwrap());
+        assert_eq!(a.channels(), b.channels(), "{name}");
+        assert_eq!(a.time(), b.time(), "{name}");
+    }
+    // One is lost: only that one is made again, and the report is of all.
+    std::fs::remove_file(place.path().join("one").join(names[0])).unwrap();
+    let kept = place.path().join("one").join(names[1]);
+    let before = std::fs::metadata(&kept).unwrap().modified().unwrap();
+    generate("one", &["--threads", "1"]).succeeded();
+    assert_eq!(recordings(&place.path().join("one")), one);
+    assert_eq!(std::fs::metadata(&kept).unwrap().modified().unwrap(), before);
+    let report = std::fs::read_to_string(place.path().join("one/report.html")).unwrap();
+    assert!(report.contains("Virtual arm, stand-in for NAD") && report.contains("pick_place_object_300g"));
+}
+
+#[test]
+fn what_is_not_in_the_set_is_refused_with_what_is() {
+    let place = tempfile::tempdir().unwrap();
+    for (option, wrong, there) in [
+        ("--subsets", "weights", "motor_condition"),
+        ("--tasks", "dance", "sweep_1"),
+        ("--splits", "eval", "validation"),
+        ("--payloads-g", "250", "300"),
+        ("--arm", "panda", "open-manipulator-x"),
+        ("--arm", "missing.toml", "missing.toml"),
+        ("--trajectories", "0", "1"),
+    ] {
+        let failed = run(place.path(), &["arm", "generate", "--out", "out", option, wrong]);
+        let message = failed.error(2);
+        assert!(message.contains(there), "{option} {wrong}: {message}");
+        assert!(!place.path().join("out").exists(), "{option}");
+    }
+}
+
+#[test]
+fn forces_are_estimated_as_in_table_six() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path(), &["arm", "study", "force", "--seeds", "1", "--out", "out"]).succeeded();
+    let metrics = std::fs::read(place.path().join("out/metrics.json")).unwrap();
+    let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+    let mean = |method: usize, key: &str| {
+        metrics["methods"][method]["loaded"][key].as_array().unwrap().last().unwrap().as_f64().unwrap()
+    };
+    // The paper's order: the momentum observer beats inverse dynamics on currents, and the drive's PWM beats both.
+    assert_eq!(metrics["methods"][4]["name"], "GMO-drive");
+    for key in ["mean_n", "z_n"] {
+        assert!(mean(4, key) < mean(3, key) && mean(4, key) < mean(1, key), "{metrics}");
+    }
+    // What feels something is better than what says that there is nothing.
+    assert!(mean(4, "z_n") < 0.5 * mean(0, "z_n"), "{metrics}");
+    let report = std::fs::read_to_string(place.path().join("out/report.html")).unwrap();
+    for part in ["GMO-drive", "(0.58)", "stand-in for NAD", "Learned threshold"] {
+        assert!(report.contains(part), "{part}");
+    }
+}

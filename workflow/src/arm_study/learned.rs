@@ -1,0 +1,139 @@
+//! Learned inverse dynamics: simulated and recorded arms.
+
+use std::path::Path;
+
+use hysteron_arm::Model;
+use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, panda};
+use hysteron_arm::lagrangian::{TrainingOptions, Variant};
+use hysteron_arm::study::{
+    Listener, RealOptions, SimulatedStudy, Units, characters_study, real_study, simulated_study,
+};
+use hysteron_base::BadInput;
+use hysteron_learn::Activation;
+use serde_json::Value;
+
+use super::{ActivationName, Options, SetName};
+use crate::arm_study_figures::{self, Study};
+use crate::{Caller, arm};
+
+/// Carries out the study; `None` where it was interrupted.
+pub(super) fn run(
+    options: &Options,
+    mut listener: Listener<'_>,
+    caller: &Caller,
+) -> anyhow::Result<Option<Value>> {
+    let cells = options.out.join("cells");
+    let study = match options.set {
+        SetName::Simulated | SetName::Characters => {
+            let study = simulated(options)?;
+            let rows = if options.set == SetName::Simulated {
+                simulated_study(&study, &Model::builtin("three-link")?, &cells, &mut listener)?
+            } else {
+                let file = data(options)?.join("delan-characters/characters.csv");
+                characters_study(&study, characters(&file)?, &cells, &mut listener)?
+            };
+            Study::Simulated { study, rows }
+        }
+        _ => {
+            let (set, model) = real_set(options.set, data(options)?)?;
+            let options = real(options)?;
+            let rows = real_study(&set, &model, &options, &cells, &mut listener)?;
+            Study::Real { set: set.name, test_samples: set.test.len(), options, rows }
+        }
+    };
+    if caller.is_cancelled() {
+        return Ok(None);
+    }
+    let meta = arm::meta(caller, "study of learned inverse dynamics");
+    arm_study_figures::write(&options.out, &study, &meta).map(Some)
+}
+
+fn data(options: &Options) -> Result<&Path, BadInput> {
+    options.data.as_deref().ok_or_else(|| BadInput::new("--data", "a folder of recordings", "nothing"))
+}
+
+fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
+    let mut training = if options.published {
+        TrainingOptions::published(options.epochs)
+    } else {
+        let polish = options.polish as usize;
+        TrainingOptions { polish, learning_rate: 5e-3, ..TrainingOptions::normalised(options.epochs) }
+    };
+    if let Some(rate) = options.learning_rate {
+        if !(rate > 0.0 && rate < 1.0) {
+            return Err(BadInput::new("--learning-rate", "above 0 and below 1", rate.to_string()));
+        }
+        training.learning_rate = rate;
+    }
+    if !(options.penalty >= 0.0 && options.penalty.is_finite()) {
+        return Err(BadInput::new("--penalty", "a number from 0 on", options.penalty.to_string()));
+    }
+    training.penalty = options.penalty;
+    Ok(training)
+}
+
+fn activation(name: ActivationName) -> Activation {
+    match name {
+        ActivationName::Relu => Activation::Relu,
+        ActivationName::Tanh => Activation::Tanh,
+        ActivationName::Softplus => Activation::Softplus,
+    }
+}
+
+fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
+    let is_simulated = options.set == SetName::Simulated;
+    if options.trajectories.iter().any(|n| *n < 2) {
+        return Err(BadInput::new("--trajectories", "2 or more, for one validates", "1"));
+    }
+    Ok(SimulatedStudy {
+        variants: if options.variants.is_empty() { Variant::ALL.to_vec() } else { options.variants.clone() },
+        seeds: options.seeds as u64,
+        trajectories: options.trajectories.clone(),
+        speeds: if is_simulated { vec![1.0, 1.5, 2.0, 2.5] } else { vec![1.0] },
+        hidden: vec![options.hidden; 2],
+        activation: activation(options.activation),
+        units: if options.published { Units::Si } else { Units::Spread },
+        training: training(options)?,
+    })
+}
+
+fn real(options: &Options) -> Result<RealOptions, BadInput> {
+    let variants = [Variant::FeedForward, Variant::Friction, Variant::Augmented];
+    if let Some(bad) = options.variants.iter().find(|v| v.is_hamiltonian()) {
+        return Err(
+            BadInput::new("--variants", "models of velocities", bad.label()).hint("no momenta are recorded")
+        );
+    }
+    Ok(RealOptions {
+        variants: if options.variants.is_empty() { variants.to_vec() } else { options.variants.clone() },
+        members: options.seeds as u64,
+        hidden: vec![options.hidden; 2],
+        activation: activation(options.activation),
+        training: training(options)?,
+        features: options.features,
+        lengths: vec![2.0, 4.0, 8.0, 16.0],
+        stride: options.stride,
+    })
+}
+
+/// A recorded set and the kinematics of its arm.
+fn real_set(set: SetName, data: &Path) -> anyhow::Result<(RealSet, Model)> {
+    let folder = data.join("baxter");
+    let arm =
+        || Ok::<_, anyhow::Error>(Model::from_urdf(hysteron_arm::datasets::BAXTER_ARM, "baxter_arm.urdf")?);
+    Ok(match set {
+        SetName::BaxterHelical => {
+            let test = "sin_XYZ_12_5s_T2_5_Tz_5T_r18_ang_vel_torq.csv";
+            (baxter(&folder, test, BaxterTraining::Helical)?, arm()?)
+        }
+        SetName::Kuka => {
+            let folder = data.join("kuka-lwr4");
+            (kuka(&folder)?, Model::read(&folder.join("kuka_lwr4_identified.urdf"))?)
+        }
+        SetName::Panda => {
+            let fingers = [("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)];
+            (panda(&data.join("panda-gaz"))?, Model::builtin("panda")?.with_locked(&fingers)?)
+        }
+        _ => (baxter(&folder, "circle_XY_T2_r10_ang_vel_torq.csv", BaxterTraining::All)?, arm()?),
+    })
+}

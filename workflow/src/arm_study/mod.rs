@@ -1,0 +1,176 @@
+//! `hysteron arm study`: methods for arms beside what is published and beside simple ones.
+
+mod estimation;
+mod force;
+mod learned;
+
+use std::path::{Path, PathBuf};
+
+use hysteron_arm::lagrangian::Variant;
+use hysteron_arm::study::StudyProgress;
+use hysteron_learn::{MOST_EPOCHS, MOST_HIDDEN, Progress};
+use serde_json::Value;
+
+use crate::outputs::Outputs;
+use crate::{Caller, number};
+
+/// Compare learned inverse dynamics, or estimated external torques, with what is published
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// What is studied
+    #[cfg_attr(feature = "clap", arg(value_enum))]
+    pub set: SetName,
+    /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR", required_if_eq_any([
+        ("set", "baxter-circle"), ("set", "baxter-helical"), ("set", "kuka"), ("set", "panda"), ("set", "characters")])))]
+    pub data: Option<PathBuf>,
+    /// Folder for cells, report.html and metrics.json
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub out: PathBuf,
+    /// Models to learn [default: all of them; of recorded arms feed-forward, friction, augmented]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = variant))]
+    pub variants: Vec<Variant>,
+    /// Seeds of a row; of recorded arms, networks whose mean is taken [default: 5]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 5, value_parser = number::count::<32>))]
+    pub seeds: usize,
+    /// Trajectories of the simulated arm to learn from, one table for each
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = number::count::<2000>))]
+    pub trajectories: Vec<usize>,
+    /// Units of each of the two hidden layers [default: 64]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = number::count::<MOST_HIDDEN>))]
+    pub hidden: usize,
+    /// Between the layers
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = ActivationName::Softplus))]
+    pub activation: ActivationName,
+    /// Epochs of Adam at most
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = number::count::<MOST_EPOCHS>))]
+    pub epochs: usize,
+    /// Steps of L-BFGS at most, in double precision, after Adam; 0 for none
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = number::up_to::<100_000>))]
+    pub polish: u32,
+    /// Step size of Adam at the start [default: 0.005; published: 0.0001]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE"))]
+    pub learning_rate: Option<f64>,
+    /// Weight of the torque that is not a rigid body's, in (10)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LAMBDA", default_value_t = 0.1))]
+    pub penalty: f64,
+    /// As published: SI units, the plain error, 512 samples a step at a constant rate of 1e-4
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub published: bool,
+    /// Every so many samples of a recorded arm are used
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = number::count::<1000>))]
+    pub stride: usize,
+    /// Fourier features of the simple models
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1000, value_parser = number::count::<8000>))]
+    pub features: usize,
+}
+
+/// What is studied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum SetName {
+    /// Learned inverse dynamics: the three-link arm
+    Simulated,
+    /// Learned inverse dynamics: an arm that writes
+    Characters,
+    /// Learned inverse dynamics: Baxter draws circles
+    BaxterCircle,
+    /// Learned inverse dynamics: Baxter draws helices
+    BaxterHelical,
+    /// Learned inverse dynamics: KUKA LWR4+
+    Kuka,
+    /// Learned inverse dynamics: Panda
+    Panda,
+    /// External torques: friction, momentum observers, collisions
+    Scara,
+    /// External torques: interaction with an exoskeleton
+    Wrist,
+    /// Friction and bodies by every method of identification
+    Identification,
+    /// Force at the tip of the virtual arm, by the classical methods
+    Force,
+}
+
+/// Between the layers of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum ActivationName {
+    /// max(0, x)
+    Relu,
+    /// tanh x
+    Tanh,
+    /// log(1 + exp x)
+    Softplus,
+}
+
+/// A model by the name that files have for it.
+///
+/// # Errors
+/// The names there are.
+pub fn variant(text: &str) -> Result<Variant, String> {
+    serde_json::from_value(text.into()).map_err(|e| e.to_string())
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; files that cannot be read or written; an interruption.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let outputs = Outputs::reading(options.data.iter().flat_map(|data| inputs(options.set, data)));
+    let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;
+    caller.listen()?;
+    let mut bar = Bar { bar: None, caller };
+    let mut listener = |p: &StudyProgress<'_>| bar.show(p);
+    let found = match options.set {
+        SetName::Scara => estimation::scara(options, &mut listener, caller)?,
+        SetName::Wrist => estimation::wrist(options, &mut listener, caller)?,
+        SetName::Identification => estimation::identification(options, &mut listener, caller)?,
+        SetName::Force => force::run(options, &mut listener, caller)?,
+        _ => learned::run(options, &mut listener, caller)?,
+    };
+    bar.clear();
+    let cells = options.out.join("cells");
+    found.ok_or_else(|| {
+        anyhow::anyhow!("interrupted; what is done stands in {}: the same command goes on", cells.display())
+    })
+}
+
+/// Files that a set is read from.
+fn inputs(set: SetName, data: &Path) -> Vec<PathBuf> {
+    match set {
+        SetName::Characters => vec![data.join("delan-characters/characters.csv")],
+        SetName::Kuka => ["measurements_1.npz", "measurements_2.npz"]
+            .map(|name| data.join("kuka-lwr4").join(name))
+            .to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+/// Cells as a bar, with the epoch and error of the training at hand.
+struct Bar<'a> {
+    bar: Option<Box<dyn crate::Progress>>,
+    caller: &'a Caller<'a>,
+}
+
+impl Bar<'_> {
+    fn show(&mut self, p: &StudyProgress<'_>) -> bool {
+        let bar = self.bar.get_or_insert_with(|| self.caller.progress("cells", p.done[1], p.done[0]));
+        bar.set_position(p.done[0] as u64);
+        match p.training {
+            Some(Progress::Epoch(epoch)) => {
+                bar.set_message(format!(
+                    "{}: {}/{}, error {:.2e}",
+                    p.cell, epoch.number, epoch.of, epoch.best
+                ));
+            }
+            Some(Progress::Step { .. }) => {}
+            None => bar.set_message(p.cell.to_owned()),
+        }
+        !self.caller.is_cancelled()
+    }
+
+    fn clear(&self) {
+        self.bar.iter().for_each(|bar| bar.finish());
+    }
+}
