@@ -47,6 +47,7 @@ pub mod lagrangian;
 mod lanes;
 mod model;
 mod momentum;
+pub mod neural;
 pub mod observer;
 mod recorded;
 mod regressor;

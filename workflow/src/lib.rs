@@ -40,6 +40,7 @@ mod run;
 
 pub mod adapt;
 pub mod arm;
+pub mod arm_fit;
 pub mod arm_identify;
 pub mod arm_study;
 pub mod check;

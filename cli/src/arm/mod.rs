@@ -3,7 +3,7 @@
 mod fit;
 mod identify;
 
-use hysteron_workflow::{Caller, arm, arm_study};
+use hysteron_workflow::{Caller, arm, arm_fit, arm_study};
 use serde_json::Value;
 
 const HELP: &str = "\
@@ -31,7 +31,8 @@ enum Verb {
     Check(arm::info::CheckOptions),
     #[command(after_help = include_str!("../help/arm-dynamics.txt"))]
     Dynamics(arm::dynamics::Options),
-    Evaluate(fit::EvaluateArguments),
+    #[command(after_help = include_str!("../help/arm-evaluate.txt"))]
+    Evaluate(arm_fit::evaluate::Options),
     #[command(after_help = include_str!("../help/arm-excite.txt"))]
     Excite(arm::excite::Options),
     #[command(after_help = include_str!("../help/arm-export.txt"))]
@@ -54,7 +55,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Info(options) => arm::info::run(options, caller),
         Verb::Check(options) => arm::info::check(options, caller),
         Verb::Dynamics(options) => arm::dynamics::run(options, caller),
-        Verb::Evaluate(arguments) => fit::evaluate(arguments, caller),
+        Verb::Evaluate(options) => arm_fit::evaluate::run(options, caller),
         Verb::Excite(options) => arm::excite::run(options, caller),
         Verb::Export(options) => arm::export::run(options, caller),
         Verb::Fit(arguments) => fit::run(arguments, caller),

@@ -43,6 +43,15 @@ pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
     Ok(take().map_err(|bad| bad.within(path.display()))?)
 }
 
+/// The kind of a file by [`write_parameters`].
+///
+/// # Errors
+/// `BadInput` naming the file: not such a file, damaged.
+pub fn parameters_kind(path: &Path) -> Result<String> {
+    let mut file = TensorFile::read(path, FORMAT, VERSION)?;
+    Ok(file.take("kind").map_err(|bad: BadInput| bad.within(path.display()))?)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
@@ -56,6 +65,7 @@ mod tests {
         let details = json!({ "n": 2 });
         write_parameters(&path, "a", &details, &[1.5, -1e-300]).unwrap();
         assert_eq!(read_parameters(&path, "a").unwrap(), (details, vec![1.5, -1e-300]));
+        assert_eq!(parameters_kind(&path).unwrap(), "a");
         assert!(read_parameters(&path, "b").unwrap_err().to_string().contains("kind: expected b, got a"));
         let bytes = std::fs::read(&path).unwrap();
         for end in [0, 8, bytes.len() / 2, bytes.len() - 1] {

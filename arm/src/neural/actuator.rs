@@ -1,0 +1,123 @@
+//! `NeuralActuator`: a trained network with all that is needed to use it, and its file.
+
+use std::path::Path;
+
+use hysteron_base::BadInput;
+use hysteron_learn::{Model as _, Result, Transformer, TransformerShape, read_parameters, write_parameters};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::features::{Features, InputScale};
+use super::loss::Heads;
+use super::rivals::CurrentModel;
+use super::simulation::{Simulation, SimulationOptions};
+use crate::Model;
+
+/// A trained actuator of one arm.
+#[derive(Debug, Clone)]
+pub struct NeuralActuator {
+    /// The network.
+    pub network: Transformer<f32>,
+    /// What it sees of a sample.
+    pub features: Features,
+    /// How its inputs are scaled.
+    pub scale: InputScale,
+    /// The simulation that its torques are for.
+    pub simulation: SimulationOptions,
+    /// Names of the arm's joints.
+    pub joints: Vec<String>,
+    /// Currents of the drives, for pure simulation.
+    pub currents: CurrentModel,
+    /// Whatever else its user must know.
+    pub details: Value,
+}
+
+/// All but the parameters, as the file has it.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    shape: TransformerShape,
+    features: Features,
+    scale: InputScale,
+    simulation: SimulationOptions,
+    joints: Vec<String>,
+    currents: CurrentModel,
+    details: Value,
+}
+
+impl NeuralActuator {
+    /// What its files are called.
+    pub const KIND: &'static str = "neural-actuator";
+
+    /// Writes the actuator's file.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let header = Header {
+            shape: self.network.shape().clone(),
+            features: self.features,
+            scale: self.scale.clone(),
+            simulation: self.simulation.clone(),
+            joints: self.joints.clone(),
+            currents: self.currents.clone(),
+            details: self.details.clone(),
+        };
+        let parameters: Vec<f64> =
+            self.network.parameters().iter().flatten().map(|v| f64::from(*v)).collect();
+        write_parameters(path, Self::KIND, &json!(header), &parameters)
+    }
+
+    /// Reads a file by [`Self::write`].
+    ///
+    /// # Errors
+    /// `BadInput` naming the file and what is wrong with it.
+    pub fn read(path: &Path) -> Result<Self> {
+        let (header, parameters) = read_parameters(path, Self::KIND)?;
+        Ok(Self::from_parts(header, &parameters).map_err(|bad| bad.within(path.display()))?)
+    }
+
+    fn from_parts(header: Value, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
+        let header: Header = serde_json::from_value(header)
+            .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
+        let Header { shape, features, scale, simulation, joints, currents, details } = header;
+        let mut network = Transformer::<f32>::new(&shape, 0)?;
+        let fits = shape.inputs == features.len()
+            && shape.heads == Heads::sizes(&features)
+            && scale.is_for(features.len())
+            && joints.len() == features.joints
+            && currents.coefficients.len() == features.motors();
+        if !fits {
+            return Err(BadInput::new("shape", "sizes that belong together", "others"));
+        }
+        let expected = shape.n_parameters();
+        if parameters.len() != expected {
+            return Err(BadInput::new("parameters", expected.to_string(), parameters.len().to_string()));
+        }
+        let mut rest = parameters;
+        for values in network.parameters_mut() {
+            let (own, after) = rest.split_at(values.len());
+            values.iter_mut().zip(own).for_each(|(to, from)| *to = *from as f32);
+            rest = after;
+        }
+        Ok(Self { network, features, scale, simulation, joints, currents, details })
+    }
+
+    /// The simulation with the bodies of `model`.
+    ///
+    /// # Errors
+    /// `BadInput` where `model` is another arm: its joints have other names.
+    pub fn simulation(&self, model: &Model) -> std::result::Result<Simulation, BadInput> {
+        let found: Vec<&str> =
+            model.joints().iter().take(self.joints.len()).map(|joint| joint.name.as_str()).collect();
+        if found != self.joints {
+            return Err(BadInput::new(
+                "robot",
+                format!("joints {}", self.joints.join(", ")),
+                found.join(", "),
+            )
+            .hint("the actuator was trained on another arm"));
+        }
+        Simulation::new(model, &self.features, &self.simulation)
+    }
+}

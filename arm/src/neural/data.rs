@@ -1,0 +1,239 @@
+//! Trajectories as the network learns from them.
+
+use hysteron_actuator::filter::LowPass;
+use hysteron_base::{BadInput, Recording};
+
+use super::features::{Features, GripperAxis};
+use super::simulation::Simulation;
+use crate::{Data, Quantity, Recorded, inverse_dynamics};
+
+/// One recorded trajectory at a fixed rate. Rows are samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// Where it comes from.
+    pub name: String,
+    /// Inputs of the network (rows × inputs), SI.
+    pub inputs: Vec<f64>,
+    /// Positions and speeds of all motors (rows × 2m) [rad, rad/s].
+    pub states: Vec<f64>,
+    /// Force on the tip (rows) [N]; `None` where there is no label.
+    pub force: Vec<Option<[f64; 3]>>,
+    /// Whether the motors are as they should be, where that is known.
+    pub is_healthy: Option<bool>,
+    /// What was carried [kg], where the recording says it.
+    pub payload: Option<f64>,
+    /// True where a sample was filled in.
+    pub gap: Vec<bool>,
+}
+
+impl Trajectory {
+    /// Samples.
+    pub fn len(&self) -> usize {
+        self.gap.len()
+    }
+
+    /// Whether it holds no sample.
+    pub fn is_empty(&self) -> bool {
+        self.gap.is_empty()
+    }
+
+    /// Inputs of row `row`; before the first, those of the first.
+    pub fn inputs_at(&self, row: isize) -> &[f64] {
+        let width = self.inputs.len() / self.len();
+        &self.inputs[row.max(0) as usize * width..][..width]
+    }
+
+    /// State at `row`.
+    pub fn state_at(&self, row: usize) -> &[f64] {
+        let width = self.states.len() / self.len();
+        &self.states[row * width..][..width]
+    }
+}
+
+/// Times between samples may differ from the period by this part, as the median over the recording.
+const MOST_PERIOD_OFF: f64 = 0.1;
+/// Samples that may be further apart than one and a half periods, as a part of all.
+const MOST_LATE: f64 = 0.05;
+/// Fewest samples of a trajectory.
+pub const FEWEST_ROWS: usize = 32;
+
+/// What gripper a recording has: none without `aperture_m`; else how its motor's angle opens the jaws, by least squares.
+///
+/// # Errors
+/// `BadInput` where the last motor does not move the jaws as a line.
+pub fn gripper_of(recordings: &[Recording]) -> Result<Option<GripperAxis>, BadInput> {
+    let (mut sums, mut n) = ([0.0; 5], 0.0);
+    for recording in recordings {
+        let Some(aperture) = recording.channel("aperture_m") else { continue };
+        let joints = Recorded::of(recording)?.joints;
+        let Some(angle) = joints.last().and_then(|joint| joint.position) else { continue };
+        for (x, y) in angle.iter().zip(aperture) {
+            for (sum, part) in sums.iter_mut().zip([*x, *y, x * x, x * y, y * y]) {
+                *sum += part;
+            }
+            n += 1.0;
+        }
+    }
+    if n == 0.0 {
+        return Ok(None);
+    }
+    let [x, y, xx, xy, yy] = sums.map(|sum| sum / n);
+    let (variance, spread) = (xx - x * x, yy - y * y);
+    // Jaws that never move tell no slope; then the angle counts as it is, in the usual 22.8 mm/rad of the OpenManipulator-X.
+    let slope = if variance > 1e-8 { (xy - x * y) / variance } else { 0.0228 };
+    let left = spread - slope * slope * variance;
+    if variance > 1e-8 && left > 0.1 * spread && spread > 1e-8 {
+        let found = format!("{:.0} % of its variance left over", 100.0 * left / spread);
+        return Err(BadInput::new("aperture_m", "a line over the angle of the last motor", found));
+    }
+    Ok(Some(GripperAxis { slope, offset: y - slope * x }))
+}
+
+/// A recording as a trajectory at steps of `period` [s]; a recording at other times is resampled.
+///
+/// Rows without label have no force, but in a recording that has no label at all and carries nothing, as its `payload_kg` says or
+/// because there is no such key: that is free motion, of zero force.
+///
+/// # Errors
+/// `BadInput` naming what is missing, has another number of joints, comes at another rate, or too unevenly.
+pub fn trajectory_of(
+    recording: &Recording,
+    features: &Features,
+    period: f64,
+) -> Result<Trajectory, BadInput> {
+    check_times(recording.time(), period)?;
+    let regular = recording.rate_hz().is_some_and(|rate| (rate * period - 1.0).abs() < 1e-3);
+    let resampled;
+    let recording = if regular {
+        recording
+    } else {
+        resampled = recording.resampled(1.0 / period)?;
+        &resampled
+    };
+    let recorded = Recorded::of(recording)?;
+    let m = features.motors();
+    if recorded.joints.len() != m {
+        let expected = format!("{m} motors, as the others or the model have");
+        return Err(BadInput::new("recording", expected, recorded.joints.len().to_string()));
+    }
+    let wanted = [
+        Quantity::Goal,
+        Quantity::Position,
+        Quantity::Velocity,
+        Quantity::Current,
+        Quantity::Voltage,
+        Quantity::Temperature,
+    ];
+    let mut series = Vec::new();
+    for quantity in wanted {
+        series.push(recorded.require(quantity)?);
+    }
+    let goal_aperture = match features.gripper {
+        Some(_) => recording.require("goal_aperture_m")?,
+        None => &[],
+    };
+    let n = recording.n_samples();
+    if n < FEWEST_ROWS {
+        return Err(BadInput::new("recording", format!("{FEWEST_ROWS} samples or more"), n.to_string()));
+    }
+    let mut inputs = vec![0.0; n * features.len()];
+    let mut states = Vec::with_capacity(n * 2 * m);
+    for (i, to) in inputs.chunks_exact_mut(features.len()).enumerate() {
+        let row = |quantity: usize| -> Vec<f64> { series[quantity].iter().map(|values| values[i]).collect() };
+        let [goals, currents, voltages, temperatures] = [0, 3, 4, 5].map(row);
+        let state = [row(1), row(2)].concat();
+        let aperture_goal = goal_aperture.get(i).copied().unwrap_or(0.0);
+        features.gather([&goals, &state, &currents, &voltages, &temperatures], aperture_goal, to);
+        states.extend(state);
+    }
+    let extra = &recording.meta().extra;
+    let payload = extra.get("payload_kg").and_then(|text| text.parse::<f64>().ok());
+    Ok(Trajectory {
+        name: recording.meta().source.clone(),
+        inputs,
+        states,
+        force: forces(&recorded, n, payload),
+        is_healthy: extra.get("condition").map(|text| text == "healthy"),
+        payload,
+        gap: recording.gap().to_vec(),
+    })
+}
+
+fn forces(recorded: &Recorded, n: usize, payload: Option<f64>) -> Vec<Option<[f64; 3]>> {
+    let label = |axis: usize, i: usize| {
+        let series = recorded.force[axis].as_ref()?;
+        series.labelled.is_none_or(|labelled| labelled[i] >= 0.5).then_some(series.values[i])
+    };
+    let at = |i: usize| {
+        let all: [Option<f64>; 3] = std::array::from_fn(|axis| label(axis, i));
+        // A held weight is labelled along z alone: its other parts are zero.
+        all.iter().any(Option::is_some).then(|| all.map(|part| part.unwrap_or(0.0)))
+    };
+    let found: Vec<Option<[f64; 3]>> = (0..n).map(at).collect();
+    let is_free = found.iter().all(Option::is_none) && payload.is_none_or(|payload| payload == 0.0);
+    if is_free { vec![Some([0.0; 3]); n] } else { found }
+}
+
+fn check_times(times: &[f64], period: f64) -> Result<(), BadInput> {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(median) = steps.get(steps.len() / 2) else {
+        return Err(BadInput::new("time_s", "two samples or more", times.len().to_string()));
+    };
+    if (median / period - 1.0).abs() > MOST_PERIOD_OFF {
+        let expected = format!("steps of {period} s, within {:.0} %", 100.0 * MOST_PERIOD_OFF);
+        return Err(BadInput::new("time_s", expected, format!("{median:.5} s in the median"))
+            .hint("--period-s says the step of the simulation"));
+    }
+    let late = steps.iter().filter(|step| **step > 1.5 * period).count() as f64 / steps.len() as f64;
+    if late > MOST_LATE {
+        let expected = format!("at most {:.0} % of the steps longer than 1.5 periods", 100.0 * MOST_LATE);
+        return Err(BadInput::new("time_s", expected, format!("{:.1} %", 100.0 * late))
+            .hint("jitter this large hides what the actuator does between samples"));
+    }
+    Ok(())
+}
+
+/// Torques that would have moved the simulated arm as recorded (rows × m) [N m], from poses filtered without delay below `cutoff`
+/// [Hz]: what a network is first brought to.
+///
+/// # Errors
+/// `BadInput` where the trajectory is too short for the filter, or the cut-off is not below half the rate.
+pub fn torques_of(
+    trajectory: &Trajectory,
+    simulation: &Simulation,
+    cutoff: f64,
+) -> Result<Vec<f64>, BadInput> {
+    let features = simulation.features();
+    let (m, n, rows) = (features.motors(), features.joints, trajectory.len());
+    let options = simulation.options();
+    let filter = LowPass::new(2, cutoff, 1.0 / options.period)?;
+    let mut motion = [(); 3].map(|()| vec![0.0; rows * m]);
+    for motor in 0..m {
+        let measured: Vec<f64> = trajectory.states.iter().skip(motor).step_by(2 * m).copied().collect();
+        let smooth = filter.zero_phase(&measured);
+        for i in 0..rows {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(rows - 1));
+            let span = (after - before) as f64 * options.period;
+            motion[0][i * m + motor] = smooth[i];
+            motion[1][i * m + motor] = (smooth[after] - smooth[before]) / span;
+            let inner = i.clamp(1, rows - 2);
+            motion[2][i * m + motor] = (smooth[inner + 1] - 2.0 * smooth[inner] + smooth[inner - 1])
+                / (options.period * options.period);
+        }
+    }
+    let mut data = Data::new(simulation.model(), 0.0);
+    let mut torques = vec![0.0; rows * m];
+    for (i, tau) in torques.chunks_exact_mut(m).enumerate() {
+        let [q, dq, ddq] = [0, 1, 2].map(|k: usize| &motion[k][i * m..][..m]);
+        inverse_dynamics(simulation.model(), &mut data, [&q[..n], &dq[..n], &ddq[..n]], &[], &mut tau[..n]);
+        for k in 0..m {
+            tau[k] += options.damping * dq[k];
+            if k >= n {
+                tau[k] += options.armature * ddq[k];
+            }
+            tau[k] = tau[k].clamp(-simulation.limit(k), simulation.limit(k));
+        }
+    }
+    Ok(torques)
+}

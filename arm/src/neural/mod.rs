@@ -1,0 +1,27 @@
+//! Actuators learned from telemetry, as NeuralActuator (paper 000) has them: torques that move a simulated arm as the recorded one
+//! moved, forces on its tip, and the condition of a motor. Equations and protocol: `docs/neural-actuator.md`.
+
+mod actuator;
+mod closed_loop;
+mod data;
+mod evaluate;
+mod features;
+mod loss;
+mod rivals;
+mod simulation;
+#[cfg(test)]
+mod tests;
+mod training;
+mod warm_start;
+
+pub use actuator::NeuralActuator;
+pub use closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
+pub use data::{FEWEST_ROWS, Trajectory, gripper_of, torques_of, trajectory_of};
+pub use evaluate::{
+    ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
+};
+pub use features::{Features, GripperAxis, InputScale};
+pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, wrap};
+pub use rivals::{CurrentModel, LagAndDroop, Positions, ServoModel, copied_goal};
+pub use simulation::{Simulation, SimulationOptions};
+pub use training::{NeuralOptions, NeuralTask, horizon_gradient};

@@ -1,0 +1,307 @@
+//! What a learned actuator has to beat, and the model of currents that makes a simulation pure.
+
+use hysteron_base::{BadInput, Bounds};
+use hysteron_fit::{Options, Parameter, Scale, minimum};
+use serde::{Deserialize, Serialize};
+
+use super::closed_loop::Segment;
+use super::data::Trajectory;
+use super::features::Features;
+use super::loss::wrap;
+use super::simulation::{Simulation, SimulationOptions};
+use crate::baselines::NormalEquations;
+use crate::{Data, Model, gravity_torque};
+
+/// Current of each motor as a line over its error and speed: a position servo without what it remembers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurrentModel {
+    /// For each motor, current per error [A/rad], per speed [A s/rad], and at zero [A].
+    pub coefficients: Vec<[f64; 3]>,
+}
+
+/// Error and speed of every motor, from inputs in SI.
+fn error_and_speed(features: &Features, inputs: &[f64], motor: usize) -> [f64; 2] {
+    let m = features.motors();
+    let position = match features.gripper {
+        Some(gripper) if motor == features.joints => (inputs[m + motor] - gripper.offset) / gripper.slope,
+        _ => inputs[m + motor],
+    };
+    [inputs[motor] - position, inputs[3 * m + motor]]
+}
+
+impl CurrentModel {
+    /// By least squares over all rows.
+    ///
+    /// # Errors
+    /// `BadInput` where there is no row.
+    pub fn fit(features: &Features, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
+        if trajectories.is_empty() {
+            return Err(BadInput::new("recordings", "one or more", "none"));
+        }
+        let one = |motor: usize| {
+            let mut normal = NormalEquations::new(3, 1);
+            for trajectory in trajectories {
+                let rows = || trajectory.inputs.chunks_exact(features.len());
+                let of_row = |row| {
+                    let [error, speed] = error_and_speed(features, row, motor);
+                    [error, speed, 1.0]
+                };
+                let currents: Vec<f64> = rows().map(|row| row[features.currents() + motor]).collect();
+                normal.add(&rows().flat_map(of_row).collect::<Vec<f64>>(), &currents);
+            }
+            let found = normal.solve(PENALTY);
+            [found[0], found[1], found[2]]
+        };
+        Ok(Self { coefficients: (0..features.motors()).map(one).collect() })
+    }
+
+    /// Puts the model's currents in place of the recorded ones, and voltages and temperatures of `first`.
+    pub fn replace(&self, features: &Features, first: &[f64], inputs: &mut [f64]) {
+        let m = features.motors();
+        inputs[4 * m..6 * m].copy_from_slice(&first[4 * m..6 * m]);
+        for (k, [by_error, by_speed, zero]) in self.coefficients.iter().enumerate() {
+            let [error, speed] = error_and_speed(features, inputs, k);
+            inputs[features.currents() + k] = by_error * error + by_speed * speed + zero;
+        }
+    }
+
+    /// Moves the gradient by the currents to positions and speeds.
+    pub fn pull_back(&self, features: &Features, by_inputs: &mut [f64]) {
+        let m = features.motors();
+        for (k, [by_error, by_speed, _]) in self.coefficients.iter().enumerate() {
+            let by_current = std::mem::take(&mut by_inputs[features.currents() + k]);
+            let per = match features.gripper {
+                Some(gripper) if k == features.joints => 1.0 / gripper.slope,
+                _ => 1.0,
+            };
+            by_inputs[m + k] -= by_error * by_current * per;
+            by_inputs[3 * m + k] += by_speed * by_current;
+        }
+    }
+}
+
+/// Keeps columns apart that the data does not tell apart; relative.
+const PENALTY: f64 = 1e-9;
+
+/// A guess of all motors' positions at every row (rows × m) [rad].
+pub type Positions = Vec<f64>;
+
+/// The goal itself.
+pub fn copied_goal(features: &Features, trajectory: &Trajectory) -> Positions {
+    let m = features.motors();
+    trajectory.inputs.chunks_exact(features.len()).flat_map(|row| &row[..m]).copied().collect()
+}
+
+/// The goal later, smoother and lower: of each motor a delay, a first-order lag, and a line over the gravity torque at the goal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LagAndDroop {
+    /// For each motor, delay [rows] and part of the way to the goal that a row goes.
+    pub lag: Vec<(usize, f64)>,
+    /// For each motor, droop per gravity torque [rad/(N m)] and at zero [rad].
+    pub droop: Vec<[f64; 2]>,
+}
+
+/// Longest delay tried [rows].
+const MOST_DELAY: usize = 10;
+/// Parts of the way that are tried.
+const LAGS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
+
+impl LagAndDroop {
+    /// Fits lag on a grid and droop by least squares to all trajectories.
+    ///
+    /// # Errors
+    /// `BadInput` where there is no row.
+    pub fn fit(model: &Model, features: &Features, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
+        if trajectories.is_empty() {
+            return Err(BadInput::new("recordings", "one or more", "none"));
+        }
+        let m = features.motors();
+        let goals: Vec<Positions> = trajectories.iter().map(|one| copied_goal(features, one)).collect();
+        let gravity: Vec<Vec<f64>> = goals.iter().map(|goals| gravity_at(model, features, goals)).collect();
+        let mut fitted = Self { lag: vec![(0, 1.0); m], droop: vec![[0.0; 2]; m] };
+        for motor in 0..m {
+            let mut best = f64::INFINITY;
+            for lag in (0..=MOST_DELAY).flat_map(|delay| LAGS.map(|part| (delay, part))) {
+                let mut normal = NormalEquations::new(2, 1);
+                let mut square = 0.0;
+                for (one, (goals, gravity)) in trajectories.iter().zip(goals.iter().zip(&gravity)) {
+                    let lagged = lagged(goals, m, motor, lag, one.state_at(0)[motor]);
+                    let off: Vec<f64> =
+                        lagged.iter().enumerate().map(|(i, goal)| one.state_at(i)[motor] - goal).collect();
+                    let known: Vec<f64> =
+                        gravity.iter().skip(motor).step_by(m).flat_map(|gravity| [*gravity, 1.0]).collect();
+                    normal.add(&known, &off);
+                    square += off.iter().map(|off| off * off).sum::<f64>();
+                }
+                let found = normal.solve(PENALTY);
+                // What is left of a least-squares fit: |y|² − w·Xᵀy.
+                let left = square - found.iter().zip(normal.moments()).map(|(w, m)| w * m).sum::<f64>();
+                if left < best {
+                    best = left;
+                    (fitted.lag[motor], fitted.droop[motor]) = (lag, [found[0], found[1]]);
+                }
+            }
+        }
+        Ok(fitted)
+    }
+
+    /// Positions along a trajectory.
+    pub fn positions(&self, model: &Model, features: &Features, trajectory: &Trajectory) -> Positions {
+        let m = features.motors();
+        let goals = copied_goal(features, trajectory);
+        let gravity = gravity_at(model, features, &goals);
+        let mut all = vec![0.0; goals.len()];
+        for motor in 0..m {
+            let [per, zero] = self.droop[motor];
+            let path = lagged(&goals, m, motor, self.lag[motor], trajectory.state_at(0)[motor]);
+            for (i, position) in path.into_iter().enumerate() {
+                all[i * m + motor] = position + per * gravity[i * m + motor] + zero;
+            }
+        }
+        all
+    }
+}
+
+/// The goal of one motor, delayed and smoothed from `first` on.
+fn lagged(goals: &[f64], m: usize, motor: usize, (delay, part): (usize, f64), first: f64) -> Vec<f64> {
+    let mut now = first;
+    (0..goals.len() / m)
+        .map(|i| {
+            now += part * (goals[i.saturating_sub(delay) * m + motor] - now);
+            now
+        })
+        .collect()
+}
+
+/// Gravity torque at every row of positions (rows × m); zero for motors that are no joints.
+fn gravity_at(model: &Model, features: &Features, positions: &[f64]) -> Vec<f64> {
+    let (m, n) = (features.motors(), features.joints);
+    let mut data = Data::new(model, 0.0);
+    let mut all = vec![0.0; positions.len()];
+    for (row, to) in positions.chunks_exact(m).zip(all.chunks_exact_mut(m)) {
+        gravity_torque(model, &mut data, &row[..n], &mut to[..n]);
+    }
+    all
+}
+
+/// A servo of which stiffness, friction and damping are found by rollout.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ServoModel {
+    /// Torque per error of each motor [N m/rad].
+    pub stiffness: Vec<f64>,
+    /// Coulomb friction of each motor [N m].
+    pub friction: Vec<f64>,
+    /// Of all motors [N m s/rad].
+    pub damping: f64,
+    /// Root mean square of the rollouts' errors on what it was fitted to [rad].
+    pub rms: f64,
+}
+
+/// Speed over which friction turns its sign [rad/s].
+const FRICTION_WIDTH: f64 = 0.05;
+/// Rotor and gears of a motor of this size, at the output [kg m²].
+const SERVO_ARMATURE: f64 = 0.02;
+/// Parts of a period in which goal and torque are constant.
+const PARTS: usize = 4;
+/// Trajectories and rows that the servo is fitted to.
+const FITTED: (usize, usize) = (16, 200);
+
+impl ServoModel {
+    /// Fits stiffness, friction and damping so that rollouts stay close to the trajectories, with `model` as the arm.
+    ///
+    /// # Errors
+    /// Those of the simulation and of the fit.
+    pub fn fit(
+        model: &Model,
+        (features, period): (&Features, f64),
+        trajectories: &[Trajectory],
+        watch: &(dyn Fn(usize, f64) -> bool + Sync),
+    ) -> Result<Self, BadInput> {
+        let m = features.motors();
+        let every = trajectories.len().div_ceil(FITTED.0).max(1);
+        let segments: Vec<Segment<'_>> =
+            trajectories.iter().step_by(every).map(|trajectory| Segment { trajectory, start: 0 }).collect();
+        let horizon = segments.iter().map(|one| one.trajectory.len() - 1).min().unwrap_or(0).min(FITTED.1);
+        let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
+            name,
+            start,
+            bounds: Bounds { min, max },
+            scale: Scale::Logarithmic,
+            prior: None,
+        };
+        let mut parameters: Vec<Parameter> = Vec::new();
+        parameters.extend((0..m).map(|k| parameter(format!("stiffness {}", k + 1), 15.0, 1.0, 100.0)));
+        parameters.extend((0..m).map(|k| parameter(format!("friction {}", k + 1), 0.1, 1e-3, 2.0)));
+        parameters.push(parameter("damping".to_owned(), 1.0, 0.05, 10.0));
+        let of = |values: &[f64]| Self {
+            stiffness: values[..m].to_vec(),
+            friction: values[m..2 * m].to_vec(),
+            damping: values[2 * m],
+            rms: 0.0,
+        };
+        let residuals = |values: &[f64]| -> Result<Vec<Vec<f64>>, BadInput> {
+            let states = of(values).run(model, (features, period), &segments, horizon)?;
+            let off = |(i, state): (usize, &[f64])| -> Vec<f64> {
+                let Segment { trajectory, start } = segments[i % segments.len()];
+                let measured = trajectory.state_at(start + i / segments.len());
+                (0..m).map(|k| wrap(state[k] - measured[k])).collect()
+            };
+            Ok(vec![states.chunks_exact(2 * m).enumerate().flat_map(off).collect()])
+        };
+        let search =
+            Options { huber: Some(0.05), smallest_effect: 1e-6, n_nuisance: 0, tolerance: 1e-3, watch };
+        let (values, _) = minimum(&parameters, &search, residuals)?;
+        let all = residuals(&values)?;
+        let n = all[0].len().max(1) as f64;
+        let rms = (all[0].iter().map(|r| r * r).sum::<f64>() / n).sqrt();
+        Ok(Self { rms, ..of(&values) })
+    }
+
+    /// States along `segments` ((horizon + 1) × trajectories × 2m), from the recorded ones at their beginnings; goals are the only
+    /// thing that recordings give.
+    ///
+    /// # Errors
+    /// Those of the simulation.
+    pub fn run(
+        &self,
+        model: &Model,
+        (features, period): (&Features, f64),
+        segments: &[Segment<'_>],
+        horizon: usize,
+    ) -> Result<Vec<f64>, BadInput> {
+        let options = SimulationOptions {
+            period: period / PARTS as f64,
+            substeps: 1,
+            armature: SERVO_ARMATURE,
+            damping: self.damping,
+            torque_limits: SimulationOptions::PUBLISHED.torque_limits,
+        };
+        let simulation = Simulation::new(model, features, &options)?;
+        let (m, rows) = (features.motors(), segments.len());
+        let width = rows * 2 * m;
+        let mut states: Vec<f64> =
+            segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).copied().collect();
+        let (mut now, mut next) = (states.clone(), vec![0.0; width]);
+        let mut torques = vec![0.0; rows * m];
+        for step in 0..horizon {
+            for _ in 0..PARTS {
+                for (row, segment) in segments.iter().enumerate() {
+                    let goals = segment.trajectory.inputs_at((segment.start + step) as isize);
+                    for k in 0..m {
+                        let (q, dq) = (now[row * 2 * m + k], now[row * 2 * m + m + k]);
+                        let free = self.stiffness[k] * (goals[k] - q)
+                            - self.friction[k] * (dq / FRICTION_WIDTH).tanh();
+                        torques[row * m + k] = free.clamp(-simulation.limit(k), simulation.limit(k));
+                    }
+                }
+                simulation.step(&now, &torques, &mut next);
+                std::mem::swap(&mut now, &mut next);
+            }
+            states.extend_from_slice(&now);
+        }
+        Ok(states)
+    }
+}

@@ -1,0 +1,185 @@
+//! The simulated arm that a network drives: rigid bodies with implicit damping, and the gripper's motor as an axis of its own.
+
+use hysteron_base::BadInput;
+use hysteron_base::lanes::Isa;
+use serde::{Deserialize, Serialize};
+
+use super::features::Features;
+use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts};
+
+/// Step, damping and limits of the simulation in training.
+///
+/// What stands in for armature and damping of the gears takes its part of the torque: torques so learned are those of this
+/// simulation, and no physical ones.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulationOptions {
+    /// Length of a step [s].
+    pub period: f64,
+    /// Its equal parts.
+    pub substeps: usize,
+    /// Of every motor, at the output [kg m²].
+    pub armature: f64,
+    /// Of every motor [N m s/rad].
+    pub damping: f64,
+    /// Largest torque of a joint, and of the gripper's motor [N m].
+    pub torque_limits: [f64; 2],
+}
+
+impl SimulationOptions {
+    /// Those of NeuralActuator's release for the OpenManipulator-X: 17 ms in four parts.
+    pub const PUBLISHED: Self =
+        Self { period: 0.017, substeps: 4, armature: 0.1, damping: 1.0, torque_limits: [5.0, 1.5] };
+}
+
+/// An arm in simulation; motors that are no joints move on their own.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    model: Model,
+    features: Features,
+    options: SimulationOptions,
+}
+
+impl Simulation {
+    /// The first joints of `model` are those of `features`; all others are locked at zero.
+    ///
+    /// # Errors
+    /// `BadInput` where the model has fewer joints, a joint that slides, or the options are out of range.
+    pub fn new(model: &Model, features: &Features, options: &SimulationOptions) -> Result<Self, BadInput> {
+        let n = features.joints;
+        let SimulationOptions { period, substeps, armature, damping, torque_limits } = options;
+        let ranges =
+            [("period", *period), ("torque_limits", torque_limits[0]), ("torque_limits", torque_limits[1])];
+        for (name, value) in ranges {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(BadInput::new(name, "a finite number above zero", value.to_string()));
+            }
+        }
+        for (name, value) in [("armature", *armature), ("damping", *damping)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(BadInput::new(name, "a finite number, zero or more", value.to_string()));
+            }
+        }
+        if *substeps == 0 || *substeps > 1000 {
+            return Err(BadInput::new("substeps", "1 to 1000", substeps.to_string()));
+        }
+        if model.n_joints() < n {
+            return Err(BadInput::new("robot", format!("{n} joints or more"), model.n_joints().to_string()));
+        }
+        let locked: Vec<(&str, f64)> =
+            model.joints()[n..].iter().map(|joint| (joint.name.as_str(), 0.0)).collect();
+        let mut model = if locked.is_empty() { model.clone() } else { model.with_locked(&locked)? };
+        for joint in &mut model.joints {
+            if joint.kind == JointKind::Prismatic || joint.follows.is_some() {
+                return Err(BadInput::new(
+                    format!("joint {}", joint.name),
+                    "a joint that turns by itself",
+                    "another",
+                )
+                .hint("name fewer joints"));
+            }
+            (joint.drive.armature, joint.drive.damping) = (*armature, *damping);
+        }
+        Ok(Self { model, features: *features, options: options.clone() })
+    }
+
+    /// The arm, with the armature and damping of the options.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// What a state is.
+    pub fn features(&self) -> &Features {
+        &self.features
+    }
+
+    /// Step, damping and limits.
+    pub fn options(&self) -> &SimulationOptions {
+        &self.options
+    }
+
+    /// Largest torque of a motor [N m].
+    pub fn limit(&self, motor: usize) -> f64 {
+        self.options.torque_limits[usize::from(motor >= self.features.joints)]
+    }
+
+    fn rollouts(&self) -> Rollouts<'_> {
+        Rollouts {
+            model: &self.model,
+            integrator: Integrator::SemiImplicitEuler,
+            period: (self.options.period, self.options.substeps),
+            n_steps: 1,
+            frames: Vec::new(),
+            isa: Isa::detect(),
+        }
+    }
+
+    /// Parts that belong to the arm, of rows of `width` numbers for each motor.
+    fn of_arm(&self, rows: &[f64], per_motor: usize) -> Vec<f64> {
+        let (m, n) = (self.features.motors(), self.features.joints);
+        rows.chunks_exact(m * per_motor)
+            .flat_map(|row| row.chunks_exact(m).flat_map(|part| &part[..n]))
+            .copied()
+            .collect()
+    }
+
+    /// States after a step from `states` (trajectories × 2m) under `torques` (trajectories × m) [N m].
+    pub fn step(&self, states: &[f64], torques: &[f64], next: &mut [f64]) {
+        let (m, n) = (self.features.motors(), self.features.joints);
+        let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
+        let mut found = vec![0.0; initial.len()];
+        self.rollouts().run(&RolloutInputs { initial: &initial, tau: &tau, forces: &[] }, &mut found);
+        for (next, found) in next.chunks_exact_mut(2 * m).zip(found.chunks_exact(2 * n)) {
+            next[..n].copy_from_slice(&found[..n]);
+            next[m..m + n].copy_from_slice(&found[n..]);
+        }
+        let h = self.options.period / self.options.substeps as f64;
+        let SimulationOptions { armature, damping, substeps, .. } = self.options;
+        for motor in n..m {
+            let rows =
+                next.chunks_exact_mut(2 * m).zip(states.chunks_exact(2 * m)).zip(torques.chunks_exact(m));
+            for ((next, state), torque) in rows {
+                let (mut angle, mut speed) = (state[motor], state[m + motor]);
+                for _ in 0..substeps {
+                    speed = (armature * speed + h * torque[motor]) / (armature + h * damping);
+                    angle += h * speed;
+                }
+                (next[motor], next[m + motor]) = (angle, speed);
+            }
+        }
+    }
+
+    /// Gradients by states and torques of a step from those by the states after it, `weights`.
+    pub fn step_back(&self, states: &[f64], torques: &[f64], weights: &[f64]) -> [Vec<f64>; 2] {
+        let (m, n) = (self.features.motors(), self.features.joints);
+        let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
+        let mut after = vec![0.0; initial.len()];
+        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+        let rollouts = self.rollouts();
+        rollouts.run(&inputs, &mut after);
+        let found = rollouts.pull_back(&inputs, &after, &self.of_arm(weights, 2));
+        let [mut by_state, mut by_torque] = [vec![0.0; states.len()], vec![0.0; torques.len()]];
+        let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m));
+        let arms = found.initial.chunks_exact(2 * n).zip(found.tau.chunks_exact(n));
+        for ((by_state, by_torque), (initial, tau)) in rows.zip(arms) {
+            by_state[..n].copy_from_slice(&initial[..n]);
+            by_state[m..m + n].copy_from_slice(&initial[n..]);
+            by_torque[..n].copy_from_slice(tau);
+        }
+        let h = self.options.period / self.options.substeps as f64;
+        let SimulationOptions { armature, damping, substeps, .. } = self.options;
+        for motor in n..m {
+            let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m));
+            for ((by_state, by_torque), weights) in rows.zip(weights.chunks_exact(2 * m)) {
+                let (by_angle, mut by_speed) = (weights[motor], weights[m + motor]);
+                for _ in 0..substeps {
+                    by_speed += h * by_angle;
+                    by_torque[motor] += by_speed * h / (armature + h * damping);
+                    by_speed *= armature / (armature + h * damping);
+                }
+                (by_state[motor], by_state[m + motor]) = (by_angle, by_speed);
+            }
+        }
+        [by_state, by_torque]
+    }
+}

@@ -1,0 +1,86 @@
+//! The beginning of a training: torques by inverse dynamics of filtered poses, all samples at once and without a loop.
+
+use hysteron_learn::{Form, Real, Transformer, TransformerTape};
+
+use super::data::Trajectory;
+use super::features::InputScale;
+use super::loss::{Heads, LossParts, LossWeights, Totals, huber};
+use super::simulation::Simulation;
+
+/// Rows of a trajectory that are learned from together.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch<'a> {
+    pub trajectory: &'a Trajectory,
+    /// Torques of all its rows (rows × m).
+    pub torques: &'a [f64],
+    pub start: usize,
+}
+
+/// Weight of the torques' error [1/(N m)], and error up to which it counts by its square [N m].
+const TORQUE: (f64, f64) = (20.0, 0.1);
+/// Steps of the streaming form that count, after as many as it takes to fill its window.
+pub(super) const SPAN: usize = 24;
+
+/// Steps of a stretch that count.
+pub(super) fn span(form: Form) -> usize {
+    match form {
+        Form::Window => 1,
+        Form::Streaming => SPAN,
+    }
+}
+
+/// The loss of some stretches with recorded inputs; adds its gradient. `n_torques` is how many torques there are over all stretches of
+/// the update.
+pub(super) fn gradient<T: Real>(
+    network: &Transformer<T>,
+    (simulation, scale): (&Simulation, &InputScale),
+    stretches: &[Stretch<'_>],
+    (weights, totals, n_torques): (&LossWeights, &Totals, f64),
+    gradient: &mut [Vec<T>],
+) -> (LossParts, f64) {
+    let shape = network.shape();
+    let (rows, inputs, n) = (stretches.len(), shape.inputs, shape.outputs());
+    let (before, span) = (shape.tokens - 1, span(shape.form));
+    let steps = before + span;
+    let mut tape = TransformerTape::new(shape, steps, rows);
+    let mut tokens = vec![T::default(); steps * rows * inputs];
+    for step in 0..steps {
+        for (row, stretch) in stretches.iter().enumerate() {
+            let raw = stretch.trajectory.inputs_at(stretch.start as isize + step as isize - before as isize);
+            let to = &mut tokens[(step * rows + row) * inputs..][..inputs];
+            to.iter_mut().zip(raw).enumerate().for_each(|(k, (to, x))| *to = T::of(scale.at(k, *x).0));
+        }
+    }
+    let outputs = tape.forward(network, 0..steps, &tokens).to_vec();
+    // In a window all results belong to its last step.
+    let first = if shape.form == Form::Window { 0 } else { before };
+    let heads = Heads::new(simulation.features());
+    let m = simulation.features().motors();
+    let (mut parts, mut torque_loss) = (LossParts::default(), 0.0);
+    let mut weights_of_outputs = vec![T::default(); outputs.len()];
+    for step in 0..span {
+        for (row, stretch) in stretches.iter().enumerate() {
+            let at = ((first + step) * rows + row) * n;
+            let found: Vec<f64> = outputs[at..at + n].iter().map(|y| y.to_f64()).collect();
+            let mut by_outputs = vec![0.0; n];
+            let sample = stretch.start + step;
+            if !stretch.trajectory.gap[sample] {
+                for k in 0..m {
+                    let limit = simulation.limit(k);
+                    let share = (found[k] / limit).tanh();
+                    let (value, slope) = huber(limit * share - stretch.torques[sample * m + k], TORQUE.1);
+                    torque_loss += TORQUE.0 / n_torques * value;
+                    by_outputs[k] += TORQUE.0 / n_torques * slope * (1.0 - share * share);
+                }
+            }
+            parts.add(&weights.labels((stretch.trajectory, sample), &heads, &found, totals, &mut by_outputs));
+            for (to, from) in weights_of_outputs[at..at + n].iter_mut().zip(by_outputs) {
+                *to = T::of(from);
+            }
+        }
+    }
+    tape.clear_gradients();
+    tape.backward(network, 0..steps, &weights_of_outputs, gradient);
+    tape.weight_gradients(network, steps, gradient);
+    (parts, torque_loss)
+}

@@ -1,0 +1,122 @@
+//! `hysteron arm fit delan`: a learned model of inverse dynamics from recordings.
+
+use std::path::PathBuf;
+
+use hysteron_arm::lagrangian::{
+    LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, Variant, samples_of, train,
+};
+use hysteron_base::{BadInput, Recording};
+use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress, Session};
+use serde_json::{Value, json};
+
+use crate::outputs::Outputs;
+use crate::resume::Unfinished;
+use crate::{Caller, number};
+
+/// Learn inverse dynamics with a model of the DeLaN family
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Recordings to learn from
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Model to write, .safetensors
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub out: PathBuf,
+    /// structured-lagrangian, black-box-lagrangian, feed-forward, friction or augmented
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "augmented", value_parser = variant))]
+    pub variant: Variant,
+    /// Units of each of the two hidden layers
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = number::count::<MOST_HIDDEN>))]
+    pub hidden: usize,
+    /// Epochs of Adam at most
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200, value_parser = number::count::<MOST_EPOCHS>))]
+    pub epochs: usize,
+    /// Velocities above this are noise, where accelerations are differences of them
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
+    pub cutoff: f64,
+    /// Of initial parameters and of minibatches
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
+    pub seed: u64,
+}
+
+/// A model by the name that files have for it.
+///
+/// # Errors
+/// For another name.
+pub fn variant(text: &str) -> Result<Variant, String> {
+    serde_json::from_value(text.into()).map_err(|e| e.to_string())
+}
+
+/// Parts of a single recording.
+const PARTS: usize = 8;
+/// Every so many recordings, or parts, one is not trained on.
+const VALIDATION: usize = 4;
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; an interruption.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let state = options.out.with_extension("training");
+    let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
+    let outputs = Outputs::reading(&options.recordings).file("--out", &options.out);
+    let _claim = outputs.check(caller)?;
+    if options.variant.is_hamiltonian() {
+        let bad = BadInput::new("--variant", "a model of velocities", options.variant.label());
+        return Err(bad.hint("recordings have no momenta").into());
+    }
+    caller.listen()?;
+    let samples = read(&options.recordings, options.cutoff)?;
+    let n = samples.trajectories.len();
+    let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);
+    let (training, validation) = (samples.select(pick(false)), samples.select(pick(true)));
+    let shape = NetworkShape {
+        variant: options.variant,
+        hidden: vec![options.hidden; 2],
+        activation: Activation::Softplus,
+        epsilon: 1e-4,
+        scales: Scales::of(&training, options.variant),
+        lengths: vec![None; samples.n_joints],
+    };
+    let training_options =
+        TrainingOptions { polish: 0, learning_rate: 5e-3, ..TrainingOptions::normalised(options.epochs) };
+    let bar = caller.progress("epochs", options.epochs, 0);
+    let mut listener = |p: &Progress| {
+        if let Progress::Epoch(epoch) = p {
+            bar.set_position(epoch.number as u64);
+            bar.set_message(format!("error {:.3}", epoch.best));
+        }
+        !caller.is_cancelled()
+    };
+    let mut session = Session { file: Some(&state), progress: &mut listener };
+    let found = train(&shape, [&training, &validation], &training_options, options.seed, &mut session)?;
+    bar.finish();
+    let names: Vec<String> = options.recordings.iter().map(|path| path.display().to_string()).collect();
+    let details = json!({
+        "recordings": names, "seed": options.seed, "options": training_options, "validation": found.validation,
+        "epochs": found.steps[0], "cutoff_hz": options.cutoff, "command": caller.command,
+    });
+    let model = LearnedDynamics { shape, parameters: found.parameters, details };
+    model.write(&options.out)?;
+    unfinished.end(found.is_finished, caller)?;
+    caller.say(format_args!(
+        "error on what was not trained on: {:.4} of the torques' spread, after {} epochs",
+        found.validation, found.steps[0]
+    ));
+    Ok(json!({ "validation": found.validation, "epochs": found.steps[0], "model": options.out }))
+}
+
+/// Samples of all recordings; a single one counts as several.
+fn read(paths: &[PathBuf], cutoff: f64) -> anyhow::Result<Samples> {
+    let mut all: Option<Samples> = None;
+    for path in paths {
+        let found = samples_of(&Recording::read(path)?, cutoff).map_err(|bad| bad.within(path.display()))?;
+        match &mut all {
+            None => all = Some(found),
+            Some(all) => all.append(&found).map_err(|bad| bad.within(path.display()))?,
+        }
+    }
+    let all = all.ok_or_else(|| BadInput::new("recordings", "one or more", "none"))?;
+    Ok(if all.trajectories.len() < VALIDATION { all.parted(PARTS)? } else { all })
+}

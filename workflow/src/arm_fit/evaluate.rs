@@ -1,0 +1,108 @@
+//! `hysteron arm evaluate`: a learned model, of inverse dynamics or of actuators, beside recordings.
+
+use std::path::PathBuf;
+
+use hysteron_arm::lagrangian::{LearnedDynamics, Scores, samples_of};
+use hysteron_arm::neural::NeuralActuator;
+use hysteron_arm::{Quantity, Recorded};
+use hysteron_base::{BadInput, Channel, Recording};
+use hysteron_learn::parameters_kind;
+use serde_json::{Value, json};
+
+use super::neural_evaluate::{self, Places};
+use crate::outputs::Outputs;
+use crate::{Caller, arm};
+
+/// Compare what a learned model says with recordings
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Model by hysteron arm fit
+    pub model: PathBuf,
+    /// Recordings to compare with: one for a model of inverse dynamics; for a neural actuator any number, or folders, of which what
+    /// is called train or validation is left out
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Where the parts of the torque go, .csv or .parquet; of a neural actuator, every number as JSON
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub out: Option<PathBuf>,
+    /// Folder for report.html and metrics.json, of a neural actuator
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+    /// The arm of a neural actuator: a file of URDF or MJCF, or a built-in name
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
+    pub robot: String,
+    /// Without recordings whose path contains this; may be repeated
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT"))]
+    pub leave_out: Vec<String>,
+    /// Velocities above this are noise, where accelerations are differences of them
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
+    pub cutoff: f64,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; files that cannot be written.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    if parameters_kind(&options.model)? != NeuralActuator::KIND {
+        return inverse_dynamics(options, caller);
+    }
+    let actuator = NeuralActuator::read(&options.model)?;
+    let places = Places {
+        recordings: &options.recordings,
+        leave_out: &options.leave_out,
+        model: &options.robot,
+        out: options.out.as_deref(),
+        figures: options.figures.as_deref(),
+    };
+    neural_evaluate::run(&actuator, &places, caller)
+}
+
+fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let [path] = &options.recordings[..] else {
+        let found = options.recordings.len().to_string();
+        return Err(BadInput::new("recordings", "one, for a model of inverse dynamics", found).into());
+    };
+    let outputs = Outputs::reading([&options.model, path]);
+    let outputs = options.out.iter().fold(outputs, |outputs, out| outputs.file("--out", out));
+    let _claim = outputs.check(caller)?;
+    let model = LearnedDynamics::read(&options.model)?;
+    let recording = Recording::read(path)?;
+    let within = |bad: BadInput| bad.within(path.display());
+    let samples = samples_of(&recording, options.cutoff).map_err(within)?;
+    let parts = model.decompose(&samples).map_err(within)?;
+    let n = samples.n_joints;
+    let scores = Scores::of(n, &samples.tau, &parts.torque);
+    for j in 0..n {
+        caller.say(format_args!(
+            "joint {}: mean squared error {:.4e}, over the variance {:.4e}",
+            j + 1,
+            scores.mse[j],
+            scores.nmse[j]
+        ));
+    }
+    caller.say(format_args!("R² pooled {:.4}, mean of the joints {:.4}", scores.pooled_r2, scores.mean_r2()));
+    let summary = json!({
+        "mse_n2_m2": scores.mse, "nmse": scores.nmse, "pooled_r2": scores.pooled_r2, "mean_r2": scores.mean_r2(),
+    });
+    let Some(out) = &options.out else { return Ok(summary) };
+    let recorded = Recorded::of(&recording).map_err(within)?;
+    let kept: Vec<bool> = recorded.gap.iter().map(|gap| !gap).collect();
+    let time: Vec<f64> =
+        recorded.time.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(t, _)| *t).collect();
+    let sets = [&parts.torque, &parts.inertial, &parts.coriolis, &parts.gravity, &parts.other];
+    let mut channels = Vec::new();
+    for (name, values) in ["tau", "inertial", "coriolis", "gravity", "other"].into_iter().zip(sets) {
+        for (j, joint) in recorded.joints.iter().enumerate() {
+            let torque = Quantity::Torque.channel(joint.kind, j);
+            let column = values.iter().skip(j).step_by(n).copied().collect();
+            channels.push(Channel::new(torque.replacen("tau", name, 1), column));
+        }
+    }
+    let gap = vec![false; time.len()];
+    let meta = arm::meta(caller, "learned inverse dynamics");
+    Recording::new(time, channels, gap, meta)?.write(out)?;
+    caller.say(format_args!("{} rows: {}", samples.len(), out.display()));
+    Ok(summary)
+}

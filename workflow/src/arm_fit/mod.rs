@@ -1,0 +1,7 @@
+//! `hysteron arm fit` and `hysteron arm evaluate`: models that learn from recordings of arms.
+
+pub mod delan;
+pub mod evaluate;
+pub mod neural;
+mod neural_evaluate;
+mod recordings;

@@ -1,0 +1,282 @@
+//! `hysteron arm fit neural`: an actuator from telemetry alone.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use hysteron_arm::neural::{
+    CurrentModel, Features, Heads, InputScale, LagAndDroop, NeuralActuator, NeuralOptions, NeuralTask,
+    ServoModel, Simulation, SimulationOptions, Trajectory, gripper_of, trajectory_of,
+};
+use hysteron_arm::{Model, Recorded};
+use hysteron_base::{BadInput, Recording};
+use hysteron_learn::{Block, Form, Progress, Session, Transformer, TransformerShape, fit};
+use serde_json::{Value, json};
+
+use super::recordings::{Named, Role, files, read};
+use crate::resume::Unfinished;
+use crate::{Caller, arm, number};
+
+/// Learn what the motors of an arm do from their telemetry, without torques
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Recordings to learn from, or folders of them
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Actuator to write, .safetensors
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub out: PathBuf,
+    /// The arm: a file of URDF or MJCF, or a built-in name
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
+    pub model: String,
+    /// Do not learn from recordings whose path contains this, as in `weight/pick_place_object_500g`; may be repeated
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT"))]
+    pub leave_out: Vec<String>,
+    /// streaming (one token a step), or window (all tokens every step, as published)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FORM", default_value = "streaming", value_parser = form))]
+    pub form: Form,
+    /// released (normalisation first, gated attention, GELU), or printed (equations 4 and 5 of the paper)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LAYERS", default_value = "released", value_parser = block))]
+    pub block: Block,
+    /// Numbers of a token within the network; the feed-forward networks have twice as many, the heads half
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 192, value_parser = number::count::<1024>))]
+    pub width: usize,
+    /// Layers of the network
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = number::count::<16>))]
+    pub layers: usize,
+    /// Updates on torques by inverse dynamics, before the closed loop
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = number::up_to::<1_000_000>))]
+    pub warm_start: u32,
+    /// Updates in the closed loop
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 10_000, value_parser = number::up_to::<1_000_000>))]
+    pub updates: u32,
+    /// Steps of a rollout: these, one after the other, each for an equal part of the updates
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [64, 128, 256, 320, 500], value_parser = number::count::<100_000>))]
+    pub horizons: Vec<usize>,
+    /// Rollouts of an update
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = number::count::<4096>))]
+    pub rollouts: usize,
+    /// Full step size
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = 1e-4))]
+    pub learning_rate: f64,
+    /// Part of the moving average of the weights that each update replaces
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 1e-3))]
+    pub ema: f32,
+    /// Initial positions of a rollout are off by up to this [rad]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD", default_value_t = 0.15))]
+    pub start_noise: f64,
+    /// Step of the simulation [s]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = 0.017))]
+    pub period_s: f64,
+    /// Of initial weights, batches and noise
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
+    pub seed: u64,
+}
+
+/// A form by its name.
+///
+/// # Errors
+/// For another name.
+pub fn form(text: &str) -> Result<Form, String> {
+    match text {
+        "streaming" => Ok(Form::Streaming),
+        "window" => Ok(Form::Window),
+        _ => Err("streaming or window".to_owned()),
+    }
+}
+
+/// A kind of layer by its name.
+///
+/// # Errors
+/// For another name.
+pub fn block(text: &str) -> Result<Block, String> {
+    match text {
+        "released" => Ok(Block::GatedPreNorm),
+        "printed" => Ok(Block::ScaledPostNorm),
+        _ => Err("released or printed".to_owned()),
+    }
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// `BadInput` for whatever is wrong with options or recordings; an interruption.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let files = files(&options.recordings, &options.leave_out)?;
+    let outputs = arm::reads(&options.model).and(&files).file("--out", &options.out);
+    let _claim = outputs.check(caller)?;
+    let model = arm::model(&options.model)?;
+    caller.listen()?;
+    let named = read(&files)?;
+    let features = features_of(&named)?;
+    let simulated = SimulationOptions { period: options.period_s, ..SimulationOptions::PUBLISHED };
+    let simulation = Simulation::new(&model, &features, &simulated)?;
+    let [training, validation] = [Role::Training, Role::Validation]
+        .map(|role| trajectories(&named, role, &features, options.period_s));
+    let (training, validation) = (training?, validation?);
+    let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
+    let scale = InputScale::of(&features, rows)?;
+    let trained = trained(options);
+    let mut task = NeuralTask::new(&trained, (&simulation, &scale), [&training, &validation])?;
+    let shape = shape(options, &features);
+    let network = Transformer::<f32>::new(&shape, options.seed)?;
+    say_data(&training, &validation, shape.n_parameters(), caller);
+    let rivals = rivals(&model, &simulation, &features, &training, caller)?;
+    let state = options.out.with_extension("training");
+    let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
+    let total = trained.warm_start + trained.updates;
+    let bar = caller.progress("updates", total as usize, 0);
+    let start = Instant::now();
+    let mut listener = |p: &Progress| {
+        match p {
+            Progress::Step { epoch, done, .. } => {
+                bar.set_position(*epoch as u64 * trained.epoch + *done as u64)
+            }
+            Progress::Epoch(epoch) => bar.set_message(format!(
+                "joints {:.3}° in validation, best {:.3}°",
+                epoch.validation, epoch.best
+            )),
+        }
+        !caller.is_cancelled()
+    };
+    let identity = json!({ "shape": shape, "options": trained, "simulation": simulated, "features": features, "recordings": names(&named) });
+    let mut session = Session { file: Some(&state), progress: &mut listener };
+    let found = fit(&mut task, network, &identity, &mut session)?;
+    bar.finish();
+    let rate = task.steps as f64 / start.elapsed().as_secs_f64();
+    let mut details = json!({
+        "options": trained, "validation_deg": found.validation, "epochs": found.epochs, "recordings": names(&named), "curve": found.curve,
+        "left_out": options.leave_out, "rivals": rivals,
+    });
+    caller.sign(&mut details);
+    let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
+    let currents = CurrentModel::fit(&features, &training)?;
+    let actuator = NeuralActuator {
+        network: found.model,
+        features,
+        scale,
+        simulation: simulated,
+        joints: names,
+        currents,
+        details,
+    };
+    actuator.write(&options.out)?;
+    caller.say(format_args!("{rate:.0} simulated steps a second in training"));
+    caller.say(format_args!(
+        "joints {:.3}° (root mean square) in rollouts on what was not trained on",
+        found.validation
+    ));
+    unfinished.end(found.is_finished, caller)?;
+    Ok(json!({
+        "validation_deg": found.validation, "epochs": found.epochs, "parameters": shape.n_parameters(), "steps_per_second": rate,
+        "actuator": options.out,
+    }))
+}
+
+fn trained(options: &Options) -> NeuralOptions {
+    let published = NeuralOptions::published(u64::from(options.warm_start), u64::from(options.updates));
+    let part = u64::from(options.updates).div_ceil(options.horizons.len() as u64);
+    let horizons =
+        options.horizons.iter().enumerate().map(|(k, horizon)| (k as u64 * part, *horizon)).collect();
+    let total = published.warm_start + published.updates;
+    NeuralOptions {
+        horizons,
+        rollouts: options.rollouts,
+        start_noise: options.start_noise,
+        // A tenth of a short training warms up.
+        learning_rate: (options.learning_rate, (total / 10).clamp(1, 1000)),
+        ema: options.ema,
+        seed: options.seed,
+        ..published
+    }
+}
+
+fn shape(options: &Options, features: &Features) -> TransformerShape {
+    let published = TransformerShape::published(features.len(), &Heads::sizes(features), options.form);
+    let width = options.width.next_multiple_of(published.attention_heads);
+    TransformerShape {
+        width,
+        layers: options.layers,
+        feed_forward: 2 * width,
+        latent: (width / 2).max(1),
+        block: options.block,
+        ..published
+    }
+}
+
+/// What all recordings have: motors, and a gripper as the last of them where they know its aperture.
+pub(super) fn features_of(named: &[Named]) -> anyhow::Result<Features> {
+    let motors = |one: &Named| -> anyhow::Result<usize> {
+        let within = |bad: BadInput| bad.within(one.path.display());
+        Ok(Recorded::of(&one.recording).map_err(within)?.joints.len())
+    };
+    let all: Vec<&Recording> = named.iter().map(|one| &one.recording).collect();
+    let m = motors(&named[0])?;
+    let owned: Vec<Recording> = all.into_iter().cloned().collect();
+    let gripper = gripper_of(&owned)?;
+    if gripper.is_some() && m < 2 {
+        return Err(
+            BadInput::new("recordings", "joints beside the gripper's motor", "that motor alone").into()
+        );
+    }
+    Ok(Features { joints: m - usize::from(gripper.is_some()), gripper })
+}
+
+/// The trajectories of a role.
+pub(super) fn trajectories(
+    named: &[Named],
+    role: Role,
+    features: &Features,
+    period: f64,
+) -> anyhow::Result<Vec<Trajectory>> {
+    let one = |one: &Named| -> anyhow::Result<Trajectory> {
+        let within = |bad: BadInput| bad.within(one.path.display());
+        let found = trajectory_of(&one.recording, features, period).map_err(within)?;
+        Ok(Trajectory { name: one.path.display().to_string(), ..found })
+    };
+    let found: Vec<Trajectory> =
+        named.iter().filter(|one| one.role == role).map(one).collect::<anyhow::Result<_>>()?;
+    match found.is_empty() && role == Role::Validation {
+        true => {
+            Err(BadInput::new("recordings", "two or more, one of them for validation", "none for validation")
+                .into())
+        }
+        false => Ok(found),
+    }
+}
+
+fn names(named: &[Named]) -> Vec<String> {
+    named.iter().map(|one| format!("{} ({} rows)", one.path.display(), one.recording.n_samples())).collect()
+}
+
+/// What is known of labels before anything is trained.
+fn say_data(training: &[Trajectory], validation: &[Trajectory], n_parameters: usize, caller: &Caller) {
+    let rows: usize = training.iter().map(Trajectory::len).sum();
+    let labelled = training.iter().flat_map(|one| &one.force).filter(|force| force.is_some()).count();
+    let conditions = training.iter().filter(|one| one.is_healthy == Some(false)).count();
+    caller.say(format_args!(
+        "{} trajectories with {rows} rows to learn from, {} to validate; {n_parameters} parameters",
+        training.len(),
+        validation.len()
+    ));
+    if labelled == 0 {
+        caller.say("no row says what force acts: force and contact are not learned");
+    }
+    if conditions == 0 {
+        caller.say("no recording has a degraded motor: the condition is not learned");
+    }
+}
+
+/// What the network has to beat, fitted to the same trajectories.
+fn rivals(
+    model: &Model,
+    simulation: &Simulation,
+    features: &Features,
+    training: &[Trajectory],
+    caller: &Caller,
+) -> anyhow::Result<Value> {
+    let lag = LagAndDroop::fit(simulation.model(), features, training)?;
+    let watch = |_: usize, _: f64| !caller.is_cancelled();
+    let servo = ServoModel::fit(model, (features, simulation.options().period), training, &watch)?;
+    Ok(json!({ "lag_and_droop": lag, "servo": servo }))
+}
