@@ -20,8 +20,6 @@ pub struct Trajectory {
     pub force: Vec<Option<[f64; 3]>>,
     /// Whether the motors are as they should be, where that is known.
     pub is_healthy: Option<bool>,
-    /// What was carried [kg], where the recording says it.
-    pub payload: Option<f64>,
     /// True where a sample was filled in.
     pub gap: Vec<bool>,
 }
@@ -48,6 +46,15 @@ impl Trajectory {
         let width = self.states.len() / self.len();
         &self.states[row * width..][..width]
     }
+}
+
+/// What a sample without a label of force says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unlabelled {
+    /// Nothing: something may be carried, as in most of NAD where it reads −999.
+    Unknown,
+    /// That no force acts: free motion.
+    Free,
 }
 
 /// Times between samples may differ from the period by this part, as the median over the recording.
@@ -91,8 +98,7 @@ pub fn gripper_of(recordings: &[Recording]) -> Result<Option<GripperAxis>, BadIn
 
 /// A recording as a trajectory at steps of `period` [s]; a recording at other times is resampled.
 ///
-/// Rows without label have no force, but in a recording that has no label at all and carries nothing, as its `payload_kg` says or
-/// because there is no such key: that is free motion, of zero force.
+/// `unlabelled` says what a row without label of force means.
 ///
 /// # Errors
 /// `BadInput` naming what is missing, has another number of joints, comes at another rate, or too unevenly.
@@ -100,6 +106,7 @@ pub fn trajectory_of(
     recording: &Recording,
     features: &Features,
     period: f64,
+    unlabelled: Unlabelled,
 ) -> Result<Trajectory, BadInput> {
     check_times(recording.time(), period)?;
     let regular = recording.rate_hz().is_some_and(|rate| (rate * period - 1.0).abs() < 1e-3);
@@ -147,19 +154,17 @@ pub fn trajectory_of(
         states.extend(state);
     }
     let extra = &recording.meta().extra;
-    let payload = extra.get("payload_kg").and_then(|text| text.parse::<f64>().ok());
     Ok(Trajectory {
         name: recording.meta().source.clone(),
         inputs,
         states,
-        force: forces(&recorded, n, payload),
+        force: forces(&recorded, n, unlabelled),
         is_healthy: extra.get("condition").map(|text| text == "healthy"),
-        payload,
         gap: recording.gap().to_vec(),
     })
 }
 
-fn forces(recorded: &Recorded, n: usize, payload: Option<f64>) -> Vec<Option<[f64; 3]>> {
+fn forces(recorded: &Recorded, n: usize, unlabelled: Unlabelled) -> Vec<Option<[f64; 3]>> {
     let label = |axis: usize, i: usize| {
         let series = recorded.force[axis].as_ref()?;
         series.labelled.is_none_or(|labelled| labelled[i] >= 0.5).then_some(series.values[i])
@@ -169,9 +174,8 @@ fn forces(recorded: &Recorded, n: usize, payload: Option<f64>) -> Vec<Option<[f6
         // A held weight is labelled along z alone: its other parts are zero.
         all.iter().any(Option::is_some).then(|| all.map(|part| part.unwrap_or(0.0)))
     };
-    let found: Vec<Option<[f64; 3]>> = (0..n).map(at).collect();
-    let is_free = found.iter().all(Option::is_none) && payload.is_none_or(|payload| payload == 0.0);
-    if is_free { vec![Some([0.0; 3]); n] } else { found }
+    let otherwise = (unlabelled == Unlabelled::Free).then_some([0.0; 3]);
+    (0..n).map(|i| at(i).or(otherwise)).collect()
 }
 
 fn check_times(times: &[f64], period: f64) -> Result<(), BadInput> {

@@ -16,7 +16,7 @@ mod warm_start;
 
 pub use actuator::NeuralActuator;
 pub use closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
-pub use data::{FEWEST_ROWS, Trajectory, gripper_of, torques_of, trajectory_of};
+pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, torques_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };

@@ -55,7 +55,6 @@ fn recording(seed: u64, rows: usize) -> Recording {
         states: [start, vec![0.0; (rows - 1) * 2 * m]].concat(),
         force: vec![None; rows],
         is_healthy: None,
-        payload: None,
         gap: vec![false; rows],
     };
     let segment = Segment { trajectory: &known, start: 0 };
@@ -94,7 +93,9 @@ fn recording(seed: u64, rows: usize) -> Recording {
 
 fn trajectories(seeds: std::ops::Range<u64>, rows: usize) -> Vec<Trajectory> {
     let features = features();
-    seeds.map(|seed| trajectory_of(&recording(seed, rows), &features, PERIOD).unwrap()).collect()
+    seeds
+        .map(|seed| trajectory_of(&recording(seed, rows), &features, PERIOD, Unlabelled::Unknown).unwrap())
+        .collect()
 }
 
 fn shape(form: Form) -> TransformerShape {
@@ -206,7 +207,7 @@ fn options() -> NeuralOptions {
         rollouts: 8,
         // The condition of this data is drawn: there is nothing to learn of it.
         loss: LossWeights { condition: 1.0, ..LossWeights::PUBLISHED },
-        ..NeuralOptions::published(400, 200)
+        ..NeuralOptions::published(1500, 300)
     }
 }
 
@@ -336,8 +337,9 @@ fn changed(leave_out: &str, time: impl Fn(usize) -> f64) -> Recording {
 
 #[test]
 fn recordings_that_are_not_whole_or_at_another_rate_are_refused() {
-    let refusal =
-        |recording: &Recording| trajectory_of(recording, &features(), PERIOD).unwrap_err().to_string();
+    let refusal = |recording: &Recording| {
+        trajectory_of(recording, &features(), PERIOD, Unlabelled::Unknown).unwrap_err().to_string()
+    };
     let even = |i: usize| PERIOD * i as f64;
     for (channel, expected) in [
         ("current_3_a", "current_3_a"),
@@ -355,6 +357,14 @@ fn recordings_that_are_not_whole_or_at_another_rate_are_refused() {
     // Every tenth sample comes three periods late.
     let found = refusal(&changed("", |i| PERIOD * (i + 2 * (i / 10)) as f64));
     assert!(found.contains("time_s: expected at most 5 % of the steps longer than 1.5 periods"), "{found}");
+    // Without any channel of force nothing is known of it, unless the motion is said to be free.
+    let mut channels = recording(1, 100).channels().to_vec();
+    channels.retain(|channel| !channel.name.starts_with("force"));
+    let times = (0..100).map(even).collect();
+    let silent = Recording::new(times, channels, Vec::new(), Metadata::default()).unwrap();
+    let of = |unlabelled| trajectory_of(&silent, &features(), PERIOD, unlabelled).unwrap();
+    assert!(of(Unlabelled::Unknown).force.iter().all(Option::is_none));
+    assert!(of(Unlabelled::Free).force.iter().all(|force| *force == Some([0.0; 3])));
     let short = recording(1, 20);
     assert!(refusal(&short).contains("32 samples or more"));
 }

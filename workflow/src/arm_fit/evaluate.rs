@@ -35,6 +35,9 @@ pub struct Options {
     /// Without recordings whose path contains this; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT"))]
     pub leave_out: Vec<String>,
+    /// Recordings whose path contains this move freely: a sample without label of force is one of no force; may be repeated
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT", default_value = "force_unlabeled"))]
+    pub free: Vec<String>,
     /// Velocities above this are noise, where accelerations are differences of them
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
     pub cutoff: f64,
@@ -52,6 +55,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let places = Places {
         recordings: &options.recordings,
         leave_out: &options.leave_out,
+        free: &options.free,
         model: &options.robot,
         out: options.out.as_deref(),
         figures: options.figures.as_deref(),

@@ -5,3 +5,5 @@ pub mod evaluate;
 pub mod neural;
 mod neural_evaluate;
 mod recordings;
+#[cfg(test)]
+mod tests;

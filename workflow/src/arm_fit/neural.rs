@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hysteron_arm::neural::{
     CurrentModel, Features, Heads, InputScale, LagAndDroop, NeuralActuator, NeuralOptions, NeuralTask,
-    ServoModel, Simulation, SimulationOptions, Trajectory, gripper_of, trajectory_of,
+    ServoModel, Simulation, SimulationOptions, Trajectory, Unlabelled, gripper_of, trajectory_of,
 };
 use hysteron_arm::{Model, Recorded};
 use hysteron_base::{BadInput, Recording};
@@ -32,6 +32,9 @@ pub struct Options {
     /// Do not learn from recordings whose path contains this, as in `weight/pick_place_object_500g`; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT"))]
     pub leave_out: Vec<String>,
+    /// Recordings whose path contains this move freely: a sample without label of force is one of no force; may be repeated
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT", default_value = "force_unlabeled"))]
+    pub free: Vec<String>,
     /// streaming (one token a step), or window (all tokens every step, as published)
     #[cfg_attr(feature = "clap", arg(long, value_name = "FORM", default_value = "streaming", value_parser = form))]
     pub form: Form,
@@ -222,27 +225,28 @@ pub(super) fn features_of(named: &[Named]) -> anyhow::Result<Features> {
     Ok(Features { joints: m - usize::from(gripper.is_some()), gripper })
 }
 
-/// The trajectories of a role.
+/// The trajectories of a role, for these inputs at this period [s]; paths that contain one of `free` move freely.
 pub(super) fn trajectories(
     named: &[Named],
     role: Role,
-    features: &Features,
-    period: f64,
+    (features, period, free): (&Features, f64, &[String]),
 ) -> anyhow::Result<Vec<Trajectory>> {
     let one = |one: &Named| -> anyhow::Result<Trajectory> {
-        let within = |bad: BadInput| bad.within(one.path.display());
-        let found = trajectory_of(&one.recording, features, period).map_err(within)?;
-        Ok(Trajectory { name: one.path.display().to_string(), ..found })
+        let path = one.path.display().to_string();
+        let is_free = free.iter().any(|part| path.contains(part.as_str()));
+        let unlabelled = if is_free { Unlabelled::Free } else { Unlabelled::Unknown };
+        let found =
+            trajectory_of(&one.recording, features, period, unlabelled).map_err(|bad| bad.within(&path))?;
+        Ok(Trajectory { name: path, ..found })
     };
     let found: Vec<Trajectory> =
         named.iter().filter(|one| one.role == role).map(one).collect::<anyhow::Result<_>>()?;
-    match found.is_empty() && role == Role::Validation {
-        true => {
-            Err(BadInput::new("recordings", "two or more, one of them for validation", "none for validation")
-                .into())
-        }
-        false => Ok(found),
+    if found.is_empty() && role != Role::Test {
+        let expected = "two or more, one of them for validation";
+        let found = if role == Role::Training { "none for training" } else { "none for validation" };
+        return Err(BadInput::new("recordings", expected, found).into());
     }
+    Ok(found)
 }
 
 fn names(named: &[Named]) -> Vec<String> {

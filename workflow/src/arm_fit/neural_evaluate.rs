@@ -33,6 +33,7 @@ const METHODS: [&str; 5] = [
 pub(super) struct Places<'a> {
     pub recordings: &'a [PathBuf],
     pub leave_out: &'a [String],
+    pub free: &'a [String],
     pub model: &'a str,
     pub out: Option<&'a Path>,
     pub figures: Option<&'a Path>,
@@ -59,16 +60,11 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     caller.listen()?;
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();
     for one in read(&files)? {
-        // What the folders of a data set call training or validation is no test.
-        let task = one.task.clone();
-        let found = trajectories(
-            std::slice::from_ref(&one),
-            one.role,
-            &actuator.features,
-            actuator.simulation.period,
-        )?;
-        if one.role == Role::Test || !is_split(&one.path) {
-            by_task.entry(task).or_default().extend(found);
+        // What a data set calls training or validation is no test.
+        if one.role == Role::Test || !one.is_split {
+            let wanted = (&actuator.features, actuator.simulation.period, places.free);
+            let found = trajectories(std::slice::from_ref(&one), one.role, wanted)?;
+            by_task.entry(one.task).or_default().extend(found);
         }
     }
     if by_task.is_empty() {
@@ -102,11 +98,6 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
         caller.reported(folder);
     }
     Ok(summary)
-}
-
-/// Whether a path has the folders of a data set's split.
-fn is_split(path: &Path) -> bool {
-    path.iter().any(|part| ["train", "validation", "test"].iter().any(|split| part == *split))
 }
 
 /// The rivals as they were fitted with the actuator, on its training data.

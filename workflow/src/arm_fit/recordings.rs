@@ -18,6 +18,8 @@ pub(super) struct Named {
     /// Folders of subset and task, where they are said: `weight/pick_place_object_500g`.
     pub task: String,
     pub role: Role,
+    /// Whether the data set says so.
+    pub is_split: bool,
     pub recording: Recording,
 }
 
@@ -95,7 +97,7 @@ pub(super) fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
                 Some(at) => parts[at.saturating_sub(2)..at].join("/"),
                 None => path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
             };
-            Ok(Named { path: path.clone(), task, role: own, recording })
+            Ok(Named { path: path.clone(), task, role: own, is_split: split.is_some(), recording })
         })
         .collect()
 }
