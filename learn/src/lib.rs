@@ -37,7 +37,7 @@ pub use engine::{
     TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
 };
 pub use error::{Error, Result};
-pub use files::{Checkpoint, parameters_kind, read_parameters, write_parameters};
+pub use files::{Checkpoint, read_parameters, read_parameters_header, write_parameters};
 pub use lstm::{Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Runner, Trainer};
 pub use mlp::{Activation, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Lock, Scene, file};
 use hysteron_control::TargetPath;
-use hysteron_learn::Checkpoint;
+use hysteron_learn::{Checkpoint, read_parameters_header};
 pub use hysteron_report::maker::SIGNATURE;
 use hysteron_report::maker::{self, Maker};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::command_line::words;
@@ -213,8 +214,13 @@ fn maker_of(path: &Path) -> Maker {
     if path.extension().is_none_or(|ending| ending != "safetensors") {
         return maker::maker(path);
     }
-    let details = Checkpoint::read_details(path).unwrap_or_default();
-    let command = details["training"]["command"].as_str().filter(|command| !command.is_empty());
+    let details = match Checkpoint::read_details(path) {
+        Ok(details) => details["training"].clone(),
+        Err(_) => {
+            read_parameters_header(path).map_or_else(|_| Value::Null, |(_, header)| header["details"].clone())
+        }
+    };
+    let command = details["command"].as_str().filter(|command| !command.is_empty());
     command.map_or(Maker::Another, |command| Maker::Command(command.to_owned()))
 }
 

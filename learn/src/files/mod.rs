@@ -5,5 +5,5 @@ mod parameters_file;
 mod tensor_file;
 
 pub use checkpoint::Checkpoint;
-pub use parameters_file::{parameters_kind, read_parameters, write_parameters};
+pub use parameters_file::{read_parameters, read_parameters_header, write_parameters};
 pub(crate) use tensor_file::TensorFile;

@@ -43,13 +43,14 @@ pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
     Ok(take().map_err(|bad| bad.within(path.display()))?)
 }
 
-/// The kind of a file by [`write_parameters`].
+/// Kind and details of a file by [`write_parameters`], whatever it is of.
 ///
 /// # Errors
 /// `BadInput` naming the file: not such a file, damaged.
-pub fn parameters_kind(path: &Path) -> Result<String> {
+pub fn read_parameters_header(path: &Path) -> Result<(String, Value)> {
     let mut file = TensorFile::read(path, FORMAT, VERSION)?;
-    Ok(file.take("kind").map_err(|bad: BadInput| bad.within(path.display()))?)
+    let mut take = || -> std::result::Result<_, BadInput> { Ok((file.take("kind")?, file.take("details")?)) };
+    Ok(take().map_err(|bad| bad.within(path.display()))?)
 }
 
 #[cfg(test)]
@@ -64,8 +65,8 @@ mod tests {
         let path = folder.path().join("p.safetensors");
         let details = json!({ "n": 2 });
         write_parameters(&path, "a", &details, &[1.5, -1e-300]).unwrap();
-        assert_eq!(read_parameters(&path, "a").unwrap(), (details, vec![1.5, -1e-300]));
-        assert_eq!(parameters_kind(&path).unwrap(), "a");
+        assert_eq!(read_parameters(&path, "a").unwrap(), (details.clone(), vec![1.5, -1e-300]));
+        assert_eq!(read_parameters_header(&path).unwrap(), ("a".to_owned(), details.clone()));
         assert!(read_parameters(&path, "b").unwrap_err().to_string().contains("kind: expected b, got a"));
         let bytes = std::fs::read(&path).unwrap();
         for end in [0, 8, bytes.len() / 2, bytes.len() - 1] {

@@ -6,12 +6,12 @@ use hysteron_arm::lagrangian::{
     LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, Variant, samples_of, train,
 };
 use hysteron_base::{BadInput, Recording};
-use hysteron_learn::{Activation, MOST_EPOCHS, MOST_HIDDEN, Progress, Session};
+use hysteron_learn::{Activation, Progress, Session};
 use serde_json::{Value, json};
 
+use crate::Caller;
 use crate::outputs::Outputs;
 use crate::resume::Unfinished;
-use crate::{Caller, number};
 
 /// Learn inverse dynamics with a model of the DeLaN family
 #[derive(Debug, Clone)]
@@ -24,13 +24,13 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: PathBuf,
     /// structured-lagrangian, black-box-lagrangian, feed-forward, friction or augmented
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "augmented", value_parser = variant))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "augmented", value_parser = crate::arm_study::variant))]
     pub variant: Variant,
     /// Units of each of the two hidden layers
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = number::count::<MOST_HIDDEN>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
     pub hidden: usize,
     /// Epochs of Adam at most
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200, value_parser = number::count::<MOST_EPOCHS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200, value_parser = crate::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
     pub epochs: usize,
     /// Velocities above this are noise, where accelerations are differences of them
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
@@ -38,14 +38,6 @@ pub struct Options {
     /// Of initial parameters and of minibatches
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
-}
-
-/// A model by the name that files have for it.
-///
-/// # Errors
-/// For another name.
-pub fn variant(text: &str) -> Result<Variant, String> {
-    serde_json::from_value(text.into()).map_err(|e| e.to_string())
 }
 
 /// Parts of a single recording.

@@ -6,7 +6,7 @@ use hysteron_arm::lagrangian::{LearnedDynamics, Scores, samples_of};
 use hysteron_arm::neural::NeuralActuator;
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::{BadInput, Channel, Recording};
-use hysteron_learn::parameters_kind;
+use hysteron_learn::read_parameters_header;
 use serde_json::{Value, json};
 
 use super::neural_evaluate::{self, Places};
@@ -48,7 +48,7 @@ pub struct Options {
 /// # Errors
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    if parameters_kind(&options.model)? != NeuralActuator::KIND {
+    if read_parameters_header(&options.model)?.0 != NeuralActuator::KIND {
         return inverse_dynamics(options, caller);
     }
     let actuator = NeuralActuator::read(&options.model)?;

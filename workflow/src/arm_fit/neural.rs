@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::recordings::{Named, Role, files, read};
 use crate::resume::Unfinished;
-use crate::{Caller, arm, number};
+use crate::{Caller, arm};
 
 /// Learn what the motors of an arm do from their telemetry, without torques
 #[derive(Debug, Clone)]
@@ -42,22 +42,22 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "LAYERS", default_value = "released", value_parser = block))]
     pub block: Block,
     /// Numbers of a token within the network; the feed-forward networks have twice as many, the heads half
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 192, value_parser = number::count::<1024>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 192, value_parser = crate::number::count::<1024>))]
     pub width: usize,
     /// Layers of the network
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = number::count::<16>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = crate::number::count::<16>))]
     pub layers: usize,
     /// Updates on torques by inverse dynamics, before the closed loop
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = number::up_to::<1_000_000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::up_to::<1_000_000>))]
     pub warm_start: u32,
     /// Updates in the closed loop
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 10_000, value_parser = number::up_to::<1_000_000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 10_000, value_parser = crate::number::up_to::<1_000_000>))]
     pub updates: u32,
     /// Steps of a rollout: these, one after the other, each for an equal part of the updates
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [64, 128, 256, 320, 500], value_parser = number::count::<100_000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [64, 128, 256, 320, 500], value_parser = crate::number::count::<100_000>))]
     pub horizons: Vec<usize>,
     /// Rollouts of an update
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = number::count::<4096>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = crate::number::count::<4096>))]
     pub rollouts: usize,
     /// Full step size
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = 1e-4))]
@@ -114,8 +114,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let features = features_of(&named)?;
     let simulated = SimulationOptions { period: options.period_s, ..SimulationOptions::PUBLISHED };
     let simulation = Simulation::new(&model, &features, &simulated)?;
-    let [training, validation] = [Role::Training, Role::Validation]
-        .map(|role| trajectories(&named, role, &features, options.period_s));
+    let wanted = (&features, options.period_s, &options.free[..]);
+    let [training, validation] =
+        [Role::Training, Role::Validation].map(|role| trajectories(&named, role, wanted));
     let (training, validation) = (training?, validation?);
     let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
     let scale = InputScale::of(&features, rows)?;
