@@ -46,7 +46,7 @@ impl<D: Dynamics> Observer for Balance<D> {
                     motor_torque: motor,
                     load_torque: -*external,
                 };
-                *external += self.friction.follow(joint, &at, held);
+                *external += self.friction.follow(joint, &at, [held; 2]);
             }
             *external -= motor;
         }

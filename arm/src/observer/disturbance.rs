@@ -123,7 +123,7 @@ impl<D: Dynamics> Observer for DisturbanceObserver<D> {
                 motor_torque: sample.torque[j],
                 load_torque: -self.bias[j],
             };
-            *external = disturbance + self.friction.follow(j, &at, -disturbance);
+            *external = disturbance + self.friction.follow(j, &at, [-disturbance; 2]);
         }
     }
 

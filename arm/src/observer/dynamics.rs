@@ -146,7 +146,7 @@ impl<D: Dynamics> Tracked<D> {
                 motor_torque: motor,
                 load_torque: rate - self.slow_change[j] + contact[j],
             };
-            let friction = self.friction.follow(j, &at, held);
+            let friction = self.friction.follow(j, &at, [held, motor + rate]);
             self.explained[j] = motor + rate - friction;
             self.unexplained[j] = if is_first { 0.0 } else { friction - held };
         }

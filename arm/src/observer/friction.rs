@@ -12,6 +12,7 @@ pub enum LowSpeed {
     Stick(f64),
     /// Below this speed what it was when the joint slid last, and every change since of what it holds, up to the dry friction
     /// there [rad/s]. So friction is where a joint stops: an arm that sank under a load and stands is still felt to carry it.
+    /// A joint that has not slid yet is taken to be without contact.
     Absorb(f64),
 }
 
@@ -20,7 +21,7 @@ pub enum LowSpeed {
 pub struct FrictionModel {
     laws: Vec<(Law, Vec<f64>)>,
     low_speed: LowSpeed,
-    /// Of the last sample, joint by joint: friction, and what it would have had to withstand [N m].
+    /// Of the last sample, joint by joint: friction, and what it would have had to withstand without accelerations [N m].
     last: Vec<Option<[f64; 2]>>,
 }
 
@@ -69,17 +70,16 @@ impl FrictionModel {
         wanted.clamp(-dry, dry)
     }
 
-    /// [`Self::torque`] of one sample after the other.
-    pub(super) fn follow(&mut self, joint: usize, at: &Sliding, held: f64) -> f64 {
+    /// [`Self::torque`] of one sample after the other. `resting` is `held` as if nothing accelerated: accelerations from
+    /// differences are noise that the bounds of friction would rectify [N m].
+    pub(super) fn follow(&mut self, joint: usize, at: &Sliding, [held, resting]: [f64; 2]) -> f64 {
         let friction = match (self.low_speed, self.last[joint]) {
             (LowSpeed::Absorb(width), Some([friction, before])) if at.velocity.abs() < width => {
-                self.stuck(joint, at, friction + held - before)
+                self.stuck(joint, at, friction + resting - before)
             }
-            // Nothing is known of how the joint came to rest.
-            (LowSpeed::Absorb(width), None) if at.velocity.abs() < width => 0.0,
             _ => self.torque(joint, at, held),
         };
-        self.last[joint] = Some([friction, held]);
+        self.last[joint] = Some([friction, resting]);
         friction
     }
 

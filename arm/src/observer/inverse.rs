@@ -69,8 +69,11 @@ impl<D: Dynamics> Observer for InverseDynamics<D> {
         for (j, external) in external.iter_mut().enumerate() {
             let (motor, needed) = (sample.torque[j], self.torque[j]);
             let at = Sliding { velocity: sample.velocity[j], motor_torque: motor, load_torque: -needed };
-            let input =
-                if is_first { 0.0 } else { needed + self.friction.follow(j, &at, motor - needed) - motor };
+            let input = if is_first {
+                0.0
+            } else {
+                needed + self.friction.follow(j, &at, [motor - needed; 2]) - motor
+            };
             let alpha = self.bandwidth.get(j).map_or(0.0, |k| 1.0 / (1.0 + k * sample.period));
             self.estimate[j] = alpha * self.estimate[j] + (1.0 - alpha) * input;
             *external = self.estimate[j];

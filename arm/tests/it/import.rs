@@ -422,3 +422,97 @@ fn public_recordings_are_read_as_they_are() {
         assert!((n - f64::from(rows)).abs() < 0.2 * f64::from(rows), "{what}: {n} rows");
     }
 }
+
+/// A table with these columns (`*` for 1 to n), each of the value that stands beside it, at `period` [s].
+fn table(columns: &[(&str, usize, f64)], period: f64) -> String {
+    let names: Vec<(String, f64)> = columns
+        .iter()
+        .flat_map(|(name, n, value)| (1..=*n).map(move |k| (name.replace('*', &k.to_string()), *value)))
+        .collect();
+    let header: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+    let row = |k: usize| {
+        let cells: Vec<String> = names.iter().map(|(_, value)| value.to_string()).collect();
+        format!("{},{}\n", period * k as f64, cells.join(","))
+    };
+    format!("timestamp,{}\n{}", header.join(","), (0..30).map(row).collect::<String>())
+}
+
+#[test]
+fn every_layout_of_nad_is_known_by_its_columns() {
+    // As the data set's description has them: 44, 46 and 72 columns with the time; a label in z alone.
+    let force = [("force_x", 1, -999.0), ("force_y", 1, -999.0), ("force_z", 1, -4.9)];
+    let omx = [
+        &[("pos*", 5, 0.2), ("aperture", 1, 11.5), ("goal_pos*", 5, 0.3), ("goal_aperture", 1, 11.6)][..],
+        &[("current*", 5, -53.8), ("vel*", 5, 0.048), ("temp*", 5, 31.0), ("pwm*", 5, -44.25)],
+        &[("volts*", 5, 12.9)],
+        &force,
+        &[("force_gripper_x", 1, 0.0), ("force_gripper_y", 1, 0.0), ("force_gripper_z", 1, 0.0)],
+    ]
+    .concat();
+    let so101 = [
+        &[("pos*", 6, 0.2), ("goal_pos*", 6, 0.3), ("current*", 6, 10.0), ("vel*", 6, 1024.0)][..],
+        &[("load*", 6, -250.0), ("temp*", 6, 31.0), ("volts*", 6, 123.0)],
+        &force,
+    ]
+    .concat();
+    let panda = [
+        &[("pos*", 7, 0.2), ("gripper_width", 1, 0.5), ("vel*", 7, 0.1), ("vel_d*", 7, 0.2)][..],
+        &[("tau_d*", 7, 1.0), ("tau*", 7, 2.0), ("tau_ext*", 7, 3.0), ("cmd_pos*", 7, 0.3)],
+        &[("motor_pos*", 7, 0.25), ("motor_vel*", 7, 0.15)],
+        &force,
+        &[("torque_ext_x", 1, 0.0), ("torque_ext_y", 1, 0.0), ("torque_ext_z", 1, 0.0), ("lifting", 1, 1.0)],
+    ]
+    .concat();
+    let turn = std::f64::consts::TAU;
+    let known: [(_, _, _, _, &[(&str, f64)]); 3] = [
+        (
+            "nad-omx",
+            omx,
+            0.017,
+            44,
+            &[("current_5_a", -0.0538), ("pwm_3_ratio", -0.05), ("aperture_m", 0.0115)],
+        ),
+        (
+            "nad-so101",
+            so101,
+            1.0 / 62.3,
+            46,
+            &[
+                ("current_6_a", 0.065),
+                ("dq_6_rad_s", turn / 4.0),
+                ("pwm_6_ratio", -0.25),
+                ("voltage_1_v", 12.3),
+            ],
+        ),
+        (
+            "nad-panda",
+            panda,
+            0.016,
+            72,
+            &[
+                ("tau_7_n_m", 2.0),
+                ("goal_tau_7_n_m", 1.0),
+                ("tau_external_7_n_m", 3.0),
+                ("motor_q_7_rad", 0.25),
+                ("goal_1_rad", 0.3),
+            ],
+        ),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    for (name, columns, period, n_columns, values) in known {
+        assert_eq!(1 + columns.iter().map(|(_, n, _)| n).sum::<usize>(), n_columns, "{name}");
+        let path = folder.path().join(format!("{name}.csv"));
+        std::fs::write(&path, table(&columns, period)).unwrap();
+        let imported = import(&path, &ImportOptions::default(), Metadata::default()).unwrap();
+        assert_eq!(imported.columns, name);
+        let recording = &imported.recording;
+        for (channel, value) in values {
+            let found = recording.require(channel).unwrap()[7];
+            // The factors of the registers are exact to their sixteen digits.
+            assert!((found - value).abs() < 1e-12, "{name} {channel}: {found}");
+        }
+        assert!(recording.channel("force_x_n").is_none(), "{name}: no label is not no force");
+        assert_eq!(recording.require("force_z_n").unwrap()[7], -4.9);
+        assert_eq!(recording.require("force_z_labelled_ratio").unwrap()[7], 1.0);
+    }
+}

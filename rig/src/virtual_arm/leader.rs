@@ -54,6 +54,9 @@ struct Kinematics {
     hand: f64,
 }
 
+/// How near to stretched or folded the arm is moved [m].
+const NEAREST: f64 = 1e-6;
+
 /// A smooth step from 0 to 1.
 fn eased(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
@@ -79,7 +82,7 @@ impl Kinematics {
         let (out, up) =
             (x.hypot(y) - self.hand * pitch.cos(), tip.z + self.hand * pitch.sin() - self.shoulder);
         let distance =
-            out.hypot(up).clamp((self.upper - self.fore).abs() + 1e-6, self.upper + self.fore - 1e-6);
+            out.hypot(up).clamp((self.upper - self.fore).abs() + NEAREST, self.upper + self.fore - NEAREST);
         let cosine = (distance * distance - self.upper * self.upper - self.fore * self.fore)
             / (2.0 * self.upper * self.fore);
         let elbow = cosine.clamp(-1.0, 1.0).acos();

@@ -149,6 +149,7 @@ impl ArmFile {
             checked.push(link(&format!("links[{}]", k + 1), typed)?);
         }
         let links: [Link; N_JOINTS] = std::array::from_fn(|k| checked[k]);
+        check_layout(&links)?;
         let gravity = vector_within("gravity_m_s2", self.gravity_m_s2, 100.0)?;
         let chain = Chain {
             links,
@@ -173,6 +174,36 @@ impl ArmFile {
         })
     }
 }
+
+/// The hand at the leader knows one kind of arm: a vertical axis, then three across it, everything in one plane.
+fn check_layout(links: &[Link; N_JOINTS]) -> Check<()> {
+    let expected = ["[0.0, 0.0, 1.0]", "[0.0, 1.0, 0.0]"];
+    for (k, link) in links.iter().enumerate() {
+        let (axis, expected) = if k == 0 { (Vector3::z(), expected[0]) } else { (Vector3::y(), expected[1]) };
+        if (link.axis.into_inner() - axis).norm() > 1e-9 {
+            let found = format!("{:?}", link.axis.as_slice());
+            return Err(BadInput::new(format!("links[{}].axis", k + 1), expected, found)
+                .hint("arms laid out like the OpenManipulator-X are simulated"));
+        }
+        if link.origin.y != 0.0 {
+            let place = format!("links[{}].origin_mm", k + 1);
+            return Err(BadInput::new(place, "0.0 in y", format!("{:?}", link.origin.as_slice())));
+        }
+    }
+    // Of upper arm and forearm.
+    let (elbow, wrist) = (links[2].origin, links[3].origin);
+    for (k, length) in [(3, elbow.x.hypot(elbow.z)), (4, wrist.x)] {
+        if length < SHORTEST {
+            let place = format!("links[{k}].origin_mm");
+            let expected = format!("{} mm or more from the joint before", 1e3 * SHORTEST);
+            return Err(BadInput::new(place, expected, format!("{:?} mm", 1e3 * length)));
+        }
+    }
+    Ok(())
+}
+
+/// Shortest upper arm and forearm [m].
+const SHORTEST: f64 = 1e-3;
 
 fn link(place: &str, typed: &LinkTable) -> Check<Link> {
     let key = |name: &str| format!("{place}.{name}");

@@ -53,7 +53,9 @@ impl VirtualArm {
             world.step();
             recorder.watch(&world);
         }
-        Ok(recorder.finish(self.described(trial, &course.faults, seed, name, meta))?)
+        let meta = self.described(trial, &course.faults, seed, name, meta);
+        let hint = "a smaller step_ms, or smaller gains, stiffness and damping";
+        Ok(recorder.finish(meta).map_err(|bad| bad.within(format!("arm {}", self.name)).hint(hint))?)
     }
 
     fn described(

@@ -149,7 +149,101 @@ fn forces_are_estimated_as_in_table_six() {
     // What feels something is better than what says that there is nothing.
     assert!(mean(4, "z_n") < 0.5 * mean(0, "z_n"), "{metrics}");
     let report = std::fs::read_to_string(place.path().join("out/report.html")).unwrap();
+    // What is done is found again.
+    let cell = place.path().join("out/cells/arm-1.json");
+    let before = std::fs::metadata(&cell).unwrap().modified().unwrap();
+    run(place.path(), &["arm", "study", "force", "--seeds", "1", "--out", "out"]).succeeded();
+    assert_eq!(std::fs::metadata(&cell).unwrap().modified().unwrap(), before);
     for part in ["GMO-drive", "(0.58)", "stand-in for NAD", "Learned threshold"] {
         assert!(report.contains(part), "{part}");
     }
+}
+
+/// A recording as NAD has it: a table of 44 columns.
+fn nad_table(recording: &Recording) -> String {
+    let joints = |name: &str, unit: &str, factor: f64| -> Vec<(String, Vec<f64>)> {
+        let column = |k: usize| {
+            let values = recording.require(&format!("{name}_{k}_{unit}")).unwrap();
+            (k.to_string(), values.iter().map(|x| factor * x).collect())
+        };
+        (1..=5).map(column).collect()
+    };
+    let mut columns: Vec<(String, Vec<f64>)> = vec![("timestamp".to_owned(), recording.time().to_vec())];
+    let mut add = |stem: &str, found: Vec<(String, Vec<f64>)>| {
+        columns.extend(found.into_iter().map(|(k, values)| (format!("{stem}{k}"), values)));
+    };
+    let metres = |name: &str| {
+        let values = recording.require(name).unwrap();
+        vec![(String::new(), values.iter().map(|x| 1e3 * x).collect())]
+    };
+    add("pos", joints("q", "rad", 1.0));
+    add("aperture", metres("aperture_m"));
+    add("goal_pos", joints("goal", "rad", 1.0));
+    add("goal_aperture", metres("goal_aperture_m"));
+    add("current", joints("current", "a", 1e3));
+    add("vel", joints("dq", "rad_s", 1.0));
+    add("temp", joints("temperature", "degc", 1.0));
+    add("pwm", joints("pwm", "ratio", 885.0));
+    add("volts", joints("voltage", "v", 1.0));
+    for axis in ["x", "y", "z"] {
+        let labelled = recording.channel(&format!("force_{axis}_labelled_ratio"));
+        let force = recording.channel(&format!("force_{axis}_n"));
+        let label = |row: usize| match (force, labelled) {
+            (Some(force), Some(labelled)) if labelled[row] == 1.0 => force[row],
+            _ => -999.0,
+        };
+        add(&format!("force_{axis}"), vec![(String::new(), (0..recording.n_samples()).map(label).collect())]);
+    }
+    for axis in ["x", "y", "z"] {
+        add(&format!("force_gripper_{axis}"), vec![(String::new(), vec![0.0; recording.n_samples()])]);
+    }
+    assert_eq!(columns.len(), 44);
+    let header: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+    let row =
+        |k: usize| columns.iter().map(|(_, values)| values[k].to_string()).collect::<Vec<_>>().join(",");
+    let rows: Vec<String> = (0..recording.n_samples()).map(row).collect();
+    format!("{}\n{}\n", header.join(","), rows.join("\n"))
+}
+
+#[test]
+fn the_study_of_forces_reads_tables_of_nad() {
+    let place = tempfile::tempdir().unwrap();
+    let generate = |more: &[&str]| {
+        let common = [
+            "arm",
+            "generate",
+            "--out",
+            "set",
+            "--splits",
+            "train,test",
+            "--trajectories",
+            "1",
+            "--overwrite",
+        ];
+        run(place.path(), &[&common[..], more].concat()).succeeded();
+    };
+    generate(&["--subsets", "force_unlabeled"]);
+    generate(&["--subsets", "weight", "--payloads-g", "300,500"]);
+    let set = place.path().join("set");
+    for (name, _) in recordings(&set) {
+        let table = nad_table(&Recording::read(set.join(&name)).unwrap());
+        let path = place.path().join("nad").join(name).with_extension("csv");
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, table).unwrap();
+    }
+    let mean = |data: &str| {
+        run(place.path(), &["arm", "study", "force", "--data", data, "--out", &format!("out-{data}")])
+            .succeeded();
+        let metrics = std::fs::read(place.path().join(format!("out-{data}/metrics.json"))).unwrap();
+        let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+        assert!(metrics["about"].as_str().unwrap().contains(data), "{metrics}");
+        // No 400 g: that task has no cell.
+        assert!(metrics["methods"][4]["loaded"]["z_n"][2].is_null(), "{metrics}");
+        metrics["methods"][4]["loaded"]["z_n"][7].as_f64().unwrap()
+    };
+    let [recorded, imported] = ["set", "nad"].map(mean);
+    // Import resamples to a fixed rate, so the estimates differ a little.
+    assert!((recorded / imported - 1.0).abs() < 0.1, "{recorded} {imported}");
+    let missing = run(place.path(), &["arm", "study", "force", "--data", "nowhere", "--out", "out"]);
+    assert!(missing.error(2).contains("force_unlabeled"));
 }

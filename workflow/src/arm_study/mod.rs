@@ -21,7 +21,7 @@ pub struct Options {
     /// What is studied
     #[cfg_attr(feature = "clap", arg(value_enum))]
     pub set: SetName,
-    /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/
+    /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/; for force that of NAD
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR", required_if_eq_any([
         ("set", "baxter-circle"), ("set", "baxter-helical"), ("set", "kuka"), ("set", "panda"), ("set", "characters")])))]
     pub data: Option<PathBuf>,

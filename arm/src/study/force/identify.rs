@@ -1,8 +1,8 @@
 //! What the estimators learn of motors and friction, from contact-free motion alone.
 
-use hysteron_actuator::CatalogueDrive;
 use hysteron_actuator::filter::LowPass;
 use hysteron_actuator::law::{Law, LoadDependent, SymmetricStribeck};
+use hysteron_actuator::{CatalogueDrive, Motor};
 use hysteron_base::BadInput;
 
 use super::Telemetry;
@@ -15,6 +15,8 @@ pub(super) const CUTOFF: f64 = 6.0;
 pub(super) const MOVES: f64 = 0.05;
 /// Below this a joint stands: half a step of the register is the least that is not zero [rad/s].
 const STANDS: f64 = 0.02;
+/// Spread of the torque that a motion needs, above which it weighs the motor [N m].
+const WEIGHS: f64 = 0.1;
 /// Stribeck speeds that are tried [rad/s].
 const STRIBECK: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
@@ -53,9 +55,17 @@ pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<[Known; 
     let drive = CatalogueDrive::named("xm430-w350")?.drive.motor;
     let linear = rows.iter().map(JointRows::linear).collect();
     let (motors, laws) = rows.iter().map(JointRows::with_stribeck).unzip();
+    // Weights scale the motors where there are weights; the servos are of one kind.
+    let weighed: Vec<f64> = rows
+        .iter()
+        .filter(|joint| joint.spread() > WEIGHS)
+        .map(|joint| joint.scale(&drive))
+        .filter(|scale| *scale > 0.0)
+        .collect();
+    let scale = if weighed.is_empty() { 1.0 } else { weighed.iter().sum::<f64>() / weighed.len() as f64 };
     let known_drive =
-        MotorTorque::Pwm { torque_constant: drive.torque_constant, resistance: drive.resistance };
-    let loaded = rows.iter().map(|joint| joint.load_dependent(drive.torque_constant, drive.resistance));
+        MotorTorque::Pwm { torque_constant: drive.torque_constant, resistance: drive.resistance / scale };
+    let loaded = rows.iter().map(|joint| joint.load_dependent(&drive, scale));
     Ok([
         Known { motors: linear, friction: FrictionModel::none(n) },
         Known { motors, friction: FrictionModel::new(laws, LowSpeed::Linear(MOVES)) },
@@ -129,16 +139,39 @@ impl JointRows {
         (MotorTorque::Current { torque_constant, offset }, law)
     }
 
-    /// Friction that grows with the motor's torque, which PWM and the catalogue's drive say: bam's m5 without Stribeck's effect.
-    fn load_dependent(&self, torque_constant: f64, resistance: f64) -> (Law, Vec<f64>) {
-        let motor = |row: usize| {
-            torque_constant * (self.voltage[row] - torque_constant * self.velocity[row]) / resistance
-        };
+    /// Torque of the catalogue's drive at its PWM [N m].
+    fn motor(&self, drive: &Motor) -> Vec<f64> {
+        let k = drive.torque_constant;
+        let at = |(voltage, velocity): (&f64, &f64)| k * (voltage - k * velocity) / drive.resistance;
+        self.voltage.iter().zip(&self.velocity).map(at).collect()
+    }
+
+    /// What the torque of the catalogue's drive has to be multiplied by, for friction that grows with it to explain the rest.
+    fn scale(&self, drive: &Motor) -> f64 {
+        let motor = self.motor(drive);
         let sign = |row: usize| self.velocity[row].signum();
-        let friction = self.moving(&|row| motor(row) - self.needed[row]);
+        let [scaled, coulomb, load, viscous, ones] = [
+            self.moving(&|row| motor[row]),
+            self.moving(&|row| -sign(row)),
+            self.moving(&|row| -sign(row) * motor[row].abs()),
+            self.moving(&|row| -self.velocity[row]),
+            self.moving(&|_| 1.0),
+        ];
+        let needed = self.moving(&|row| self.needed[row]);
+        let positive = Sign::Positive;
+        let signs = [positive, positive, positive, positive, Sign::Any];
+        least_squares([&scaled, &coulomb, &load, &viscous, &ones], &needed, signs).0[0]
+    }
+
+    /// Friction that grows with the motor's torque, which is `scale` times that of the catalogue's drive: bam's m5 without
+    /// Stribeck's effect.
+    fn load_dependent(&self, drive: &Motor, scale: f64) -> (Law, Vec<f64>) {
+        let motor: Vec<f64> = self.motor(drive).iter().map(|torque| scale * torque).collect();
+        let sign = |row: usize| self.velocity[row].signum();
+        let friction = self.moving(&|row| motor[row] - self.needed[row]);
         let [coulomb, load, viscous, ones] = [
             self.moving(&|row| sign(row)),
-            self.moving(&|row| sign(row) * motor(row).abs()),
+            self.moving(&|row| sign(row) * motor[row].abs()),
             self.moving(&|row| self.velocity[row]),
             self.moving(&|_| 1.0),
         ];
@@ -149,6 +182,13 @@ impl JointRows {
             least_squares([&coulomb, &load, &viscous, &ones], &friction, signs);
         let law = Law::LoadDependent(LoadDependent::M5);
         (law, vec![base, viscous, 0.0, share.min(0.9), 0.0, 0.0, 0.0, 1.0, 1.0])
+    }
+
+    /// Spread of the torque that the motion needs [N m].
+    fn spread(&self) -> f64 {
+        let n = self.needed.len() as f64;
+        let mean = self.needed.iter().sum::<f64>() / n;
+        (self.needed.iter().map(|torque| (torque - mean) * (torque - mean)).sum::<f64>() / n).sqrt()
     }
 
     fn moving(&self, of: &dyn Fn(usize) -> f64) -> Vec<f64> {

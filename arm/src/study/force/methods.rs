@@ -67,7 +67,7 @@ impl<'m> Method<'m> {
     /// External joint torques, row by row (n_samples × n) [N m].
     fn torques(&self, trajectory: &Telemetry) -> Result<Vec<f64>, BadInput> {
         let n = self.model.n_joints();
-        let torque: Vec<f64> = (0..trajectory.position.len())
+        let mut torque: Vec<f64> = (0..trajectory.position.len())
             .map(|at| {
                 // The voltage on the motor is known as one number.
                 let reading = DriveReading {
@@ -81,6 +81,12 @@ impl<'m> Method<'m> {
             .collect();
         let body = RigidBody::new(self.model);
         let friction = self.known.friction.clone();
+        if self.kind >= 3 {
+            // Momentum changes by the mean torque since the row before.
+            for at in (n..torque.len()).rev() {
+                torque[at] = 0.5 * (torque[at] + torque[at - n]);
+            }
+        }
         let mut observer: Box<dyn Observer> = if self.kind < 3 {
             let smoothing = LowPass::new(2, CUTOFF, trajectory.rate())?;
             Box::new(InverseDynamics::new(body, friction, smoothing))

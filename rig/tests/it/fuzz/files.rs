@@ -2,10 +2,11 @@
 
 use super::text::{slipped, slips};
 use super::{assert_in_house_form, assert_memory_is_bounded, cases, corpus};
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, Metadata};
 use hysteron_control::Plan;
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
+use hysteron_rig::virtual_arm::{VirtualArm, data_set};
 use hysteron_rig::virtual_rig::emulator::Faults;
 use hysteron_rig::virtual_rig::{VirtualRobot, World};
 use proptest::prelude::*;
@@ -66,6 +67,19 @@ fn robot(text: &str) -> Result<(), BadInput> {
     let mut poses = Vec::new();
     world.take_poses(&mut poses);
     assert!(poses.len() < 100);
+    Ok(())
+}
+
+/// The text as a virtual arm; what is accepted is recorded, or refused for what it does.
+fn arm(text: &str) -> Result<(), BadInput> {
+    let bad = |error: hysteron_rig::Error| {
+        assert_in_house_form(error.bad_input(), &error);
+        error.bad_input().unwrap().clone()
+    };
+    let arm = VirtualArm::from_toml(text, "arm.toml").map_err(bad)?.individual(3);
+    let short = data_set().into_iter().find(|one| one.task == "z_minus").unwrap();
+    let recording = arm.record(&short.trial, 1, &short.name(), Metadata::default()).map_err(bad)?;
+    assert!(recording.n_samples() < 20_000);
     Ok(())
 }
 
@@ -141,5 +155,14 @@ proptest! {
     #[test]
     fn no_slip_in_a_virtual_robot_does_harm(slips in slips()) {
         refused(robot(&slipped(VirtualRobot::preset_text("typical").unwrap(), &slips)));
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(200))]
+
+    #[test]
+    fn no_slip_in_a_virtual_arm_does_harm(slips in slips()) {
+        refused(arm(&slipped(VirtualArm::preset_text("open-manipulator-x").unwrap(), &slips)));
     }
 }

@@ -43,18 +43,17 @@ fn row(study: &ForceStudy, method: usize, shown: Shown) -> Vec<Option<[f64; 2]>>
     tasks.chain([over_arms(&study.cells, &mean)]).collect()
 }
 
-/// Writes `report.html` and `metrics.json`.
-pub fn write(folder: &Path, study: &ForceStudy, meta: &Metadata) -> anyhow::Result<Value> {
+/// Writes `report.html` and `metrics.json`; `about` says what arms were recorded.
+pub fn write(folder: &Path, study: &ForceStudy, about: &str, meta: &Metadata) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let value = write_metrics(folder, &metrics(study, meta))?;
+    let value = write_metrics(folder, &metrics(study, about, meta))?;
     let mut page = Page::new("Force at the tip without a sensor", &meta.source, &meta.command);
-    page.paragraph(&format!(
-        "Virtual arm, stand-in for NAD: {} individual arms, whose physics share neither code nor parameters with the estimators \
-         (docs/virtual-arm.md). Motors, friction, noise and thresholds are identified on contact-free training trajectories of the same arm; \
-         the bodies are the manufacturer's. Mean over the arms ± standard deviation; values of Dou et al. (NeuralActuator, table VI), measured on a \
-         real arm, in brackets. Their GMO is GMO-linear here. \"no force\" says 0 N everywhere.",
-        study.cells.len()
-    ));
+    page.paragraph(about);
+    page.paragraph(
+        "Motors, friction, noise and thresholds are identified on contact-free training trajectories of the same arm; the bodies are the \
+         manufacturer's. Mean over the arms ± standard deviation; values of Dou et al. (NeuralActuator, table VI), measured on a real arm, in \
+         brackets. Their GMO is GMO-linear here. \"no force\" says 0 N everywhere.",
+    );
     let tasks = TASKS.map(|task| {
         task.replace("go_up_and_stay_still", "stay").replace("pick_place_object", "place").replace('_', " ")
     });
@@ -144,7 +143,7 @@ fn chart(trace: &Trace) -> TimeChart {
     )
 }
 
-fn metrics(study: &ForceStudy, meta: &Metadata) -> Value {
+fn metrics(study: &ForceStudy, about: &str, meta: &Metadata) -> Value {
     let loaded = |method: usize| {
         let errors = ERRORS.map(|(key, _, shown)| {
             let means: Vec<Option<f64>> =
@@ -162,7 +161,7 @@ fn metrics(study: &ForceStudy, meta: &Metadata) -> Value {
         })
         .collect();
     json!({
-        "format": "hysteron-metrics", "version": 1, "study": "force", "about": "virtual arm, stand-in for NAD",
+        "format": "hysteron-metrics", "version": 1, "study": "force", "about": about,
         "tasks": TASKS, "arms": study.cells.len(), "samples": study.cells.iter().map(|cell| cell.samples).collect::<Vec<_>>(),
         "methods": methods, "command": meta.command, "commit": meta.commit,
     })
