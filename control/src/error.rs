@@ -32,7 +32,10 @@ impl Error {
             Self::BadInput(bad)
             | Self::Stroke(bad)
             | Self::StrokeRate(bad)
-            | Self::Learn(hysteron_learn::Error::BadInput(bad))
+            | Self::Learn(
+                hysteron_learn::Error::BadInput(bad)
+                | hysteron_learn::Error::File(hysteron_base::Error::BadInput(bad)),
+            )
             | Self::File(hysteron_base::Error::BadInput(bad)) => Some(bad),
             Self::File(_) | Self::Learn(_) => None,
         }

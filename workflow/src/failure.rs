@@ -20,6 +20,12 @@ fn is_bad(cause: &(dyn std::error::Error + 'static)) -> bool {
     if let Some(error) = cause.downcast_ref::<hysteron_rig::Error>() {
         return error.bad_input().is_some();
     }
+    if let Some(
+        hysteron_learn::Error::BadInput(_) | hysteron_learn::Error::File(hysteron_base::Error::BadInput(_)),
+    ) = cause.downcast_ref()
+    {
+        return true;
+    }
     cause.is::<BadInput>()
         || matches!(cause.downcast_ref::<hysteron_base::Error>(), Some(hysteron_base::Error::BadInput(_)))
 }
@@ -39,6 +45,10 @@ mod tests {
             anyhow::Error::new(hysteron_fem::Error::from(bad())),
             anyhow::Error::new(hysteron_twin::Error::from(hysteron_fem::Error::from(bad()))),
             anyhow::Error::new(hysteron_rig::Error::from(bad())),
+            anyhow::Error::new(hysteron_learn::Error::from(bad())),
+            anyhow::Error::new(hysteron_learn::Error::File(hysteron_base::Error::from(bad()))),
+            anyhow::Error::new(hysteron_control::Error::from(hysteron_learn::Error::from(bad()))),
+            anyhow::Error::new(hysteron_control::Error::from(hysteron_learn::Error::File(bad().into()))),
             Err::<(), _>(bad()).context("while reading").expect_err("an error"),
         ];
         for error in wrapped {
