@@ -28,6 +28,8 @@ pub struct NeuralActuator {
     pub joints: Vec<String>,
     /// Currents of the drives, for pure simulation.
     pub currents: CurrentModel,
+    /// A longer force is a contact [N].
+    pub contact: f64,
     /// Whatever else its user must know.
     pub details: Value,
 }
@@ -42,6 +44,7 @@ struct Header {
     simulation: SimulationOptions,
     joints: Vec<String>,
     currents: CurrentModel,
+    contact: f64,
     details: Value,
 }
 
@@ -61,6 +64,7 @@ impl NeuralActuator {
             simulation: self.simulation.clone(),
             joints: self.joints.clone(),
             currents: self.currents.clone(),
+            contact: self.contact,
             details: self.details.clone(),
         };
         let parameters: Vec<f64> =
@@ -80,12 +84,13 @@ impl NeuralActuator {
     fn from_parts(header: Value, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
         let header: Header = serde_json::from_value(header)
             .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
-        let Header { shape, features, scale, simulation, joints, currents, details } = header;
+        let Header { shape, features, scale, simulation, joints, currents, contact, details } = header;
         let mut network = Transformer::<f32>::new(&shape, 0)?;
         let fits = shape.inputs == features.len()
             && shape.heads == Heads::sizes(&features)
             && scale.is_for(features.len())
             && joints.len() == features.joints
+            && contact >= 0.0
             && currents.coefficients.len() == features.motors();
         if !fits {
             return Err(BadInput::new("shape", "sizes that belong together", "others"));
@@ -100,7 +105,7 @@ impl NeuralActuator {
             values.iter_mut().zip(own).for_each(|(to, from)| *to = *from as f32);
             rest = after;
         }
-        Ok(Self { network, features, scale, simulation, joints, currents, details })
+        Ok(Self { network, features, scale, simulation, joints, currents, contact, details })
     }
 
     /// The simulation with the bodies of `model`.

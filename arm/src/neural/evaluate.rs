@@ -6,7 +6,7 @@ use super::actuator::NeuralActuator;
 use super::closed_loop::{ClosedLoop, Segment, Telemetry};
 use super::data::Trajectory;
 use super::features::Features;
-use super::loss::{CONTACT, Heads, length, sigmoid, wrap};
+use super::loss::{Heads, length, sigmoid, wrap};
 use super::simulation::Simulation;
 
 /// A whole trajectory in simulation, from its recorded initial state.
@@ -109,11 +109,12 @@ pub struct ForceScores {
     pub samples: [usize; 2],
 }
 
-/// Scores of forces and gates (rows − 1, for each trajectory) over the first `horizon` steps; `None` without any label.
+/// Scores of forces and gates (rows − 1, for each trajectory) over the first `horizon` steps, where a force longer than `contact` [N]
+/// is a contact; `None` without any label.
 pub fn force_scores(
     trajectories: &[Trajectory],
     forces: &[(Vec<[f64; 3]>, Vec<f64>)],
-    horizon: usize,
+    (horizon, contact): (usize, f64),
 ) -> Option<ForceScores> {
     let (mut all, mut loaded, mut axis, mut norm, mut wrong) = (0.0, 0.0, 0.0, 0.0, [0.0; 2]);
     let mut samples = [0; 2];
@@ -124,7 +125,7 @@ pub fn force_scores(
             let mean = off.iter().map(|x| x.abs()).sum::<f64>() / 3.0;
             samples[0] += 1;
             all += mean;
-            if length(&label) > CONTACT {
+            if length(&label) > contact {
                 samples[1] += 1;
                 loaded += mean;
                 let along = (0..3).max_by(|a, b| label[*a].abs().total_cmp(&label[*b].abs())).unwrap_or(2);

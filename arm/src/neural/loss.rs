@@ -25,6 +25,9 @@ pub struct LossWeights {
     pub loaded: f64,
     /// Of the contact gate's cross-entropy.
     pub gate: f64,
+    /// A longer force is a contact [N].
+    #[serde(default = "published_contact")]
+    pub contact: f64,
     /// Of the motor condition's cross-entropy.
     pub condition: f64,
 }
@@ -39,6 +42,7 @@ impl LossWeights {
         force_bend: 1.0,
         loaded: 5.0,
         gate: 1.0,
+        contact: CONTACT,
         condition: 100.0,
     };
 
@@ -53,6 +57,7 @@ impl LossWeights {
             ("force_bend", self.force_bend),
             ("loaded", self.loaded),
             ("gate", self.gate),
+            ("contact", self.contact),
             ("condition", self.condition),
         ];
         match all.into_iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite())) {
@@ -106,7 +111,7 @@ impl LossWeights {
     ) -> LossParts {
         let mut parts = LossParts::default();
         if let Some(force) = trajectory.force[row].filter(|_| !trajectory.gap[row]) {
-            let is_loaded = length(&force) > CONTACT;
+            let is_loaded = length(&force) > self.contact;
             let gate = sigmoid(outputs[heads.gate]);
             let per = self.force * if is_loaded { self.loaded } else { 1.0 } / (3.0 * totals.forces);
             let mut by_gate = 0.0;
@@ -130,10 +135,20 @@ impl LossWeights {
     }
 }
 
-/// A force above this is a contact [N].
+/// A force above this is a contact, as published [N]: below the noise of a force sensor.
 pub const CONTACT: f64 = 0.01;
+
+fn published_contact() -> f64 {
+    CONTACT
+}
+
 /// The joint whose motor's condition is learned, as published: the third.
 const WATCHED: usize = 2;
+
+/// The motor whose condition is learned: the third, or the last where there are fewer.
+pub(super) fn watched_motor(features: &Features) -> usize {
+    WATCHED.min(features.motors() - 1)
+}
 
 /// Outputs of each head: torques, force, gate, conditions.
 #[derive(Debug, Clone, Copy)]
@@ -150,7 +165,7 @@ impl Heads {
     /// Where the outputs stand for these motors.
     pub fn new(features: &Features) -> Self {
         let m = features.motors();
-        Self { force: m, gate: m + 3, condition: m + 4 + WATCHED.min(m - 1) }
+        Self { force: m, gate: m + 3, condition: m + 4 + watched_motor(features) }
     }
 
     /// Outputs of every head.

@@ -3,6 +3,7 @@
 
 mod actuator;
 mod closed_loop;
+mod condition;
 mod data;
 mod evaluate;
 mod features;
@@ -16,6 +17,7 @@ mod warm_start;
 
 pub use actuator::NeuralActuator;
 pub use closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
+pub use condition::{DetectorScores, detectors};
 pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, torques_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,

@@ -93,6 +93,12 @@ pub fn copied_goal(features: &Features, trajectory: &Trajectory) -> Positions {
     trajectory.inputs.chunks_exact(features.len()).flat_map(|row| &row[..m]).copied().collect()
 }
 
+/// Positions as recorded (rows × m).
+pub(super) fn positions_of(features: &Features, trajectory: &Trajectory) -> Positions {
+    let m = features.motors();
+    trajectory.states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect()
+}
+
 /// The goal later, smoother and lower: of each motor a delay, a first-order lag, and a line over the gravity torque at the goal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -176,7 +182,7 @@ fn lagged(goals: &[f64], m: usize, motor: usize, (delay, part): (usize, f64), fi
 }
 
 /// Gravity torque at every row of positions (rows × m); zero for motors that are no joints.
-fn gravity_at(model: &Model, features: &Features, positions: &[f64]) -> Vec<f64> {
+pub(super) fn gravity_at(model: &Model, features: &Features, positions: &[f64]) -> Vec<f64> {
     let (m, n) = (features.motors(), features.joints);
     let mut data = Data::new(model, 0.0);
     let mut all = vec![0.0; positions.len()];

@@ -243,6 +243,7 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
         simulation: SimulationOptions::PUBLISHED,
         joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
         currents: CurrentModel::fit(&features(), &training).unwrap(),
+        contact: CONTACT,
         details: json!({}),
     };
     let file = folder.path().join("actuator.safetensors");
@@ -307,20 +308,46 @@ fn torques_by_inverse_dynamics_move_the_simulated_arm_as_recorded() {
 }
 
 #[test]
+fn friction_of_a_degraded_motor_is_found_by_the_detector_that_is_made_for_it() {
+    // Degraded motors need a fifth of an ampere more along their motion: far above what else the current shows of speed and place.
+    let worn = |one: Trajectory| {
+        let features = features();
+        let mut worn = one;
+        if worn.is_healthy == Some(false) {
+            for row in worn.inputs.chunks_exact_mut(features.len()) {
+                row[features.currents() + 2] += 0.2 * (row[17] / 0.02).tanh();
+            }
+        }
+        worn
+    };
+    let [known, asked] =
+        [0..8, 8..12].map(|seeds| trajectories(seeds, 300).into_iter().map(worn).collect::<Vec<_>>());
+    let silent: [&[Vec<f64>]; 2] = [&[], &[]];
+    let simulation = simulation();
+    let all = detectors((simulation.model(), &features()), [&known, &asked], silent).unwrap();
+    assert_eq!(all.len(), 4);
+    assert!(all[1].area > 0.95, "{all:?}");
+    assert!(all[2].area > 0.9 && all[3].area > 0.9, "{all:?}");
+    let healthy = Trajectory { is_healthy: Some(true), ..asked[0].clone() };
+    let bad = detectors((simulation.model(), &features()), [&known, &[healthy]], silent).unwrap_err();
+    assert!(bad.to_string().contains("test recordings: expected healthy and degraded motors"), "{bad}");
+}
+
+#[test]
 fn scores_are_those_of_their_definitions() {
     let data = trajectories(0..1, 200);
     let label = |row: usize| data[0].force[row].unwrap();
     let exact: (Vec<[f64; 3]>, Vec<f64>) =
         (0..199).map(|row| (label(row), f64::from(u8::from(label(row)[2] != 0.0)))).unzip();
-    let scores = force_scores(&data, std::slice::from_ref(&exact), 199).unwrap();
+    let scores = force_scores(&data, std::slice::from_ref(&exact), (199, CONTACT)).unwrap();
     assert_eq!((scores.mean_of_axes_n, scores.false_contact, scores.missed_contact), (0.0, 0.0, 0.0));
     let off = (exact.0.iter().map(|f| [f[0], f[1], f[2] + 0.3]).collect(), vec![1.0; 199]);
-    let scores = force_scores(&data, &[off], 199).unwrap();
+    let scores = force_scores(&data, &[off], (199, CONTACT)).unwrap();
     // Three tenths of a newton along one axis of three.
     assert!((scores.mean_of_axes_n - 0.1).abs() < 1e-12 && (scores.loaded_axis_n - 0.3).abs() < 1e-12);
     assert!((scores.loaded_norm_n - 0.3).abs() < 1e-12 && scores.false_contact == 1.0);
     let unknown = Trajectory { force: vec![None; 200], ..data[0].clone() };
-    assert_eq!(force_scores(&[unknown], &[exact], 199), None);
+    assert_eq!(force_scores(&[unknown], &[exact], (199, CONTACT)), None);
     let values = [(0.9, true), (0.4, true), (0.4, false), (0.1, false)];
     assert_eq!(area_under_curve(&values), Some(0.875));
     assert_eq!(area_under_curve(&values[..2]), None);

@@ -38,6 +38,9 @@ pub struct Options {
     /// Recordings whose path contains this move freely: a sample without label of force is one of no force; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT", default_value = "force_unlabeled"))]
     pub free: Vec<String>,
+    /// Recordings or folders to which detectors of a degraded motor are fitted, to stand beside the network
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1..))]
+    pub detectors: Vec<PathBuf>,
     /// Velocities above this are noise, where accelerations are differences of them
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
     pub cutoff: f64,
@@ -55,6 +58,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let places = Places {
         recordings: &options.recordings,
         leave_out: &options.leave_out,
+        detectors: &options.detectors,
         free: &options.free,
         model: &options.robot,
         out: options.out.as_deref(),

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use hysteron_arm::neural::{
-    CurrentModel, Features, Heads, InputScale, LagAndDroop, NeuralActuator, NeuralOptions, NeuralTask,
-    ServoModel, Simulation, SimulationOptions, Trajectory, Unlabelled, gripper_of, trajectory_of,
+    CurrentModel, Features, Heads, InputScale, LagAndDroop, LossWeights, NeuralActuator, NeuralOptions,
+    NeuralTask, ServoModel, Simulation, SimulationOptions, Trajectory, Unlabelled, gripper_of, trajectory_of,
 };
 use hysteron_arm::{Model, Recorded};
 use hysteron_base::{BadInput, Recording};
@@ -68,6 +68,9 @@ pub struct Options {
     /// Initial positions of a rollout are off by up to this [rad]
     #[cfg_attr(feature = "clap", arg(long, value_name = "RAD", default_value_t = 0.15))]
     pub start_noise: f64,
+    /// A force longer than this is a contact [N]; above the noise of the sensor that labels it
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0.01))]
+    pub contact_n: f64,
     /// Step of the simulation [s]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = 0.017))]
     pub period_s: f64,
@@ -162,6 +165,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         simulation: simulated,
         joints: names,
         currents,
+        contact: options.contact_n,
         details,
     };
     actuator.write(&options.out)?;
@@ -190,6 +194,7 @@ fn trained(options: &Options) -> NeuralOptions {
         // A tenth of a short training warms up.
         learning_rate: (options.learning_rate, (total / 10).clamp(1, 1000)),
         ema: options.ema,
+        loss: LossWeights { contact: options.contact_n, ..LossWeights::PUBLISHED },
         seed: options.seed,
         ..published
     }

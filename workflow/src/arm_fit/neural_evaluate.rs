@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::Model;
 use hysteron_arm::neural::{
-    LagAndDroop, NeuralActuator, PoseScores, Positions, Rollout, Segment, ServoModel, Simulation, Telemetry,
-    Trajectory, condition_scores, copied_goal, force_scores, pose_scores, roll_out,
+    DetectorScores, LagAndDroop, NeuralActuator, PoseScores, Positions, Rollout, Segment, ServoModel,
+    Simulation, Telemetry, Trajectory, condition_scores, copied_goal, detectors, force_scores, pose_scores,
+    roll_out,
 };
 use hysteron_base::{BadInput, file};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -34,6 +35,7 @@ pub(super) struct Places<'a> {
     pub recordings: &'a [PathBuf],
     pub leave_out: &'a [String],
     pub free: &'a [String],
+    pub detectors: &'a [PathBuf],
     pub model: &'a str,
     pub out: Option<&'a Path>,
     pub figures: Option<&'a Path>,
@@ -51,7 +53,11 @@ struct Task {
 /// Compares an actuator and its rivals with recordings.
 pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Caller) -> anyhow::Result<Value> {
     let files = files(places.recordings, places.leave_out)?;
-    let outputs = arm::reads(places.model).and(&files);
+    let known = match places.detectors {
+        [] => Vec::new(),
+        named => super::recordings::files(named, places.leave_out)?,
+    };
+    let outputs = arm::reads(places.model).and(&files).and(&known);
     let outputs = places.out.iter().fold(outputs, |all, out| all.file("--out", *out));
     let _claim = outputs.report("--figures", places.figures).check(caller)?;
     let model = arm::model(places.model)?;
@@ -86,6 +92,12 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     }
     bar.finish();
     let mut summary = summary(actuator, &tasks);
+    if !known.is_empty() {
+        let known = read(&known)?;
+        let wanted = (&actuator.features, actuator.simulation.period, places.free);
+        let training = trajectories(&known, Role::Training, wanted)?;
+        summary["detectors"] = json!(detected(actuator, &simulation, &training, &tasks)?);
+    }
     summary["command"] = json!(caller.command);
     summary["commit"] = json!(COMMIT);
     say(&summary, caller);
@@ -157,7 +169,7 @@ fn summary(actuator: &NeuralActuator, tasks: &[Task]) -> Value {
     };
     let forces = |trajectories: &[Trajectory], rollouts: &[&Rollout]| {
         let said: Vec<_> = rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
-        force_scores(trajectories, &said, usize::MAX)
+        force_scores(trajectories, &said, (usize::MAX, actuator.contact))
     };
     let of_task = |task: &Task| {
         let methods: BTreeMap<&str, _> =
@@ -192,6 +204,23 @@ fn summary(actuator: &NeuralActuator, tasks: &[Task]) -> Value {
     })
 }
 
+/// Detectors of a degraded motor, fitted to `training`, and the network.
+fn detected(
+    actuator: &NeuralActuator,
+    simulation: &Simulation,
+    training: &[Trajectory],
+    tasks: &[Task],
+) -> Result<Vec<DetectorScores>, BadInput> {
+    let with_label = |one: &&Trajectory| one.is_healthy.is_some();
+    let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
+    let roll = |one: &Trajectory| roll_out(actuator, simulation, one, Telemetry::Recorded).condition;
+    let known: Vec<Vec<f64>> = training.par_iter().map(roll).collect();
+    let test: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
+    let asked: Vec<Vec<f64>> =
+        tasks.iter().flat_map(|task| &task.rollouts).map(|one| one.condition.clone()).collect();
+    detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
+}
+
 fn number(value: &Value, digits: usize) -> String {
     value.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"))
 }
@@ -224,6 +253,16 @@ fn say(summary: &Value, caller: &Caller) {
             "condition: accuracy {}, area under the curve {}",
             number(accuracy, 3),
             number(auc, 3)
+        ));
+    }
+
+    for detector in summary["detectors"].as_array().map_or(&[][..], Vec::as_slice) {
+        let name = detector["name"].as_str().unwrap_or_default();
+        let of = |key: &str| number(&detector[key], 3);
+        caller.say(format_args!(
+            "condition over windows, {name}: accuracy {}, area {}",
+            of("accuracy"),
+            of("area")
         ));
     }
 }
@@ -269,5 +308,15 @@ fn page(summary: &Value, command: &str) -> Page {
             std::iter::once(name).chain(keys.map(|key| number(&task["force"][key], 3))).collect()
         }),
     );
+    if let Some(detectors) = summary["detectors"].as_array() {
+        page.heading("Condition of the watched motor, windows of 64 samples");
+        page.table(
+            &["Detector", "Accuracy", "Area under the curve"],
+            detectors.iter().map(|one| {
+                let name = one["name"].as_str().unwrap_or_default().to_owned();
+                vec![name, number(&one["accuracy"], 3), number(&one["area"], 3)]
+            }),
+        );
+    }
     page
 }

@@ -70,6 +70,7 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         learning_rate: 1e-3,
         ema: 0.1,
         start_noise: 0.02,
+        contact_n: 0.01,
         period_s: PERIOD,
         seed: 1,
     }
@@ -85,6 +86,7 @@ fn evaluation(model: PathBuf, recordings: Vec<PathBuf>) -> evaluate::Options {
         robot,
         leave_out: Vec::new(),
         free: Vec::new(),
+        detectors: Vec::new(),
         cutoff: 10.0,
     }
 }
