@@ -109,6 +109,10 @@ pub enum Verb {
     Command(hysteron_workflow::command::Options),
     #[command(after_help = include_str!("help/track.txt"))]
     Track(hysteron_workflow::track::Options),
+    #[command(after_help = include_str!("help/fit-sensor.txt"))]
+    FitSensor(hysteron_workflow::sense::fit::Options),
+    #[command(after_help = include_str!("help/sense.txt"))]
+    Sense(hysteron_workflow::sense::Options),
     Rig(crate::rig::Arguments),
     Study(crate::study::Arguments),
     /// As `hysteron study run`

@@ -65,6 +65,8 @@ fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Train(options) => workflow::train::run(options, caller),
         Verb::Command(options) => workflow::command::run(options, caller),
         Verb::Track(options) => workflow::track::run(options, caller),
+        Verb::FitSensor(options) => workflow::sense::fit::run(options, caller),
+        Verb::Sense(options) => workflow::sense::run(options, caller),
         Verb::Study(arguments) => study::verb(arguments, &program.passed_on(), caller),
         Verb::Run(options) => study::run(options, &program.passed_on(), caller),
         Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on(), caller),

@@ -74,6 +74,12 @@ pub trait Hardware {
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
     fn hold(&mut self) -> Result<()>;
+    /// Channels of instruments besides servos and tracker, as recordings name them; none unless said otherwise.
+    fn instruments(&self) -> Vec<String> {
+        Vec::new()
+    }
+    /// Appends what they show now, one number each.
+    fn read_instruments(&mut self, _values: &mut Vec<f64>) {}
     /// Appends the poses that came since the last call, in the tracker's frame, on the rig's clock.
     fn take_poses(&mut self, poses: &mut Vec<Pose>);
     /// Appends what went wrong since the last call, on the rig's clock: one event each.

@@ -170,6 +170,7 @@ impl<'a> System<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::coreact::FrictionPoints;
     use crate::{Stepper, Target, Twin, TwinState, scenes};
 
     /// One per cent of the largest entry.
@@ -192,7 +193,7 @@ mod tests {
 
     /// Error of ∂y/∂s where `stepper` stands, over its largest entry, against tips brought to balance again.
     fn error(stepper: &mut Stepper, twin: &Twin, strokes: &[f64]) -> f64 {
-        let found = stepper.tip_per_stroke(twin).expect("a tangent");
+        let found = stepper.tip_response(twin, FrictionPoints::AsTheyAre).expect("a tangent").per_stroke;
         let size = found.iter().flatten().fold(0.0f64, |size, value| size.max(value.abs()));
         let mut largest = 0.0f64;
         for k in 0..strokes.len() {

@@ -46,6 +46,7 @@ mod registration;
 mod report;
 pub mod residual;
 mod rollout;
+pub mod sense;
 mod state;
 mod state_file;
 mod step;
@@ -67,6 +68,7 @@ pub use report::StepReport;
 pub use rollout::{Rollout, rollout, rollouts};
 pub use state::TwinState;
 pub use step::Stepper;
+pub use tip::TipResponse;
 
 // Robots for unit tests; the integration tests use the same file.
 #[cfg(test)]

@@ -3,9 +3,11 @@
 
 use nalgebra::Vector3;
 
+use crate::coreact::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
 use crate::step::Stepper;
+use crate::tip::TipResponse;
 use crate::{Result, TwinState};
 
 /// One sample.
@@ -30,8 +32,8 @@ pub trait Plant {
     /// Shape and tensions now.
     fn state(&self) -> &TwinState;
 
-    /// See [`Stepper::tip_per_stroke`].
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]>;
+    /// See [`Stepper::tip_response`].
+    fn tip_response(&mut self, friction: FrictionPoints) -> Option<TipResponse>;
 }
 
 /// Most samples that a plant is given to come to rest.
@@ -89,7 +91,7 @@ impl Plant for Uncorrected<'_> {
         self.stepper.state()
     }
 
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(self.twin)
+    fn tip_response(&mut self, friction: FrictionPoints) -> Option<TipResponse> {
+        self.stepper.tip_response(self.twin, friction)
     }
 }

@@ -4,6 +4,7 @@ use hysteron_base::BadInput;
 
 use crate::adjoint::{TipAdjoint, tip_adjoints};
 use crate::balance::{Balance, Control};
+use crate::coreact::FrictionPoints;
 use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::model::{Target, Twin};
 use crate::newton::{Newton, Search, Stuck};
@@ -11,6 +12,7 @@ use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
 use crate::report::StepReport;
 use crate::state::TwinState;
+use crate::tip::TipResponse;
 use crate::{Error, Result};
 
 /// Smallest part of a step that is tried before giving up.
@@ -277,21 +279,27 @@ impl Stepper {
         Ok(self.newton.as_ref().map_or_else(Vec::new, |newton| newton.projection.columns.clone()))
     }
 
-    /// What a small change of each primary stroke does to the tip where the last step ended, ∂y/∂s [-]: three rows, one
-    /// column per primary tendon, zero for a slack one or one driven by tension. Friction that sticks goes on sticking,
-    /// and auxiliary tendons keep their tensions. Of the exact tangent, to a tenth of a per cent.
+    /// What small changes do to the tip where the last step ended; auxiliary tendons keep their tensions. Of the exact tangent,
+    /// to a tenth of a per cent.
     ///
     /// `None` where the body has no stiffness or two tendons pull the same way.
-    pub fn tip_per_stroke(&mut self, twin: &Twin) -> Option<[Vec<f64>; 3]> {
-        let held: Vec<usize> = (0..self.state.tensions.len()).filter(|&j| self.is_held(j)).collect();
+    pub fn tip_response(&mut self, twin: &Twin, friction: FrictionPoints) -> Option<TipResponse> {
+        let n_counted = match friction {
+            FrictionPoints::AsTheyAre => self.state.tensions.len(),
+            FrictionPoints::Slipping => twin.tendons.len(),
+        };
+        let held: Vec<usize> = (0..n_counted).filter(|&j| self.is_held(j)).collect();
         let adjoints = self.tip_adjoints(twin, &held)?;
-        Some(adjoints.map(|adjoint| {
+        let per_force =
+            twin.tip_displacements(adjoints.each_ref().map(|adjoint| adjoint.of_force.as_slice()));
+        let per_stroke = adjoints.map(|adjoint| {
             let mut all = vec![0.0; twin.n_primary];
             for (value, &j) in adjoint.of_stroke.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
                 all[j] = *value;
             }
             all
-        }))
+        });
+        Some(TipResponse { per_stroke, per_force })
     }
 
     /// What everything does to the tip where the last step ended, the cables `held` keeping their strokes.

@@ -6,6 +6,7 @@
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::Vector3;
 
+use crate::coreact::FrictionPoints;
 use crate::model::Twin;
 use crate::plant::{Plant, PlantStep, settle};
 use crate::{Error, Result, TwinState};
@@ -40,7 +41,7 @@ impl std::fmt::Display for Unphysical {
 #[derive(Debug, Clone)]
 pub enum Outcome {
     /// Strokes as they came, the tip `tip_x_m`.., tensions `tension_k_n`, ∂tip/∂stroke `tip_x_per_stroke_k_ratio`.. [-]
-    /// (see [`crate::Stepper::tip_per_stroke`]), and `extrapolating`, 1 where a network left its training range.
+    /// (see [`crate::Stepper::tip_response`]), and `extrapolating`, 1 where a network left its training range.
     Made(Recording),
     /// No data, from this sample on.
     Dropped(usize, Unphysical),
@@ -124,13 +125,17 @@ pub fn synthesise(
             Err(other) => return Err(other),
         };
         if i % JACOBIAN_EVERY == 0 {
-            jacobian = plant.tip_per_stroke().unwrap_or(jacobian);
+            jacobian = plant
+                .tip_response(FrictionPoints::AsTheyAre)
+                .map_or(jacobian, |response| response.per_stroke);
         }
         let jumps =
             |jacobian: &[Vec<f64>; 3]| jump((&before.0, &now), (before.1, step.tip), jacobian, length);
         // A Jacobian from before the tendons slid says that their strokes move nothing.
         if jumps(&jacobian).is_some() {
-            jacobian = plant.tip_per_stroke().unwrap_or(jacobian);
+            jacobian = plant
+                .tip_response(FrictionPoints::AsTheyAre)
+                .map_or(jacobian, |response| response.per_stroke);
         }
         if let Some(why) = overloaded(twin, plant.state()).or_else(|| jumps(&jacobian)) {
             return Ok(Outcome::Dropped(i, why));

@@ -8,6 +8,23 @@ use crate::model::Twin;
 use crate::projection::Projection;
 use crate::state::TwinState;
 
+/// What small changes do to the tip where the twin stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TipResponse {
+    /// Of each primary stroke, ∂y/∂s (3 × n_primary) [-]: zero for a slack tendon or one driven by tension.
+    pub per_stroke: [Vec<f64>; 3],
+    /// Of a force on the tip while strokes are held, ∂y/∂F (3 × 3, symmetric) [m/N].
+    pub per_force: [[f64; 3]; 3],
+}
+
+impl TipResponse {
+    /// What a force on the tip does to the tension of each primary tendon, ∂T/∂F (n_primary × 3) [-]: by Betti's theorem
+    /// -(∂y/∂s)ᵀ.
+    pub fn tensions_per_force(&self) -> Vec<[f64; 3]> {
+        (0..self.per_stroke[0].len()).map(|j| [0, 1, 2].map(|c| -self.per_stroke[c][j])).collect()
+    }
+}
+
 impl Twin {
     /// Position of the tip, in the frame in which it is recorded [m].
     pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
@@ -50,6 +67,15 @@ impl Twin {
             }
         }
         weights
+    }
+
+    /// Coordinates of the recorded tip's displacement, one row each, for displacements of the free unknowns, one column
+    /// each (n_unknowns).
+    pub(crate) fn tip_displacements(&self, columns: [&[f64]; 3]) -> [[f64; 3]; 3] {
+        [0, 1, 2].map(|c| {
+            let weights = self.tip_weights(c);
+            columns.map(|column| weights.iter().zip(column).map(|(w, d)| w * d).sum())
+        })
     }
 
     /// What the unit tension of each cable does to the tip's orientation: three rows of the rotation vector, in

@@ -55,6 +55,7 @@ pub mod reach;
 pub mod record;
 pub mod rig;
 pub mod robot_file;
+pub mod sense;
 pub mod simulate;
 pub mod study;
 pub mod target;

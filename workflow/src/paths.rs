@@ -12,6 +12,14 @@ pub fn check_checkpoint(out: &Path) -> Result<(), BadInput> {
     Err(BadInput::new("--out", "a name ending in .safetensors", out.display().to_string()))
 }
 
+/// Refuses a name that a recording must not have; gives its ending.
+pub fn check_recording(out: &Path) -> Result<&str, BadInput> {
+    match out.extension().and_then(|ending| ending.to_str()) {
+        Some(ending @ ("csv" | "parquet")) => Ok(ending),
+        _ => Err(BadInput::new("--out", "a name ending in .parquet or .csv", out.display().to_string())),
+    }
+}
+
 /// The folder for what is told of a checkpoint: the one asked for, or one beside it that has its name without the
 /// ending.
 pub fn beside(checkpoint: &Path, asked: Option<&Path>) -> PathBuf {

@@ -26,6 +26,15 @@ pub struct RecordOptions {
     pub out: PathBuf,
     /// Provenance; the run adds how it went.
     pub meta: Metadata,
+    /// Channels of the rig's instruments besides servos and tracker, [`Hardware::instruments`](crate::Hardware::instruments).
+    pub instruments: Vec<String>,
+}
+
+impl RecordOptions {
+    /// For a rig without further instruments.
+    pub fn new(out: PathBuf, meta: Metadata) -> Self {
+        Self { out, meta, instruments: Vec::new() }
+    }
 }
 
 /// What became of a run.
@@ -47,18 +56,24 @@ pub struct Outcome {
     pub is_torque_settled: bool,
 }
 
+/// Channels of a recording of this rig.
+fn names_of(rig: &RigConfig, calibration: &Calibration, options: &RecordOptions) -> Vec<String> {
+    channel_names(rig.tendons.len(), &options.instruments, tip_rate(rig, calibration).is_some())
+}
+
 /// The journal of a recording that is under way.
 pub fn journal_path(out: &Path) -> PathBuf {
     out.with_extension("journal")
 }
 
-/// Channels of a recording with `n` tendons, with or without a tracked tip.
-fn channel_names(n: usize, with_tip: bool) -> Vec<String> {
+/// Channels of a recording with `n` tendons and further instruments, with or without a tracked tip.
+fn channel_names(n: usize, instruments: &[String], with_tip: bool) -> Vec<String> {
     let numbered = |stem: &str, unit: &str| (1..=n).map(|k| format!("{stem}_{k}{unit}")).collect::<Vec<_>>();
     let mut names = numbered("stroke", "_m");
     names.extend(numbered("tick_goal", ""));
     names.extend(numbered("tick_present", ""));
     names.extend(numbered("load", ""));
+    names.extend_from_slice(instruments);
     if with_tip {
         names.extend(
             ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"].map(String::from),
@@ -81,7 +96,7 @@ impl Recorder {
     /// # Errors
     /// If there is such a journal already or it cannot be written.
     pub fn begin(rig: &RigConfig, calibration: &Calibration, options: RecordOptions) -> Result<Self> {
-        let names = channel_names(rig.tendons.len(), tip_rate(rig, calibration).is_some());
+        let names = names_of(rig, calibration, &options);
         let journal = JournalWriter::create(journal_path(&options.out), &names, &options.meta)?;
         Self::of(journal, rig, calibration, options)
     }
@@ -96,7 +111,7 @@ impl Recorder {
         calibration: &Calibration,
         options: RecordOptions,
     ) -> Result<Self> {
-        let names = channel_names(rig.tendons.len(), tip_rate(rig, calibration).is_some());
+        let names = names_of(rig, calibration, &options);
         let journal = JournalWriter::over(file, &names, &options.meta).map_err(disk)?;
         Self::of(journal, rig, calibration, options)
     }
@@ -110,8 +125,10 @@ impl Recorder {
         let (n, rate) = (rig.tendons.len(), tip_rate(rig, calibration));
         let tape = Tape {
             journal: JournalQueue::start(journal).map_err(disk)?,
-            aligner: Aligner::new(4 * n, rate, WAIT_MAX),
-            n_written: channel_names(n, rate.is_some()).len(),
+            aligner: Aligner::new(4 * n + options.instruments.len(), rate, WAIT_MAX),
+            n_written: names_of(rig, calibration, &options).len(),
+            instruments: Vec::with_capacity(options.instruments.len()),
+            n_instruments: options.instruments.len(),
             start: 0.0,
             last: None,
             held: Vec::with_capacity(2 * n),
@@ -257,6 +274,9 @@ struct Tape {
     last: Option<f64>,
     /// Strokes and goals commanded in it.
     held: Vec<f64>,
+    /// What the instruments showed in it, and how many there are.
+    instruments: Vec<f64>,
+    n_instruments: usize,
     /// Whether nobody may wait for the disk.
     is_real_time: bool,
     /// What the journal has been told.
@@ -278,7 +298,10 @@ impl Tape {
         let samples = &session.samples;
         let present = samples.iter().map(|s| s.map_or(f64::NAN, |s| f64::from(s.position)));
         let loads = samples.iter().map(|s| s.map_or(f64::NAN, |s| s.load));
-        self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads));
+        self.instruments.clear();
+        session.hardware.read_instruments(&mut self.instruments);
+        let instruments = self.instruments.iter().copied();
+        self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads).chain(instruments));
         self.aligner.push_poses(&session.poses);
         self.note(&mut session.events)?;
         self.write(session.hardware.now())
@@ -289,7 +312,7 @@ impl Tape {
         let Some(last) = self.last.replace(time) else { return };
         let n_missed = ((time - last) / period).round() as u64;
         for i in 1..n_missed {
-            let nothing = std::iter::repeat_n(f64::NAN, self.held.len());
+            let nothing = std::iter::repeat_n(f64::NAN, self.held.len() + self.n_instruments);
             self.aligner.push_row(last + i as f64 * period, self.held.iter().copied().chain(nothing));
         }
     }

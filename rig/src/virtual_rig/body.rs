@@ -171,6 +171,13 @@ impl Body {
         body
     }
 
+    /// Sets the force on the tip, in the robot's frame [N], from the next balance on.
+    pub(crate) fn set_tip_load(&mut self, force: V3) {
+        let to_axes = about_z(-self.spec.axes_angle);
+        self.spec.tip_load = force;
+        self.tip_force = add(scale(0.5, self.node_force), apply(&to_axes, force));
+    }
+
     /// Sections and nodes at the trial strains; with `commit` at the present ones.
     fn place(&mut self, commit: bool) {
         let length = self.spec.length / self.spec.n_sections as f64;

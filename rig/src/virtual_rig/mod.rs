@@ -24,7 +24,7 @@ pub use loops::{LoopWidth, loop_width};
 pub(crate) use population::gaussian;
 pub use population::{Population, Ranges, Spread};
 pub use robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
-pub use simulated::SimulatedRig;
+pub use simulated::{Hand, SimulatedRig};
 pub use world::{BalanceCounts, Energy, TrackedPose, World};
 
 /// A rig file, for the virtual rig and as an example for real ones.

@@ -5,6 +5,22 @@ use crate::bus::{BusCounts, ServoReport, xl430};
 use crate::config::RigConfig;
 use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
 use hysteron_actuator::Gains;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The force that somebody exerts on the tip of a simulated rig while it is recorded. Clones are the same hand.
+#[derive(Debug, Clone, Default)]
+pub struct Hand(Arc<Mutex<[f64; 3]>>);
+
+impl Hand {
+    /// Exerts this force, in the robot's frame [N], from the next cycle on.
+    pub fn push(&self, force: [f64; 3]) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = force;
+    }
+
+    fn force(&self) -> [f64; 3] {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// A simulated rig. The same seed gives the same bytes.
 #[derive(Debug, Clone)]
@@ -13,13 +29,27 @@ pub struct SimulatedRig {
     rig: RigConfig,
     poses: Vec<TrackedPose>,
     cycles: BusCounts,
+    /// Where there is one, tensions and the force on the tip are recorded as they truly are.
+    hand: Option<Hand>,
 }
 
 impl SimulatedRig {
     /// Switches a virtual robot on.
     pub fn new(robot: &VirtualRobot, rig: &RigConfig, seed: u64) -> Self {
         let world = World::new(robot, seed);
-        Self { world, rig: rig.clone(), poses: Vec::with_capacity(64), cycles: BusCounts::default() }
+        Self {
+            world,
+            rig: rig.clone(),
+            poses: Vec::with_capacity(64),
+            cycles: BusCounts::default(),
+            hand: None,
+        }
+    }
+
+    /// Gives the tip into somebody's hand: tensions at the pulleys and the force on the tip are then instruments of the
+    /// rig, without error.
+    pub fn give_to(&mut self, hand: Hand) {
+        self.hand = Some(hand);
     }
 
     /// The world, for what no instrument shows.
@@ -39,6 +69,9 @@ impl Hardware for SimulatedRig {
     }
 
     fn wait_until(&mut self, time: f64) {
+        if let Some(hand) = &self.hand {
+            self.world.set_tip_force(hand.force());
+        }
         let left = time - self.world.time();
         if left > 0.0 {
             self.world.advance(left);
@@ -123,6 +156,21 @@ impl Hardware for SimulatedRig {
 
     fn hold(&mut self) -> Result<()> {
         Ok(())
+    }
+
+    fn instruments(&self) -> Vec<String> {
+        if self.hand.is_none() {
+            return Vec::new();
+        }
+        let tensions = (1..=self.n_servos()).map(|k| format!("true_tension_{k}_n"));
+        tensions.chain(["x", "y", "z"].map(|axis| format!("true_tip_force_{axis}_n"))).collect()
+    }
+
+    fn read_instruments(&mut self, values: &mut Vec<f64>) {
+        if self.hand.is_some() {
+            values.extend((0..self.n_servos()).map(|k| self.world.tension(k)));
+            values.extend(self.world.tip_force());
+        }
     }
 
     fn take_poses(&mut self, poses: &mut Vec<Pose>) {

@@ -212,6 +212,18 @@ impl World {
         self.disturbances[k] = torque;
     }
 
+    /// Sets the force that the surroundings exert on the tip, in the robot's frame [N], from the next balance on.
+    pub fn set_tip_force(&mut self, force: [f64; 3]) {
+        if let Some(robot) = &mut self.robot {
+            robot.body.set_tip_load(force);
+        }
+    }
+
+    /// Force on the tip, in the robot's frame [N].
+    pub fn tip_force(&self) -> [f64; 3] {
+        self.robot.as_ref().map_or([0.0; 3], |robot| robot.body.spec.tip_load)
+    }
+
     /// The same robot on another day: what the tracker adds is another, and what the calibration took for zero has
     /// given by the robot's zero errors, once.
     pub fn reseed(&mut self, seed: u64, day: &str) {

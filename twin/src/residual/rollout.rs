@@ -16,7 +16,7 @@ use crate::coreact::{
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
 use crate::step::Stepper;
-use crate::{Result, TwinState};
+use crate::{Result, TipResponse, TwinState};
 
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
@@ -155,8 +155,8 @@ impl Plant for Rollout<'_> {
         self.stepper.state()
     }
 
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.stepper.tip_per_stroke(&self.twin)
+    fn tip_response(&mut self, friction: FrictionPoints) -> Option<TipResponse> {
+        self.stepper.tip_response(&self.twin, friction)
     }
 }
 

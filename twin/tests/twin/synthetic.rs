@@ -1,9 +1,10 @@
 //! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
 
 use hysteron_base::{Channel, Metadata, Recording};
+use hysteron_twin::coreact::FrictionPoints;
 use hysteron_twin::residual::{FollowLimits, Steering};
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
-use hysteron_twin::{Plant, PlantStep, Twin, TwinState, Uncorrected, settle};
+use hysteron_twin::{Plant, PlantStep, TipResponse, Twin, TwinState, Uncorrected, settle};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 
@@ -18,7 +19,8 @@ const EXACT: f64 = 0.01;
 fn error_at(robot: &mut Robot, bent: &[f64]) -> (f64, [Vec<f64>; 3]) {
     robot.stepper = super::stepper_at(&robot.twin, &robot.state);
     robot.go(&strokes(bent));
-    let jacobian = robot.stepper.tip_per_stroke(&robot.twin).expect("a stiffness");
+    let jacobian =
+        robot.stepper.tip_response(&robot.twin, FrictionPoints::AsTheyAre).expect("a stiffness").per_stroke;
     let size = jacobian.iter().flatten().fold(0.0f64, |max, value| max.max(value.abs()));
     let mut largest = 0.0f64;
     for k in 0..bent.len() {
@@ -169,8 +171,8 @@ impl Plant for Moved<'_> {
         self.uncorrected.state()
     }
 
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
-        self.uncorrected.tip_per_stroke()
+    fn tip_response(&mut self, friction: FrictionPoints) -> Option<TipResponse> {
+        self.uncorrected.tip_response(friction)
     }
 }
 
@@ -214,10 +216,11 @@ impl Plant for Sticking<'_> {
         self.uncorrected.state()
     }
 
-    fn tip_per_stroke(&mut self) -> Option<[Vec<f64>; 3]> {
+    fn tip_response(&mut self, friction: FrictionPoints) -> Option<TipResponse> {
         self.n_asked += 1;
-        let free = self.uncorrected.tip_per_stroke();
-        if self.n_asked > 1 { free } else { Some([0; 3].map(|_| vec![0.0; 4])) }
+        let free = self.uncorrected.tip_response(friction)?;
+        let per_stroke = if self.n_asked > 1 { free.per_stroke } else { [0; 3].map(|_| vec![0.0; 4]) };
+        Some(TipResponse { per_stroke, ..free })
     }
 }
 

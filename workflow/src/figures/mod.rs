@@ -15,6 +15,7 @@ pub mod fit;
 pub mod identification;
 mod robot;
 mod run_page;
+pub mod sensing;
 mod shapes;
 pub mod study;
 pub mod target;

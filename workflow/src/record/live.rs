@@ -84,7 +84,7 @@ impl Run<'_> {
         progress: &mut dyn FnMut(usize),
         caller: &Caller,
     ) -> hysteron_rig::Result<Outcome> {
-        let options = RecordOptions { out: job.out.clone(), meta: (self.meta)(job, self.calibration) };
+        let options = RecordOptions::new(job.out.clone(), (self.meta)(job, self.calibration));
         let recorder = Recorder::begin(self.rig, self.calibration, options)?;
         let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
         recorder.run(session, &job.commands, &|| caller.is_cancelled(), progress)

@@ -6,10 +6,11 @@ mod partial_files;
 mod simulated;
 pub mod source;
 mod summary;
+mod tip_force;
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{Lock, Metadata};
+use hysteron_base::{BadInput, Lock, Metadata};
 use hysteron_rig::calibration::Calibration;
 
 use serde_json::Value;
@@ -18,9 +19,11 @@ use crate::figures::data_set::{self, DataSet};
 use crate::outputs::check_report;
 use crate::{COMMIT, Caller};
 use jobs::{Job, is_folder, split_done};
+use simulated::Simulation;
 use source::Source;
 pub use summary::Row;
 use summary::Summary;
+use tip_force::TipForce;
 
 /// Carry out a plan on a rig and record what happens
 #[derive(Debug, Clone)]
@@ -47,6 +50,10 @@ pub struct Options {
     /// Seed of a virtual rig's noise and of where its servos wake up
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
     pub seed: u64,
+    /// Force on a virtual rig's tip over time: a recording of tip_force_x_n, tip_force_y_n, tip_force_z_n, in the robot's
+    /// frame; true tensions and force are then recorded too
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
+    pub tip_force: Option<PathBuf>,
     /// Folder for figures, report.html and metrics.json [default: OUT, where it is a folder]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub figures: Option<PathBuf>,
@@ -72,6 +79,7 @@ impl Options {
             only: Vec::new(),
             calibration,
             seed,
+            tip_force: None,
             figures: None,
             png: false,
         }
@@ -81,6 +89,7 @@ impl Options {
 /// Carries out the verb.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let source = Source::read(&options.rig)?;
+    let tip_force = tip_force(options, &source)?;
     let work = match &options.plan {
         Some(plan) => jobs::of_plan(plan, options, &source)?,
         None => jobs::of_strokes(options, &source)?,
@@ -95,7 +104,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _files = work.jobs.iter().map(|job| Lock::file(&job.out)).collect::<Result<Vec<_>, _>>()?;
     let mut description = source.description_files();
     description.extend(work.plan_text.map(|text| ("plan.toml", text)));
-    let (there, missing) = split_done(work.jobs, &source.identity(options.seed, calibration.as_ref()))?;
+    let mut identity = source.identity(options.seed, calibration.as_ref());
+    identity.extend(tip_force.iter().map(|force| (tip_force::KEY, force.hash.clone())));
+    let (there, missing) = split_done(work.jobs, &identity)?;
     if let Some(folder) = folder {
         source::check_description(folder, &description)?;
     }
@@ -118,8 +129,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let ended = if missing.is_empty() {
         Ok(())
     } else {
-        let meta =
-            |job: &Job, calibration: &Calibration| metadata(&source, options, job, calibration, caller);
+        let meta = |job: &Job, calibration: &Calibration| {
+            let mut meta = metadata(&source, options, job, calibration, caller);
+            meta.extra.extend(tip_force.iter().map(|force| (tip_force::KEY.to_owned(), force.hash.clone())));
+            meta
+        };
         match (&source, calibration) {
             (Source::Live { .. }, Some(calibration)) => {
                 if let Some(folder) = folder {
@@ -128,7 +142,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
                 live::record(&source, options, &missing, &calibration, &meta, &mut summary, caller)
             }
             (_, given) => {
-                simulated::record(&source, options, &missing, (given, folder), &meta, &mut summary, caller)
+                let simulation =
+                    Simulation { source: &source, seed: options.seed, tip_force: tip_force.as_ref() };
+                simulation.record(&missing, (given, folder), &meta, &mut summary, caller)
             }
         }
     };
@@ -147,6 +163,20 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.reported(figures);
     }
     ended.map(|()| value)
+}
+
+/// The force that is asked for; only a simulated tip can be pushed.
+fn tip_force(options: &Options, source: &Source) -> anyhow::Result<Option<TipForce>> {
+    match (&options.tip_force, source) {
+        (None, _) => Ok(None),
+        (Some(path), Source::Virtual { .. }) => TipForce::read(path).map(Some),
+        (Some(_), Source::Live { .. }) => {
+            let found = options.rig.display().to_string();
+            Err(BadInput::new("--tip-force", "a virtual rig: --rig virtual:PRESET", found)
+                .hint("on a real rig, push the tip by hand or hang a weight on it")
+                .into())
+        }
+    }
 }
 
 /// Provenance of a recording.

@@ -5,62 +5,85 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use hysteron_base::Metadata;
+use hysteron_rig::Hardware;
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
-use hysteron_rig::virtual_rig::SimulatedRig;
+use hysteron_rig::virtual_rig::{Hand, SimulatedRig};
 use rayon::prelude::*;
 
+use super::Job;
 use super::partial_files::ended;
 use super::source::{self, Source};
 use super::summary::Summary;
-use super::{Job, Options};
+use super::tip_force::TipForce;
 use crate::Caller;
 
 /// A simulated calibration has no date; the same seed must give the same bytes.
 const DATE: &str = "simulated";
 
-pub fn record(
-    source: &Source,
-    options: &Options,
-    jobs: &[Job],
-    (given, folder): (Option<Calibration>, Option<&Path>),
-    meta: &(dyn Fn(&Job, &Calibration) -> Metadata + Sync),
-    summary: &mut Summary,
-    caller: &Caller,
-) -> anyhow::Result<()> {
-    let Source::Virtual { rig, robot, .. } = source else { return Ok(()) };
-    let mut fresh = SimulatedRig::new(robot, rig, options.seed);
-    let calibration = match given {
-        Some(calibration) => calibration,
-        None => {
-            let mut log = |line: &str| tracing::debug!("{line}");
-            calibrate(&mut fresh, rig, DATE.to_owned(), &|| caller.is_cancelled(), &mut log)?
+/// A virtual rig, and what pushes its tip.
+pub struct Simulation<'a> {
+    pub source: &'a Source,
+    pub seed: u64,
+    pub tip_force: Option<&'a TipForce>,
+}
+
+impl Simulation<'_> {
+    pub fn record(
+        &self,
+        jobs: &[Job],
+        (given, folder): (Option<Calibration>, Option<&Path>),
+        meta: &(dyn Fn(&Job, &Calibration) -> Metadata + Sync),
+        summary: &mut Summary,
+        caller: &Caller,
+    ) -> anyhow::Result<()> {
+        let Source::Virtual { rig, robot, .. } = self.source else { return Ok(()) };
+        let mut fresh = SimulatedRig::new(robot, rig, self.seed);
+        let calibration = match given {
+            Some(calibration) => calibration,
+            None => {
+                let mut log = |line: &str| tracing::debug!("{line}");
+                calibrate(&mut fresh, rig, DATE.to_owned(), &|| caller.is_cancelled(), &mut log)?
+            }
+        };
+        if let Some(folder) = folder {
+            source::keep_calibration(folder, &calibration)?;
         }
-    };
-    if let Some(folder) = folder {
-        source::keep_calibration(folder, &calibration)?;
+        let bar = caller.progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
+        let collected = Mutex::new(summary);
+        let recorded = jobs.par_iter().try_for_each(|job| {
+            let mut hardware: SimulatedRig = fresh.clone();
+            // The same rig on another day: its noise is another.
+            hardware.world_mut().reseed(self.seed, &job.name);
+            let hand = self.tip_force.map(|force| (Hand::default(), force));
+            let push = |row: usize| {
+                hand.iter().for_each(|(hand, force)| hand.push(force.at(row as f64 / job.rate_hz)));
+            };
+            if let Some((hand, _)) = &hand {
+                hardware.give_to(hand.clone());
+                push(0);
+            }
+            let mut options = RecordOptions::new(job.out.clone(), meta(job, &calibration));
+            options.instruments = hardware.instruments();
+            let journal = journal_path(&job.out);
+            if journal.exists() {
+                // A simulation can be repeated.
+                std::fs::remove_file(&journal)?;
+            }
+            let recorder = Recorder::begin(rig, &calibration, options)?;
+            let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
+            let mut progress = |row: usize| {
+                bar.inc(1);
+                push(row);
+            };
+            let outcome = recorder.run(session, &job.commands, &|| caller.is_cancelled(), &mut progress)?;
+            ended(&outcome, job)?;
+            if let Ok(mut summary) = collected.lock() {
+                summary.add(job, &outcome);
+            }
+            Ok(())
+        });
+        bar.finish();
+        recorded
     }
-    let bar = caller.progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
-    let collected = Mutex::new(summary);
-    let recorded = jobs.par_iter().try_for_each(|job| {
-        let mut hardware: SimulatedRig = fresh.clone();
-        // The same rig on another day: its noise is another.
-        hardware.world_mut().reseed(options.seed, &job.name);
-        let options = RecordOptions { out: job.out.clone(), meta: meta(job, &calibration) };
-        let journal = journal_path(&job.out);
-        if journal.exists() {
-            // A simulation can be repeated.
-            std::fs::remove_file(&journal)?;
-        }
-        let recorder = Recorder::begin(rig, &calibration, options)?;
-        let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
-        let outcome = recorder.run(session, &job.commands, &|| caller.is_cancelled(), &mut |_| bar.inc(1))?;
-        ended(&outcome, job)?;
-        if let Ok(mut summary) = collected.lock() {
-            summary.add(job, &outcome);
-        }
-        Ok(())
-    });
-    bar.finish();
-    recorded
 }

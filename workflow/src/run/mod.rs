@@ -25,6 +25,7 @@ use serde_json::Value;
 use crate::figures;
 use crate::network::Network;
 use crate::outputs::Outputs;
+use crate::paths;
 use crate::{COMMIT, Caller};
 use command::Command;
 pub use command::resting;
@@ -403,11 +404,7 @@ fn outputs(
 
 /// Checks the name to write and gives those of the partial recording and the state.
 fn check_out(out: &Path) -> Result<(PathBuf, PathBuf), BadInput> {
-    let shown = out.display().to_string();
-    let extension = match out.extension().and_then(|extension| extension.to_str()) {
-        Some(extension @ ("csv" | "parquet")) => extension,
-        _ => return Err(BadInput::new("--out", "a name ending in .parquet or .csv", shown)),
-    };
+    let extension = paths::check_recording(out)?;
     Ok((out.with_extension(format!("partial.{extension}")), out.with_extension("state")))
 }
 

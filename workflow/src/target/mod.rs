@@ -5,13 +5,14 @@ pub mod reach;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use hysteron_base::{BadInput, Metadata, Recording, Scene};
+use hysteron_base::{Metadata, Recording, Scene};
 use hysteron_control::TargetPath;
 
 use serde_json::Value;
 
 use crate::figures;
 use crate::outputs::Outputs;
+use crate::paths;
 use crate::{COMMIT, Caller};
 use reach::Reach;
 
@@ -41,7 +42,7 @@ pub struct Options {
 
 /// Carries out the verb.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    check_arguments(options)?;
+    paths::check_recording(&options.out)?;
     let target = TargetPath::open(&options.target)?;
     let scene = options.scene.as_deref().map(Scene::read).transpose()?;
     let outputs = Outputs::default().target(&options.target)?.file("--out", &options.out);
@@ -85,15 +86,4 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     recording.write(&options.out)?;
     caller.wrote(&options.out);
     Ok(value)
-}
-
-fn check_arguments(options: &Options) -> Result<(), BadInput> {
-    match options.out.extension().and_then(|ending| ending.to_str()) {
-        Some("csv" | "parquet") => Ok(()),
-        _ => Err(BadInput::new(
-            "--out",
-            "a name ending in .parquet or .csv",
-            options.out.display().to_string(),
-        )),
-    }
 }

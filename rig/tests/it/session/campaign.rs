@@ -190,7 +190,7 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     let n_reads = probe.n_reads.clone();
     // Reads before the first row's, and up to the last row's.
     let rows = std::cell::Cell::new(None);
-    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let options = RecordOptions::new(rig.out(), Metadata::default());
     let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
     let session = match Session::start(&mut probe, &rig.config, &calibration, 100.0) {
         Ok(session) => session,

@@ -151,7 +151,7 @@ fn recorded(folder: &Path, is_stalling: bool) -> (Outcome, Recording) {
     let calibration = stage.calibration();
     let waited = Arc::new(Waited { thread: std::thread::current().id(), time: Mutex::new(0.0) });
     let mut rig = Waiting { stage, waited: waited.clone() };
-    let options = RecordOptions { out: folder.join("run.parquet"), meta: Metadata::default() };
+    let options = RecordOptions::new(folder.join("run.parquet"), Metadata::default());
     let recorder = if is_stalling {
         let file = File::create(journal_path(&options.out)).unwrap();
         let file = Arc::new(StallingFile { file, waited, n: AtomicUsize::new(0) });

@@ -12,7 +12,7 @@ const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400
 fn record_on(rig: &Rig, n: usize, asked: &dyn Fn() -> bool, progress: &mut dyn FnMut(usize)) -> bool {
     let calibration = rig.calibration(&rig.prepared());
     let mut hardware = rig.open();
-    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let options = RecordOptions::new(rig.out(), Metadata::default());
     let Ok(recorder) = Recorder::begin(&rig.config, &calibration, options) else { return false };
     let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     assert_eq!(rig.emulator.torque_on(), [true; 4]);

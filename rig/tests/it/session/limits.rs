@@ -176,7 +176,7 @@ fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize)
     if at == 0 {
         break_all();
     }
-    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let options = RecordOptions::new(rig.out(), Metadata::default());
     let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
     let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     let done = Cell::new(0);

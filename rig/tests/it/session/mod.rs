@@ -91,7 +91,7 @@ impl Stand {
         let commands = circle(n);
         let mut hardware = LiveRig::open(&self.rig)?;
         let calibration = self.calibration(&mut hardware)?;
-        let options = RecordOptions { out: self.out(), meta: Metadata::default() };
+        let options = RecordOptions::new(self.out(), Metadata::default());
         let recorder = Recorder::begin(&self.rig, &calibration, options)?;
         let session = Session::start(&mut hardware, &self.rig, &calibration, 100.0)?;
         recorder.run(session, &commands, asked, progress)

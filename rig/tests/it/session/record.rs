@@ -127,7 +127,7 @@ fn a_tracker_that_repeats_its_last_pose_leaves_gaps() {
     let rig = Rig::new(&patient);
     let calibration = rig.calibration(&rig.prepared());
     let mut hardware = rig.open();
-    let options = RecordOptions { out: rig.out(), meta: Metadata::default() };
+    let options = RecordOptions::new(rig.out(), Metadata::default());
     let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
     let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     let progress = &mut |row: usize| {

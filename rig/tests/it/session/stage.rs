@@ -70,7 +70,7 @@ impl Stage {
         let calibration = stage.calibration();
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.parquet");
-        let options = RecordOptions { out, meta: Metadata::default() };
+        let options = RecordOptions::new(out, Metadata::default());
         let recorder = Recorder::begin(&config, &calibration, options).unwrap();
         let session = Session::start(&mut stage, &config, &calibration, 100.0).unwrap();
         let outcome = recorder.run(session, commands, &|| false, &mut |_| {}).unwrap();

@@ -1,0 +1,299 @@
+//! Learning a sensor from recordings without contact, and from pushes of known force where there are some.
+
+use hysteron_actuator::{LoadModel, SteadyMotion};
+use hysteron_base::BadInput;
+use nalgebra::{Matrix3, Vector3};
+
+use super::observer::{Observation, Steady};
+use super::sensor::{ForceSensor, ServoLoad};
+use super::tension::TensionErrors;
+use super::tip_force::{TipErrors, TipForceFilter};
+
+type Check<T> = std::result::Result<T, BadInput>;
+
+/// A recording, observed beside the twin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observed {
+    /// For messages.
+    pub name: String,
+    /// Sample by sample.
+    pub samples: Vec<Observation>,
+}
+
+/// A recording in which the force on the tip was known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownForce {
+    /// What was observed.
+    pub observed: Observed,
+    /// Force on the tip, sample by sample [N].
+    pub force: Vec<Vector3<f64>>,
+}
+
+/// Lags at which changes of the gap are compared [s].
+const LAGS: [f64; 7] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
+/// Path of the tendons below which they rest [m].
+const AT_REST: f64 = 2e-5;
+/// Samples on either side in which a tendon must be slack, to be believed to be.
+const SLACK: usize = 15;
+/// Fewest pairs of samples, and known changes of force, that a number is learned from.
+const FEWEST_PAIRS: usize = 200;
+const FEWEST_JUMPS: usize = 5;
+/// Change of a known force that counts as a jump [N], and over how long its effect is taken [s].
+const JUMP: f64 = 0.03;
+const JUMP_TIME: f64 = 0.3;
+/// Smallest error of a tip that is believed [m].
+const FINEST: f64 = 5e-6;
+/// Standard error of the response where no push of known force was recorded [-]: creep and sticking friction stiffen the tip.
+const UNKNOWN_RESPONSE: f64 = 0.4;
+/// False alarms in contact-free motion: one an hour.
+const SECONDS_PER_ALARM: f64 = 3600.0;
+
+/// Learns a sensor for samples of `period` [s] from recordings `free` of contact; `servo`: stall torque [N m] and radius of the pulleys
+/// [m], where loads were recorded; `known`: recordings with pushes of known force.
+///
+/// # Errors
+/// Too little motion or rest, or tendons that never go slack.
+pub fn fit_sensor(
+    free: &[Observed],
+    known: &[KnownForce],
+    servo: Option<(f64, f64)>,
+    period: f64,
+) -> Check<ForceSensor> {
+    let load = servo.map(|(stall_torque, radius)| friction(free, stall_torque, radius)).transpose()?;
+    let tension = tension_errors(free, load.as_ref(), period);
+    let (stiffness_scale, response) = match stiffness(known, period) {
+        Some(found) => found,
+        None => (tension.force_scale, UNKNOWN_RESPONSE),
+    };
+    let mut tip = TipErrors { response, ..tip_errors(free, period)? };
+    tip.threshold = threshold(free, &tip, stiffness_scale, period);
+    let servo = load.as_ref().map(ServoLoad::of);
+    let sensor = ForceSensor { period_s: period, servo, tension, stiffness_scale, tip };
+    sensor.check()?;
+    Ok(sensor)
+}
+
+/// Friction of the servos, from steady motion of tendons that are slack in the twin.
+fn friction(free: &[Observed], stall_torque: f64, radius: f64) -> Check<LoadModel> {
+    let (mut velocity, mut load) = (Vec::new(), Vec::new());
+    for Observed { samples, .. } in free {
+        for i in SLACK..samples.len().saturating_sub(SLACK) {
+            for (j, steady) in samples[i].steady.iter().enumerate() {
+                let Some(steady) = steady else { continue };
+                let near = &samples[i - SLACK..=i + SLACK];
+                if near.iter().all(|sample| sample.tensions[j] <= 0.0) {
+                    velocity.push(steady.velocity);
+                    load.push(steady.load);
+                }
+            }
+        }
+    }
+    LoadModel::identify(stall_torque, radius, &velocity, &load)
+}
+
+/// Scale of the twin's forces, and errors of its tensions and of what loads say.
+fn tension_errors(free: &[Observed], load: Option<&LoadModel>, period: f64) -> TensionErrors {
+    // Without loads nothing is known but that twins err.
+    let unknown = TensionErrors { force_scale: 1.0, walk_sqrt_n: 0.5, model_n: 5.0, load_n: 1.0 };
+    let Some(load) = load else { return unknown };
+    let said = |steady: &Steady| load.tension(steady.load, steady.velocity);
+    let pairs = || {
+        let samples = free.iter().flat_map(|observed| &observed.samples);
+        samples.flat_map(|sample| sample.steady.iter().flatten().map(|steady| (said(steady), steady.twin)))
+    };
+    let square: f64 = pairs().map(|(_, twin)| twin * twin).sum();
+    if square == 0.0 {
+        return unknown;
+    }
+    let force_scale = pairs().map(|(tension, twin)| tension * twin).sum::<f64>() / square;
+    let error = |steady: &Steady| said(steady) - force_scale * steady.twin;
+    let mean_square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64;
+    let model_n =
+        mean_square(&pairs().map(|(tension, twin)| tension - force_scale * twin).collect::<Vec<_>>()).sqrt();
+    // Changes from one sample to the next are the loads' noise; those within a second are the twin's.
+    let (mut next, mut later, mut changed) = (Vec::new(), Vec::new(), 0.0);
+    let second = (1.0 / period).round() as usize;
+    for Observed { samples, .. } in free {
+        for j in 0..samples.first().map_or(0, |sample| sample.tensions.len()) {
+            let at = |i: usize| samples.get(i).and_then(|sample| sample.steady[j].as_ref()).map(error);
+            for i in 0..samples.len() {
+                let Some(now) = at(i) else { continue };
+                next.extend(at(i + 1).map(|then| then - now));
+                if let Some(then) = at(i + second) {
+                    later.push(then - now);
+                    let steps = samples[i..=i + second].windows(2);
+                    changed += steps
+                        .map(|pair| force_scale * (pair[1].tensions[j] - pair[0].tensions[j]).abs())
+                        .sum::<f64>();
+                }
+            }
+        }
+    }
+    let noise = mean_square(&next) / 2.0;
+    let grown = (mean_square(&later) - 2.0 * noise).max(0.0) * later.len() as f64;
+    let walk_sqrt_n = if changed > 0.0 { (grown / changed).sqrt() } else { unknown.walk_sqrt_n };
+    // Neighbours share their samples: they differ by a part of their noise, and count as one together.
+    let alike = SteadyMotion::SPAN as f64;
+    TensionErrors { force_scale, walk_sqrt_n, model_n, load_n: (noise * alike * alike).sqrt().max(1e-3) }
+}
+
+/// Stiffness of the tip over the twin's and the standard error of the response, from jumps of known forces.
+fn stiffness(known: &[KnownForce], period: f64) -> Option<(f64, f64)> {
+    let n = (JUMP_TIME / period).round() as usize;
+    let mut jumps: Vec<(Vector3<f64>, Vector3<f64>)> = Vec::new();
+    for KnownForce { observed: Observed { samples, .. }, force } in known {
+        let mut i = 1;
+        while i + n < samples.len().min(force.len()) {
+            let change = force[i + n] - force[i - 1];
+            if (force[i] - force[i - 1]).norm() > 0.0 && change.norm() > JUMP {
+                if let (Some(before), Some(after)) = (samples[i - 1].gap, samples[i + n].gap) {
+                    jumps.push((samples[i - 1].response * change, after - before));
+                }
+                i += n;
+            }
+            i += 1;
+        }
+    }
+    if jumps.len() < FEWEST_JUMPS {
+        return None;
+    }
+    let square: f64 = jumps.iter().map(|(said, _)| said.norm_squared()).sum();
+    let share = jumps.iter().map(|(said, seen)| said.dot(seen)).sum::<f64>() / square;
+    let left = |(said, seen): &(Vector3<f64>, Vector3<f64>)| (seen - share * said).norm_squared();
+    let seen: f64 = jumps.iter().map(|(_, seen)| seen.norm_squared()).sum();
+    let response = (jumps.iter().map(left).sum::<f64>() / seen).sqrt();
+    (share > 0.0).then_some((1.0 / share, response))
+}
+
+/// Mean squares of changes of the gap, by lag and path.
+struct Changes {
+    /// Path [m], change along x, y, z squared [m²], lag [s].
+    pairs: Vec<(f64, [f64; 3], f64)>,
+}
+
+impl Changes {
+    fn of(free: &[Observed], period: f64) -> Self {
+        let mut pairs = Vec::new();
+        for Observed { samples, .. } in free {
+            let mut path = 0.0;
+            let paths: Vec<f64> = samples
+                .iter()
+                .map(|sample| {
+                    path += sample.path;
+                    path
+                })
+                .collect();
+            for lag in LAGS {
+                let n = (lag / period).round() as usize;
+                for i in 0..samples.len().saturating_sub(n) {
+                    let (Some(before), Some(after)) = (samples[i].gap, samples[i + n].gap) else { continue };
+                    let change = (after - before).map(|x| x * x);
+                    pairs.push((paths[i + n] - paths[i], [change.x, change.y, change.z], lag));
+                }
+            }
+        }
+        Self { pairs }
+    }
+
+    /// Means over the pairs that `counts` chooses, and how many they are.
+    fn mean(&self, counts: impl Fn(f64, f64) -> bool) -> ([f64; 3], usize) {
+        let (mut sum, mut n) = ([0.0; 3], 0);
+        for (_, square, _) in self.pairs.iter().filter(|(path, _, lag)| counts(*path, *lag)) {
+            (0..3).for_each(|c| sum[c] += square[c]);
+            n += 1;
+        }
+        (sum.map(|sum| sum / f64::from(n.max(1))), n as usize)
+    }
+}
+
+/// Errors of the tip without contact; the threshold is still missing.
+fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
+    let changes = Changes::of(free, period);
+    let at_rest = |lag: f64| changes.mean(|path, of| path < AT_REST && of == lag);
+    let ((short, n_short), (long, n_long)) = (at_rest(LAGS[0]), at_rest(LAGS[3]));
+    if n_short.min(n_long) < FEWEST_PAIRS {
+        let expected = format!("at least {FEWEST_PAIRS} samples at rest, half a second long");
+        return Err(BadInput::new("recordings without contact", expected, n_long.to_string())
+            .hint("record motions with holds between them"));
+    }
+    let creep = [0, 1, 2].map(|c| ((long[c] - short[c]).max(0.0) / (LAGS[3] - LAGS[0])).sqrt().max(FINEST));
+    let noise =
+        [0, 1, 2].map(|c| ((short[c] - creep[c] * creep[c] * LAGS[0]).max(0.0) / 2.0).sqrt().max(FINEST));
+    // By path, in steps of a factor of two.
+    let edges: Vec<f64> = (0..10).map(|k| 5e-5 * f64::from(2u32.pow(k))).collect();
+    let bins: Vec<(f64, [f64; 3], usize)> = edges
+        .windows(2)
+        .filter_map(|edge| {
+            let (mean, n) = changes.mean(|path, _| (edge[0]..edge[1]).contains(&path));
+            (n >= FEWEST_PAIRS).then_some(((edge[0] * edge[1]).sqrt(), mean, n))
+        })
+        .collect();
+    if bins.len() < 3 {
+        return Err(BadInput::new(
+            "recordings without contact",
+            "tendons that move by several millimetres",
+            "hardly any motion",
+        ));
+    }
+    // 2 m² (1 - e^(-path/length)) beside what noise does.
+    let fit = |length: f64| {
+        let grown = |path: f64| 2.0 * (1.0 - (-path / length).exp());
+        let mut error = 0.0;
+        let model = [0, 1, 2].map(|c| {
+            let seen = |mean: &[f64; 3]| mean[c] - 2.0 * noise[c] * noise[c];
+            // Relative errors of the bins are alike.
+            let weigh = |mean: &[f64; 3]| 1.0 / mean[c].powi(2);
+            let up: f64 = bins.iter().map(|(path, mean, _)| weigh(mean) * grown(*path) * seen(mean)).sum();
+            let down: f64 = bins.iter().map(|(path, mean, _)| weigh(mean) * grown(*path).powi(2)).sum();
+            let square = (up / down).max(FINEST * FINEST);
+            error += bins
+                .iter()
+                .map(|(path, mean, _)| weigh(mean) * (seen(mean) - square * grown(*path)).powi(2))
+                .sum::<f64>();
+            square.sqrt()
+        });
+        (error, length, model)
+    };
+    let lengths = (0..40).map(|k| 2e-4 * 1.12f64.powi(k));
+    let (_, length_m, model_m) =
+        lengths.map(fit).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_else(|| fit(2e-3));
+    let offset = |c: usize| {
+        let of_one = |observed: &Observed| {
+            let gaps: Vec<f64> = observed.samples.iter().filter_map(|s| s.gap.map(|gap| gap[c])).collect();
+            (gaps.iter().sum::<f64>() / gaps.len().max(1) as f64).powi(2)
+        };
+        (free.iter().map(of_one).sum::<f64>() / free.len().max(1) as f64).sqrt().max(noise[c])
+    };
+    Ok(TipErrors {
+        noise_m: noise,
+        model_m,
+        length_m,
+        creep_m_per_sqrt_s: creep,
+        offset_m: [0, 1, 2].map(offset),
+        response: 0.0,
+        threshold: f64::MAX,
+    })
+}
+
+/// The statistic that motion without contact passes once an hour: its largest values of each second fall off exponentially.
+fn threshold(free: &[Observed], errors: &TipErrors, stiffness_scale: f64, period: f64) -> f64 {
+    let second = (1.0 / period).round() as usize;
+    let mut largest = Vec::new();
+    for Observed { samples, .. } in free {
+        let mut filter = TipForceFilter::new(*errors, period);
+        for block in samples.chunks(second) {
+            let statistic = |sample: &Observation| {
+                let response: Matrix3<f64> = sample.response / stiffness_scale;
+                filter.step(sample.gap, &response, sample.path).statistic
+            };
+            largest.push(block.iter().map(statistic).fold(0.0, f64::max));
+        }
+    }
+    largest.sort_by(f64::total_cmp);
+    let n_tail = (largest.len() / 20).max(1);
+    let tail = &largest[largest.len() - n_tail..];
+    let excess = tail.iter().map(|x| x - tail[0]).sum::<f64>() / n_tail as f64;
+    let share = n_tail as f64 / largest.len() as f64;
+    let once = tail[0] + excess * (share * SECONDS_PER_ALARM).ln().max(0.0);
+    once.max(tail[n_tail - 1])
+}

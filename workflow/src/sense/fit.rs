@@ -1,0 +1,136 @@
+//! `hysteron fit-sensor`: what a robot's forces can be told from, learned from motion without contact.
+
+use std::path::PathBuf;
+
+use hysteron_base::{BadInput, Scene, file};
+use hysteron_twin::Twin;
+use hysteron_twin::sense::{ForceSensor, KnownForce, Observed, fit_sensor};
+use serde_json::{Value, json};
+
+use super::file::{Robot, value};
+use super::input::Input;
+use crate::network::Network;
+use crate::outputs::Outputs;
+use crate::{Caller, inputs};
+
+/// Learn from recordings without contact what the force sensor needs
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Scene file of the robot (scene.toml)
+    pub scene: PathBuf,
+    /// Recordings without contact, with holds between motions, or folders of them; where one has tip_force_x_n,
+    /// tip_force_y_n, tip_force_z_n it calibrates the stiffness of the tip
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Residual network of the twin
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
+    pub residual: Option<PathBuf>,
+    /// Torque of a servo at full load [default: an XL430-W250's]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N_M", default_value_t = 1.4))]
+    pub stall_torque: f64,
+    /// Sensor to write, .json
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub out: PathBuf,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    if !(options.stall_torque > 0.0 && options.stall_torque.is_finite()) {
+        return Err(
+            BadInput::new("--stall-torque", "a finite number > 0", options.stall_torque.to_string()).into()
+        );
+    }
+    let scene = Scene::read(&options.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let files = inputs::read(&options.recordings)?;
+    let outputs = Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual);
+    let _claim = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(caller)?;
+    let recordings = files
+        .iter()
+        .map(|input| Input::new(&twin, &input.recording, &input.path.display().to_string()))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let period = common_period(&recordings)?;
+    caller.listen()?;
+    let (mut free, mut known) = (Vec::new(), Vec::new());
+    let bar = caller.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
+    for input in &recordings {
+        let observed: Observed = input.observe(&twin, network.as_ref(), caller, bar.as_ref())?;
+        match &input.force {
+            Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),
+            _ => free.push(observed),
+        }
+    }
+    bar.finish();
+    if free.is_empty() {
+        let found = "pushes in every one";
+        return Err(BadInput::new("recordings", "at least one without contact", found).into());
+    }
+    let radius = recordings.iter().map(|input| input.servos.as_ref().map(|servos| servos.radius));
+    let radius: Option<Vec<f64>> = radius.collect();
+    let servo = radius.map(|radii| (options.stall_torque, radii.iter().sum::<f64>() / radii.len() as f64));
+    if servo.is_none() {
+        tracing::warn!("not every recording has ticks and loads: tensions will rest on the twin alone");
+    }
+    let sensor = fit_sensor(&free, &known, servo, period)?;
+    if known.is_empty() {
+        tracing::warn!(
+            "no recording with a known force: the stiffness of the tip is the twin's times {:.2}, known to {:.0} %; push the \
+             tip with known weights and record tip_force_x_n, tip_force_y_n, tip_force_z_n",
+            sensor.stiffness_scale,
+            100.0 * sensor.tip.response
+        );
+    }
+    let robot = Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
+    let hashes = files.iter().map(|input| json!([input.name, input.hash])).collect();
+    let value = value(&sensor, &robot, hashes, caller);
+    file::write_bytes(&options.out, serde_json::to_vec_pretty(&value)?)?;
+    print(&sensor, caller);
+    caller.wrote(&options.out);
+    Ok(value)
+}
+
+/// Filters are made for one rate.
+fn common_period(recordings: &[Input]) -> Result<f64, BadInput> {
+    let first = recordings.first().map_or(0.0, Input::period);
+    match recordings.iter().find(|input| (input.period() / first - 1.0).abs() > 0.01) {
+        Some(other) => {
+            let expected = format!("samples of {first:.4} s, as in {}", recordings[0].name);
+            Err(BadInput::new(
+                format!("{}: time_s", other.name),
+                expected,
+                format!("{:.4} s", other.period()),
+            ))
+        }
+        None => Ok(first),
+    }
+}
+
+fn print(sensor: &ForceSensor, caller: &Caller) {
+    let mm = |values: [f64; 3]| values.map(|value| format!("{:.3}", 1e3 * value)).join(" / ");
+    let ForceSensor { tension, tip, .. } = sensor;
+    if let Some(servo) = &sensor.servo {
+        caller.say(format_args!(
+            "friction of the servos: Coulomb {:.4} N m, breakaway {:.4} N m, viscous {:.4} N m s/rad",
+            servo.coulomb_n_m, servo.breakaway_n_m, servo.viscous_n_m_s_per_rad
+        ));
+    }
+    caller.say(format_args!(
+        "tensions: {:.3} times the twin's, {:.2} N off",
+        tension.force_scale, tension.model_n
+    ));
+    caller.say(format_args!(
+        "tip: {:.2} times as stiff as the twin's, known to {:.0} %",
+        sensor.stiffness_scale,
+        100.0 * tip.response
+    ));
+    caller.say(format_args!(
+        "tip without contact off by {} mm, another after {:.1} mm of tendon; offset {} mm; noise {} mm",
+        mm(tip.model_m),
+        1e3 * tip.length_m,
+        mm(tip.offset_m),
+        mm(tip.noise_m)
+    ));
+    caller.say(format_args!("a jump counts as contact from {:.1} standard deviations on", tip.threshold));
+}

@@ -1,0 +1,140 @@
+//! A recording as what the sensor takes: strokes, servos, tip, and the truth where somebody knows it.
+
+use std::f64::consts::TAU;
+
+use hysteron_actuator::TICKS_PER_TURN;
+use hysteron_base::{BadInput, Recording};
+use hysteron_twin::sense::{Observed, Observer, SenseSample};
+use hysteron_twin::{Motion, Twin};
+use nalgebra::Vector3;
+
+use crate::network::{self, Network};
+use crate::{Caller, Progress};
+
+/// Servos of a recording: what each pulley has turned and its load, both positive where it pulls.
+pub struct Servos {
+    /// Sample by sample (n_samples × n_primary) [rad].
+    angles: Vec<Vec<f64>>,
+    /// See `angles` [-].
+    loads: Vec<Vec<f64>>,
+    /// Radius of the pulleys [m].
+    pub radius: f64,
+}
+
+/// A recording to be sensed.
+pub struct Input {
+    /// Name in messages.
+    pub name: String,
+    /// Commands and tip.
+    pub motion: Motion,
+    /// Servos, where they were recorded.
+    pub servos: Option<Servos>,
+    /// Force on the tip that somebody knows, sample by sample [N].
+    pub force: Option<Vec<Vector3<f64>>>,
+    /// True tensions of a simulated robot (n_primary × n_samples) [N].
+    pub tensions: Option<Vec<Vec<f64>>>,
+}
+
+impl Input {
+    /// Takes a recording apart.
+    pub fn new(twin: &Twin, recording: &Recording, name: &str) -> anyhow::Result<Self> {
+        if recording.rate_hz().is_none() {
+            let expected = "equal time steps, within 1 %";
+            return Err(BadInput::new(format!("{name}: time_s"), expected, "unequal ones")
+                .hint("resample the recording")
+                .into());
+        }
+        let n = twin.n_primary;
+        let axis = |stem: &str| -> Option<[&[f64]; 3]> {
+            let of = |axis: &str| recording.channel(&format!("{stem}_{axis}_n"));
+            Some([of("x")?, of("y")?, of("z")?])
+        };
+        let force = axis("tip_force").or_else(|| axis("true_tip_force"));
+        let force = force.map(|[x, y, z]| (0..x.len()).map(|i| Vector3::new(x[i], y[i], z[i])).collect());
+        let tensions = recording.numbered("true_tension", "n");
+        let tensions = (tensions.len() == n).then(|| tensions.into_iter().map(<[f64]>::to_vec).collect());
+        Ok(Self {
+            motion: Motion::new(twin, recording, name)?,
+            servos: servos(recording, n).map_err(|bad| bad.within(name))?,
+            name: name.to_owned(),
+            force,
+            tensions,
+        })
+    }
+
+    /// True where somebody pushed, with a force that is known.
+    pub fn is_pushed(&self) -> bool {
+        self.force.as_ref().is_some_and(|force| force.iter().any(|force| force.norm() > 0.0))
+    }
+
+    /// Duration of a sample [s].
+    pub fn period(&self) -> f64 {
+        self.motion.step
+    }
+
+    /// Goes through the recording with the twin; `on` is told every observation.
+    pub fn observe(
+        &self,
+        twin: &Twin,
+        network: Option<&Network>,
+        caller: &Caller,
+        bar: &dyn Progress,
+    ) -> anyhow::Result<Observed> {
+        let plant = network::plant(network, twin, self.period()).map_err(|bad| bad.within(&self.name))?;
+        let mut observer = Observer::new(twin, plant, self.motion.strokes_at(0), self.period())?;
+        let mut samples = Vec::with_capacity(self.motion.len());
+        for i in 0..self.motion.len() {
+            anyhow::ensure!(!caller.is_cancelled(), "interrupted; nothing is written");
+            samples.push(observer.step(&self.sample(i))?);
+            bar.inc(1);
+        }
+        Ok(Observed { name: self.name.clone(), samples })
+    }
+
+    /// What was commanded and measured in a sample.
+    pub fn sample(&self, i: usize) -> SenseSample<'_> {
+        SenseSample {
+            strokes: self.motion.strokes_at(i),
+            angles: self.servos.as_ref().map(|servos| servos.angles[i].as_slice()),
+            loads: self.servos.as_ref().map(|servos| servos.loads[i].as_slice()),
+            tip: (!self.motion.gap[i]).then_some(self.motion.tips[i]),
+        }
+    }
+}
+
+/// Servos from ticks and loads; strokes and goals say how a pulley winds.
+fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
+    let (goals, present) = (recording.numbered("tick_goal", ""), recording.numbered("tick_present", ""));
+    let (loads, strokes) = (recording.numbered("load", ""), recording.strokes());
+    if [goals.len(), present.len(), loads.len(), strokes.len()] != [n; 4] {
+        return Ok(None);
+    }
+    let mut servos = Servos {
+        angles: vec![Vec::with_capacity(n); recording.n_samples()],
+        loads: vec![Vec::with_capacity(n); recording.n_samples()],
+        radius: 0.0,
+    };
+    for k in 0..n {
+        let stroke_per_tick = slope(goals[k], strokes[k]);
+        if !(stroke_per_tick.is_finite() && stroke_per_tick != 0.0) {
+            let place = format!("tick_goal_{}", k + 1);
+            return Err(BadInput::new(place, "ticks that follow the strokes", "ones that do not").hint(
+                "leave the columns tick_goal, tick_present and load out, and tensions rest on the twin alone",
+            ));
+        }
+        servos.radius += stroke_per_tick.abs() * TICKS_PER_TURN / TAU / n as f64;
+        for i in 0..recording.n_samples() {
+            servos.angles[i].push(stroke_per_tick.signum() * present[k][i] * TAU / TICKS_PER_TURN);
+            servos.loads[i].push(stroke_per_tick.signum() * loads[k][i]);
+        }
+    }
+    Ok(Some(servos))
+}
+
+/// Of the line through points, by least squares.
+fn slope(x: &[f64], y: &[f64]) -> f64 {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (mx, my) = (mean(x), mean(y));
+    let across: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
+    across / x.iter().map(|x| (x - mx).powi(2)).sum::<f64>()
+}

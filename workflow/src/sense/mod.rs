@@ -1,0 +1,163 @@
+//! `hysteron sense`: tensions and the force on the tip of a recorded robot, without a sensor for either.
+
+mod file;
+pub mod fit;
+mod input;
+mod scores;
+
+use std::path::PathBuf;
+
+use hysteron_base::{Channel, Metadata, Recording, Scene};
+use hysteron_twin::Twin;
+use hysteron_twin::sense::{Sensed, Sensing};
+use serde_json::Value;
+
+use crate::figures::sensing::{self, Shown};
+use crate::network::Network;
+use crate::outputs::Outputs;
+use crate::{COMMIT, Caller, inputs, paths};
+use file::Robot;
+use input::Input;
+pub use scores::{ContactScore, ForceScore, Scores, TensionScore};
+
+/// Tell tensions and the force on the tip from a recording
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Scene file of the robot (scene.toml)
+    pub scene: PathBuf,
+    /// Recording of strokes and tip, .parquet or .csv; with ticks and loads where there are servos
+    #[cfg_attr(feature = "clap", arg(value_name = "REC"))]
+    pub recording: PathBuf,
+    /// Sensor by hysteron fit-sensor
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub sensor: PathBuf,
+    /// Residual network of the twin that the sensor was fitted with
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
+    pub residual: Option<PathBuf>,
+    /// Recording to write, .parquet or .csv
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
+    pub out: PathBuf,
+    /// Folder for figures, report.html and metrics.json
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+    /// Write each figure as .png too
+    #[cfg_attr(feature = "clap", arg(long, requires = "figures"))]
+    pub png: bool,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    paths::check_recording(&options.out)?;
+    let scene = Scene::read(&options.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let robot = Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
+    let sensor = file::read(&options.sensor, &robot)?;
+    let files = inputs::read(std::slice::from_ref(&options.recording))?;
+    let [read] = &files[..] else {
+        anyhow::bail!(hysteron_base::BadInput::new("REC", "one recording", format!("{}", files.len())));
+    };
+    let outputs =
+        Outputs::reading([&read.path, &options.sensor]).and(&options.residual).scene(&options.scene, &scene);
+    let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
+    let _claim = outputs.check(caller)?;
+    let input = Input::new(&twin, &read.recording, &read.path.display().to_string())?;
+    if (input.period() / sensor.period_s - 1.0).abs() > 0.01 {
+        let expected = format!("samples of {} s, as the sensor was fitted with", sensor.period_s);
+        let found = format!("{:.4} s", input.period());
+        return Err(hysteron_base::BadInput::new(format!("{}: time_s", input.name), expected, found)
+            .hint("resample the recording")
+            .into());
+    }
+    caller.listen()?;
+    let bar = caller.progress("samples", input.motion.len(), 0);
+    let observed = input.observe(&twin, network.as_ref(), caller, bar.as_ref())?;
+    bar.finish();
+    let mut sensing = Sensing::new(&sensor, twin.n_primary)?;
+    let sensed: Vec<Sensed> = observed.samples.iter().map(|sample| sensing.step(sample)).collect();
+    let mut meta = Metadata::default();
+    meta.scene_hash.clone_from(&scene.hash);
+    meta.source = format!("forces told from {}", read.name);
+    meta.commit = COMMIT.to_owned();
+    meta.command.clone_from(&caller.command);
+    let recording = Recording::new(
+        read.recording.time().to_vec(),
+        channels(&sensed, &input, &observed),
+        read.recording.gap().to_vec(),
+        meta,
+    )?;
+    recording.write(&options.out)?;
+    let scores = scores::score(&input, &observed, &sensed, &sensor)?;
+    print(&scores, caller);
+    let shown =
+        Shown { title: &scene.name, recording: &recording, input: read, scores: &scores, sensor: &sensor };
+    let value = match &options.figures {
+        Some(folder) => {
+            let value = sensing::write(folder, &shown, caller, options.png)?;
+            caller.reported(folder);
+            value
+        }
+        None => serde_json::to_value(&scores)?,
+    };
+    caller.wrote(&options.out);
+    Ok(value)
+}
+
+/// What is written: strokes, tensions and force with their standard errors, whether there is a contact, and the tip without one.
+fn channels(sensed: &[Sensed], input: &Input, observed: &hysteron_twin::sense::Observed) -> Vec<Channel> {
+    let n = sensed.first().map_or(0, |sensed| sensed.tensions.len());
+    let mut channels = Vec::new();
+    let mut add = |name: String, value: &dyn Fn(usize) -> f64| {
+        channels.push(Channel::new(name, (0..sensed.len()).map(value).collect()));
+    };
+    for k in 0..n {
+        add(format!("stroke_{}_m", k + 1), &|i| input.motion.strokes_at(i)[k]);
+    }
+    for k in 0..n {
+        add(format!("tension_{}_n", k + 1), &|i| sensed[i].tensions[k].0);
+        add(format!("tension_error_{}_n", k + 1), &|i| sensed[i].tensions[k].1);
+    }
+    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        add(format!("tip_force_{axis}_n"), &|i| sensed[i].tip.force[c]);
+        add(format!("tip_force_error_{axis}_n"), &|i| sensed[i].tip.covariance[(c, c)].max(0.0).sqrt());
+        add(format!("free_tip_{axis}_m"), &|i| observed.samples[i].free_tip[c]);
+    }
+    add("contact".into(), &|i| f64::from(u8::from(sensed[i].tip.is_contact)));
+    channels
+}
+
+fn print(scores: &Scores, caller: &Caller) {
+    if !scores.tensions.is_empty() {
+        caller.say("tension, error over its root mean square      all   moving  at rest");
+        for row in &scores.tensions {
+            let TensionScore { method, all, moving, resting } = row;
+            let percent = [all, moving, resting].map(|share| format!("{:>6.1} %", 100.0 * share)).join(" ");
+            caller.say(format_args!("  {method:<40} {percent}"));
+        }
+    }
+    if !scores.forces.is_empty() {
+        caller.say("force on the tip               samples     RMS [mN]  median  within 30 mN or 15 %  direction within 15°");
+        for row in &scores.forces {
+            caller.say(format_args!(
+                "  {:<28} {:<8} {:>10.0} {:>8.0} {:>20.0} % {:>20.0} %",
+                row.method,
+                row.samples,
+                1e3 * row.rms_n,
+                1e3 * row.median_n,
+                100.0 * row.near,
+                100.0 * row.aligned
+            ));
+        }
+    }
+    if let Some(contacts) = &scores.contacts {
+        caller.say(format_args!(
+            "contacts: {}, within 100 ms found {:.0} %, above 0.15 N {:.0} %; false alarms {:.1} an hour, in {:.0} s without contact",
+            contacts.contacts,
+            100.0 * contacts.found_at_once,
+            100.0 * contacts.strong_found_at_once,
+            contacts.false_alarms_per_hour,
+            contacts.free_s
+        ));
+    }
+}
