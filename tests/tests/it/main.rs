@@ -18,6 +18,7 @@ mod reach;
 mod record;
 mod reports;
 mod repository;
+mod sense;
 mod simulate;
 mod study;
 mod target;

@@ -20,6 +20,7 @@ mod slack;
 mod state;
 mod synthetic;
 mod tendon;
+mod tip_response;
 mod work;
 
 use hysteron_fem::Mesh;

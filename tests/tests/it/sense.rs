@@ -1,0 +1,126 @@
+//! Forces without sensors, from the virtual rig to the report.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use hysteron_base::Recording;
+use hysteron_tests::{root, run};
+
+/// Strokes [mm] of moves and holds around the circle of directions: half a second to each place, half a second there.
+fn write_strokes(path: &Path, seconds: u32) {
+    let mut text = "time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n".to_owned();
+    let place = |k: u32| {
+        let (angle, radius) =
+            (2.4 * f64::from(k), if k == 0 || k >= seconds - 1 { 0.0 } else { 4.0 + f64::from(k % 3) * 0.5 });
+        [radius * angle.cos(), radius * angle.sin()]
+    };
+    for i in 0..=100 * seconds {
+        let (k, part) = (i / 100, (f64::from(i % 100) / 70.0).min(1.0));
+        let part = part * part * (3.0 - 2.0 * part);
+        let [a, b] = std::array::from_fn(|c| place(k)[c] + part * (place(k + 1)[c] - place(k)[c]));
+        writeln!(text, "{},{a},{b},{},{}", f64::from(i) / 100.0, -a, -b).unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+/// Pushes of half a newton for a second, every five.
+fn write_pushes(path: &Path, seconds: u32) {
+    let mut text = "time_s,tip_force_x_n,tip_force_y_n,tip_force_z_n\n0,0,0,0\n".to_owned();
+    for k in 0..seconds / 5 {
+        let angle = 1.1 * f64::from(k);
+        let begin = f64::from(5 * k) + 2.8;
+        writeln!(text, "{begin},{},{},0\n{},0,0,0", 0.5 * angle.cos(), 0.5 * angle.sin(), begin + 1.0)
+            .unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    write_strokes(&folder.join("strokes.csv"), 60);
+    write_pushes(&folder.join("pushes.csv"), 60);
+    std::fs::write(folder.join("none.csv"), "time_s,tip_force_x_n,tip_force_y_n,tip_force_z_n\n0,0,0,0\n")
+        .unwrap();
+    let record = |force: &str, seed: &str, out: &str| {
+        let what = ["record", "--rig", "virtual:typical", "--strokes", "strokes.csv", "--tip-force", force];
+        run(folder, &[&what[..], &["--seed", seed, "--out", out]].concat()).succeeded();
+    };
+    record("none.csv", "1", "free.parquet");
+    record("pushes.csv", "2", "known.parquet");
+    record("pushes.csv", "3", "pushed.parquet");
+    let scene = root().join("meshes/tpu80/scene-typical-friction.toml");
+    let scene = scene.to_str().unwrap();
+    run(folder, &["fit-sensor", scene, "free.parquet", "known.parquet", "--out", "sensor.json"]).succeeded();
+    let sense = ["sense", scene, "pushed.parquet", "--sensor", "sensor.json"];
+    let told = run(folder, &[&sense[..], &["--out", "told.parquet", "--figures", "told", "--json"]].concat())
+        .succeeded();
+    let value: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
+    let tension = |method: &str| {
+        let rows = value["scores"]["tensions"].as_array().unwrap();
+        let row = rows.iter().find(|row| row["method"] == method).unwrap();
+        row["all"].as_f64().unwrap()
+    };
+    // Servos hide more than half of a tension in their friction; beside the twin they tell it to a tenth.
+    assert!(tension("load alone") > 0.3, "{value}");
+    assert!(tension("servos and twin") < 0.1, "{value}");
+    assert!(tension("servos and twin") < tension("twin, forces scaled"), "{value}");
+    let contacts = &value["scores"]["contacts"];
+    assert_eq!(contacts["contacts"], 12);
+    // A push of 0.5 N moves the tip by 2 mm or more, the twin without a network is off by half a millimetre.
+    assert!(contacts["found_at_once"].as_f64().unwrap() > 0.8, "{value}");
+    let pushed = Recording::read(folder.join("told.parquet")).unwrap();
+    for name in [
+        "tension_4_n",
+        "tension_error_4_n",
+        "tip_force_x_n",
+        "tip_force_error_x_n",
+        "free_tip_z_m",
+        "contact",
+    ] {
+        assert!(pushed.channel(name).is_some(), "{name}");
+    }
+    assert!(folder.join("told/force.svg").exists() && folder.join("told/report.html").exists());
+
+    // The sensor belongs to its robot.
+    let other = root().join("meshes/tpu80/scene-typical.toml");
+    let refused = run(
+        folder,
+        &[
+            "sense",
+            other.to_str().unwrap(),
+            "pushed.parquet",
+            "--sensor",
+            "sensor.json",
+            "--out",
+            "a.parquet",
+        ],
+    );
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("sensor.json: scene_sha256"), "{}", refused.stderr);
+    let text = std::fs::read_to_string(folder.join("sensor.json")).unwrap();
+    std::fs::write(folder.join("damaged.json"), text.replace("\"length_m\": ", "\"length_m\": -")).unwrap();
+    let refused =
+        run(folder, &["sense", scene, "pushed.parquet", "--sensor", "damaged.json", "--out", "a.parquet"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("tip.length_m: expected a finite number > 0"), "{}", refused.stderr);
+    // Pushes alone say nothing of motion without contact.
+    let refused = run(folder, &["fit-sensor", scene, "known.parquet", "--out", "b.json"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("at least one without contact"), "{}", refused.stderr);
+    assert!(!folder.join("a.parquet").exists() && !folder.join("b.json").exists());
+}
+
+#[test]
+fn only_a_virtual_tip_is_pushed_and_by_a_force_that_is_there() {
+    let place = tempfile::tempdir().unwrap();
+    write_strokes(&place.path().join("strokes.csv"), 3);
+    std::fs::write(place.path().join("half.csv"), "time_s,tip_force_x_n\n0,0.1\n").unwrap();
+    let record =
+        ["record", "--strokes", "strokes.csv", "--out", "out.parquet", "--tip-force", "half.csv", "--rig"];
+    let refused = run(place.path(), &[&record[..], &["virtual:mild"]].concat());
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("expected a channel tip_force_y_n"), "{}", refused.stderr);
+    assert!(!place.path().join("out.parquet").exists());
+}
