@@ -171,7 +171,8 @@ mod tests {
         let mut motion = SteadyMotion::new(PERIOD);
         // The load lags by 20 ms, so does the mean of the tension that belongs to it.
         let span = |i: usize| i.saturating_sub(SteadyMotion::SPAN + 1)..i.saturating_sub(1);
-        let tension = |i: usize| rows[span(i)].iter().map(|row| row.2).sum::<f64>() / SteadyMotion::SPAN as f64;
+        let tension =
+            |i: usize| rows[span(i)].iter().map(|row| row.2).sum::<f64>() / SteadyMotion::SPAN as f64;
         let found = rows.iter().enumerate().filter_map(|(i, (angle, load, _))| {
             let steady = motion.step(*angle, *load)?;
             Some((steady.velocity, steady.load, tension(i)))

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::lagrangian::Variant;
 use hysteron_arm::study::StudyProgress;
-use hysteron_learn::{MOST_EPOCHS, MOST_HIDDEN, Progress};
+use hysteron_learn::Progress;
 use serde_json::Value;
 
+use crate::Caller;
 use crate::outputs::Outputs;
-use crate::{Caller, number};
 
 /// Compare learned inverse dynamics, or estimated external torques, with what is published
 #[derive(Debug, Clone)]
@@ -32,22 +32,22 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = variant))]
     pub variants: Vec<Variant>,
     /// Seeds of a row; of recorded arms, networks whose mean is taken [default: 5]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 5, value_parser = number::count::<32>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 5, value_parser = crate::number::count::<32>))]
     pub seeds: usize,
     /// Trajectories of the simulated arm to learn from, one table for each
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = number::count::<2000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = crate::number::count::<2000>))]
     pub trajectories: Vec<usize>,
     /// Units of each of the two hidden layers [default: 64]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = number::count::<MOST_HIDDEN>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::number::count::<hysteron_learn::MOST_HIDDEN>))]
     pub hidden: usize,
     /// Between the layers
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = ActivationName::Softplus))]
     pub activation: ActivationName,
     /// Epochs of Adam at most
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = number::count::<MOST_EPOCHS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::count::<hysteron_learn::MOST_EPOCHS>))]
     pub epochs: usize,
     /// Steps of L-BFGS at most, in double precision, after Adam; 0 for none
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = number::up_to::<100_000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::up_to::<100_000>))]
     pub polish: u32,
     /// Step size of Adam at the start [default: 0.005; published: 0.0001]
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE"))]
@@ -59,10 +59,10 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long))]
     pub published: bool,
     /// Every so many samples of a recorded arm are used
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = number::count::<1000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = crate::number::count::<1000>))]
     pub stride: usize,
     /// Fourier features of the simple models
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1000, value_parser = number::count::<8000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1000, value_parser = crate::number::count::<8000>))]
     pub features: usize,
 }
 

@@ -53,7 +53,8 @@ pub fn read(path: &Path, robot: &Robot) -> anyhow::Result<ForceSensor> {
         if found != expected {
             let text = |hash: Option<&str>| hash.unwrap_or("none").to_owned();
             return Err(BadInput::new(format!("{place}: {key}"), text(expected), text(found))
-                .hint(format!("the sensor was fitted with another {what}: fit it again")))?;
+                .hint(format!("the sensor was fitted with another {what}: fit it again"))
+                .into());
         }
     }
     Ok(sensor)
