@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::{Parser, Subcommand, ValueEnum};
 use hysteron_bench::study::{
-    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, population, rig, robots, sofa,
-    sorosim, tentacle,
+    adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, population, rig, robots,
+    sensing, sofa, sorosim, tentacle,
 };
 use hysteron_bench::targets::{self, Effort};
 
@@ -64,6 +64,8 @@ enum Name {
     Population,
     /// Layouts of auxiliary tendons
     Layouts,
+    /// Tensions and pushes told without force sensors
+    Sensing,
     /// Open-loop tracking by the inverse network
     Edic,
     /// Robots that have changed
@@ -96,6 +98,7 @@ fn study(name: Name, folder: &Path, quick: bool, robots: Option<u64>) -> Result<
         Name::Robots => robots::run(folder, quick),
         Name::Population => population::run(folder, quick, robots),
         Name::Layouts => layouts::run(folder, quick),
+        Name::Sensing => sensing::run(folder, quick),
         Name::Edic => edic::run(folder, quick),
         Name::Adaptation => adaptation::run(folder, quick),
     }

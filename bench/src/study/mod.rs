@@ -13,6 +13,7 @@ pub mod layouts;
 pub mod population;
 pub mod rig;
 pub mod robots;
+pub mod sensing;
 pub mod sofa;
 pub mod sorosim;
 pub mod tentacle;
