@@ -38,13 +38,13 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = crate::number::count::<2000>))]
     pub trajectories: Vec<usize>,
     /// Units of each of the two hidden layers [default: 64]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::number::count::<hysteron_learn::MOST_HIDDEN>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
     pub hidden: usize,
     /// Between the layers
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = ActivationName::Softplus))]
     pub activation: ActivationName,
     /// Epochs of Adam at most
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::count::<hysteron_learn::MOST_EPOCHS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
     pub epochs: usize,
     /// Steps of L-BFGS at most, in double precision, after Adam; 0 for none
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::up_to::<100_000>))]
