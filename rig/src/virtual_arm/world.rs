@@ -2,10 +2,10 @@
 //!
 //! Each joint is a rotor behind a gear: the rotor drives its link through teeth that are elastic and have backlash. One step of h
 //! is implicit in all speeds:
-//!
-//!     J (ω⁺ − ω)/h = τ_m(ω⁺) − τ_c − F_m         τ_c = k (θ + h ω⁺ − q − h q̇⁺ ∓ δ/2) + d (ω⁺ − q̇⁺) where teeth touch
-//!     M (q̇⁺ − q̇)/h = τ_c − C q̇ − g + Jᵀ f − F_l
-//!
+//! ```text
+//! J (ω⁺ − ω)/h = τ_m(ω⁺) − τ_c − F_m         τ_c = k (θ + h ω⁺ − q − h q̇⁺ ∓ δ/2) + d (ω⁺ − q̇⁺) where teeth touch
+//! M (q̇⁺ − q̇)/h = τ_c − C q̇ − g + Jᵀ f − F_l
+//! ```
 //! with dry friction F_m of the gear, which depends on its load, and F_l of the bearing; see [`super::stiction`].
 
 use nalgebra::Vector3;
