@@ -1,4 +1,4 @@
-//! Actuators learned from telemetry, as NeuralActuator (paper 000) has them: torques that move a simulated arm as the recorded one
+//! Actuators learned from telemetry, as NeuralActuator has them: torques that move a simulated arm as the recorded one
 //! moved, forces on its tip, and the condition of a motor. Equations and protocol: `docs/neural-actuator.md`.
 
 mod actuator;
