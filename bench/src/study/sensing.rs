@@ -15,6 +15,8 @@ use super::chain::{Chain, FRICTION, scene_path};
 use super::write_metrics;
 
 const ROBOTS: [&str; 2] = ["typical", "harsh"];
+/// Trajectories of the plan `quick` that are for training.
+const TRAINING: [&str; 4] = ["sinusoid", "diagonal", "circle", "square"];
 /// Samples per second of all recordings [Hz].
 const RATE: f64 = 100.0;
 /// Largest stroke [mm]; speeds of moves [mm/s]; holds [s].
@@ -42,11 +44,14 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 fn sense(folder: &Path, robot: &str, seconds: f64, epochs: &str) -> Result<Value> {
     let chain = Chain::new(&folder.join("sensing").join(robot))?;
     chain.record(robot, "quick", "quick")?;
-    let [quick, twin, residual, sensor] =
-        ["quick", "twin/scene.toml", "residual.safetensors", "sensor.json"].map(|name| chain.path(name));
-    let (quick, twin, residual, sensor) = (quick?, twin?, residual?, sensor?);
+    let [twin, residual, sensor] =
+        ["twin/scene.toml", "residual.safetensors", "sensor.json"].map(|name| chain.path(name));
+    let (twin, residual, sensor) = (twin?, residual?, sensor?);
     let scene = scene_path(FRICTION.1);
-    chain.once(&twin, &["fit-material", &scene, &quick, "--role", "training", "--out", &twin])?;
+    let training = TRAINING.map(|name| chain.path(&format!("quick/{name}.parquet")));
+    let training = training.into_iter().collect::<Result<Vec<String>>>()?;
+    let names: Vec<&str> = training.iter().map(String::as_str).collect();
+    chain.once(&twin, &[&["fit-material", &scene][..], &names, &["--out", &twin]].concat())?;
     let record = |name: &str, seed: u64, pushed: bool| -> Result<String> {
         let [strokes, force, out] =
             ["strokes", "force", "recorded"].map(|kind| chain.path(&format!("{kind}/{name}")));
