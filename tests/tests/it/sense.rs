@@ -6,16 +6,16 @@ use std::path::Path;
 use hysteron_base::Recording;
 use hysteron_tests::{root, run};
 
-/// Strokes [mm] of moves and holds around the circle of directions: half a second to each place, half a second there.
+/// Strokes [mm] of moves and holds around the circle of directions: 1.4 s to each place, 0.6 s there.
 fn write_strokes(path: &Path, seconds: u32) {
     let mut text = "time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n".to_owned();
     let place = |k: u32| {
-        let (angle, radius) =
-            (2.4 * f64::from(k), if k == 0 || k >= seconds - 1 { 0.0 } else { 4.0 + f64::from(k % 3) * 0.5 });
+        let is_rest = k == 0 || k >= seconds / 2 - 1;
+        let (angle, radius) = (2.4 * f64::from(k), if is_rest { 0.0 } else { 4.0 + f64::from(k % 3) * 0.5 });
         [radius * angle.cos(), radius * angle.sin()]
     };
     for i in 0..=100 * seconds {
-        let (k, part) = (i / 100, (f64::from(i % 100) / 70.0).min(1.0));
+        let (k, part) = (i / 200, (f64::from(i % 200) / 140.0).min(1.0));
         let part = part * part * (3.0 - 2.0 * part);
         let [a, b] = std::array::from_fn(|c| place(k)[c] + part * (place(k + 1)[c] - place(k)[c]));
         writeln!(text, "{},{a},{b},{},{}", f64::from(i) / 100.0, -a, -b).unwrap();
