@@ -42,7 +42,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 
 /// Records, calibrates, fits and evaluates the sensor of one robot.
 fn sense(folder: &Path, robot: &str, seconds: f64, epochs: &str) -> Result<Value> {
-    let chain = Chain::new(&folder.join("sensing").join(robot))?;
+    let chain = Chain::new(&folder.join(robot))?;
     chain.record(robot, "quick", "quick")?;
     let [twin, residual, sensor] =
         ["twin/scene.toml", "residual.safetensors", "sensor.json"].map(|name| chain.path(name));
