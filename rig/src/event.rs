@@ -48,6 +48,8 @@ pub enum EventKind {
     TrackerCorrupt,
     /// A tendon near the load limit is wound no further, or again.
     Hold,
+    /// A contact was told from what is measured, or is over.
+    Contact,
     /// A limit was passed.
     Limit,
     /// A cycle came too late.

@@ -12,14 +12,16 @@ impl Session<'_> {
         if self.torque != Torque::On {
             return Err(Error::Bus("the session has ended, and the torque is off".into()).into());
         }
-        let done = self.carry_out(strokes);
-        if let Err(stop) = &done {
-            self.log_stop(stop);
-            if stop.forbids_motion() {
-                self.end(End::Off);
-            }
+        self.carry_out(strokes).map_err(|stop| self.stopped(stop))
+    }
+
+    /// Logs what ends a motion, and switches the torque off where it forbids to move on.
+    pub(super) fn stopped(&mut self, stop: Stop) -> Stop {
+        self.log_stop(&stop);
+        if stop.forbids_motion() {
+            self.end(End::Off);
         }
-        done
+        stop
     }
 
     fn carry_out(&mut self, strokes: &[f64]) -> Result<(), Stop> {

@@ -12,6 +12,7 @@ mod cycle;
 mod hold;
 mod record;
 mod stats;
+mod supervisor;
 
 use crate::calibration::Calibration;
 use crate::config::{AtEnd, RigConfig, TrackerSource};
@@ -22,6 +23,7 @@ use crate::{
 use hold::LoadGuard;
 pub use record::{Outcome, RecordOptions, Recorder, events_path, free_name, journal_path, recover};
 pub use stats::{RunStats, StatsSummary};
+pub use supervisor::Supervisor;
 
 /// Cycles without an answer after which a servo counts as lost.
 const LOST_AFTER: u32 = 5;

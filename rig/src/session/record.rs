@@ -6,7 +6,7 @@
 //! short ever stands under the final name.
 
 use super::align::Aligner;
-use super::{RunStats, SETTLE, Session, Stop, tip_rate};
+use super::{RunStats, SETTLE, Session, Stop, Supervisor, tip_rate};
 use crate::calibration::Calibration;
 use crate::config::RigConfig;
 use crate::{Error, Event, Result};
@@ -88,6 +88,7 @@ fn channel_names(n: usize, instruments: &[String], with_tip: bool) -> Vec<String
 pub struct Recorder {
     tape: Tape,
     options: RecordOptions,
+    channels: Vec<String>,
 }
 
 impl Recorder {
@@ -123,10 +124,11 @@ impl Recorder {
         options: RecordOptions,
     ) -> Result<Self> {
         let (n, rate) = (rig.tendons.len(), tip_rate(rig, calibration));
+        let channels = names_of(rig, calibration, &options);
         let tape = Tape {
             journal: JournalQueue::start(journal).map_err(disk)?,
             aligner: Aligner::new(4 * n + options.instruments.len(), rate, WAIT_MAX),
-            n_written: names_of(rig, calibration, &options).len(),
+            n_written: channels.len(),
             instruments: Vec::with_capacity(options.instruments.len()),
             n_instruments: options.instruments.len(),
             start: 0.0,
@@ -134,8 +136,21 @@ impl Recorder {
             held: Vec::with_capacity(2 * n),
             is_real_time: true,
             events: Vec::new(),
+            supervisor: None,
         };
-        Ok(Self { tape, options })
+        Ok(Self { tape, options, channels })
+    }
+
+    /// Channels of the recording, in the order of its rows.
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// Lets `supervisor` follow the recording; it may end it.
+    #[must_use]
+    pub fn supervised_by(mut self, supervisor: Box<dyn Supervisor>) -> Self {
+        self.tape.supervisor = Some(supervisor);
+        self
     }
 
     /// Goes to rest, follows the strokes of `commands` (n tendons) sample by sample, returns to rest and ends the
@@ -255,6 +270,7 @@ fn follow(
             return Err(error.into());
         }
         done?;
+        tape.ask_supervisor(session)?;
         progress(i + 1);
     }
     session.say("the plan is done");
@@ -281,6 +297,8 @@ struct Tape {
     is_real_time: bool,
     /// What the journal has been told.
     events: Vec<Event>,
+    /// Who follows the rows.
+    supervisor: Option<Box<dyn Supervisor>>,
 }
 
 impl Tape {
@@ -323,9 +341,22 @@ impl Tape {
             self.journal.wait_for_room();
         }
         while let Some((time, row)) = self.aligner.pop(now) {
-            self.journal.append(time - self.start, &row[..self.n_written]).map_err(disk)?;
+            let (time, row) = (time - self.start, &row[..self.n_written]);
+            self.journal.append(time, row).map_err(disk)?;
+            if let Some(supervisor) = &mut self.supervisor {
+                supervisor.take_row(time, row);
+            }
         }
         Ok(())
+    }
+
+    /// Asks who follows the rows what he found.
+    fn ask_supervisor(&mut self, session: &mut Session<'_>) -> std::result::Result<(), Stop> {
+        let Some(supervisor) = &mut self.supervisor else { return Ok(()) };
+        let mut notes = Vec::new();
+        let checked = supervisor.check(&mut notes);
+        notes.into_iter().for_each(|(kind, message)| session.note(kind, None, message));
+        checked.map_err(|violation| session.stopped(violation.into()))
     }
 
     /// Takes events over.

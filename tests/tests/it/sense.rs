@@ -83,6 +83,8 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     }
     assert!(folder.join("told/force.svg").exists() && folder.join("told/report.html").exists());
 
+    senses_while_recording(folder, scene, &pushed);
+
     // The sensor belongs to its robot.
     let other = root().join("meshes/tpu80/scene-typical.toml");
     let refused = run(
@@ -110,6 +112,71 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     assert!(refused.stderr.contains("at least one without contact"), "{}", refused.stderr);
     assert!(!folder.join("a.parquet").exists() && !folder.join("b.json").exists());
+}
+
+/// Times at which a contact begins or ends, of the log beside a recording [s].
+fn contacts(log: &Path) -> Vec<f64> {
+    let text = std::fs::read_to_string(log).unwrap();
+    let events = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let told = events.filter(|event| event["kind"] == "contact").map(|event| {
+        let message = event["message"].as_str().unwrap();
+        let time = message.split(" at ").nth(1).unwrap().split(" s").next().unwrap();
+        time.parse::<f64>().unwrap()
+    });
+    told.collect()
+}
+
+/// What is told while recording is what is told of the recording (`told`), and ends it where that was asked for.
+fn senses_while_recording(folder: &Path, scene: &str, told: &Recording) {
+    let record = |out: &str, more: &[&str]| {
+        let what =
+            ["record", "--rig", "virtual:typical", "--strokes", "strokes.csv", "--tip-force", "pushes.csv"];
+        let sensor = ["--seed", "3", "--out", out, "--sensor", "sensor.json", "--scene", scene];
+        run(folder, &[&what[..], &sensor, more].concat())
+    };
+    record("live.parquet", &[]).succeeded();
+    let live = Recording::read(folder.join("live.parquet")).unwrap();
+    let alone = Recording::read(folder.join("pushed.parquet")).unwrap();
+    assert_eq!(live.channels(), alone.channels());
+    let (time, contact) = (told.time(), told.channel("contact").unwrap());
+    let changes = (0..contact.len()).filter(|&i| contact[i] != if i == 0 { 0.0 } else { contact[i - 1] });
+    let expected: Vec<f64> = changes.map(|i| time[i]).collect();
+    let found = contacts(&folder.join("live.events.jsonl"));
+    assert!(found.len() >= 12, "{found:?}");
+    // Times in messages have two decimals. The last rows come when the robot is back at rest already.
+    assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 0.0051), "{found:?} {expected:?}");
+    assert!(expected.len() - found.len() <= 1, "{found:?} {expected:?}");
+
+    let begin = expected[0];
+    for (name, more, why, last) in [
+        ("contact", &["--stop-on-contact"][..], "contact at ", begin),
+        ("tension", &["--tension-max", "1"][..], "tension: expected at most 1.0 N, told ", begin),
+    ] {
+        let stopped = record(&format!("{name}.parquet"), more);
+        assert_eq!(stopped.code, Some(1), "{}", stopped.stderr);
+        assert!(stopped.stderr.contains(why), "{}", stopped.stderr);
+        assert!(!folder.join(format!("{name}.parquet")).exists());
+        let part = Recording::read(folder.join(format!("{name}.partial-1.parquet"))).unwrap();
+        let end = *part.time().last().unwrap();
+        // A row waits for the pose after it, 25 ms at 40 Hz.
+        assert!(end < last + 0.06, "{name}: {end} after {last}");
+        let log = std::fs::read_to_string(folder.join(format!("{name}.events.jsonl")))
+            .or_else(|_| std::fs::read_to_string(folder.join(format!("{name}.partial-1.events.jsonl"))))
+            .unwrap();
+        assert!(log.contains("torque off"), "{log}");
+    }
+    for (more, place) in
+        [(&["--tension-max", "-1"][..], "--tension-max"), (&["--residual", "sensor.json"][..], "sensor.json")]
+    {
+        let refused = record("refused.parquet", more);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        assert!(refused.stderr.contains(place), "{}", refused.stderr);
+    }
+    let alone = ["record", "--rig", "virtual:mild", "--strokes", "strokes.csv", "--out", "refused.parquet"];
+    let refused = run(folder, &[&alone[..], &["--stop-on-contact"]].concat());
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("--sensor"), "{}", refused.stderr);
+    assert!(!folder.join("refused.parquet").exists());
 }
 
 #[test]

@@ -11,26 +11,33 @@ use super::source::Source;
 use super::summary::Summary;
 use super::{Job, Options};
 use crate::Caller;
+use crate::sense::live::{LiveSensing, Pace};
 use crate::watchdog::WatchedRig;
+
+/// What is to be recorded, and how.
+pub struct Work<'a> {
+    pub options: &'a Options,
+    pub jobs: &'a [Job],
+    pub sensing: Option<&'a LiveSensing>,
+}
 
 pub fn record(
     source: &Source,
-    options: &Options,
-    jobs: &[Job],
+    Work { options, jobs, sensing }: &Work,
     calibration: &Calibration,
     meta: &dyn Fn(&Job, &Calibration) -> Metadata,
     summary: &mut Summary,
     caller: &Caller,
 ) -> anyhow::Result<()> {
     let rig = source.rig();
-    for job in jobs {
+    for job in *jobs {
         rescue(&job.out)?;
     }
     let mut hardware = LiveRig::open(rig)?;
     let servos = hardware.prepare()?;
     calibration.check(rig, &servos)?;
     let mut hardware = WatchedRig::new(hardware, &options.rig, caller)?;
-    let run = Run { rig, calibration, meta };
+    let run = Run { rig, calibration, meta, sensing: *sensing };
     let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary, caller);
     if is_torque_settled {
         hardware.close();
@@ -43,6 +50,7 @@ struct Run<'a> {
     rig: &'a RigConfig,
     calibration: &'a Calibration,
     meta: &'a dyn Fn(&Job, &Calibration) -> Metadata,
+    sensing: Option<&'a LiveSensing>,
 }
 
 impl Run<'_> {
@@ -66,7 +74,7 @@ impl Run<'_> {
                     }
                     (ended, outcome.is_torque_settled)
                 }
-                Err(error) => (Err(error.into()), false),
+                Err(error) => (Err(error), false),
             };
             before += job.commands.n_samples();
             if end.0.is_err() {
@@ -83,10 +91,13 @@ impl Run<'_> {
         job: &Job,
         progress: &mut dyn FnMut(usize),
         caller: &Caller,
-    ) -> hysteron_rig::Result<Outcome> {
+    ) -> anyhow::Result<Outcome> {
         let options = RecordOptions::new(job.out.clone(), (self.meta)(job, self.calibration));
-        let recorder = Recorder::begin(self.rig, self.calibration, options)?;
+        let mut recorder = Recorder::begin(self.rig, self.calibration, options)?;
+        if let Some(sensing) = self.sensing {
+            recorder = sensing.follow(recorder, self.calibration, &job.commands, Pace::RealTime)?;
+        }
         let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
-        recorder.run(session, &job.commands, &|| caller.is_cancelled(), progress)
+        Ok(recorder.run(session, &job.commands, &|| caller.is_cancelled(), progress)?)
     }
 }

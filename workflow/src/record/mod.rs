@@ -17,6 +17,7 @@ use serde_json::Value;
 
 use crate::figures::data_set::{self, DataSet};
 use crate::outputs::check_report;
+use crate::sense::live::{LiveOptions, LiveSensing};
 use crate::{COMMIT, Caller};
 use jobs::{Job, is_folder, split_done};
 use simulated::Simulation;
@@ -54,6 +55,9 @@ pub struct Options {
     /// frame; true tensions and force are then recorded too
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub tip_force: Option<PathBuf>,
+    /// Tells contacts and tensions while it records.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub live: Option<LiveOptions>,
     /// Folder for figures, report.html and metrics.json [default: OUT, where it is a folder]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub figures: Option<PathBuf>,
@@ -80,6 +84,7 @@ impl Options {
             calibration,
             seed,
             tip_force: None,
+            live: None,
             figures: None,
             png: false,
         }
@@ -90,10 +95,15 @@ impl Options {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let source = Source::read(&options.rig)?;
     let tip_force = tip_force(options, &source)?;
+    let n_tendons = source.rig().tendons.len();
+    let sensing = options.live.as_ref().map(|live| LiveSensing::read(live, n_tendons)).transpose()?;
     let work = match &options.plan {
         Some(plan) => jobs::of_plan(plan, options, &source)?,
         None => jobs::of_strokes(options, &source)?,
     };
+    for job in sensing.iter().flat_map(|_| &work.jobs) {
+        sensing.iter().try_for_each(|sensing| sensing.check_rate(&job.name, job.rate_hz))?;
+    }
     let folder = is_folder(&options.out).then_some(options.out.as_path());
     let figures = options.figures.as_deref().or(folder);
     let option = if options.figures.is_some() { "--figures" } else { "--out" };
@@ -139,11 +149,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
                 if let Some(folder) = folder {
                     source::keep_calibration(folder, &calibration)?;
                 }
-                live::record(&source, options, &missing, &calibration, &meta, &mut summary, caller)
+                let work = live::Work { options, jobs: &missing, sensing: sensing.as_ref() };
+                live::record(&source, &work, &calibration, &meta, &mut summary, caller)
             }
             (_, given) => {
-                let simulation =
-                    Simulation { source: &source, seed: options.seed, tip_force: tip_force.as_ref() };
+                let (tip_force, sensing) = (tip_force.as_ref(), sensing.as_ref());
+                let simulation = Simulation { source: &source, seed: options.seed, tip_force, sensing };
                 simulation.record(&missing, (given, folder), &meta, &mut summary, caller)
             }
         }

@@ -17,6 +17,7 @@ use super::source::{self, Source};
 use super::summary::Summary;
 use super::tip_force::TipForce;
 use crate::Caller;
+use crate::sense::live::{LiveSensing, Pace};
 
 /// A simulated calibration has no date; the same seed must give the same bytes.
 const DATE: &str = "simulated";
@@ -26,6 +27,7 @@ pub struct Simulation<'a> {
     pub source: &'a Source,
     pub seed: u64,
     pub tip_force: Option<&'a TipForce>,
+    pub sensing: Option<&'a LiveSensing>,
 }
 
 impl Simulation<'_> {
@@ -70,7 +72,10 @@ impl Simulation<'_> {
                 // A simulation can be repeated.
                 std::fs::remove_file(&journal)?;
             }
-            let recorder = Recorder::begin(rig, &calibration, options)?;
+            let mut recorder = Recorder::begin(rig, &calibration, options)?;
+            if let Some(sensing) = self.sensing {
+                recorder = sensing.follow(recorder, &calibration, &job.commands, Pace::Simulated)?;
+            }
             let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
             let mut progress = |row: usize| {
                 bar.inc(1);

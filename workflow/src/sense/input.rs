@@ -92,16 +92,7 @@ impl Input {
             times.push(1e3 * start.elapsed().as_secs_f64());
             bar.inc(1);
         }
-        times.sort_by(f64::total_cmp);
-        let percentile = |part: f64| times[((times.len() - 1) as f64 * part) as usize];
-        tracing::info!(
-            "{}: a sample takes {:.2} ms in the median, {:.2} ms in 99 of 100 and {:.2} ms at most; there are {:.1} ms",
-            self.name,
-            percentile(0.5),
-            percentile(0.99),
-            percentile(1.0),
-            1e3 * self.period()
-        );
+        log_times(&self.name, &mut times, self.period());
         Ok(Observed { name: self.name.clone(), samples })
     }
 
@@ -114,6 +105,20 @@ impl Input {
             tip: (!self.motion.gap[i]).then_some(self.motion.tips[i]),
         }
     }
+}
+
+/// Logs how long samples took [ms] beside what there is [s].
+pub fn log_times(name: &str, times: &mut [f64], period: f64) {
+    times.sort_by(f64::total_cmp);
+    let percentile =
+        |part: f64| times.get(((times.len().max(1) - 1) as f64 * part) as usize).copied().unwrap_or(0.0);
+    tracing::info!(
+        "{name}: a sample takes {:.2} ms in the median, {:.2} ms in 99 of 100 and {:.2} ms at most; there are {:.1} ms",
+        percentile(0.5),
+        percentile(0.99),
+        percentile(1.0),
+        1e3 * period
+    );
 }
 
 /// Servos from ticks and loads; strokes and goals say how a pulley winds.

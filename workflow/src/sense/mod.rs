@@ -3,6 +3,7 @@
 mod file;
 pub mod fit;
 mod input;
+pub mod live;
 mod scores;
 
 use std::path::PathBuf;
