@@ -166,7 +166,7 @@ fn senses_while_recording(folder: &Path, scene: &str, told: &Recording) {
         assert!(log.contains("torque off"), "{log}");
     }
     for (more, place) in
-        [(&["--tension-max", "-1"][..], "--tension-max"), (&["--residual", "sensor.json"][..], "sensor.json")]
+        [(&["--tension-max", "0"][..], "--tension-max"), (&["--residual", "sensor.json"][..], "sensor.json")]
     {
         let refused = record("refused.parquet", more);
         assert_eq!(refused.code, Some(2), "{}", refused.stderr);

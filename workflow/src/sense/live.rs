@@ -28,10 +28,10 @@ use crate::network::{self, Network};
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct LiveOptions {
     /// Force sensor by hysteron fit-sensor: contacts and tensions are told while the robot moves
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", requires = "scene"))]
+    #[cfg_attr(feature = "clap", arg(long, required = false, value_name = "FILE", requires = "scene"))]
     pub sensor: PathBuf,
     /// Scene that the sensor was fitted with
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE", requires = "sensor"))]
+    #[cfg_attr(feature = "clap", arg(long, required = false, value_name = "SCENE", requires = "sensor"))]
     pub scene: PathBuf,
     /// Residual network that the sensor was fitted with
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT", requires = "sensor"))]
