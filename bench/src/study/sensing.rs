@@ -9,6 +9,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use hysteron_base::{file, rng};
 use rand::RngExt;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::chain::{Chain, FRICTION, scene_path};
@@ -33,15 +34,28 @@ const PAUSES: [f64; 2] = [2.0, 4.0];
 /// # Errors
 /// A stage fails.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
-    let (robots, seconds, epochs) =
-        if quick { (&ROBOTS[..1], 60.0, "2") } else { (&ROBOTS[..], 240.0, "300") };
-    let rows =
-        robots.iter().map(|robot| sense(folder, robot, seconds, epochs)).collect::<Result<Vec<Value>>>()?;
+    let effort = if quick {
+        Effort { seconds: 60.0, epochs: "2", n_free: 2 }
+    } else {
+        Effort { seconds: 240.0, epochs: "300", n_free: 15 }
+    };
+    let robots = if quick { &ROBOTS[..1] } else { &ROBOTS[..] };
+    let rows = robots.iter().map(|robot| sense(folder, robot, &effort)).collect::<Result<Vec<Value>>>()?;
     write_metrics(folder, "sensing", json!({ "robots": rows }))
 }
 
+struct Effort {
+    /// Length of each recording [s].
+    seconds: f64,
+    /// Of the residual network.
+    epochs: &'static str,
+    /// Recordings without contact that the sensor is fitted on, and as many others to count false alarms in.
+    n_free: u64,
+}
+
 /// Records, calibrates, fits and evaluates the sensor of one robot.
-fn sense(folder: &Path, robot: &str, seconds: f64, epochs: &str) -> Result<Value> {
+fn sense(folder: &Path, robot: &str, effort: &Effort) -> Result<Value> {
+    let Effort { seconds, epochs, n_free } = *effort;
     let chain = Chain::new(&folder.join(robot))?;
     chain.record(robot, "quick", "quick")?;
     let [twin, residual, sensor] =
@@ -64,12 +78,15 @@ fn sense(folder: &Path, robot: &str, seconds: f64, epochs: &str) -> Result<Value
         chain.once(&out, &[&what[..], &["--out", &out]].concat())?;
         Ok(out)
     };
-    for kind in ["strokes", "force", "recorded"] {
+    for kind in ["strokes", "force", "recorded", "told"] {
         std::fs::create_dir_all(chain.path(kind)?)?;
     }
     let learned = (1..=4).map(|k| record(&format!("learned-{k}"), k, false)).collect::<Result<Vec<_>>>()?;
-    let free = (5..=6).map(|k| record(&format!("free-{k}"), k, false)).collect::<Result<Vec<_>>>()?;
     let (known, pushed) = (record("known", 7, true)?, record("pushed", 8, true)?);
+    let without = |name: &str, first: u64| {
+        (0..n_free).map(|k| record(&format!("{name}-{k}"), first + k, false)).collect::<Result<Vec<_>>>()
+    };
+    let (free, other) = (without("free", 100)?, without("other", 200)?);
     let identified = chain.path("identified")?;
     let names: Vec<&str> = learned.iter().map(String::as_str).collect();
     chain.hysteron(&[&["identify", &twin][..], &names, &["--out", &identified]].concat())?;
@@ -78,12 +95,27 @@ fn sense(folder: &Path, robot: &str, seconds: f64, epochs: &str) -> Result<Value
     let names: Vec<&str> = free.iter().map(String::as_str).collect();
     let fit = [&["fit-sensor", &twin][..], &names, &[&known], &with, &["--out", &sensor]].concat();
     chain.once(&sensor, &fit)?;
-    let (told, figures) = (chain.path("told.parquet")?, chain.path("told")?);
-    let out = ["--sensor", &sensor, "--out", &told, "--figures", &figures];
-    chain.hysteron(&[&["sense", &twin, &pushed][..], &with, &out].concat())?;
-    let metrics: Value = serde_json::from_str(&file::read_text(&Path::new(&figures).join("metrics.json"))?)
-        .context("the metrics of a sensed recording")?;
-    Ok(json!({ "robot": robot, "scores": metrics["scores"], "sensor": metrics["sensor"] }))
+    let tell = |recording: &str, name: &str| -> Result<Value> {
+        let (told, figures) =
+            (chain.path(&format!("told/{name}.parquet"))?, chain.path(&format!("told/{name}"))?);
+        let out = ["--sensor", &sensor, "--out", &told, "--figures", &figures];
+        chain.hysteron(&[&["sense", &twin, recording][..], &with, &out].concat())?;
+        let text = file::read_text(&Path::new(&figures).join("metrics.json"))?;
+        serde_json::from_str(&text).context("the metrics of a sensed recording")
+    };
+    let metrics = tell(&pushed, "pushed")?;
+    let contacts = |(k, recording): (usize, &String)| -> Result<[f64; 2]> {
+        let scores = tell(recording, &format!("other-{k}"))?["scores"]["contacts"].clone();
+        let [rate, free] = ["false_alarms_per_hour", "free_s"].map(|key| scores[key].as_f64());
+        let (rate, free) = rate.zip(free).context("contacts of a recording without any")?;
+        Ok([(rate * free / 3600.0).round(), free])
+    };
+    let told = other.par_iter().enumerate().map(contacts).collect::<Result<Vec<_>>>()?;
+    let [alarms, free_s] = [0, 1].map(|c| told.iter().map(|of_one| of_one[c]).sum::<f64>());
+    Ok(json!({
+        "robot": robot, "scores": metrics["scores"], "sensor": metrics["sensor"],
+        "without_contact": { "alarms": alarms, "seconds": free_s },
+    }))
 }
 
 /// A smooth way from 0 to 1 that starts and ends at rest (minimum jerk).

@@ -2,12 +2,12 @@
 
 use hysteron_actuator::{LoadModel, SteadyMotion};
 use hysteron_base::BadInput;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::observer::{Observation, Steady};
 use super::sensor::{ForceSensor, ServoLoad};
 use super::tension::TensionErrors;
-use super::tip_force::{TipErrors, TipForceFilter};
+use super::tip_force::{TipErrors, TipForceFilter, TipSample};
 
 type Check<T> = std::result::Result<T, BadInput>;
 
@@ -38,15 +38,22 @@ const SLACK: usize = 15;
 /// Fewest pairs of samples, and known changes of force, that a number is learned from.
 const FEWEST_PAIRS: usize = 200;
 const FEWEST_JUMPS: usize = 5;
-/// Change of a known force that counts as a jump [N], and over how long its effect is taken [s].
+/// Change of a known force that counts as a jump [N]; its effect is a mean over this time after it less one over a time before [s].
 const JUMP: f64 = 0.03;
-const JUMP_TIME: f64 = 0.3;
+const AFTER_JUMP: [f64; 2] = [0.08, 0.18];
+const BEFORE_JUMP: f64 = 0.08;
 /// Smallest error of a tip that is believed [m].
 const FINEST: f64 = 5e-6;
 /// Standard error of the response where no push of known force was recorded [-]: creep and sticking friction stiffen the tip.
 const UNKNOWN_RESPONSE: f64 = 0.4;
-/// False alarms in contact-free motion: one an hour.
+/// Time over which changes along and across the tip's motion are compared, and over which that motion is taken [s].
+const CHANGE: f64 = 0.08;
+const DIRECTION: f64 = 0.15;
+/// False alarms in contact-free motion: one an hour, of all classes of speed together.
 const SECONDS_PER_ALARM: f64 = 3600.0;
+/// Largest values of the statistic are taken in blocks of this time [s]; this part of them is its tail.
+const BLOCK: f64 = 0.5;
+const TAIL: f64 = 0.2;
 
 /// Learns a sensor for samples of `period` [s] from recordings `free` of contact; `servo`: stall torque [N m] and radius of the pulleys
 /// [m], where loads were recorded; `known`: recordings with pushes of known force.
@@ -66,7 +73,7 @@ pub fn fit_sensor(
         None => (tension.force_scale, UNKNOWN_RESPONSE),
     };
     let mut tip = TipErrors { response, ..tip_errors(free, period)? };
-    tip.threshold = threshold(free, &tip, stiffness_scale, period);
+    tip.thresholds = thresholds(free, &tip, stiffness_scale, period)?;
     let servo = load.as_ref().map(ServoLoad::of);
     let sensor = ForceSensor { period_s: period, servo, tension, stiffness_scale, tip };
     sensor.check()?;
@@ -139,17 +146,27 @@ fn tension_errors(free: &[Observed], load: Option<&LoadModel>, period: f64) -> T
 
 /// Stiffness of the tip over the twin's and the standard error of the response, from jumps of known forces.
 fn stiffness(known: &[KnownForce], period: f64) -> Option<(f64, f64)> {
-    let n = (JUMP_TIME / period).round() as usize;
+    let samples_of = |time: f64| (time / period).round() as usize;
+    let ([first, last], n_before) = (AFTER_JUMP.map(samples_of), samples_of(BEFORE_JUMP).max(1));
     let mut jumps: Vec<(Vector3<f64>, Vector3<f64>)> = Vec::new();
     for KnownForce { observed: Observed { samples, .. }, force } in known {
-        let mut i = 1;
-        while i + n < samples.len().min(force.len()) {
-            let change = force[i + n] - force[i - 1];
-            if (force[i] - force[i - 1]).norm() > 0.0 && change.norm() > JUMP {
-                if let (Some(before), Some(after)) = (samples[i - 1].gap, samples[i + n].gap) {
+        let mean = |range: std::ops::Range<usize>| {
+            let n = range.len() as f64;
+            Some(samples[range].iter().map(|sample| sample.gap).sum::<Option<Vector3<f64>>>()? / n)
+        };
+        let mut i = n_before;
+        while i + last < samples.len().min(force.len()) {
+            let change = force[i + first] - force[i - 1];
+            let is_new = (force[i] - force[i - 1]).norm() > 0.0;
+            // It stays what it has become.
+            if is_new
+                && change.norm() > JUMP
+                && (force[i + last] - force[i + first]).norm() < 0.05 * change.norm()
+            {
+                if let (Some(before), Some(after)) = (mean(i - n_before..i), mean(i + first..i + last)) {
                     jumps.push((samples[i - 1].response * change, after - before));
                 }
-                i += n;
+                i += last;
             }
             i += 1;
         }
@@ -264,36 +281,83 @@ fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
         };
         (free.iter().map(of_one).sum::<f64>() / free.len().max(1) as f64).sqrt().max(noise[c])
     };
+    let [walk_along_sqrt_m, walk_across_sqrt_m] = walks(free, &noise, period);
     Ok(TipErrors {
         noise_m: noise,
         model_m,
-        length_m,
-        creep_m_per_sqrt_s: creep,
         offset_m: [0, 1, 2].map(offset),
+        length_m,
+        walk_along_sqrt_m,
+        walk_across_sqrt_m,
+        creep_m_per_sqrt_s: creep,
         response: 0.0,
-        threshold: f64::MAX,
+        thresholds: [f64::MAX; 4],
     })
 }
 
-/// The statistic that motion without contact passes once an hour: its largest values of each second fall off exponentially.
-fn threshold(free: &[Observed], errors: &TipErrors, stiffness_scale: f64, period: f64) -> f64 {
-    let second = (1.0 / period).round() as usize;
-    let mut largest = Vec::new();
+/// Random walks of the gap over the path, along the tip's motion and across it [√m].
+fn walks(free: &[Observed], noise: &[f64; 3], period: f64) -> [f64; 2] {
+    let [n_change, n_direction] = [CHANGE, DIRECTION].map(|time| (time / period).round() as usize);
+    let noise = noise.iter().map(|noise| noise * noise).sum::<f64>() / 3.0;
+    let (mut grown, mut pulled) = ([0.0; 2], 0.0);
     for Observed { samples, .. } in free {
-        let mut filter = TipForceFilter::new(*errors, period);
-        for block in samples.chunks(second) {
-            let statistic = |sample: &Observation| {
-                let response: Matrix3<f64> = sample.response / stiffness_scale;
-                filter.step(sample.gap, &response, sample.path).statistic
+        for i in n_direction..samples.len() {
+            let path: f64 = samples[i + 1 - n_change..=i].iter().map(|sample| sample.path).sum();
+            let (before, after) = (samples[i - n_change].gap, samples[i].gap);
+            let motion = samples[i].free_tip - samples[i - n_direction].free_tip;
+            let (Some(before), Some(after), Some(direction)) = (before, after, motion.try_normalize(1e-9))
+            else {
+                continue;
             };
-            largest.push(block.iter().map(statistic).fold(0.0, f64::max));
+            if path > AT_REST {
+                let along = (after - before).dot(&direction).powi(2);
+                grown[0] += along - 2.0 * noise;
+                grown[1] += 0.5 * ((after - before).norm_squared() - along) - 2.0 * noise;
+                pulled += path;
+            }
         }
     }
-    largest.sort_by(f64::total_cmp);
-    let n_tail = (largest.len() / 20).max(1);
-    let tail = &largest[largest.len() - n_tail..];
-    let excess = tail.iter().map(|x| x - tail[0]).sum::<f64>() / n_tail as f64;
-    let share = n_tail as f64 / largest.len() as f64;
-    let once = tail[0] + excess * (share * SECONDS_PER_ALARM).ln().max(0.0);
-    once.max(tail[n_tail - 1])
+    grown.map(|grown| (grown / pulled.max(AT_REST)).max(FINEST).sqrt())
+}
+
+/// Statistics that motion without contact passes once an hour, by classes of speed: their largest values fall off exponentially.
+fn thresholds(free: &[Observed], errors: &TipErrors, stiffness_scale: f64, period: f64) -> Check<[f64; 4]> {
+    let n_block = (BLOCK / period).round() as usize;
+    let mut largest: [Vec<f64>; 4] = Default::default();
+    let mut n_samples = 0;
+    for Observed { samples, .. } in free {
+        n_samples += samples.len();
+        let mut filter = TipForceFilter::new(*errors, period);
+        for block in samples.chunks(n_block) {
+            let mut found = [0.0f64; 4];
+            for sample in block {
+                let statistic = filter.step(&TipSample::of(sample, stiffness_scale)).statistic;
+                let class = filter.class();
+                found[class] = found[class].max(statistic);
+            }
+            let found = largest.iter_mut().zip(found).filter(|(_, found)| *found > 0.0);
+            found.for_each(|(largest, found)| largest.push(found));
+        }
+    }
+    let alarms = n_samples as f64 * period / SECONDS_PER_ALARM / largest.len() as f64;
+    let once = |largest: &mut Vec<f64>| -> Option<f64> {
+        largest.sort_by(f64::total_cmp);
+        let n_tail = (TAIL * largest.len() as f64) as usize;
+        let tail = &largest[largest.len() - n_tail..];
+        let (first, last) = (tail.first()?, tail.last()?);
+        let excess = tail.iter().map(|x| x - first).sum::<f64>() / n_tail as f64;
+        Some(last.max(first + excess * (n_tail as f64 / alarms).ln()))
+    };
+    // A class that the robot was hardly in is like the one beside it.
+    let mut found = largest.map(|mut largest| once(&mut largest));
+    for k in (0..3).rev() {
+        found[k] = found[k].or(found[k + 1]);
+    }
+    for k in 1..4 {
+        found[k] = found[k].or(found[k - 1]);
+    }
+    match found {
+        [Some(a), Some(b), Some(c), Some(d)] => Ok([a, b, c, d]),
+        _ => Err(BadInput::new("recordings without contact", "several seconds", "less").hint("record more")),
+    }
 }

@@ -14,4 +14,4 @@ pub use fit::{KnownForce, Observed, fit_sensor};
 pub use observer::{Observation, Observer, SenseSample, Steady};
 pub use sensor::{ForceSensor, Sensed, Sensing, ServoLoad};
 pub use tension::{TensionErrors, TensionFilter};
-pub use tip_force::{TipErrors, TipForceEstimate, TipForceFilter};
+pub use tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};

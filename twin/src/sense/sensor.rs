@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::observer::{Observation, Observer, SenseSample, Steady};
 use super::tension::{TensionErrors, TensionFilter};
-use super::tip_force::{TipErrors, TipForceEstimate, TipForceFilter};
+use super::tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};
 use crate::Result;
 
 /// What the load of the servos says of tensions.
@@ -89,6 +89,14 @@ pub struct Sensing {
     tip: TipForceFilter,
 }
 
+impl TipSample {
+    /// What was observed, of a robot so many times as stiff as its twin.
+    pub(super) fn of(seen: &Observation, stiffness_scale: f64) -> Self {
+        let response = seen.response / stiffness_scale;
+        Self { gap: seen.gap, response, free_tip: seen.free_tip, path: seen.path }
+    }
+}
+
 impl ForceSensor {
     /// Refuses numbers that no sensor has.
     ///
@@ -104,15 +112,17 @@ impl ForceSensor {
             ("tension.load_n", self.tension.load_n),
             ("tension.model_n", self.tension.model_n),
             ("tip.length_m", tip.length_m),
-            ("tip.threshold", tip.threshold),
+            ("tip.walk_along_sqrt_m", tip.walk_along_sqrt_m),
+            ("tip.walk_across_sqrt_m", tip.walk_across_sqrt_m),
         ];
+        let thresholds = tip.thresholds.map(|threshold| ("tip.thresholds", threshold));
         let of_axes = [
             axes("tip.noise_m", tip.noise_m),
             axes("tip.model_m", tip.model_m),
             axes("tip.offset_m", tip.offset_m),
             axes("tip.creep_m_per_sqrt_s", tip.creep_m_per_sqrt_s),
         ];
-        for (name, value) in numbers.into_iter().chain(of_axes.into_iter().flatten()) {
+        for (name, value) in numbers.into_iter().chain(of_axes.into_iter().flatten()).chain(thresholds) {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(BadInput::new(name, "a finite number > 0", value.to_string()));
             }
@@ -145,7 +155,6 @@ impl Sensing {
 
     /// Goes on by what was observed in a sample.
     pub fn step(&mut self, seen: &Observation) -> Sensed {
-        let response = seen.response / self.sensor.stiffness_scale;
         let load = self.load;
         let measured = |steady: &Option<Steady>| {
             let steady = (*steady)?;
@@ -154,7 +163,7 @@ impl Sensing {
         let tensions = self.tensions.iter_mut().zip(&seen.tensions).zip(&seen.steady);
         let tensions =
             tensions.map(|((filter, twin), steady)| filter.step(*twin, measured(steady))).collect();
-        Sensed { tensions, tip: self.tip.step(seen.gap, &response, seen.path) }
+        Sensed { tensions, tip: self.tip.step(&TipSample::of(seen, self.sensor.stiffness_scale)) }
     }
 
     /// Observes a sample beside the twin, and goes on by it. Returns too where the tip would be without contact [m].

@@ -2,45 +2,65 @@
 //!
 //! With the tip y measured, the twin's y₀ without contact and its response C = ∂y/∂F under held strokes,
 //!
-//! y - y₀ = C F + b + o + noise,
+//! y - y₀ = C F + b + noise.
 //!
-//! b is what twin and robot differ by: it changes with the path that the tendons are pulled, over a length ℓ, and creeps at rest; o changes
-//! slowly, with the tracker. Without contact F is zero. A change of y - y₀ within tens of milliseconds that neither b nor noise explains
-//! begins a contact, or changes the force of one; between such jumps F nearly keeps its value. A Kalman filter divides y - y₀
-//! among F, b and o. A contact is over when after a jump no force is as likely as one.
+//! b is what twin, tracker and robot differ by: it changes with the path that the tendons are pulled, along the tip's motion more than
+//! across it (the twin is early or late there), over a length ℓ, and creeps at rest. Without contact F is zero. A change of y - y₀ within
+//! a tenth of a second that neither b nor noise explains begins a contact. What was believed before it is taken up again, and F is what
+//! the change says; from then on a Kalman filter divides y - y₀ between F and b. Further changes are explained by the likeliest of three: the
+//! force is gone, it is another, or b has changed more than usual (Student's distribution).
+//!
+//! A force along the body hardly moves the tip (a thousandth of what one across it does): it is not estimated, and its variance says so.
 
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-type State = SVector<f64, 9>;
-type Covariance = SMatrix<f64, 9, 9>;
+type State = SVector<f64, 6>;
+type Covariance = SMatrix<f64, 6, 6>;
 
-/// How far a tip without contact strays from the twin's, along x, y, z.
+/// How far a tip without contact strays from the twin's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TipErrors {
-    /// Noise of a sample [m].
+    /// Noise of a sample along x, y, z [m].
     pub noise_m: [f64; 3],
-    /// Of the twin: standard deviation of b [m].
+    /// Standard deviation of b along x, y, z: of the twin, and of the tracker [m].
     pub model_m: [f64; 3],
+    /// See `model_m`.
+    pub offset_m: [f64; 3],
     /// Path of the tendons over which b becomes another [m].
     pub length_m: f64,
-    /// Random walk of b at rest [m/√s].
+    /// Random walk of b over the path, along the tip's motion and across it [√m].
+    pub walk_along_sqrt_m: f64,
+    /// See `walk_along_sqrt_m`.
+    pub walk_across_sqrt_m: f64,
+    /// Random walk of b at rest, along x, y, z [m/√s].
     pub creep_m_per_sqrt_s: [f64; 3],
-    /// Standard deviation of o [m].
-    pub offset_m: [f64; 3],
     /// Standard error of the twin's response [-].
     pub response: f64,
-    /// Statistic of a jump from which on it is a contact [-].
-    pub threshold: f64,
+    /// Statistic of a change from which on it is a contact [-], for each of [`TipErrors::class`].
+    pub thresholds: [f64; 4],
+}
+
+/// One sample of a tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TipSample {
+    /// y - y₀ [m]; none where the tip was not measured.
+    pub gap: Option<Vector3<f64>>,
+    /// C [m/N].
+    pub response: Matrix3<f64>,
+    /// y₀ [m].
+    pub free_tip: Vector3<f64>,
+    /// Path that the tendons have been pulled since the sample before, the root of the sum of squares [m].
+    pub path: f64,
 }
 
 /// What is believed of the tip's contact in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TipForceEstimate {
-    /// Force of the surroundings on the tip [N]; zero without contact.
+    /// Force of the surroundings on the tip, across the body [N]; zero without contact.
     pub force: Vector3<f64>,
     /// Its covariance [N²].
     pub covariance: Matrix3<f64>,
@@ -50,26 +70,81 @@ pub struct TipForceEstimate {
     pub statistic: f64,
 }
 
-/// Standard deviation of a new force [N], and random walk of one that is there [N/√s].
+/// Standard deviation of a new force across the body, and of what is made of one along it [N].
 const NEW_FORCE: f64 = 0.3;
+const AXIAL_FORCE: f64 = 0.03;
+/// Random walk of a force that is there [N/√s].
 const HELD_FORCE: f64 = 0.02;
-/// Time over which o changes [s].
-const DRIFT_TIME: f64 = 120.0;
-/// Windows in which a jump is looked for [s]: pushes of a finger or an obstacle are there within them.
-const WINDOWS: [f64; 2] = [0.04, 0.08];
-/// After a jump the next one is looked for so much later [s].
-const QUIET: f64 = 0.12;
-/// A contact is over where its force is within so many standard errors of zero [-].
-const NO_FORCE: f64 = 3.0;
+/// Samples are averaged over this time, and such means compared over these lags [s]: pushes of a finger or an obstacle are there
+/// within them.
+const MEAN: f64 = 0.03;
+const LAGS: [f64; 2] = [0.06, 0.10];
+/// What was believed so long before a change was not yet touched by it [s].
+const BEFORE: f64 = 0.12;
+/// After a change the next one is looked for so much later, when all means lie behind it [s].
+const QUIET: f64 = 0.14;
+/// Time over which the direction of motion, and the speed of the tendons, is taken [s].
+const DIRECTION: f64 = 0.15;
+const SPEED: f64 = 0.1;
+/// Speeds of the tendons [m/s] between the classes.
+const SPEEDS: [f64; 3] = [1e-4, 1e-3, 2e-3];
+/// Statistic from which on a change during a contact is explained [-].
+const REMARKABLE: f64 = 3.5;
+/// -ln of how likely it is within one window that a force goes, and that it becomes another.
+const GONE: f64 = 4.0;
+const ANOTHER: f64 = 7.0;
+/// Degrees of freedom of changes of b.
+const FREEDOM: f64 = 4.0;
+/// A contact is over, too, where its force and its standard error are together below this [N].
+const NO_FORCE: f64 = 0.04;
 
-/// One sample of the past.
+impl TipErrors {
+    /// Which threshold counts while the tendons have a speed [m/s]: at rest, slow, faster, fast.
+    pub fn class(speed: f64) -> usize {
+        SPEEDS.partition_point(|edge| *edge < speed)
+    }
+
+    /// Covariance of the change of b over a path, while the tip moves along `direction` (a unit vector, or none), and a time [s].
+    fn change(&self, path: f64, direction: &Vector3<f64>, time: f64) -> Matrix3<f64> {
+        let (along, across) = (self.walk_along_sqrt_m.powi(2), self.walk_across_sqrt_m.powi(2));
+        let creep = Vector3::from(self.creep_m_per_sqrt_s.map(|creep| creep * creep * time));
+        Matrix3::from_diagonal(&creep)
+            + across * path * Matrix3::identity()
+            + (along - across).max(0.0) * path * direction * direction.transpose()
+    }
+
+    fn noise(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::from(self.noise_m.map(|noise| noise * noise)))
+    }
+}
+
+/// One sample of the past, and what was believed after it.
 #[derive(Debug, Clone, PartialEq)]
 struct Past {
-    gap: Vector3<f64>,
-    response: Matrix3<f64>,
+    sample: TipSample,
+    /// All of the path up to it [m].
     path: f64,
     state: State,
     covariance: Covariance,
+}
+
+/// A change of the gap that is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Change {
+    /// Its size in standard deviations of one without a change of force.
+    statistic: f64,
+    /// [m]
+    size: Vector3<f64>,
+    /// Covariance without a change of force [m²].
+    usual: Matrix3<f64>,
+}
+
+/// How a change during a contact is explained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Explanation {
+    ForceGone,
+    AnotherForce,
+    Model,
 }
 
 /// Estimates the force on a tip, sample by sample.
@@ -77,20 +152,19 @@ struct Past {
 pub struct TipForceFilter {
     errors: TipErrors,
     period: f64,
+    /// F, then b.
     state: State,
     covariance: Covariance,
     is_contact: bool,
     quiet: f64,
     /// The newest first.
     past: VecDeque<Past>,
-    windows: [usize; 2],
     statistic: f64,
 }
 
 impl TipForceFilter {
     /// Without contact; samples come every `period` [s].
     pub fn new(errors: TipErrors, period: f64) -> Self {
-        let windows = WINDOWS.map(|window| (window / period).round().max(1.0) as usize);
         let mut filter = Self {
             errors,
             period,
@@ -98,136 +172,192 @@ impl TipForceFilter {
             covariance: Covariance::zeros(),
             is_contact: false,
             quiet: 0.0,
-            past: VecDeque::with_capacity(windows[1] + 1),
-            windows,
+            past: VecDeque::new(),
             statistic: 0.0,
         };
+        filter.past.reserve(filter.samples(DIRECTION) + 2);
         for c in 0..3 {
-            filter.covariance[(3 + c, 3 + c)] = errors.model_m[c].powi(2);
-            filter.covariance[(6 + c, 6 + c)] = errors.offset_m[c].powi(2);
+            filter.covariance[(3 + c, 3 + c)] = errors.model_m[c].powi(2) + errors.offset_m[c].powi(2);
         }
         filter
     }
 
-    /// Goes on by one sample: `gap` = y - y₀ [m], none where the tip was not measured; C [m/N]; `path` that the tendons have been
-    /// pulled since the sample before, the root of the sum of squares [m].
-    pub fn step(
-        &mut self,
-        gap: Option<Vector3<f64>>,
-        response: &Matrix3<f64>,
-        path: f64,
-    ) -> TipForceEstimate {
-        self.predict(response, path);
+    fn samples(&self, time: f64) -> usize {
+        (time / self.period).round().max(1.0) as usize
+    }
+
+    /// Goes on by one sample.
+    pub fn step(&mut self, sample: &TipSample) -> TipForceEstimate {
+        let path = self.past.front().map_or(0.0, |past| past.path) + sample.path;
+        let (state, covariance) = (self.state, self.covariance);
+        self.past.truncate(self.samples(DIRECTION));
+        self.past.push_front(Past { sample: *sample, path, state, covariance });
         self.quiet -= self.period;
-        if let Some(gap) = gap {
-            let path = self.past.front().map_or(0.0, |past| past.path) + path;
-            let jump = self.jump(&gap, response, path);
-            self.statistic = jump.map_or(0.0, |(statistic, _)| statistic);
-            if let Some((_, change)) = jump.filter(|(statistic, _)| *statistic > self.errors.threshold) {
-                self.begin(change, path);
-            }
-            self.update(&gap, response);
-            self.past.truncate(self.windows[1]);
-            let (state, covariance) = (self.state, self.covariance);
-            self.past.push_front(Past { gap, response: *response, path, state, covariance });
-            self.end_where_there_is_none();
+        self.predict(sample.path);
+        self.statistic = 0.0;
+        if let Some(change) = self.change().filter(|_| self.quiet <= 0.0) {
+            self.statistic = change.statistic;
+            self.explain(&change, &sample.response);
+        }
+        if let Some(gap) = &sample.gap {
+            self.update(gap, &sample.response);
+            self.end_where_there_is_none(&sample.response);
+        }
+        if let Some(newest) = self.past.front_mut() {
+            (newest.state, newest.covariance) = (self.state, self.covariance);
         }
         TipForceEstimate {
             force: self.force(),
-            covariance: self.covariance.fixed_view::<3, 3>(0, 0).into(),
+            covariance: self.covariance_of_force(&sample.response),
             is_contact: self.is_contact,
             statistic: self.statistic,
         }
+    }
+
+    /// Which threshold the last statistic belongs to.
+    pub(super) fn class(&self) -> usize {
+        let n = self.samples(SPEED);
+        let of = |i: usize| self.past.get(i).map_or(0.0, |past| past.path);
+        TipErrors::class((of(0) - of(n.min(self.past.len().saturating_sub(1)))) / SPEED)
     }
 
     fn force(&self) -> Vector3<f64> {
         self.state.fixed_rows::<3>(0).into()
     }
 
-    /// Variance of the change of b along coordinate `c` while the tendons are pulled by `path` [m²].
-    fn change_of_model(&self, c: usize, path: f64) -> f64 {
-        2.0 * self.errors.model_m[c].powi(2) * (1.0 - (-path / self.errors.length_m).exp())
+    /// Nobody knows the force along the body.
+    fn covariance_of_force(&self, response: &Matrix3<f64>) -> Matrix3<f64> {
+        let known: Matrix3<f64> = self.covariance.fixed_view::<3, 3>(0, 0).into();
+        let axis = axis_of(response);
+        if self.is_contact { known + NEW_FORCE.powi(2) * axis * axis.transpose() } else { known }
     }
 
-    fn predict(&mut self, response: &Matrix3<f64>, path: f64) {
+    /// Where the tip is moving to; zero at rest.
+    fn direction(&self) -> Vector3<f64> {
+        let (Some(newest), Some(oldest)) = (self.past.front(), self.past.back()) else {
+            return Vector3::zeros();
+        };
+        (newest.sample.free_tip - oldest.sample.free_tip).try_normalize(1e-9).unwrap_or_default()
+    }
+
+    fn predict(&mut self, path: f64) {
         let kept = (-path / self.errors.length_m).exp();
-        let offset_kept = (-self.period / DRIFT_TIME).exp();
-        let moved = self.errors.response * (response * self.force()).norm();
-        let keeps = |i: usize| [1.0, kept, offset_kept][i / 3];
-        for i in 0..9 {
+        let keeps = |i: usize| if i < 3 { 1.0 } else { kept };
+        for i in 0..6 {
             self.state[i] *= keeps(i);
-            for j in 0..9 {
+            for j in 0..6 {
                 self.covariance[(i, j)] *= keeps(i) * keeps(j);
             }
         }
-        for c in 0..3 {
-            let errors = &self.errors;
-            if self.is_contact {
-                self.covariance[(c, c)] += HELD_FORCE.powi(2) * self.period;
-            }
-            self.covariance[(3 + c, 3 + c)] += (errors.model_m[c].powi(2) + moved.powi(2))
-                * (1.0 - kept * kept)
-                + errors.creep_m_per_sqrt_s[c].powi(2) * self.period;
-            self.covariance[(6 + c, 6 + c)] += errors.offset_m[c].powi(2) * (1.0 - offset_kept * offset_kept);
+        let change = self.errors.change(path, &self.direction(), self.period);
+        self.add(3, &change);
+        if self.is_contact {
+            self.add(0, &(HELD_FORCE.powi(2) * self.period * Matrix3::identity()));
         }
     }
 
-    /// The largest change over the windows, in standard deviations of a change without a new force, and its size [m].
-    fn jump(&self, gap: &Vector3<f64>, response: &Matrix3<f64>, path: f64) -> Option<(f64, f64)> {
-        if self.quiet > 0.0 {
-            return None;
-        }
-        let force = self.force();
-        let of_window = |window: &usize| {
-            let past = self.past.get(window - 1)?;
-            let change = gap - past.gap - (response - past.response) * force;
-            let (time, pulled) = (*window as f64 * self.period, path - past.path);
-            let moved = (self.errors.response * (response * force).norm()).powi(2)
-                * (1.0 - (-2.0 * pulled / self.errors.length_m).exp());
-            let square = |c: usize| {
-                let variance = 2.0 * self.errors.noise_m[c].powi(2)
-                    + self.change_of_model(c, pulled)
-                    + self.errors.creep_m_per_sqrt_s[c].powi(2) * time
-                    + moved;
-                change[c].powi(2) / variance
-            };
-            Some(((0..3).map(square).sum::<f64>().sqrt(), change.norm()))
+    /// Adds to the covariance of F (`first` 0) or b (3).
+    fn add(&mut self, first: usize, more: &Matrix3<f64>) {
+        let mut block = self.covariance.view_mut((first, first), (3, 3));
+        block += more;
+    }
+
+    /// Mean of the gap over samples that end `back` samples ago; none where one of them is missing.
+    fn mean_gap(&self, back: usize) -> Option<Vector3<f64>> {
+        let n = self.samples(MEAN);
+        let gaps = (back..back + n).map(|i| self.past.get(i)?.sample.gap);
+        Some(gaps.sum::<Option<Vector3<f64>>>()? / n as f64)
+    }
+
+    /// The less usual change over the lags.
+    fn change(&self) -> Option<Change> {
+        let (now, force) = (self.past.front()?, self.force());
+        let (mean, direction, n) = (self.mean_gap(0)?, self.direction(), self.samples(MEAN));
+        let of_lag = |lag: f64| {
+            let back = self.samples(lag);
+            let then = self.past.get(back)?;
+            let pulled = now.path - self.past.get(back + n / 2).unwrap_or(then).path;
+            let size = mean - self.mean_gap(back)? - (now.sample.response - then.sample.response) * force;
+            let usual = 2.0 / n as f64 * self.errors.noise() + self.errors.change(pulled, &direction, lag);
+            let statistic = size.dot(&(usual.try_inverse()? * size)).sqrt();
+            Some(Change { statistic, size, usual })
         };
-        self.windows.iter().filter_map(of_window).max_by(|a, b| a.0.total_cmp(&b.0))
+        LAGS.into_iter().filter_map(of_lag).max_by(|a, b| a.statistic.total_cmp(&b.statistic))
     }
 
-    /// Lets the force become another, after a jump of size `change` [m]. What the last samples have made of b and o is taken back:
-    /// they belonged to the jump. What the response gets wrong of it is b's.
-    fn begin(&mut self, change: f64, path: f64) {
-        if let Some(past) = self.past.get(self.windows[1] - 1) {
-            for i in 3..9 {
-                self.state[i] = past.state[i];
-                for j in 0..9 {
-                    let keeps = if j < 3 { 0.0 } else { past.covariance[(i, j)] };
-                    self.covariance[(i, j)] = keeps;
-                    self.covariance[(j, i)] = keeps;
+    fn explain(&mut self, change: &Change, response: &Matrix3<f64>) {
+        if !self.is_contact {
+            if change.statistic > self.errors.thresholds[self.class()] {
+                self.take_back(change, &fresh(response));
+                self.is_contact = true;
+            }
+        } else if change.statistic > REMARKABLE {
+            match self.explanation(change, response) {
+                Explanation::ForceGone => {
+                    self.take_back(change, &Matrix3::zeros());
+                    self.state.fixed_rows_mut::<3>(0).fill(0.0);
+                    self.is_contact = false;
                 }
-            }
-            for c in 0..3 {
-                self.covariance[(3 + c, 3 + c)] += self.change_of_model(c, path - past.path);
+                Explanation::AnotherForce => {
+                    let known: Matrix3<f64> = self.covariance.fixed_view::<3, 3>(0, 0).into();
+                    self.take_back(change, &(known + fresh(response)));
+                }
+                Explanation::Model => {}
             }
         }
-        let moved = (self.errors.response * change).powi(2);
-        for c in 0..3 {
-            self.covariance[(c, c)] += NEW_FORCE.powi(2);
-            self.covariance[(3 + c, 3 + c)] += moved;
+    }
+
+    /// Takes up again what was believed of b before a change, and lets F have this covariance.
+    fn take_back(&mut self, change: &Change, force: &Matrix3<f64>) {
+        self.quiet = QUIET;
+        let index = self.samples(BEFORE).min(self.past.len() - 1);
+        let (Some(before), Some(now)) = (self.past.get(index), self.past.front()) else { return };
+        let (state, covariance) = (before.state, before.covariance);
+        let drifted =
+            self.errors.change(now.path - before.path, &self.direction(), index as f64 * self.period);
+        self.state.fixed_rows_mut::<3>(3).copy_from(&state.fixed_rows::<3>(3));
+        self.covariance.fill(0.0);
+        self.add(0, force);
+        self.add(3, &covariance.fixed_view::<3, 3>(3, 3).into());
+        // What the response gets wrong of the change is b's.
+        let wrong = self.errors.response * change.size;
+        self.add(3, &(drifted + wrong * wrong.transpose()));
+    }
+
+    /// The likeliest explanation of a change during a contact.
+    fn explanation(&self, change: &Change, response: &Matrix3<f64>) -> Explanation {
+        let known: Matrix3<f64> = self.covariance.fixed_view::<3, 3>(0, 0).into();
+        let held = response * self.force();
+        let wrong = self.errors.response * held;
+        let gone = change.usual + response * known * response.transpose() + wrong * wrong.transpose();
+        let another = change.usual + response * fresh(response) * response.transpose();
+        let log_of = |covariance: &Matrix3<f64>| covariance.determinant().ln();
+        let normal = |size: Vector3<f64>, covariance: &Matrix3<f64>| {
+            let square =
+                covariance.try_inverse().map_or(f64::INFINITY, |inverse| size.dot(&(inverse * size)));
+            -0.5 * (square + log_of(covariance))
+        };
+        let model = -0.5 * (FREEDOM + 3.0) * (change.statistic.powi(2) / FREEDOM).ln_1p()
+            - 0.5 * log_of(&change.usual);
+        let gone = normal(change.size + held, &gone) - GONE;
+        let another = normal(change.size, &another) - ANOTHER;
+        if gone > model && gone >= another {
+            Explanation::ForceGone
+        } else if another > model {
+            Explanation::AnotherForce
+        } else {
+            Explanation::Model
         }
-        (self.is_contact, self.quiet) = (true, QUIET);
     }
 
     fn update(&mut self, gap: &Vector3<f64>, response: &Matrix3<f64>) {
-        let mut h = SMatrix::<f64, 3, 9>::zeros();
-        h.fixed_view_mut::<3, 3>(0, 0).copy_from(response);
-        for c in 0..3 {
-            (h[(c, 3 + c)], h[(c, 6 + c)]) = (1.0, 1.0);
+        let mut h = SMatrix::<f64, 3, 6>::zeros();
+        if self.is_contact {
+            h.fixed_view_mut::<3, 3>(0, 0).copy_from(response);
         }
+        h.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+        let noise = self.errors.noise();
         let across = self.covariance * h.transpose();
-        let noise = Matrix3::from_diagonal(&Vector3::from(self.errors.noise_m.map(|noise| noise * noise)));
         let Some(inverse) = (h * across + noise).try_inverse() else { return };
         let gain = across * inverse;
         self.state += gain * (gap - h * self.state);
@@ -236,22 +366,24 @@ impl TipForceFilter {
         self.covariance = left * self.covariance * left.transpose() + gain * noise * gain.transpose();
     }
 
-    fn end_where_there_is_none(&mut self) {
+    fn end_where_there_is_none(&mut self, response: &Matrix3<f64>) {
         if !self.is_contact || self.quiet > 0.0 {
             return;
         }
+        let axis = axis_of(response);
+        let across = Matrix3::identity() - axis * axis.transpose();
         let of_force: Matrix3<f64> = self.covariance.fixed_view::<3, 3>(0, 0).into();
-        let Some(inverse) = of_force.try_inverse() else { return };
-        let force = self.force();
-        if force.dot(&(inverse * force)) > NO_FORCE.powi(2) {
+        let error = (across * of_force * across).trace().max(0.0).sqrt();
+        if (across * self.force()).norm() + error > NO_FORCE {
             return;
         }
-        // b and o given that F is zero.
+        let Some(inverse) = of_force.try_inverse() else { return };
+        // b given that F is zero.
         let gain = self.covariance.fixed_columns::<3>(0) * inverse;
-        let rows: SMatrix<f64, 3, 9> = self.covariance.fixed_rows::<3>(0).into();
-        self.state -= gain * force;
+        let rows: SMatrix<f64, 3, 6> = self.covariance.fixed_rows::<3>(0).into();
+        self.state -= gain * self.force();
         self.covariance -= gain * rows;
-        for i in 0..9 {
+        for i in 0..6 {
             for c in 0..3 {
                 (self.covariance[(i, c)], self.covariance[(c, i)]) = (0.0, 0.0);
             }
@@ -259,6 +391,19 @@ impl TipForceFilter {
         self.state.fixed_rows_mut::<3>(0).fill(0.0);
         self.is_contact = false;
     }
+}
+
+/// The direction in which a force moves the tip least: along the body.
+fn axis_of(response: &Matrix3<f64>) -> Vector3<f64> {
+    let eigen = (response.transpose() * response).symmetric_eigen();
+    eigen.eigenvectors.column(eigen.eigenvalues.imin()).into()
+}
+
+/// Covariance of a new force [N²].
+fn fresh(response: &Matrix3<f64>) -> Matrix3<f64> {
+    let axis = axis_of(response);
+    NEW_FORCE.powi(2) * Matrix3::identity()
+        - (NEW_FORCE.powi(2) - AXIAL_FORCE.powi(2)) * axis * axis.transpose()
 }
 
 #[cfg(test)]
@@ -271,15 +416,22 @@ mod tests {
     const ERRORS: TipErrors = TipErrors {
         noise_m: [6e-5; 3],
         model_m: [2.9e-4, 2.9e-4, 1e-4],
-        length_m: 2e-3,
-        creep_m_per_sqrt_s: [5e-5; 3],
         offset_m: [2e-4; 3],
+        length_m: 2e-3,
+        // Of an Ornstein-Uhlenbeck process: √(2/ℓ) of its standard deviation.
+        walk_along_sqrt_m: 2.9e-4 * 31.6,
+        walk_across_sqrt_m: 2.9e-4 * 31.6,
+        creep_m_per_sqrt_s: [5e-5; 3],
         response: 0.0,
-        threshold: 6.0,
+        thresholds: [6.0; 4],
     };
 
     fn response() -> Matrix3<f64> {
         Matrix3::new(4.7e-3, 3e-4, 0.0, 3e-4, 4.2e-3, 5e-4, 0.0, 5e-4, 3e-4)
+    }
+
+    fn sample(gap: Option<Vector3<f64>>, path: f64) -> TipSample {
+        TipSample { gap, response: response(), free_tip: Vector3::zeros(), path }
     }
 
     /// A world that is as the filter believes: gaps and forces of `n` samples, with pushes of 2 s every 5 s, moving every other 4 s.
@@ -323,7 +475,7 @@ mod tests {
         let alarms = gaps
             .iter()
             .zip(&paths)
-            .filter(|(gap, path)| filter.step(Some(**gap), &response(), **path).is_contact);
+            .filter(|(gap, path)| filter.step(&sample(Some(**gap), **path)).is_contact);
         assert_eq!(alarms.count(), 0);
     }
 
@@ -333,7 +485,7 @@ mod tests {
         let mut filter = TipForceFilter::new(ERRORS, PERIOD);
         let (mut late, mut normalised, mut n, mut square, mut after) = (0, 0.0, 0, 0.0, 0);
         for i in 0..gaps.len() {
-            let found = filter.step(Some(gaps[i]), &response(), paths[i]);
+            let found = filter.step(&sample(Some(gaps[i]), paths[i]));
             // 0.25 N moves the tip by 1.1 mm, ten times what b can in 40 ms.
             if i % 500 == 305 && !found.is_contact {
                 late += 1;
@@ -369,13 +521,13 @@ mod tests {
         let push = response() * Vector3::new(0.3, 0.0, 0.0);
         for i in 0..200 {
             let gap = if i < 100 { Vector3::zeros() } else { push };
-            filter.step(Some(gap), &response(), 0.0);
+            filter.step(&sample(Some(gap), 0.0));
         }
-        let before = filter.step(Some(push), &response(), 0.0);
+        let before = filter.step(&sample(Some(push), 0.0));
         assert!(before.is_contact && (before.force.x - 0.3).abs() < 0.03, "{:?}", before.force);
         let mut after = before;
         for _ in 0..50 {
-            after = filter.step(None, &response(), 0.0);
+            after = filter.step(&sample(None, 0.0));
         }
         assert_eq!(after.force, before.force);
         assert!(after.covariance[(0, 0)] > before.covariance[(0, 0)]);

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::{COMMIT, Caller};
 
 const FORMAT: &str = "hysteron-force-sensor";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Largest file that is read [byte].
 const MOST: u64 = 1 << 20;
 

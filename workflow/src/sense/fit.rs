@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, KnownForce, Observed, fit_sensor};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::file::{Robot, value};
@@ -55,8 +56,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.listen()?;
     let (mut free, mut known) = (Vec::new(), Vec::new());
     let bar = caller.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
-    for input in &recordings {
-        let observed: Observed = input.observe(&twin, network.as_ref(), caller, bar.as_ref())?;
+    let observed: Vec<Observed> = recordings
+        .par_iter()
+        .map(|input| input.observe(&twin, network.as_ref(), caller, bar.as_ref()))
+        .collect::<anyhow::Result<_>>()?;
+    for (input, observed) in recordings.iter().zip(observed) {
         match &input.force {
             Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),
             _ => free.push(observed),
@@ -132,5 +136,9 @@ fn print(sensor: &ForceSensor, caller: &Caller) {
         mm(tip.offset_m),
         mm(tip.noise_m)
     ));
-    caller.say(format_args!("a jump counts as contact from {:.1} standard deviations on", tip.threshold));
+    let [rest, slow, faster, fast] = tip.thresholds;
+    caller.say(format_args!(
+        "a jump counts as contact from {rest:.1} standard deviations on at rest, {slow:.1} below 1 mm/s, {faster:.1} below 2 mm/s, \
+         {fast:.1} above"
+    ));
 }
