@@ -7,6 +7,9 @@ use anyhow::{Context, Result};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
 use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{RecurrentOptions, ResidualModel, Rollout, Sequence, Sessions, fit_recurrent};
+use hysteron_twin::sense::{
+    ForceSensor, Observer, SenseSample, Sensing, ServoLoad, TensionErrors, TipErrors,
+};
 use hysteron_twin::{Motion, Plant, Twin, Uncorrected};
 
 use crate::measure::percentile;
@@ -18,6 +21,34 @@ use crate::table::{Goal as Target, Row};
 const N_WARM: usize = 300;
 /// Networks whose mean is rolled out, as `fit-residual` trains them.
 const N_NETWORKS: usize = 3;
+
+/// Radius of the pulleys [m].
+const RADIUS: f64 = 0.01;
+/// Numbers as a sensor of the virtual rig `typical` has them: how long a sample takes does not depend on them.
+const SENSOR: ForceSensor = ForceSensor {
+    period_s: PERIOD,
+    servo: Some(ServoLoad {
+        stall_torque_n_m: 1.4,
+        radius_m: RADIUS,
+        coulomb_n_m: 0.04,
+        breakaway_n_m: 0.06,
+        stribeck_velocity_rad_s: 0.1,
+        viscous_n_m_s_per_rad: 0.2,
+    }),
+    tension: TensionErrors { force_scale: 1.2, walk_sqrt_n: 0.9, model_n: 1.8, load_n: 1.0 },
+    stiffness_scale: 1.9,
+    tip: TipErrors {
+        noise_m: [4e-5; 3],
+        model_m: [3e-4; 3],
+        offset_m: [2e-4; 3],
+        length_m: 3e-3,
+        walk_along_sqrt_m: 8e-3,
+        walk_across_sqrt_m: 5e-3,
+        creep_m_per_sqrt_s: [6e-5; 3],
+        response: 0.15,
+        thresholds: [7.0; 4],
+    },
+};
 
 /// A twin, and the virtual rig's circle for it.
 #[derive(Debug)]
@@ -71,6 +102,48 @@ impl Circle {
     pub fn rolled_out(&self, model: &ResidualModel) -> Result<f64> {
         let mut rollout = Rollout::new(&self.twin, &self.auxiliary, model, PERIOD)?;
         self.rate(|_, strokes| Ok(Plant::step(&mut rollout, strokes).map(drop)?))
+    }
+
+    /// Times of the samples of a rollout with a network [s].
+    ///
+    /// # Errors
+    /// A step fails.
+    pub fn rollout_times(&self, model: &ResidualModel) -> Result<Vec<f64>> {
+        let mut rollout = Rollout::new(&self.twin, &self.auxiliary, model, PERIOD)?;
+        self.times(|k| Ok(Plant::step(&mut rollout, self.motion.strokes_at(k)).map(drop)?))
+    }
+
+    /// The same with tensions and the force on the tip told beside it.
+    ///
+    /// # Errors
+    /// A step fails.
+    pub fn sensing_times(&self, model: &ResidualModel) -> Result<Vec<f64>> {
+        let rollout = Box::new(Rollout::new(&self.twin, &self.auxiliary, model, PERIOD)?);
+        let mut observer = Observer::new(&self.twin, rollout, self.motion.strokes_at(0), PERIOD)?;
+        let mut sensing = Sensing::new(&SENSOR, self.twin.n_primary)?;
+        self.times(|k| {
+            let strokes = self.motion.strokes_at(k);
+            let angles: Vec<f64> = strokes.iter().map(|stroke| stroke / RADIUS).collect();
+            let loads = vec![0.1; strokes.len()];
+            let sample = SenseSample {
+                strokes,
+                angles: Some(&angles),
+                loads: Some(&loads),
+                tip: Some(self.motion.tips[k]),
+            };
+            Ok(sensing.sense(&mut observer, &sample).map(drop)?)
+        })
+    }
+
+    /// Time of each sample [s], those before the measured ones apart.
+    fn times(&self, mut step: impl FnMut(usize) -> Result<()>) -> Result<Vec<f64>> {
+        (0..N_WARM).try_for_each(&mut step)?;
+        let timed = |k: usize| {
+            let start = Instant::now();
+            step(k)?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        (N_WARM..self.motion.len()).map(timed).collect()
     }
 
     /// A network of the usual size that has seen this circle a few times.
@@ -129,12 +202,15 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<Row>> {
         let circle = Circle::new(file, n)?;
         let model = circle.network()?;
         let (mut identified, mut rolled_out, mut uncorrected, mut left) = (0.0f64, 0.0f64, 0.0f64, 0.0);
+        let (mut bare_times, mut sensing_times) = (Vec::new(), Vec::new());
         for _ in 0..repetitions {
             let rate;
             (rate, left) = circle.identified()?;
             identified = identified.max(rate);
             uncorrected = uncorrected.max(circle.bare()?);
             rolled_out = rolled_out.max(circle.rolled_out(&model)?);
+            bare_times.extend(circle.rollout_times(&model)?);
+            sensing_times.extend(circle.sensing_times(&model)?);
         }
         let alone = "the same twin without auxiliary tendons";
         let row = |name: &str, rate: f64, least: f64| {
@@ -144,6 +220,13 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<Row>> {
         };
         rows.push(row("identification", identified, 400.0));
         rows.push(row("rollout with network", rolled_out, 1000.0));
+        let [sensing, bare] = [&sensing_times, &bare_times].map(|times| 1e3 * percentile(times, 0.99));
+        let name = format!("4 + 36 tendons, {what}: tensions and tip force told, 99 % of samples");
+        rows.push(
+            Row::new(name, sensing, "ms")
+                .against(bare, "the rollout alone")
+                .goal(Target::AtMost(1e3 * PERIOD)),
+        );
         rows.push(
             Row::new(format!("4 + 36 tendons, {what}: median left by identification"), 1e3 * left, "mm")
                 .goal(Target::AtMost(0.05)),
