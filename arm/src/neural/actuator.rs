@@ -85,6 +85,7 @@ impl NeuralActuator {
         let header: Header = serde_json::from_value(header)
             .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
         let Header { shape, features, scale, simulation, joints, currents, contact, details } = header;
+        simulation.check(&features).map_err(|bad| bad.within("simulation"))?;
         let mut network = Transformer::<f32>::new(&shape, 0)?;
         let fits = shape.inputs == features.len()
             && shape.heads == Heads::sizes(&features)

@@ -162,6 +162,9 @@ pub struct Heads {
 }
 
 impl Heads {
+    /// The torques are the first head.
+    pub const TORQUE: usize = 0;
+
     /// Where the outputs stand for these motors.
     pub fn new(features: &Features) -> Self {
         let m = features.motors();
@@ -196,7 +199,7 @@ impl Totals {
     /// Of rollouts of `horizon` steps; at least one of each, where nothing is divided by it.
     pub fn of(segments: &[Segment<'_>], horizon: usize) -> Self {
         let [mut poses, mut forces, mut conditions] = [0; 3];
-        for Segment { trajectory, start } in segments {
+        for Segment { trajectory, start, .. } in segments {
             let rows = *start..start + horizon;
             poses += rows.clone().filter(|row| !trajectory.gap[row + 1]).count();
             forces += rows.filter(|row| trajectory.force[*row].is_some() && !trajectory.gap[*row]).count();

@@ -11,8 +11,8 @@ use super::simulation::Simulation;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch<'a> {
     pub trajectory: &'a Trajectory,
-    /// Torques of all its rows (rows × m).
-    pub torques: &'a [f64],
+    /// Torques of all its rows (rows × m), where they are learned.
+    pub torques: Option<&'a [f64]>,
     pub start: usize,
 }
 
@@ -64,11 +64,11 @@ pub(super) fn gradient<T: Real>(
             let found: Vec<f64> = outputs[at..at + n].iter().map(|y| y.to_f64()).collect();
             let mut by_outputs = vec![0.0; n];
             let sample = stretch.start + step;
-            if !stretch.trajectory.gap[sample] {
+            if let Some(torques) = stretch.torques.filter(|_| !stretch.trajectory.gap[sample]) {
                 for k in 0..m {
                     let limit = simulation.limit(k);
                     let share = (found[k] / limit).tanh();
-                    let (value, slope) = huber(limit * share - stretch.torques[sample * m + k], TORQUE.1);
+                    let (value, slope) = huber(limit * share - torques[sample * m + k], TORQUE.1);
                     torque_loss += TORQUE.0 / n_torques * value;
                     by_outputs[k] += TORQUE.0 / n_torques * slope * (1.0 - share * share);
                 }

@@ -47,6 +47,10 @@ pub struct Options {
     /// Layers of the network
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = crate::number::count::<16>))]
     pub layers: usize,
+    /// What moves the simulated motors beside the network: none (as published), or servo (stiffness, friction and damping
+    /// identified by rollout, to whose torque the network's is added)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
+    pub prior: Prior,
     /// Updates on torques by inverse dynamics, before the closed loop
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::up_to::<1_000_000>))]
     pub warm_start: u32,
@@ -59,6 +63,9 @@ pub struct Options {
     /// Rollouts of an update
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = crate::number::count::<4096>))]
     pub rollouts: usize,
+    /// Part of the rollouts, and of the error in validation, in pure simulation: currents by the model of the drives
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 0.0))]
+    pub pure: f64,
     /// Full step size
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = 1e-4))]
     pub learning_rate: f64,
@@ -77,6 +84,27 @@ pub struct Options {
     /// Of initial weights, batches and noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
+}
+
+/// What moves the simulated motors beside the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Prior {
+    /// Nothing, as published.
+    None,
+    /// A position servo identified by rollout.
+    Servo,
+}
+
+/// A prior by its name.
+///
+/// # Errors
+/// For another name.
+pub fn prior(text: &str) -> Result<Prior, String> {
+    match text {
+        "none" => Ok(Prior::None),
+        "servo" => Ok(Prior::Servo),
+        _ => Err("none or servo".to_owned()),
+    }
 }
 
 /// A form by its name.
@@ -116,7 +144,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let named = read(&files)?;
     let features = features_of(&named)?;
     let simulated = SimulationOptions { period: options.period_s, ..SimulationOptions::PUBLISHED };
-    let simulation = Simulation::new(&model, &features, &simulated)?;
+    let published = Simulation::new(&model, &features, &simulated)?;
     let wanted = (&features, options.period_s, &options.free[..]);
     let [training, validation] =
         [Role::Training, Role::Validation].map(|role| trajectories(&named, role, wanted));
@@ -124,11 +152,19 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
     let scale = InputScale::of(&features, rows)?;
     let trained = trained(options);
-    let mut task = NeuralTask::new(&trained, (&simulation, &scale), [&training, &validation])?;
+    trained.check()?;
     let shape = shape(options, &features);
-    let network = Transformer::<f32>::new(&shape, options.seed)?;
+    let mut network = Transformer::<f32>::new(&shape, options.seed)?;
     say_data(&training, &validation, shape.n_parameters(), caller);
-    let rivals = rivals(&model, &simulation, &features, &training, caller)?;
+    let rivals = Rivals::fit(&model, &published, &training, caller)?;
+    let (mut simulated, mut simulation) = (simulated, published);
+    if options.prior == Prior::Servo {
+        simulated = SimulationOptions::with_servo(&rivals.servo, options.period_s);
+        simulation = Simulation::new(&model, &features, &simulated)?;
+        network = network.with_silent_head(Heads::TORQUE);
+    }
+    let currents = CurrentModel::fit(&features, &training)?;
+    let mut task = NeuralTask::new(&trained, (&simulation, &scale, &currents), [&training, &validation])?;
     let state = options.out.with_extension("training");
     let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
     let total = trained.warm_start + trained.updates;
@@ -157,7 +193,6 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     });
     caller.sign(&mut details);
     let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
-    let currents = CurrentModel::fit(&features, &training)?;
     let actuator = NeuralActuator {
         network: found.model,
         features,
@@ -181,6 +216,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }))
 }
 
+/// Errors of a servo are some thousandths of a radian: by their squares up to the published radian they would weigh nothing [rad].
+const BEND: f64 = 0.005;
+
 fn trained(options: &Options) -> NeuralOptions {
     let published = NeuralOptions::published(u64::from(options.warm_start), u64::from(options.updates));
     let part = u64::from(options.updates).div_ceil(options.horizons.len() as u64);
@@ -191,10 +229,18 @@ fn trained(options: &Options) -> NeuralOptions {
         horizons,
         rollouts: options.rollouts,
         start_noise: options.start_noise,
+        pure: options.pure,
         // A tenth of a short training warms up.
         learning_rate: (options.learning_rate, (total / 10).clamp(1, 1000)),
         ema: options.ema,
-        loss: LossWeights { contact: options.contact_n, ..LossWeights::PUBLISHED },
+        loss: LossWeights {
+            contact: options.contact_n,
+            position_bend: match options.prior {
+                Prior::None => LossWeights::PUBLISHED.position_bend,
+                Prior::Servo => BEND,
+            },
+            ..LossWeights::PUBLISHED
+        },
         seed: options.seed,
         ..published
     }
@@ -278,15 +324,24 @@ fn say_data(training: &[Trajectory], validation: &[Trajectory], n_parameters: us
 }
 
 /// What the network has to beat, fitted to the same trajectories.
-fn rivals(
-    model: &Model,
-    simulation: &Simulation,
-    features: &Features,
-    training: &[Trajectory],
-    caller: &Caller,
-) -> anyhow::Result<Value> {
-    let lag = LagAndDroop::fit(simulation.model(), features, training)?;
-    let watch = |_: usize, _: f64| !caller.is_cancelled();
-    let servo = ServoModel::fit(model, (features, simulation.options().period), training, &watch)?;
-    Ok(json!({ "lag_and_droop": lag, "servo": servo }))
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(super) struct Rivals {
+    #[serde(rename = "lag_and_droop")]
+    pub lag: LagAndDroop,
+    pub servo: ServoModel,
+}
+
+impl Rivals {
+    fn fit(
+        model: &Model,
+        simulation: &Simulation,
+        training: &[Trajectory],
+        caller: &Caller,
+    ) -> anyhow::Result<Self> {
+        let features = simulation.features();
+        let lag = LagAndDroop::fit(simulation.model(), features, training)?;
+        let watch = |_: usize, _: f64| !caller.is_cancelled();
+        let servo = ServoModel::fit(model, (features, simulation.options().period), training, &watch)?;
+        Ok(Self { lag, servo })
+    }
 }

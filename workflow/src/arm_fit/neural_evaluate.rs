@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::Model;
 use hysteron_arm::neural::{
-    DetectorScores, LagAndDroop, NeuralActuator, PoseScores, Positions, Rollout, Segment, ServoModel,
-    Simulation, Telemetry, Trajectory, condition_scores, copied_goal, detectors, force_scores, pose_scores,
-    roll_out,
+    DetectorScores, NeuralActuator, PoseScores, Positions, Rollout, Segment, Simulation, Telemetry,
+    Trajectory, condition_scores, copied_goal, detectors, force_scores, pose_scores, roll_out,
 };
 use hysteron_base::{BadInput, file};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::neural::trajectories;
+use super::neural::{Rivals, trajectories};
 use super::recordings::{Role, files, read};
 use crate::{COMMIT, Caller, arm};
 
@@ -112,20 +111,11 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     Ok(summary)
 }
 
-/// The rivals as they were fitted with the actuator, on its training data.
-struct Rivals {
-    lag: LagAndDroop,
-    servo: ServoModel,
-}
-
 impl Rivals {
+    /// As they were fitted with the actuator, on its training data.
     fn of(actuator: &NeuralActuator) -> Result<Self, BadInput> {
-        let rivals = &actuator.details["rivals"];
         let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
-        Ok(Self {
-            lag: serde_json::from_value(rivals["lag_and_droop"].clone()).map_err(bad)?,
-            servo: serde_json::from_value(rivals["servo"].clone()).map_err(bad)?,
-        })
+        serde_json::from_value(actuator.details["rivals"].clone()).map_err(bad)
     }
 
     fn compare(
@@ -143,7 +133,7 @@ impl Rivals {
         let rollouts = roll(Telemetry::Recorded);
         let pure = roll(Telemetry::Modelled(&actuator.currents));
         let servo = |trajectory: &Trajectory| -> Result<Positions, BadInput> {
-            let segment = Segment { trajectory, start: 0 };
+            let segment = Segment::recorded(trajectory, 0);
             let about = (features, actuator.simulation.period);
             let states = self.servo.run(model, about, &[segment], trajectory.len() - 1)?;
             Ok(states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect())

@@ -64,6 +64,8 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         width: 16,
         layers: 1,
         warm_start: 150,
+        prior: neural::Prior::None,
+        pure: 0.0,
         updates: 60,
         horizons: vec![16],
         rollouts: 4,
