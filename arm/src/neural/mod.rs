@@ -8,7 +8,10 @@ mod data;
 mod evaluate;
 mod features;
 mod loss;
+mod observations;
 mod rivals;
+mod sensing;
+mod sensing_training;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -23,7 +26,10 @@ pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
 pub use features::{Features, GripperAxis, InputScale};
-pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, wrap};
+pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
+pub use observations::{Observed, telemetry};
 pub use rivals::{CurrentModel, LagAndDroop, Positions, ServoModel, copied_goal};
+pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};
+pub use sensing_training::{SensingOptions, SensingTask, identified_observers};
 pub use simulation::{Simulation, SimulationOptions};
 pub use training::{NeuralOptions, NeuralTask, horizon_gradient};

@@ -64,6 +64,7 @@ fn recording(seed: u64, rows: usize) -> Recording {
         name: String::new(),
         inputs,
         states: [start, vec![0.0; (rows - 1) * 2 * m]].concat(),
+        voltage: None,
         force: vec![None; rows],
         is_healthy: None,
         gap: vec![false; rows],
@@ -270,6 +271,7 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
         simulation: SimulationOptions::PUBLISHED,
         joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
         currents,
+        sensing: None,
         contact: CONTACT,
         details: json!({}),
     };
@@ -304,6 +306,7 @@ fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
         simulation: simulation.options().clone(),
         joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
         currents: currents.clone(),
+        sensing: None,
         contact: CONTACT,
         details: json!({}),
     };

@@ -121,7 +121,7 @@ impl NeuralOptions {
 }
 
 /// Rollouts that a thread runs side by side.
-const GROUP: usize = 8;
+pub(super) const GROUP: usize = 8;
 
 /// What an actuator is trained for.
 pub struct NeuralTask<'a> {
@@ -245,7 +245,7 @@ impl<'a> NeuralTask<'a> {
 }
 
 /// Their sum, in order.
-fn added<T: Real>(mut parts: Vec<Vec<Vec<T>>>) -> Vec<Vec<T>> {
+pub(super) fn added<T: Real>(mut parts: Vec<Vec<Vec<T>>>) -> Vec<Vec<T>> {
     let rest = parts.split_off(1);
     let mut sum = parts.remove(0);
     for part in rest {

@@ -1,12 +1,14 @@
 //! `hysteron arm fit neural`: an actuator from telemetry alone.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hysteron_arm::neural::{
     CurrentModel, Features, Heads, InputScale, LagAndDroop, LossWeights, NeuralActuator, NeuralOptions,
-    NeuralTask, ServoModel, Simulation, SimulationOptions, Trajectory, Unlabelled, gripper_of, trajectory_of,
+    NeuralTask, Sensing, SensingOptions, SensingTask, ServoModel, Simulation, SimulationOptions, Trajectory,
+    Unlabelled, gripper_of, identified_observers, trajectory_of,
 };
+use hysteron_arm::servo_force::{Observers, observed_arm};
 use hysteron_arm::{Model, Recorded};
 use hysteron_base::{BadInput, Recording};
 use hysteron_learn::{Block, Form, Progress, Session, Transformer, TransformerShape, fit};
@@ -63,6 +65,13 @@ pub struct Options {
     /// Rollouts of an update
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = crate::number::count::<4096>))]
     pub rollouts: usize,
+    /// Where force, contact and condition come from: loop (the network in the loop, as published), or observer (a second network that
+    /// sees recorded telemetry with PWM, and the force of a momentum observer that it adds to)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FROM", default_value = "loop", value_parser = sensing))]
+    pub sensing: SensingForm,
+    /// Updates of that second network
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3000, value_parser = crate::number::count::<1_000_000>))]
+    pub sensing_updates: usize,
     /// Part of the rollouts, and of the error in validation, in pure simulation: currents by the model of the drives
     #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 0.0))]
     pub pure: f64,
@@ -104,6 +113,27 @@ pub fn prior(text: &str) -> Result<Prior, String> {
         "none" => Ok(Prior::None),
         "servo" => Ok(Prior::Servo),
         _ => Err("none or servo".to_owned()),
+    }
+}
+
+/// Where force, contact and condition come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensingForm {
+    /// The network in the loop, as published.
+    Loop,
+    /// A network of their own, beside a momentum observer.
+    Observer,
+}
+
+/// Where force, contact and condition come from, by its name.
+///
+/// # Errors
+/// For another name.
+pub fn sensing(text: &str) -> Result<SensingForm, String> {
+    match text {
+        "loop" => Ok(SensingForm::Loop),
+        "observer" => Ok(SensingForm::Observer),
+        _ => Err("loop or observer".to_owned()),
     }
 }
 
@@ -156,7 +186,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let shape = shape(options, &features);
     let mut network = Transformer::<f32>::new(&shape, options.seed)?;
     say_data(&training, &validation, shape.n_parameters(), caller);
-    let rivals = Rivals::fit(&model, &published, &training, caller)?;
+    let mut rivals = Rivals::fit(&model, &published, &training, caller)?;
+    let observed = observed(options, &model, &features, &training)?;
+    rivals.observers = observed.as_ref().map(|(_, observers)| observers.clone());
     let (mut simulated, mut simulation) = (simulated, published);
     if options.prior == Prior::Servo {
         simulated = SimulationOptions::with_servo(&rivals.servo, options.period_s);
@@ -166,7 +198,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let currents = CurrentModel::fit(&features, &training)?;
     let mut task = NeuralTask::new(&trained, (&simulation, &scale, &currents), [&training, &validation])?;
     let state = options.out.with_extension("training");
-    let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
+    let second = options.out.with_extension("sensing-training");
+    let mut states = vec![state.clone()];
+    states.extend(observed.iter().map(|_| second.clone()));
+    let unfinished = Unfinished::new(&options.out, states);
     let total = trained.warm_start + trained.updates;
     let bar = caller.progress("updates", total as usize, 0);
     let start = Instant::now();
@@ -186,6 +221,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let mut session = Session { file: Some(&state), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut session)?;
     bar.finish();
+    let (mut sensing, mut is_finished) = (None, found.is_finished);
+    if let Some((arm, observers)) = observed.as_ref().filter(|_| found.is_finished) {
+        let sets = [&training[..], &validation];
+        let part = sensed(options, (arm, &features, observers), (sets, &names(&named)), &second, caller)?;
+        is_finished = part.1;
+        sensing = Some(part.0);
+    }
     let rate = task.steps as f64 / start.elapsed().as_secs_f64();
     let mut details = json!({
         "options": trained, "validation_deg": found.validation, "epochs": found.epochs, "recordings": names(&named), "curve": found.curve,
@@ -200,6 +242,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         simulation: simulated,
         joints: names,
         currents,
+        sensing,
         contact: options.contact_n,
         details,
     };
@@ -209,7 +252,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "joints {:.3}° (root mean square) in rollouts on what was not trained on",
         found.validation
     ));
-    unfinished.end(found.is_finished, caller)?;
+    unfinished.end(is_finished, caller)?;
     Ok(json!({
         "validation_deg": found.validation, "epochs": found.epochs, "parameters": shape.n_parameters(), "steps_per_second": rate,
         "actuator": options.out,
@@ -225,6 +268,8 @@ fn trained(options: &Options) -> NeuralOptions {
     let horizons =
         options.horizons.iter().enumerate().map(|(k, horizon)| (k as u64 * part, *horizon)).collect();
     let total = published.warm_start + published.updates;
+    // What another network learns does not count in the loop.
+    let of_labels = if options.sensing == SensingForm::Loop { 1.0 } else { 0.0 };
     NeuralOptions {
         horizons,
         rollouts: options.rollouts,
@@ -234,6 +279,9 @@ fn trained(options: &Options) -> NeuralOptions {
         learning_rate: (options.learning_rate, (total / 10).clamp(1, 1000)),
         ema: options.ema,
         loss: LossWeights {
+            force: of_labels * LossWeights::PUBLISHED.force,
+            gate: of_labels * LossWeights::PUBLISHED.gate,
+            condition: of_labels * LossWeights::PUBLISHED.condition,
             contact: options.contact_n,
             position_bend: match options.prior {
                 Prior::None => LossWeights::PUBLISHED.position_bend,
@@ -244,6 +292,56 @@ fn trained(options: &Options) -> NeuralOptions {
         seed: options.seed,
         ..published
     }
+}
+
+/// The arm of the observers, and what they know of it; none where the network in the loop says what acts.
+fn observed(
+    options: &Options,
+    model: &Model,
+    features: &Features,
+    training: &[Trajectory],
+) -> anyhow::Result<Option<(Model, Observers)>> {
+    if options.sensing == SensingForm::Loop {
+        return Ok(None);
+    }
+    let arm = observed_arm(model, features.joints)?;
+    let observers = identified_observers(&arm, (features, options.period_s), training)?;
+    Ok(Some((arm, observers)))
+}
+
+/// Trains the network of force, contact and condition; false where it was interrupted.
+fn sensed(
+    options: &Options,
+    (arm, features, observers): (&Model, &Features, &Observers),
+    (sets, recordings): ([&[Trajectory]; 2], &[String]),
+    state: &Path,
+    caller: &Caller,
+) -> anyhow::Result<(Sensing, bool)> {
+    let trained = SensingOptions::small(options.sensing_updates as u64, options.contact_n, options.seed);
+    let about = (features, &observers.drive, options.period_s);
+    let mut task = SensingTask::new(&trained, arm, about, sets)?;
+    let network = Transformer::<f32>::new(&trained.shape(features), options.seed)?;
+    let bar = caller.progress("updates of force and condition", options.sensing_updates, 0);
+    let mut listener = |p: &Progress| {
+        match p {
+            Progress::Step { epoch, done, .. } => {
+                bar.set_position(*epoch as u64 * trained.epoch + *done as u64)
+            }
+            Progress::Epoch(epoch) => {
+                bar.set_message(format!("loss {:.4} in validation, best {:.4}", epoch.validation, epoch.best))
+            }
+        }
+        !caller.is_cancelled()
+    };
+    let identity =
+        json!({ "options": trained, "features": features, "observers": observers, "recordings": recordings });
+    let mut session = Session { file: Some(state), progress: &mut listener };
+    let found = fit(&mut task, network, &identity, &mut session)?;
+    bar.finish();
+    caller.say(format_args!("force, contact and condition: loss {:.4} in validation", found.validation));
+    let sensing =
+        Sensing { network: found.model, scale: task.scale().clone(), drive: observers.drive.clone() };
+    Ok((sensing, found.is_finished))
 }
 
 fn shape(options: &Options, features: &Features) -> TransformerShape {
@@ -329,6 +427,8 @@ pub(super) struct Rivals {
     #[serde(rename = "lag_and_droop")]
     pub lag: LagAndDroop,
     pub servo: ServoModel,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observers: Option<Observers>,
 }
 
 impl Rivals {
@@ -342,6 +442,6 @@ impl Rivals {
         let lag = LagAndDroop::fit(simulation.model(), features, training)?;
         let watch = |_: usize, _: f64| !caller.is_cancelled();
         let servo = ServoModel::fit(model, (features, simulation.options().period), training, &watch)?;
-        Ok(Self { lag, servo })
+        Ok(Self { lag, servo, observers: None })
     }
 }

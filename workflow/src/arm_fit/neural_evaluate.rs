@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::Model;
 use hysteron_arm::neural::{
-    DetectorScores, NeuralActuator, PoseScores, Positions, Rollout, Segment, Simulation, Telemetry,
-    Trajectory, condition_scores, copied_goal, detectors, force_scores, pose_scores, roll_out,
+    DetectorScores, ForceScores, NeuralActuator, PoseScores, Positions, Rollout, Segment, Sensed, Sensing,
+    Simulation, Telemetry, Trajectory, condition_scores, copied_goal, detectors, force_scores, length,
+    pose_scores, roll_out, telemetry,
 };
+use hysteron_arm::servo_force::Observers;
 use hysteron_base::{BadInput, file};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use rayon::prelude::*;
@@ -47,7 +49,49 @@ struct Task {
     positions: Vec<Vec<Positions>>,
     rollouts: Vec<Rollout>,
     pure: Vec<Rollout>,
+    /// Of the network of labels, where there is one.
+    sensed: Option<Vec<Sensed>>,
+    /// Forces of either momentum observer, trajectory by trajectory; none where none was identified.
+    observed: Option<Vec<[Vec<[f64; 3]>; 2]>>,
 }
+
+impl Task {
+    /// Forces and gates of the network, of either observer, and of the network in pure simulation where that says any.
+    fn forces(&self, contact: [f64; 2]) -> [Option<Vec<Said>>; 4] {
+        let of =
+            |rollouts: &[Rollout]| rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
+        let network = self
+            .sensed
+            .as_ref()
+            .map(|all| all.iter().map(|one| (one.force.clone(), one.gate.clone())).collect::<Vec<Said>>());
+        let observer = |k: usize| -> Option<Vec<Said>> {
+            let gate = |f: &[f64; 3]| f64::from(u8::from(length(f) > contact[k]));
+            let one = |own: &[Vec<[f64; 3]>; 2]| (own[k].clone(), own[k].iter().map(gate).collect());
+            Some(self.observed.as_ref()?.iter().map(one).collect())
+        };
+        let pure = self.sensed.is_none().then(|| of(&self.pure));
+        [Some(network.unwrap_or_else(|| of(&self.rollouts))), observer(0), observer(1), pure]
+    }
+
+    /// How healthy the watched motor is found, sample by sample.
+    fn conditions(&self) -> Vec<Vec<f64>> {
+        match &self.sensed {
+            Some(all) => all.iter().map(|one| one.condition.clone()).collect(),
+            None => self.rollouts.iter().map(|one| one.condition.clone()).collect(),
+        }
+    }
+}
+
+/// Forces and probabilities of contact, row by row.
+type Said = (Vec<[f64; 3]>, Vec<f64>);
+
+/// Who says forces, in the order of [`Task::forces`]: key and name.
+const FORCES: [(&str, &str); 4] = [
+    ("force", "network, recorded telemetry"),
+    ("force_gmo_linear", "GMO-linear"),
+    ("force_gmo_drive", "GMO-drive"),
+    ("force_pure", "network, pure simulation"),
+];
 
 /// Compares an actuator and its rivals with recordings.
 pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Caller) -> anyhow::Result<Value> {
@@ -90,12 +134,12 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
         bar.inc(1);
     }
     bar.finish();
-    let mut summary = summary(actuator, &tasks);
+    let mut summary = summary(actuator, &rivals, &tasks);
     if !known.is_empty() {
         let known = read(&known)?;
         let wanted = (&actuator.features, actuator.simulation.period, places.free);
         let training = trajectories(&known, Role::Training, wanted)?;
-        summary["detectors"] = json!(detected(actuator, &simulation, &training, &tasks)?);
+        summary["detectors"] = json!(detected(actuator, (&model, &simulation), &training, &tasks)?);
     }
     summary["command"] = json!(caller.command);
     summary["commit"] = json!(COMMIT);
@@ -145,29 +189,50 @@ impl Rivals {
             trajectories.iter().map(|one| self.lag.positions(simulation.model(), features, one)).collect(),
             trajectories.par_iter().map(servo).collect::<Result<_, _>>()?,
         ];
-        Ok(Task { name, trajectories, positions, rollouts, pure })
+        let about = (features, actuator.simulation.period);
+        let arm = actuator.observed_arm(model);
+        let along = |sensing: &Sensing| -> Result<Vec<Sensed>, BadInput> {
+            let arm = arm.clone()?;
+            trajectories.par_iter().map(|one| sensing.along(&arm, about, one)).collect()
+        };
+        let observe = |observers: &Observers| -> Result<Vec<[Vec<[f64; 3]>; 2]>, BadInput> {
+            let arm = arm.clone()?;
+            let one = |one: &Trajectory| observers.forces(&arm, &telemetry(features, about.1, one)?);
+            trajectories.par_iter().map(one).collect()
+        };
+        let sensed = actuator.sensing.as_ref().map(along).transpose()?;
+        let observed = self.observers.as_ref().map(observe).transpose()?;
+        Ok(Task { name, trajectories, positions, rollouts, pure, sensed, observed })
     }
 }
 
 /// Every number of the evaluation.
-fn summary(actuator: &NeuralActuator, tasks: &[Task]) -> Value {
+fn summary(actuator: &NeuralActuator, rivals: &Rivals, tasks: &[Task]) -> Value {
     let features = &actuator.features;
     let poses = |task: &Task, method: usize| -> BTreeMap<String, PoseScores> {
         let of =
             |h: usize| (h.to_string(), pose_scores(features, &task.trajectories, &task.positions[method], h));
         HORIZONS.map(of).into_iter().collect()
     };
-    let forces = |trajectories: &[Trajectory], rollouts: &[&Rollout]| {
-        let said: Vec<_> = rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
-        force_scores(trajectories, &said, (usize::MAX, actuator.contact))
+    let contact = rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact);
+    let forces = |tasks: &[&Task]| -> BTreeMap<&str, Option<ForceScores>> {
+        let trajectories: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
+        let all: Vec<_> = tasks.iter().map(|task| task.forces(contact)).collect();
+        let one = |(k, (key, _)): (usize, &(&'static str, &str))| {
+            let said: Option<Vec<Vec<Said>>> = all.iter().map(|task| task[k].clone()).collect();
+            let scores = |said: Vec<Vec<Said>>| {
+                force_scores(&trajectories, &said.concat(), (usize::MAX, actuator.contact))
+            };
+            (*key, said.and_then(scores))
+        };
+        FORCES.iter().enumerate().map(one).collect()
     };
     let of_task = |task: &Task| {
         let methods: BTreeMap<&str, _> =
             METHODS.iter().enumerate().map(|(k, name)| (*name, poses(task, k))).collect();
         json!({
             "task": task.name, "trajectories": task.trajectories.len(), "poses": methods,
-            "force": forces(&task.trajectories, &task.rollouts.iter().collect::<Vec<_>>()),
-            "force_pure": forces(&task.trajectories, &task.pure.iter().collect::<Vec<_>>()),
+            "forces": forces(&[task]),
         })
     };
     let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
@@ -183,12 +248,11 @@ fn summary(actuator: &NeuralActuator, tasks: &[Task]) -> Value {
         .enumerate()
         .map(|(k, name)| (*name, HORIZONS.iter().map(|h| (h.to_string(), mean(k, *h))).collect()))
         .collect();
-    let rollouts: Vec<&Rollout> = tasks.iter().flat_map(|task| &task.rollouts).collect();
-    let pure: Vec<&Rollout> = tasks.iter().flat_map(|task| &task.pure).collect();
-    let conditions: Vec<Vec<f64>> = rollouts.iter().map(|one| one.condition.clone()).collect();
+    let conditions: Vec<Vec<f64>> = tasks.iter().flat_map(Task::conditions).collect();
     json!({
-        "format": "hysteron-neural-evaluation", "version": 1, "mean_deg": means, "force": forces(&all, &rollouts),
-        "force_pure": forces(&all, &pure), "condition_accuracy_auc": condition_scores(&all, &conditions),
+        "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": means, "forces": forces(&tasks.iter().collect::<Vec<_>>()),
+        "force_from": if actuator.sensing.is_some() { "observer" } else { "loop" },
+        "condition_accuracy_auc": condition_scores(&all, &conditions),
         "tasks": tasks.iter().map(of_task).collect::<Vec<_>>(), "left_out": actuator.details["left_out"],
         "trained_on": actuator.details["recordings"].as_array().map_or(0, Vec::len),
     })
@@ -197,17 +261,21 @@ fn summary(actuator: &NeuralActuator, tasks: &[Task]) -> Value {
 /// Detectors of a degraded motor, fitted to `training`, and the network.
 fn detected(
     actuator: &NeuralActuator,
-    simulation: &Simulation,
+    (model, simulation): (&Model, &Simulation),
     training: &[Trajectory],
     tasks: &[Task],
 ) -> Result<Vec<DetectorScores>, BadInput> {
     let with_label = |one: &&Trajectory| one.is_healthy.is_some();
     let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
-    let roll = |one: &Trajectory| roll_out(actuator, simulation, one, Telemetry::Recorded).condition;
-    let known: Vec<Vec<f64>> = training.par_iter().map(roll).collect();
+    let about = (&actuator.features, actuator.simulation.period);
+    let arm = actuator.observed_arm(model);
+    let said = |one: &Trajectory| match &actuator.sensing {
+        Some(sensing) => Ok(sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?.condition),
+        None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).condition),
+    };
+    let known = training.par_iter().map(said).collect::<Result<Vec<_>, BadInput>>()?;
     let test: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
-    let asked: Vec<Vec<f64>> =
-        tasks.iter().flat_map(|task| &task.rollouts).map(|one| one.condition.clone()).collect();
+    let asked: Vec<Vec<f64>> = tasks.iter().flat_map(Task::conditions).collect();
     detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
 }
 
@@ -223,8 +291,8 @@ fn say(summary: &Value, caller: &Caller) {
         let cells = HORIZONS.map(|h| format!("{:>8}", number(&summary["mean_deg"][name][h.to_string()], 3)));
         caller.say(format_args!("{name:56}{}", cells.concat()));
     }
-    for (name, key) in [("recorded currents", "force"), ("pure simulation", "force_pure")] {
-        let force = &summary[key];
+    for (key, name) in FORCES {
+        let force = &summary["forces"][key];
         if !force.is_null() {
             let of = |key: &str| number(&force[key], 3);
             caller.say(format_args!(
@@ -289,13 +357,26 @@ fn page(summary: &Value, command: &str) -> Page {
         "false_contact",
         "missed_contact",
     ];
-    let head =
-        ["Task", "Mean of axes", "under force", "Loaded axis", "Norm", "False contact", "Missed contact"];
+    let head = [
+        "Task",
+        "By",
+        "Mean of axes",
+        "under force",
+        "Loaded axis",
+        "Norm",
+        "False contact",
+        "Missed contact",
+    ];
     page.table(
         &head,
-        tasks.iter().filter(|task| !task["force"].is_null()).map(|task| {
-            let name = task["task"].as_str().unwrap_or_default().to_owned();
-            std::iter::once(name).chain(keys.map(|key| number(&task["force"][key], 3))).collect()
+        tasks.iter().flat_map(|task| {
+            let of = move |(key, name): (&str, &str)| {
+                let force = &task["forces"][key];
+                let cells = keys.map(|key| number(&force[key], 3)).to_vec();
+                let names = [task["task"].as_str().unwrap_or_default(), name].map(str::to_owned);
+                (!force.is_null()).then(|| [names.to_vec(), cells].concat())
+            };
+            FORCES.into_iter().filter_map(of)
         }),
     );
     if let Some(detectors) = summary["detectors"].as_array() {

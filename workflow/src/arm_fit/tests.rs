@@ -66,6 +66,8 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         warm_start: 150,
         prior: neural::Prior::None,
         pure: 0.0,
+        sensing: neural::SensingForm::Loop,
+        sensing_updates: 60,
         updates: 60,
         horizons: vec![16],
         rollouts: 4,
