@@ -1,17 +1,15 @@
 //! `hysteron arm fit neural`: an actuator from telemetry alone.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
+use hysteron_arm::Recorded;
 use hysteron_arm::neural::{
-    CurrentModel, Features, Heads, InputScale, LagAndDroop, LossWeights, NeuralActuator, NeuralOptions,
-    NeuralTask, Sensing, SensingOptions, SensingTask, ServoModel, Simulation, SimulationOptions, Trajectory,
-    Unlabelled, gripper_of, identified_observers, trajectory_of,
+    ActuatorOptions, ActuatorSession, Features, LossWeights, NeuralActuator, NeuralOptions, Prior,
+    SensingOptions, Stage, Trajectory, Unlabelled, fit_actuator, gripper_of, trajectory_of,
 };
-use hysteron_arm::servo_force::{Observers, observed_arm};
-use hysteron_arm::{Model, Recorded};
 use hysteron_base::{BadInput, Recording};
-use hysteron_learn::{Block, Form, Progress, Session, Transformer, TransformerShape, fit};
+use hysteron_learn::{Block, Form, Progress};
 use serde_json::{Value, json};
 
 use super::recordings::{Named, Role, files, read};
@@ -95,15 +93,6 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// What moves the simulated motors beside the network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Prior {
-    /// Nothing, as published.
-    None,
-    /// A position servo identified by rollout.
-    Servo,
-}
-
 /// A prior by its name.
 ///
 /// # Errors
@@ -173,90 +162,93 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.listen()?;
     let named = read(&files)?;
     let features = features_of(&named)?;
-    let simulated = SimulationOptions { period: options.period_s, ..SimulationOptions::PUBLISHED };
-    let published = Simulation::new(&model, &features, &simulated)?;
     let wanted = (&features, options.period_s, &options.free[..]);
     let [training, validation] =
         [Role::Training, Role::Validation].map(|role| trajectories(&named, role, wanted));
     let (training, validation) = (training?, validation?);
-    let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
-    let scale = InputScale::of(&features, rows)?;
-    let trained = trained(options);
-    trained.check()?;
-    let shape = shape(options, &features);
-    let mut network = Transformer::<f32>::new(&shape, options.seed)?;
-    say_data(&training, &validation, shape.n_parameters(), caller);
-    let mut rivals = Rivals::fit(&model, &published, &training, caller)?;
-    let observed = observed(options, &model, &features, &training)?;
-    rivals.observers = observed.as_ref().map(|(_, observers)| observers.clone());
-    let (mut simulated, mut simulation) = (simulated, published);
-    if options.prior == Prior::Servo {
-        simulated = SimulationOptions::with_servo(&rivals.servo, options.period_s);
-        simulation = Simulation::new(&model, &features, &simulated)?;
-        network = network.with_silent_head(Heads::TORQUE);
-    }
-    let currents = CurrentModel::fit(&features, &training)?;
-    let mut task = NeuralTask::new(&trained, (&simulation, &scale, &currents), [&training, &validation])?;
-    let state = options.out.with_extension("training");
-    let second = options.out.with_extension("sensing-training");
-    let mut states = vec![state.clone()];
-    states.extend(observed.iter().map(|_| second.clone()));
-    let unfinished = Unfinished::new(&options.out, states);
-    let total = trained.warm_start + trained.updates;
-    let bar = caller.progress("updates", total as usize, 0);
-    let start = Instant::now();
-    let mut listener = |p: &Progress| {
-        match p {
-            Progress::Step { epoch, done, .. } => {
-                bar.set_position(*epoch as u64 * trained.epoch + *done as u64)
-            }
-            Progress::Epoch(epoch) => bar.set_message(format!(
-                "joints {:.3}° in validation, best {:.3}°",
-                epoch.validation, epoch.best
-            )),
-        }
-        !caller.is_cancelled()
+    let asked = ActuatorOptions {
+        form: options.form,
+        block: options.block,
+        width: options.width,
+        layers: options.layers,
+        tokens: ActuatorOptions::TOKENS,
+        prior: options.prior,
+        training: trained(options),
+        sensing: (options.sensing == SensingForm::Observer)
+            .then(|| SensingOptions::small(options.sensing_updates as u64, options.contact_n, options.seed)),
+        period: options.period_s,
     };
-    let identity = json!({ "shape": shape, "options": trained, "simulation": simulated, "features": features, "recordings": names(&named) });
-    let mut session = Session { file: Some(&state), progress: &mut listener };
-    let found = fit(&mut task, network, &identity, &mut session)?;
-    bar.finish();
-    let (mut sensing, mut is_finished) = (None, found.is_finished);
-    if let Some((arm, observers)) = observed.as_ref().filter(|_| found.is_finished) {
-        let sets = [&training[..], &validation];
-        let part = sensed(options, (arm, &features, observers), (sets, &names(&named)), &second, caller)?;
-        is_finished = part.1;
-        sensing = Some(part.0);
-    }
-    let rate = task.steps as f64 / start.elapsed().as_secs_f64();
+    let n_parameters = asked.shape(&features).n_parameters();
+    say_data(&training, &validation, n_parameters, caller);
+    let files = ["training", "sensing-training"].map(|ending| options.out.with_extension(ending));
+    let unfinished =
+        Unfinished::new(&options.out, files[..1 + usize::from(asked.sensing.is_some())].to_vec());
+    let start = Instant::now();
+    let mut bars = Bars { caller, options: &asked, bars: [None, None] };
+    let mut session = ActuatorSession {
+        recordings: &names(&named),
+        files: [&files[0], &files[1]],
+        progress: &mut |stage, p| bars.show(stage, p),
+    };
+    let found = fit_actuator(&model, &features, [&training, &validation], &asked, &mut session)?;
+    bars.finish();
+    let rate = found.steps as f64 / start.elapsed().as_secs_f64();
     let mut details = json!({
-        "options": trained, "validation_deg": found.validation, "epochs": found.epochs, "recordings": names(&named), "curve": found.curve,
-        "left_out": options.leave_out, "rivals": rivals,
+        "options": asked.training, "sensing_options": asked.sensing, "validation_deg": found.validation, "epochs": found.epochs,
+        "recordings": names(&named), "curve": found.curve, "left_out": options.leave_out,
+        "rivals": found.actuator.details["rivals"],
     });
     caller.sign(&mut details);
-    let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
-    let actuator = NeuralActuator {
-        network: found.model,
-        features,
-        scale,
-        simulation: simulated,
-        joints: names,
-        currents,
-        sensing,
-        contact: options.contact_n,
-        details,
-    };
+    let actuator = NeuralActuator { details, ..found.actuator };
     actuator.write(&options.out)?;
     caller.say(format_args!("{rate:.0} simulated steps a second in training"));
     caller.say(format_args!(
         "joints {:.3}° (root mean square) in rollouts on what was not trained on",
         found.validation
     ));
-    unfinished.end(is_finished, caller)?;
+    if let Some(loss) = found.sensing_validation {
+        caller.say(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
+    }
+    unfinished.end(found.is_finished, caller)?;
     Ok(json!({
-        "validation_deg": found.validation, "epochs": found.epochs, "parameters": shape.n_parameters(), "steps_per_second": rate,
-        "actuator": options.out,
+        "validation_deg": found.validation, "epochs": found.epochs, "parameters": n_parameters, "steps_per_second": rate,
+        "sensing_validation": found.sensing_validation, "actuator": options.out,
     }))
+}
+
+/// A bar for either network.
+struct Bars<'a> {
+    caller: &'a Caller<'a>,
+    options: &'a ActuatorOptions,
+    bars: [Option<Box<dyn crate::Progress>>; 2],
+}
+
+impl Bars<'_> {
+    fn show(&mut self, stage: Stage, p: &Progress) -> bool {
+        let Self { caller, options, bars } = self;
+        let trained = &options.training;
+        let (k, title, of, epoch) = match (stage, &options.sensing) {
+            (Stage::Sensing, Some(own)) => (1, "updates of force and condition", own.updates, own.epoch),
+            _ => (0, "updates", trained.warm_start + trained.updates, trained.epoch),
+        };
+        let bar = bars[k].get_or_insert_with(|| caller.progress(title, of as usize, 0));
+        match p {
+            Progress::Step { epoch: done_epochs, done, .. } => {
+                bar.set_position(*done_epochs as u64 * epoch + *done as u64)
+            }
+            Progress::Epoch(own) if stage == Stage::Loop => {
+                bar.set_message(format!("joints {:.3}° in validation, best {:.3}°", own.validation, own.best))
+            }
+            Progress::Epoch(own) => {
+                bar.set_message(format!("loss {:.4} in validation, best {:.4}", own.validation, own.best))
+            }
+        }
+        !caller.is_cancelled()
+    }
+
+    fn finish(&self) {
+        self.bars.iter().flatten().for_each(|bar| bar.finish());
+    }
 }
 
 /// Errors of a servo are some thousandths of a radian: by their squares up to the published radian they would weigh nothing [rad].
@@ -290,69 +282,6 @@ fn trained(options: &Options) -> NeuralOptions {
             ..LossWeights::PUBLISHED
         },
         seed: options.seed,
-        ..published
-    }
-}
-
-/// The arm of the observers, and what they know of it; none where the network in the loop says what acts.
-fn observed(
-    options: &Options,
-    model: &Model,
-    features: &Features,
-    training: &[Trajectory],
-) -> anyhow::Result<Option<(Model, Observers)>> {
-    if options.sensing == SensingForm::Loop {
-        return Ok(None);
-    }
-    let arm = observed_arm(model, features.joints)?;
-    let observers = identified_observers(&arm, (features, options.period_s), training)?;
-    Ok(Some((arm, observers)))
-}
-
-/// Trains the network of force, contact and condition; false where it was interrupted.
-fn sensed(
-    options: &Options,
-    (arm, features, observers): (&Model, &Features, &Observers),
-    (sets, recordings): ([&[Trajectory]; 2], &[String]),
-    state: &Path,
-    caller: &Caller,
-) -> anyhow::Result<(Sensing, bool)> {
-    let trained = SensingOptions::small(options.sensing_updates as u64, options.contact_n, options.seed);
-    let about = (features, &observers.drive, options.period_s);
-    let mut task = SensingTask::new(&trained, arm, about, sets)?;
-    let network = Transformer::<f32>::new(&trained.shape(features), options.seed)?;
-    let bar = caller.progress("updates of force and condition", options.sensing_updates, 0);
-    let mut listener = |p: &Progress| {
-        match p {
-            Progress::Step { epoch, done, .. } => {
-                bar.set_position(*epoch as u64 * trained.epoch + *done as u64)
-            }
-            Progress::Epoch(epoch) => {
-                bar.set_message(format!("loss {:.4} in validation, best {:.4}", epoch.validation, epoch.best))
-            }
-        }
-        !caller.is_cancelled()
-    };
-    let identity =
-        json!({ "options": trained, "features": features, "observers": observers, "recordings": recordings });
-    let mut session = Session { file: Some(state), progress: &mut listener };
-    let found = fit(&mut task, network, &identity, &mut session)?;
-    bar.finish();
-    caller.say(format_args!("force, contact and condition: loss {:.4} in validation", found.validation));
-    let sensing =
-        Sensing { network: found.model, scale: task.scale().clone(), drive: observers.drive.clone() };
-    Ok((sensing, found.is_finished))
-}
-
-fn shape(options: &Options, features: &Features) -> TransformerShape {
-    let published = TransformerShape::published(features.len(), &Heads::sizes(features), options.form);
-    let width = options.width.next_multiple_of(published.attention_heads);
-    TransformerShape {
-        width,
-        layers: options.layers,
-        feed_forward: 2 * width,
-        latent: (width / 2).max(1),
-        block: options.block,
         ..published
     }
 }
@@ -418,30 +347,5 @@ fn say_data(training: &[Trajectory], validation: &[Trajectory], n_parameters: us
     }
     if conditions == 0 {
         caller.say("no recording has a degraded motor: the condition is not learned");
-    }
-}
-
-/// What the network has to beat, fitted to the same trajectories.
-#[derive(serde::Serialize, serde::Deserialize)]
-pub(super) struct Rivals {
-    #[serde(rename = "lag_and_droop")]
-    pub lag: LagAndDroop,
-    pub servo: ServoModel,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub observers: Option<Observers>,
-}
-
-impl Rivals {
-    fn fit(
-        model: &Model,
-        simulation: &Simulation,
-        training: &[Trajectory],
-        caller: &Caller,
-    ) -> anyhow::Result<Self> {
-        let features = simulation.features();
-        let lag = LagAndDroop::fit(simulation.model(), features, training)?;
-        let watch = |_: usize, _: f64| !caller.is_cancelled();
-        let servo = ServoModel::fit(model, (features, simulation.options().period), training, &watch)?;
-        Ok(Self { lag, servo, observers: None })
     }
 }

@@ -9,6 +9,7 @@ use hysteron_learn::{Block, Form};
 
 use super::{evaluate, neural};
 use crate::{Caller, Monitor, Progress, Silent};
+use hysteron_arm::neural::Prior;
 
 const PERIOD: f64 = 0.017;
 
@@ -64,7 +65,7 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         width: 16,
         layers: 1,
         warm_start: 150,
-        prior: neural::Prior::None,
+        prior: Prior::None,
         pure: 0.0,
         sensing: neural::SensingForm::Loop,
         sensing_updates: 60,
