@@ -16,14 +16,14 @@ use super::evaluate::{
 use super::fit::Rivals;
 use super::loss::length;
 use super::observations::telemetry;
-use super::rivals::{Positions, copied_goal};
+use super::rivals::{Positions, copied_goal, positions_of};
 use super::sensing::{Sensed, Sensing};
 use super::simulation::Simulation;
 use crate::Model;
 use crate::servo_force::Observers;
 
 /// Horizons of the paper's tables [steps].
-pub const HORIZONS: [usize; 3] = [100, 300, 600];
+pub const HORIZONS: [usize; 4] = [100, 300, 500, 600];
 
 /// What is compared, in the order of the table.
 pub const METHODS: [&str; 5] = [
@@ -205,11 +205,11 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Detectors of a degraded motor, fitted to `training`, and the network.
+    /// Detectors of a degraded motor, fitted to `training`, and the network, on tasks whose name begins so.
     ///
     /// # Errors
     /// `BadInput` where one condition is missing.
-    pub fn detectors(&self, training: &[Trajectory]) -> Result<Vec<DetectorScores>, BadInput> {
+    pub fn detectors(&self, begin: &str, training: &[Trajectory]) -> Result<Vec<DetectorScores>, BadInput> {
         let Self { actuator, model, simulation, tasks, .. } = self;
         let with_label = |one: &&Trajectory| one.is_healthy.is_some();
         let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
@@ -220,8 +220,33 @@ impl<'a> Comparison<'a> {
             None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).condition),
         };
         let known = training.par_iter().map(said).collect::<Result<Vec<_>, BadInput>>()?;
-        let test: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
-        let asked: Vec<Vec<f64>> = tasks.iter().flat_map(Task::conditions).collect();
+        let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
+        let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
+        let asked: Vec<Vec<f64>> = tasks().flat_map(Task::conditions).collect();
         detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
+    }
+
+    /// The first trajectory of a task over time, with every method's positions [rad] joint by joint and forces along z [N]; `None` without
+    /// that task.
+    pub fn trace(&self, task: &str, period: f64) -> Option<Value> {
+        let task = self.tasks.iter().find(|one| one.name == task)?;
+        let first = task.trajectories.first()?;
+        let features = &self.actuator.features;
+        let (m, rows) = (features.motors(), first.len() - 1);
+        let joints = |positions: &[f64]| -> Vec<Vec<f64>> {
+            let joint = |k: usize| positions.iter().skip(k).step_by(m).take(rows).copied().collect();
+            (0..features.joints).map(joint).collect()
+        };
+        let methods: Vec<_> = task.positions.iter().map(|own| joints(&own[0])).collect();
+        let contact = self.rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact);
+        let z = |said: Option<Vec<Said>>| -> Option<Vec<f64>> {
+            Some(said?.first()?.0.iter().take(rows).map(|force| force[2]).collect())
+        };
+        let forces: Vec<_> = task.forces(contact).into_iter().map(z).collect();
+        let label: Vec<f64> = first.force.iter().take(rows).map(|f| f.unwrap_or_default()[2]).collect();
+        Some(json!({
+            "task": task.name, "time_s": (0..rows).map(|row| period * row as f64).collect::<Vec<_>>(),
+            "measured_rad": joints(&positions_of(features, first)), "methods_rad": methods, "label_n": label, "forces_n": forces,
+        }))
     }
 }

@@ -48,6 +48,10 @@ impl LossWeights {
         condition: 100.0,
     };
 
+    /// Where errors of a joint turn from squares to sizes with a servo in the loop: they are some thousandths of a radian, and would weigh
+    /// nothing by their squares up to the published radian [rad].
+    pub const SERVO_BEND: f64 = 0.005;
+
     /// # Errors
     /// `BadInput` naming a weight that is negative or not finite.
     pub fn check(&self) -> Result<(), BadInput> {

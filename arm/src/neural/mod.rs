@@ -13,6 +13,8 @@ mod loss;
 mod observations;
 mod rivals;
 mod sensing;
+#[cfg(test)]
+mod sensing_tests;
 mod sensing_training;
 mod simulation;
 #[cfg(test)]

@@ -4,6 +4,6 @@ pub mod delan;
 pub mod evaluate;
 pub mod neural;
 mod neural_evaluate;
-mod recordings;
+pub(crate) mod recordings;
 #[cfg(test)]
 mod tests;

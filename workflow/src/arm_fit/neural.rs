@@ -251,9 +251,6 @@ impl Bars<'_> {
     }
 }
 
-/// Errors of a servo are some thousandths of a radian: by their squares up to the published radian they would weigh nothing [rad].
-const BEND: f64 = 0.005;
-
 fn trained(options: &Options) -> NeuralOptions {
     let published = NeuralOptions::published(u64::from(options.warm_start), u64::from(options.updates));
     let part = u64::from(options.updates).div_ceil(options.horizons.len() as u64);
@@ -277,7 +274,7 @@ fn trained(options: &Options) -> NeuralOptions {
             contact: options.contact_n,
             position_bend: match options.prior {
                 Prior::None => LossWeights::PUBLISHED.position_bend,
-                Prior::Servo => BEND,
+                Prior::Servo => LossWeights::SERVO_BEND,
             },
             ..LossWeights::PUBLISHED
         },

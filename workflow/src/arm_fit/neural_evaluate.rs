@@ -67,7 +67,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
         let known = read(&known)?;
         let wanted = (&actuator.features, actuator.simulation.period, places.free);
         let training = trajectories(&known, Role::Training, wanted)?;
-        summary["detectors"] = json!(comparison.detectors(&training)?);
+        summary["detectors"] = json!(comparison.detectors("", &training)?);
     }
     summary["command"] = json!(caller.command);
     summary["commit"] = json!(COMMIT);
