@@ -77,7 +77,7 @@ impl Task {
 /// Forces and probabilities of contact, row by row.
 type Said = (Vec<[f64; 3]>, Vec<f64>);
 
-/// Who says forces, in the order of [`Task::forces`]: key and name.
+/// Who says forces, in the order of the table: key and name.
 pub const FORCES: [(&str, &str); 4] = [
     ("force", "network, recorded telemetry"),
     ("force_gmo_linear", "GMO-linear"),
