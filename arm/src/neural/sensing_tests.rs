@@ -141,7 +141,10 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
     let [with, without] = [&said, &alone].map(|all| force_scores(&test, all, (usize::MAX, 0.3)).unwrap());
     // Errors of friction along axes that no weight acts on are learned first.
     assert!(with.loaded_mean_of_axes_n < 0.8 * without.loaded_mean_of_axes_n, "{with:?} {without:?}");
-    assert!(with.mean_of_axes_n < 0.7 * without.mean_of_axes_n && with.false_contact < 0.1, "{with:?} {without:?}");
+    assert!(
+        with.mean_of_axes_n < 0.7 * without.mean_of_axes_n && with.false_contact < 0.1,
+        "{with:?} {without:?}"
+    );
     let conditions: Vec<Vec<f64>> = sensed.iter().map(|one| one.condition.clone()).collect();
     let [_, area] = condition_scores(&test, &conditions).unwrap();
     assert!(area > 0.9, "{area}");
