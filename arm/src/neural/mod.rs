@@ -14,7 +14,7 @@ mod observations;
 mod rivals;
 mod sensing;
 #[cfg(test)]
-mod sensing_tests;
+pub(crate) mod sensing_tests;
 mod sensing_training;
 mod simulation;
 #[cfg(test)]

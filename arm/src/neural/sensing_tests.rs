@@ -10,10 +10,10 @@ use super::*;
 use crate::servo_force::{Observers, observed_arm};
 use crate::{Data, Model, forward_kinematics, frame_jacobian, inverse_dynamics};
 
-const PERIOD: f64 = 0.017;
+pub(crate) const PERIOD: f64 = 0.017;
 const JOINTS: usize = 4;
 
-fn features() -> Features {
+pub(crate) fn features() -> Features {
     Features { joints: JOINTS, gripper: None }
 }
 
@@ -23,8 +23,10 @@ fn arm() -> Model {
 
 /// What a recording shows.
 #[derive(Clone, Copy, PartialEq)]
-enum Case {
+pub(crate) enum Case {
     Free,
+    /// The same, and it is not said that nothing acts.
+    Healthy,
     /// A weight of so many newtons that comes and goes.
     Loaded(f64),
     /// The third joint has more friction.
@@ -89,7 +91,7 @@ fn recording(seed: u64, rows: usize, case: Case) -> Recording {
     Recording::new(time, channels, Vec::new(), meta).unwrap()
 }
 
-fn trajectory(seed: u64, case: Case) -> Trajectory {
+pub(crate) fn trajectory(seed: u64, case: Case) -> Trajectory {
     let unlabelled = if case == Case::Free { Unlabelled::Free } else { Unlabelled::Unknown };
     trajectory_of(&recording(seed, 400, case), &features(), PERIOD, unlabelled).unwrap()
 }

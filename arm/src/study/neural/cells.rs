@@ -81,7 +81,7 @@ impl NeuralSize {
     /// Width, layers, updates in the loop, updates of force and condition, horizons.
     fn numbers(self) -> (usize, usize, u64, u64, &'static [usize]) {
         match self {
-            Self::Quick => (24, 1, 60, 150, &[32, 64]),
+            Self::Quick => (24, 1, 60, 300, &[32, 64]),
             Self::Full => (64, 2, 1000, 3000, &[64, 128]),
         }
     }

@@ -6,6 +6,8 @@ mod cells;
 mod gradients;
 pub mod published;
 mod run;
+#[cfg(test)]
+mod tests;
 
 pub use cells::{LEFT_OUT, NETWORKS, NetworkKind, NeuralSize};
 pub use run::{NeuralStudy, neural_study};

@@ -68,8 +68,23 @@ fn plans(seeds: u64) -> Vec<Plan> {
 /// Cells of another study; files that cannot be written; data without what is needed.
 pub fn neural_study(
     folder: &Path,
-    (model, data, identity): (&Model, &NeuralData, &Value),
+    about: (&Model, &NeuralData, &Value),
     (size, seeds): (NeuralSize, u64),
+    listener: Listener<'_>,
+) -> Result<Option<NeuralStudy>> {
+    let period = about.1.period;
+    let asked = |network: &NetworkKind, seed: u64| size.actuator(network, seed, period);
+    study_with(folder, about, (&asked, seeds), listener)
+}
+
+/// Actuators of the cells, by network and seed.
+type Asked<'a> = &'a dyn Fn(&NetworkKind, u64) -> ActuatorOptions;
+
+/// The study with these actuators.
+pub(super) fn study_with(
+    folder: &Path,
+    (model, data, identity): (&Model, &NeuralData, &Value),
+    (asked, seeds): (Asked<'_>, u64),
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     make_folder(folder)?;
@@ -80,7 +95,7 @@ pub fn neural_study(
         if !listener(&progress(None)) {
             return Ok(None);
         }
-        let mut options = size.actuator(plan.network, plan.seed, data.period);
+        let mut options = asked(plan.network, plan.seed);
         if !plan.has_sensing {
             options.sensing = None;
         }
