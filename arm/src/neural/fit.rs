@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Block, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit};
+use hysteron_learn::{
+    Block, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -180,10 +182,17 @@ pub fn fit_actuator(
     if let (true, Some(arm), Some(trained), Some(observers)) =
         (is_finished, &arm, &options.sensing, &rivals.observers)
     {
-        let part = fit_sensing((arm, features, options.period), observers, sets, trained, session)?;
-        is_finished = part.1.is_finished;
-        sensing_validation = Some(part.1.validation);
-        sensing = Some(part.0);
+        let about = (arm, features, options.period);
+        match fit_sensing(about, observers, sets, trained, session) {
+            Ok((own, found)) => {
+                is_finished = found.is_finished;
+                sensing_validation = Some(found.validation);
+                sensing = Some(own);
+            }
+            // Ended before its first epoch: the network in the loop is whole.
+            Err(Error::NothingTrained) => is_finished = false,
+            Err(error) => return Err(error),
+        }
     }
     let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
     let actuator = NeuralActuator {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_learn::{Progress, Result};
+use hysteron_learn::{Error, Progress, Result};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -138,10 +138,11 @@ fn compared(
         files: [&files[0], &files[1]],
         progress: &mut |_, p| listener(p),
     };
-    let found = fit_actuator(model, &data.features, [&training, &validation], options, &mut session)?;
-    if !found.is_finished {
-        return Ok(None);
-    }
+    let found = match fit_actuator(model, &data.features, [&training, &validation], options, &mut session) {
+        Ok(found) if found.is_finished => found,
+        Ok(_) | Err(Error::NothingTrained) => return Ok(None),
+        Err(error) => return Err(error),
+    };
     let actuator = found.actuator;
     let mut tasks: BTreeMap<&str, Vec<Trajectory>> = BTreeMap::new();
     for one in data.samples.iter().filter(|one| plan.protocol.uses(one, Split::Test)) {
@@ -154,7 +155,7 @@ fn compared(
     let mut row = comparison.summary();
     row["validation_deg"] = json!(found.validation);
     row["parameters"] = json!(options.shape(&data.features).n_parameters());
-    row["steps"] = json!(found.steps);
+    row["trained_on"] = json!(training.len());
     if plan.has_sensing {
         let conditions: Vec<Trajectory> = data
             .samples
