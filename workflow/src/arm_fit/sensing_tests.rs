@@ -14,7 +14,7 @@ use crate::Caller;
 /// Two trajectories to learn from and one of each other kind, of three tasks.
 fn recorded(root: &Path) {
     let arm = VirtualArm::preset("open-manipulator-x").unwrap().individual(3);
-    let tasks = ["sweep_2", "pick_place_object_300g", "pick_place_empty_degraded"];
+    let tasks = ["circular_cw", "pick_place_empty", "pick_place_object_300g", "pick_place_empty_degraded"];
     for one in data_set().into_iter().filter(|one| one.number <= 2 && tasks.contains(&one.task.as_str())) {
         let path = root.join(format!("{}.parquet", one.name()));
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
