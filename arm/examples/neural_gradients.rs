@@ -33,9 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if trajectories.is_empty() {
         return Err("a recording of more than 500 samples".into());
     }
-    let segments: Vec<Segment<'_>> = (0..ROLLOUTS)
-        .map(|k| Segment { trajectory: &trajectories[k % trajectories.len()], start: 0 })
-        .collect();
+    let segments: Vec<Segment<'_>> =
+        (0..ROLLOUTS).map(|k| Segment::recorded(&trajectories[k % trajectories.len()], 0)).collect();
     let initial: Vec<f64> = segments.iter().flat_map(|one| one.trajectory.state_at(0)).copied().collect();
     let of = |network: &Transformer<f32>, simulation: &Simulation, horizon: usize| {
         let setting = (simulation, &actuator.scale);

@@ -54,6 +54,7 @@ mod regressor;
 mod rnea;
 mod rollouts;
 mod scalar;
+pub mod servo_force;
 mod simulator;
 pub mod spatial;
 mod stepper;

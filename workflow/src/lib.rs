@@ -67,8 +67,8 @@ pub use caller::{Caller, Monitor, Progress, Silent};
 pub use failure::is_bad_input;
 pub use figures::{
     arm as arm_figures, arm_estimation as arm_estimation_figures,
-    arm_identification::study as identification_study_figures, arm_study as arm_study_figures,
-    excitation as excitation_figures,
+    arm_identification::study as identification_study_figures, arm_neural as arm_neural_figures,
+    arm_study as arm_study_figures, excitation as excitation_figures,
 };
 
 /// Commit that the program was built from; empty where git does not know.

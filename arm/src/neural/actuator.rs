@@ -10,8 +10,10 @@ use serde_json::{Value, json};
 use super::features::{Features, InputScale};
 use super::loss::Heads;
 use super::rivals::CurrentModel;
+use super::sensing::{Sensing, SensingHeader};
 use super::simulation::{Simulation, SimulationOptions};
 use crate::Model;
+use crate::servo_force::observed_arm;
 
 /// A trained actuator of one arm.
 #[derive(Debug, Clone)]
@@ -28,6 +30,8 @@ pub struct NeuralActuator {
     pub joints: Vec<String>,
     /// Currents of the drives, for pure simulation.
     pub currents: CurrentModel,
+    /// Force, contact and condition by a network of their own; none where that in the loop says them, as published.
+    pub sensing: Option<Sensing>,
     /// A longer force is a contact [N].
     pub contact: f64,
     /// Whatever else its user must know.
@@ -44,6 +48,8 @@ struct Header {
     simulation: SimulationOptions,
     joints: Vec<String>,
     currents: CurrentModel,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sensing: Option<SensingHeader>,
     contact: f64,
     details: Value,
 }
@@ -64,11 +70,13 @@ impl NeuralActuator {
             simulation: self.simulation.clone(),
             joints: self.joints.clone(),
             currents: self.currents.clone(),
+            sensing: self.sensing.as_ref().map(SensingHeader::of),
             contact: self.contact,
             details: self.details.clone(),
         };
+        let networks = std::iter::once(&self.network).chain(self.sensing.iter().map(|own| &own.network));
         let parameters: Vec<f64> =
-            self.network.parameters().iter().flatten().map(|v| f64::from(*v)).collect();
+            networks.flat_map(|one| one.parameters().iter().flatten()).map(|v| f64::from(*v)).collect();
         write_parameters(path, Self::KIND, &json!(header), &parameters)
     }
 
@@ -84,8 +92,13 @@ impl NeuralActuator {
     fn from_parts(header: Value, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
         let header: Header = serde_json::from_value(header)
             .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
-        let Header { shape, features, scale, simulation, joints, currents, contact, details } = header;
-        let mut network = Transformer::<f32>::new(&shape, 0)?;
+        let Header { shape, features, scale, simulation, joints, currents, sensing, contact, details } =
+            header;
+        simulation.check(&features).map_err(|bad| bad.within("simulation"))?;
+        if let Some(sensing) = &sensing {
+            sensing.check(&features).map_err(|bad| bad.within("sensing"))?;
+        }
+        shape.check()?;
         let fits = shape.inputs == features.len()
             && shape.heads == Heads::sizes(&features)
             && scale.is_for(features.len())
@@ -95,17 +108,25 @@ impl NeuralActuator {
         if !fits {
             return Err(BadInput::new("shape", "sizes that belong together", "others"));
         }
-        let expected = shape.n_parameters();
+        let own = shape.n_parameters();
+        let expected = own + sensing.as_ref().map_or(0, |sensing| sensing.shape.n_parameters());
         if parameters.len() != expected {
             return Err(BadInput::new("parameters", expected.to_string(), parameters.len().to_string()));
         }
-        let mut rest = parameters;
-        for values in network.parameters_mut() {
-            let (own, after) = rest.split_at(values.len());
-            values.iter_mut().zip(own).for_each(|(to, from)| *to = *from as f32);
-            rest = after;
-        }
-        Ok(Self { network, features, scale, simulation, joints, currents, contact, details })
+        let network = filled(&shape, &parameters[..own])?;
+        let sensing = sensing
+            .map(|sensing| filled(&sensing.shape, &parameters[own..]).map(|network| sensing.with(network)))
+            .transpose()?;
+        Ok(Self { network, features, scale, simulation, joints, currents, sensing, contact, details })
+    }
+
+    /// The arm as the observer of force knows it.
+    ///
+    /// # Errors
+    /// `BadInput` where `model` is another arm.
+    pub fn observed_arm(&self, model: &Model) -> std::result::Result<Model, BadInput> {
+        self.check_arm(model)?;
+        observed_arm(model, self.features.joints)
     }
 
     /// The simulation with the bodies of `model`.
@@ -113,6 +134,11 @@ impl NeuralActuator {
     /// # Errors
     /// `BadInput` where `model` is another arm: its joints have other names.
     pub fn simulation(&self, model: &Model) -> std::result::Result<Simulation, BadInput> {
+        self.check_arm(model)?;
+        Simulation::new(model, &self.features, &self.simulation)
+    }
+
+    fn check_arm(&self, model: &Model) -> std::result::Result<(), BadInput> {
         let found: Vec<&str> =
             model.joints().iter().take(self.joints.len()).map(|joint| joint.name.as_str()).collect();
         if found != self.joints {
@@ -123,6 +149,18 @@ impl NeuralActuator {
             )
             .hint("the actuator was trained on another arm"));
         }
-        Simulation::new(model, &self.features, &self.simulation)
+        Ok(())
     }
+}
+
+/// A network of this shape with these parameters, one after the other.
+fn filled(shape: &TransformerShape, parameters: &[f64]) -> std::result::Result<Transformer<f32>, BadInput> {
+    let mut network = Transformer::<f32>::new(shape, 0)?;
+    let mut rest = parameters;
+    for values in network.parameters_mut() {
+        let (own, after) = rest.split_at(values.len());
+        values.iter_mut().zip(own).for_each(|(to, from)| *to = *from as f32);
+        rest = after;
+    }
+    Ok(network)
 }

@@ -17,6 +17,20 @@ pub struct Segment<'a> {
     pub trajectory: &'a Trajectory,
     /// Its row with the initial state.
     pub start: usize,
+    /// Where its currents, voltages and temperatures come from.
+    pub telemetry: Telemetry<'a>,
+}
+
+impl<'a> Segment<'a> {
+    /// From this row on, with recorded currents.
+    pub fn recorded(trajectory: &'a Trajectory, start: usize) -> Self {
+        Self { trajectory, start, telemetry: Telemetry::Recorded }
+    }
+
+    /// Goals of the motors m at a step of the rollout.
+    pub(super) fn goals(&self, step: usize, m: usize) -> &'a [f64] {
+        &self.trajectory.inputs_at((self.start + step) as isize)[..m]
+    }
 }
 
 /// Where currents, voltages and temperatures of a rollout come from.
@@ -34,7 +48,6 @@ pub enum Telemetry<'a> {
 pub struct ClosedLoop<'a, T> {
     simulation: &'a Simulation,
     scale: &'a InputScale,
-    telemetry: Telemetry<'a>,
     network: &'a Transformer<T>,
     segments: Vec<Segment<'a>>,
     horizon: usize,
@@ -45,7 +58,7 @@ pub struct ClosedLoop<'a, T> {
     states: Vec<f64>,
     /// (horizon × trajectories × outputs).
     outputs: Vec<T>,
-    /// (horizon × trajectories × m).
+    /// Of the network (horizon × trajectories × m).
     torques: Vec<f64>,
     tokens: Vec<T>,
 }
@@ -67,7 +80,7 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
     /// # Panics
     /// Where a trajectory ends before the horizon.
     pub fn new(
-        (simulation, scale, telemetry): (&'a Simulation, &'a InputScale, Telemetry<'a>),
+        (simulation, scale): (&'a Simulation, &'a InputScale),
         network: &'a Transformer<T>,
         segments: Vec<Segment<'a>>,
         horizon: usize,
@@ -94,7 +107,6 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
             tokens: vec![T::default(); shape.tokens * rows * shape.inputs],
             simulation,
             scale,
-            telemetry,
             network,
             segments,
             horizon,
@@ -129,12 +141,12 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
 
     /// Inputs of trajectory `row` at `step` of the rollout in SI; before the first, as recorded.
     fn raw(&self, step: isize, row: usize) -> Vec<f64> {
-        let Segment { trajectory, start } = self.segments[row];
+        let Segment { trajectory, start, telemetry } = self.segments[row];
         let features = self.simulation.features();
         let mut raw = trajectory.inputs_at(start as isize + step).to_vec();
         if step >= 0 {
             features.set_state(self.state(step as usize, row), &mut raw);
-            if let Telemetry::Modelled(currents) = self.telemetry {
+            if let Telemetry::Modelled(currents) = telemetry {
                 let first = trajectory.inputs_at(start as isize);
                 currents.replace(features, first, &mut raw);
             }
@@ -199,7 +211,8 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
             self.outputs[step * rows * n..][..rows * n].copy_from_slice(&outputs);
             let (before, after) = self.states.split_at_mut((step + 1) * width);
             let torques = &self.torques[step * rows * m..][..rows * m];
-            self.simulation.step(&before[step * width..], torques, &mut after[..width]);
+            let goals: Vec<f64> = self.segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
+            self.simulation.step(&before[step * width..], [&goals, torques], &mut after[..width]);
         }
     }
 
@@ -218,7 +231,7 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
         let heads = Heads::new(self.simulation.features());
         for step in 0..self.horizon {
             for row in 0..rows {
-                let Segment { trajectory, start } = self.segments[row];
+                let Segment { trajectory, start, .. } = self.segments[row];
                 let at = ((step + 1) * rows + row) * 2 * m;
                 let target = start + step + 1;
                 let state = &self.states[at..at + 2 * m];
@@ -247,8 +260,9 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
         for step in (0..self.horizon).rev() {
             let states = &self.states[step * width..][..width];
             let torques = self.torques[step * rows * m..][..rows * m].to_vec();
-            let [by_before, by_torque] =
-                self.simulation.step_back(states, &torques, &by_states[(step + 1) * width..][..width]);
+            let goals: Vec<f64> = self.segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
+            let after = &by_states[(step + 1) * width..][..width];
+            let [by_before, by_torque] = self.simulation.step_back(states, [&goals, &torques], after);
             by_states[step * width..][..width]
                 .iter_mut()
                 .zip(&by_before)
@@ -294,7 +308,7 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
                 let mut by_raw: Vec<f64> =
                     own.iter().enumerate().map(|(k, d)| d.to_f64() * self.scale.at(k, raw[k]).1).collect();
                 let by_state = &mut by_states[(step as usize * rows + row) * width..][..width];
-                if let Telemetry::Modelled(currents) = self.telemetry {
+                if let Telemetry::Modelled(currents) = self.segments[row].telemetry {
                     currents.pull_back(features, &mut by_raw);
                 }
                 features.state_gradient(&by_raw, by_state);

@@ -16,6 +16,8 @@ pub struct Trajectory {
     pub inputs: Vec<f64>,
     /// Positions and speeds of all motors (rows × 2m) [rad, rad/s].
     pub states: Vec<f64>,
+    /// Voltages on the joints' motors, supply times PWM (rows × n) [V]; `None` without PWM.
+    pub voltage: Option<Vec<f64>>,
     /// Force on the tip (rows) [N]; `None` where there is no label.
     pub force: Vec<Option<[f64; 3]>>,
     /// Whether the motors are as they should be, where that is known.
@@ -39,6 +41,18 @@ impl Trajectory {
     pub fn inputs_at(&self, row: isize) -> &[f64] {
         let width = self.inputs.len() / self.len();
         &self.inputs[row.max(0) as usize * width..][..width]
+    }
+
+    /// Voltages on the joints' motors (rows × n) [V].
+    ///
+    /// # Errors
+    /// `BadInput` where PWM was not recorded.
+    pub fn motor_voltage(&self) -> Result<&[f64], BadInput> {
+        let missing = || {
+            BadInput::new(&self.name, "channels pwm_k_ratio of all joints", "none")
+                .hint("without PWM, --sensing loop takes force and condition from the network in the loop")
+        };
+        self.voltage.as_deref().ok_or_else(missing)
     }
 
     /// State at `row`.
@@ -154,10 +168,15 @@ pub fn trajectory_of(
         states.extend(state);
     }
     let extra = &recording.meta().extra;
+    let voltage = recorded.require(Quantity::Pwm).ok().map(|pwm| {
+        let row = |i: usize| (0..features.joints).map(move |k| (i, k));
+        (0..n).flat_map(row).map(|(i, k)| series[4][k][i] * pwm[k][i]).collect()
+    });
     Ok(Trajectory {
         name: recording.meta().source.clone(),
         inputs,
         states,
+        voltage,
         force: forces(&recorded, n, unlabelled),
         is_healthy: extra.get("condition").map(|text| text == "healthy"),
         gap: recording.gap().to_vec(),

@@ -30,9 +30,9 @@ pub fn roll_out(
     telemetry: Telemetry<'_>,
 ) -> Rollout {
     let horizon = trajectory.len() - 1;
-    let setting = (simulation, &actuator.scale, telemetry);
+    let segment = Segment { trajectory, start: 0, telemetry };
     let mut closed =
-        ClosedLoop::new(setting, &actuator.network, vec![Segment { trajectory, start: 0 }], horizon);
+        ClosedLoop::new((simulation, &actuator.scale), &actuator.network, vec![segment], horizon);
     closed.run(&closed.recorded_start());
     let m = actuator.features.motors();
     let positions = closed.states().chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect();

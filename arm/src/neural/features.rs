@@ -118,7 +118,7 @@ impl Features {
     }
 
     /// Spreads below these are not believed: 0.05 rad, 10 mA, 0.1 rad/s, 0.1 V, 1 K, 1 mm.
-    fn floors(&self) -> Vec<f64> {
+    pub(super) fn floors(&self) -> Vec<f64> {
         let (m, n) = (self.motors(), self.joints);
         let jaws = usize::from(self.gripper.is_some());
         let parts = [
@@ -154,22 +154,29 @@ impl InputScale {
         features: &Features,
         rows: impl Iterator<Item = &'a [f64]> + Clone,
     ) -> Result<Self, BadInput> {
+        Self::with_floors(&features.floors(), rows)
+    }
+
+    /// From rows of inputs whose spreads are no less than `floors`.
+    pub(super) fn with_floors<'a>(
+        floors: &[f64],
+        rows: impl Iterator<Item = &'a [f64]> + Clone,
+    ) -> Result<Self, BadInput> {
         let n = rows.clone().count();
         if n == 0 {
             return Err(BadInput::new("recordings", "at least one sample", "none"));
         }
-        let mut mean = vec![0.0; features.len()];
+        let mut mean = vec![0.0; floors.len()];
         for row in rows.clone() {
             mean.iter_mut().zip(row).for_each(|(mean, x)| *mean += x / n as f64);
         }
-        let mut square = vec![0.0; features.len()];
+        let mut square = vec![0.0; floors.len()];
         for row in rows {
             for (k, x) in row.iter().enumerate() {
                 square[k] += (x - mean[k]).powi(2) / n as f64;
             }
         }
-        let spread =
-            square.iter().zip(features.floors()).map(|(square, floor)| square.sqrt().max(floor)).collect();
+        let spread = square.iter().zip(floors).map(|(square, floor)| square.sqrt().max(*floor)).collect();
         Ok(Self { mean, spread })
     }
 

@@ -1,5 +1,7 @@
 //! The five losses: joints, gripper, force, contact gate, motor condition.
 
+use std::ops::Range;
+
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +47,10 @@ impl LossWeights {
         contact: CONTACT,
         condition: 100.0,
     };
+
+    /// Where errors of a joint turn from squares to sizes with a servo in the loop: they are some thousandths of a radian, and would weigh
+    /// nothing by their squares up to the published radian [rad].
+    pub const SERVO_BEND: f64 = 0.005;
 
     /// # Errors
     /// `BadInput` naming a weight that is negative or not finite.
@@ -162,6 +168,9 @@ pub struct Heads {
 }
 
 impl Heads {
+    /// The torques are the first head.
+    pub const TORQUE: usize = 0;
+
     /// Where the outputs stand for these motors.
     pub fn new(features: &Features) -> Self {
         let m = features.motors();
@@ -172,6 +181,11 @@ impl Heads {
     pub fn sizes(features: &Features) -> [usize; 4] {
         let m = features.motors();
         [m, 3, 1, m]
+    }
+
+    /// Adds another estimate of the force to the raw force.
+    pub(super) fn add_force(&self, outputs: &mut [f64], force: &[f64; 3]) {
+        outputs[self.force..self.force + 3].iter_mut().zip(force).for_each(|(to, f)| *to += f);
     }
 
     /// The force that the outputs say [N]: gate times raw force.
@@ -195,15 +209,21 @@ pub struct Totals {
 impl Totals {
     /// Of rollouts of `horizon` steps; at least one of each, where nothing is divided by it.
     pub fn of(segments: &[Segment<'_>], horizon: usize) -> Self {
-        let [mut poses, mut forces, mut conditions] = [0; 3];
-        for Segment { trajectory, start } in segments {
-            let rows = *start..start + horizon;
-            poses += rows.clone().filter(|row| !trajectory.gap[row + 1]).count();
+        let rows = segments.iter().map(|one| (one.trajectory, one.start..one.start + horizon));
+        let poses = segments.iter().flat_map(|one| &one.trajectory.gap[one.start + 1..][..horizon]);
+        let poses = poses.filter(|gap| !**gap).count().max(1) as f64;
+        Self { poses, ..Self::of_rows(rows) }
+    }
+
+    /// Of the labels of recorded rows.
+    pub(super) fn of_rows<'a>(rows: impl Iterator<Item = (&'a Trajectory, Range<usize>)>) -> Self {
+        let [mut forces, mut conditions] = [0; 2];
+        for (trajectory, rows) in rows {
+            conditions += usize::from(trajectory.is_healthy.is_some()) * rows.len();
             forces += rows.filter(|row| trajectory.force[*row].is_some() && !trajectory.gap[*row]).count();
-            conditions += usize::from(trajectory.is_healthy.is_some()) * horizon;
         }
-        let [poses, forces, conditions] = [poses, forces, conditions].map(|n| n.max(1) as f64);
-        Self { poses, forces, conditions }
+        let [forces, conditions] = [forces, conditions].map(|n| n.max(1) as f64);
+        Self { poses: 1.0, forces, conditions }
     }
 }
 

@@ -3,12 +3,19 @@
 
 mod actuator;
 mod closed_loop;
+mod compare;
 mod condition;
 mod data;
 mod evaluate;
 mod features;
+mod fit;
 mod loss;
+mod observations;
 mod rivals;
+mod sensing;
+#[cfg(test)]
+pub(crate) mod sensing_tests;
+mod sensing_training;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -17,13 +24,18 @@ mod warm_start;
 
 pub use actuator::NeuralActuator;
 pub use closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
+pub use compare::{Comparison, FORCES, HORIZONS, METHODS};
 pub use condition::{DetectorScores, detectors};
 pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, torques_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
 pub use features::{Features, GripperAxis, InputScale};
-pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, wrap};
+pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator};
+pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
+pub use observations::{Observed, telemetry};
 pub use rivals::{CurrentModel, LagAndDroop, Positions, ServoModel, copied_goal};
+pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};
+pub use sensing_training::{SensingOptions, SensingTask, identified_observers};
 pub use simulation::{Simulation, SimulationOptions};
 pub use training::{NeuralOptions, NeuralTask, horizon_gradient};

@@ -208,14 +208,34 @@ pub struct ServoModel {
 
 /// Speed over which friction turns its sign [rad/s].
 const FRICTION_WIDTH: f64 = 0.05;
-/// Rotor and gears of a motor of this size, at the output [kg m²].
-const SERVO_ARMATURE: f64 = 0.02;
-/// Parts of a period in which goal and torque are constant.
-const PARTS: usize = 4;
 /// Trajectories and rows that the servo is fitted to.
 const FITTED: (usize, usize) = (16, 200);
 
 impl ServoModel {
+    /// # Errors
+    /// `BadInput` where it is for other motors, or a number is negative or not finite.
+    pub(super) fn check(&self, features: &Features) -> Result<(), BadInput> {
+        let m = features.motors();
+        for (name, values) in [("servo.stiffness", &self.stiffness), ("servo.friction", &self.friction)] {
+            if values.len() != m || values.iter().any(|value| !(*value >= 0.0 && value.is_finite())) {
+                let expected = format!("{m} finite numbers, zero or more");
+                return Err(BadInput::new(name, expected, format!("{values:?}")));
+            }
+        }
+        if !(self.damping >= 0.0 && self.damping.is_finite()) {
+            let expected = "a finite number, zero or more";
+            return Err(BadInput::new("servo.damping", expected, self.damping.to_string()));
+        }
+        Ok(())
+    }
+
+    /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two.
+    pub(super) fn torque(&self, k: usize, goal: f64, [position, speed]: [f64; 2]) -> (f64, [f64; 2]) {
+        let sign = (speed / FRICTION_WIDTH).tanh();
+        let torque = self.stiffness[k] * (goal - position) - self.friction[k] * sign;
+        (torque, [-self.stiffness[k], -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign)])
+    }
+
     /// Fits stiffness, friction and damping so that rollouts stay close to the trajectories, with `model` as the arm.
     ///
     /// # Errors
@@ -229,7 +249,7 @@ impl ServoModel {
         let m = features.motors();
         let every = trajectories.len().div_ceil(FITTED.0).max(1);
         let segments: Vec<Segment<'_>> =
-            trajectories.iter().step_by(every).map(|trajectory| Segment { trajectory, start: 0 }).collect();
+            trajectories.iter().step_by(every).map(|trajectory| Segment::recorded(trajectory, 0)).collect();
         let horizon = segments.iter().map(|one| one.trajectory.len() - 1).min().unwrap_or(0).min(FITTED.1);
         let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
             name,
@@ -251,7 +271,7 @@ impl ServoModel {
         let residuals = |values: &[f64]| -> Result<Vec<Vec<f64>>, BadInput> {
             let states = of(values).run(model, (features, period), &segments, horizon)?;
             let off = |(i, state): (usize, &[f64])| -> Vec<f64> {
-                let Segment { trajectory, start } = segments[i % segments.len()];
+                let Segment { trajectory, start, .. } = segments[i % segments.len()];
                 let measured = trajectory.state_at(start + i / segments.len());
                 (0..m).map(|k| wrap(state[k] - measured[k])).collect()
             };
@@ -278,35 +298,16 @@ impl ServoModel {
         segments: &[Segment<'_>],
         horizon: usize,
     ) -> Result<Vec<f64>, BadInput> {
-        let options = SimulationOptions {
-            period: period / PARTS as f64,
-            substeps: 1,
-            armature: SERVO_ARMATURE,
-            damping: self.damping,
-            torque_limits: SimulationOptions::PUBLISHED.torque_limits,
-        };
-        let simulation = Simulation::new(model, features, &options)?;
+        let simulation = Simulation::new(model, features, &SimulationOptions::with_servo(self, period))?;
         let (m, rows) = (features.motors(), segments.len());
         let width = rows * 2 * m;
         let mut states: Vec<f64> =
             segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).copied().collect();
-        let (mut now, mut next) = (states.clone(), vec![0.0; width]);
-        let mut torques = vec![0.0; rows * m];
+        let (mut next, alone) = (vec![0.0; width], vec![0.0; rows * m]);
         for step in 0..horizon {
-            for _ in 0..PARTS {
-                for (row, segment) in segments.iter().enumerate() {
-                    let goals = segment.trajectory.inputs_at((segment.start + step) as isize);
-                    for k in 0..m {
-                        let (q, dq) = (now[row * 2 * m + k], now[row * 2 * m + m + k]);
-                        let free = self.stiffness[k] * (goals[k] - q)
-                            - self.friction[k] * (dq / FRICTION_WIDTH).tanh();
-                        torques[row * m + k] = free.clamp(-simulation.limit(k), simulation.limit(k));
-                    }
-                }
-                simulation.step(&now, &torques, &mut next);
-                std::mem::swap(&mut now, &mut next);
-            }
-            states.extend_from_slice(&now);
+            let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
+            simulation.step(&states[step * width..], [&goals, &alone], &mut next);
+            states.extend_from_slice(&next);
         }
         Ok(states)
     }

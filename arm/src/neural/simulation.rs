@@ -5,6 +5,7 @@ use hysteron_base::lanes::Isa;
 use serde::{Deserialize, Serialize};
 
 use super::features::Features;
+use super::rivals::ServoModel;
 use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts};
 
 /// Step, damping and limits of the simulation in training.
@@ -24,12 +25,60 @@ pub struct SimulationOptions {
     pub damping: f64,
     /// Largest torque of a joint, and of the gripper's motor [N m].
     pub torque_limits: [f64; 2],
+    /// A position servo in the loop, to whose torque the network's is added; none as published.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub servo: Option<ServoModel>,
 }
+
+/// Rotor and gears of a motor of this size, at the output [kg m²].
+const SERVO_ARMATURE: f64 = 0.02;
+/// Parts of a step for which the servo's torque is held.
+const SERVO_PARTS: usize = 4;
 
 impl SimulationOptions {
     /// Those of NeuralActuator's release for the OpenManipulator-X: 17 ms in four parts.
-    pub const PUBLISHED: Self =
-        Self { period: 0.017, substeps: 4, armature: 0.1, damping: 1.0, torque_limits: [5.0, 1.5] };
+    pub const PUBLISHED: Self = Self {
+        period: 0.017,
+        substeps: 4,
+        armature: 0.1,
+        damping: 1.0,
+        torque_limits: [5.0, 1.5],
+        servo: None,
+    };
+
+    /// With this servo in the loop, its damping, and rotors of its size.
+    pub fn with_servo(servo: &ServoModel, period: f64) -> Self {
+        Self {
+            period,
+            substeps: SERVO_PARTS,
+            armature: SERVO_ARMATURE,
+            damping: servo.damping,
+            servo: Some(servo.clone()),
+            ..Self::PUBLISHED
+        }
+    }
+
+    /// # Errors
+    /// `BadInput` naming what is out of range, or not for these motors.
+    pub fn check(&self, features: &Features) -> Result<(), BadInput> {
+        let Self { period, substeps, armature, damping, torque_limits, servo } = self;
+        let ranges =
+            [("period", *period), ("torque_limits", torque_limits[0]), ("torque_limits", torque_limits[1])];
+        for (name, value) in ranges {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(BadInput::new(name, "a finite number above zero", value.to_string()));
+            }
+        }
+        for (name, value) in [("armature", *armature), ("damping", *damping)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(BadInput::new(name, "a finite number, zero or more", value.to_string()));
+            }
+        }
+        if *substeps == 0 || *substeps > 1000 {
+            return Err(BadInput::new("substeps", "1 to 1000", substeps.to_string()));
+        }
+        servo.as_ref().map_or(Ok(()), |servo| servo.check(features))
+    }
 }
 
 /// An arm in simulation; motors that are no joints move on their own.
@@ -47,22 +96,7 @@ impl Simulation {
     /// `BadInput` where the model has fewer joints, a joint that slides, or the options are out of range.
     pub fn new(model: &Model, features: &Features, options: &SimulationOptions) -> Result<Self, BadInput> {
         let n = features.joints;
-        let SimulationOptions { period, substeps, armature, damping, torque_limits } = options;
-        let ranges =
-            [("period", *period), ("torque_limits", torque_limits[0]), ("torque_limits", torque_limits[1])];
-        for (name, value) in ranges {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(BadInput::new(name, "a finite number above zero", value.to_string()));
-            }
-        }
-        for (name, value) in [("armature", *armature), ("damping", *damping)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(BadInput::new(name, "a finite number, zero or more", value.to_string()));
-            }
-        }
-        if *substeps == 0 || *substeps > 1000 {
-            return Err(BadInput::new("substeps", "1 to 1000", substeps.to_string()));
-        }
+        options.check(features)?;
         if model.n_joints() < n {
             return Err(BadInput::new("robot", format!("{n} joints or more"), model.n_joints().to_string()));
         }
@@ -78,7 +112,7 @@ impl Simulation {
                 )
                 .hint("name fewer joints"));
             }
-            (joint.drive.armature, joint.drive.damping) = (*armature, *damping);
+            (joint.drive.armature, joint.drive.damping) = (options.armature, options.damping);
         }
         Ok(Self { model, features: *features, options: options.clone() })
     }
@@ -103,11 +137,20 @@ impl Simulation {
         self.options.torque_limits[usize::from(motor >= self.features.joints)]
     }
 
+    /// For how long torques are held [s], and the parts of that: a whole step, or one part of it with a servo in the loop.
+    fn held(&self) -> (f64, usize) {
+        let SimulationOptions { period, substeps, .. } = self.options;
+        match self.options.servo {
+            None => (period, substeps),
+            Some(_) => (period / substeps as f64, 1),
+        }
+    }
+
     fn rollouts(&self) -> Rollouts<'_> {
         Rollouts {
             model: &self.model,
             integrator: Integrator::SemiImplicitEuler,
-            period: (self.options.period, self.options.substeps),
+            period: self.held(),
             n_steps: 1,
             frames: Vec::new(),
             isa: Isa::detect(),
@@ -123,8 +166,62 @@ impl Simulation {
             .collect()
     }
 
-    /// States after a step from `states` (trajectories × 2m) under `torques` (trajectories × m) [N m].
-    pub fn step(&self, states: &[f64], torques: &[f64], next: &mut [f64]) {
+    /// States after a step from `states` (trajectories × 2m) under `torques` (trajectories × m) [N m]; with a servo in the loop, under its
+    /// torque towards `goals` (trajectories × m) [rad] too.
+    pub fn step(&self, states: &[f64], [goals, torques]: [&[f64]; 2], next: &mut [f64]) {
+        let Some(servo) = &self.options.servo else { return self.hold(states, torques, next) };
+        let mut now = states.to_vec();
+        for _ in 0..self.options.substeps {
+            let driven = self.driven(servo, &now, [goals, torques]);
+            self.hold(&now, &driven, next);
+            now.copy_from_slice(next);
+        }
+    }
+
+    /// Gradients by states and torques of a step from those by the states after it, `weights`.
+    pub fn step_back(&self, states: &[f64], [goals, torques]: [&[f64]; 2], weights: &[f64]) -> [Vec<f64>; 2] {
+        let Some(servo) = &self.options.servo else { return self.hold_back(states, torques, weights) };
+        let mut path = vec![states.to_vec()];
+        for part in 1..self.options.substeps {
+            let driven = self.driven(servo, &path[part - 1], [goals, torques]);
+            let mut next = vec![0.0; states.len()];
+            self.hold(&path[part - 1], &driven, &mut next);
+            path.push(next);
+        }
+        let m = self.features.motors();
+        let (mut by_state, mut by_torque) = (weights.to_vec(), vec![0.0; torques.len()]);
+        for states in path.iter().rev() {
+            let driven = self.driven(servo, states, [goals, torques]);
+            let [mut by_before, by_driven] = self.hold_back(states, &driven, &by_state);
+            for (at, (by_driven, torque)) in by_driven.iter().zip(torques).enumerate() {
+                let (row, k) = (at / m, at % m);
+                let state = &states[row * 2 * m..][..2 * m];
+                let (free, [by_angle, by_speed]) = servo.torque(k, goals[at], [state[k], state[m + k]]);
+                if (free + torque).abs() < self.limit(k) {
+                    by_torque[at] += by_driven;
+                    by_before[row * 2 * m + k] += by_angle * by_driven;
+                    by_before[row * 2 * m + m + k] += by_speed * by_driven;
+                }
+            }
+            by_state = by_before;
+        }
+        [by_state, by_torque]
+    }
+
+    /// Torques of the servo and the network's together, as far as the motors' limits (trajectories × m) [N m].
+    fn driven(&self, servo: &ServoModel, states: &[f64], [goals, torques]: [&[f64]; 2]) -> Vec<f64> {
+        let m = self.features.motors();
+        let one = |(at, torque): (usize, &f64)| {
+            let (row, k) = (at / m, at % m);
+            let state = &states[row * 2 * m..][..2 * m];
+            let (free, _) = servo.torque(k, goals[at], [state[k], state[m + k]]);
+            (free + torque).clamp(-self.limit(k), self.limit(k))
+        };
+        torques.iter().enumerate().map(one).collect()
+    }
+
+    /// States after `torques` were held.
+    fn hold(&self, states: &[f64], torques: &[f64], next: &mut [f64]) {
         let (m, n) = (self.features.motors(), self.features.joints);
         let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
         let mut found = vec![0.0; initial.len()];
@@ -133,8 +230,9 @@ impl Simulation {
             next[..n].copy_from_slice(&found[..n]);
             next[m..m + n].copy_from_slice(&found[n..]);
         }
-        let h = self.options.period / self.options.substeps as f64;
-        let SimulationOptions { armature, damping, substeps, .. } = self.options;
+        let (held, substeps) = self.held();
+        let h = held / substeps as f64;
+        let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             let rows =
                 next.chunks_exact_mut(2 * m).zip(states.chunks_exact(2 * m)).zip(torques.chunks_exact(m));
@@ -149,8 +247,8 @@ impl Simulation {
         }
     }
 
-    /// Gradients by states and torques of a step from those by the states after it, `weights`.
-    pub fn step_back(&self, states: &[f64], torques: &[f64], weights: &[f64]) -> [Vec<f64>; 2] {
+    /// The gradient of [`Self::hold`].
+    fn hold_back(&self, states: &[f64], torques: &[f64], weights: &[f64]) -> [Vec<f64>; 2] {
         let (m, n) = (self.features.motors(), self.features.joints);
         let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
         let mut after = vec![0.0; initial.len()];
@@ -166,8 +264,9 @@ impl Simulation {
             by_state[m..m + n].copy_from_slice(&initial[n..]);
             by_torque[..n].copy_from_slice(tau);
         }
-        let h = self.options.period / self.options.substeps as f64;
-        let SimulationOptions { armature, damping, substeps, .. } = self.options;
+        let (held, substeps) = self.held();
+        let h = held / substeps as f64;
+        let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m));
             for ((by_state, by_torque), weights) in rows.zip(weights.chunks_exact(2 * m)) {

@@ -25,6 +25,17 @@ fn simulation() -> Simulation {
     Simulation::new(&arm(), &features(), &SimulationOptions::PUBLISHED).unwrap()
 }
 
+/// With a servo in the loop that is not quite the recorded one.
+fn with_servo() -> Simulation {
+    let servo = ServoModel {
+        stiffness: vec![18.0, 22.0, 21.0, 14.0, 9.0],
+        friction: vec![0.08; 5],
+        damping: 1.2,
+        rms: 0.0,
+    };
+    Simulation::new(&arm(), &features(), &SimulationOptions::with_servo(&servo, PERIOD)).unwrap()
+}
+
 /// A servo that is not the network's: stiff motors with friction that follow waves, seen 60 times a second. With a force that the
 /// current of the second motor shows.
 fn recording(seed: u64, rows: usize) -> Recording {
@@ -53,11 +64,12 @@ fn recording(seed: u64, rows: usize) -> Recording {
         name: String::new(),
         inputs,
         states: [start, vec![0.0; (rows - 1) * 2 * m]].concat(),
+        voltage: None,
         force: vec![None; rows],
         is_healthy: None,
         gap: vec![false; rows],
     };
-    let segment = Segment { trajectory: &known, start: 0 };
+    let segment = Segment::recorded(&known, 0);
     let states = servo.run(&arm(), (&features, PERIOD), &[segment], rows - 1).unwrap();
     let force = |i: usize| if (i / 60) % 2 == 1 { -3.0 } else { 0.0 };
     let mut channels = Vec::new();
@@ -136,16 +148,29 @@ fn there_are_thirty_six_inputs_and_a_state_changes_those_it_says() {
 #[test]
 fn the_gradient_of_the_closed_loop_is_that_of_differences() {
     let data = trajectories(0..3, 60);
-    let (simulation, scale) = (simulation(), scale(&data));
+    let scale = scale(&data);
     let horizon = 20;
-    for form in [Form::Window, Form::Streaming] {
-        let mut network = Transformer::<f64>::new(&shape(form), 5).unwrap();
+    let currents = CurrentModel::fit(&features(), &data).unwrap();
+    let cases = [
+        (Form::Window, simulation()),
+        (Form::Streaming, simulation()),
+        (Form::Window, with_servo()),
+        (Form::Streaming, with_servo()),
+    ];
+    for (form, simulation) in cases {
+        let form = (form, simulation.options().servo.is_some());
+        let mut network = Transformer::<f64>::new(&shape(form.0), 5).unwrap();
         for (k, values) in network.parameters_mut().iter_mut().enumerate() {
             let mut stream = rng(2, &format!("{k}"));
             values.iter_mut().for_each(|value| *value += stream.random_range(-0.15..0.15));
         }
-        let segments: Vec<Segment<'_>> =
-            data.iter().enumerate().map(|(k, trajectory)| Segment { trajectory, start: 3 * k }).collect();
+        // The last in pure simulation.
+        let telemetry = |k: usize| if k == 2 { Telemetry::Modelled(&currents) } else { Telemetry::Recorded };
+        let segments: Vec<Segment<'_>> = data
+            .iter()
+            .enumerate()
+            .map(|(k, trajectory)| Segment { trajectory, start: 3 * k, telemetry: telemetry(k) })
+            .collect();
         let initial: Vec<f64> =
             segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).map(|x| x + 0.02).collect();
         let weights = LossWeights::PUBLISHED;
@@ -215,16 +240,19 @@ fn options() -> NeuralOptions {
 fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
     let (training, validation) = (trajectories(0..8, 240), trajectories(8..10, 240));
     let (simulation, scale, options) = (simulation(), scale(&training), options());
+    let currents = CurrentModel::fit(&features(), &training).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let network = Transformer::<f32>::new(&shape(Form::Streaming), 1).unwrap();
     let run = |file: Option<&std::path::Path>, last: usize| {
-        let mut task = NeuralTask::new(&options, (&simulation, &scale), [&training, &validation]).unwrap();
+        let mut task =
+            NeuralTask::new(&options, (&simulation, &scale, &currents), [&training, &validation]).unwrap();
         let mut progress = |p: &hysteron_learn::Progress| !matches!(p, hysteron_learn::Progress::Epoch(epoch) if epoch.number == last);
         let mut session = Session { file, progress: &mut progress };
         fit(&mut task, network.clone(), &json!({ "test": 1 }), &mut session).unwrap()
     };
     let before = {
-        let mut task = NeuralTask::new(&options, (&simulation, &scale), [&training, &validation]).unwrap();
+        let mut task =
+            NeuralTask::new(&options, (&simulation, &scale, &currents), [&training, &validation]).unwrap();
         task.validate(&network).unwrap()
     };
     let whole = run(None, usize::MAX);
@@ -242,7 +270,8 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
         scale,
         simulation: SimulationOptions::PUBLISHED,
         joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
-        currents: CurrentModel::fit(&features(), &training).unwrap(),
+        currents,
+        sensing: None,
         contact: CONTACT,
         details: json!({}),
     };
@@ -264,6 +293,82 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
+    let (training, validation) = (trajectories(0..6, 240), trajectories(6..8, 240));
+    let (simulation, scale) = (with_servo(), scale(&training));
+    let currents = CurrentModel::fit(&features(), &training).unwrap();
+    let network =
+        Transformer::<f32>::new(&shape(Form::Streaming), 1).unwrap().with_silent_head(Heads::TORQUE);
+    let actuator = NeuralActuator {
+        network: network.clone(),
+        features: features(),
+        scale: scale.clone(),
+        simulation: simulation.options().clone(),
+        joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
+        currents: currents.clone(),
+        sensing: None,
+        contact: CONTACT,
+        details: json!({}),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("actuator.safetensors");
+    actuator.write(&file).unwrap();
+    let read = NeuralActuator::read(&file).unwrap();
+    assert_eq!(read.simulation, actuator.simulation);
+    let m = features().motors();
+    let servo = read.simulation.servo.clone().unwrap();
+    let segment = Segment::recorded(&validation[0], 0);
+    let alone = servo.run(&arm(), (&features(), PERIOD), &[segment], 239).unwrap();
+    let alone: Vec<f64> = alone.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect();
+    for telemetry in [Telemetry::Recorded, Telemetry::Modelled(&currents)] {
+        let rollout = roll_out(&read, &read.simulation(&arm()).unwrap(), &validation[0], telemetry);
+        assert_eq!(rollout.positions, alone);
+    }
+    let train = |learning_rate: f64| {
+        let options = NeuralOptions {
+            warm_start: 0,
+            updates: 60,
+            pure: 0.5,
+            learning_rate: (learning_rate, 5),
+            loss: LossWeights {
+                position_bend: 0.005,
+                force: 0.0,
+                gate: 0.0,
+                condition: 0.0,
+                ..options().loss
+            },
+            ..options()
+        };
+        let setting = (&simulation, &scale, &currents);
+        let mut task = NeuralTask::new(&options, setting, [&training, &validation]).unwrap();
+        let before = task.validate(&network).unwrap();
+        let mut session = Session { file: None, progress: &mut |_| true };
+        (before, fit(&mut task, network.clone(), &json!({}), &mut session).unwrap())
+    };
+    let (before, found) = train(3e-3);
+    assert!(found.epochs > 0 && found.validation < 0.8 * before, "{before} {}", found.validation);
+    // A step size that spoils every network leaves the servo.
+    let (before, found) = train(30.0);
+    assert_eq!((found.epochs, found.validation), (0, before));
+    assert_eq!(found.model.parameters(), network.parameters());
+}
+
+#[test]
+fn a_servo_for_other_motors_or_out_of_range_is_refused() {
+    let whole = with_servo().options().clone();
+    let refused = |change: &dyn Fn(&mut ServoModel)| {
+        let mut servo = whole.servo.clone().unwrap();
+        change(&mut servo);
+        let options = SimulationOptions { servo: Some(servo), ..whole.clone() };
+        Simulation::new(&arm(), &features(), &options).unwrap_err().to_string()
+    };
+    let found = refused(&|servo| servo.stiffness.truncate(4));
+    assert!(found.contains("servo.stiffness: expected 5 finite numbers, zero or more"), "{found}");
+    assert!(refused(&|servo| servo.friction[2] = f64::NAN).contains("servo.friction"));
+    assert!(refused(&|servo| servo.damping = -1.0).contains("servo.damping"));
+}
+
+#[test]
 fn rivals_follow_what_they_are_made_for() {
     let data = trajectories(0..4, 200);
     let (features, model) = (features(), simulation());
@@ -276,7 +381,7 @@ fn rivals_follow_what_they_are_made_for() {
     let rolled: Vec<Positions> = data
         .iter()
         .map(|trajectory| {
-            let segment = Segment { trajectory, start: 0 };
+            let segment = Segment::recorded(trajectory, 0);
             let states = servo.run(&arm(), (&features, PERIOD), &[segment], trajectory.len() - 1).unwrap();
             states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect()
         })
@@ -300,7 +405,7 @@ fn torques_by_inverse_dynamics_move_the_simulated_arm_as_recorded() {
         for k in 0..m {
             worst = worst.max((state[k] - data[0].state_at(row)[k]).abs());
         }
-        simulation.step(&state, torques, &mut next);
+        simulation.step(&state, [&[], torques], &mut next);
         std::mem::swap(&mut state, &mut next);
     }
     // Open loop for 1.7 s: filtering at its beginning and a torque held for 17 ms leave a few degrees.

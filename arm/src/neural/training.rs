@@ -10,6 +10,7 @@ use super::closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
 use super::data::{Trajectory, torques_of};
 use super::features::InputScale;
 use super::loss::{LossParts, LossWeights, Totals, wrap};
+use super::rivals::CurrentModel;
 use super::simulation::Simulation;
 use super::warm_start::{self, Stretch, span};
 
@@ -31,6 +32,8 @@ pub struct NeuralOptions {
     pub horizons: Vec<(u64, usize)>,
     /// Initial positions are off by up to this, uniformly [rad].
     pub start_noise: f64,
+    /// Part of an update's rollouts, and of the error in validation, that is in pure simulation: currents by the model of the drives.
+    pub pure: f64,
     /// Weights of the losses.
     pub loss: LossWeights,
     /// Full step size, and updates until it is reached.
@@ -58,6 +61,7 @@ impl NeuralOptions {
             rollouts: 16,
             horizons: vec![(0, 64), (1000, 128), (3000, 256), (6000, 320), (9000, 500)],
             start_noise: 0.15,
+            pure: 0.0,
             loss: LossWeights::PUBLISHED,
             learning_rate: (1e-4, 1000),
             weight_decay: 1e-4,
@@ -88,6 +92,9 @@ impl NeuralOptions {
             let found = format!("{:?}", self.horizons);
             return Err(BadInput::new("horizons", "one from update 0 on, each of a step or more", found));
         }
+        if !(0.0..=1.0).contains(&self.pure) {
+            return Err(BadInput::new("pure", "0 to 1", self.pure.to_string()));
+        }
         let amounts = [("start_noise", self.start_noise), ("learning_rate", self.learning_rate.0)];
         match amounts.into_iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite())) {
             Some((name, value)) => {
@@ -114,16 +121,17 @@ impl NeuralOptions {
 }
 
 /// Rollouts that a thread runs side by side.
-const GROUP: usize = 8;
+pub(super) const GROUP: usize = 8;
 
 /// What an actuator is trained for.
 pub struct NeuralTask<'a> {
     options: &'a NeuralOptions,
     simulation: &'a Simulation,
     scale: &'a InputScale,
+    currents: &'a CurrentModel,
     training: &'a [Trajectory],
     validation: &'a [Trajectory],
-    /// Of the training trajectories, by inverse dynamics.
+    /// Of the training trajectories, by inverse dynamics; none with a servo in the loop, whose torque has another form.
     torques: Vec<Vec<f64>>,
     /// Steps of rollouts and samples of the warm start that were simulated, for a throughput.
     pub steps: u64,
@@ -136,7 +144,7 @@ impl<'a> NeuralTask<'a> {
     /// `BadInput` for an option out of range; where one of both has no trajectory; where filters do not fit.
     pub fn new(
         options: &'a NeuralOptions,
-        (simulation, scale): (&'a Simulation, &'a InputScale),
+        (simulation, scale, currents): (&'a Simulation, &'a InputScale, &'a CurrentModel),
         [training, validation]: [&'a [Trajectory]; 2],
     ) -> Result<Self, BadInput> {
         options.check()?;
@@ -145,11 +153,13 @@ impl<'a> NeuralTask<'a> {
                 return Err(BadInput::new(format!("{name} recordings"), "one or more", "none"));
             }
         }
-        let torques = training
+        let has_torques = options.warm_start > 0 && simulation.options().servo.is_none();
+        let with_torques = if has_torques { training } else { &[] };
+        let torques = with_torques
             .iter()
             .map(|one| torques_of(one, simulation, options.cutoff_hz))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { options, simulation, scale, training, validation, torques, steps: 0 })
+        Ok(Self { options, simulation, scale, currents, training, validation, torques, steps: 0 })
     }
 
     /// One update of the warm start or the closed loop: its loss and gradient.
@@ -174,12 +184,18 @@ impl<'a> NeuralTask<'a> {
     fn draw(&self, update: u64, horizon: usize) -> Vec<Segment<'a>> {
         let mut stream = rng(self.options.seed, &format!("neural/rollouts/{update}"));
         let long: Vec<&Trajectory> = self.training.iter().filter(|one| one.len() > horizon).collect();
+        let n_pure = (self.options.pure * self.options.rollouts as f64).round() as usize;
         (0..self.options.rollouts)
-            .map(|_| {
+            .map(|row| {
                 let trajectory = long[stream.random_range(0..long.len())];
-                Segment { trajectory, start: stream.random_range(0..trajectory.len() - horizon) }
+                let start = stream.random_range(0..trajectory.len() - horizon);
+                Segment { trajectory, start, telemetry: self.telemetry(row < n_pure) }
             })
             .collect()
+    }
+
+    fn telemetry(&self, is_pure: bool) -> Telemetry<'a> {
+        if is_pure { Telemetry::Modelled(self.currents) } else { Telemetry::Recorded }
     }
 
     /// Recorded states with noise on the joints' positions, all trajectories one after the other.
@@ -205,11 +221,11 @@ impl<'a> NeuralTask<'a> {
                 let which = stream.random_range(0..self.training.len());
                 let trajectory = &self.training[which];
                 let start = stream.random_range(0..trajectory.len() - span);
-                Stretch { trajectory, torques: &self.torques[which], start }
+                Stretch { trajectory, torques: self.torques.get(which).map(Vec::as_slice), start }
             })
             .collect();
         let segments: Vec<Segment<'_>> =
-            stretches.iter().map(|one| Segment { trajectory: one.trajectory, start: one.start }).collect();
+            stretches.iter().map(|one| Segment::recorded(one.trajectory, one.start)).collect();
         let totals = Totals::of(&segments, span);
         let n_torques = totals.poses * self.simulation.features().motors() as f64;
         let found: Vec<_> = stretches
@@ -229,7 +245,7 @@ impl<'a> NeuralTask<'a> {
 }
 
 /// Their sum, in order.
-fn added<T: Real>(mut parts: Vec<Vec<Vec<T>>>) -> Vec<Vec<T>> {
+pub(super) fn added<T: Real>(mut parts: Vec<Vec<Vec<T>>>) -> Vec<Vec<T>> {
     let rest = parts.split_off(1);
     let mut sum = parts.remove(0);
     for part in rest {
@@ -258,8 +274,7 @@ pub fn horizon_gradient<T: Real>(
         .par_chunks(GROUP)
         .zip(initial.par_chunks(GROUP * width))
         .map(|(segments, initial)| {
-            let setting = (simulation, scale, Telemetry::Recorded);
-            let mut closed = ClosedLoop::new(setting, network, segments.to_vec(), horizon);
+            let mut closed = ClosedLoop::new((simulation, scale), network, segments.to_vec(), horizon);
             closed.run(initial);
             let mut gradient = network.zeros();
             (closed.pull_back(weights, &totals, &mut gradient), gradient)
@@ -287,6 +302,11 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
         Schedule { epochs, patience: epochs, adam, decay: Decay::Cosine, ema: Some(self.options.ema) }
     }
 
+    /// With a servo in the loop a network that says nothing is that servo: what is kept is no worse in validation.
+    fn keeps_the_first(&self) -> bool {
+        self.simulation.options().servo.is_some()
+    }
+
     fn epoch(
         &mut self,
         training: &mut Training<Transformer<f32>>,
@@ -312,10 +332,11 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
     /// Root mean square error of the joints in rollouts from the beginning of each validation trajectory [deg].
     fn validate(&mut self, model: &Transformer<f32>) -> hysteron_learn::Result<f64> {
         let n = self.simulation.features().joints;
-        let one = |trajectory: &Trajectory| {
+        let one = |trajectory: &Trajectory, telemetry: Telemetry<'_>| {
             let horizon = self.options.validation_horizon.min(trajectory.len() - 1);
-            let setting = (self.simulation, self.scale, Telemetry::Recorded);
-            let mut closed = ClosedLoop::new(setting, model, vec![Segment { trajectory, start: 0 }], horizon);
+            let setting = (self.simulation, self.scale);
+            let segment = Segment { trajectory, start: 0, telemetry };
+            let mut closed = ClosedLoop::new(setting, model, vec![segment], horizon);
             closed.run(&closed.recorded_start());
             let states = closed.states().chunks_exact(self.simulation.features().state());
             let off = states.enumerate().skip(1).map(|(i, state)| {
@@ -323,8 +344,14 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
             });
             off.sum::<f64>() / horizon as f64
         };
-        let all: Vec<f64> = self.validation.par_iter().map(one).collect();
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let mut mean = 0.0;
+        for (is_pure, part) in [(false, 1.0 - self.options.pure), (true, self.options.pure)] {
+            if part > 0.0 {
+                let telemetry = self.telemetry(is_pure);
+                let all: Vec<f64> = self.validation.par_iter().map(|own| one(own, telemetry)).collect();
+                mean += part * all.iter().sum::<f64>() / all.len() as f64;
+            }
+        }
         let error = mean.sqrt().to_degrees();
         // A rollout that runs away is worse than any other, and no reason to end a training.
         Ok(if error.is_finite() { error } else { f64::MAX })

@@ -11,8 +11,8 @@ use super::simulation::Simulation;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch<'a> {
     pub trajectory: &'a Trajectory,
-    /// Torques of all its rows (rows × m).
-    pub torques: &'a [f64],
+    /// Torques of all its rows (rows × m), where they are learned.
+    pub torques: Option<&'a [f64]>,
     pub start: usize,
 }
 
@@ -38,42 +38,59 @@ pub(super) fn gradient<T: Real>(
     (weights, totals, n_torques): (&LossWeights, &Totals, f64),
     gradient: &mut [Vec<T>],
 ) -> (LossParts, f64) {
+    let span = span(network.shape().form);
+    let heads = Heads::new(simulation.features());
+    let m = simulation.features().motors();
+    let (mut parts, mut torque_loss) = (LossParts::default(), 0.0);
+    let token = |step: isize, row: usize, to: &mut [T]| {
+        let raw = stretches[row].trajectory.inputs_at(stretches[row].start as isize + step);
+        to.iter_mut().zip(raw).enumerate().for_each(|(k, (to, x))| *to = T::of(scale.at(k, *x).0));
+    };
+    let weigh = |step: usize, row: usize, found: &mut [f64], by_outputs: &mut [f64]| {
+        let stretch = &stretches[row];
+        let sample = stretch.start + step;
+        if let Some(torques) = stretch.torques.filter(|_| !stretch.trajectory.gap[sample]) {
+            for k in 0..m {
+                let limit = simulation.limit(k);
+                let share = (found[k] / limit).tanh();
+                let (value, slope) = huber(limit * share - torques[sample * m + k], TORQUE.1);
+                torque_loss += TORQUE.0 / n_torques * value;
+                by_outputs[k] += TORQUE.0 / n_torques * slope * (1.0 - share * share);
+            }
+        }
+        parts.add(&weights.labels((stretch.trajectory, sample), &heads, found, totals, by_outputs));
+    };
+    supervised(network, (stretches.len(), span), token, weigh, gradient);
+    (parts, torque_loss)
+}
+
+/// One pass forward and back over `rows` stretches of `span` samples, all at once: `token` writes what the network sees at a step (before
+/// the stretch below zero), `weigh` takes outputs at a step and writes the gradient of the loss by them. Adds to `gradient`.
+pub(super) fn supervised<T: Real>(
+    network: &Transformer<T>,
+    (rows, span): (usize, usize),
+    token: impl Fn(isize, usize, &mut [T]),
+    mut weigh: impl FnMut(usize, usize, &mut [f64], &mut [f64]),
+    gradient: &mut [Vec<T>],
+) {
     let shape = network.shape();
-    let (rows, inputs, n) = (stretches.len(), shape.inputs, shape.outputs());
-    let (before, span) = (shape.tokens - 1, span(shape.form));
+    let (inputs, n, before) = (shape.inputs, shape.outputs(), shape.tokens - 1);
     let steps = before + span;
     let mut tape = TransformerTape::new(shape, steps, rows);
     let mut tokens = vec![T::default(); steps * rows * inputs];
-    for step in 0..steps {
-        for (row, stretch) in stretches.iter().enumerate() {
-            let raw = stretch.trajectory.inputs_at(stretch.start as isize + step as isize - before as isize);
-            let to = &mut tokens[(step * rows + row) * inputs..][..inputs];
-            to.iter_mut().zip(raw).enumerate().for_each(|(k, (to, x))| *to = T::of(scale.at(k, *x).0));
-        }
+    for (at, to) in tokens.chunks_exact_mut(inputs).enumerate() {
+        token((at / rows) as isize - before as isize, at % rows, to);
     }
     let outputs = tape.forward(network, 0..steps, &tokens).to_vec();
     // In a window all results belong to its last step.
     let first = if shape.form == Form::Window { 0 } else { before };
-    let heads = Heads::new(simulation.features());
-    let m = simulation.features().motors();
-    let (mut parts, mut torque_loss) = (LossParts::default(), 0.0);
     let mut weights_of_outputs = vec![T::default(); outputs.len()];
     for step in 0..span {
-        for (row, stretch) in stretches.iter().enumerate() {
+        for row in 0..rows {
             let at = ((first + step) * rows + row) * n;
-            let found: Vec<f64> = outputs[at..at + n].iter().map(|y| y.to_f64()).collect();
+            let mut found: Vec<f64> = outputs[at..at + n].iter().map(|y| y.to_f64()).collect();
             let mut by_outputs = vec![0.0; n];
-            let sample = stretch.start + step;
-            if !stretch.trajectory.gap[sample] {
-                for k in 0..m {
-                    let limit = simulation.limit(k);
-                    let share = (found[k] / limit).tanh();
-                    let (value, slope) = huber(limit * share - stretch.torques[sample * m + k], TORQUE.1);
-                    torque_loss += TORQUE.0 / n_torques * value;
-                    by_outputs[k] += TORQUE.0 / n_torques * slope * (1.0 - share * share);
-                }
-            }
-            parts.add(&weights.labels((stretch.trajectory, sample), &heads, &found, totals, &mut by_outputs));
+            weigh(step, row, &mut found, &mut by_outputs);
             for (to, from) in weights_of_outputs[at..at + n].iter_mut().zip(by_outputs) {
                 *to = T::of(from);
             }
@@ -82,5 +99,4 @@ pub(super) fn gradient<T: Real>(
     tape.clear_gradients();
     tape.backward(network, 0..steps, &weights_of_outputs, gradient);
     tape.weight_gradients(network, steps, gradient);
-    (parts, torque_loss)
 }

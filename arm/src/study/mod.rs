@@ -3,6 +3,7 @@
 pub mod estimation;
 pub mod force;
 pub mod identification;
+pub mod neural;
 mod real;
 mod simulated;
 

@@ -31,6 +31,8 @@ enum Verb {
     Check(arm::info::CheckOptions),
     #[command(after_help = include_str!("../help/arm-dynamics.txt"))]
     Dynamics(arm::dynamics::Options),
+    #[command(after_help = include_str!("../help/arm-estimate.txt"))]
+    Estimate(arm_fit::estimate::Options),
     #[command(after_help = include_str!("../help/arm-evaluate.txt"))]
     Evaluate(arm_fit::evaluate::Options),
     #[command(after_help = include_str!("../help/arm-excite.txt"))]
@@ -55,6 +57,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Info(options) => arm::info::run(options, caller),
         Verb::Check(options) => arm::info::check(options, caller),
         Verb::Dynamics(options) => arm::dynamics::run(options, caller),
+        Verb::Estimate(options) => arm_fit::estimate::run(options, caller),
         Verb::Evaluate(options) => arm_fit::evaluate::run(options, caller),
         Verb::Excite(options) => arm::excite::run(options, caller),
         Verb::Export(options) => arm::export::run(options, caller),

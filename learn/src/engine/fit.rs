@@ -55,6 +55,11 @@ pub trait Task<M: Model> {
     /// The optimiser, its step size and the number of epochs.
     fn schedule(&self) -> Schedule;
 
+    /// Whether the model as it comes may be the one that is kept: it is then evaluated before the first epoch.
+    fn keeps_the_first(&self) -> bool {
+        false
+    }
+
     /// Goes through all training data once; the mean squared loss, or none where `on_step(done, of)` ended it.
     ///
     /// # Errors
@@ -101,7 +106,14 @@ pub fn fit<M: Model, T: Task<M> + ?Sized>(
     let schedule = task.schedule();
     let mut training = match session.file.filter(|path| path.exists()) {
         Some(path) => resumed(path, &model, identity)?,
-        None => Training::new(model, schedule.adam, schedule.ema)?,
+        None => {
+            let mut training = Training::new(model, schedule.adam, schedule.ema)?;
+            if task.keeps_the_first() {
+                let validation = task.validate(training.evaluated())?;
+                training.keep_first(validation);
+            }
+            training
+        }
     };
     let is_over =
         |training: &Training<M>| training.epochs() >= schedule.epochs || training.is_stuck(schedule.patience);

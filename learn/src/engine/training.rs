@@ -127,6 +127,12 @@ impl<M: Model> Training<M> {
         }
     }
 
+    /// Keeps the weights from before the first epoch, with their error in validation.
+    pub fn keep_first(&mut self, validation: f64) {
+        self.record.best = Some((0, validation));
+        self.best = Some(self.model.clone());
+    }
+
     /// Of every epoch, the error in training and in validation.
     pub fn curve(&self) -> &[[f64; 2]] {
         &self.record.curve

@@ -52,6 +52,18 @@ impl<T: Real> Transformer<T> {
         &self.shape
     }
 
+    /// The same with a head that says zero, until it is trained.
+    ///
+    /// # Panics
+    /// If there is no such head.
+    pub fn with_silent_head(mut self, head: usize) -> Self {
+        let own = self.layout.heads[head].clone();
+        if let Some(values) = self.parameters.last_mut() {
+            own.into_iter().for_each(|range| values[range].fill(T::default()));
+        }
+        self
+    }
+
     /// The same weights in other numbers.
     pub fn converted<U: Real>(&self) -> Transformer<U> {
         let convert = |values: &Vec<T>| values.iter().map(|v| U::of(v.to_f64())).collect();

@@ -1,9 +1,12 @@
-//! `hysteron arm fit` and `hysteron arm evaluate`: models that learn from recordings of arms.
+//! `hysteron arm fit`, `hysteron arm evaluate` and `hysteron arm estimate`: models that learn from recordings of arms.
 
 pub mod delan;
+pub mod estimate;
 pub mod evaluate;
 pub mod neural;
 mod neural_evaluate;
-mod recordings;
+pub(crate) mod recordings;
+#[cfg(test)]
+mod sensing_tests;
 #[cfg(test)]
 mod tests;

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use hysteron_arm::Recorded;
 use hysteron_arm::neural::{
-    CurrentModel, Features, Heads, InputScale, LagAndDroop, LossWeights, NeuralActuator, NeuralOptions,
-    NeuralTask, ServoModel, Simulation, SimulationOptions, Trajectory, Unlabelled, gripper_of, trajectory_of,
+    ActuatorOptions, ActuatorSession, Features, LossWeights, NeuralActuator, NeuralOptions, Prior,
+    SensingOptions, Stage, Trajectory, Unlabelled, fit_actuator, gripper_of, trajectory_of,
 };
-use hysteron_arm::{Model, Recorded};
 use hysteron_base::{BadInput, Recording};
-use hysteron_learn::{Block, Form, Progress, Session, Transformer, TransformerShape, fit};
+use hysteron_learn::{Block, Form, Progress};
 use serde_json::{Value, json};
 
 use super::recordings::{Named, Role, files, read};
@@ -47,6 +47,10 @@ pub struct Options {
     /// Layers of the network
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = crate::number::count::<16>))]
     pub layers: usize,
+    /// What moves the simulated motors beside the network: none (as published), or servo (stiffness, friction and damping
+    /// identified by rollout, to whose torque the network's is added)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
+    pub prior: Prior,
     /// Updates on torques by inverse dynamics, before the closed loop
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::up_to::<1_000_000>))]
     pub warm_start: u32,
@@ -59,6 +63,16 @@ pub struct Options {
     /// Rollouts of an update
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = crate::number::count::<4096>))]
     pub rollouts: usize,
+    /// Where force, contact and condition come from: loop (the network in the loop, as published), or observer (a second network that
+    /// sees recorded telemetry with PWM, and the force of a momentum observer that it adds to)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FROM", default_value = "loop", value_parser = sensing))]
+    pub sensing: SensingForm,
+    /// Updates of that second network
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3000, value_parser = crate::number::count::<1_000_000>))]
+    pub sensing_updates: usize,
+    /// Part of the rollouts, and of the error in validation, in pure simulation: currents by the model of the drives
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 0.0))]
+    pub pure: f64,
     /// Full step size
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = 1e-4))]
     pub learning_rate: f64,
@@ -77,6 +91,39 @@ pub struct Options {
     /// Of initial weights, batches and noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
+}
+
+/// A prior by its name.
+///
+/// # Errors
+/// For another name.
+pub fn prior(text: &str) -> Result<Prior, String> {
+    match text {
+        "none" => Ok(Prior::None),
+        "servo" => Ok(Prior::Servo),
+        _ => Err("none or servo".to_owned()),
+    }
+}
+
+/// Where force, contact and condition come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensingForm {
+    /// The network in the loop, as published.
+    Loop,
+    /// A network of their own, beside a momentum observer.
+    Observer,
+}
+
+/// Where force, contact and condition come from, by its name.
+///
+/// # Errors
+/// For another name.
+pub fn sensing(text: &str) -> Result<SensingForm, String> {
+    match text {
+        "loop" => Ok(SensingForm::Loop),
+        "observer" => Ok(SensingForm::Observer),
+        _ => Err("loop or observer".to_owned()),
+    }
 }
 
 /// A form by its name.
@@ -115,70 +162,93 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.listen()?;
     let named = read(&files)?;
     let features = features_of(&named)?;
-    let simulated = SimulationOptions { period: options.period_s, ..SimulationOptions::PUBLISHED };
-    let simulation = Simulation::new(&model, &features, &simulated)?;
     let wanted = (&features, options.period_s, &options.free[..]);
     let [training, validation] =
         [Role::Training, Role::Validation].map(|role| trajectories(&named, role, wanted));
     let (training, validation) = (training?, validation?);
-    let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
-    let scale = InputScale::of(&features, rows)?;
-    let trained = trained(options);
-    let mut task = NeuralTask::new(&trained, (&simulation, &scale), [&training, &validation])?;
-    let shape = shape(options, &features);
-    let network = Transformer::<f32>::new(&shape, options.seed)?;
-    say_data(&training, &validation, shape.n_parameters(), caller);
-    let rivals = rivals(&model, &simulation, &features, &training, caller)?;
-    let state = options.out.with_extension("training");
-    let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
-    let total = trained.warm_start + trained.updates;
-    let bar = caller.progress("updates", total as usize, 0);
-    let start = Instant::now();
-    let mut listener = |p: &Progress| {
-        match p {
-            Progress::Step { epoch, done, .. } => {
-                bar.set_position(*epoch as u64 * trained.epoch + *done as u64)
-            }
-            Progress::Epoch(epoch) => bar.set_message(format!(
-                "joints {:.3}° in validation, best {:.3}°",
-                epoch.validation, epoch.best
-            )),
-        }
-        !caller.is_cancelled()
+    let asked = ActuatorOptions {
+        form: options.form,
+        block: options.block,
+        width: options.width,
+        layers: options.layers,
+        tokens: ActuatorOptions::TOKENS,
+        prior: options.prior,
+        training: trained(options),
+        sensing: (options.sensing == SensingForm::Observer)
+            .then(|| SensingOptions::small(options.sensing_updates as u64, options.contact_n, options.seed)),
+        period: options.period_s,
     };
-    let identity = json!({ "shape": shape, "options": trained, "simulation": simulated, "features": features, "recordings": names(&named) });
-    let mut session = Session { file: Some(&state), progress: &mut listener };
-    let found = fit(&mut task, network, &identity, &mut session)?;
-    bar.finish();
-    let rate = task.steps as f64 / start.elapsed().as_secs_f64();
+    let n_parameters = asked.shape(&features).n_parameters();
+    say_data(&training, &validation, n_parameters, caller);
+    let files = ["training", "sensing-training"].map(|ending| options.out.with_extension(ending));
+    let unfinished =
+        Unfinished::new(&options.out, files[..1 + usize::from(asked.sensing.is_some())].to_vec());
+    let start = Instant::now();
+    let mut bars = Bars { caller, options: &asked, bars: [None, None] };
+    let mut session = ActuatorSession {
+        recordings: &names(&named),
+        files: [&files[0], &files[1]],
+        progress: &mut |stage, p| bars.show(stage, p),
+    };
+    let found = fit_actuator(&model, &features, [&training, &validation], &asked, &mut session)?;
+    bars.finish();
+    let rate = found.steps as f64 / start.elapsed().as_secs_f64();
     let mut details = json!({
-        "options": trained, "validation_deg": found.validation, "epochs": found.epochs, "recordings": names(&named), "curve": found.curve,
-        "left_out": options.leave_out, "rivals": rivals,
+        "options": asked.training, "sensing_options": asked.sensing, "validation_deg": found.validation, "epochs": found.epochs,
+        "recordings": names(&named), "curve": found.curve, "left_out": options.leave_out,
+        "rivals": found.actuator.details["rivals"],
     });
     caller.sign(&mut details);
-    let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
-    let currents = CurrentModel::fit(&features, &training)?;
-    let actuator = NeuralActuator {
-        network: found.model,
-        features,
-        scale,
-        simulation: simulated,
-        joints: names,
-        currents,
-        contact: options.contact_n,
-        details,
-    };
+    let actuator = NeuralActuator { details, ..found.actuator };
     actuator.write(&options.out)?;
     caller.say(format_args!("{rate:.0} simulated steps a second in training"));
     caller.say(format_args!(
         "joints {:.3}° (root mean square) in rollouts on what was not trained on",
         found.validation
     ));
+    if let Some(loss) = found.sensing_validation {
+        caller.say(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
+    }
     unfinished.end(found.is_finished, caller)?;
     Ok(json!({
-        "validation_deg": found.validation, "epochs": found.epochs, "parameters": shape.n_parameters(), "steps_per_second": rate,
-        "actuator": options.out,
+        "validation_deg": found.validation, "epochs": found.epochs, "parameters": n_parameters, "steps_per_second": rate,
+        "sensing_validation": found.sensing_validation, "actuator": options.out,
     }))
+}
+
+/// A bar for either network.
+struct Bars<'a> {
+    caller: &'a Caller<'a>,
+    options: &'a ActuatorOptions,
+    bars: [Option<Box<dyn crate::Progress>>; 2],
+}
+
+impl Bars<'_> {
+    fn show(&mut self, stage: Stage, p: &Progress) -> bool {
+        let Self { caller, options, bars } = self;
+        let trained = &options.training;
+        let (k, title, of, epoch) = match (stage, &options.sensing) {
+            (Stage::Sensing, Some(own)) => (1, "updates of force and condition", own.updates, own.epoch),
+            _ => (0, "updates", trained.warm_start + trained.updates, trained.epoch),
+        };
+        let bar = bars[k].get_or_insert_with(|| caller.progress(title, of as usize, 0));
+        match p {
+            Progress::Step { epoch: done_epochs, done, .. } => {
+                bar.set_position(*done_epochs as u64 * epoch + *done as u64)
+            }
+            Progress::Epoch(own) if stage == Stage::Loop => {
+                bar.set_message(format!("joints {:.3}° in validation, best {:.3}°", own.validation, own.best))
+            }
+            Progress::Epoch(own) => {
+                bar.set_message(format!("loss {:.4} in validation, best {:.4}", own.validation, own.best))
+            }
+        }
+        !caller.is_cancelled()
+    }
+
+    fn finish(&self) {
+        self.bars.iter().flatten().for_each(|bar| bar.finish());
+    }
 }
 
 fn trained(options: &Options) -> NeuralOptions {
@@ -187,28 +257,28 @@ fn trained(options: &Options) -> NeuralOptions {
     let horizons =
         options.horizons.iter().enumerate().map(|(k, horizon)| (k as u64 * part, *horizon)).collect();
     let total = published.warm_start + published.updates;
+    // What another network learns does not count in the loop.
+    let of_labels = if options.sensing == SensingForm::Loop { 1.0 } else { 0.0 };
     NeuralOptions {
         horizons,
         rollouts: options.rollouts,
         start_noise: options.start_noise,
+        pure: options.pure,
         // A tenth of a short training warms up.
         learning_rate: (options.learning_rate, (total / 10).clamp(1, 1000)),
         ema: options.ema,
-        loss: LossWeights { contact: options.contact_n, ..LossWeights::PUBLISHED },
+        loss: LossWeights {
+            force: of_labels * LossWeights::PUBLISHED.force,
+            gate: of_labels * LossWeights::PUBLISHED.gate,
+            condition: of_labels * LossWeights::PUBLISHED.condition,
+            contact: options.contact_n,
+            position_bend: match options.prior {
+                Prior::None => LossWeights::PUBLISHED.position_bend,
+                Prior::Servo => LossWeights::SERVO_BEND,
+            },
+            ..LossWeights::PUBLISHED
+        },
         seed: options.seed,
-        ..published
-    }
-}
-
-fn shape(options: &Options, features: &Features) -> TransformerShape {
-    let published = TransformerShape::published(features.len(), &Heads::sizes(features), options.form);
-    let width = options.width.next_multiple_of(published.attention_heads);
-    TransformerShape {
-        width,
-        layers: options.layers,
-        feed_forward: 2 * width,
-        latent: (width / 2).max(1),
-        block: options.block,
         ..published
     }
 }
@@ -275,18 +345,4 @@ fn say_data(training: &[Trajectory], validation: &[Trajectory], n_parameters: us
     if conditions == 0 {
         caller.say("no recording has a degraded motor: the condition is not learned");
     }
-}
-
-/// What the network has to beat, fitted to the same trajectories.
-fn rivals(
-    model: &Model,
-    simulation: &Simulation,
-    features: &Features,
-    training: &[Trajectory],
-    caller: &Caller,
-) -> anyhow::Result<Value> {
-    let lag = LagAndDroop::fit(simulation.model(), features, training)?;
-    let watch = |_: usize, _: f64| !caller.is_cancelled();
-    let servo = ServoModel::fit(model, (features, simulation.options().period), training, &watch)?;
-    Ok(json!({ "lag_and_droop": lag, "servo": servo }))
 }

@@ -3,32 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::Model;
-use hysteron_arm::neural::{
-    DetectorScores, LagAndDroop, NeuralActuator, PoseScores, Positions, Rollout, Segment, ServoModel,
-    Simulation, Telemetry, Trajectory, condition_scores, copied_goal, detectors, force_scores, pose_scores,
-    roll_out,
-};
+use hysteron_arm::neural::{Comparison, FORCES, HORIZONS, METHODS, NeuralActuator, Trajectory};
 use hysteron_base::{BadInput, file};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::neural::trajectories;
 use super::recordings::{Role, files, read};
 use crate::{COMMIT, Caller, arm};
-
-/// Horizons of the paper's tables [steps].
-const HORIZONS: [usize; 3] = [100, 300, 600];
-
-/// What is compared, in the order of the table.
-const METHODS: [&str; 5] = [
-    "network, recorded currents (as published)",
-    "network, pure simulation (currents of the drive model)",
-    "copy the goal",
-    "copy the goal, lag and droop fitted",
-    "servo identified by rollout",
-];
 
 /// Where it is read and written.
 pub(super) struct Places<'a> {
@@ -39,15 +21,6 @@ pub(super) struct Places<'a> {
     pub model: &'a str,
     pub out: Option<&'a Path>,
     pub figures: Option<&'a Path>,
-}
-
-/// One task: its trajectories, the positions of every method, and what the network says besides.
-struct Task {
-    name: String,
-    trajectories: Vec<Trajectory>,
-    positions: Vec<Vec<Positions>>,
-    rollouts: Vec<Rollout>,
-    pure: Vec<Rollout>,
 }
 
 /// Compares an actuator and its rivals with recordings.
@@ -61,8 +34,6 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     let outputs = places.out.iter().fold(outputs, |all, out| all.file("--out", *out));
     let _claim = outputs.report("--figures", places.figures).check(caller)?;
     let model = arm::model(places.model)?;
-    let simulation = actuator.simulation(&model)?;
-    let rivals = Rivals::of(actuator)?;
     caller.listen()?;
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();
     for one in read(&files)? {
@@ -82,21 +53,21 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
         return Err(bad.hint("name files, or a folder called test").into());
     }
     let bar = caller.progress("tasks", by_task.len(), 0);
-    let mut tasks = Vec::new();
+    let mut comparison = Comparison::new(actuator, &model)?;
     for (name, trajectories) in by_task {
         if caller.is_cancelled() {
             anyhow::bail!("interrupted; nothing is written");
         }
-        tasks.push(rivals.compare(actuator, (&model, &simulation), name, trajectories)?);
+        comparison.add(name, trajectories)?;
         bar.inc(1);
     }
     bar.finish();
-    let mut summary = summary(actuator, &tasks);
+    let mut summary = comparison.summary();
     if !known.is_empty() {
         let known = read(&known)?;
         let wanted = (&actuator.features, actuator.simulation.period, places.free);
         let training = trajectories(&known, Role::Training, wanted)?;
-        summary["detectors"] = json!(detected(actuator, &simulation, &training, &tasks)?);
+        summary["detectors"] = json!(comparison.detectors("", &training)?);
     }
     summary["command"] = json!(caller.command);
     summary["commit"] = json!(COMMIT);
@@ -112,115 +83,6 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     Ok(summary)
 }
 
-/// The rivals as they were fitted with the actuator, on its training data.
-struct Rivals {
-    lag: LagAndDroop,
-    servo: ServoModel,
-}
-
-impl Rivals {
-    fn of(actuator: &NeuralActuator) -> Result<Self, BadInput> {
-        let rivals = &actuator.details["rivals"];
-        let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
-        Ok(Self {
-            lag: serde_json::from_value(rivals["lag_and_droop"].clone()).map_err(bad)?,
-            servo: serde_json::from_value(rivals["servo"].clone()).map_err(bad)?,
-        })
-    }
-
-    fn compare(
-        &self,
-        actuator: &NeuralActuator,
-        (model, simulation): (&Model, &Simulation),
-        name: String,
-        trajectories: Vec<Trajectory>,
-    ) -> anyhow::Result<Task> {
-        let features = &actuator.features;
-        let m = features.motors();
-        let roll = |telemetry: Telemetry<'_>| -> Vec<Rollout> {
-            trajectories.par_iter().map(|one| roll_out(actuator, simulation, one, telemetry)).collect()
-        };
-        let rollouts = roll(Telemetry::Recorded);
-        let pure = roll(Telemetry::Modelled(&actuator.currents));
-        let servo = |trajectory: &Trajectory| -> Result<Positions, BadInput> {
-            let segment = Segment { trajectory, start: 0 };
-            let about = (features, actuator.simulation.period);
-            let states = self.servo.run(model, about, &[segment], trajectory.len() - 1)?;
-            Ok(states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect())
-        };
-        let positions = vec![
-            rollouts.iter().map(|one| one.positions.clone()).collect(),
-            pure.iter().map(|one| one.positions.clone()).collect(),
-            trajectories.iter().map(|one| copied_goal(features, one)).collect(),
-            trajectories.iter().map(|one| self.lag.positions(simulation.model(), features, one)).collect(),
-            trajectories.par_iter().map(servo).collect::<Result<_, _>>()?,
-        ];
-        Ok(Task { name, trajectories, positions, rollouts, pure })
-    }
-}
-
-/// Every number of the evaluation.
-fn summary(actuator: &NeuralActuator, tasks: &[Task]) -> Value {
-    let features = &actuator.features;
-    let poses = |task: &Task, method: usize| -> BTreeMap<String, PoseScores> {
-        let of =
-            |h: usize| (h.to_string(), pose_scores(features, &task.trajectories, &task.positions[method], h));
-        HORIZONS.map(of).into_iter().collect()
-    };
-    let forces = |trajectories: &[Trajectory], rollouts: &[&Rollout]| {
-        let said: Vec<_> = rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
-        force_scores(trajectories, &said, (usize::MAX, actuator.contact))
-    };
-    let of_task = |task: &Task| {
-        let methods: BTreeMap<&str, _> =
-            METHODS.iter().enumerate().map(|(k, name)| (*name, poses(task, k))).collect();
-        json!({
-            "task": task.name, "trajectories": task.trajectories.len(), "poses": methods,
-            "force": forces(&task.trajectories, &task.rollouts.iter().collect::<Vec<_>>()),
-            "force_pure": forces(&task.trajectories, &task.pure.iter().collect::<Vec<_>>()),
-        })
-    };
-    let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
-    let mean = |method: usize, horizon: usize| {
-        let n = tasks.len() as f64;
-        let one = |task: &Task| {
-            pose_scores(features, &task.trajectories, &task.positions[method], horizon).mean_deg()
-        };
-        tasks.iter().map(one).sum::<f64>() / n
-    };
-    let means: BTreeMap<&str, BTreeMap<String, f64>> = METHODS
-        .iter()
-        .enumerate()
-        .map(|(k, name)| (*name, HORIZONS.iter().map(|h| (h.to_string(), mean(k, *h))).collect()))
-        .collect();
-    let rollouts: Vec<&Rollout> = tasks.iter().flat_map(|task| &task.rollouts).collect();
-    let pure: Vec<&Rollout> = tasks.iter().flat_map(|task| &task.pure).collect();
-    let conditions: Vec<Vec<f64>> = rollouts.iter().map(|one| one.condition.clone()).collect();
-    json!({
-        "format": "hysteron-neural-evaluation", "version": 1, "mean_deg": means, "force": forces(&all, &rollouts),
-        "force_pure": forces(&all, &pure), "condition_accuracy_auc": condition_scores(&all, &conditions),
-        "tasks": tasks.iter().map(of_task).collect::<Vec<_>>(), "left_out": actuator.details["left_out"],
-        "trained_on": actuator.details["recordings"].as_array().map_or(0, Vec::len),
-    })
-}
-
-/// Detectors of a degraded motor, fitted to `training`, and the network.
-fn detected(
-    actuator: &NeuralActuator,
-    simulation: &Simulation,
-    training: &[Trajectory],
-    tasks: &[Task],
-) -> Result<Vec<DetectorScores>, BadInput> {
-    let with_label = |one: &&Trajectory| one.is_healthy.is_some();
-    let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
-    let roll = |one: &Trajectory| roll_out(actuator, simulation, one, Telemetry::Recorded).condition;
-    let known: Vec<Vec<f64>> = training.par_iter().map(roll).collect();
-    let test: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
-    let asked: Vec<Vec<f64>> =
-        tasks.iter().flat_map(|task| &task.rollouts).map(|one| one.condition.clone()).collect();
-    detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
-}
-
 fn number(value: &Value, digits: usize) -> String {
     value.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"))
 }
@@ -233,8 +95,8 @@ fn say(summary: &Value, caller: &Caller) {
         let cells = HORIZONS.map(|h| format!("{:>8}", number(&summary["mean_deg"][name][h.to_string()], 3)));
         caller.say(format_args!("{name:56}{}", cells.concat()));
     }
-    for (name, key) in [("recorded currents", "force"), ("pure simulation", "force_pure")] {
-        let force = &summary[key];
+    for (key, name) in FORCES {
+        let force = &summary["forces"][key];
         if !force.is_null() {
             let of = |key: &str| number(&force[key], 3);
             caller.say(format_args!(
@@ -299,13 +161,26 @@ fn page(summary: &Value, command: &str) -> Page {
         "false_contact",
         "missed_contact",
     ];
-    let head =
-        ["Task", "Mean of axes", "under force", "Loaded axis", "Norm", "False contact", "Missed contact"];
+    let head = [
+        "Task",
+        "By",
+        "Mean of axes",
+        "under force",
+        "Loaded axis",
+        "Norm",
+        "False contact",
+        "Missed contact",
+    ];
     page.table(
         &head,
-        tasks.iter().filter(|task| !task["force"].is_null()).map(|task| {
-            let name = task["task"].as_str().unwrap_or_default().to_owned();
-            std::iter::once(name).chain(keys.map(|key| number(&task["force"][key], 3))).collect()
+        tasks.iter().flat_map(|task| {
+            let of = move |(key, name): (&str, &str)| {
+                let force = &task["forces"][key];
+                let cells = keys.map(|key| number(&force[key], 3)).to_vec();
+                let names = [task["task"].as_str().unwrap_or_default(), name].map(str::to_owned);
+                (!force.is_null()).then(|| [names.to_vec(), cells].concat())
+            };
+            FORCES.into_iter().filter_map(of)
         }),
     );
     if let Some(detectors) = summary["detectors"].as_array() {

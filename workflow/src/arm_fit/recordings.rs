@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, Recording};
 
 /// What a recording is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+pub(crate) enum Role {
     Training,
     Validation,
     Test,
@@ -35,7 +35,7 @@ const VALIDATION: usize = 4;
 ///
 /// # Errors
 /// `BadInput` where nothing is found, or too much.
-pub(super) fn files(paths: &[PathBuf], leave_out: &[String]) -> Result<Vec<PathBuf>, BadInput> {
+pub(crate) fn files(paths: &[PathBuf], leave_out: &[String]) -> Result<Vec<PathBuf>, BadInput> {
     let mut all = Vec::new();
     for path in paths {
         if path.is_dir() { walk(path, DEEPEST, &mut all)? } else { all.push(path.clone()) }
@@ -88,18 +88,30 @@ pub(super) fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
                 Some(said) => said.split('/').map(str::to_owned).collect(),
                 None => path.iter().map(|part| part.to_string_lossy().into_owned()).collect(),
             };
-            let split = parts.iter().position(|part| role(part).is_some());
-            let own = split.and_then(|at| role(&parts[at])).unwrap_or_else(|| {
+            let split = split_of(&parts);
+            let own = split.as_ref().map(|(role, _)| *role).unwrap_or_else(|| {
                 n_others += 1;
                 if n_others % VALIDATION == VALIDATION / 2 { Role::Validation } else { Role::Training }
             });
+            let is_split = split.is_some();
             let task = match split {
-                Some(at) => parts[at.saturating_sub(2)..at].join("/"),
+                Some((_, task)) => task,
                 None => path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
             };
-            Ok(Named { path: path.clone(), task, role: own, is_split: split.is_some(), recording })
+            Ok(Named { path: path.clone(), task, role: own, is_split, recording })
         })
         .collect()
+}
+
+/// What a file is for, by its folders, and the folders of subset and task; `None` where no folder says it.
+pub(crate) fn role_and_task(path: &Path) -> Option<(Role, String)> {
+    let parts: Vec<String> = path.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    split_of(&parts)
+}
+
+fn split_of(parts: &[String]) -> Option<(Role, String)> {
+    let at = parts.iter().position(|part| role(part).is_some())?;
+    Some((role(&parts[at])?, parts[at.saturating_sub(2)..at].join("/")))
 }
 
 fn role(part: &str) -> Option<Role> {

@@ -9,6 +9,7 @@ use hysteron_learn::{Block, Form};
 
 use super::{evaluate, neural};
 use crate::{Caller, Monitor, Progress, Silent};
+use hysteron_arm::neural::Prior;
 
 const PERIOD: f64 = 0.017;
 
@@ -64,6 +65,10 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         width: 16,
         layers: 1,
         warm_start: 150,
+        prior: Prior::None,
+        pure: 0.0,
+        sensing: neural::SensingForm::Loop,
+        sensing_updates: 60,
         updates: 60,
         horizons: vec![16],
         rollouts: 4,
@@ -142,7 +147,10 @@ fn an_actuator_is_trained_goes_on_after_an_interruption_and_is_compared_with_its
     assert_eq!(tasks.len(), 2);
     assert_eq!(tasks[0]["task"], "weight/lift_200g");
     // Only what is called test; half of its samples under force.
-    assert_eq!((&tasks[0]["trajectories"], &found["force"]["samples"][0]), (&1.into(), &298.into()));
+    assert_eq!(
+        (&tasks[0]["trajectories"], &found["forces"]["force"]["samples"][0]),
+        (&1.into(), &298.into())
+    );
     let mean = |name: &str| found["mean_deg"][name]["100"].as_f64().unwrap();
     let (goal, fitted) = (mean("copy the goal"), mean("copy the goal, lag and droop fitted"));
     // The goal is late by 50 ms of at most 0.45 rad/s: 0.82° in the mean; a delay of three samples leaves a millisecond.

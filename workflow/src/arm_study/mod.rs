@@ -3,6 +3,7 @@
 mod estimation;
 mod force;
 mod learned;
+mod neural;
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ pub struct Options {
     /// What is studied
     #[cfg_attr(feature = "clap", arg(value_enum))]
     pub set: SetName,
-    /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/; for force that of NAD
+    /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/; for force and neural that of NAD
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR", required_if_eq_any([
         ("set", "baxter-circle"), ("set", "baxter-helical"), ("set", "kuka"), ("set", "panda"), ("set", "characters")])))]
     pub data: Option<PathBuf>,
@@ -58,6 +59,9 @@ pub struct Options {
     /// As published: SI units, the plain error, 512 samples a step at a constant rate of 1e-4
     #[cfg_attr(feature = "clap", arg(long))]
     pub published: bool,
+    /// Of neural: one seed of small networks, minutes for all cells
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub quick: bool,
     /// Every so many samples of a recorded arm are used
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = crate::number::count::<1000>))]
     pub stride: usize,
@@ -90,6 +94,8 @@ pub enum SetName {
     Identification,
     /// Force at the tip of the virtual arm, by the classical methods
     Force,
+    /// Actuators of the virtual arm learned from telemetry (NeuralActuator)
+    Neural,
 }
 
 /// Between the layers of a network.
@@ -127,6 +133,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         SetName::Wrist => estimation::wrist(options, &mut listener, caller)?,
         SetName::Identification => estimation::identification(options, &mut listener, caller)?,
         SetName::Force => force::run(options, &mut listener, caller)?,
+        SetName::Neural => neural::run(options, &mut listener, caller)?,
         _ => learned::run(options, &mut listener, caller)?,
     };
     bar.clear();

@@ -6,6 +6,7 @@
 pub mod arm;
 pub mod arm_estimation;
 pub mod arm_identification;
+pub mod arm_neural;
 pub mod arm_study;
 pub mod commands;
 pub mod coverage;

@@ -6,10 +6,11 @@ use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::identify::identify;
-use super::methods::{METHODS, Method, TASKS};
+use super::ForceData;
+use super::methods::TASKS;
 use super::score::{Errors, FreeRow, LoadedRow, Trace, free_row, learned_threshold};
-use super::{ForceData, known_arm};
+use crate::Model;
+use crate::servo_force::{estimators, observed_arm};
 use crate::study::{Listener, StudyProgress, cell, make_folder};
 
 /// One arm: what every method of [`METHODS`] makes of its trajectories.
@@ -34,6 +35,8 @@ pub struct ForceStudy {
     pub cells: Vec<ForceCell>,
 }
 
+/// Joints of the arm.
+const N_JOINTS: usize = 4;
 /// Tasks that figures show.
 const SHOWN: [&str; 2] = ["go_up_and_stay_still_400g", "pick_place_object_500g"];
 
@@ -66,8 +69,10 @@ pub fn force_study(
 }
 
 fn force_cell(seed: u64, data: &ForceData) -> Result<ForceCell> {
-    let model = known_arm()?;
-    let known = identify(&model, &data.training)?;
+    let model = observed_arm(&Model::builtin("open-manipulator-x")?, N_JOINTS)?;
+    let [linear, friction, momentum, drive] = estimators(&model, &data.training)?;
+    // The first says that there is no force.
+    let methods = [None, Some(linear), Some(friction), Some(momentum), Some(drive)];
     let mut found = ForceCell {
         seed,
         loaded: Vec::new(),
@@ -79,11 +84,11 @@ fn force_cell(seed: u64, data: &ForceData) -> Result<ForceCell> {
             data.free.iter().map(|(_, one)| one.n_samples()).sum(),
         ],
     };
-    for kind in 0..METHODS.len() {
-        // ID-Linear and GMO-linear know the same.
-        let known = &known[[0, 0, 1, 0, 2][kind]];
-        let method = Method::new(&model, kind, known, &data.training)?;
-        let forces = |one: &super::Telemetry| method.forces(one);
+    for (kind, method) in methods.iter().enumerate() {
+        let forces = |one: &super::Telemetry| match method {
+            Some(method) => method.forces(one),
+            None => Ok(vec![[0.0; 3]; one.n_samples()]),
+        };
         let mut training = Vec::new();
         for trajectory in &data.training {
             training.extend(forces(trajectory)?);

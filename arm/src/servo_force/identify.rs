@@ -1,11 +1,11 @@
 //! What the estimators learn of motors and friction, from contact-free motion alone.
 
 use hysteron_actuator::filter::LowPass;
-use hysteron_actuator::law::{Law, LoadDependent, SymmetricStribeck};
+use hysteron_actuator::law::{Law, SymmetricStribeck};
 use hysteron_actuator::{CatalogueDrive, Motor};
 use hysteron_base::BadInput;
 
-use super::Telemetry;
+use super::{ServoDrive, Telemetry};
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
 use crate::{Data, Model, dense, inverse_dynamics};
 
@@ -14,7 +14,7 @@ pub(super) const CUTOFF: f64 = 6.0;
 /// A joint moves where its speed is above this: two steps of the register [rad/s].
 pub(super) const MOVES: f64 = 0.05;
 /// Below this a joint stands: half a step of the register is the least that is not zero [rad/s].
-const STANDS: f64 = 0.02;
+pub(super) const STANDS: f64 = 0.02;
 /// Spread of the torque that a motion needs, above which it weighs the motor [N m].
 const WEIGHS: f64 = 0.1;
 /// Stribeck speeds that are tried [rad/s].
@@ -22,7 +22,7 @@ const STRIBECK: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
 /// How a method takes motor torque and friction.
 #[derive(Debug, Clone)]
-pub(super) struct Known {
+pub(crate) struct Known {
     pub motors: Vec<MotorTorque>,
     pub friction: FrictionModel,
 }
@@ -38,8 +38,8 @@ struct JointRows {
     moves: Vec<bool>,
 }
 
-/// What all methods learn, in the order ID-Linear and GMO-linear, ID-Friction, GMO-drive.
-pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<[Known; 3], BadInput> {
+/// What all methods learn: ID-Linear and GMO-linear, ID-Friction; GMO-drive but for its noise.
+pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known; 2], ServoDrive), BadInput> {
     let n = model.n_joints();
     let mut rows: Vec<JointRows> = (0..n).map(|_| JointRows::new()).collect();
     for trajectory in training {
@@ -63,17 +63,21 @@ pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<[Known; 
         .filter(|scale| *scale > 0.0)
         .collect();
     let scale = if weighed.is_empty() { 1.0 } else { weighed.iter().sum::<f64>() / weighed.len() as f64 };
-    let known_drive =
-        MotorTorque::Pwm { torque_constant: drive.torque_constant, resistance: drive.resistance / scale };
-    let loaded = rows.iter().map(|joint| joint.load_dependent(&drive, scale));
-    Ok([
+    let loaded: Vec<[f64; 3]> = rows.iter().map(|joint| joint.load_dependent(&drive, scale)).collect();
+    let column = |k: usize| loaded.iter().map(|own| own[k]).collect::<Vec<f64>>();
+    let servo = ServoDrive {
+        torque_constant: drive.torque_constant,
+        resistance: drive.resistance / scale,
+        dry: column(0),
+        load_share: column(1),
+        viscous: column(2),
+        noise: vec![1.0; n],
+    };
+    let known = [
         Known { motors: linear, friction: FrictionModel::none(n) },
         Known { motors, friction: FrictionModel::new(laws, LowSpeed::Linear(MOVES)) },
-        Known {
-            motors: vec![known_drive; n],
-            friction: FrictionModel::new(loaded.collect(), LowSpeed::Absorb(STANDS)),
-        },
-    ])
+    ];
+    Ok((known, servo))
 }
 
 fn append(model: &Model, trajectory: &Telemetry, rows: &mut [JointRows]) -> Result<(), BadInput> {
@@ -163,9 +167,9 @@ impl JointRows {
         least_squares([&scaled, &coulomb, &load, &viscous, &ones], &needed, signs).0[0]
     }
 
-    /// Friction that grows with the motor's torque, which is `scale` times that of the catalogue's drive: bam's m5 without
-    /// Stribeck's effect.
-    fn load_dependent(&self, drive: &Motor, scale: f64) -> (Law, Vec<f64>) {
+    /// Dry friction, its growth with the motor's torque, which is `scale` times that of the catalogue's drive, and viscous friction: bam's m5
+    /// without Stribeck's effect.
+    fn load_dependent(&self, drive: &Motor, scale: f64) -> [f64; 3] {
         let motor: Vec<f64> = self.motor(drive).iter().map(|torque| scale * torque).collect();
         let sign = |row: usize| self.velocity[row].signum();
         let friction = self.moving(&|row| motor[row] - self.needed[row]);
@@ -180,8 +184,7 @@ impl JointRows {
         let signs = [positive, positive, positive, Sign::Any];
         let ([base, share, viscous, _], _) =
             least_squares([&coulomb, &load, &viscous, &ones], &friction, signs);
-        let law = Law::LoadDependent(LoadDependent::M5);
-        (law, vec![base, viscous, 0.0, share.min(0.9), 0.0, 0.0, 0.0, 1.0, 1.0])
+        [base, share.min(0.9), viscous]
     }
 
     /// Spread of the torque that the motion needs [N m].

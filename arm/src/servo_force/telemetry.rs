@@ -77,12 +77,12 @@ impl Telemetry {
     }
 
     /// A column of rows.
-    pub(super) fn column(&self, rows: &[f64], joint: usize) -> Vec<f64> {
+    pub(crate) fn column(&self, rows: &[f64], joint: usize) -> Vec<f64> {
         rows.iter().skip(joint).step_by(self.n_joints).copied().collect()
     }
 
     /// Mean rate [Hz].
-    pub(super) fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         self.periods.len() as f64 / self.periods.iter().sum::<f64>()
     }
 }

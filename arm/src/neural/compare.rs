@@ -1,0 +1,252 @@
+//! `Comparison`: an actuator beside everything that it has to beat, on trajectories that it was not trained on.
+
+use std::collections::BTreeMap;
+
+use hysteron_base::BadInput;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::actuator::NeuralActuator;
+use super::closed_loop::{Segment, Telemetry};
+use super::condition::{DetectorScores, detectors};
+use super::data::Trajectory;
+use super::evaluate::{
+    ForceScores, PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out,
+};
+use super::fit::Rivals;
+use super::loss::length;
+use super::observations::telemetry;
+use super::rivals::{Positions, copied_goal, positions_of};
+use super::sensing::{Sensed, Sensing};
+use super::simulation::Simulation;
+use crate::Model;
+use crate::servo_force::Observers;
+
+/// Horizons of the paper's tables [steps].
+pub const HORIZONS: [usize; 4] = [100, 300, 500, 600];
+
+/// What is compared, in the order of the table.
+pub const METHODS: [&str; 5] = [
+    "network, recorded currents (as published)",
+    "network, pure simulation (currents of the drive model)",
+    "copy the goal",
+    "copy the goal, lag and droop fitted",
+    "servo identified by rollout",
+];
+
+/// One task: its trajectories, the positions of every method, and what the network says besides.
+struct Task {
+    name: String,
+    trajectories: Vec<Trajectory>,
+    positions: Vec<Vec<Positions>>,
+    rollouts: Vec<Rollout>,
+    pure: Vec<Rollout>,
+    /// Of the network of labels, where there is one.
+    sensed: Option<Vec<Sensed>>,
+    /// Forces of either momentum observer, trajectory by trajectory; none where none was identified.
+    observed: Option<Vec<[Vec<[f64; 3]>; 2]>>,
+}
+
+impl Task {
+    /// Forces and gates of the network, of either observer, and of the network in pure simulation where that says any.
+    fn forces(&self, contact: [f64; 2]) -> [Option<Vec<Said>>; 4] {
+        let of =
+            |rollouts: &[Rollout]| rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
+        let network = self
+            .sensed
+            .as_ref()
+            .map(|all| all.iter().map(|one| (one.force.clone(), one.gate.clone())).collect::<Vec<Said>>());
+        let observer = |k: usize| -> Option<Vec<Said>> {
+            let gate = |f: &[f64; 3]| f64::from(u8::from(length(f) > contact[k]));
+            let one = |own: &[Vec<[f64; 3]>; 2]| (own[k].clone(), own[k].iter().map(gate).collect());
+            Some(self.observed.as_ref()?.iter().map(one).collect())
+        };
+        let pure = self.sensed.is_none().then(|| of(&self.pure));
+        [Some(network.unwrap_or_else(|| of(&self.rollouts))), observer(0), observer(1), pure]
+    }
+
+    /// How healthy the watched motor is found, sample by sample.
+    fn conditions(&self) -> Vec<Vec<f64>> {
+        match &self.sensed {
+            Some(all) => all.iter().map(|one| one.condition.clone()).collect(),
+            None => self.rollouts.iter().map(|one| one.condition.clone()).collect(),
+        }
+    }
+}
+
+/// Forces and probabilities of contact, row by row.
+type Said = (Vec<[f64; 3]>, Vec<f64>);
+
+/// Who says forces, in the order of the table: key and name.
+pub const FORCES: [(&str, &str); 4] = [
+    ("force", "network, recorded telemetry"),
+    ("force_gmo_linear", "GMO-linear"),
+    ("force_gmo_drive", "GMO-drive"),
+    ("force_pure", "network, pure simulation"),
+];
+
+/// An actuator and its rivals on the trajectories of some tasks.
+pub struct Comparison<'a> {
+    actuator: &'a NeuralActuator,
+    model: &'a Model,
+    simulation: Simulation,
+    rivals: Rivals,
+    tasks: Vec<Task>,
+}
+
+impl<'a> Comparison<'a> {
+    /// Of an actuator for `model`, with no task yet.
+    ///
+    /// # Errors
+    /// `BadInput` for another arm, or an actuator without rivals.
+    pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
+        let (simulation, rivals) = (actuator.simulation(model)?, Rivals::of(actuator)?);
+        Ok(Self { actuator, model, simulation, rivals, tasks: Vec::new() })
+    }
+
+    /// Adds the trajectories of a task.
+    ///
+    /// # Errors
+    /// `BadInput` where they lack what a method needs.
+    pub fn add(&mut self, name: String, trajectories: Vec<Trajectory>) -> Result<(), BadInput> {
+        let Self { actuator, model, simulation, .. } = self;
+        let features = &actuator.features;
+        let m = features.motors();
+        let roll = |telemetry: Telemetry<'_>| -> Vec<Rollout> {
+            trajectories.par_iter().map(|one| roll_out(actuator, simulation, one, telemetry)).collect()
+        };
+        let rollouts = roll(Telemetry::Recorded);
+        let pure = roll(Telemetry::Modelled(&actuator.currents));
+        let servo = |trajectory: &Trajectory| -> Result<Positions, BadInput> {
+            let segment = Segment::recorded(trajectory, 0);
+            let about = (features, actuator.simulation.period);
+            let states = self.rivals.servo.run(model, about, &[segment], trajectory.len() - 1)?;
+            Ok(states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect())
+        };
+        let positions = vec![
+            rollouts.iter().map(|one| one.positions.clone()).collect(),
+            pure.iter().map(|one| one.positions.clone()).collect(),
+            trajectories.iter().map(|one| copied_goal(features, one)).collect(),
+            trajectories
+                .iter()
+                .map(|one| self.rivals.lag.positions(simulation.model(), features, one))
+                .collect(),
+            trajectories.par_iter().map(servo).collect::<Result<_, _>>()?,
+        ];
+        let about = (features, actuator.simulation.period);
+        let arm = actuator.observed_arm(self.model);
+        let along = |sensing: &Sensing| -> Result<Vec<Sensed>, BadInput> {
+            let arm = arm.clone()?;
+            trajectories.par_iter().map(|one| sensing.along(&arm, about, one)).collect()
+        };
+        let observe = |observers: &Observers| -> Result<Vec<[Vec<[f64; 3]>; 2]>, BadInput> {
+            let arm = arm.clone()?;
+            let one = |one: &Trajectory| observers.forces(&arm, &telemetry(features, about.1, one)?);
+            trajectories.par_iter().map(one).collect()
+        };
+        let sensed = actuator.sensing.as_ref().map(along).transpose()?;
+        let observed = self.rivals.observers.as_ref().map(observe).transpose()?;
+        self.tasks.push(Task { name, trajectories, positions, rollouts, pure, sensed, observed });
+        Ok(())
+    }
+
+    /// Every number of the comparison.
+    pub fn summary(&self) -> Value {
+        let Self { actuator, rivals, tasks, .. } = self;
+        let features = &actuator.features;
+        let poses = |task: &Task, method: usize| -> BTreeMap<String, PoseScores> {
+            let of = |h: usize| {
+                (h.to_string(), pose_scores(features, &task.trajectories, &task.positions[method], h))
+            };
+            HORIZONS.map(of).into_iter().collect()
+        };
+        let contact = rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact);
+        let forces = |tasks: &[&Task]| -> BTreeMap<&str, Option<ForceScores>> {
+            let trajectories: Vec<Trajectory> =
+                tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
+            let all: Vec<_> = tasks.iter().map(|task| task.forces(contact)).collect();
+            let one = |(k, (key, _)): (usize, &(&'static str, &str))| {
+                let said: Option<Vec<Vec<Said>>> = all.iter().map(|task| task[k].clone()).collect();
+                let scores = |said: Vec<Vec<Said>>| {
+                    force_scores(&trajectories, &said.concat(), (usize::MAX, actuator.contact))
+                };
+                (*key, said.and_then(scores))
+            };
+            FORCES.iter().enumerate().map(one).collect()
+        };
+        let of_task = |task: &Task| {
+            let methods: BTreeMap<&str, _> =
+                METHODS.iter().enumerate().map(|(k, name)| (*name, poses(task, k))).collect();
+            json!({
+                "task": task.name, "trajectories": task.trajectories.len(), "poses": methods,
+                "forces": forces(&[task]),
+            })
+        };
+        let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
+        let mean = |method: usize, horizon: usize| {
+            let n = tasks.len() as f64;
+            let one = |task: &Task| {
+                pose_scores(features, &task.trajectories, &task.positions[method], horizon).mean_deg()
+            };
+            tasks.iter().map(one).sum::<f64>() / n
+        };
+        let means: BTreeMap<&str, BTreeMap<String, f64>> = METHODS
+            .iter()
+            .enumerate()
+            .map(|(k, name)| (*name, HORIZONS.iter().map(|h| (h.to_string(), mean(k, *h))).collect()))
+            .collect();
+        let conditions: Vec<Vec<f64>> = tasks.iter().flat_map(Task::conditions).collect();
+        json!({
+            "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": means, "forces": forces(&tasks.iter().collect::<Vec<_>>()),
+            "force_from": if actuator.sensing.is_some() { "observer" } else { "loop" },
+            "condition_accuracy_auc": condition_scores(&all, &conditions),
+            "tasks": tasks.iter().map(of_task).collect::<Vec<_>>(), "left_out": actuator.details["left_out"],
+            "trained_on": actuator.details["recordings"].as_array().map_or(0, Vec::len),
+        })
+    }
+
+    /// Detectors of a degraded motor, fitted to `training`, and the network, on tasks whose name begins so.
+    ///
+    /// # Errors
+    /// `BadInput` where one condition is missing.
+    pub fn detectors(&self, begin: &str, training: &[Trajectory]) -> Result<Vec<DetectorScores>, BadInput> {
+        let Self { actuator, model, simulation, tasks, .. } = self;
+        let with_label = |one: &&Trajectory| one.is_healthy.is_some();
+        let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
+        let about = (&actuator.features, actuator.simulation.period);
+        let arm = actuator.observed_arm(model);
+        let said = |one: &Trajectory| match &actuator.sensing {
+            Some(sensing) => Ok(sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?.condition),
+            None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).condition),
+        };
+        let known = training.par_iter().map(said).collect::<Result<Vec<_>, BadInput>>()?;
+        let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
+        let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
+        let asked: Vec<Vec<f64>> = tasks().flat_map(Task::conditions).collect();
+        detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
+    }
+
+    /// The first trajectory of a task over time, with every method's positions [rad] joint by joint and forces along z [N]; `None` without
+    /// that task.
+    pub fn trace(&self, task: &str, period: f64) -> Option<Value> {
+        let task = self.tasks.iter().find(|one| one.name == task)?;
+        let first = task.trajectories.first()?;
+        let features = &self.actuator.features;
+        let (m, rows) = (features.motors(), first.len() - 1);
+        let joints = |positions: &[f64]| -> Vec<Vec<f64>> {
+            let joint = |k: usize| positions.iter().skip(k).step_by(m).take(rows).copied().collect();
+            (0..features.joints).map(joint).collect()
+        };
+        let methods: Vec<_> = task.positions.iter().map(|own| joints(&own[0])).collect();
+        let contact = self.rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact);
+        let z = |said: Option<Vec<Said>>| -> Option<Vec<f64>> {
+            Some(said?.first()?.0.iter().take(rows).map(|force| force[2]).collect())
+        };
+        let forces: Vec<_> = task.forces(contact).into_iter().map(z).collect();
+        let label: Vec<f64> = first.force.iter().take(rows).map(|f| f.unwrap_or_default()[2]).collect();
+        Some(json!({
+            "task": task.name, "time_s": (0..rows).map(|row| period * row as f64).collect::<Vec<_>>(),
+            "measured_rad": joints(&positions_of(features, first)), "methods_rad": methods, "label_n": label, "forces_n": forces,
+        }))
+    }
+}

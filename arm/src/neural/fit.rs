@@ -1,0 +1,232 @@
+//! `fit_actuator`: an actuator from trajectories: what it has to beat, the network in the loop, and that of force and condition.
+
+use std::path::Path;
+
+use hysteron_base::BadInput;
+use hysteron_learn::{
+    Block, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
+};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::actuator::NeuralActuator;
+use super::data::Trajectory;
+use super::features::{Features, InputScale};
+use super::loss::Heads;
+use super::rivals::{CurrentModel, LagAndDroop, ServoModel};
+use super::sensing::Sensing;
+use super::sensing_training::{SensingOptions, SensingTask, identified_observers};
+use super::simulation::{Simulation, SimulationOptions};
+use super::training::{NeuralOptions, NeuralTask};
+use crate::Model;
+use crate::servo_force::{Observers, observed_arm};
+
+/// What moves the simulated motors beside the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Prior {
+    /// Nothing, as published.
+    None,
+    /// A position servo identified by rollout.
+    Servo,
+}
+
+/// An actuator that is asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ActuatorOptions {
+    /// How the network in the loop meets time.
+    pub form: Form,
+    /// How its layers are put together.
+    pub block: Block,
+    /// Numbers of a token within it; the feed-forward networks have twice as many, the heads half.
+    pub width: usize,
+    /// Its layers.
+    pub layers: usize,
+    /// Samples that it sees, the current one among them.
+    pub tokens: usize,
+    /// What moves the simulated motors beside it.
+    pub prior: Prior,
+    /// How it is trained.
+    pub training: NeuralOptions,
+    /// Force, contact and condition by a network of their own; none where that in the loop says them, as published.
+    pub sensing: Option<SensingOptions>,
+    /// Step of the simulation [s].
+    pub period: f64,
+}
+
+impl ActuatorOptions {
+    /// Tokens of NeuralActuator's release.
+    pub const TOKENS: usize = 9;
+
+    /// The network in the loop for these motors.
+    pub fn shape(&self, features: &Features) -> TransformerShape {
+        let published = TransformerShape::published(features.len(), &Heads::sizes(features), self.form);
+        let width = self.width.next_multiple_of(published.attention_heads);
+        TransformerShape {
+            width,
+            layers: self.layers,
+            feed_forward: 2 * width,
+            latent: (width / 2).max(1),
+            tokens: self.tokens,
+            block: self.block,
+            ..published
+        }
+    }
+}
+
+/// What an actuator has to beat, fitted to the same trajectories.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Rivals {
+    /// The goal later, smoother and lower.
+    #[serde(rename = "lag_and_droop")]
+    pub lag: LagAndDroop,
+    /// A servo identified by rollout.
+    pub servo: ServoModel,
+    /// Momentum observers, where PWM and contact-free trajectories are asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observers: Option<Observers>,
+}
+
+impl Rivals {
+    /// As they were fitted with an actuator.
+    ///
+    /// # Errors
+    /// `BadInput` where its file has none.
+    pub fn of(actuator: &NeuralActuator) -> std::result::Result<Self, BadInput> {
+        let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
+        serde_json::from_value(actuator.details["rivals"].clone()).map_err(bad)
+    }
+}
+
+/// Which network is trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// That in the loop.
+    Loop,
+    /// That of force, contact and condition.
+    Sensing,
+}
+
+/// Where a training stands between runs, and who gets its reports.
+pub struct ActuatorSession<'a> {
+    /// What tells one training from another: names of its recordings.
+    pub recordings: &'a [String],
+    /// Files to go on from, of both networks.
+    pub files: [&'a Path; 2],
+    /// Gets the progress; ends the training where it returns false.
+    pub progress: &'a mut dyn FnMut(Stage, &Progress) -> bool,
+}
+
+/// What a training came to.
+#[derive(Debug, Clone)]
+pub struct ActuatorFit {
+    /// With the best weights; its details are the rivals.
+    pub actuator: NeuralActuator,
+    /// Root mean square error of the joints in rollouts of the validation trajectories [deg].
+    pub validation: f64,
+    /// Loss of force, contact and condition there, where a network of their own was trained.
+    pub sensing_validation: Option<f64>,
+    /// Epochs done when the weights in the loop were found.
+    pub epochs: usize,
+    /// Of every epoch in the loop, the error in training and in validation.
+    pub curve: Vec<[f64; 2]>,
+    /// Steps that were simulated.
+    pub steps: u64,
+    /// False where it was ended before its time and can go on from its files.
+    pub is_finished: bool,
+}
+
+/// Trains an actuator of `model` on the first set of trajectories, and keeps what does best on the second.
+///
+/// # Errors
+/// `BadInput` for options out of range or trajectories that lack something; files of another training.
+pub fn fit_actuator(
+    model: &Model,
+    features: &Features,
+    sets: [&[Trajectory]; 2],
+    options: &ActuatorOptions,
+    session: &mut ActuatorSession<'_>,
+) -> Result<ActuatorFit> {
+    options.training.check()?;
+    let [training, _] = sets;
+    let published = SimulationOptions { period: options.period, ..SimulationOptions::PUBLISHED };
+    let simulation = Simulation::new(model, features, &published)?;
+    let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
+    let scale = InputScale::of(features, rows)?;
+    let arm = options.sensing.as_ref().map(|_| observed_arm(model, features.joints)).transpose()?;
+    let observe = |arm: &Model| identified_observers(arm, (features, options.period), training);
+    let rivals = Rivals {
+        lag: LagAndDroop::fit(simulation.model(), features, training)?,
+        servo: ServoModel::fit(model, (features, options.period), training, &|_, _| true)?,
+        observers: arm.as_ref().map(observe).transpose()?,
+    };
+    let mut network = Transformer::<f32>::new(&options.shape(features), options.training.seed)?;
+    let mut simulation = simulation;
+    if options.prior == Prior::Servo {
+        let driven = SimulationOptions::with_servo(&rivals.servo, options.period);
+        simulation = Simulation::new(model, features, &driven)?;
+        network = network.with_silent_head(Heads::TORQUE);
+    }
+    let currents = CurrentModel::fit(features, training)?;
+    let mut task = NeuralTask::new(&options.training, (&simulation, &scale, &currents), sets)?;
+    let identity = json!({
+        "shape": hysteron_learn::Model::shape(&network), "options": options.training, "simulation": simulation.options(),
+        "features": features, "recordings": session.recordings,
+    });
+    let mut listener = |p: &Progress| (session.progress)(Stage::Loop, p);
+    let mut own = Session { file: Some(session.files[0]), progress: &mut listener };
+    let found = fit(&mut task, network, &identity, &mut own)?;
+    let steps = task.steps;
+    let (mut sensing, mut sensing_validation, mut is_finished) = (None, None, found.is_finished);
+    if let (true, Some(arm), Some(trained), Some(observers)) =
+        (is_finished, &arm, &options.sensing, &rivals.observers)
+    {
+        let about = (arm, features, options.period);
+        match fit_sensing(about, observers, sets, trained, session) {
+            Ok((own, found)) => {
+                is_finished = found.is_finished;
+                sensing_validation = Some(found.validation);
+                sensing = Some(own);
+            }
+            // Ended before its first epoch: the network in the loop is whole.
+            Err(Error::NothingTrained) => is_finished = false,
+            Err(error) => return Err(error),
+        }
+    }
+    let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
+    let actuator = NeuralActuator {
+        network: found.model,
+        features: *features,
+        scale,
+        simulation: simulation.options().clone(),
+        joints: names,
+        currents,
+        sensing,
+        contact: options.training.loss.contact,
+        details: json!({ "rivals": rivals }),
+    };
+    let (validation, epochs, curve) = (found.validation, found.epochs, found.curve);
+    Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
+}
+
+/// Trains the network of force, contact and condition.
+fn fit_sensing(
+    (arm, features, period): (&Model, &Features, f64),
+    observers: &Observers,
+    sets: [&[Trajectory]; 2],
+    options: &SensingOptions,
+    session: &mut ActuatorSession<'_>,
+) -> Result<(Sensing, FitResult<Transformer<f32>>)> {
+    let mut task = SensingTask::new(options, arm, (features, &observers.drive, period), sets)?;
+    let network = Transformer::<f32>::new(&options.shape(features), options.seed)?;
+    let identity = json!({
+        "options": options, "features": features, "observers": observers, "recordings": session.recordings,
+    });
+    let mut listener = |p: &Progress| (session.progress)(Stage::Sensing, p);
+    let mut own = Session { file: Some(session.files[1]), progress: &mut listener };
+    let found = fit(&mut task, network, &identity, &mut own)?;
+    let sensing =
+        Sensing { network: found.model.clone(), scale: task.scale().clone(), drive: observers.drive.clone() };
+    Ok((sensing, found))
+}

@@ -1,0 +1,241 @@
+//! Force and condition beside a momentum observer: learning, streaming, files, refusals, on motion by inverse dynamics.
+#![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+use hysteron_actuator::CatalogueDrive;
+use hysteron_base::{Channel, Metadata, Recording};
+use hysteron_learn::{Model as _, Progress, Session, Transformer, TransformerShape, fit};
+use serde_json::json;
+
+use super::*;
+use crate::servo_force::{Observers, observed_arm};
+use crate::{Data, Model, forward_kinematics, frame_jacobian, inverse_dynamics};
+
+pub(crate) const PERIOD: f64 = 0.017;
+const JOINTS: usize = 4;
+
+pub(crate) fn features() -> Features {
+    Features { joints: JOINTS, gripper: None }
+}
+
+fn arm() -> Model {
+    observed_arm(&Model::builtin("open-manipulator-x").unwrap(), JOINTS).unwrap()
+}
+
+/// What a recording shows.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Case {
+    Free,
+    /// The same, and it is not said that nothing acts.
+    Healthy,
+    /// A weight of so many newtons that comes and goes.
+    Loaded(f64),
+    /// The third joint has more friction.
+    Worn,
+}
+
+/// Waves of all joints; voltages are those which the catalogue's drive needs for them with friction, and with the weight.
+fn recording(seed: u64, rows: usize, case: Case) -> Recording {
+    let model = arm();
+    let frame = model.frame("end_effector_link").unwrap();
+    let mut data = Data::new(&model, 0.0);
+    let drive = CatalogueDrive::named("xm430-w350").unwrap().drive.motor;
+    let load = |row: usize| match case {
+        Case::Loaded(weight) if (row / 80) % 2 == 1 => -weight,
+        _ => 0.0,
+    };
+    let mut columns = vec![Vec::new(); 3 * JOINTS];
+    for row in 0..rows {
+        let t = PERIOD * row as f64;
+        let wave = |k: usize, order: i32| {
+            let rate = 1.1 + 0.35 * k as f64 + 0.07 * ((5 * seed) % 8) as f64;
+            0.3 * rate.powi(order) * (rate * t + std::f64::consts::FRAC_PI_2 * f64::from(order)).sin()
+        };
+        let [q, dq, ddq]: [Vec<f64>; 3] =
+            [0, 1, 2].map(|order| (0..JOINTS).map(|k| wave(k, order)).collect());
+        let mut torque = vec![0.0; JOINTS];
+        inverse_dynamics(&model, &mut data, [&q, &dq, &ddq], &[], &mut torque);
+        let mut jacobian = vec![0.0; 6 * JOINTS];
+        forward_kinematics(&model, &mut data, &q);
+        frame_jacobian(&model, &data, frame, &mut jacobian);
+        for k in 0..JOINTS {
+            let worn = if case == Case::Worn && k == 2 { 0.25 } else { 0.1 };
+            // Friction beyond the observer's law: it grows with the angle.
+            let friction = (worn + 0.05 * q[k]) * (dq[k] / 0.02).tanh() + 0.05 * dq[k];
+            let needed = torque[k] + friction - jacobian[2 * JOINTS + k] * load(row);
+            let volts = needed * drive.resistance / drive.torque_constant + drive.torque_constant * dq[k];
+            columns[k].push(q[k]);
+            columns[JOINTS + k].push(dq[k]);
+            columns[2 * JOINTS + k].push(volts / 12.0);
+        }
+    }
+    let mut channels = Vec::new();
+    for k in 0..JOINTS {
+        let [q, dq, pwm] = [0, 1, 2].map(|of| columns[of * JOINTS + k].clone());
+        let number = k + 1;
+        channels.push(Channel::new(format!("goal_{number}_rad"), q.clone()));
+        channels.push(Channel::new(format!("q_{number}_rad"), q));
+        channels.push(Channel::new(format!("dq_{number}_rad_s"), dq));
+        channels
+            .push(Channel::new(format!("current_{number}_a"), pwm.iter().map(|duty| 4.0 * duty).collect()));
+        channels.push(Channel::new(format!("pwm_{number}_ratio"), pwm));
+        channels.push(Channel::new(format!("voltage_{number}_v"), vec![12.0; rows]));
+        channels.push(Channel::new(format!("temperature_{number}_degc"), vec![30.0; rows]));
+    }
+    if matches!(case, Case::Loaded(_)) {
+        channels.push(Channel::new("force_z_n", (0..rows).map(load).collect()));
+    }
+    let mut meta = Metadata::default();
+    let condition = if case == Case::Worn { "degraded" } else { "healthy" };
+    meta.extra.insert("condition".to_owned(), condition.to_owned());
+    let time = (0..rows).map(|row| PERIOD * row as f64).collect();
+    Recording::new(time, channels, Vec::new(), meta).unwrap()
+}
+
+pub(crate) fn trajectory(seed: u64, case: Case) -> Trajectory {
+    let unlabelled = if case == Case::Free { Unlabelled::Free } else { Unlabelled::Unknown };
+    trajectory_of(&recording(seed, 400, case), &features(), PERIOD, unlabelled).unwrap()
+}
+
+fn set(seeds: std::ops::Range<u64>) -> Vec<Trajectory> {
+    let one = |seed| {
+        [Case::Free, Case::Loaded(2.0 + 0.7 * (seed % 3) as f64), Case::Worn]
+            .map(|case| trajectory(seed, case))
+    };
+    seeds.flat_map(one).collect()
+}
+
+fn options() -> SensingOptions {
+    SensingOptions { width: 16, layers: 1, tokens: 17, epoch: 50, ..SensingOptions::small(500, 0.3, 1) }
+}
+
+#[test]
+fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_for_bit() {
+    let (training, validation, test) = (set(0..4), set(4..6), set(6..8));
+    let (model, features, options) = (arm(), features(), options());
+    let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
+    let about = (&features, &observers.drive, PERIOD);
+    let network = Transformer::<f32>::new(&options.shape(&features), 1).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let run = |file: Option<&std::path::Path>, last: usize| {
+        let mut task = SensingTask::new(&options, &model, about, [&training, &validation]).unwrap();
+        let mut progress = |p: &Progress| !matches!(p, Progress::Epoch(epoch) if epoch.number == last);
+        let mut session = Session { file, progress: &mut progress };
+        let found = fit(&mut task, network.clone(), &json!({ "test": 2 }), &mut session).unwrap();
+        (found, task.scale().clone())
+    };
+    let (whole, scale) = run(None, usize::MAX);
+    let state = folder.path().join("state");
+    assert!(!run(Some(&state), 3).0.is_finished);
+    let (resumed, _) = run(Some(&state), usize::MAX);
+    assert_eq!(resumed.model.parameters(), whole.model.parameters());
+    let sensing = Sensing { network: whole.model, scale, drive: observers.drive.clone() };
+    let sensed: Vec<Sensed> =
+        test.iter().map(|one| sensing.along(&model, (&features, PERIOD), one).unwrap()).collect();
+    let said: Vec<_> = sensed.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
+    let alone: Vec<_> = test
+        .iter()
+        .map(|one| {
+            let forces = observers.forces(&model, &telemetry(&features, PERIOD, one).unwrap()).unwrap();
+            let gate = |f: &[f64; 3]| f64::from(u8::from(length(f) > observers.contact[1]));
+            (forces[1].clone(), forces[1].iter().map(gate).collect::<Vec<f64>>())
+        })
+        .collect();
+    let [with, without] = [&said, &alone].map(|all| force_scores(&test, all, (usize::MAX, 0.3)).unwrap());
+    // Errors of friction along axes that no weight acts on are learned first.
+    assert!(with.loaded_mean_of_axes_n < 0.8 * without.loaded_mean_of_axes_n, "{with:?} {without:?}");
+    assert!(
+        with.mean_of_axes_n < 0.7 * without.mean_of_axes_n && with.false_contact < 0.1,
+        "{with:?} {without:?}"
+    );
+    let conditions: Vec<Vec<f64>> = sensed.iter().map(|one| one.condition.clone()).collect();
+    let [_, area] = condition_scores(&test, &conditions).unwrap();
+    assert!(area > 0.9, "{area}");
+
+    let mut runner = SensingRunner::new(&sensing, &model, (&features, PERIOD)).unwrap();
+    let voltage = test[1].motor_voltage().unwrap();
+    for row in 0..test[1].len() {
+        let sample =
+            [test[1].inputs_at(row as isize), test[1].state_at(row), &voltage[row * JOINTS..][..JOINTS]];
+        let now = runner.update(sample);
+        let pairs = now.force.into_iter().zip(sensed[1].force[row]).chain([(now.gate, sensed[1].gate[row])]);
+        for (streamed, whole) in pairs {
+            // Sums of f32 in another order, through two layers: some 1e-6 of values of a few newtons.
+            assert!((streamed - whole).abs() < 1e-4 * whole.abs().max(1.0), "{row}: {streamed} {whole}");
+        }
+    }
+}
+
+fn actuator(sensing: Sensing) -> NeuralActuator {
+    let (features, data) = (features(), set(0..1));
+    let shape = TransformerShape {
+        width: 8,
+        layers: 1,
+        ..TransformerShape::published(
+            features.len(),
+            &Heads::sizes(&features),
+            hysteron_learn::Form::Streaming,
+        )
+    };
+    NeuralActuator {
+        network: Transformer::new(&shape, 1).unwrap(),
+        features,
+        scale: InputScale::of(&features, data[0].inputs.chunks_exact(features.len())).unwrap(),
+        simulation: SimulationOptions::PUBLISHED,
+        joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
+        currents: CurrentModel::fit(&features, &data).unwrap(),
+        sensing: Some(sensing),
+        contact: 0.3,
+        details: json!({}),
+    }
+}
+
+#[test]
+fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
+    let (training, features, model) = (set(0..2), features(), arm());
+    let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
+    let task = |options: &SensingOptions| {
+        let about = (&features, &observers.drive, PERIOD);
+        SensingTask::new(options, &model, about, [&training, &training]).map(|task| task.scale().clone())
+    };
+    let options = options();
+    let scale = task(&options).unwrap();
+    let network = Transformer::new(&options.shape(&features), 3).unwrap();
+    let sensing = Sensing { network, scale, drive: observers.drive.clone() };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.safetensors");
+    let whole = actuator(sensing.clone());
+    whole.write(&file).unwrap();
+    let read = NeuralActuator::read(&file).unwrap();
+    let again = read.sensing.unwrap();
+    assert_eq!(again.network.parameters(), sensing.network.parameters());
+    let about = (&features, PERIOD);
+    let along = |sensing: &Sensing| sensing.along(&model, about, &training[1]).unwrap();
+    assert_eq!(along(&again), along(&sensing));
+    let refused = |change: &dyn Fn(&mut Sensing)| {
+        let mut changed = sensing.clone();
+        change(&mut changed);
+        actuator(changed).write(&file).unwrap();
+        NeuralActuator::read(&file).unwrap_err().to_string()
+    };
+    let found = refused(&|sensing| sensing.drive.dry.truncate(3));
+    assert!(found.contains("sensing: drive: dry: expected 4 finite numbers"), "{found}");
+    let window = TransformerShape { form: hysteron_learn::Form::Window, ..options.shape(&features) };
+    let found = refused(&|sensing| sensing.network = Transformer::new(&window, 3).unwrap());
+    assert!(found.contains("sensing: shape.form: expected streaming"), "{found}");
+    let wide = TransformerShape { inputs: 7, ..options.shape(&features) };
+    let found = refused(&|sensing| sensing.network = Transformer::new(&wide, 3).unwrap());
+    assert!(found.contains("sensing: shape: expected sizes that belong together"), "{found}");
+
+    let bad = SensingOptions { span: 0, ..options };
+    assert!(task(&bad).unwrap_err().to_string().contains("span: expected 1 to"));
+    let loaded: Vec<Trajectory> =
+        training.iter().filter(|one| one.force[100] != Some([0.0; 3])).cloned().collect();
+    let found = identified_observers(&model, about, &loaded).unwrap_err().to_string();
+    assert!(found.contains("training recordings: expected one or more without contact"), "{found}");
+    let silent = Trajectory { voltage: None, name: "x.csv".to_owned(), ..training[0].clone() };
+    let found = identified_observers(&model, about, &[silent]).unwrap_err().to_string();
+    assert!(found.contains("x.csv: expected channels pwm_k_ratio"), "{found}");
+    let three = Model::builtin("three-link").unwrap();
+    assert!(observed_arm(&three, 4).unwrap_err().to_string().contains("4 joints or more"));
+    let _: Observers = serde_json::from_str(&serde_json::to_string(&observers).unwrap()).unwrap();
+}

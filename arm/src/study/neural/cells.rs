@@ -1,0 +1,146 @@
+//! What is trained in a cell, on what.
+
+use hysteron_learn::{Block, Form};
+use serde::{Deserialize, Serialize};
+
+use super::Sample;
+use super::Split;
+use crate::neural::{ActuatorOptions, LossWeights, NeuralOptions, Prior, SensingOptions};
+
+/// How much is trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NeuralSize {
+    /// Some minutes for everything, to see that it works.
+    Quick,
+    /// Some minutes a network.
+    Full,
+}
+
+/// A network in the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NetworkKind {
+    /// In tables.
+    pub name: &'static str,
+    /// In files.
+    pub file: &'static str,
+    /// How it meets time.
+    pub form: Form,
+    /// Samples that it sees.
+    pub tokens: usize,
+    /// What moves the motors beside it.
+    pub prior: Prior,
+}
+
+/// Networks of the ablation, of one size; the first is that of all other cells.
+pub const NETWORKS: [NetworkKind; 5] = [
+    NetworkKind {
+        name: "servo + streaming Transformer",
+        file: "servo-streaming",
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + published Transformer",
+        file: "servo-window",
+        form: Form::Window,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + residual perceptron of one sample",
+        file: "servo-perceptron",
+        form: Form::Streaming,
+        tokens: 1,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "streaming Transformer alone",
+        file: "streaming",
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::None,
+    },
+    NetworkKind {
+        name: "published Transformer alone",
+        file: "window",
+        form: Form::Window,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::None,
+    },
+];
+
+/// Splits beside the published one: name, and what a task's name contains that is left out of training and tested on.
+pub const LEFT_OUT: [(&str, &str); 2] = [("without-500g", "500g"), ("without-200g", "200g")];
+
+/// Forces above this are contacts: beyond the noise of the sensor that labels them [N].
+const CONTACT: f64 = 0.3;
+
+impl NeuralSize {
+    /// Width, layers, updates in the loop, updates of force and condition, horizons.
+    fn numbers(self) -> (usize, usize, u64, u64, &'static [usize]) {
+        match self {
+            Self::Quick => (24, 1, 60, 300, &[32, 64]),
+            Self::Full => (64, 2, 1000, 3000, &[64, 128]),
+        }
+    }
+
+    /// The actuator of a cell.
+    pub(super) fn actuator(self, kind: &NetworkKind, seed: u64, period: f64) -> ActuatorOptions {
+        let (width, layers, updates, sensing, horizons) = self.numbers();
+        let has_servo = kind.prior == Prior::Servo;
+        let published = NeuralOptions::published(if has_servo { 0 } else { 2 * updates }, updates);
+        let part = updates.div_ceil(horizons.len() as u64);
+        let labels = |weight: f64| if has_servo { 0.0 } else { weight };
+        let loss = LossWeights::PUBLISHED;
+        let training = NeuralOptions {
+            horizons: horizons.iter().enumerate().map(|(k, h)| (k as u64 * part, *h)).collect(),
+            start_noise: if has_servo { 0.02 } else { 0.05 },
+            pure: if has_servo { 0.5 } else { 0.0 },
+            loss: LossWeights {
+                position_bend: if has_servo { LossWeights::SERVO_BEND } else { loss.position_bend },
+                force: labels(loss.force),
+                gate: labels(loss.gate),
+                condition: labels(loss.condition),
+                contact: CONTACT,
+                ..loss
+            },
+            learning_rate: (if has_servo { 2e-3 } else { 8e-4 }, (updates / 10).max(1)),
+            ema: 1e-2,
+            seed,
+            ..published
+        };
+        ActuatorOptions {
+            form: kind.form,
+            block: Block::GatedPreNorm,
+            width,
+            layers,
+            tokens: kind.tokens,
+            prior: kind.prior,
+            training,
+            sensing: has_servo.then(|| SensingOptions::small(sensing, CONTACT, seed)),
+            period,
+        }
+    }
+}
+
+/// What a cell learns from and is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Protocol {
+    /// Tests of the same tasks.
+    Published,
+    /// Tasks whose name contains this are not learned from, and all of their trajectories are tests.
+    LeaveOut(&'static str),
+}
+
+impl Protocol {
+    /// Whether a trajectory is for this.
+    pub fn uses(self, sample: &Sample, split: Split) -> bool {
+        match self {
+            Self::Published => sample.split == split,
+            Self::LeaveOut(text) if sample.task.contains(text) => split == Split::Test,
+            Self::LeaveOut(_) => split != Split::Test && sample.split == split,
+        }
+    }
+}

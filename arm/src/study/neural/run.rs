@@ -1,0 +1,180 @@
+//! The study, cell by cell.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use hysteron_learn::{Error, Progress, Result};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::cells::{LEFT_OUT, NETWORKS, NetworkKind, NeuralSize, Protocol};
+use super::gradients::by_horizon;
+use super::{NeuralData, Split};
+use crate::Model;
+use crate::neural::{ActuatorOptions, ActuatorSession, Comparison, Trajectory, fit_actuator};
+use crate::study::{Listener, StudyProgress, cell, make_folder};
+
+/// The study: every cell is a comparison as `Comparison::summary` has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct NeuralStudy {
+    /// The published split, seed by seed.
+    pub published: Vec<Value>,
+    /// Splits of [`LEFT_OUT`], seed by seed.
+    pub left_out: Vec<Vec<Value>>,
+    /// Networks of [`NETWORKS`] but the first, seed by seed.
+    pub networks: Vec<Vec<Value>>,
+}
+
+/// Tasks that figures show.
+const SHOWN: [&str; 3] = ["force_unlabeled/sweep_2", "force_sensor/z_minus", "weight/pick_place_object_300g"];
+
+/// One cell that is to be done.
+struct Plan {
+    name: String,
+    network: &'static NetworkKind,
+    protocol: Protocol,
+    seed: u64,
+    has_sensing: bool,
+}
+
+fn plans(seeds: u64) -> Vec<Plan> {
+    let mut all = Vec::new();
+    let first = &NETWORKS[0];
+    for seed in 0..seeds {
+        let plan = |name: &str, protocol| Plan {
+            name: format!("{name}-{seed}"),
+            network: first,
+            protocol,
+            seed,
+            has_sensing: true,
+        };
+        all.push(plan("published", Protocol::Published));
+        all.extend(LEFT_OUT.map(|(name, text)| plan(name, Protocol::LeaveOut(text))));
+        all.extend(NETWORKS[1..].iter().map(|network| Plan {
+            name: format!("{}-{seed}", network.file),
+            network,
+            protocol: Protocol::Published,
+            seed,
+            has_sensing: false,
+        }));
+    }
+    all
+}
+
+/// Trains and compares actuators of `model` with as many seeds; `identity` says what the data is. `None` where the listener ended it;
+/// what is done is found again below `folder`, and a training goes on from its file there.
+///
+/// # Errors
+/// Cells of another study; files that cannot be written; data without what is needed.
+pub fn neural_study(
+    folder: &Path,
+    about: (&Model, &NeuralData, &Value),
+    (size, seeds): (NeuralSize, u64),
+    listener: Listener<'_>,
+) -> Result<Option<NeuralStudy>> {
+    let period = about.1.period;
+    let asked = |network: &NetworkKind, seed: u64| size.actuator(network, seed, period);
+    study_with(folder, about, (&asked, seeds), listener)
+}
+
+/// Actuators of the cells, by network and seed.
+type Asked<'a> = &'a dyn Fn(&NetworkKind, u64) -> ActuatorOptions;
+
+/// The study with these actuators.
+pub(super) fn study_with(
+    folder: &Path,
+    (model, data, identity): (&Model, &NeuralData, &Value),
+    (asked, seeds): (Asked<'_>, u64),
+    listener: Listener<'_>,
+) -> Result<Option<NeuralStudy>> {
+    make_folder(folder)?;
+    let plans = plans(seeds);
+    let mut done: BTreeMap<&str, Value> = BTreeMap::new();
+    for (k, plan) in plans.iter().enumerate() {
+        let progress = |training| StudyProgress { cell: &plan.name, done: [k, plans.len()], training };
+        if !listener(&progress(None)) {
+            return Ok(None);
+        }
+        let mut options = asked(plan.network, plan.seed);
+        if !plan.has_sensing {
+            options.sensing = None;
+        }
+        let identity = json!({ "study": "neural", "version": 1, "data": identity, "options": options });
+        let row = cell(folder, &plan.name, &identity, || {
+            let mut listener = |p: &Progress| listener(&progress(Some(*p)));
+            compared(folder, (model, data), plan, &options, &mut listener)
+        })?;
+        let Some(row) = row else { return Ok(None) };
+        done.insert(&plan.name, row);
+    }
+    let rows = |name: &str| -> Vec<Value> {
+        (0..seeds).filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
+    };
+    Ok(Some(NeuralStudy {
+        published: rows("published"),
+        left_out: LEFT_OUT.iter().map(|(name, _)| rows(name)).collect(),
+        networks: NETWORKS[1..].iter().map(|network| rows(network.file)).collect(),
+    }))
+}
+
+/// A cell: trains an actuator and compares it.
+fn compared(
+    folder: &Path,
+    (model, data): (&Model, &NeuralData),
+    plan: &Plan,
+    options: &ActuatorOptions,
+    listener: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Option<Value>> {
+    let of = |split: Split| -> Vec<Trajectory> {
+        let own = data.samples.iter().filter(|one| plan.protocol.uses(one, split));
+        own.map(|one| one.trajectory.clone()).collect()
+    };
+    let [training, validation] = [Split::Training, Split::Validation].map(of);
+    let names: Vec<String> =
+        training.iter().chain(&validation).map(|one| format!("{} ({})", one.name, one.len())).collect();
+    let files = ["training", "sensing-training"].map(|ending| folder.join(format!("{}.{ending}", plan.name)));
+    let mut session = ActuatorSession {
+        recordings: &names,
+        files: [&files[0], &files[1]],
+        progress: &mut |_, p| listener(p),
+    };
+    let found = match fit_actuator(model, &data.features, [&training, &validation], options, &mut session) {
+        Ok(found) if found.is_finished => found,
+        Ok(_) | Err(Error::NothingTrained) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let actuator = found.actuator;
+    let mut tasks: BTreeMap<&str, Vec<Trajectory>> = BTreeMap::new();
+    for one in data.samples.iter().filter(|one| plan.protocol.uses(one, Split::Test)) {
+        tasks.entry(&one.task).or_default().push(one.trajectory.clone());
+    }
+    let mut comparison = Comparison::new(&actuator, model)?;
+    for (task, trajectories) in tasks {
+        comparison.add(task.to_owned(), trajectories)?;
+    }
+    let mut row = comparison.summary();
+    row["validation_deg"] = json!(found.validation);
+    row["parameters"] = json!(options.shape(&data.features).n_parameters());
+    row["trained_on"] = json!(training.len());
+    if plan.has_sensing {
+        let conditions: Vec<Trajectory> = data
+            .samples
+            .iter()
+            .filter(|one| one.task.starts_with("motor_condition") && plan.protocol.uses(one, Split::Training))
+            .map(|one| one.trajectory.clone())
+            .collect();
+        // Where one condition is missing, nothing is told apart.
+        row["detectors"] = json!(comparison.detectors("motor_condition", &conditions).ok());
+    }
+    if plan.protocol == Protocol::Published && plan.seed == 0 && plan.has_sensing {
+        row["traces"] = json!(SHOWN.map(|task| comparison.trace(task, data.period)));
+        let tests: Vec<&Trajectory> =
+            data.samples.iter().filter(|one| one.split == Split::Test).map(|one| &one.trajectory).collect();
+        row["gradients"] = json!(by_horizon(&actuator, model, &tests)?);
+        actuator.write(&folder.join(format!("{}.safetensors", plan.name)))?;
+    }
+    for file in files.iter().filter(|file| file.exists()) {
+        std::fs::remove_file(file).map_err(|e| hysteron_base::Error::io(file, e))?;
+    }
+    Ok(Some(row))
+}

@@ -1,0 +1,297 @@
+//! The report of `arm study neural`.
+
+use std::path::Path;
+
+use hysteron_arm::neural::{FORCES, METHODS};
+use hysteron_arm::study::force::PUBLISHED as TABLE_VI;
+use hysteron_arm::study::neural::published::{
+    CONDITION, FREE, GRADIENTS, NETWORKS as TABLE_X, PosesRow, SENSOR, WEIGHT,
+};
+use hysteron_arm::study::neural::{LEFT_OUT, NETWORKS, NeuralStudy};
+use hysteron_base::Metadata;
+use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::lines::{Curve, TimeChart, TimePanel};
+use hysteron_report::page::{Page, write_metrics, write_page};
+use serde_json::{Value, json};
+
+/// Half of the interval that holds the mean with 95 %, by seeds (Student's t): of 2 to 10.
+const STUDENT: [f64; 9] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26];
+
+/// Mean of what seeds say, and half of its 95 % interval where there is more than one.
+fn over_seeds(cells: &[Value], of: &dyn Fn(&Value) -> Option<f64>) -> Option<(f64, Option<f64>)> {
+    let values: Vec<f64> = cells.iter().filter_map(of).collect();
+    let n = values.len();
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    let t = STUDENT.get(n.wrapping_sub(2)).copied().unwrap_or(1.96);
+    let half = (n > 1).then(|| t * (squares / (n as f64 - 1.0) / n as f64).sqrt());
+    (n > 0).then_some((mean, half))
+}
+
+fn text(found: Option<(f64, Option<f64>)>, digits: usize) -> String {
+    match found {
+        None => "-".to_owned(),
+        Some((mean, None)) => format!("{mean:.digits$}"),
+        Some((mean, Some(half))) => format!("{mean:.digits$} ± {half:.digits$}"),
+    }
+}
+
+/// Writes `report.html` and `metrics.json`; `about` says what arm was recorded.
+pub fn write(folder: &Path, study: &NeuralStudy, about: &str, meta: &Metadata) -> anyhow::Result<Value> {
+    register_embedded_font()?;
+    let metrics = json!({
+        "format": "hysteron-metrics", "version": 1, "study": "neural", "about": about, "cells": without_traces(study),
+        "command": meta.command, "commit": meta.commit,
+    });
+    let value = write_metrics(folder, &metrics)?;
+    let mut page = Page::new("Actuators learned from telemetry", &meta.source, &meta.command);
+    page.paragraph(about);
+    page.paragraph(
+        "Mean over seeds of the networks ± half of the 95 % interval of that mean. In brackets what Dou et al. (NeuralActuator) print, of their \
+         real arm. Everything that the network has to beat was fitted to the same training recordings; nothing was chosen on tests. Pure \
+         simulation sees goals alone; with recorded currents part of the answer is seen, as published.",
+    );
+    means(&mut page, study);
+    poses(&mut page, study);
+    forces(&mut page, study);
+    table_vi(&mut page, study);
+    conditions(&mut page, study);
+    networks(&mut page, study);
+    gradients(&mut page, study);
+    for trace in study.published.first().and_then(|cell| cell["traces"].as_array()).into_iter().flatten() {
+        if let Some(chart) = chart(trace) {
+            page.figure(&save(folder, &chart, false)?);
+        }
+    }
+    write_page(folder, page.finish(&meta.commit))?;
+    Ok(value)
+}
+
+/// The study without what is only drawn.
+fn without_traces(study: &NeuralStudy) -> Value {
+    let mut all = json!(study);
+    for cell in all["published"].as_array_mut().into_iter().flatten() {
+        if let Some(cell) = cell.as_object_mut() {
+            cell.remove("traces");
+        }
+    }
+    all
+}
+
+fn means(page: &mut Page, study: &NeuralStudy) {
+    page.heading("Joints: mean of tasks and joints over the first steps [deg]");
+    let mut rows = Vec::new();
+    let sets = [("published split", &study.published)];
+    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
+    for (split, cells) in sets.into_iter().chain(left) {
+        for method in METHODS {
+            let at = |steps: &'static str| {
+                text(over_seeds(cells, &|cell| cell["mean_deg"][method][steps].as_f64()), 3)
+            };
+            rows.push(vec![split.to_owned(), method.to_owned(), at("100"), at("300"), at("500"), at("600")]);
+        }
+    }
+    page.table(&["Split", "By", "100 steps", "300", "500", "600"], rows);
+}
+
+fn poses(page: &mut Page, study: &NeuralStudy) {
+    let tables: [(&str, &str, &[PosesRow], [&str; 3]); 3] = [
+        ("III, free motion", "force_unlabeled", &FREE, ["100", "300", "600"]),
+        ("IV, pushes and references without contact", "force_sensor", &SENSOR, ["100", "300", "500"]),
+        ("V, weights", "weight", &WEIGHT, ["100", "300", "600"]),
+    ];
+    for (title, subset, rows, horizons) in tables {
+        for (k, steps) in horizons.into_iter().enumerate() {
+            page.heading(&format!(
+                "Table {title}, first {steps} steps: J1 / J2 / J3 / J4 [deg] | gripper [mm]"
+            ));
+            let head: Vec<&str> = std::iter::once("Task").chain(METHODS).collect();
+            let row = |(task, published): &PosesRow| {
+                let name = format!("{subset}/{task}");
+                let cell = |(m, method): (usize, &&str)| {
+                    let one = |joint: usize| {
+                        let ours = over_seeds(&study.published, &|cell| {
+                            let scores = &task_of(cell, &name)?["poses"][*method][steps];
+                            match joint {
+                                4 => scores["gripper_mm"].as_f64(),
+                                _ => scores["joints_deg"][joint].as_f64(),
+                            }
+                        });
+                        let ours = ours.map_or_else(|| "-".to_owned(), |(mean, _)| format!("{mean:.2}"));
+                        // The first method is what the paper has.
+                        if m == 0 { format!("{ours} ({})", published[k][joint]) } else { ours }
+                    };
+                    format!("{} | {}", (0..4).map(one).collect::<Vec<_>>().join(" / "), one(4))
+                };
+                std::iter::once((*task).to_owned()).chain(METHODS.iter().enumerate().map(cell)).collect()
+            };
+            page.table(&head, rows.iter().map(row));
+        }
+    }
+}
+
+fn task_of<'a>(cell: &'a Value, name: &str) -> Option<&'a Value> {
+    cell["tasks"].as_array()?.iter().find(|task| task["task"] == name)
+}
+
+fn forces(page: &mut Page, study: &NeuralStudy) {
+    page.heading("Force on the tip [N]");
+    page.paragraph(
+        "Mean of three axes over all labelled samples, as published, and under force; the axis with most of the force; the length of the error; \
+         contacts where there is none. GMO-linear is the paper's observer, GMO-drive the one that the network's force is added to.",
+    );
+    let keys = [
+        "mean_of_axes_n",
+        "loaded_mean_of_axes_n",
+        "loaded_axis_n",
+        "loaded_norm_n",
+        "false_contact",
+        "missed_contact",
+    ];
+    let head = [
+        "Split",
+        "By",
+        "Mean of axes",
+        "under force",
+        "Loaded axis",
+        "Norm",
+        "False contact",
+        "Missed contact",
+    ];
+    let mut rows = Vec::new();
+    let sets = [("published split", &study.published)];
+    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
+    for (split, cells) in sets.into_iter().chain(left) {
+        for (key, name) in FORCES {
+            if cells.iter().all(|cell| cell["forces"][key].is_null()) {
+                continue;
+            }
+            let cell = |own: &&str| text(over_seeds(cells, &|cell| cell["forces"][key][*own].as_f64()), 3);
+            let names = [split.to_owned(), name.to_owned()];
+            rows.push(names.into_iter().chain(keys.iter().map(cell)).collect::<Vec<_>>());
+        }
+    }
+    page.table(&head, rows);
+}
+
+fn table_vi(page: &mut Page, study: &NeuralStudy) {
+    page.heading("Table VI: mean of three axes over labelled samples | loaded axis [N]");
+    let tasks = hysteron_arm::study::force::TASKS;
+    let head: Vec<&str> = std::iter::once("By").chain(tasks).collect();
+    let names = [("force", "NeuralActuator"), ("force_gmo_linear", "GMO-linear"), ("force_gmo_drive", "")];
+    let row = |(key, published): (&str, &str)| {
+        let known = TABLE_VI.iter().find(|(name, _)| *name == published);
+        let cell = |(k, task): (usize, &&str)| {
+            let name = format!("weight/{task}");
+            let of = |own: &'static str| {
+                over_seeds(&study.published, &|cell| task_of(cell, &name)?["forces"][key][own].as_f64())
+            };
+            let beside = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[k]));
+            format!("{}{beside} | {}", text(of("mean_of_axes_n"), 2), text(of("loaded_axis_n"), 2))
+        };
+        let name = FORCES.iter().find(|(own, _)| *own == key).map_or("", |(_, name)| name);
+        std::iter::once(name.to_owned()).chain(tasks.iter().enumerate().map(cell)).collect::<Vec<_>>()
+    };
+    page.table(&head, names.map(row));
+}
+
+fn conditions(page: &mut Page, study: &NeuralStudy) {
+    page.heading("Table VII: condition of the third motor, windows of 64 samples");
+    let mut rows = Vec::new();
+    let sets = [("published split", &study.published)];
+    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
+    for (split, cells) in sets.into_iter().chain(left) {
+        let Some(found) = cells.first().and_then(|cell| cell["detectors"].as_array()) else { continue };
+        for (k, detector) in found.iter().enumerate() {
+            let name = detector["name"].as_str().unwrap_or_default();
+            let known = CONDITION.iter().find(|(known, _)| *known == name && split == "published split");
+            let cell = |(at, key): (usize, &str)| {
+                let ours = over_seeds(cells, &|cell| cell["detectors"][k][key].as_f64());
+                let beside = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[at]));
+                format!("{}{beside}", text(ours, 3))
+            };
+            let values = ["accuracy", "area"].into_iter().enumerate().map(cell);
+            rows.push([split, name].map(str::to_owned).into_iter().chain(values).collect::<Vec<_>>());
+        }
+    }
+    page.table(&["Split", "Detector", "Accuracy", "Area under the curve"], rows);
+}
+
+fn networks(page: &mut Page, study: &NeuralStudy) {
+    page.heading("Table X: networks in the loop");
+    page.paragraph(
+        "Mean of tasks and joints over the first 500 steps. Networks of one size, trained with as many updates; those without a servo begin with \
+         inverse dynamics. A perceptron with residual layers sees one sample and stands for networks without history; recurrent networks do \
+         not run in this loop.",
+    );
+    let cells = std::iter::once(&study.published).chain(&study.networks);
+    let row = |(network, cells): (&hysteron_arm::study::neural::NetworkKind, &Vec<Value>)| {
+        let at = |method: usize| {
+            text(over_seeds(cells, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64()), 3)
+        };
+        let parameters = cells.first().and_then(|cell| cell["parameters"].as_u64()).unwrap_or(0);
+        vec![network.name.to_owned(), parameters.to_string(), at(0), at(1)]
+    };
+    let rivals = [2, 3, 4].map(|method: usize| {
+        let found = over_seeds(&study.published, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64());
+        let found = found.map(|(mean, _)| (mean, None));
+        vec![METHODS[method].to_owned(), "-".to_owned(), "-".to_owned(), text(found, 3)]
+    });
+    let head = ["Network", "Parameters", "Recorded currents [deg]", "Pure simulation [deg]"];
+    page.table(&head, NETWORKS.iter().zip(cells).map(row).chain(rivals));
+    page.paragraph(
+        "As printed, contact and no contact together, J1 / J2 / J3 / J4 [deg] | gripper [mm] | force [N]:",
+    );
+    let published = TABLE_X.iter().map(|(name, v)| {
+        let text = format!("{} / {} / {} / {} | {} | {}", v[0], v[1], v[2], v[3], v[4], v[5]);
+        vec![(*name).to_owned(), text]
+    });
+    page.table(&["Network", "Published"], published);
+}
+
+fn gradients(page: &mut Page, study: &NeuralStudy) {
+    let Some(rows) = study.published.first().and_then(|cell| cell["gradients"].as_array()) else { return };
+    page.heading("Table II: gradients by horizon");
+    let row = |own: &Value| {
+        let steps = own["steps"].as_u64().unwrap_or(0);
+        let known = GRADIENTS.iter().find(|(known, _)| *known as u64 == steps).map(|(_, values)| values);
+        let cell = |(k, key): (usize, &str)| {
+            let published = known.map_or_else(String::new, |values| format!(" ({})", values[k]));
+            format!("{:.3e}{published}", own[key].as_f64().unwrap_or(f64::NAN))
+        };
+        let values = ["by_torque", "by_weights", "cosine"].into_iter().enumerate().map(cell);
+        std::iter::once(steps.to_string()).chain(values).collect::<Vec<_>>()
+    };
+    page.table(&["Steps", "By torque", "By weights", "Cosine with 128 steps"], rows.iter().map(row));
+}
+
+/// A rollout beside what was measured, joint by joint, and the force.
+fn chart(trace: &Value) -> Option<TimeChart> {
+    let numbers = |value: &Value| -> Option<Vec<f64>> {
+        value.as_array()?.iter().map(|x| Some(x.as_f64().unwrap_or(f64::NAN))).collect()
+    };
+    let time = numbers(&trace["time_s"])?;
+    let joints = trace["measured_rad"].as_array()?;
+    let degrees = |values: Vec<f64>| values.into_iter().map(f64::to_degrees).collect::<Vec<_>>();
+    let mut panels = Vec::new();
+    for (j, measured) in joints.iter().enumerate() {
+        let mut curves = vec![Curve::new("measured", 0, degrees(numbers(measured)?))];
+        for (k, method) in [(0, "network"), (1, "network, pure"), (4, "servo")] {
+            let values = numbers(&trace["methods_rad"][k][j])?;
+            curves.push(Curve::new(method, curves.len(), degrees(values)));
+        }
+        panels.push(TimePanel::new(format!("joint {} [deg]", j + 1), curves));
+    }
+    let mut curves = vec![Curve::new("label", 0, numbers(&trace["label_n"])?)];
+    for (k, (_, name)) in FORCES.iter().enumerate() {
+        if let Some(values) = numbers(&trace["forces_n"][k]) {
+            curves.push(Curve::new(*name, curves.len(), values));
+        }
+    }
+    panels.push(TimePanel::new("force along z [N]".to_owned(), curves));
+    let task = trace["task"].as_str()?;
+    let name = task.replace('/', "-");
+    let title = format!("Rollout: {}", task.replace('_', " "));
+    let caption = "A test trajectory from its recorded initial state, and the force along z, whose label is 0 where there is none.";
+    Some(TimeChart::over_time(&name, &title, caption, &time, panels))
+}
