@@ -1,6 +1,6 @@
 //! How good estimates are where the truth is known, beside simpler ones.
 
-use hysteron_actuator::LoadModel;
+use hysteron_actuator::{CatalogueDrive, LoadModel, SteadyMotion};
 use hysteron_twin::sense::{ForceSensor, Observed, Sensed};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -16,6 +16,9 @@ const AT_ONCE: f64 = 0.1;
 /// What a force is to be told to, absolutely [N] and of itself; and its direction [rad].
 const NEAR: (f64, f64) = (0.03, 0.15);
 const ALIGNED: f64 = 15.0 / 180.0 * std::f64::consts::PI;
+/// Servo whose armature the momentum observer takes, and its gain [1/s].
+const SERVO: &str = "xl430-w250";
+const MOMENTUM_GAIN: f64 = 20.0;
 
 /// Errors of tensions over their root mean square [-].
 #[derive(Debug, Clone, Serialize)]
@@ -96,6 +99,7 @@ pub fn score(
     let period = sensor.period_s;
     let rest = resting(observed, period);
     let load = sensor.servo.map(|servo| servo.model()).transpose()?;
+    let momentum = load.as_ref().map(|load| momentum_loads(input, load, period)).transpose()?;
     let tensions = input.tensions.as_ref().map_or_else(Vec::new, |truth| {
         let own = |i: usize, j: usize| sensed[i].tensions[j].0;
         let twin = |i: usize, j: usize| observed.samples[i].tensions[j];
@@ -108,7 +112,14 @@ pub fn score(
         if let Some(load) = &load {
             let (alone, held) = (raw_loads(input, load), held_loads(observed, load));
             scores.push(tension_score("load alone, friction known", truth, &rest, &|i, j| held[i][j]));
+            let momentum = momentum_loads(input, load, period)?;
+            scores
+                .push(tension_score("momentum observer of the servo", truth, &rest, &|i, j| momentum[i][j]));
             scores.push(tension_score("load alone", truth, &rest, &|i, j| alone[i][j]));
+        }
+        if let Some(momentum) = &momentum {
+            let name = "momentum observer of the servo";
+            scores.push(tension_score(name, truth, &rest, &|i, j| momentum[i][j]));
         }
         scores
     });
@@ -176,6 +187,30 @@ fn raw_loads(input: &Input, load: &LoadModel) -> Vec<Vec<f64>> {
         loads.iter().map(|value| (load.stall_torque * value / load.radius).max(0.0)).collect()
     };
     (0..input.motion.len()).map(of).collect()
+}
+
+/// Generalized momentum of each servo, I ω: what is left of its change beside motor and friction is the tendon's,
+///
+/// r' = K (τ - τ_f(ω) - r) - K I ω'.
+fn momentum_loads(input: &Input, load: &LoadModel, period: f64) -> anyhow::Result<Vec<Vec<f64>>> {
+    let inertia = CatalogueDrive::named(SERVO)?.drive.gear.armature;
+    let n = input.tensions.as_ref().map_or(0, Vec::len);
+    let (mut momentum, mut residual) = (vec![0.0; n], vec![0.0; n]);
+    let of = |i: usize| {
+        let (now, before) = (input.sample(i), input.sample(i.saturating_sub(SteadyMotion::SPAN)));
+        let (Some(angles), Some(last), Some(loads)) = (now.angles, before.angles, now.loads) else {
+            return vec![0.0; n];
+        };
+        for j in 0..n {
+            let velocity = (angles[j] - last[j]) / (SteadyMotion::SPAN as f64 * period);
+            let torque = load.radius * load.tension(loads[j], velocity);
+            let change = inertia * velocity - momentum[j];
+            momentum[j] += change;
+            residual[j] += MOMENTUM_GAIN * ((torque - residual[j]) * period - change);
+        }
+        residual.iter().map(|residual| (residual / load.radius).max(0.0)).collect()
+    };
+    Ok((0..input.motion.len()).map(of).collect())
 }
 
 /// Load less friction in steady motion, and kept in between.
