@@ -12,7 +12,7 @@ use crate::lagrangian::{Samples, Scores};
 /// Samples that the factorisation bears: n³/3 operations and 8 n² bytes.
 pub const MOST_POINTS: usize = 2000;
 /// Variances of the noise that are tried, in those of the torques.
-const NOISES: [f64; 5] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+const NOISES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
 /// Samples of the trajectories left out that a choice is judged by.
 const MOST_JUDGED: usize = 4000;
 /// Samples whose kernels stand in memory at a time.

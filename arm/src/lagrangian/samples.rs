@@ -151,7 +151,7 @@ impl Samples {
         };
         Self {
             n_joints: n,
-            trajectories: vec![0..rows.len()],
+            trajectories: std::iter::once(0..rows.len()).collect(),
             q: take(&self.q),
             dq: take(&self.dq),
             ddq: take(&self.ddq),

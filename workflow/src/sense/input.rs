@@ -129,13 +129,12 @@ fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
         radius: 0.0,
     };
     for k in 0..n {
-        let stroke_per_tick = slope(goals[k], strokes[k]);
-        if !(stroke_per_tick.is_finite() && stroke_per_tick != 0.0) {
+        let Some(stroke_per_tick) = stroke_per_tick(goals[k], strokes[k]) else {
             let place = format!("tick_goal_{}", k + 1);
             return Err(BadInput::new(place, "ticks that follow the strokes", "ones that do not").hint(
                 "leave the columns tick_goal, tick_present and load out, and tensions rest on the twin alone",
             ));
-        }
+        };
         servos.radius += stroke_per_tick.abs() * TICKS_PER_TURN / TAU / n as f64;
         for i in 0..recording.n_samples() {
             servos.angles[i].push(stroke_per_tick.signum() * present[k][i] * TAU / TICKS_PER_TURN);
@@ -145,10 +144,11 @@ fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
     Ok(Some(servos))
 }
 
-/// Of the line through points, by least squares.
-fn slope(x: &[f64], y: &[f64]) -> f64 {
+/// Stroke of a tick of its servo, positive where it pulls with positive ticks, by least squares [m]; none where the servo rested.
+pub(crate) fn stroke_per_tick(goals: &[f64], strokes: &[f64]) -> Option<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (mx, my) = (mean(x), mean(y));
-    let across: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
-    across / x.iter().map(|x| (x - mx).powi(2)).sum::<f64>()
+    let (mx, my) = (mean(goals), mean(strokes));
+    let across: f64 = goals.iter().zip(strokes).map(|(x, y)| (x - mx) * (y - my)).sum();
+    let slope = across / goals.iter().map(|x| (x - mx).powi(2)).sum::<f64>();
+    (slope.is_finite() && slope != 0.0).then_some(slope)
 }
