@@ -5,19 +5,20 @@ use std::path::PathBuf;
 
 use hysteron_actuator::TICKS_PER_TURN;
 use hysteron_actuator::identify::{
-    Backlash, PulleyFit, PulleyRecord, PulleyServo, SteadySamples, finest_speed, identify_backlash, identify_pulley,
+    Backlash, PulleyFit, PulleyRecord, PulleyServo, SteadySamples, finest_speed, identify_backlash,
+    identify_pulley,
 };
 use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law, Sliding};
 use hysteron_base::{BadInput, Recording};
 use hysteron_fit::Standing;
 use serde_json::{Value, json};
 
+use crate::Caller;
 use crate::arm_identify::{Results, Row, positive, rows_json, say_rows};
 use crate::figures::identify_servo as figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::sense::stroke_per_tick;
-use crate::Caller;
 
 /// Laws that need nothing but the speed.
 const LAWS: [&str; 4] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP];
@@ -136,7 +137,8 @@ fn common_period(files: &[Input]) -> anyhow::Result<f64> {
     for input in files {
         let place = format!("{}: time_s", input.path.display());
         let rate = input.recording.rate_hz().ok_or_else(|| {
-            BadInput::new(&place, "equal time steps, within 1 %", "unequal ones").hint("resample the recording")
+            BadInput::new(&place, "equal time steps, within 1 %", "unequal ones")
+                .hint("resample the recording")
         })?;
         let expected: f64 = *first.get_or_insert(rate);
         if (rate / expected - 1.0).abs() > 0.01 {
@@ -161,7 +163,8 @@ impl<'a> Channels<'a> {
         recording.require("tick_present_1")?;
         let n = recording.numbered("tick_present", "").len();
         let all = |stem: &str, unit: &str| -> Result<Vec<&'a [f64]>, BadInput> {
-            let name = |k: usize| if unit.is_empty() { format!("{stem}_{k}") } else { format!("{stem}_{k}_{unit}") };
+            let name =
+                |k: usize| if unit.is_empty() { format!("{stem}_{k}") } else { format!("{stem}_{k}_{unit}") };
             (1..=n).map(|k| recording.require(&name(k))).collect()
         };
         let measured = |stem: &str| !recording.numbered(stem, "n").is_empty();
@@ -197,8 +200,10 @@ fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<Servo>> {
 
 fn servo(channels: &[Channels], number: usize) -> Result<Servo, BadInput> {
     let k = number - 1;
-    let per_tick: Vec<f64> =
-        channels.iter().filter_map(|channels| stroke_per_tick(channels.goals[k], channels.strokes[k])).collect();
+    let per_tick: Vec<f64> = channels
+        .iter()
+        .filter_map(|channels| stroke_per_tick(channels.goals[k], channels.strokes[k]))
+        .collect();
     let place = format!("tick_goal_{number}");
     if per_tick.is_empty() {
         return Err(BadInput::new(place, "goals that change", "a servo that rests throughout")
@@ -206,7 +211,8 @@ fn servo(channels: &[Channels], number: usize) -> Result<Servo, BadInput> {
     }
     let mean = per_tick.iter().sum::<f64>() / per_tick.len() as f64;
     if per_tick.iter().any(|slope| (slope / mean - 1.0).abs() > 0.05) {
-        let found = per_tick.iter().map(|slope| format!("{:.3} µm", 1e6 * slope)).collect::<Vec<_>>().join(", ");
+        let found =
+            per_tick.iter().map(|slope| format!("{:.3} µm", 1e6 * slope)).collect::<Vec<_>>().join(", ");
         return Err(BadInput::new(place, "the same stroke for a tick in all recordings", found)
             .hint("are all of them of one rig, with one calibration?"));
     }
@@ -269,7 +275,8 @@ fn rows(
             }
             if matches!(estimate.standing, Standing::Undetermined(_)) {
                 row.value = f64::NAN;
-                row.note = "cannot be told: record slower and faster motion of a tendon pulled more and less".into();
+                row.note =
+                    "cannot be told: record slower and faster motion of a tendon pulled more and less".into();
             }
             row
         }));

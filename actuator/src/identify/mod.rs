@@ -12,7 +12,7 @@ pub use friction::{FrictionFit, identify_friction, identify_friction_through};
 pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
 pub use pendulum::{Pendulum, PendulumRun, Rollout, rollout};
 pub use pulley::{
-    Backlash, PulleyFit, PulleyRecord, PulleyServo, Reversal, SteadySamples, find_slack, finest_speed, identify_backlash,
-    identify_pulley,
+    Backlash, PulleyFit, PulleyRecord, PulleyServo, Reversal, SteadySamples, find_slack, finest_speed,
+    identify_backlash, identify_pulley,
 };
 pub use servo::{DriveFit, DriveFitOptions, DriveQuantity, QUANTITIES, identify_drive, mean_error};

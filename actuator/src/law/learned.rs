@@ -30,7 +30,8 @@ impl LearnedMap {
     pub fn new(speeds: Vec<f64>, loads: Vec<f64>) -> Result<Self, BadInput> {
         for (name, knots) in [("knots of the speed", &speeds), ("knots of the load", &loads)] {
             let may_be_none = knots.is_empty() && name.ends_with("load");
-            let ascend = knots.windows(2).all(|pair| pair[0] < pair[1]) && knots.iter().all(|x| x.is_finite());
+            let ascend =
+                knots.windows(2).all(|pair| pair[0] < pair[1]) && knots.iter().all(|x| x.is_finite());
             if !(may_be_none || knots.len() >= 2 && ascend && knots[0] >= 0.0) {
                 let expected = "two or more finite numbers from 0 on, ascending";
                 return Err(BadInput::new(name, expected, format!("{knots:?}")));
@@ -66,7 +67,8 @@ impl JointFriction for LearnedMap {
         let n_loads = self.n_loads();
         let of = |k: usize| {
             let (speed, load) = (k / n_loads + 1, k % n_loads + 1);
-            let name = if n_loads == 1 { format!("map_{speed}_n_m") } else { format!("map_{speed}_{load}_n_m") };
+            let name =
+                if n_loads == 1 { format!("map_{speed}_n_m") } else { format!("map_{speed}_{load}_n_m") };
             LawParameter { name: name.into(), ..torque("") }
         };
         (0..(self.speeds.len() + 1) * n_loads).map(of).collect()

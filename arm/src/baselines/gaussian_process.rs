@@ -54,8 +54,11 @@ impl GaussianProcess {
         for row in rows {
             (0..n).for_each(|j| mean[j] += targets[n * row + j] / rows.len() as f64);
         }
-        let centred: Vec<f64> =
-            rows.iter().flat_map(|row| (0..n).map(move |j| (row, j))).map(|(row, j)| targets[n * row + j] - mean[j]).collect();
+        let centred: Vec<f64> = rows
+            .iter()
+            .flat_map(|row| (0..n).map(move |j| (row, j)))
+            .map(|(row, j)| targets[n * row + j] - mean[j])
+            .collect();
         let empty = Self { n_joints: n, units: units.clone(), points, length, weights: Vec::new(), mean };
         let mut kernel = vec![0.0; rows.len() * rows.len()];
         kernel.par_chunks_mut(rows.len()).enumerate().for_each(|(i, out)| {
@@ -142,10 +145,12 @@ pub fn fit_gaussian_process(
         let mut errors = [0.0; NOISES.len()];
         for fold in &folds {
             let rows = spread(training, &fold.training, most);
-            let processes = GaussianProcess::conditioned((training, &targets), &rows, &units, *length, &NOISES);
+            let processes =
+                GaussianProcess::conditioned((training, &targets), &rows, &units, *length, &NOISES);
             let rows = spread(training, &fold.test, MOST_JUDGED);
             let judged = training.rows(&rows);
-            let rest: Vec<f64> = rows.iter().flat_map(|i| targets[n * i..n * (i + 1)].iter().copied()).collect();
+            let rest: Vec<f64> =
+                rows.iter().flat_map(|i| targets[n * i..n * (i + 1)].iter().copied()).collect();
             // Errors of what is left are errors of the torques; those are normalised by the variance of the torques themselves.
             let variances = judged.variances(&scaled(&judged.tau));
             for (process, error) in processes.iter().zip(&mut errors) {
@@ -163,9 +168,14 @@ pub fn fit_gaussian_process(
     let (choice, length) = best.ok_or_else(|| BadInput::new("lengths", "one or more", "none"))?;
     let rows = spread(training, &(0..n_trajectories).collect::<Vec<_>>(), most);
     let process =
-        GaussianProcess::conditioned((training, &targets), &rows, &units, length, &[choice.penalty]).swap_remove(0);
+        GaussianProcess::conditioned((training, &targets), &rows, &units, length, &[choice.penalty])
+            .swap_remove(0);
     let back = |values: Vec<f64>| values.iter().enumerate().map(|(i, v)| v * spreads[i % n]).collect();
-    let process = GaussianProcess { weights: back(process.weights.clone()), mean: back(process.mean.clone()), ..process };
+    let process = GaussianProcess {
+        weights: back(process.weights.clone()),
+        mean: back(process.mean.clone()),
+        ..process
+    };
     Ok(GaussianFit { process, choice, length })
 }
 
@@ -191,15 +201,18 @@ mod tests {
         let units = StateUnits::new(&subset);
         let (length, noise) = (6.0, 1e-2);
         let all: Vec<usize> = (0..subset.len()).collect();
-        let process =
-            GaussianProcess::conditioned((&subset, &subset.tau), &all, &units, length, &[noise]).swap_remove(0);
+        let process = GaussianProcess::conditioned((&subset, &subset.tau), &all, &units, length, &[noise])
+            .swap_remove(0);
         let exact = process.predict(&test);
         // The penalty of a mean of squares over n features of mean square 1 that stands for that noise; the features' own constant is
         // hardly penalised, as the mean is not.
         let difference = |n_features: usize| {
             let features = FourierFeatures::new(&subset, n_features, length, 1);
             let mut sums = crate::baselines::NormalEquations::new(features.width(), 3);
-            features.normal_equations(&subset, &subset.tau, 1).iter().for_each(|part| sums.add_scaled(part, 1.0));
+            features
+                .normal_equations(&subset, &subset.tau, 1)
+                .iter()
+                .for_each(|part| sums.add_scaled(part, 1.0));
             let weights = sums.solve(noise * n_features as f64 / subset.len() as f64);
             let close = features.predict(&weights, &test);
             let left: f64 = exact.iter().zip(&close).map(|(a, b)| (a - b).powi(2)).sum();

@@ -59,8 +59,7 @@ mod tests {
             let spreads = published(set).iter().filter(|row| row.pooled_r2 < 0.992);
             let spreads: Vec<f64> =
                 spreads.map(|row| row.mse.iter().sum::<f64>() / (1.0 - row.pooled_r2)).collect();
-            let [least, most] =
-                spreads.iter().fold([f64::INFINITY, 0.0], |[a, b], s| [s.min(a), s.max(b)]);
+            let [least, most] = spreads.iter().fold([f64::INFINITY, 0.0], |[a, b], s| [s.min(a), s.max(b)]);
             assert!(spreads.len() >= 3 && most / least < 1.2, "{set}: {spreads:?}");
         }
     }

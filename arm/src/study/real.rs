@@ -128,7 +128,9 @@ pub fn real_study(
                 return Ok(rows);
             }
             let key = if prefix.is_empty() { key.to_owned() } else { format!("rigid-{key}") };
-            rows.extend(cell(folder, &key, &identity, || Ok(Some(kernel(set, options, kind, &name, offset)?)))?);
+            rows.extend(cell(folder, &key, &identity, || {
+                Ok(Some(kernel(set, options, kind, &name, offset)?))
+            })?);
         }
     }
     for (prefix, offset) in [("", &zeros), ("Rigid body + ", &prior)] {
@@ -185,7 +187,8 @@ fn kernel(
         Kernel::GaussianProcess => {
             let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MOST_POINTS)?;
             let [n, of] = [fit.process.n_points(), set.training.len()];
-            let choice = format!("length {}, noise {:.0e}, {n} of {of} samples", fit.length, fit.choice.penalty);
+            let choice =
+                format!("length {}, noise {:.0e}, {n} of {of} samples", fit.length, fit.choice.penalty);
             (fit.process.predict(&set.test), fit.choice.validation, choice)
         }
     };

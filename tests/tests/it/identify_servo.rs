@@ -42,7 +42,8 @@ fn estimate(servo: &Value, name: &str) -> [Option<f64>; 2] {
 }
 
 /// Those of the presets: torque of full load, which is the stall torque and the friction at standstill; Coulomb friction; backlash.
-const RIGS: [(&str, [f64; 3]); 2] = [("virtual:typical", [1.445, 0.045, 0.10]), ("virtual:harsh", [1.46, 0.06, 0.20])];
+const RIGS: [(&str, [f64; 3]); 2] =
+    [("virtual:typical", [1.445, 0.045, 0.10]), ("virtual:harsh", [1.46, 0.06, 0.20])];
 /// Back EMF and viscous friction of both: (1.445 - 0.045 - 0.01 · 5.97)/5.97 + 0.01.
 const VISCOUS: f64 = 0.2345;
 const NAMES: [&str; 3] = ["load_scale_n_m", "coulomb_n_m", "backlash_mm"];
@@ -88,7 +89,17 @@ fn slack_tendons_tell_friction_and_the_rest_is_named_with_what_to_record() {
     run(folder, &["record", "--rig", "virtual:typical", "--plan", "quick", "--out", "quick"]).succeeded();
     let told = run(
         folder,
-        &["identify-servo", "quick", "--stall-torque", "1.445", "--out", "s.json", "--figures", "s", "--json"],
+        &[
+            "identify-servo",
+            "quick",
+            "--stall-torque",
+            "1.445",
+            "--out",
+            "s.json",
+            "--figures",
+            "s",
+            "--json",
+        ],
     )
     .succeeded();
     let value: Value = serde_json::from_str(&told.stdout).unwrap();
@@ -104,7 +115,8 @@ fn slack_tendons_tell_friction_and_the_rest_is_named_with_what_to_record() {
     let page = std::fs::read_to_string(folder.join("s/report.html")).unwrap();
     assert!(page.contains("Servo 4") && page.contains("Residuals over speed"));
     // A map of any shape is the same curve where there is data.
-    run(folder, &["identify-servo", "quick", "--law", "learned-map", "--servos", "2", "--out", "m.json"]).succeeded();
+    run(folder, &["identify-servo", "quick", "--law", "learned-map", "--servos", "2", "--out", "m.json"])
+        .succeeded();
     let map = read(&folder.join("m.json"));
     assert_eq!(map["servos"].as_array().unwrap().len(), 1);
     assert!(map["servos"][0]["rms_n_m"].as_f64().unwrap() < 0.002, "{map}");
@@ -122,10 +134,15 @@ fn recordings_that_tell_nothing_are_refused() {
             Some(c.values.iter().map(|x| factor * x).collect())
         }
     };
-    let without = |stem: &'static str| move |c: &Channel| (!c.name.starts_with(stem)).then(|| c.values.clone());
+    let without =
+        |stem: &'static str| move |c: &Channel| (!c.name.starts_with(stem)).then(|| c.values.clone());
     type Change<'a> = &'a dyn Fn(&Channel) -> Option<Vec<f64>>;
     let cases: [(&str, Change, &[&str]); 8] = [
-        ("percent", &scaled("load_", 100.0), &["servo 1: load: expected shares of the largest", "divide by 100"]),
+        (
+            "percent",
+            &scaled("load_", 100.0),
+            &["servo 1: load: expected shares of the largest", "divide by 100"],
+        ),
         ("counts", &scaled("load_", 1000.0), &["divide by 1000"]),
         ("still", &scaled("tick_present_", 0.0), &["steady motion, pulling, got 0", "record a plan"]),
         ("dead", &scaled("load_", 0.0), &["expected loads that change, got 0 throughout"]),
@@ -136,7 +153,8 @@ fn recordings_that_tell_nothing_are_refused() {
     ];
     for (name, change, parts) in cases {
         changed(folder, "good", name, change);
-        let error = run(folder, &["identify-servo", name, "--out", "never.json"]).error(2);
+        let refused = run(folder, &["identify-servo", name, "--out", "never.json"]);
+        let error = refused.error(2);
         parts.iter().for_each(|part| assert!(error.contains(part), "{name}: no {part:?} in {error}"));
     }
     // A recording that another rig made.
@@ -149,14 +167,16 @@ fn recordings_that_tell_nothing_are_refused() {
     let channels = circle.channels().iter().map(wider).collect();
     let other = Recording::new(circle.time().to_vec(), channels, Vec::new(), Metadata::default()).unwrap();
     other.write(folder.join("other/circle.parquet")).unwrap();
-    let error = run(folder, &["identify-servo", "other", "--out", "never.json"]).error(2);
+    let refused = run(folder, &["identify-servo", "other", "--out", "never.json"]);
+    let error = refused.error(2);
     assert!(error.contains("tick_goal_1: expected the same stroke for a tick in all recordings"), "{error}");
     for (option, value, part) in [
         ("--stall-torque", "-1", "--stall-torque: expected a finite number > 0"),
         ("--law", "m6", "--law: expected one of stribeck"),
         ("--servos", "9", "--servos: expected 1 to 4, got 9"),
     ] {
-        let error = run(folder, &["identify-servo", "good", option, value, "--out", "never.json"]).error(2);
+        let refused = run(folder, &["identify-servo", "good", option, value, "--out", "never.json"]);
+        let error = refused.error(2);
         assert!(error.contains(part), "{error}");
     }
     assert!(!folder.join("never.json").exists());

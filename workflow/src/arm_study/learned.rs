@@ -64,7 +64,8 @@ fn recorded(options: &Options, mut listener: Listener<'_>, caller: &Caller) -> a
         let expected = sets.map(|(_, folder, _)| folder)[1..].join(", or ");
         return Err(BadInput::new(data.display().to_string(), expected, "none of them").into());
     }
-    let left_out: Vec<String> = missing.iter().map(|(_, folder, set)| format!("{set}: no {folder}/")).collect();
+    let left_out: Vec<String> =
+        missing.iter().map(|(_, folder, set)| format!("{set}: no {folder}/")).collect();
     left_out.iter().for_each(|why| tracing::warn!("left out: {why} in {}", data.display()));
     let real = real(options)?;
     let mut tables = Vec::new();

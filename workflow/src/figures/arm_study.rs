@@ -4,7 +4,9 @@ use std::path::Path;
 
 use hysteron_arm::datasets::RealSet;
 use hysteron_arm::lagrangian::Variant;
-use hysteron_arm::study::{Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published};
+use hysteron_arm::study::{
+    Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published,
+};
 use hysteron_base::Metadata;
 use serde::Serialize;
 use serde_json::{Value, json};

@@ -73,8 +73,9 @@ pub fn identify_backlash(records: &[PulleyRecord]) -> Result<Backlash, BadInput>
     let found: Vec<Reversal> = records.iter().enumerate().flat_map(of).collect();
     if found.len() < FEWEST_REVERSALS {
         let expected = format!("{FEWEST_REVERSALS} reversals or more on a taut tendon");
-        return refused(&expected, found.len().to_string())
-            .map_err(|bad| bad.hint("record motion to and fro in which the tendon stays taut where it turns"));
+        return refused(&expected, found.len().to_string()).map_err(|bad| {
+            bad.hint("record motion to and fro in which the tendon stays taut where it turns")
+        });
     }
     let mut widths: Vec<f64> = found.iter().map(|reversal| reversal.width).collect();
     let width = median(&mut widths);
@@ -107,7 +108,13 @@ fn reversals(record: usize, angle: &[f64], tension: &[f64], taut: f64) -> Vec<Re
             let drift = drift(&angle[..=i], &tension[..=i]);
             let at = |j: usize| [angle[i] - angle[j], tension[j] - drift * (j - i) as f64];
             let course: Vec<[f64; 2]> = (i..=end).map(at).collect();
-            found.extend(corner(&course).map(|(width, stiffness)| Reversal { record, at: i, width, stiffness, course }));
+            found.extend(corner(&course).map(|(width, stiffness)| Reversal {
+                record,
+                at: i,
+                width,
+                stiffness,
+                course,
+            }));
         }
         i = end.max(i + 1);
     }
@@ -179,7 +186,12 @@ mod tests {
             let record = PulleyRecord { angle: &angle, load: &angle, tension: Some(&tension) };
             let found = identify_backlash(&[record]).unwrap();
             assert!(found.reversals.len() >= 8, "{}", found.reversals.len());
-            assert!((found.width - play).abs() < 2.0 * found.standard_error, "{play}: {} {}", found.width, found.standard_error);
+            assert!(
+                (found.width - play).abs() < 2.0 * found.standard_error,
+                "{play}: {} {}",
+                found.width,
+                found.standard_error
+            );
             assert!(found.standard_error < 0.002, "{}", found.standard_error);
         }
     }
@@ -190,7 +202,8 @@ mod tests {
         let record = PulleyRecord { angle: &angle, load: &angle, tension: None };
         let refused = identify_backlash(&[record]).unwrap_err().to_string();
         assert!(refused.contains("expected tensions at the pulley, got none"), "{refused}");
-        let record = PulleyRecord { angle: &angle[..300], load: &angle[..300], tension: Some(&tension[..300]) };
+        let record =
+            PulleyRecord { angle: &angle[..300], load: &angle[..300], tension: Some(&tension[..300]) };
         let refused = identify_backlash(&[record]).unwrap_err().to_string();
         assert!(refused.contains("expected 4 reversals or more on a taut tendon"), "{refused}");
     }

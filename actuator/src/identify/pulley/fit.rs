@@ -173,7 +173,11 @@ impl Problem<'_> {
         let torque: Vec<f64> = self.samples.load.iter().map(|load| self.servo.stall_torque * load).collect();
         // Bounds of the law's parameters, and its offset, are relative to friction alone.
         let slack = match self.has_tension {
-            true => torque.iter().zip(&self.samples.tension).map(|(t, [n, _])| t - self.servo.radius * n).collect(),
+            true => torque
+                .iter()
+                .zip(&self.samples.tension)
+                .map(|(t, [n, _])| t - self.servo.radius * n)
+                .collect(),
             false => torque,
         };
         let bounds = Regression::new(self.law, [&self.samples.velocity, &slack], Neighbours::ErrAlike)?;
@@ -244,8 +248,11 @@ impl Problem<'_> {
         let scale = self.load_scale(values);
         let at = |i: usize| {
             let SteadySamples { velocity, acceleration, load, tension, .. } = self.samples;
-            let pull = tension.get(i).map_or(0.0, |[tension, rate]| self.servo.radius * (tension + others[1] * rate));
-            let torque = self.law.torque(p, &Sliding::at(velocity[i])) + pull + others[0] * acceleration[i] + offset;
+            let pull = tension
+                .get(i)
+                .map_or(0.0, |[tension, rate]| self.servo.radius * (tension + others[1] * rate));
+            let torque =
+                self.law.torque(p, &Sliding::at(velocity[i])) + pull + others[0] * acceleration[i] + offset;
             torque / scale - load[i]
         };
         (0..self.samples.len()).map(at).collect()

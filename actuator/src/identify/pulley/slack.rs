@@ -44,7 +44,8 @@ pub fn find_slack(samples: &SteadySamples) -> Vec<bool> {
         let off: Vec<usize> = series.clone().filter(|i| !is_near[*i]).collect();
         for i in series.clone().filter(|i| is_near[*i]) {
             let next = off.partition_point(|o| *o < i);
-            let is_close = |k: usize| off.get(k).is_some_and(|o| samples.at[*o].abs_diff(samples.at[i]) <= NEAR);
+            let is_close =
+                |k: usize| off.get(k).is_some_and(|o| samples.at[*o].abs_diff(samples.at[i]) <= NEAR);
             is_slack[i] = !(is_close(next) || next > 0 && is_close(next - 1));
         }
     }
@@ -135,12 +136,15 @@ mod tests {
             let (samples, truth) = samples(noise, taut);
             let found = find_slack(&samples);
             let n_slack = truth.iter().filter(|load| **load == 0.0).count();
-            let chosen: Vec<f64> = truth.iter().zip(&found).filter(|(_, f)| **f).map(|(load, _)| *load).collect();
+            let chosen: Vec<f64> =
+                truth.iter().zip(&found).filter(|(_, f)| **f).map(|(load, _)| *load).collect();
             let n_right = chosen.iter().filter(|load| **load == 0.0).count();
             assert!(5 * n_right > 4 * n_slack, "{n_right} of {n_slack}");
             // What is taken for slack and is not, hides in the noise.
-            let (most, mean) =
-                (chosen.iter().fold(0.0, |a: f64, b| a.max(*b)), chosen.iter().sum::<f64>() / chosen.len() as f64);
+            let (most, mean) = (
+                chosen.iter().fold(0.0, |a: f64, b| a.max(*b)),
+                chosen.iter().sum::<f64>() / chosen.len() as f64,
+            );
             assert!(most < 5.0 * noise && mean < 0.3 * noise, "{most} {mean}");
         }
     }

@@ -70,7 +70,8 @@ impl SteadySamples {
         let pairs = record.angle.iter().zip(record.load);
         let steady: Vec<Option<SteadyLoad>> = pairs.map(|(angle, load)| motion.step(*angle, *load)).collect();
         for i in SPAN..steady.len().saturating_sub(SPAN) {
-            let [Some(before), Some(now), Some(after)] = [steady[i - SPAN], steady[i], steady[i + SPAN]] else {
+            let [Some(before), Some(now), Some(after)] = [steady[i - SPAN], steady[i], steady[i + SPAN]]
+            else {
                 continue;
             };
             let is_one_way = before.velocity * now.velocity > 0.0 && after.velocity * now.velocity > 0.0;
