@@ -7,9 +7,10 @@ use hysteron_learn::{Model as _, Result, Transformer, TransformerShape, read_par
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
-use super::rivals::CurrentModel;
+use super::rivals::{CurrentModel, ServoModel};
 use super::sensing::{Sensing, SensingHeader};
 use super::simulation::{Simulation, SimulationOptions};
 use crate::Model;
@@ -127,6 +128,29 @@ impl NeuralActuator {
     pub fn observed_arm(&self, model: &Model) -> std::result::Result<Model, BadInput> {
         self.check_arm(model)?;
         observed_arm(model, self.features.joints)
+    }
+
+    /// The actuator of a changed arm: its servo is identified anew on a few trajectories, its networks stay.
+    ///
+    /// # Errors
+    /// `BadInput` where there is no servo in the loop or no trajectory, for another arm, and as the fit says.
+    pub fn adapted(
+        &self,
+        model: &Model,
+        trajectories: &[Trajectory],
+        watch: &(dyn Fn(usize, f64) -> bool + Sync),
+    ) -> std::result::Result<Self, BadInput> {
+        self.check_arm(model)?;
+        if self.simulation.servo.is_none() {
+            let expected = "one with a servo in the loop, by --prior servo";
+            return Err(BadInput::new("actuator", expected, "one without"));
+        }
+        if trajectories.is_empty() {
+            return Err(BadInput::new("recordings", "one or more", "none"));
+        }
+        let period = self.simulation.period;
+        let servo = ServoModel::fit_whole(model, (&self.features, period), trajectories, watch)?;
+        Ok(Self { simulation: SimulationOptions::with_servo(&servo, period), ..self.clone() })
     }
 
     /// The simulation with the bodies of `model`.
