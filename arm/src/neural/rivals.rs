@@ -250,35 +250,6 @@ impl ServoModel {
         let segments: Vec<Segment<'_>> =
             trajectories.iter().step_by(every).map(|trajectory| Segment::recorded(trajectory, 0)).collect();
         let horizon = segments.iter().map(|one| one.trajectory.len() - 1).min().unwrap_or(0).min(FITTED.1);
-        Self::fit_segments(model, (features, period), (&segments, horizon), watch)
-    }
-
-    /// Fits to few trajectories, one stretch of each after the other.
-    ///
-    /// # Errors
-    /// As [`Self::fit`].
-    pub fn fit_whole(
-        model: &Model,
-        (features, period): (&Features, f64),
-        trajectories: &[Trajectory],
-        watch: &(dyn Fn(usize, f64) -> bool + Sync),
-    ) -> Result<Self, BadInput> {
-        let shortest = trajectories.iter().map(|one| one.len() - 1).min().unwrap_or(0);
-        let horizon = shortest.min(FITTED.1);
-        let of = |trajectory| {
-            let last = Trajectory::len(trajectory) - horizon;
-            (0..last).step_by(horizon.max(1)).map(move |start| Segment::recorded(trajectory, start))
-        };
-        let segments: Vec<Segment<'_>> = trajectories.iter().flat_map(of).collect();
-        Self::fit_segments(model, (features, period), (&segments, horizon), watch)
-    }
-
-    fn fit_segments(
-        model: &Model,
-        (features, period): (&Features, f64),
-        (segments, horizon): (&[Segment<'_>], usize),
-        watch: &(dyn Fn(usize, f64) -> bool + Sync),
-    ) -> Result<Self, BadInput> {
         let m = features.motors();
         let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
             name,
@@ -298,7 +269,7 @@ impl ServoModel {
             rms: 0.0,
         };
         let residuals = |values: &[f64]| -> Result<Vec<Vec<f64>>, BadInput> {
-            let states = of(values).run(model, (features, period), segments, horizon)?;
+            let states = of(values).run(model, (features, period), &segments, horizon)?;
             let off = |(i, state): (usize, &[f64])| -> Vec<f64> {
                 let Segment { trajectory, start, .. } = segments[i % segments.len()];
                 let measured = trajectory.state_at(start + i / segments.len());

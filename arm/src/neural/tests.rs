@@ -359,10 +359,10 @@ fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
 }
 
 #[test]
-fn a_servo_is_adapted_to_a_changed_arm_by_two_trajectories() {
+fn an_actuator_is_adapted_to_a_changed_arm_by_two_trajectories() {
     let (known, asked) = (trajectories(0..2, 240), trajectories(6..8, 240));
     let before = silent_actuator(&with_servo(), &known);
-    let after = before.adapted(&arm(), &known, &|_, _| true).unwrap();
+    let after = before.adapted(&arm(), &known, (60, &mut |_| true)).unwrap();
     let error = |actuator: &NeuralActuator| {
         let simulation = actuator.simulation(&arm()).unwrap();
         let roll = |one: &Trajectory| {
@@ -371,12 +371,13 @@ fn a_servo_is_adapted_to_a_changed_arm_by_two_trajectories() {
         let positions: Vec<Positions> = asked.iter().map(roll).collect();
         pose_scores(&features(), &asked, &positions, 239).mean_deg()
     };
-    // The changed arm is a servo of the fitted kind; what its fit leaves is its tolerance.
-    assert!(error(&after) < 0.2 * error(&before), "{} {}", error(&before), error(&after));
+    assert!(error(&after) < 0.7 * error(&before), "{} {}", error(&before), error(&after));
     let alone = NeuralActuator { simulation: SimulationOptions::PUBLISHED, ..before.clone() };
-    let refused = alone.adapted(&arm(), &known, &|_, _| true).unwrap_err().to_string();
+    let refused = alone.adapted(&arm(), &known, (60, &mut |_| true)).unwrap_err().to_string();
     assert!(refused.contains("expected one with a servo in the loop"), "{refused}");
-    assert!(before.adapted(&arm(), &[], &|_, _| true).unwrap_err().to_string().contains("one or more"));
+    assert!(
+        before.adapted(&arm(), &[], (60, &mut |_| true)).unwrap_err().to_string().contains("one or more")
+    );
 }
 
 #[test]

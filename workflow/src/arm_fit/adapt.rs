@@ -7,6 +7,7 @@ use hysteron_arm::neural::{
     NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
 use hysteron_base::{BadInput, Recording};
+use hysteron_learn::Progress;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -24,6 +25,9 @@ pub struct Options {
     /// Actuator to write, .safetensors
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: PathBuf,
+    /// Updates of its network
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 100, value_parser = crate::number::count::<100_000>))]
+    pub updates: usize,
     /// The arm: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub robot: String,
@@ -46,8 +50,17 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         Ok(found.map_err(|bad: BadInput| bad.within(path.display()))?)
     };
     let trajectories = options.recordings.iter().map(read).collect::<anyhow::Result<Vec<_>>>()?;
-    let watch = |_: usize, _: f64| !caller.is_cancelled();
-    let mut adapted = actuator.adapted(&model, &trajectories, &watch)?;
+    let bar = caller.progress("updates", options.updates, 0);
+    let mut progress = |p: &Progress| {
+        if let Progress::Epoch(epoch) = p {
+            bar.set_message(format!("joints {:.3}°, best {:.3}°", epoch.validation, epoch.best));
+        }
+        bar.inc(1);
+        !caller.is_cancelled()
+    };
+    let about = (options.updates as u64, &mut progress as &mut dyn FnMut(&Progress) -> bool);
+    let mut adapted = actuator.adapted(&model, &trajectories, about)?;
+    bar.finish();
     if caller.is_cancelled() {
         anyhow::bail!("interrupted; nothing is written");
     }
