@@ -22,8 +22,6 @@ use crate::sense::stroke_per_tick;
 
 /// Laws that need nothing but the speed.
 const LAWS: [&str; 4] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP];
-/// Speeds over the finest within which a curve is blurred.
-const BLURRED: f64 = 2.0;
 /// Slowest steady motion whatever the rate [rad/s].
 const SLOWEST: f64 = 0.03;
 
@@ -266,17 +264,21 @@ fn rows(
                 note: "as given: loads alone cannot tell it; record tension_k_n".into(),
             });
         }
+        let finest = finest_speed(period);
+        let is_speed = |name: &str| name.starts_with("stribeck_velocity");
+        let is_blurred =
+            found.fit.estimates.iter().any(|estimate| is_speed(&estimate.name) && estimate.value < finest);
         rows.extend(found.fit.estimates.iter().map(|estimate| {
             let mut row = Row::of_estimate(estimate);
-            let is_blurred =
-                row.name.starts_with("stribeck_velocity") && row.value < BLURRED * finest_speed(period);
-            if is_blurred && row.note.is_empty() {
-                row.note = format!("blurred: below {:.2} rad/s it moves tick by tick", finest_speed(period));
-            }
-            if matches!(estimate.standing, Standing::Undetermined(_)) {
-                row.value = f64::NAN;
+            let is_of_low_speed = is_speed(&row.name) || row.name.starts_with("breakaway_excess");
+            let is_held = matches!(estimate.standing, Standing::Undetermined(_));
+            if is_of_low_speed && (is_blurred || is_held) {
+                row.note = format!("cannot be told: below {finest:.2} rad/s a servo moves tick by tick");
+                (row.value, row.standard_error) = (f64::NAN, None);
+            } else if is_held {
                 row.note =
                     "cannot be told: record slower and faster motion of a tendon pulled more and less".into();
+                row.value = f64::NAN;
             }
             row
         }));
@@ -320,10 +322,12 @@ impl Found {
         value
     }
 
-    /// Friction at a speed, as identified [N m].
+    /// Friction at a speed, as identified [N m]; NaN below the speeds that it was identified from.
     pub fn friction(&self, velocity: f64) -> f64 {
         match (&self.law, &self.pulley) {
-            (Some(law), Ok(found)) => law.torque(&found.parameters, &Sliding::at(velocity)),
+            (Some(law), Ok(found)) if found.samples.velocity.iter().any(|v| v.abs() <= velocity.abs()) => {
+                law.torque(&found.parameters, &Sliding::at(velocity))
+            }
             _ => f64::NAN,
         }
     }

@@ -68,6 +68,10 @@ fn servos_of_virtual_rigs_come_back_within_their_standard_errors() {
                     assert!(error < 0.3 * truth, "{rig} {name}: {value} ± {error}");
                     distances.push((value - truth) / error);
                 }
+                // Their Stribeck speed of 0.1 rad/s is below what goals of whole ticks can show.
+                for name in ["stribeck_velocity_rad_s", "breakaway_excess_n_m"] {
+                    assert_eq!(estimate(servo, name), [None, None]);
+                }
                 let [viscous, _] = estimate(servo, "viscous_n_m_s_per_rad");
                 // Loads are read just before each goal, in the trough of the ripple that goals make of the duty: goals step by v · 10 ms, the
                 // loop answers with 14.4 N m/rad, and the load is smoothed over 20 ms, so it is low by up to a quarter of 0.072 v.

@@ -22,7 +22,10 @@ pub(crate) fn write(
 ) -> anyhow::Result<()> {
     register_embedded_font()?;
     metrics(folder, summary, caller)?;
-    let about = format!("Load scale, friction by the law {law}, and backlash of {} servos.", found.len());
+    let about = format!(
+        "Load scale, friction by the law {law} at speeds that were recorded, and backlash of {} servos.",
+        found.len()
+    );
     let mut page = Page::new("Identified servos", &about, &caller.command);
     for servo in found {
         page.heading(&format!("Servo {}", servo.number));
