@@ -9,6 +9,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, identify_bodies};
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::Metadata;
@@ -160,11 +161,7 @@ fn kuka(folder: &Path) -> Fallible<Value> {
     let [first, second] =
         ["1", "2"].map(|k| read(&folder.join(format!("measurements_{k}.npz")), "flobaroid", None, 8.0));
     let (first, second) = (first?, second?);
-    // Of the three files that come with the data, one gives links two origins, one a body that cannot exist, and the identified
-    // one friction below zero, which is left out.
-    let text = std::fs::read_to_string(folder.join("kuka_lwr4_identified.urdf"))?;
-    let lines: Vec<&str> = text.lines().filter(|line| !line.contains("<dynamics")).collect();
-    let nominal = Model::from_urdf(&lines.join("\n"), "kuka_lwr4_identified.urdf")?;
+    let nominal = kuka_arm(folder)?;
     let n = first.n_samples();
     let options = chosen(&nominal, &first.part(0..n * 7 / 10), &first.part(n * 7 / 10..n))?;
     let begun = Instant::now();

@@ -9,6 +9,7 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::detection::FreeMotion;
 use hysteron_arm::identify::{BodyOptions, JointMotion, identify_bodies};
 use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
@@ -163,10 +164,7 @@ fn kuka(folder: &Path) -> Fallible<Value> {
     let measured = |k: u32| -> Fallible<Measured> {
         Measured::of(&read(&folder.join(format!("measurements_{k}.npz")), "flobaroid", None)?, &[])
     };
-    // Without its friction, which is below zero.
-    let text = std::fs::read_to_string(folder.join("kuka_lwr4_identified.urdf"))?;
-    let lines: Vec<&str> = text.lines().filter(|line| !line.contains("<dynamics")).collect();
-    let model = Model::from_urdf(&lines.join("\n"), "kuka_lwr4_identified.urdf")?;
+    let model = kuka_arm(folder)?;
     Ok(compare("KUKA LWR4+", &model, &measured(1)?, &measured(2)?, 8.0)?.1)
 }
 

@@ -113,6 +113,8 @@ pub enum Verb {
     FitSensor(hysteron_workflow::sense::fit::Options),
     #[command(after_help = include_str!("help/sense.txt"))]
     Sense(hysteron_workflow::sense::Options),
+    #[command(after_help = include_str!("help/identify-servo.txt"))]
+    IdentifyServo(hysteron_workflow::identify_servo::Options),
     Rig(crate::rig::Arguments),
     Study(crate::study::Arguments),
     /// As `hysteron study run`

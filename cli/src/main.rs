@@ -67,6 +67,7 @@ fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Track(options) => workflow::track::run(options, caller),
         Verb::FitSensor(options) => workflow::sense::fit::run(options, caller),
         Verb::Sense(options) => workflow::sense::run(options, caller),
+        Verb::IdentifyServo(options) => workflow::identify_servo::run(options, caller),
         Verb::Study(arguments) => study::verb(arguments, &program.passed_on(), caller),
         Verb::Run(options) => study::run(options, &program.passed_on(), caller),
         Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on(), caller),

@@ -50,6 +50,7 @@ pub mod fit_material;
 pub mod fit_residual;
 pub mod generate;
 pub mod identify;
+pub mod identify_servo;
 pub mod mesh;
 pub mod reach;
 pub mod record;

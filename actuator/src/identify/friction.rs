@@ -35,6 +35,31 @@ pub fn identify_friction(
     problem.least_squares(huber, &|_, _| true)
 }
 
+/// As [`identify_friction`], for laws that know the torques through the gear too: of the motor and of the load at its output, each
+/// positive towards positive angles (n_samples) [N m].
+///
+/// # Errors
+/// As [`identify_friction`].
+pub fn identify_friction_through(
+    law: &Law,
+    velocity: &[f64],
+    through: &[[f64; 2]],
+    torque: &[f64],
+    huber: Option<f64>,
+) -> Result<FrictionFit, BadInput> {
+    let mut problem = Regression::new(law, [velocity, torque], Neighbours::ErrAlike)?;
+    if through.len() != velocity.len() {
+        let expected = format!("{} samples", velocity.len());
+        return Err(BadInput::new("torques through the gear", expected, through.len().to_string()));
+    }
+    if let Some(k) = through.iter().flatten().position(|x| !x.is_finite()) {
+        let place = format!("torques through the gear, sample {}", k / 2 + 1);
+        return Err(BadInput::new(place, "a finite number", format!("{:?}", through[k / 2])));
+    }
+    problem.through = Some(through);
+    problem.least_squares(huber, &|_, _| true)
+}
+
 /// How independent the errors of samples that follow each other are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Neighbours {
@@ -49,6 +74,8 @@ pub(super) struct Regression<'a> {
     pub law: &'a Law,
     pub velocity: &'a [f64],
     pub torque: &'a [f64],
+    /// Torques of motor and load, where the law is to know them [N m].
+    through: Option<&'a [[f64; 2]]>,
     neighbours: Neighbours,
     /// Largest torque [N m] and speed [rad/s]: what bounds are relative to.
     largest: f64,
@@ -67,7 +94,7 @@ impl<'a> Regression<'a> {
         }
         let size = |series: &[f64]| series.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let (largest, fastest) = (size(torque), size(velocity));
-        Ok(Self { law, velocity, torque, neighbours, largest, fastest })
+        Ok(Self { law, velocity, torque, through: None, neighbours, largest, fastest })
     }
 
     /// The law's parameters, and the offset unless each direction's own Coulomb friction holds it already; speeds start at
@@ -104,8 +131,12 @@ impl<'a> Regression<'a> {
     pub fn errors(&self, values: &[f64]) -> Vec<f64> {
         let (p, offset) = values.split_at(self.law.parameters().len());
         let offset = offset.first().unwrap_or(&0.0);
-        let left = |(v, t): (&f64, &f64)| self.law.torque(p, &Sliding::at(*v)) + offset - t;
-        self.velocity.iter().zip(self.torque).map(left).collect()
+        let left = |i: usize| {
+            let [motor_torque, load_torque] = self.through.map_or([0.0; 2], |through| through[i]);
+            let at = Sliding { velocity: self.velocity[i], motor_torque, load_torque };
+            self.law.torque(p, &at) + offset - self.torque[i]
+        };
+        (0..self.velocity.len()).map(left).collect()
     }
 
     /// The fit, from the best of several starts; `watch` is told evaluations and error.
@@ -128,19 +159,32 @@ impl<'a> Regression<'a> {
                 Neighbours::AreIndependent => errors.into_iter().map(|error| vec![error]).collect(),
             })
         };
-        let mut best = (self.parameters(STARTS[0]), f64::INFINITY);
-        for place in STARTS {
-            let mut started = self.parameters(place);
-            let (values, cost) = minimum(&started, &options, residuals)?;
-            if cost < best.1 {
-                started.iter_mut().zip(values).for_each(|(parameter, value)| parameter.start = value);
-                best = (started, cost);
-            }
-        }
-        let fit = least_squares(&best.0, &options, residuals)?;
+        let started = best_start(|place| self.parameters(place), &options, residuals)?;
+        let fit = least_squares(&started, &options, residuals)?;
         let (parameters, offset) = self.split(fit.values());
         Ok(FrictionFit { parameters, offset, fit })
     }
+}
+
+/// Parameters that start where a quick search from one of several places ends best; `parameters` has them for each place.
+pub(super) fn best_start<F>(
+    parameters: impl Fn(f64) -> Vec<Parameter>,
+    options: &Options,
+    residuals: F,
+) -> Result<Vec<Parameter>, BadInput>
+where
+    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, BadInput> + Sync,
+{
+    let mut best = (parameters(STARTS[0]), f64::INFINITY);
+    for place in STARTS {
+        let mut started = parameters(place);
+        let (values, cost) = minimum(&started, options, &residuals)?;
+        if cost < best.1 {
+            started.iter_mut().zip(values).for_each(|(parameter, value)| parameter.start = value);
+            best = (started, cost);
+        }
+    }
+    Ok(best.0)
 }
 
 fn check(name: &str, series: &[f64], n: usize) -> Result<(), BadInput> {

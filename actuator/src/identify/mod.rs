@@ -4,10 +4,15 @@ mod dahl_map;
 mod friction;
 mod methods;
 mod pendulum;
+mod pulley;
 mod servo;
 
 pub use dahl_map::{DahlMap, FrictionRun, TERMS};
-pub use friction::{FrictionFit, identify_friction};
+pub use friction::{FrictionFit, identify_friction, identify_friction_through};
 pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
 pub use pendulum::{Pendulum, PendulumRun, Rollout, rollout};
+pub use pulley::{
+    Backlash, PulleyFit, PulleyRecord, PulleyServo, Reversal, SteadySamples, find_slack, finest_speed,
+    identify_backlash, identify_pulley,
+};
 pub use servo::{DriveFit, DriveFitOptions, DriveQuantity, QUANTITIES, identify_drive, mean_error};

@@ -7,6 +7,7 @@
 mod backdrive;
 mod bristle;
 mod capstan;
+mod learned;
 mod load;
 mod steady;
 
@@ -19,6 +20,7 @@ use crate::number::{Dual, Real};
 pub use backdrive::{HoldingRange, holding_range};
 pub use bristle::Bristles;
 pub use capstan::Capstan;
+pub use learned::LearnedMap;
 pub use load::LoadDependent;
 pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};
 
@@ -160,13 +162,29 @@ pub enum Law {
     LoadDependent(LoadDependent),
     /// A rope around a guide.
     Capstan(Capstan),
+    /// A map of speed and load, learned.
+    LearnedMap(LearnedMap),
 }
 
 /// Names of the laws that [`Law::named`] knows.
 pub const LAW_NAMES: [&str; 9] =
     ["coulomb-viscous", "stribeck", "directed-stribeck", "m1", "m2", "m3", "m4", "m5", "m6"];
 
+/// Name of a [`LearnedMap`] of the speed, whose knots come from data ([`Law::for_speeds`]).
+pub const LEARNED_MAP: &str = "learned-map";
+
 impl Law {
+    /// The law of that name, for motion at `velocity` [rad/s]: as [`Law::named`], or a learned map with knots there.
+    ///
+    /// # Errors
+    /// `BadInput` with the names there are; speeds that do not differ.
+    pub fn for_speeds(name: &str, velocity: &[f64]) -> Result<Self, BadInput> {
+        match name {
+            LEARNED_MAP => LearnedMap::of_speeds(velocity).map(Self::LearnedMap),
+            _ => Self::named(name),
+        }
+    }
+
     /// The law of that name.
     ///
     /// # Errors
@@ -196,6 +214,7 @@ impl JointFriction for Law {
             Self::PiecewiseLinear(law) => law.parameters(),
             Self::LoadDependent(law) => law.parameters(),
             Self::Capstan(law) => law.parameters(),
+            Self::LearnedMap(law) => law.parameters(),
         }
     }
 
@@ -207,6 +226,7 @@ impl JointFriction for Law {
             Self::PiecewiseLinear(law) => law.budget(p, at),
             Self::LoadDependent(law) => law.budget(p, at),
             Self::Capstan(law) => law.budget(p, at),
+            Self::LearnedMap(law) => law.budget(p, at),
         }
     }
 }

@@ -8,10 +8,12 @@ fn laws() -> Vec<(Law, Vec<f64>)> {
     let mut laws: Vec<Law> = LAW_NAMES.iter().map(|name| Law::named(name).unwrap()).collect();
     laws.push(Law::PiecewiseLinear(PiecewiseLinear { knots }));
     laws.push(Law::Capstan(Capstan { wrap: 0.9 }));
+    laws.push(Law::LearnedMap(LearnedMap::new(vec![0.1, 0.5, 2.5], Vec::new()).unwrap()));
+    laws.push(Law::LearnedMap(LearnedMap::new(vec![0.0, 1.0, 3.0], vec![0.0, 0.5, 2.0]).unwrap()));
     laws.into_iter()
         .map(|law| {
             let value = |(k, p): (usize, LawParameter)| {
-                p.bounds[0] + (0.15 + 0.05 * k as f64) * (p.bounds[1] - p.bounds[0])
+                p.bounds[0] + (0.15 + 0.04 * k as f64) * (p.bounds[1] - p.bounds[0])
             };
             let p = law.parameters().into_iter().enumerate().map(value).collect();
             (law, p)

@@ -3,5 +3,6 @@
 
 mod golden;
 mod identify;
+mod pulley;
 mod servo;
 mod tendon;

@@ -5,6 +5,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 
 use super::ridge::{NormalEquations, predict};
+use super::states::StateUnits;
 use crate::lagrangian::Samples;
 
 /// Samples whose features stand in memory at a time.
@@ -17,8 +18,7 @@ const ROWS: usize = 256;
 #[derive(Debug, Clone)]
 pub struct FourierFeatures {
     n_joints: usize,
-    /// Mean and 1/σ of every number of a state.
-    units: Vec<[f64; 2]>,
+    units: StateUnits,
     /// [feature][number of the state], over the length.
     frequencies: Vec<f64>,
     phases: Vec<f64>,
@@ -28,14 +28,6 @@ impl FourierFeatures {
     /// `n_features` features of this length, in spreads of `training`.
     pub fn new(training: &Samples, n_features: usize, length: f64, seed: u64) -> Self {
         let n = training.n_joints;
-        let rows = training.len() as f64;
-        let mut units = Vec::new();
-        for values in [&training.q, &training.dq, &training.ddq] {
-            for (j, spread) in training.deviations(values).into_iter().enumerate() {
-                let mean = values.iter().skip(j).step_by(n).sum::<f64>() / rows;
-                units.push([mean, 1.0 / spread.max(1e-9)]);
-            }
-        }
         let mut rng = rng(seed, "arm/fourier");
         // Normal numbers by Box and Muller.
         let mut normal = || {
@@ -44,7 +36,7 @@ impl FourierFeatures {
         };
         let frequencies = (0..n_features * 3 * n).map(|_| normal() / length).collect();
         let phases = (0..n_features).map(|_| rng.random_range(0.0..std::f64::consts::TAU)).collect();
-        Self { n_joints: n, units, frequencies, phases }
+        Self { n_joints: n, units: StateUnits::new(training), frequencies, phases }
     }
 
     /// How many features there are, a constant included.
@@ -57,12 +49,7 @@ impl FourierFeatures {
         out.clear();
         let mut x = vec![0.0; 3 * n];
         for row in rows {
-            for (k, values) in [&samples.q, &samples.dq, &samples.ddq].into_iter().enumerate() {
-                for j in 0..n {
-                    let [mean, per] = self.units[k * n + j];
-                    x[k * n + j] = (values[row * n + j] - mean) * per;
-                }
-            }
+            self.units.write(samples, *row, &mut x);
             for (w, b) in self.frequencies.chunks_exact(3 * n).zip(&self.phases) {
                 let phase: f64 = w.iter().zip(&x).map(|(w, x)| w * x).sum();
                 out.push(std::f64::consts::SQRT_2 * (phase + b).cos());

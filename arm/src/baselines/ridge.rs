@@ -65,13 +65,26 @@ impl NormalEquations {
             self.gram[i * p + j] * per(i) * per(j) / rows + penalty
         });
         let right = Mat::from_fn(p, m, |i, k| self.moments[i * m + k] * per(i) / rows);
-        // Rounding can leave a matrix that is singular but for the penalty: then by the factor that pivots.
-        let solution = match matrix.llt(Side::Lower) {
-            Ok(factor) => factor.solve(&right),
-            Err(_) => matrix.partial_piv_lu().solve(&right),
-        };
+        let solution = solved(&matrix, &right);
         (0..p).flat_map(|i| (0..m).map(move |k| (i, k))).map(|(i, k)| solution[(i, k)] * per(i)).collect()
     }
+}
+
+/// Rounding can leave a matrix that is singular but for the penalty: then by the factor that pivots.
+fn solved(matrix: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
+    match matrix.llt(Side::Lower) {
+        Ok(factor) => factor.solve(right),
+        Err(_) => matrix.partial_piv_lu().solve(right),
+    }
+}
+
+/// Weights ([row][output]) of (A + λ I) w = y for a symmetric matrix A of size `n` whose eigenvalues are not negative, and y [row][output].
+pub(super) fn solve_positive_definite(matrix: &[f64], n: usize, lambda: f64, right: &[f64]) -> Vec<f64> {
+    let m = right.len() / n;
+    let matrix = Mat::from_fn(n, n, |i, j| matrix[i * n + j] + if i == j { lambda } else { 0.0 });
+    let right = Mat::from_fn(n, m, |i, k| right[i * m + k]);
+    let solution = solved(&matrix, &right);
+    (0..n).flat_map(|i| (0..m).map(move |k| (i, k))).map(|(i, k)| solution[(i, k)]).collect()
 }
 
 /// Outputs ([row][output]) for rows of features.

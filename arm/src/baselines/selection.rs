@@ -7,7 +7,7 @@ use super::{FourierFeatures, NormalEquations, RigidFeatures};
 use crate::lagrangian::{Samples, Scores};
 
 /// Parts of the trajectories that are left out in turn.
-const FOLDS: usize = 4;
+pub(super) const FOLDS: usize = 4;
 /// Penalties that are tried.
 const PENALTIES: [f64; 9] = [1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
 

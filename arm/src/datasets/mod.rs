@@ -9,7 +9,7 @@ mod table;
 
 pub(crate) use filter::check_rate;
 pub use filter::{differentiate, low_pass};
-pub use sets::{BaxterTraining, RealSet, baxter, characters, kuka, panda};
+pub use sets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
 
 /// Kinematics of Baxter's arm, as URDF.
 pub const BAXTER_ARM: &str = include_str!("../../robots/baxter_arm.urdf");

@@ -132,21 +132,26 @@ impl Samples {
 
     /// Every `stride`-th sample of every trajectory.
     pub fn thinned(&self, stride: usize) -> Self {
-        let n = self.n_joints;
         let kept: Vec<usize> = self.trajectories.iter().flat_map(|t| t.clone().step_by(stride)).collect();
-        let take = |values: &Vec<f64>| -> Vec<f64> {
-            kept.iter()
-                .flat_map(|i| values.get(n * i..n * (i + 1)).unwrap_or_default().iter().copied())
-                .collect()
-        };
         let mut start = 0;
         let trajectories = self.trajectories.iter().map(|t| {
             start += t.len().div_ceil(stride);
             start - t.len().div_ceil(stride)..start
         });
+        Self { trajectories: trajectories.collect(), ..self.rows(&kept) }
+    }
+
+    /// Samples of these numbers, as one trajectory.
+    pub fn rows(&self, rows: &[usize]) -> Self {
+        let n = self.n_joints;
+        let take = |values: &Vec<f64>| -> Vec<f64> {
+            rows.iter()
+                .flat_map(|i| values.get(n * i..n * (i + 1)).unwrap_or_default().iter().copied())
+                .collect()
+        };
         Self {
             n_joints: n,
-            trajectories: trajectories.collect(),
+            trajectories: std::iter::once(0..rows.len()).collect(),
             q: take(&self.q),
             dq: take(&self.dq),
             ddq: take(&self.ddq),

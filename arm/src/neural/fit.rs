@@ -92,10 +92,20 @@ impl Rivals {
     /// As they were fitted with an actuator.
     ///
     /// # Errors
-    /// `BadInput` where its file has none.
+    /// `BadInput` where its file has none, or such as are for other motors.
     pub fn of(actuator: &NeuralActuator) -> std::result::Result<Self, BadInput> {
         let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
-        serde_json::from_value(actuator.details["rivals"].clone()).map_err(bad)
+        let rivals: Self = serde_json::from_value(actuator.details["rivals"].clone()).map_err(bad)?;
+        let features = &actuator.features;
+        let m = features.motors();
+        if [rivals.lag.lag.len(), rivals.lag.droop.len()] != [m; 2] {
+            let found = format!("{} and {}", rivals.lag.lag.len(), rivals.lag.droop.len());
+            return Err(BadInput::new("rivals: lag_and_droop", format!("{m} of both"), found));
+        }
+        rivals.servo.check(features).map_err(|bad| bad.within("rivals"))?;
+        let observers = rivals.observers.as_ref().map_or(Ok(()), |own| own.check(features.joints));
+        observers.map_err(|bad| bad.within("rivals: observers"))?;
+        Ok(rivals)
     }
 }
 

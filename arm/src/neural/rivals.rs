@@ -246,11 +246,11 @@ impl ServoModel {
         trajectories: &[Trajectory],
         watch: &(dyn Fn(usize, f64) -> bool + Sync),
     ) -> Result<Self, BadInput> {
-        let m = features.motors();
         let every = trajectories.len().div_ceil(FITTED.0).max(1);
         let segments: Vec<Segment<'_>> =
             trajectories.iter().step_by(every).map(|trajectory| Segment::recorded(trajectory, 0)).collect();
         let horizon = segments.iter().map(|one| one.trajectory.len() - 1).min().unwrap_or(0).min(FITTED.1);
+        let m = features.motors();
         let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
             name,
             start,

@@ -226,6 +226,25 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     let found = refused(&|sensing| sensing.network = Transformer::new(&wide, 3).unwrap());
     assert!(found.contains("sensing: shape: expected sizes that belong together"), "{found}");
 
+    let refused = |change: &dyn Fn(&mut Rivals)| {
+        let mut rivals = Rivals {
+            lag: LagAndDroop { lag: vec![(0, 1.0); 4], droop: vec![[0.0; 2]; 4] },
+            servo: ServoModel { stiffness: vec![9.0; 4], friction: vec![0.1; 4], damping: 1.0, rms: 0.0 },
+            observers: Some(observers.clone()),
+        };
+        change(&mut rivals);
+        let mut changed = actuator(sensing.clone());
+        changed.details = json!({ "rivals": rivals });
+        Rivals::of(&changed).map(|_| ()).map_err(|bad| bad.to_string())
+    };
+    assert_eq!(refused(&|_| {}), Ok(()));
+    let of_drive =
+        |rivals: &mut Rivals| rivals.observers.iter_mut().for_each(|own| own.linear.noise[0] = -1.0);
+    let found = refused(&of_drive).unwrap_err();
+    assert!(found.contains("rivals: observers: linear: noise: expected 4 finite numbers"), "{found}");
+    assert!(refused(&|rivals| rivals.lag.droop.truncate(1)).unwrap_err().contains("lag_and_droop"));
+    assert!(refused(&|rivals| rivals.servo.stiffness.truncate(1)).unwrap_err().contains("servo.stiffness"));
+
     let bad = SensingOptions { span: 0, ..options };
     assert!(task(&bad).unwrap_err().to_string().contains("span: expected 1 to"));
     let loaded: Vec<Trajectory> =

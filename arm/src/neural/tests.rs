@@ -292,24 +292,29 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
     assert!(NeuralActuator::read(&file).is_err());
 }
 
+/// One whose network says no torque.
+fn silent_actuator(simulation: &Simulation, training: &[Trajectory]) -> NeuralActuator {
+    let network = Transformer::<f32>::new(&shape(Form::Streaming), 1).unwrap();
+    NeuralActuator {
+        network: network.with_silent_head(Heads::TORQUE),
+        features: features(),
+        scale: scale(training),
+        simulation: simulation.options().clone(),
+        joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
+        currents: CurrentModel::fit(&features(), training).unwrap(),
+        sensing: None,
+        contact: CONTACT,
+        details: json!({}),
+    }
+}
+
 #[test]
 fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
     let (training, validation) = (trajectories(0..6, 240), trajectories(6..8, 240));
     let (simulation, scale) = (with_servo(), scale(&training));
     let currents = CurrentModel::fit(&features(), &training).unwrap();
-    let network =
-        Transformer::<f32>::new(&shape(Form::Streaming), 1).unwrap().with_silent_head(Heads::TORQUE);
-    let actuator = NeuralActuator {
-        network: network.clone(),
-        features: features(),
-        scale: scale.clone(),
-        simulation: simulation.options().clone(),
-        joints: ["joint1", "joint2", "joint3", "joint4"].map(str::to_owned).to_vec(),
-        currents: currents.clone(),
-        sensing: None,
-        contact: CONTACT,
-        details: json!({}),
-    };
+    let actuator = silent_actuator(&simulation, &training);
+    let network = actuator.network.clone();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("actuator.safetensors");
     actuator.write(&file).unwrap();
@@ -351,6 +356,28 @@ fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
     let (before, found) = train(30.0);
     assert_eq!((found.epochs, found.validation), (0, before));
     assert_eq!(found.model.parameters(), network.parameters());
+}
+
+#[test]
+fn an_actuator_is_adapted_to_a_changed_arm_by_two_trajectories() {
+    let (known, asked) = (trajectories(0..2, 240), trajectories(6..8, 240));
+    let before = silent_actuator(&with_servo(), &known);
+    let after = before.adapted(&arm(), &known, (60, &mut |_| true)).unwrap();
+    let error = |actuator: &NeuralActuator| {
+        let simulation = actuator.simulation(&arm()).unwrap();
+        let roll = |one: &Trajectory| {
+            roll_out(actuator, &simulation, one, Telemetry::Modelled(&actuator.currents)).positions
+        };
+        let positions: Vec<Positions> = asked.iter().map(roll).collect();
+        pose_scores(&features(), &asked, &positions, 239).mean_deg()
+    };
+    assert!(error(&after) < 0.7 * error(&before), "{} {}", error(&before), error(&after));
+    let alone = NeuralActuator { simulation: SimulationOptions::PUBLISHED, ..before.clone() };
+    let refused = alone.adapted(&arm(), &known, (60, &mut |_| true)).unwrap_err().to_string();
+    assert!(refused.contains("expected one with a servo in the loop"), "{refused}");
+    assert!(
+        before.adapted(&arm(), &[], (60, &mut |_| true)).unwrap_err().to_string().contains("one or more")
+    );
 }
 
 #[test]

@@ -48,9 +48,6 @@ pub struct Observers {
 const QUANTILE: f64 = 0.99;
 
 impl Observers {
-    /// What they are called.
-    pub const NAMES: [&'static str; 2] = ["GMO-linear", "GMO-drive"];
-
     /// From contact-free motion of `model`, an [`super::observed_arm`].
     ///
     /// # Errors
@@ -84,6 +81,24 @@ impl Observers {
             lengths.get(at.min(lengths.len().saturating_sub(1))).copied().unwrap_or(f64::INFINITY)
         });
         Ok(observers)
+    }
+
+    /// # Errors
+    /// `BadInput` naming what is not for `n` joints or out of range.
+    pub fn check(&self, n: usize) -> Result<(), BadInput> {
+        let LinearDrive { torque_constant, offset, noise } = &self.linear;
+        let columns = [
+            ("torque_constant", torque_constant, f64::MIN),
+            ("offset", offset, f64::MIN),
+            ("noise", noise, f64::MIN_POSITIVE),
+        ];
+        for (name, values, least) in columns {
+            if values.len() != n || values.iter().any(|value| !(*value >= least && value.is_finite())) {
+                let expected = format!("{n} finite numbers in range");
+                return Err(BadInput::new(format!("linear: {name}"), expected, format!("{values:?}")));
+            }
+        }
+        self.drive.check(n).map_err(|bad| bad.within("drive"))
     }
 
     /// Forces of either along a trajectory [N].

@@ -4,6 +4,7 @@ pub mod estimation;
 pub mod force;
 pub mod identification;
 pub mod neural;
+mod published;
 mod real;
 mod simulated;
 
@@ -15,6 +16,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
+pub use published::{PublishedRow, published};
 pub use real::{RealOptions, RealRow, real_study};
 pub use simulated::{Parts, SimulatedRow, SimulatedStudy, Units, characters_study, simulated_study};
 

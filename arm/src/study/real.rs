@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::{Listener, StudyProgress, cell, make_folder};
 use crate::Model;
-use crate::baselines::{RigidFeatures, fit_fourier, fit_rigid_body};
+use crate::baselines::{MOST_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body};
 use crate::datasets::RealSet;
 use crate::lagrangian::{NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train};
 
@@ -100,40 +100,38 @@ pub fn real_study(
     let (free, choice, sums) = fit_rigid_body(&features, &set.training, options.stride)?;
     let body = features.feasible(&sums, choice.penalty, FEASIBLE_STEPS);
     let prior = [&set.training, &set.test].map(|samples| features.predict(&body, samples));
-    let penalty = |p: f64| format!("penalty {p:.0e}");
+    let penalty = format!("penalty {:.0e}", choice.penalty);
     let mut rows = vec![
         RealRow::new(
             "Rigid body, friction, spring (least squares)",
             &set.test,
             &features.predict(&free, &set.test),
             choice.validation,
-            penalty(choice.penalty),
+            penalty.clone(),
         ),
         RealRow::new(
             "Rigid body, friction, spring (feasible)",
             &set.test,
             &prior[1],
             choice.validation,
-            penalty(choice.penalty),
+            penalty,
         ),
     ];
-    let total = 4 + 2 * options.variants.len();
-    let identity = json!({ "options": options, "set": set.name, "samples": set.training.len() });
+    let total = 6 + 2 * options.variants.len();
+    // A cell is the same whichever others stand beside it.
+    let identity = json!({ "options": RealOptions { variants: Vec::new(), ..options.clone() }, "set": set.name, "samples": set.training.len() });
     let zeros = [&set.training, &set.test].map(|samples| vec![0.0; samples.tau.len()]);
-    for (name, key, offset) in
-        [("Fourier features", "fourier", &zeros), ("Rigid body + Fourier features", "rigid-fourier", &prior)]
-    {
-        if !listener(&StudyProgress { cell: name, done: [rows.len(), total], training: None }) {
-            return Ok(rows);
+    for (kind, key) in [(Kernel::Fourier, "fourier"), (Kernel::GaussianProcess, "gaussian-process")] {
+        for (prefix, offset) in [("", &zeros), ("Rigid body + ", &prior)] {
+            let name = format!("{prefix}{}", kind.label());
+            if !listener(&StudyProgress { cell: &name, done: [rows.len(), total], training: None }) {
+                return Ok(rows);
+            }
+            let key = if prefix.is_empty() { key.to_owned() } else { format!("rigid-{key}") };
+            rows.extend(cell(folder, &key, &identity, || {
+                Ok(Some(kernel(set, options, kind, &name, offset)?))
+            })?);
         }
-        let row = cell(folder, key, &identity, || {
-            let sizes = (options.features, options.stride, 0);
-            let fit = fit_fourier(&set.training, &offset[0], &options.lengths, sizes)?;
-            let predicted = sum(&fit.features.predict(&fit.weights, &set.test), &offset[1]);
-            let choice = format!("length {}, {}", fit.length, penalty(fit.choice.penalty));
-            Ok(Some(RealRow::new(name, &set.test, &predicted, fit.choice.validation, choice)))
-        })?;
-        rows.extend(row);
     }
     for (prefix, offset) in [("", &zeros), ("Rigid body + ", &prior)] {
         for variant in &options.variants {
@@ -153,6 +151,48 @@ pub fn real_study(
         }
     }
     Ok(rows)
+}
+
+/// Linear models of states lifted by a Gaussian kernel.
+#[derive(Debug, Clone, Copy)]
+enum Kernel {
+    Fourier,
+    GaussianProcess,
+}
+
+impl Kernel {
+    fn label(self) -> &'static str {
+        match self {
+            Self::Fourier => "Fourier features",
+            Self::GaussianProcess => "Gaussian process",
+        }
+    }
+}
+
+/// One of them on what `offset` (of training and test) leaves.
+fn kernel(
+    set: &RealSet,
+    options: &RealOptions,
+    kind: Kernel,
+    name: &str,
+    offset: &[Vec<f64>; 2],
+) -> Result<RealRow> {
+    let lengths = &options.lengths;
+    let (found, validation, choice) = match kind {
+        Kernel::Fourier => {
+            let fit = fit_fourier(&set.training, &offset[0], lengths, (options.features, options.stride, 0))?;
+            let choice = format!("length {}, penalty {:.0e}", fit.length, fit.choice.penalty);
+            (fit.features.predict(&fit.weights, &set.test), fit.choice.validation, choice)
+        }
+        Kernel::GaussianProcess => {
+            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MOST_POINTS)?;
+            let [n, of] = [fit.process.n_points(), set.training.len()];
+            let choice =
+                format!("length {}, noise {:.0e}, {n} of {of} samples", fit.length, fit.choice.penalty);
+            (fit.process.predict(&set.test), fit.choice.validation, choice)
+        }
+    };
+    Ok(RealRow::new(name, &set.test, &sum(&found, &offset[1]), validation, choice))
 }
 
 /// The mean of some networks on what `offset` (of training and test) leaves.

@@ -27,6 +27,8 @@ pub struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum Verb {
+    #[command(after_help = include_str!("../help/arm-adapt.txt"))]
+    Adapt(arm_fit::adapt::Options),
     Info(arm::info::Options),
     Check(arm::info::CheckOptions),
     #[command(after_help = include_str!("../help/arm-dynamics.txt"))]
@@ -54,6 +56,7 @@ enum Verb {
 /// Carries out the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.verb {
+        Verb::Adapt(options) => arm_fit::adapt::run(options, caller),
         Verb::Info(options) => arm::info::run(options, caller),
         Verb::Check(options) => arm::info::check(options, caller),
         Verb::Dynamics(options) => arm::dynamics::run(options, caller),

@@ -11,6 +11,7 @@ mod emulate;
 mod equations;
 mod fit_material;
 mod generate;
+mod identify_servo;
 mod limits;
 mod mesh;
 mod outputs;

@@ -1,5 +1,6 @@
-//! `hysteron arm fit`, `hysteron arm evaluate` and `hysteron arm estimate`: models that learn from recordings of arms.
+//! `hysteron arm fit`, `hysteron arm evaluate`, `hysteron arm estimate` and `hysteron arm adapt`: models that learn from recordings of arms.
 
+pub mod adapt;
 pub mod delan;
 pub mod estimate;
 pub mod evaluate;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
-use hysteron_actuator::law::{JointFriction, LAW_NAMES, Law, Sliding};
+use hysteron_actuator::law::{JointFriction, LAW_NAMES, LEARNED_MAP, Law, Sliding};
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::BadInput;
 use hysteron_fit::folds;
@@ -27,7 +27,7 @@ pub struct Options {
     /// Number of the joint, from 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64)))]
     pub joint: u16,
-    /// coulomb-viscous, stribeck or directed-stribeck
+    /// coulomb-viscous, stribeck, directed-stribeck or learned-map: a curve of any shape
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "stribeck"))]
     pub law: String,
     /// least-squares, pso, de, anfis or fnn
@@ -58,7 +58,7 @@ struct Series {
 /// # Errors
 /// `BadInput` for whatever is wrong with options or recordings.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let (law, method) = checked(options)?;
+    let method = checked(options)?;
     let _claim = options.results.claim(Outputs::reading(&options.recordings), caller)?;
     let series = options
         .recordings
@@ -66,6 +66,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         .map(|path| of_joint(path, usize::from(options.joint)))
         .collect::<Result<Vec<_>, _>>()?;
     let [velocity, torque] = joined(series.iter());
+    let law = Law::for_speeds(&options.law, &velocity)?;
     let (found, rows, condition) = match method {
         FrictionMethod::LeastSquares => {
             let FrictionFit { parameters, offset, fit } =
@@ -108,9 +109,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     options.results.write(summary, caller)
 }
 
-fn checked(options: &Options) -> anyhow::Result<(Law, FrictionMethod)> {
-    if !LAW_NAMES[..LAWS_OF_SPEED].contains(&options.law.as_str()) {
-        let expected = format!("one of {}", LAW_NAMES[..LAWS_OF_SPEED].join(", "));
+fn checked(options: &Options) -> anyhow::Result<FrictionMethod> {
+    let laws = [&LAW_NAMES[..LAWS_OF_SPEED], &[LEARNED_MAP]].concat();
+    if !laws.contains(&options.law.as_str()) {
+        let expected = format!("one of {}", laws.join(", "));
         return Err(BadInput::new("--law", expected, format!("{:?}", options.law)).into());
     }
     if let Some(huber) = options.huber {
@@ -129,7 +131,7 @@ fn checked(options: &Options) -> anyhow::Result<(Law, FrictionMethod)> {
     if options.huber.is_some() && method != FrictionMethod::LeastSquares {
         return Err(BadInput::new("--huber", "--method least-squares with it", options.method.clone()).into());
     }
-    Ok((Law::named(&options.law)?, method))
+    Ok(method)
 }
 
 /// What speaks against the recordings, and what to record instead.

@@ -34,12 +34,12 @@ pub struct Results {
 }
 
 impl Results {
-    fn claim(&self, outputs: Outputs, caller: &Caller) -> anyhow::Result<crate::outputs::Claim> {
+    pub(crate) fn claim(&self, outputs: Outputs, caller: &Caller) -> anyhow::Result<crate::outputs::Claim> {
         outputs.file("--out", &self.out).report("--figures", self.figures.as_deref()).check(caller)
     }
 
     /// Writes what was found, signed, and gives it back.
-    fn write(&self, mut found: Value, caller: &Caller) -> anyhow::Result<Value> {
+    pub(crate) fn write(&self, mut found: Value, caller: &Caller) -> anyhow::Result<Value> {
         found["format"] = json!("hysteron-identification");
         found["version"] = json!(1);
         found["command"] = json!(caller.command);
@@ -67,7 +67,7 @@ pub(crate) struct Row {
 
 impl Row {
     /// Of a fit by least squares.
-    fn of_estimate(estimate: &hysteron_fit::Estimate) -> Self {
+    pub(crate) fn of_estimate(estimate: &hysteron_fit::Estimate) -> Self {
         use hysteron_fit::Standing;
         let note = match &estimate.standing {
             Standing::Fitted => String::new(),
@@ -98,16 +98,17 @@ impl Row {
     /// As cells of a table.
     pub fn cells(&self) -> Vec<String> {
         let error = self.standard_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.2e}"));
-        vec![self.name.clone(), format!("{:.5}", self.value), error, self.note.clone()]
+        let value = if self.value.is_nan() { "-".to_owned() } else { format!("{:.5}", self.value) };
+        vec![self.name.clone(), value, error, self.note.clone()]
     }
 }
 
-fn rows_json(rows: &[Row]) -> Value {
+pub(crate) fn rows_json(rows: &[Row]) -> Value {
     rows.iter().map(Row::json).collect()
 }
 
 /// Prints them.
-fn say_rows(rows: &[Row], caller: &Caller) {
+pub(crate) fn say_rows(rows: &[Row], caller: &Caller) {
     caller.say("number                                          value      standard error");
     for row in rows {
         let [name, value, error, note] = <[String; 4]>::try_from(row.cells()).unwrap_or_default();
@@ -151,7 +152,7 @@ pub struct MotionOptions {
 }
 
 /// Refuses a number of an option that is not above 0.
-fn positive(option: &str, value: f64) -> Result<(), BadInput> {
+pub(crate) fn positive(option: &str, value: f64) -> Result<(), BadInput> {
     let holds = value.is_finite() && value > 0.0;
     if holds { Ok(()) } else { Err(BadInput::new(option, "a finite number > 0", value.to_string())) }
 }

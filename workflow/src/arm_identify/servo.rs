@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hysteron_actuator::identify::{
     DriveFitOptions, Pendulum, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
 };
-use hysteron_actuator::law::{JointFriction, Law};
+use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law};
 use hysteron_actuator::{CatalogueDrive, Drive};
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::{BadInput, Recording, file};
@@ -148,6 +148,7 @@ fn law_name(drive: &Drive) -> &'static str {
         Law::DirectedStribeck(_) => "directed-stribeck",
         Law::PiecewiseLinear(_) => "piecewise-linear",
         Law::Capstan(_) => "capstan",
+        Law::LearnedMap(_) => LEARNED_MAP,
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm::Model;
-use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, panda};
+use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
 use hysteron_arm::lagrangian::{TrainingOptions, Variant};
 use hysteron_arm::study::{
     Listener, RealOptions, SimulatedStudy, Units, characters_study, real_study, simulated_study,
@@ -13,7 +13,7 @@ use hysteron_learn::Activation;
 use serde_json::Value;
 
 use super::{ActivationName, Options, SetName};
-use crate::arm_study_figures::{self, Study};
+use crate::arm_study_figures::{self, RealTable, Study};
 use crate::{Caller, arm};
 
 /// Carries out the study; `None` where it was interrupted.
@@ -34,11 +34,12 @@ pub(super) fn run(
             };
             Study::Simulated { study, rows }
         }
+        SetName::Recorded => recorded(options, &mut listener, caller)?,
         _ => {
             let (set, model) = real_set(options.set, data(options)?)?;
             let options = real(options)?;
             let rows = real_study(&set, &model, &options, &cells, &mut listener)?;
-            Study::Real { set: set.name, test_samples: set.test.len(), options, rows }
+            Study::Real { options, tables: vec![RealTable::new(&set, rows)], left_out: Vec::new() }
         }
     };
     if caller.is_cancelled() {
@@ -46,6 +47,37 @@ pub(super) fn run(
     }
     let meta = arm::meta(caller, "study of learned inverse dynamics");
     arm_study_figures::write(&options.out, &study, &meta).map(Some)
+}
+
+/// Every recorded set whose folder is there, one after the other.
+fn recorded(options: &Options, mut listener: Listener<'_>, caller: &Caller) -> anyhow::Result<Study> {
+    let data = data(options)?;
+    let sets = [
+        (SetName::BaxterCircle, "baxter", "baxter-circle"),
+        (SetName::BaxterHelical, "baxter", "baxter-helical"),
+        (SetName::Kuka, "kuka-lwr4", "kuka"),
+        (SetName::Panda, "panda-gaz", "panda"),
+    ];
+    let (there, missing): (Vec<_>, Vec<_>) =
+        sets.into_iter().partition(|(_, folder, _)| data.join(folder).is_dir());
+    if there.is_empty() {
+        let expected = sets.map(|(_, folder, _)| folder)[1..].join(", or ");
+        return Err(BadInput::new(data.display().to_string(), expected, "none of them").into());
+    }
+    let left_out: Vec<String> =
+        missing.iter().map(|(_, folder, set)| format!("{set}: no {folder}/")).collect();
+    left_out.iter().for_each(|why| tracing::warn!("left out: {why} in {}", data.display()));
+    let real = real(options)?;
+    let mut tables = Vec::new();
+    for (name, _, key) in there {
+        let (set, model) = real_set(name, data)?;
+        let rows = real_study(&set, &model, &real, &options.out.join("cells").join(key), &mut listener)?;
+        if caller.is_cancelled() {
+            break;
+        }
+        tables.push(RealTable::new(&set, rows));
+    }
+    Ok(Study::Real { options: real, tables, left_out })
 }
 
 fn data(options: &Options) -> Result<&Path, BadInput> {
@@ -128,7 +160,7 @@ fn real_set(set: SetName, data: &Path) -> anyhow::Result<(RealSet, Model)> {
         }
         SetName::Kuka => {
             let folder = data.join("kuka-lwr4");
-            (kuka(&folder)?, Model::read(&folder.join("kuka_lwr4_identified.urdf"))?)
+            (kuka(&folder)?, kuka_arm(&folder)?)
         }
         SetName::Panda => {
             let fingers = [("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)];

@@ -24,7 +24,7 @@ pub struct Options {
     pub set: SetName,
     /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/; for force and neural that of NAD
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR", required_if_eq_any([
-        ("set", "baxter-circle"), ("set", "baxter-helical"), ("set", "kuka"), ("set", "panda"), ("set", "characters")])))]
+        ("set", "baxter-circle"), ("set", "baxter-helical"), ("set", "kuka"), ("set", "panda"), ("set", "recorded"), ("set", "characters")])))]
     pub data: Option<PathBuf>,
     /// Folder for cells, report.html and metrics.json
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
@@ -86,6 +86,8 @@ pub enum SetName {
     Kuka,
     /// Learned inverse dynamics: Panda
     Panda,
+    /// Learned inverse dynamics: every recorded arm that is below --data, each with its table
+    Recorded,
     /// External torques: friction, momentum observers, collisions
     Scara,
     /// External torques: interaction with an exoskeleton

@@ -265,20 +265,20 @@ fn gradients(page: &mut Page, study: &NeuralStudy) {
     page.table(&["Steps", "By torque", "By weights", "Cosine with 128 steps"], rows.iter().map(row));
 }
 
-/// A rollout beside what was measured, joint by joint, and the force.
+/// How far a rollout is from what was measured, joint by joint, and the force.
 fn chart(trace: &Value) -> Option<TimeChart> {
     let numbers = |value: &Value| -> Option<Vec<f64>> {
         value.as_array()?.iter().map(|x| Some(x.as_f64().unwrap_or(f64::NAN))).collect()
     };
     let time = numbers(&trace["time_s"])?;
     let joints = trace["measured_rad"].as_array()?;
-    let degrees = |values: Vec<f64>| values.into_iter().map(f64::to_degrees).collect::<Vec<_>>();
     let mut panels = Vec::new();
     for (j, measured) in joints.iter().enumerate() {
-        let mut curves = vec![Curve::new("measured", 0, degrees(numbers(measured)?))];
+        let (measured, mut curves) = (numbers(measured)?, Vec::new());
         for (k, method) in [(0, "network"), (1, "network, pure"), (4, "servo")] {
             let values = numbers(&trace["methods_rad"][k][j])?;
-            curves.push(Curve::new(method, curves.len(), degrees(values)));
+            let off = values.iter().zip(&measured).map(|(x, measured)| (x - measured).to_degrees());
+            curves.push(Curve::new(method, curves.len() + 1, off.collect()));
         }
         panels.push(TimePanel::new(format!("joint {} [deg]", j + 1), curves));
     }
@@ -291,7 +291,8 @@ fn chart(trace: &Value) -> Option<TimeChart> {
     panels.push(TimePanel::new("force along z [N]".to_owned(), curves));
     let task = trace["task"].as_str()?;
     let name = task.replace('/', "-");
-    let title = format!("Rollout: {}", task.replace('_', " "));
-    let caption = "A test trajectory from its recorded initial state, and the force along z, whose label is 0 where there is none.";
+    let title = format!("Errors of a rollout, and force: {}", task.replace('_', " "));
+    let caption = "Simulated less measured angles of a test trajectory from its recorded initial state, and the force along z, whose label is 0 where there is \
+                   none: also while a table carries an object that is held.";
     Some(TimeChart::over_time(&name, &title, caption, &time, panels))
 }

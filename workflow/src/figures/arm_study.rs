@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use hysteron_arm::datasets::RealSet;
 use hysteron_arm::lagrangian::Variant;
-use hysteron_arm::study::{Parts, RealOptions, RealRow, SimulatedRow, SimulatedStudy};
+use hysteron_arm::study::{
+    Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published,
+};
 use hysteron_base::Metadata;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -24,17 +27,46 @@ pub enum Study {
         /// One for each training.
         rows: Vec<SimulatedRow>,
     },
-    /// Of a recorded arm.
+    /// Of recorded arms.
     Real {
-        /// Its name.
-        set: String,
-        /// Samples that errors are of.
-        test_samples: usize,
         /// How models were found.
         options: RealOptions,
-        /// One for each model.
-        rows: Vec<RealRow>,
+        /// One for each set.
+        tables: Vec<RealTable>,
+        /// Sets that were not there.
+        left_out: Vec<String>,
     },
+}
+
+/// Models of one recorded arm.
+#[derive(Serialize)]
+pub struct RealTable {
+    /// Its name.
+    set: String,
+    /// Samples and trajectories that models were chosen by.
+    training: [usize; 2],
+    /// Samples that errors are of.
+    test_samples: usize,
+    /// Cut-off of the low-pass filter [Hz].
+    cutoff_hz: f64,
+    /// One for each model.
+    rows: Vec<RealRow>,
+    /// The same models as published, where they are.
+    published: &'static [PublishedRow],
+}
+
+impl RealTable {
+    /// Of these rows.
+    pub fn new(set: &RealSet, rows: Vec<RealRow>) -> Self {
+        Self {
+            set: set.name.clone(),
+            training: [set.training.len(), set.training.trajectories.len()],
+            test_samples: set.test.len(),
+            cutoff_hz: set.cutoff,
+            rows,
+            published: published(&set.name),
+        }
+    }
 }
 
 /// Writes `report.html` and `metrics.json`.
@@ -56,7 +88,13 @@ pub fn write(folder: &Path, study: &Study, meta: &Metadata) -> anyhow::Result<Va
     let mut page = Page::new("Learned inverse dynamics", &meta.source, &meta.command);
     match study {
         Study::Simulated { study, rows } => simulated(folder, &mut page, study, rows)?,
-        Study::Real { set, rows, .. } => real(&mut page, set, rows),
+        Study::Real { tables, left_out, .. } => {
+            tables.iter().for_each(|table| real(&mut page, table));
+            if !left_out.is_empty() {
+                page.heading("Not among the data");
+                page.list(left_out.iter().map(|why| ("Left out", why.clone())));
+            }
+        }
     }
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
@@ -183,27 +221,42 @@ fn chart(
     chart
 }
 
-fn real(page: &mut Page, set: &str, rows: &[RealRow]) {
+fn real(page: &mut Page, table: &RealTable) {
+    let RealTable { set, training: [samples, trajectories], rows, published, .. } = table;
     page.heading(&format!("{set}: mean squared error of every joint [N² m²]"));
+    page.paragraph(&format!(
+        "Chosen on {samples} samples in {trajectories} trajectories or blocks of time, tested on {} others. A row \"as published\" is the \
+         paper's; its models of circles learned from a file more, which is not public.",
+        table.test_samples
+    ));
     let n = rows.first().map_or(0, |row| row.mse.len());
     let mut head: Vec<String> = vec!["Model".to_owned()];
     head.extend((1..=n).map(|j| format!("Joint {j}")));
     head.extend(["Sum", "Pooled R²", "Mean R² of a joint", "Validation", "Choice"].map(str::to_owned));
     let head: Vec<&str> = head.iter().map(String::as_str).collect();
-    page.table(
-        &head,
-        rows.iter().map(|row| {
-            let mut cells = vec![row.name.clone()];
-            cells.extend(row.mse.iter().map(|v| format!("{v:.4}")));
-            cells.extend([
-                format!("{:.3}", row.sum_mse),
-                format!("{:.4}", row.pooled_r2),
-                format!("{:.3}", row.mean_r2),
-            ]);
-            cells.extend([format!("{:.4}", row.validation), row.choice.clone()]);
-            cells
-        }),
-    );
+    let errors = |mse: &[f64]| mse.iter().map(|v| format!("{v:.4}")).collect::<Vec<_>>();
+    let own = rows.iter().map(|row| {
+        let mut cells = vec![row.name.clone()];
+        cells.extend(errors(&row.mse));
+        cells.extend([
+            format!("{:.3}", row.sum_mse),
+            format!("{:.4}", row.pooled_r2),
+            format!("{:.3}", row.mean_r2),
+        ]);
+        cells.extend([format!("{:.4}", row.validation), row.choice.clone()]);
+        cells
+    });
+    let theirs = published.iter().map(|row| {
+        let mut cells = vec![format!("{}, as published", row.name)];
+        cells.extend(errors(&row.mse));
+        let sum: f64 = row.mse.iter().sum();
+        cells.extend([format!("{sum:.3}"), format!("{:.3}", row.pooled_r2)]);
+        cells.extend(["-", "-", "-"].map(str::to_owned));
+        cells
+    });
+    page.table(&head, own.chain(theirs));
     let best = rows.iter().min_by(|a, b| a.sum_mse.total_cmp(&b.sum_mse));
     page.list(best.map(|row| ("Least sum of errors on the test", row.name.clone())));
+    let chosen = rows.iter().min_by(|a, b| a.validation.total_cmp(&b.validation));
+    page.list(chosen.map(|row| ("Least error in validation", row.name.clone())));
 }

@@ -14,6 +14,7 @@ pub mod data_set;
 pub mod excitation;
 pub mod fit;
 pub mod identification;
+pub mod identify_servo;
 mod robot;
 mod run_page;
 pub mod sensing;

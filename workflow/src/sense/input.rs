@@ -133,27 +133,70 @@ fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
         loads: vec![Vec::with_capacity(n); recording.n_samples()],
         radius: 0.0,
     };
+    let mut radii = Vec::with_capacity(n);
     for k in 0..n {
-        let stroke_per_tick = slope(goals[k], strokes[k]);
-        if !(stroke_per_tick.is_finite() && stroke_per_tick != 0.0) {
-            let place = format!("tick_goal_{}", k + 1);
-            return Err(BadInput::new(place, "ticks that follow the strokes", "ones that do not").hint(
-                "leave the columns tick_goal, tick_present and load out, and tensions rest on the twin alone",
-            ));
-        }
-        servos.radius += stroke_per_tick.abs() * TICKS_PER_TURN / TAU / n as f64;
+        let is_constant = |values: &[f64]| values.iter().all(|value| *value == values[0]);
+        let stroke_per_tick = match stroke_per_tick(goals[k], strokes[k]) {
+            Some(found) => found,
+            // A servo that rests throughout says nothing, whichever way it winds.
+            None if is_constant(goals[k]) && is_constant(strokes[k]) => 0.0,
+            None => {
+                let place = format!("tick_goal_{}", k + 1);
+                return Err(BadInput::new(place, "ticks that follow the strokes", "ones that do not").hint(
+                    "leave the columns tick_goal, tick_present and load out, and tensions rest on the twin alone",
+                ));
+            }
+        };
+        radii.extend((stroke_per_tick != 0.0).then(|| stroke_per_tick.abs() * TICKS_PER_TURN / TAU));
         for i in 0..recording.n_samples() {
             servos.angles[i].push(stroke_per_tick.signum() * present[k][i] * TAU / TICKS_PER_TURN);
             servos.loads[i].push(stroke_per_tick.signum() * loads[k][i]);
         }
     }
-    Ok(Some(servos))
+    servos.radius = radii.iter().sum::<f64>() / radii.len() as f64;
+    Ok((!radii.is_empty()).then_some(servos))
 }
 
-/// Of the line through points, by least squares.
-fn slope(x: &[f64], y: &[f64]) -> f64 {
+/// Stroke of a tick of its servo, positive where it pulls with positive ticks, by least squares [m]; none where the servo rested.
+pub(crate) fn stroke_per_tick(goals: &[f64], strokes: &[f64]) -> Option<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (mx, my) = (mean(x), mean(y));
-    let across: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
-    across / x.iter().map(|x| (x - mx).powi(2)).sum::<f64>()
+    let (mx, my) = (mean(goals), mean(strokes));
+    let across: f64 = goals.iter().zip(strokes).map(|(x, y)| (x - mx) * (y - my)).sum();
+    let slope = across / goals.iter().map(|x| (x - mx).powi(2)).sum::<f64>();
+    (slope.is_finite() && slope != 0.0).then_some(slope)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use hysteron_base::{Channel, Metadata};
+
+    use super::*;
+
+    /// Two servos, the second of which winds the other way.
+    fn recording(goals: [fn(usize) -> f64; 2], strokes: [fn(usize) -> f64; 2]) -> Recording {
+        let n = 50;
+        let of = |name: String, f: &dyn Fn(usize) -> f64| Channel::new(name, (0..n).map(f).collect());
+        let mut channels = Vec::new();
+        for k in 0..2 {
+            channels.push(of(format!("stroke_{}_m", k + 1), &strokes[k]));
+            channels.push(of(format!("tick_goal_{}", k + 1), &goals[k]));
+            channels.push(of(format!("tick_present_{}", k + 1), &goals[k]));
+            channels.push(of(format!("load_{}", k + 1), &|_| 0.1));
+        }
+        let time = (0..n).map(|i| 0.01 * i as f64).collect();
+        Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap()
+    }
+
+    #[test]
+    fn a_servo_that_rests_throughout_keeps_no_recording_from_being_read() {
+        let moving = recording([|i| i as f64, |_| 7.0], [|i| 1e-5 * i as f64, |_| 0.0]);
+        let found = servos(&moving, 2).unwrap().unwrap();
+        assert!((found.radius - 1e-5 * TICKS_PER_TURN / TAU).abs() < 1e-12, "{}", found.radius);
+        assert!(found.angles[9][0] > 0.0 && found.loads[9].len() == 2);
+        let resting = recording([|_| 7.0, |_| 7.0], [|_| 0.0, |_| 0.0]);
+        assert!(servos(&resting, 2).unwrap().is_none());
+        let odd = recording([|i| i as f64, |_| 7.0], [|i| 1e-5 * i as f64, |i| 1e-5 * i as f64]);
+        assert_eq!(servos(&odd, 2).map(|_| ()).unwrap_err().place, "tick_goal_2");
+    }
 }

@@ -19,6 +19,7 @@ use crate::outputs::Outputs;
 use crate::{COMMIT, Caller, inputs, paths};
 use file::Robot;
 use input::Input;
+pub(crate) use input::stroke_per_tick;
 pub use scores::{ContactScore, ForceScore, Scores, TensionScore};
 
 /// Tell tensions and the force on the tip from a recording

@@ -176,7 +176,7 @@ pub fn relative_errors(rows: &[Row]) -> ScatterChart {
 }
 
 /// Writes `metrics.json`: the summary, signed.
-fn metrics(folder: &Path, summary: &Value, caller: &Caller) -> anyhow::Result<()> {
+pub(super) fn metrics(folder: &Path, summary: &Value, caller: &Caller) -> anyhow::Result<()> {
     let mut signed = summary.clone();
     signed["format"] = json!("hysteron-metrics");
     signed["version"] = json!(1);
