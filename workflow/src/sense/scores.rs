@@ -112,9 +112,6 @@ pub fn score(
         if let Some(load) = &load {
             let (alone, held) = (raw_loads(input, load), held_loads(observed, load));
             scores.push(tension_score("load alone, friction known", truth, &rest, &|i, j| held[i][j]));
-            let momentum = momentum_loads(input, load, period)?;
-            scores
-                .push(tension_score("momentum observer of the servo", truth, &rest, &|i, j| momentum[i][j]));
             scores.push(tension_score("load alone", truth, &rest, &|i, j| alone[i][j]));
         }
         if let Some(momentum) = &momentum {
