@@ -6,6 +6,8 @@
 pub mod bus;
 pub mod calibration;
 pub mod config;
+#[cfg(unix)]
+pub mod emulator;
 mod error;
 mod event;
 mod hardware;
@@ -13,6 +15,7 @@ mod live;
 mod pose;
 mod safety;
 pub mod session;
+pub mod teleoperation;
 pub mod tracker;
 pub mod virtual_arm;
 pub mod virtual_rig;

@@ -94,7 +94,7 @@ impl Hardware for LiveRig {
     }
 
     fn prepare(&mut self) -> Result<Vec<ServoReport>> {
-        let reports = self.bus.self_check(&self.rig)?;
+        let reports = self.bus.self_check(&self.rig.servo_bounds())?;
         self.bus.configure()?;
         self.wait_for_pose()?;
         Ok(reports)

@@ -3,6 +3,7 @@
 //! A limit that is passed ends the run. Whether the robot first goes back to rest or lets go at once depends on the
 //! limit: with a load, heat or supply out of bounds, moving on is no cure.
 
+use crate::bus::ServoBounds;
 use crate::bus::xl430;
 use crate::config::Limits;
 use crate::{Pose, ServoSample, SlowSample};
@@ -112,6 +113,12 @@ impl Limits {
         Ok(())
     }
 
+    /// Bounds of each servo.
+    pub fn servo_bounds(&self) -> ServoBounds {
+        let Self { voltage_min, voltage_max, temperature_max, .. } = *self;
+        ServoBounds { voltage_min, voltage_max, temperature_max }
+    }
+
     /// Voltages and temperatures.
     ///
     /// # Errors
@@ -119,19 +126,8 @@ impl Limits {
     pub fn check_slow(&self, samples: &[Option<SlowSample>]) -> Result<(), Violation> {
         for (k, sample) in samples.iter().enumerate() {
             let Some(sample) = sample else { continue };
-            let message = if sample.temperature > self.temperature_max {
-                format!(
-                    "temperature: expected at most {} degrees C, got {}",
-                    self.temperature_max, sample.temperature
-                )
-            } else if !(self.voltage_min..=self.voltage_max).contains(&sample.voltage) {
-                format!(
-                    "supply: expected {} to {} V, got {:.1} V",
-                    self.voltage_min, self.voltage_max, sample.voltage
-                )
-            } else {
-                continue;
-            };
+            let violation = self.servo_bounds().violation(sample.voltage, sample.temperature);
+            let Some(message) = violation else { continue };
             return Err(Violation { tendon: Some(k), message, shutdown: ShutdownAction::TorqueOff });
         }
         Ok(())

@@ -9,5 +9,7 @@ mod it {
     mod fuzz;
     #[cfg(unix)]
     mod session;
+    #[cfg(unix)]
+    mod teleoperation;
     mod tracker;
 }

@@ -12,23 +12,44 @@ use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use anyhow::Context;
-use hysteron_rig::LiveRig;
+use hysteron_base::file;
 use hysteron_rig::bus::ServoBus;
-use hysteron_rig::config::RigConfig;
+use hysteron_rig::config::{RigConfig, ServoConfig};
+use hysteron_rig::teleoperation::ArmsConfig;
 
 use crate::Caller;
 
-/// What the run says when it has dealt with the torque itself, and the watchdog process when it has read the rig file.
+/// What the run says when it has dealt with the torque itself, and the watchdog process when it has read the file.
 const ALL_IS_WELL: u8 = b'.';
 /// How long to go on trying to switch the torque off.
 const PATIENCE_S: f64 = 10.0;
 
-/// What the watchdog process does: waits until stdin closes and, unless all was well, switches the torque of a rig off.
+/// The bus and the ids of the servos that a file of a rig, or of two arms, drives.
+fn servos_of(path: &Path) -> anyhow::Result<(ServoConfig, Vec<u8>)> {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        format: String,
+    }
+    let head: Head =
+        hysteron_base::schema::parse(&file::read_text(path)?).map_err(|bad| bad.within(path.display()))?;
+    Ok(if head.format == ArmsConfig::FORMAT {
+        let arms = ArmsConfig::read(path)?;
+        let ids = arms.joints.iter().map(|joint| joint.follower.id).collect();
+        (arms.follower, ids)
+    } else {
+        let rig = RigConfig::read(path)?;
+        let ids = rig.ids();
+        (rig.servos, ids)
+    })
+}
+
+/// What the watchdog process does: waits until stdin closes and, unless all was well, switches the torque off of the servos
+/// that a file of a rig, or of two arms, drives.
 ///
 /// # Errors
-/// `BadInput` naming what is wrong in the rig file; a failure where the torque could not be switched off.
-pub fn watch(rig_file: &Path) -> anyhow::Result<()> {
-    let rig = RigConfig::read(rig_file)?;
+/// `BadInput` naming what is wrong in the file; a failure where the torque could not be switched off.
+pub fn watch(file: &Path) -> anyhow::Result<()> {
+    let (servos, ids) = servos_of(file)?;
     // A parent that has died meanwhile hears nothing: its torque is off in a moment.
     let _ = std::io::stdout().write_all(&[ALL_IS_WELL]).and_then(|()| std::io::stdout().flush());
     let mut word = [0];
@@ -37,7 +58,7 @@ pub fn watch(rig_file: &Path) -> anyhow::Result<()> {
     }
     let start = Instant::now();
     loop {
-        let done = ServoBus::open(&rig.servos, &rig.ids(), start).and_then(|mut bus| bus.disable_torque());
+        let done = ServoBus::open(&servos, &ids, start).and_then(|mut bus| bus.disable_torque());
         match done {
             Ok(()) => return Ok(()),
             Err(error) if start.elapsed().as_secs_f64() > PATIENCE_S => {
@@ -90,18 +111,18 @@ impl Drop for Watchdog {
     }
 }
 
-/// A rig on its ports with a watchdog process beside it. Dropped, by an error or a panic, its port is closed first, and
-/// then the watchdog process switches the torque off.
-pub struct WatchedRig {
+/// A rig, or two arms, on their ports with a watchdog process beside them. Dropped, by an error or a panic, the ports are closed
+/// first, and then the watchdog process switches the torque off.
+pub struct Watched<R> {
     // In this order: the watchdog process needs the port.
-    rig: LiveRig,
+    rig: R,
     watchdog: Watchdog,
 }
 
-impl WatchedRig {
-    /// Puts a watchdog process on duty beside a rig that is ready, before anything moves.
-    pub fn new(rig: LiveRig, rig_file: &Path, caller: &Caller) -> anyhow::Result<Self> {
-        Ok(Self { rig, watchdog: Watchdog::start(rig_file, caller)? })
+impl<R> Watched<R> {
+    /// Puts a watchdog process on duty beside what `file` describes and is ready, before anything moves.
+    pub fn new(rig: R, file: &Path, caller: &Caller) -> anyhow::Result<Self> {
+        Ok(Self { rig, watchdog: Watchdog::start(file, caller)? })
     }
 
     /// Closes the ports and sends the watchdog process home: the torque is as it shall be.
@@ -112,16 +133,16 @@ impl WatchedRig {
     }
 }
 
-impl Deref for WatchedRig {
-    type Target = LiveRig;
+impl<R> Deref for Watched<R> {
+    type Target = R;
 
-    fn deref(&self) -> &LiveRig {
+    fn deref(&self) -> &R {
         &self.rig
     }
 }
 
-impl DerefMut for WatchedRig {
-    fn deref_mut(&mut self) -> &mut LiveRig {
+impl<R> DerefMut for Watched<R> {
+    fn deref_mut(&mut self) -> &mut R {
         &mut self.rig
     }
 }

@@ -120,7 +120,7 @@ fn calibration(rig: &Path) -> Result<Calibration> {
     let mut simulated = SimulatedRig::new(&robot, &rig, SEED);
     let there = simulated.prepare()?;
     let mut calibration = calibrate(&mut simulated, &rig, "in process".into(), &|| false, &mut |_| {})?;
-    let here = LiveRig::open(&rig)?.bus().self_check(&rig)?;
+    let here = LiveRig::open(&rig)?.bus().self_check(&rig.servo_bounds())?;
     for ((channel, there), here) in calibration.channels.iter_mut().zip(&there).zip(&here) {
         channel.zero += here.position - there.position;
     }

@@ -33,6 +33,9 @@ enum Verb {
     Check(arm::info::CheckOptions),
     #[command(after_help = include_str!("../help/arm-dynamics.txt"))]
     Dynamics(arm::dynamics::Options),
+    #[cfg(unix)]
+    #[command(after_help = include_str!("../help/arm-emulate.txt"))]
+    Emulate(arm::emulate::Options),
     #[command(after_help = include_str!("../help/arm-estimate.txt"))]
     Estimate(arm_fit::estimate::Options),
     #[command(after_help = include_str!("../help/arm-evaluate.txt"))]
@@ -47,6 +50,8 @@ enum Verb {
     Identify(identify::Arguments),
     #[command(after_help = include_str!("../help/arm-import.txt"))]
     Import(arm::import::Options),
+    #[command(after_help = include_str!("../help/arm-record.txt"))]
+    Record(arm::record::Options),
     #[command(after_help = include_str!("../help/arm-simulate.txt"))]
     Simulate(arm::simulate::Options),
     #[command(after_help = include_str!("../help/arm-study.txt"))]
@@ -60,6 +65,8 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Info(options) => arm::info::run(options, caller),
         Verb::Check(options) => arm::info::check(options, caller),
         Verb::Dynamics(options) => arm::dynamics::run(options, caller),
+        #[cfg(unix)]
+        Verb::Emulate(options) => arm::emulate::run(options, caller),
         Verb::Estimate(options) => arm_fit::estimate::run(options, caller),
         Verb::Evaluate(options) => arm_fit::evaluate::run(options, caller),
         Verb::Excite(options) => arm::excite::run(options, caller),
@@ -68,6 +75,7 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Generate(options) => arm::generate::run(options, caller),
         Verb::Identify(arguments) => identify::run(arguments, caller),
         Verb::Import(options) => arm::import::run(options, caller),
+        Verb::Record(options) => arm::record::run(options, caller),
         Verb::Simulate(options) => arm::simulate::run(options, caller),
         Verb::Study(options) => arm_study::run(options, caller),
     }

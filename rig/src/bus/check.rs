@@ -1,8 +1,8 @@
 //! The self-check: who is on the bus, expected against found, everything wrong in one message.
 
+use super::model::ServoModel;
 use super::wire::{BROADCAST, Failure, STATUS_BYTES, instruction};
 use super::{ServoBus, xl430};
-use crate::config::{Limits, RigConfig};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use serde::Serialize;
 pub struct ServoReport {
     /// Id on the bus.
     pub id: u8,
-    /// Model number; 1060 for an XL430-W250.
+    /// Model number, see [`ServoModel`].
     pub model: u16,
     /// Version of the firmware.
     pub firmware: u8,
@@ -27,6 +27,36 @@ pub struct ServoReport {
     pub torque_on: bool,
     /// Position [ticks].
     pub position: i32,
+}
+
+/// Bounds within which servos are used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoBounds {
+    /// Smallest supply voltage [V].
+    pub voltage_min: f64,
+    /// Largest supply voltage [V].
+    pub voltage_max: f64,
+    /// Largest temperature [°C].
+    pub temperature_max: f64,
+}
+
+impl ServoBounds {
+    /// As such a servo has them from the factory.
+    pub fn of(model: &ServoModel) -> Self {
+        let [voltage_min, voltage_max] = model.voltage.map(|units| xl430::VOLTAGE_UNIT * f64::from(units));
+        Self { voltage_min, voltage_max, temperature_max: f64::from(model.temperature) }
+    }
+
+    /// What is out of bounds, as expected and found.
+    pub fn violation(&self, voltage: f64, temperature: f64) -> Option<String> {
+        if temperature > self.temperature_max {
+            let most = self.temperature_max;
+            return Some(format!("temperature: expected at most {most} degrees C, got {temperature}"));
+        }
+        let is_supplied = (self.voltage_min..=self.voltage_max).contains(&voltage);
+        let (least, most) = (self.voltage_min, self.voltage_max);
+        (!is_supplied).then(|| format!("supply: expected {least} to {most} V, got {voltage:.1} V"))
+    }
 }
 
 /// How long all servos of a bus take to answer a broadcast, each at its own time [s]: the manual's 3 ms a servo.
@@ -71,23 +101,24 @@ impl ServoBus {
         done.map_err(|failure| Error::Bus(format!("servo {id}: reboot: {failure}")))
     }
 
-    /// Reads what every servo of the rig says of itself and compares it with what the rig file wants.
+    /// Reads what every servo says of itself and compares it with what it should be: its model, in the order of
+    /// [`ServoBus::ids`], and its bounds.
     ///
     /// # Errors
     /// `Bus` with everything that is wrong, one line each.
-    pub fn self_check(&mut self, rig: &RigConfig) -> Result<Vec<ServoReport>> {
+    pub fn self_check(&mut self, expected: &[(&ServoModel, ServoBounds)]) -> Result<Vec<ServoReport>> {
         let found = self.discover()?;
         let mut wrong = Vec::new();
         let mut reports = Vec::new();
-        for id in self.ids().to_vec() {
+        for (id, (wanted, bounds)) in self.ids().to_vec().into_iter().zip(expected) {
             let there = found.iter().find(|(other, ..)| *other == id);
             let Some(&(_, model, firmware)) = there else {
-                wrong.push(format!("servo {id}: expected an XL430 to answer, got silence"));
+                wrong.push(format!("servo {id}: expected an {} to answer, got silence", wanted.name));
                 continue;
             };
             match self.report(id, model, firmware) {
                 Ok(report) => {
-                    wrong.extend(deviations(&report, &rig.limits));
+                    wrong.extend(deviations(&report, wanted, bounds));
                     reports.push(report);
                 }
                 Err(error) => wrong.push(error.reason()),
@@ -107,7 +138,7 @@ impl ServoBus {
         if found.is_empty() {
             wrong.push(format!(
                 "nothing at all answers at {} baud (hint: is the supply on? new servos come with id 1 and 57600 baud)",
-                rig.servos.baud
+                self.config.baud
             ));
         }
         Err(Error::Bus(format!("{}: self-check failed:\n  {}", self.port().display(), wrong.join("\n  "))))
@@ -134,22 +165,23 @@ impl ServoBus {
 }
 
 /// What is wrong with a servo. A mode other than the rig's is set before a run, so it is none.
-fn deviations(found: &ServoReport, limits: &Limits) -> Vec<String> {
+fn deviations(found: &ServoReport, wanted: &ServoModel, bounds: &ServoBounds) -> Vec<String> {
     let id = found.id;
     let mut wrong = Vec::new();
-    if found.model != xl430::MODEL {
-        wrong.push(format!("servo {id}: expected model {} (XL430-W250), got {}", xl430::MODEL, found.model));
+    if found.model != wanted.number {
+        let (number, name) = (wanted.number, wanted.name);
+        wrong.push(format!("servo {id}: expected model {number} ({name}), got {}", found.model));
     }
-    if !(limits.voltage_min..=limits.voltage_max).contains(&found.voltage_v) {
+    if !(bounds.voltage_min..=bounds.voltage_max).contains(&found.voltage_v) {
         wrong.push(format!(
             "servo {id}: expected {} to {} V, got {:.1} V (hint: check the supply and its plug)",
-            limits.voltage_min, limits.voltage_max, found.voltage_v
+            bounds.voltage_min, bounds.voltage_max, found.voltage_v
         ));
     }
-    if found.temperature_degc > limits.temperature_max {
+    if found.temperature_degc > bounds.temperature_max {
         wrong.push(format!(
             "servo {id}: expected at most {} degrees C, got {} (hint: let it cool)",
-            limits.temperature_max, found.temperature_degc
+            bounds.temperature_max, found.temperature_degc
         ));
     }
     if found.hardware_error != 0 {

@@ -4,8 +4,10 @@
 //! by indirect addresses: torque, hardware errors, load, speed, position. The first two are there so that a servo
 //! that tripped, or that lost its supply for a moment and with it its settings, is seen in the same cycle.
 
+mod arm;
 mod check;
 mod counts;
+pub mod model;
 pub(crate) mod packet;
 mod ports;
 mod torque;
@@ -14,7 +16,8 @@ pub mod xl430;
 
 use crate::config::{ServoConfig, ServoMode};
 use crate::{Error, Event, EventKind, Result, ServoSample, SlowSample};
-pub use check::ServoReport;
+pub use arm::{ArmServoSample, ServoStatus};
+pub use check::{ServoBounds, ServoReport};
 pub use counts::BusCounts;
 pub use ports::{PortInfo, find_port, list_ports};
 use std::path::{Path, PathBuf};

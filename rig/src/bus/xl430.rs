@@ -1,4 +1,5 @@
-//! The control table of the XL430-W250, as the driver and the emulator both need it.
+//! The control table of the XL430-W250, as the driver and the emulator both need it; the other servos of [`model`](super::model)
+//! have the same, with their current where this one has its load.
 //!
 //! Source: ROBOTIS e-Manual, XL430-W250, "Control Table". All values are little-endian.
 
@@ -17,8 +18,6 @@ const fn at(address: u16, size: u8) -> Register {
     Register { address, size }
 }
 
-/// Model number of an XL430-W250.
-pub const MODEL: u16 = 1060;
 /// Ticks of a full turn. (The CoReAct paper counts ±4096 as ±180°, which this servo cannot do.)
 pub const TICKS_PER_TURN: i32 = 4096;
 /// Unit of velocities [rad/s]: 0.229 turns per minute.

@@ -7,6 +7,7 @@
 mod file;
 mod procedure;
 
+use crate::bus::model::XL430_W250;
 use crate::bus::{ServoReport, xl430};
 use crate::config::{Direction, RigConfig};
 use crate::tracker::Registration;
@@ -129,7 +130,7 @@ impl Calibration {
 pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> Calibration {
     let channels = rig.tendons.iter().zip(positions).map(|(tendon, position)| ChannelMap {
         servo_id: tendon.servo_id,
-        model: xl430::MODEL,
+        model: XL430_W250.number,
         ticks_per_turn: xl430::TICKS_PER_TURN,
         pulley_radius: tendon.pulley_radius,
         winds: tendon.winds,

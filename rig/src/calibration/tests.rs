@@ -17,7 +17,7 @@ fn example() -> Calibration {
 fn reports() -> Vec<ServoReport> {
     let report = |id| ServoReport {
         id,
-        model: xl430::MODEL,
+        model: XL430_W250.number,
         firmware: 45,
         mode: 4,
         voltage_v: 12.0,

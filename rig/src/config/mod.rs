@@ -3,7 +3,8 @@
 mod schema;
 
 use crate::Result;
-use crate::bus::xl430;
+use crate::bus::model::{ServoModel, XL430_W250};
+use crate::bus::{ServoBounds, xl430};
 use hysteron_base::schema::{check_header, count, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ const VERSION: i64 = 1;
 /// How a recording is named in place of a server.
 const REPLAY: &str = "replay:";
 /// Largest id that protocol 2.0 gives to one servo.
-const ID_MAX: i64 = 252;
+pub(crate) const ID_MAX: i64 = 252;
 
 /// Longest name of a device in OpenIGTLink [bytes].
 const DEVICE_BYTES: usize = 20;
@@ -29,15 +30,15 @@ const FASTEST_TIP_MM_S: f64 = 100_000.0;
 const HOTTEST_DEGC: f64 = 100.0;
 const SUPPLY_MAX_V: f64 = 16.0;
 
-type Check<T> = std::result::Result<T, BadInput>;
+pub(crate) type Check<T> = std::result::Result<T, BadInput>;
 
 /// A number within bounds.
-fn within(key: &str, typed: f64, low: f64, high: f64) -> Check<f64> {
+pub(crate) fn within(key: &str, typed: f64, low: f64, high: f64) -> Check<f64> {
     require(key, &format!("{low} to {high}"), typed, (low..=high).contains(&typed))
 }
 
 /// A number above zero, up to a bound.
-fn above_zero(key: &str, typed: f64, high: f64) -> Check<f64> {
+pub(crate) fn above_zero(key: &str, typed: f64, high: f64) -> Check<f64> {
     require(key, &format!("0 < x <= {high}"), typed, 0.0 < typed && typed <= high)
 }
 
@@ -268,6 +269,11 @@ impl RigConfig {
         self.tendons.iter().map(|tendon| tendon.servo_id).collect()
     }
 
+    /// What each servo should be, in the order of the tendons.
+    pub fn servo_bounds(&self) -> Vec<(&'static ServoModel, ServoBounds)> {
+        vec![(&XL430_W250, self.limits.servo_bounds()); self.tendons.len()]
+    }
+
     /// What no key alone can tell.
     fn check_together(&self) -> Check<()> {
         if self.motion.slew > self.limits.stroke_rate_max {
@@ -327,41 +333,48 @@ impl RigConfig {
     }
 }
 
+/// Speed of a bus [bit/s].
+pub(crate) fn baud(key: &str, typed: i64) -> Check<u32> {
+    let known = u32::try_from(typed).ok().filter(|baud| xl430::BAUDS.contains(baud));
+    known.ok_or_else(|| BadInput::new(key, format!("one of {:?}", xl430::BAUDS), typed.to_string()))
+}
+
+/// A gain of the position loop, as its register takes it.
+pub(crate) fn gain(key: &str, typed: i64) -> Check<u16> {
+    let fits = u16::try_from(typed).ok().filter(|gain| *gain <= 16_383);
+    fits.ok_or_else(|| BadInput::new(key, "a whole number from 0 to 16383", typed.to_string()))
+}
+
+/// Silence after which servos stop by themselves, as typed [ms].
+pub(crate) fn bus_watchdog(key: &str, typed: f64) -> Check<f64> {
+    let is_possible = typed == 0.0 || (100.0..=2540.0).contains(&typed);
+    require(key, "0 for none, or 100 to 2540", typed, is_possible)
+}
+
+/// Wait for an answer, as typed [ms].
+pub(crate) fn reply_timeout(key: &str, typed: f64) -> Check<f64> {
+    require(key, "0 < x <= 1000", typed, 0.0 < typed && typed <= 1000.0)
+}
+
+/// How often to ask again.
+pub(crate) fn retries(key: &str, typed: i64) -> Check<u32> {
+    let fits = u32::try_from(typed).ok().filter(|retries| *retries <= 10);
+    fits.ok_or_else(|| BadInput::new(key, "a whole number from 0 to 10", typed.to_string()))
+}
+
 fn servos(typed: &schema::Servos) -> Check<ServoConfig> {
-    let baud =
-        u32::try_from(typed.baud).ok().filter(|baud| xl430::BAUDS.contains(baud)).ok_or_else(|| {
-            BadInput::new("servos.baud", format!("one of {:?}", xl430::BAUDS), typed.baud.to_string())
-        })?;
-    let gain = |key: &str, typed: i64| {
-        u16::try_from(typed).ok().filter(|gain| *gain <= 16_383).ok_or_else(|| {
-            BadInput::new(format!("servos.{key}"), "a whole number from 0 to 16383", typed.to_string())
-        })
-    };
-    let watchdog = typed.bus_watchdog_ms;
     Ok(ServoConfig {
         port: PathBuf::from(text("servos.port", typed.port.clone())?),
-        baud,
+        baud: baud("servos.baud", typed.baud)?,
         mode: typed.operating_mode,
         gains: [
-            gain("position_p_gain", typed.position_p_gain)?,
-            gain("position_i_gain", typed.position_i_gain)?,
-            gain("position_d_gain", typed.position_d_gain)?,
+            gain("servos.position_p_gain", typed.position_p_gain)?,
+            gain("servos.position_i_gain", typed.position_i_gain)?,
+            gain("servos.position_d_gain", typed.position_d_gain)?,
         ],
-        bus_watchdog: require(
-            "servos.bus_watchdog_ms",
-            "0 for none, or 100 to 2540",
-            watchdog,
-            watchdog == 0.0 || (100.0..=2540.0).contains(&watchdog),
-        )?,
-        reply_timeout: require(
-            "servos.reply_timeout_ms",
-            "0 < x <= 1000",
-            typed.reply_timeout_ms,
-            0.0 < typed.reply_timeout_ms && typed.reply_timeout_ms <= 1000.0,
-        )?,
-        retries: u32::try_from(typed.retries).ok().filter(|retries| *retries <= 10).ok_or_else(|| {
-            BadInput::new("servos.retries", "a whole number from 0 to 10", typed.retries.to_string())
-        })?,
+        bus_watchdog: bus_watchdog("servos.bus_watchdog_ms", typed.bus_watchdog_ms)?,
+        reply_timeout: reply_timeout("servos.reply_timeout_ms", typed.reply_timeout_ms)?,
+        retries: retries("servos.retries", typed.retries)?,
     })
 }
 

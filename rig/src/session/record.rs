@@ -383,14 +383,14 @@ impl Tape {
 }
 
 /// An event as a line of the log. A message can quote what somebody else sent: it is cut to what a journal takes.
-fn line_of(event: &Event) -> String {
+pub(crate) fn line_of(event: &Event) -> String {
     let message = event.message.chars().take(LONGEST_MESSAGE).collect();
     // Numbers and text, which JSON holds.
     serde_json::to_string(&Event { message, ..event.clone() }).unwrap_or_default()
 }
 
 /// A refusal of the file system, for people.
-fn disk(error: std::io::Error) -> Error {
+pub(crate) fn disk(error: std::io::Error) -> Error {
     Error::Disk(error)
 }
 
@@ -403,7 +403,7 @@ pub fn recover(journal: &Path, out: &Path) -> Result<(usize, usize)> {
 }
 
 /// The recording and the log of a journal, with one more pair of metadata.
-fn convert(journal: &Path, out: &Path, (key, value): (&str, String)) -> Result<(usize, usize)> {
+pub(crate) fn convert(journal: &Path, out: &Path, (key, value): (&str, String)) -> Result<(usize, usize)> {
     let Journal { recording, notes, .. } = Journal::read(journal)?;
     let mut meta = recording.meta().clone();
     meta.extra.insert(key.to_owned(), value);

@@ -19,6 +19,8 @@ mod fault;
 mod gripper;
 mod leader;
 mod nad;
+#[cfg(unix)]
+mod ports;
 mod robot;
 mod schema;
 mod servo;
@@ -35,6 +37,8 @@ pub use fault::Fault;
 pub use gripper::Gripper;
 pub use leader::{Leader, Posture};
 pub use nad::{Planned, SPLITS, data_set};
+#[cfg(unix)]
+pub use ports::{Follower, HeldLeader};
 pub use robot::{ForceSensor, Spread, Supply, Telemetry, VirtualArm};
 pub use servo::{GearFriction, Heat, Servo, ServoState};
 pub use task::{Course, Degraded, Direction, Labels, Press, Task, Trial};

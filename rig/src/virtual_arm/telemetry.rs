@@ -64,6 +64,15 @@ struct Row {
     true_speed: [f64; N_JOINTS],
 }
 
+/// Lets the servos' own filters of their speeds [rad/s] see a step.
+pub(super) fn filter_speeds(speeds: &mut [f64; N_SERVOS], world: &ArmWorld) {
+    let arm = world.arm();
+    let share = arm.step / (arm.telemetry.speed_filter + arm.step);
+    for (k, speed) in speeds.iter_mut().enumerate() {
+        *speed += share * (world.encoder_speed(k) - *speed);
+    }
+}
+
 fn rounded(x: f64, step: f64) -> f64 {
     (x / step).round() * step
 }
@@ -95,13 +104,7 @@ impl Recorder {
 
     /// Looks at the arm after a step.
     pub fn watch(&mut self, world: &ArmWorld) {
-        let arm = world.arm();
-        let share = arm.step / (arm.telemetry.speed_filter + arm.step);
-        for (k, speed) in self.speeds.iter_mut().enumerate() {
-            // The encoder is on the output.
-            let now = world.dq.get(k).copied().unwrap_or(world.servos[k].speed);
-            *speed += share * (now - *speed);
-        }
+        filter_speeds(&mut self.speeds, world);
         let sums = &mut self.sums;
         sums.steps += 1.0;
         sums.force += world.acted.force;
@@ -126,7 +129,6 @@ impl Recorder {
         let inertial = (velocity - self.last_velocity) / since;
         let force = self.sums.force / steps + (arm.chain.gravity - inertial) * carried;
         self.last_velocity = velocity;
-        let angle = |k: usize| world.q.get(k).copied().unwrap_or(world.servos[k].angle);
         let every = |value: &mut dyn FnMut(usize) -> f64| std::array::from_fn(value);
         let labelled = match (self.labels, world.lifted()) {
             (Labels::Weight, Some(mass)) => [None, None, Some(mass * arm.chain.gravity.z)],
@@ -137,7 +139,7 @@ impl Recorder {
         let means = |sums: [f64; N_JOINTS]| sums.map(|sum| sum / steps);
         self.rows.push(Row {
             time,
-            position: every(&mut |k| rounded(angle(k), tick)),
+            position: every(&mut |k| rounded(world.encoder(k), tick)),
             goal: every(&mut |k| rounded(goals[k], tick)),
             speed: every(&mut |k| rounded(self.speeds[k], telemetry.speed_step)),
             current: every(&mut |k| {

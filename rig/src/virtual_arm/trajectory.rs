@@ -43,7 +43,7 @@ impl VirtualArm {
             if recorder.is_due(time) {
                 // As a recorder with two arms does: read the leader, send the follower there, read the follower.
                 let goals = Leader::goals(&course.leader.at(time), &self.gripper);
-                world.goals = Some(goals);
+                world.goals = goals.map(Some);
                 recorder.read(&world, time, &goals);
             }
             if time >= end {
@@ -87,7 +87,7 @@ impl VirtualArm {
 fn settle(world: &mut ArmWorld, goals: &[f64; N_SERVOS]) {
     /// Longer than any arm swings [s].
     const MOST: f64 = 2.0;
-    world.goals = Some(*goals);
+    world.goals = goals.map(Some);
     world.push = Vector3::zeros();
     let until = world.time() + MOST;
     while world.time() < until {

@@ -71,8 +71,10 @@ pub struct ArmWorld {
     pub dq: [f64; N_JOINTS],
     /// Servos, that of the gripper last.
     pub servos: [ServoState; N_SERVOS],
-    /// Where the servos are asked to go [rad]; `None`: torque off.
-    pub goals: Option<[f64; N_SERVOS]>,
+    /// Where each servo is asked to go [rad]; `None`: its torque is off.
+    pub goals: [Option<f64>; N_SERVOS],
+    /// Torques on the joints besides all others [N m].
+    pub disturbances: [f64; N_JOINTS],
     /// Force on the tip besides that of an object [N].
     pub push: Vector3<f64>,
     /// Voltage of the bus [V].
@@ -99,7 +101,8 @@ impl ArmWorld {
             q,
             dq: [0.0; N_JOINTS],
             servos: std::array::from_fn(|k| Servo::resting(angle(k), temperatures[k])),
-            goals: None,
+            goals: [None; N_SERVOS],
+            disturbances: [0.0; N_JOINTS],
             push: Vector3::zeros(),
             bus: arm.supply.voltage,
             teeth: [0.0; N_JOINTS],
@@ -142,6 +145,31 @@ impl ArmWorld {
     /// The arm.
     pub fn arm(&self) -> &VirtualArm {
         &self.arm
+    }
+
+    /// Servo `k`, that of the gripper last.
+    pub fn spec(&self, k: usize) -> &Servo {
+        self.arm.servos.get(k).unwrap_or(&self.arm.gripper.servo)
+    }
+
+    /// Sets the registers P and D of servo `k`.
+    pub fn set_gains(&mut self, k: usize, gains: [f64; 2]) {
+        self.arm.servos.get_mut(k).unwrap_or(&mut self.arm.gripper.servo).gains = gains;
+    }
+
+    /// Sets the voltage of the supply without load [V].
+    pub fn set_supply(&mut self, volts: f64) {
+        self.arm.supply.voltage = volts;
+    }
+
+    /// Where the encoder of servo `k` is: on the output of a joint, on the motor of the gripper [rad].
+    pub fn encoder(&self, k: usize) -> f64 {
+        self.q.get(k).copied().unwrap_or(self.servos[k].angle)
+    }
+
+    /// How fast it turns [rad/s].
+    pub fn encoder_speed(&self, k: usize) -> f64 {
+        self.dq.get(k).copied().unwrap_or(self.servos[k].speed)
     }
 
     /// Equations of motion at the beginning of the last step.
@@ -193,7 +221,7 @@ impl ArmWorld {
         self.steps += 1;
         self.configuration = self.chain().at(&self.q, &self.dq);
         let outside = self.push + self.table();
-        let line = |servo: &Servo, k: usize| match self.goals {
+        let line = |servo: &Servo, k: usize| match self.goals[k] {
             Some(_) => servo.motor(&self.servos[k], self.bus),
             None => MotorLine::OPEN,
         };
@@ -211,15 +239,14 @@ impl ArmWorld {
     }
 
     fn control(&mut self) {
-        let Some(goals) = self.goals else {
-            self.servos.iter_mut().for_each(|servo| servo.duty = 0.0);
-            return;
-        };
-        for (k, servo) in self.arm.servos.iter().enumerate() {
-            servo.control(&mut self.servos[k], goals[k], self.q[k]);
+        let servos = self.arm.servos.iter().chain([&self.arm.gripper.servo]);
+        for (k, (servo, state)) in servos.zip(&mut self.servos).enumerate() {
+            let angle = self.q.get(k).copied().unwrap_or(state.angle);
+            match self.goals[k] {
+                Some(goal) => servo.control(state, goal, angle),
+                None => state.duty = 0.0,
+            }
         }
-        let jaws = &mut self.servos[N_JOINTS];
-        self.arm.gripper.servo.control(jaws, goals[N_JOINTS], jaws.angle);
     }
 
     /// Force of the table on what the jaws hold [N].
@@ -247,7 +274,8 @@ impl ArmWorld {
             free[k] = servo.armature / h * state.speed + lines[k].at_rest;
             let inertial: f64 = (0..N_JOINTS).map(|j| self.configuration.mass[k][j] * self.dq[j]).sum();
             let band: f64 = self.faults.iter().map(|fault| fault.torque(k, self.q[k])).sum();
-            free[N_JOINTS + k] = inertial / h - self.configuration.bias[k] + force[k] + band;
+            free[N_JOINTS + k] =
+                inertial / h - self.configuration.bias[k] + force[k] + band + self.disturbances[k];
         }
         // Teeth touch where they would be pressed into each other at the speeds so far; those that would pull do not.
         let mut sides: [f64; N_JOINTS] = std::array::from_fn(|k| {

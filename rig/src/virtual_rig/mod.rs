@@ -4,8 +4,6 @@
 //! it.
 
 mod body;
-#[cfg(unix)]
-pub mod emulator;
 mod equilibrium;
 mod linear;
 mod loops;

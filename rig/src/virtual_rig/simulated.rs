@@ -1,6 +1,7 @@
 //! The virtual rig in this process, on a clock of its own: as fast as the machine computes.
 
 use super::{TrackedPose, VirtualRobot, World};
+use crate::bus::model::XL430_W250;
 use crate::bus::{BusCounts, ServoReport, xl430};
 use crate::config::RigConfig;
 use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
@@ -96,7 +97,7 @@ impl Hardware for SimulatedRig {
             let servo = self.world.servo(k);
             ServoReport {
                 id: *id,
-                model: xl430::MODEL,
+                model: XL430_W250.number,
                 firmware: 0,
                 mode: xl430::mode::EXTENDED_POSITION,
                 voltage_v: servo.voltage,

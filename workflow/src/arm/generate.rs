@@ -150,7 +150,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
 }
 
 /// The arm and the text of its file.
-fn read_arm(named: &str) -> anyhow::Result<(VirtualArm, String)> {
+pub(super) fn read_arm(named: &str) -> anyhow::Result<(VirtualArm, String)> {
     if let Some(text) = VirtualArm::preset_text(named) {
         return Ok((VirtualArm::preset(named)?, text.to_owned()));
     }

@@ -1,11 +1,14 @@
 //! `hysteron arm`: rigid-body arms.
 
 pub mod dynamics;
+#[cfg(unix)]
+pub mod emulate;
 pub mod excite;
 pub mod export;
 pub mod generate;
 pub mod import;
 pub mod info;
+pub mod record;
 pub mod simulate;
 
 use std::path::Path;

@@ -12,7 +12,7 @@ use super::summary::Summary;
 use super::{Job, Options};
 use crate::Caller;
 use crate::sense::live::{LiveSensing, Pace};
-use crate::watchdog::WatchedRig;
+use crate::watchdog::Watched;
 
 /// What is to be recorded, and how.
 pub struct Work<'a> {
@@ -36,7 +36,7 @@ pub fn record(
     let mut hardware = LiveRig::open(rig)?;
     let servos = hardware.prepare()?;
     calibration.check(rig, &servos)?;
-    let mut hardware = WatchedRig::new(hardware, &options.rig, caller)?;
+    let mut hardware = Watched::new(hardware, &options.rig, caller)?;
     let run = Run { rig, calibration, meta, sensing: *sensing };
     let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary, caller);
     if is_torque_settled {

@@ -2,7 +2,7 @@
 
 pub mod jobs;
 mod live;
-mod partial_files;
+pub mod partial_files;
 mod simulated;
 pub mod source;
 mod summary;

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::Caller;
 use crate::record::source::{Source, calibration_path};
-use crate::watchdog::WatchedRig;
+use crate::watchdog::Watched;
 
 /// Find zero, slack and pretension of every tendon, and the tracker's frame
 #[derive(Debug, Clone)]
@@ -52,7 +52,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             let mut hardware = LiveRig::open(rig)?;
             // What is not fit to run needs nobody to watch it.
             hardware.prepare()?;
-            let mut hardware = WatchedRig::new(hardware, &options.rig, caller)?;
+            let mut hardware = Watched::new(hardware, &options.rig, caller)?;
             let found = calibrate(&mut *hardware, rig, date, &|| caller.is_cancelled(), &mut log)?;
             hardware.close();
             found

@@ -56,7 +56,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         hardware.bus().disable_torque()?;
         caller.say("torque off");
     }
-    let reports = hardware.bus().self_check(&rig)?;
+    let reports = hardware.bus().self_check(&rig.servo_bounds())?;
     print(&reports, caller);
     if rig.tracker.is_some() {
         hardware.wait_for_pose()?;

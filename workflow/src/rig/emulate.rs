@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hysteron_base::{BadInput, Lock, file};
-use hysteron_rig::virtual_rig::emulator::{
+use hysteron_rig::emulator::{
     Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
     PoseServerSettings, TORQUE_LOG, Timing,
 };

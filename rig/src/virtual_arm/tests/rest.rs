@@ -17,7 +17,7 @@ fn held(payload: f64) -> ArmWorld {
         world = world.with_payload(payload, 0.02);
     }
     let jaws = arm.gripper.angle(0.01);
-    world.goals = Some([STRETCHED[0], STRETCHED[1], STRETCHED[2], STRETCHED[3], jaws]);
+    world.goals = [STRETCHED[0], STRETCHED[1], STRETCHED[2], STRETCHED[3], jaws].map(Some);
     while world.time() < 3.0 {
         world.step();
     }

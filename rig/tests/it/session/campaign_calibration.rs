@@ -5,7 +5,7 @@ use super::campaign::{RIG, check_torque, fatal, survivable};
 use super::probe::{Probe, Rig, wait_for};
 use hysteron_base::rng;
 use hysteron_rig::calibration::calibrate;
-use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::{Hardware, LiveRig};
 use rand::RngExt;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};

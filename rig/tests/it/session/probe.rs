@@ -4,7 +4,7 @@ use super::turn;
 use hysteron_rig::bus::{BusCounts, ServoReport};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::virtual_rig::emulator::{
+use hysteron_rig::emulator::{
     DeviceClock, Emulator, Fault, Format, Options, PoseDelivery, PoseServerSettings, Timing,
 };
 use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};

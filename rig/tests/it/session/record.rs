@@ -5,8 +5,8 @@ use super::{Stand, circle, small_circle};
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_rig::bus::xl430;
 use hysteron_rig::config::{TrackerConfig, TrackerSource};
+use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::session::{RecordOptions, Recorder, Session};
-use hysteron_rig::virtual_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::{EventKind, Hardware, LiveRig};
 
 #[test]

@@ -10,11 +10,11 @@ use super::faults::Fault;
 use super::injector::Injector;
 use super::port::{Port, Timing};
 use super::servo::Servo;
+use super::world::ServoWorld;
 use super::{Options, Shared};
 use crate::Result;
 use crate::bus::packet::{BROADCAST, Decoded, Decoder};
 use crate::bus::xl430;
-use crate::virtual_rig::World;
 use hysteron_base::BadInput;
 
 /// Bits of a byte on the wire: start, eight of data, stop.
@@ -23,12 +23,14 @@ const BITS_PER_BYTE: f64 = 10.0;
 const LONGEST_STEP: f64 = 0.25;
 /// A packet that stays unfinished so long is forgotten.
 const BROKEN_OFF: Duration = Duration::from_millis(20);
+/// Largest id on a bus.
+const ID_MAX: usize = 252;
 
-/// The servos of a world, with ids from 1 on.
+/// The servos of a world, with ids from the first on.
 ///
 /// # Errors
 /// `BadInput` for a baud or return delay that no servo can have, or more servos than ids.
-pub(super) fn chain(world: &mut World, options: &Options) -> Result<Chain> {
+pub(super) fn chain(world: &mut dyn ServoWorld, options: &Options) -> Result<Chain> {
     let baud = xl430::BAUDS.iter().position(|baud| *baud == options.baud);
     let bauds = || xl430::BAUDS.map(|baud| baud.to_string()).join(", ");
     let baud =
@@ -40,28 +42,26 @@ pub(super) fn chain(world: &mut World, options: &Options) -> Result<Chain> {
     }
     let mut servos = Vec::with_capacity(world.n_servos());
     for k in 0..world.n_servos() {
-        if k >= 252 {
+        let id = k + usize::from(options.first_id);
+        if id > ID_MAX {
             return Err(
-                BadInput::new("servos", "at most 252 on one bus", world.n_servos().to_string()).into()
+                BadInput::new("servos", format!("ids up to {ID_MAX}"), format!("an id of {id}")).into()
             );
         }
-        let eeprom = [
-            (xl430::ID, k as i64 + 1),
-            (xl430::BAUD, baud as i64),
-            (xl430::RETURN_DELAY, delay.round() as i64),
-        ];
+        let eeprom =
+            [(xl430::ID, id as i64), (xl430::BAUD, baud as i64), (xl430::RETURN_DELAY, delay.round() as i64)];
         servos.push(Servo::new(k, &eeprom, world));
     }
     Ok(Chain { hears: vec![true; servos.len()], servos })
 }
 
 /// All that the thread owns.
-pub(super) struct Bus {
+pub(super) struct Bus<W> {
     chain: Chain,
     injector: Injector,
     port: Port,
     decoder: Decoder,
-    shared: Arc<Shared>,
+    shared: Arc<Shared<W>>,
     faults: Receiver<Fault>,
     timing: Timing,
     tick: Duration,
@@ -74,13 +74,13 @@ pub(super) struct Bus {
     heard_at: Instant,
 }
 
-impl Bus {
+impl<W: ServoWorld> Bus<W> {
     pub fn new(
         chain: Chain,
         injector: Injector,
         port: Port,
         options: &Options,
-        shared: Arc<Shared>,
+        shared: Arc<Shared<W>>,
         faults: Receiver<Fault>,
     ) -> Self {
         let now = Instant::now();
@@ -135,10 +135,10 @@ impl Bus {
         if step > 0.0 {
             world.advance(step.min(LONGEST_STEP));
         }
-        self.chain.refresh(&mut world);
+        self.chain.refresh(&mut *world);
         self.faults.try_iter().for_each(|fault| self.injector.add(fault));
         let mut record = self.shared.record();
-        self.injector.step(&mut self.port, &mut self.chain, &mut world, &mut record);
+        self.injector.step(&mut self.port, &mut self.chain, &mut *world, &mut record);
         record.torque(world.time(), self.chain.servos.iter().map(Servo::is_torque_on));
     }
 
@@ -156,7 +156,7 @@ impl Bus {
             let reply = match found {
                 Decoded::Packet { body, .. } => {
                     record.counts.instructions += 1;
-                    self.chain.handle(id, &body, &mut world)
+                    self.chain.handle(id, &body, &mut *world)
                 }
                 Decoded::BadChecksum { .. } => {
                     record.counts.bad_packets += 1;

@@ -9,8 +9,8 @@ use super::chain::Chain;
 use super::faults::{Fault, FaultKind};
 use super::port::Port;
 use super::record::{FaultMoment, Recorder};
+use super::world::ServoWorld;
 use crate::bus::xl430::error_bit;
-use crate::virtual_rig::World;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
@@ -62,7 +62,13 @@ impl Injector {
     }
 
     /// Begins and ends what is due.
-    pub fn step(&mut self, port: &mut Port, chain: &mut Chain, world: &mut World, record: &mut Recorder) {
+    pub fn step(
+        &mut self,
+        port: &mut Port,
+        chain: &mut Chain,
+        world: &mut dyn ServoWorld,
+        record: &mut Recorder,
+    ) {
         let time = world.time();
         let mut is_changed = false;
         self.active.retain(|active| {
@@ -87,7 +93,7 @@ impl Injector {
         }
     }
 
-    fn begin(&mut self, fault: Fault, port: &mut Port, chain: &mut Chain, world: &mut World) {
+    fn begin(&mut self, fault: Fault, port: &mut Port, chain: &mut Chain, world: &mut dyn ServoWorld) {
         let time = world.time();
         let count = fault.count.unwrap_or(1);
         let ends_at = fault.ends_at(time);
@@ -121,7 +127,7 @@ impl Injector {
     }
 
     /// Makes everything as broken as the active faults say.
-    fn apply(&self, port: &mut Port, chain: &mut Chain, world: &mut World) {
+    fn apply(&self, port: &mut Port, chain: &mut Chain, world: &mut dyn ServoWorld) {
         let active = || self.active.iter().map(|active| &active.fault);
         let is_plugged = !active().any(|fault| fault.kind == FaultKind::UnplugBus);
         if port.is_plugged() && !is_plugged {

@@ -76,12 +76,13 @@ impl Protection {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::model::XL430_W250;
 
     const FINE: Readings = Readings { time: 0.0, load: 0.0, temperature: 30.0, voltage: 12.0 };
 
     #[test]
     fn only_a_lasting_load_is_too_much() {
-        let (table, mut protection) = (Table::new(), Protection::default());
+        let (table, mut protection) = (Table::new(&XL430_W250, true), Protection::default());
         let mut at = |time, load| protection.errors(&Readings { time, load, ..FINE }, &table);
         assert_eq!(at(0.0, 1.0), 0);
         assert_eq!(at(1.4, -1.0), 0);
@@ -93,7 +94,7 @@ mod tests {
 
     #[test]
     fn heat_and_voltage_are_watched_by_the_limits_in_the_table() {
-        let (mut table, mut protection) = (Table::new(), Protection::default());
+        let (mut table, mut protection) = (Table::new(&XL430_W250, true), Protection::default());
         assert_eq!(protection.errors(&FINE, &table), 0);
         let hot = Readings { temperature: 73.0, ..FINE };
         assert_eq!(protection.errors(&hot, &table), error_bit::OVERHEATING);

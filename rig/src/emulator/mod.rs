@@ -1,4 +1,4 @@
-//! Servos on a pseudo-terminal, in real time: what a driver for XL430-W250 cannot tell from the real ones.
+//! Servos on a pseudo-terminal, in real time: what a driver for servos of the X series cannot tell from the real ones.
 //!
 //! One thread reads the bytes of the host, lets the world live on to the present moment, and answers when the last
 //! bit of the answer would have come over the wire. Between instructions it lets the world live on in small ticks.
@@ -15,12 +15,14 @@ mod registers;
 mod servo;
 mod table;
 mod thread;
+mod world;
 
 pub use faults::{Fault, FaultKind, Faults};
 pub use port::Timing;
 pub use pose_delivery::PoseDelivery;
 pub use pose_server::{DeviceClock, Format, PoseFaults, PoseServer, PoseServerSettings};
 pub use record::{Counts, FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults};
+pub use world::ServoWorld;
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -29,8 +31,8 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::World;
 use crate::bus::xl430;
+use crate::virtual_rig::World;
 use crate::{Error, Result};
 use hysteron_base::{BadInput, rng};
 
@@ -39,6 +41,8 @@ use hysteron_base::{BadInput, rng};
 pub struct Options {
     /// Name under which a host opens the port; a link, made and removed by the emulator.
     pub link: PathBuf,
+    /// Id of the first servo; the others follow.
+    pub first_id: u8,
     /// Baud of the servos; one of [`xl430::BAUDS`].
     pub baud: u32,
     /// Return delay of the servos [s], in steps of 2 µs up to 508 µs.
@@ -60,6 +64,7 @@ impl Options {
     pub fn new(link: impl Into<PathBuf>) -> Self {
         Self {
             link: link.into(),
+            first_id: 1,
             baud: 1_000_000,
             return_delay: 250.0 * xl430::RETURN_DELAY_UNIT,
             timing: Timing::Wire,
@@ -73,14 +78,14 @@ impl Options {
 
 /// What the thread of the emulator and its owner share.
 #[derive(Debug)]
-struct Shared {
-    world: Arc<Mutex<World>>,
+struct Shared<W> {
+    world: Arc<Mutex<W>>,
     record: Mutex<record::Recorder>,
     is_stopped: AtomicBool,
 }
 
-impl Shared {
-    fn world(&self) -> MutexGuard<'_, World> {
+impl<W> Shared<W> {
+    fn world(&self) -> MutexGuard<'_, W> {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -89,21 +94,21 @@ impl Shared {
     }
 }
 
-/// Servos that run on a thread of their own, with ids from 1 on. Dropping it stops them and removes the port.
+/// Servos that run on a thread of their own. Dropping it stops them and removes the port.
 #[derive(Debug)]
-pub struct Emulator {
+pub struct Emulator<W = World> {
     link: PathBuf,
-    shared: Arc<Shared>,
+    shared: Arc<Shared<W>>,
     faults: Sender<Fault>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
-impl Emulator {
+impl<W: ServoWorld + 'static> Emulator<W> {
     /// Puts the servos of a world on a port, in real time from now on.
     ///
     /// # Errors
     /// `BadInput` for options that make no sense, `Bus` if the system gives no pseudo-terminal, `File` for logs.
-    pub fn start(mut world: World, options: Options) -> Result<Self> {
+    pub fn start(mut world: W, options: Options) -> Result<Self> {
         let chain = thread::chain(&mut world, &options)?;
         let nominal_supply = if world.n_servos() == 0 { 0.0 } else { world.servo(0).voltage };
         let rng = rng(options.seed, "rig/emulator");
@@ -131,7 +136,7 @@ impl Emulator {
     }
 
     /// The world, which lives in real time.
-    pub fn world(&self) -> Arc<Mutex<World>> {
+    pub fn world(&self) -> Arc<Mutex<W>> {
         Arc::clone(&self.shared.world)
     }
 
@@ -153,26 +158,6 @@ impl Emulator {
     /// Faults so far, with their times.
     pub fn fault_log(&self) -> Vec<FaultRecord> {
         self.shared.record().faults.clone()
-    }
-
-    /// Serves the poses of the world's tracker, with the faults that are at work; also returns where.
-    ///
-    /// # Errors
-    /// `Tracker` if the port is taken.
-    pub fn serve_poses(&self, settings: PoseServerSettings) -> Result<(PoseDelivery, SocketAddr)> {
-        let server = PoseServer::start(settings)?;
-        let address = server.address();
-        let faults = self.tracker_faults();
-        let is = move |kind| faults.is_active(kind);
-        let delivery = PoseDelivery::start(self.world(), server, move || PoseFaults {
-            unplugged: is(FaultKind::UnplugTracker),
-            silent: is(FaultKind::TrackerDropout),
-            invalid: is(FaultKind::TrackerInvalid),
-            frozen: is(FaultKind::TrackerFreeze),
-            displaced: is(FaultKind::TrackerJump),
-            damaged: is(FaultKind::TrackerCorrupt),
-        })?;
-        Ok((delivery, address))
     }
 
     /// Faults of the tracker, for whoever sends its poses.
@@ -197,7 +182,29 @@ impl Emulator {
     }
 }
 
-impl Drop for Emulator {
+impl Emulator {
+    /// Serves the poses of the world's tracker, with the faults that are at work; also returns where.
+    ///
+    /// # Errors
+    /// `Tracker` if the port is taken.
+    pub fn serve_poses(&self, settings: PoseServerSettings) -> Result<(PoseDelivery, SocketAddr)> {
+        let server = PoseServer::start(settings)?;
+        let address = server.address();
+        let faults = self.tracker_faults();
+        let is = move |kind| faults.is_active(kind);
+        let delivery = PoseDelivery::start(self.world(), server, move || PoseFaults {
+            unplugged: is(FaultKind::UnplugTracker),
+            silent: is(FaultKind::TrackerDropout),
+            invalid: is(FaultKind::TrackerInvalid),
+            frozen: is(FaultKind::TrackerFreeze),
+            displaced: is(FaultKind::TrackerJump),
+            damaged: is(FaultKind::TrackerCorrupt),
+        })?;
+        Ok((delivery, address))
+    }
+}
+
+impl<W> Drop for Emulator<W> {
     fn drop(&mut self) {
         self.shared.is_stopped.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {

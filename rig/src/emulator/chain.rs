@@ -5,9 +5,9 @@
 
 use super::servo::Servo;
 use super::table::Refusal;
+use super::world::ServoWorld;
 use crate::bus::packet::{BROADCAST, STATUS, fast_status, status};
 use crate::bus::xl430::{self, Register};
-use crate::virtual_rig::World;
 
 mod instruction {
     pub const PING: u8 = 0x01;
@@ -63,12 +63,12 @@ type Part = (u8, u16, u16);
 
 impl Chain {
     /// Brings all servos up to date with the world.
-    pub fn refresh(&mut self, world: &mut World) {
+    pub fn refresh(&mut self, world: &mut dyn ServoWorld) {
         self.servos.iter_mut().for_each(|servo| servo.refresh(world));
     }
 
     /// Carries out an instruction.
-    pub fn handle(&mut self, id: u8, body: &[u8], world: &mut World) -> Reply {
+    pub fn handle(&mut self, id: u8, body: &[u8], world: &mut dyn ServoWorld) -> Reply {
         let Some((&number, parameters)) = body.split_first() else { return Reply::default() };
         if number == STATUS {
             return Reply::default();
@@ -109,7 +109,7 @@ impl Chain {
         (0..self.servos.len()).filter(move |&k| self.hears[k] && self.servos[k].id() == id)
     }
 
-    fn handle_plain(&mut self, id: u8, number: u8, parameters: &[u8], world: &mut World) -> Reply {
+    fn handle_plain(&mut self, id: u8, number: u8, parameters: &[u8], world: &mut dyn ServoWorld) -> Reply {
         let mut reply = Reply::default();
         let mut addressed: Vec<usize> = (0..self.servos.len())
             .filter(|&k| {
@@ -150,7 +150,7 @@ impl Chain {
         is_broadcast: bool,
         number: u8,
         parameters: &[u8],
-        world: &mut World,
+        world: &mut dyn ServoWorld,
     ) -> Result<Vec<u8>, Refusal> {
         let servo = &mut self.servos[k];
         let none = Vec::new();
@@ -241,7 +241,7 @@ impl Chain {
         self.listening(id).find(|&k| self.servos[k].table.unsigned(xl430::STATUS_RETURN) >= 1)
     }
 
-    fn write_each(&mut self, writes: Option<Vec<(u8, u16, &[u8])>>, world: &mut World) -> Reply {
+    fn write_each(&mut self, writes: Option<Vec<(u8, u16, &[u8])>>, world: &mut dyn ServoWorld) -> Reply {
         for (id, address, data) in writes.unwrap_or_default() {
             for k in 0..self.servos.len() {
                 let servo = &mut self.servos[k];

@@ -1,6 +1,7 @@
 //! The control table of one servo: bytes, the rules for writing them, and the detour over indirect addresses.
 
 use super::registers::{Access, INDIRECT, Spec, TABLE_LEN, specs};
+use crate::bus::model::ServoModel;
 use crate::bus::xl430::{self, Register, mode};
 
 /// Why a servo refuses an instruction: the error number of its answer.
@@ -37,9 +38,9 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// As it leaves the factory.
-    pub fn new() -> Self {
-        let specs = specs();
+    /// Of such a servo, as it leaves the factory; `has_full_loop` as a world says it.
+    pub fn new(model: &ServoModel, has_full_loop: bool) -> Self {
+        let specs = specs(model, has_full_loop);
         let mut owner = vec![None; TABLE_LEN];
         for (k, spec) in specs.iter().enumerate() {
             owner[span(spec.register)].fill(Some(k));
@@ -223,6 +224,7 @@ fn span(register: Register) -> std::ops::Range<usize> {
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
+    use crate::bus::model::XL430_W250;
     use crate::bus::xl430::*;
     use proptest::prelude::*;
 
@@ -232,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_new_servo_says_what_the_manual_says() {
-        let table = Table::new();
+        let table = Table::new(&XL430_W250, true);
         assert_eq!(table.read(0, 2).unwrap(), 1060u16.to_le_bytes());
         assert_eq!(table.read(6, 4).unwrap(), [45, 1, 1, 250]);
         assert_eq!(table.unsigned(POSITION_P_GAIN), 640);
@@ -241,7 +243,7 @@ mod tests {
 
     #[test]
     fn each_rule_has_its_error() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         assert_eq!(written(&mut table, MODEL_NUMBER, 1), Err(Refusal::Access));
         assert_eq!(written(&mut table, PRESENT_POSITION, 1), Err(Refusal::Access));
         assert_eq!(table.write(14, &[1]), Err(Refusal::Access), "a gap");
@@ -262,7 +264,7 @@ mod tests {
 
     #[test]
     fn extended_mode_goes_further() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         written(&mut table, OPERATING_MODE, 4).unwrap();
         written(&mut table, GOAL_POSITION, -5000).unwrap();
         assert_eq!(table.signed(GOAL_POSITION), -5000);
@@ -271,7 +273,7 @@ mod tests {
 
     #[test]
     fn eeprom_is_locked_while_the_torque_is_on() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         written(&mut table, TORQUE_ENABLE, 1).unwrap();
         assert_eq!(written(&mut table, ID, 7), Err(Refusal::Access));
         written(&mut table, TORQUE_ENABLE, 0).unwrap();
@@ -281,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_tripped_watchdog_refuses_goals_until_cleared() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         table.set(BUS_WATCHDOG, i64::from(WATCHDOG_TRIPPED));
         assert_eq!(written(&mut table, GOAL_POSITION, 5), Err(Refusal::Range));
         written(&mut table, BUS_WATCHDOG, 0).unwrap();
@@ -290,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_shutdown_forbids_torque() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         table.set(HARDWARE_ERROR, i64::from(error_bit::INPUT_VOLTAGE));
         written(&mut table, TORQUE_ENABLE, 1).unwrap();
         table.set(HARDWARE_ERROR, i64::from(error_bit::OVERLOAD));
@@ -300,7 +302,7 @@ mod tests {
     #[test]
     fn indirect_data_stands_for_what_its_addresses_name() {
         for (addresses, data) in INDIRECT {
-            let mut table = Table::new();
+            let mut table = Table::new(&XL430_W250, true);
             table.set(PRESENT_POSITION, -2);
             // Goal position, then the low half of the present position.
             let pointers = [116u16, 117, 118, 119, 132, 133].map(u16::to_le_bytes).concat();
@@ -316,7 +318,7 @@ mod tests {
 
     #[test]
     fn one_bad_register_keeps_all_from_being_written() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         let data = [10u32.to_le_bytes(), 10u32.to_le_bytes(), 9999u32.to_le_bytes()].concat();
         assert_eq!(table.write(108, &data), Err(Refusal::Limit));
         assert_eq!(table.unsigned(PROFILE_ACCELERATION), 0);
@@ -324,7 +326,7 @@ mod tests {
 
     #[test]
     fn a_loss_of_power_spares_the_eeprom() {
-        let mut table = Table::new();
+        let mut table = Table::new(&XL430_W250, true);
         written(&mut table, RETURN_DELAY, 0).unwrap();
         written(&mut table, PROFILE_VELOCITY, 9).unwrap();
         table.reset_ram();
@@ -336,7 +338,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_write_panics_and_what_is_accepted_is_read_back(writes in proptest::collection::vec((0u16..700, proptest::collection::vec(any::<u8>(), 0..12)), 0..40)) {
-            let mut table = Table::new();
+            let mut table = Table::new(&XL430_W250, true);
             for (address, data) in writes {
                 if table.write(address, &data).is_ok() && !(168..252).contains(&address) && !(578..662).contains(&address) {
                     prop_assert_eq!(table.read(address, data.len() as u16).unwrap(), data);

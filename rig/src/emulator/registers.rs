@@ -1,8 +1,10 @@
 //! What may stand in each register: who may write it, when, from where to where, and what the factory put there.
 //!
-//! Source: ROBOTIS e-Manual, XL430-W250, "Control Table". Narrower than the manual where the virtual rig cannot
-//! follow: only the two position modes, no time-based profiles, no start with torque.
+//! Source: ROBOTIS e-Manual, XL430-W250, "Control Table", and what [`ServoModel`] says of the others. Narrower than the manual
+//! where the worlds cannot follow: only the two position modes, no time-based profiles, no start with torque; and servos
+//! without a full loop keep to the factory's profiles, integral gain and PWM.
 
+use crate::bus::model::ServoModel;
 use crate::bus::xl430::{self, Register, mode};
 
 /// Bytes of the control table.
@@ -37,16 +39,21 @@ const EXTENDED_GOAL: i64 = 1_048_575;
 /// Largest homing offset [ticks].
 const HOMING: i64 = 1_044_479;
 
-/// All registers, in order of their addresses.
-pub(super) fn specs() -> Vec<Spec> {
+/// All registers of such a servo, in order of their addresses.
+pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
     use Access::{Eeprom, Ram, ReadOnly};
     let row = |register, access, range, initial| Spec { register, access, range, initial };
     let read = |register, initial| row(register, ReadOnly, (i64::MIN, i64::MAX), initial);
     let pwm = i64::from(xl430::PWM_MAX);
+    let [volts_min, volts_max] = model.voltage.map(i64::from);
+    let [p, i, d] = model.gains.map(i64::from);
+    let (pwm_min, ki_max, profile_max) = if has_full_loop { (0, 16_383, 32_767) } else { (pwm, 0, 0) };
+    let pwm_goal_min = if has_full_loop { -pwm } else { pwm };
     let turn = i64::from(xl430::TICKS_PER_TURN);
+    let velocity = i64::from(model.velocity);
     let last_mode = i64::from(mode::EXTENDED_POSITION);
     let mut specs = vec![
-        read(xl430::MODEL_NUMBER, i64::from(xl430::MODEL)),
+        read(xl430::MODEL_NUMBER, i64::from(model.number)),
         read(xl430::MODEL_INFORMATION, 0),
         read(xl430::FIRMWARE, FIRMWARE),
         row(xl430::ID, Eeprom, (0, 252), 1),
@@ -58,11 +65,11 @@ pub(super) fn specs() -> Vec<Spec> {
         row(xl430::PROTOCOL, Eeprom, (2, 2), 2),
         row(xl430::HOMING_OFFSET, Eeprom, (-HOMING, HOMING), 0),
         row(xl430::MOVING_THRESHOLD, Eeprom, (0, 1023), 10),
-        row(xl430::TEMPERATURE_LIMIT, Eeprom, (0, 100), 72),
-        row(xl430::MAX_VOLTAGE, Eeprom, (60, 140), 140),
-        row(xl430::MIN_VOLTAGE, Eeprom, (60, 140), 60),
-        row(xl430::PWM_LIMIT, Eeprom, (0, pwm), pwm),
-        row(xl430::VELOCITY_LIMIT, Eeprom, (0, 1023), 265),
+        row(xl430::TEMPERATURE_LIMIT, Eeprom, (0, 100), i64::from(model.temperature)),
+        row(xl430::MAX_VOLTAGE, Eeprom, (volts_min, volts_max), volts_max),
+        row(xl430::MIN_VOLTAGE, Eeprom, (volts_min, volts_max), volts_min),
+        row(xl430::PWM_LIMIT, Eeprom, (pwm_min, pwm), pwm),
+        row(xl430::VELOCITY_LIMIT, Eeprom, (0, 1023.max(velocity)), velocity),
         row(xl430::MAX_POSITION, Eeprom, (0, turn - 1), turn - 1),
         row(xl430::MIN_POSITION, Eeprom, (0, turn - 1), 0),
         row(xl430::STARTUP, Eeprom, (0, 0), 0),
@@ -74,16 +81,16 @@ pub(super) fn specs() -> Vec<Spec> {
         read(xl430::HARDWARE_ERROR, 0),
         row(xl430::VELOCITY_I_GAIN, Ram, (0, 16_383), 1000),
         row(xl430::VELOCITY_P_GAIN, Ram, (0, 16_383), 100),
-        row(xl430::POSITION_D_GAIN, Ram, (0, 16_383), 4000),
-        row(xl430::POSITION_I_GAIN, Ram, (0, 16_383), 0),
-        row(xl430::POSITION_P_GAIN, Ram, (0, 16_383), 640),
+        row(xl430::POSITION_D_GAIN, Ram, (0, 16_383), d),
+        row(xl430::POSITION_I_GAIN, Ram, (0, ki_max), i),
+        row(xl430::POSITION_P_GAIN, Ram, (0, 16_383), p),
         row(xl430::FEEDFORWARD_2ND_GAIN, Ram, (0, 16_383), 0),
         row(xl430::FEEDFORWARD_1ST_GAIN, Ram, (0, 16_383), 0),
         row(xl430::BUS_WATCHDOG, Ram, (0, 127), 0),
-        row(xl430::GOAL_PWM, Ram, (-pwm, pwm), pwm),
+        row(xl430::GOAL_PWM, Ram, (pwm_goal_min, pwm), pwm),
         row(xl430::GOAL_VELOCITY, Ram, (-1023, 1023), 0),
-        row(xl430::PROFILE_ACCELERATION, Ram, (0, 32_767), 0),
-        row(xl430::PROFILE_VELOCITY, Ram, (0, 32_767), 0),
+        row(xl430::PROFILE_ACCELERATION, Ram, (0, profile_max), 0),
+        row(xl430::PROFILE_VELOCITY, Ram, (0, profile_max), 0),
         row(xl430::GOAL_POSITION, Ram, (-EXTENDED_GOAL, EXTENDED_GOAL), 0),
         read(xl430::REALTIME_TICK, 0),
         read(xl430::MOVING, 0),
@@ -120,21 +127,25 @@ pub(super) const INDIRECT: [(Register, Register); 2] =
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::model::{XL330_M288, XL430_W250, XM430_W350};
 
     #[test]
     fn registers_lie_in_order_and_do_not_overlap() {
-        for pair in specs().windows(2) {
+        for pair in specs(&XL430_W250, true).windows(2) {
             let [before, after] = [pair[0].register, pair[1].register];
             assert!(before.address + u16::from(before.size) <= after.address, "{before:?} {after:?}");
         }
-        let last = specs().last().map(|spec| spec.register.address + u16::from(spec.register.size));
+        let last =
+            specs(&XL430_W250, true).last().map(|spec| spec.register.address + u16::from(spec.register.size));
         assert_eq!(last.map(usize::from), Some(TABLE_LEN));
     }
 
     #[test]
     fn every_initial_value_may_be_written() {
-        for spec in specs() {
-            assert!((spec.range.0..=spec.range.1).contains(&spec.initial), "{spec:?}");
+        for (model, has_full_loop) in [(&XL430_W250, true), (&XM430_W350, false), (&XL330_M288, false)] {
+            for spec in specs(model, has_full_loop) {
+                assert!((spec.range.0..=spec.range.1).contains(&spec.initial), "{spec:?}");
+            }
         }
     }
 }

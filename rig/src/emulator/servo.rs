@@ -1,4 +1,4 @@
-//! One emulated servo: its control table on one side, the servo of the [`World`] on the other.
+//! One emulated servo: its control table on one side, the servo of a [`ServoWorld`] on the other.
 //!
 //! The world moves the output; this module decides what it is told and what it reports: ticks, modes, goals, shutdowns,
 //! the watchdog, and what is forgotten without power. Multi-turn counts are forgotten too, as in the real one: after
@@ -6,9 +6,10 @@
 
 use super::protection::{Protection, Readings};
 use super::table::{Refusal, Table, WATCHDOG_TRIPPED};
+use super::world::ServoWorld;
+use crate::bus::model::Effort;
 use crate::bus::xl430::{self, Register, mode};
-use crate::virtual_rig::World;
-use hysteron_actuator::Gains;
+use hysteron_actuator::{Gains, ServoCommand};
 use std::f64::consts::TAU;
 
 /// How long a servo is silent after a restart [s].
@@ -48,8 +49,8 @@ pub(super) struct Servo {
 
 impl Servo {
     /// Servo `k` of the world, with this id and further EEPROM values, at rest and without torque.
-    pub fn new(k: usize, eeprom: &[(Register, i64)], world: &mut World) -> Self {
-        let mut table = Table::new();
+    pub fn new(k: usize, eeprom: &[(Register, i64)], world: &mut dyn ServoWorld) -> Self {
+        let mut table = Table::new(world.model(), world.has_full_loop());
         for (register, value) in eeprom {
             table.set(*register, *value);
         }
@@ -105,7 +106,7 @@ impl Servo {
     }
 
     /// Brings the registers up to date with the world, and stops what must stop.
-    pub fn refresh(&mut self, world: &mut World) {
+    pub fn refresh(&mut self, world: &mut dyn ServoWorld) {
         let time = world.time();
         if matches!(self.power, Power::Starting(until) if time >= until) {
             self.power = Power::On;
@@ -129,12 +130,16 @@ impl Servo {
     }
 
     /// Writes what the world's servo does into the registers.
-    fn report(&mut self, world: &World) {
-        let (state, time) = (*world.servo(self.k), world.time());
+    fn report(&mut self, world: &dyn ServoWorld) {
+        let (state, time) = (world.servo(self.k), world.time());
         let direction = f64::from(self.direction());
         let (position, reference) = (self.position_of(state.angle), self.position_of(state.reference));
         let velocity = (direction * state.velocity / xl430::VELOCITY_UNIT).round() as i64;
-        let load = direction * world.load(self.k);
+        let unit = match world.model().effort {
+            Effort::Load => xl430::LOAD_UNIT,
+            Effort::Current(unit) => unit,
+        };
+        let effort = direction * world.effort(self.k);
         let is_moving = velocity.abs() > i64::from(self.table.unsigned(xl430::MOVING_THRESHOLD));
         let is_there = (position - self.table.signed(xl430::GOAL_POSITION)).abs() <= IN_POSITION;
         let is_on_the_way = self.is_torque_on() && reference != self.table.signed(xl430::GOAL_POSITION);
@@ -150,7 +155,7 @@ impl Servo {
             (xl430::MOVING, i64::from(is_moving)),
             (xl430::MOVING_STATUS, i64::from(is_there) | i64::from(is_on_the_way) << 1),
             (xl430::PRESENT_PWM, (direction * state.pwm * f64::from(xl430::PWM_MAX)).round() as i64),
-            (xl430::PRESENT_LOAD, (load / xl430::LOAD_UNIT).round() as i64),
+            (xl430::PRESENT_LOAD, (effort / unit).round() as i64),
             (xl430::PRESENT_VELOCITY, velocity),
             (xl430::PRESENT_POSITION, i64::from(position)),
             (xl430::POSITION_TRAJECTORY, i64::from(reference)),
@@ -162,8 +167,8 @@ impl Servo {
     }
 
     /// Looks for hardware errors; those in the shutdown mask switch the torque off.
-    fn protect(&mut self, world: &mut World) {
-        let state = *world.servo(self.k);
+    fn protect(&mut self, world: &mut dyn ServoWorld) {
+        let state = world.servo(self.k);
         let time = world.time();
         let readings = Readings {
             time,
@@ -182,7 +187,7 @@ impl Servo {
     }
 
     /// Reports a hardware error as if the servo had found it.
-    pub fn trip(&mut self, bits: u8, world: &mut World) {
+    pub fn trip(&mut self, bits: u8, world: &mut dyn ServoWorld) {
         self.protection.force(bits);
         self.protect(world);
     }
@@ -204,7 +209,7 @@ impl Servo {
     ///
     /// # Errors
     /// As [`Table::write`].
-    pub fn write(&mut self, address: u16, data: &[u8], world: &mut World) -> Result<(), Refusal> {
+    pub fn write(&mut self, address: u16, data: &[u8], world: &mut dyn ServoWorld) -> Result<(), Refusal> {
         let was_on = self.is_torque_on();
         let touched = self.table.write(address, data)?;
         if !was_on && self.is_torque_on() {
@@ -236,7 +241,7 @@ impl Servo {
     ///
     /// # Errors
     /// `Result` if nothing was, else as [`Table::write`].
-    pub fn act(&mut self, world: &mut World) -> Result<(), Refusal> {
+    pub fn act(&mut self, world: &mut dyn ServoWorld) -> Result<(), Refusal> {
         let (address, data) = self.registered.take().ok_or(Refusal::Result)?;
         self.table.set(xl430::REGISTERED, 0);
         self.write(address, &data, world)
@@ -246,7 +251,7 @@ impl Servo {
     ///
     /// # Errors
     /// `Result` while it moves.
-    pub fn clear_turns(&mut self, world: &mut World) -> Result<(), Refusal> {
+    pub fn clear_turns(&mut self, world: &mut dyn ServoWorld) -> Result<(), Refusal> {
         self.report(world);
         if self.table.is_set(xl430::MOVING) {
             return Err(Refusal::Result);
@@ -257,30 +262,29 @@ impl Servo {
     }
 
     /// Everything as from the factory, then a restart.
-    pub fn factory_reset(&mut self, kept: &[Register], world: &mut World) {
+    pub fn factory_reset(&mut self, kept: &[Register], world: &mut dyn ServoWorld) {
         self.table.reset_all_but(kept);
         self.restart(world);
     }
 
     /// Off and on again: silent for [`START_TIME`], without torque, RAM and turns forgotten.
-    pub fn restart(&mut self, world: &mut World) {
+    pub fn restart(&mut self, world: &mut dyn ServoWorld) {
         self.cut(world);
         self.power = Power::Starting(world.time() + START_TIME);
     }
 
     /// Takes its power away.
-    pub fn cut(&mut self, world: &mut World) {
+    pub fn cut(&mut self, world: &mut dyn ServoWorld) {
         self.power = Power::Off;
         self.registered = None;
         self.protection = Protection::default();
         self.table.reset_ram();
         world.power_cycle(self.k);
-        world.command_mut(self.k).torque_on = false;
         self.forget(world);
     }
 
     /// Forgets whole turns, and takes the present position as the goal.
-    fn forget(&mut self, world: &World) {
+    fn forget(&mut self, world: &dyn ServoWorld) {
         let turn = xl430::TICKS_PER_TURN;
         self.forgotten = (ticks(world.servo(self.k).angle) + self.mount).div_euclid(turn) * turn;
         self.report(world);
@@ -294,26 +298,27 @@ impl Servo {
     }
 
     /// Tells the world's servo what the registers say.
-    fn drive(&self, world: &mut World) {
+    fn drive(&self, world: &mut dyn ServoWorld) {
         let table = &self.table;
         let unsigned = |register| table.unsigned(register);
         let gain = |register| u16::try_from(unsigned(register)).unwrap_or(u16::MAX);
         let goal = self.direction() * (table.signed(xl430::GOAL_POSITION) - self.offset());
         let fastest = unsigned(xl430::VELOCITY_LIMIT);
-        let command = world.command_mut(self.k);
-        command.torque_on = self.is_torque_on();
-        command.goal = goal - self.mount + self.forgotten;
-        command.profile_velocity =
-            f64::from(unsigned(xl430::PROFILE_VELOCITY).min(fastest)) * xl430::VELOCITY_UNIT;
-        command.profile_acceleration =
-            f64::from(unsigned(xl430::PROFILE_ACCELERATION)) * xl430::ACCELERATION_UNIT;
-        command.gains = Gains {
-            p: gain(xl430::POSITION_P_GAIN),
-            i: gain(xl430::POSITION_I_GAIN),
-            d: gain(xl430::POSITION_D_GAIN),
-        };
         let pwm = table.signed(xl430::GOAL_PWM).unsigned_abs().min(unsigned(xl430::PWM_LIMIT));
-        command.pwm_limit = f64::from(pwm) / f64::from(xl430::PWM_MAX);
+        let velocity = unsigned(xl430::PROFILE_VELOCITY).min(fastest);
+        let command = ServoCommand {
+            torque_on: self.is_torque_on(),
+            goal: goal - self.mount + self.forgotten,
+            profile_velocity: f64::from(velocity) * xl430::VELOCITY_UNIT,
+            profile_acceleration: f64::from(unsigned(xl430::PROFILE_ACCELERATION)) * xl430::ACCELERATION_UNIT,
+            gains: Gains {
+                p: gain(xl430::POSITION_P_GAIN),
+                i: gain(xl430::POSITION_I_GAIN),
+                d: gain(xl430::POSITION_D_GAIN),
+            },
+            pwm_limit: f64::from(pwm) / f64::from(xl430::PWM_MAX),
+        };
+        world.command(self.k, &command);
     }
 
     /// What it reads at an angle [rad] of the world [ticks].

@@ -1,0 +1,85 @@
+//! Servos of the X series, which share the control table of [`xl430`](super::xl430) up to the position: what differs.
+
+use hysteron_base::BadInput;
+
+/// What the register at address 126 shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Effort {
+    /// The load, in thousandths of the stall torque, as the servo estimates it from its PWM.
+    Load,
+    /// The motor's current, in units of so many amperes [A].
+    Current(f64),
+}
+
+/// A kind of servo. Source: ROBOTIS e-Manual, "Control Table" of each.
+#[derive(Debug, PartialEq)]
+pub struct ServoModel {
+    /// As the manual and arm files call it.
+    pub name: &'static str,
+    /// What its register of the model number says.
+    pub number: u16,
+    /// What it says of its motor.
+    pub effort: Effort,
+    /// Least and largest supply voltage from the factory [0.1 V].
+    pub voltage: [u8; 2],
+    /// Largest temperature from the factory [°C].
+    pub temperature: u8,
+    /// Largest profile velocity from the factory [0.229 turns per minute].
+    pub velocity: u16,
+    /// Gains of the position loop from the factory: P, I, D.
+    pub gains: [u16; 3],
+}
+
+/// The tendon rig's.
+pub const XL430_W250: ServoModel = ServoModel {
+    name: "XL430-W250",
+    number: 1060,
+    effort: Effort::Load,
+    voltage: [60, 140],
+    temperature: 72,
+    velocity: 265,
+    gains: [640, 0, 4000],
+};
+
+/// The OpenManipulator-X's.
+pub const XM430_W350: ServoModel = ServoModel {
+    name: "XM430-W350",
+    number: 1020,
+    effort: Effort::Current(2.69e-3),
+    voltage: [95, 160],
+    temperature: 80,
+    velocity: 200,
+    gains: [800, 0, 0],
+};
+
+/// Of small followers and leaders.
+pub const XL330_M288: ServoModel = ServoModel {
+    name: "XL330-M288",
+    number: 1200,
+    effort: Effort::Current(1e-3),
+    voltage: [35, 70],
+    temperature: 70,
+    velocity: 445,
+    gains: [400, 0, 0],
+};
+
+/// Of leaders that a hand moves easily.
+pub const XL330_M077: ServoModel =
+    ServoModel { name: "XL330-M077", number: 1190, velocity: 1620, ..XL330_M288 };
+
+/// All that are known.
+const MODELS: [&ServoModel; 4] = [&XL430_W250, &XM430_W350, &XL330_M288, &XL330_M077];
+
+impl ServoModel {
+    /// The model of that name.
+    ///
+    /// # Errors
+    /// `BadInput` listing the known ones.
+    pub fn named(key: &str, name: &str) -> Result<&'static Self, BadInput> {
+        MODELS.into_iter().find(|model| model.name == name).ok_or_else(|| {
+            let names = MODELS.map(|model| model.name).join(", ");
+            BadInput::new(key, format!("one of {names}"), format!("\"{name}\""))
+                .hint("servos of other makers, as Feetech's STS series, speak another protocol")
+        })
+    }
+}

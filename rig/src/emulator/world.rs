@@ -1,0 +1,84 @@
+//! What the emulated servos are attached to.
+
+use crate::bus::model::{ServoModel, XL430_W250};
+use crate::virtual_rig::World;
+use hysteron_actuator::{ServoCommand, ServoState};
+
+/// A world with servos, which lives on as it is told; the emulator gives them registers and a bus.
+pub trait ServoWorld: Send + std::fmt::Debug {
+    /// Which servos they are.
+    fn model(&self) -> &'static ServoModel;
+    /// Whether they have profiles, an integral gain and a limit of their PWM. Where they do not, these registers cannot be
+    /// changed.
+    fn has_full_loop(&self) -> bool;
+    /// Seconds since power-on [s].
+    fn time(&self) -> f64;
+    /// Lets `dt` [s] pass.
+    fn advance(&mut self, dt: f64);
+    /// Number of servos.
+    fn n_servos(&self) -> usize;
+    /// What servo `k` does.
+    fn servo(&self, k: usize) -> ServoState;
+    /// Load of servo `k`, -1 to 1 of its stall torque, positive towards positive angles [-].
+    fn load(&self, k: usize) -> f64;
+    /// What its model shows of its motor: the load [-], or the current [A].
+    fn effort(&self, k: usize) -> f64;
+    /// Tells servo `k` what to do until it is told otherwise.
+    fn command(&mut self, k: usize, command: &ServoCommand);
+    /// Switches servo `k` off and on again: it forgets its command; its output stays where it was, without torque.
+    fn power_cycle(&mut self, k: usize);
+    /// Sets the supply voltage [V].
+    fn set_supply(&mut self, volts: f64);
+    /// Adds a torque against servo `k`: positive towards positive angles [N m].
+    fn set_disturbance(&mut self, k: usize, torque: f64);
+}
+
+impl ServoWorld for World {
+    fn model(&self) -> &'static ServoModel {
+        &XL430_W250
+    }
+
+    fn has_full_loop(&self) -> bool {
+        true
+    }
+
+    fn time(&self) -> f64 {
+        self.time()
+    }
+
+    fn advance(&mut self, dt: f64) {
+        self.advance(dt);
+    }
+
+    fn n_servos(&self) -> usize {
+        self.n_servos()
+    }
+
+    fn servo(&self, k: usize) -> ServoState {
+        *self.servo(k)
+    }
+
+    fn load(&self, k: usize) -> f64 {
+        self.load(k)
+    }
+
+    fn effort(&self, k: usize) -> f64 {
+        self.load(k)
+    }
+
+    fn command(&mut self, k: usize, command: &ServoCommand) {
+        *self.command_mut(k) = *command;
+    }
+
+    fn power_cycle(&mut self, k: usize) {
+        self.power_cycle(k);
+    }
+
+    fn set_supply(&mut self, volts: f64) {
+        self.set_supply(volts);
+    }
+
+    fn set_disturbance(&mut self, k: usize, torque: f64) {
+        self.set_disturbance(k, torque);
+    }
+}

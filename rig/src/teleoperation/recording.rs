@@ -1,0 +1,216 @@
+//! Recording: every cycle that follows the leader becomes a row, with the channels of the data set NAD.
+
+use super::arms::Arms;
+use super::config::{ArmsConfig, JointConfig};
+use super::session::{Halt, Session};
+use crate::bus::model::Effort;
+use crate::session::{convert, disk, events_path, free_name, journal_path, line_of};
+use crate::{Error, Event, EventKind, Result};
+use hysteron_base::{JournalQueue, JournalWriter, Metadata};
+use std::path::{Path, PathBuf};
+
+/// What became of a recording.
+#[derive(Debug)]
+pub struct ArmsOutcome {
+    /// Where the rows are: under the final name only those of a run that came to its end.
+    pub out: PathBuf,
+    /// Why it ended before its time, if it did.
+    pub stopped: Option<Error>,
+    /// Whether somebody asked to stop before its time.
+    pub was_interrupted: bool,
+    /// Rows in the recording, and how many of them were filled in.
+    pub n_rows: usize,
+    /// See `n_rows`.
+    pub n_gaps: usize,
+    /// Cycles that began more than a period late.
+    pub n_late: usize,
+    /// Whether the follower's torque is known to be off.
+    pub is_released: bool,
+}
+
+/// Channels of a recording of these arms: those that `hysteron arm import` makes of NAD.
+pub fn channel_names(config: &ArmsConfig) -> Vec<String> {
+    let n = config.joints.len();
+    let mut names = Vec::with_capacity(7 * n + 2);
+    let effort = |joint: &JointConfig| match joint.follower.model.effort {
+        Effort::Current(_) => ("current", "a"),
+        Effort::Load => ("load", "ratio"),
+    };
+    let quantities: [&dyn Fn(&JointConfig) -> (&'static str, &'static str); 7] = [
+        &|_| ("q", "rad"),
+        &|_| ("goal", "rad"),
+        &|_| ("dq", "rad_s"),
+        &effort,
+        &|_| ("voltage", "v"),
+        &|_| ("temperature", "degc"),
+        &|_| ("pwm", "ratio"),
+    ];
+    for quantity in quantities {
+        for (k, joint) in (1..).zip(&config.joints) {
+            let (stem, unit) = quantity(joint);
+            names.push(format!("{stem}_{k}_{unit}"));
+        }
+    }
+    if config.gripper.is_some() {
+        names.extend(["aperture_m", "goal_aperture_m"].map(String::from));
+    }
+    names
+}
+
+/// A recording that has been begun: its journal is on the disk, and nothing has moved yet. Dropped before its first row it leaves
+/// nothing.
+#[derive(Debug)]
+pub struct ArmsRecording {
+    journal: JournalQueue,
+    out: PathBuf,
+    /// Time of the first row [s].
+    start: Option<f64>,
+    row: Vec<f64>,
+    n_late: usize,
+    events: Vec<Event>,
+}
+
+impl ArmsRecording {
+    /// Begins the journal: before the torque goes on, since the disk may stall.
+    ///
+    /// # Errors
+    /// If there is such a journal already or it cannot be written.
+    pub fn begin(config: &ArmsConfig, out: &Path, meta: &Metadata) -> Result<Self> {
+        let names = channel_names(config);
+        let journal = JournalWriter::create(journal_path(out), &names, meta)?;
+        Ok(Self {
+            journal: JournalQueue::start(journal).map_err(disk)?,
+            out: out.to_owned(),
+            start: None,
+            row: Vec::with_capacity(names.len()),
+            n_late: 0,
+            events: Vec::new(),
+        })
+    }
+
+    /// Goes to the leader, follows it for `seconds`, or until `asked` where there are none, and returns to rest.
+    ///
+    /// `progress` is told the time that was recorded [s].
+    ///
+    /// # Errors
+    /// If the follower cannot be put under torque or the recording cannot be written. Whatever ends the run itself is in the
+    /// outcome, beside the data.
+    pub fn run(
+        mut self,
+        arms: &mut Arms,
+        seconds: Option<f64>,
+        asked: &dyn Fn() -> bool,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<ArmsOutcome> {
+        let config = arms.config.clone();
+        let mut session = Session::start(arms)?;
+        let mut halted = self.follow(&mut session, &config, seconds, asked, progress).err();
+        let was_interrupted =
+            matches!(halted, Some(Halt::Asked)) && (seconds.is_some() || self.start.is_none());
+        if !matches!(halted, Some(Halt::Unsafe(_)))
+            && let Err(halt) = session.retreat()
+        {
+            // What went wrong first.
+            halted = match halted {
+                Some(Halt::Failed(error)) => Some(Halt::Failed(error)),
+                _ => Some(halt),
+            };
+        }
+        let is_released = session.release();
+        self.note(&mut session.events)?;
+        drop(session);
+        self.journal.flush().map_err(disk)?;
+        let stopped = halted.and_then(Option::from);
+        let is_whole = stopped.is_none() && !was_interrupted;
+        let out = if is_whole { self.out.clone() } else { free_name(&self.out, "partial") };
+        let (n_rows, n_gaps) = self.keep(&out)?;
+        Ok(ArmsOutcome { out, stopped, was_interrupted, n_rows, n_gaps, n_late: self.n_late, is_released })
+    }
+
+    fn follow(
+        &mut self,
+        session: &mut Session<'_>,
+        config: &ArmsConfig,
+        seconds: Option<f64>,
+        asked: &dyn Fn() -> bool,
+        progress: &mut dyn FnMut(f64),
+    ) -> std::result::Result<(), Halt> {
+        session.approach(asked)?;
+        session.say("following");
+        loop {
+            session.follow(config.limits.speed_max)?;
+            let passed = self.take(session, config).map_err(Halt::Failed)?;
+            progress(passed);
+            if seconds.is_some_and(|seconds| passed >= seconds - 0.5 * config.period) {
+                return Ok(());
+            }
+            if asked() {
+                return Err(Halt::Asked);
+            }
+        }
+    }
+
+    /// Takes the last cycle over; returns its time since the first row [s].
+    fn take(&mut self, session: &mut Session<'_>, config: &ArmsConfig) -> Result<f64> {
+        let start = *self.start.get_or_insert(session.read_at);
+        let time = session.read_at - start;
+        let mut add = |value: &dyn Fn(usize) -> Option<f64>| {
+            self.row.extend((0..config.joints.len()).map(|k| value(k).unwrap_or(f64::NAN)));
+        };
+        let samples = &session.samples;
+        let mount = |k: usize| config.joints[k].follower;
+        add(&|k| samples[k].map(|sample| mount(k).angle(sample.position)));
+        // As the register holds it.
+        add(&|k| Some(mount(k).angle(mount(k).ticks(session.goals[k]))));
+        let sign = |k: usize| mount(k).turns.sign();
+        add(&|k| samples[k].map(|sample| sign(k) * sample.velocity));
+        add(&|k| samples[k].map(|sample| sign(k) * sample.effort(mount(k).model)));
+        add(&|k| samples[k].map(|sample| sample.voltage));
+        add(&|k| samples[k].map(|sample| sample.temperature));
+        add(&|k| samples[k].map(|sample| sign(k) * sample.pwm));
+        if let Some(gripper) = config.gripper {
+            let last = config.joints.len() - 1;
+            let [angle, goal] = [self.row[last], self.row[2 * last + 1]];
+            self.row.extend([gripper.aperture(angle), gripper.aperture(goal)]);
+        }
+        let written = self.journal.append(time, &self.row).map_err(disk);
+        self.row.clear();
+        self.note(&mut session.events)?;
+        written.map(|()| time)
+    }
+
+    /// Takes events over.
+    fn note(&mut self, events: &mut Vec<Event>) -> Result<()> {
+        for mut event in events.drain(..) {
+            self.n_late += usize::from(event.kind == EventKind::Late);
+            // Counted like the rows.
+            event.time_s -= self.start.unwrap_or(event.time_s);
+            self.journal.note(event.time_s, &line_of(&event)).map_err(disk)?;
+            self.events.push(event);
+        }
+        Ok(())
+    }
+
+    /// Turns the journal into the recording and its log; without a single row there is only the log.
+    fn keep(&self, out: &Path) -> Result<(usize, usize)> {
+        let journal = journal_path(&self.out);
+        let counts = if self.start.is_some() {
+            convert(&journal, out, ("run.late_cycles", self.n_late.to_string()))?
+        } else {
+            let lines: String = self.events.iter().map(|event| line_of(event) + "\n").collect();
+            hysteron_base::file::write_bytes(&events_path(&self.out), lines)?;
+            (0, 0)
+        };
+        std::fs::remove_file(&journal).map_err(|error| hysteron_base::Error::io(&journal, error))?;
+        Ok(counts)
+    }
+}
+
+impl Drop for ArmsRecording {
+    fn drop(&mut self) {
+        if self.start.is_none() {
+            // A run that ended has removed it already.
+            let _ = std::fs::remove_file(journal_path(&self.out));
+        }
+    }
+}

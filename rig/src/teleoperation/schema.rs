@@ -1,0 +1,86 @@
+//! A file of two arms exactly as typed: one field per key, units still in the names. Only `config.rs` reads these.
+
+use crate::config::{Direction, ServoMode};
+use serde::Deserialize;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ArmsFile {
+    pub format: String,
+    pub version: i64,
+    pub name: String,
+    pub rate_hz: f64,
+    pub leader: Leader,
+    pub follower: Follower,
+    pub joint: Vec<Joint>,
+    pub gripper: Option<Gripper>,
+    pub limits: Limits,
+    pub motion: Motion,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Leader {
+    pub port: String,
+    pub baud: i64,
+    pub reply_timeout_ms: f64,
+    pub retries: i64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Follower {
+    pub port: String,
+    pub baud: i64,
+    pub operating_mode: ServoMode,
+    pub position_p_gain: i64,
+    pub position_i_gain: i64,
+    pub position_d_gain: i64,
+    pub bus_watchdog_ms: f64,
+    pub reply_timeout_ms: f64,
+    pub retries: i64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Joint {
+    pub name: String,
+    pub leader: Servo,
+    pub follower: Servo,
+    pub min_deg: f64,
+    pub max_deg: f64,
+    pub rest_deg: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Servo {
+    pub id: i64,
+    pub model: String,
+    pub zero_ticks: i64,
+    pub turns: Direction,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Gripper {
+    pub aperture_mm_per_rad: f64,
+    pub closed_deg: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Limits {
+    pub speed_max_deg_s: f64,
+    pub lag_max_deg: f64,
+    pub current_max_a: f64,
+    pub temperature_max_degc: f64,
+    pub voltage_min_v: f64,
+    pub voltage_max_v: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Motion {
+    pub approach_deg_s: f64,
+}

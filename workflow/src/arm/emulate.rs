@@ -1,0 +1,156 @@
+//! `hysteron arm emulate`: the virtual arm and its leader on ports, for any program that speaks to the real ones.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use hysteron_base::{BadInput, Lock, file};
+use hysteron_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
+use hysteron_rig::teleoperation::ARMS_FILE;
+use hysteron_rig::virtual_arm::data_set;
+use serde_json::{Value, json};
+
+use super::generate::read_arm;
+use crate::Caller;
+
+/// Longest run, and longest wait of the hand: a year [s].
+const LONGEST: f64 = 31_536_000.0;
+/// Ids of the first servo of the leader and of the follower.
+const FIRST_IDS: [u8; 2] = [1, 11];
+/// Name of the file of both arms in the folder.
+const ARMS: &str = "arms.toml";
+
+/// Emulate a follower and the leader that a hand moves, on two ports
+///
+/// Needs nothing; makes two serial ports that behave like the servos of both arms, in real time, and writes the file to go
+/// with them.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Folder for the ports, the file of both arms and the log of torques
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR", default_value = "out/arms"))]
+    pub dir: PathBuf,
+    /// Virtual arm: a file of TOML or a built-in name
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ARM", default_value = "open-manipulator-x"))]
+    pub arm: String,
+    /// Draws the individual arm, the hand's motion and all noise
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
+    pub seed: u64,
+    /// What the hand does, and what stands in its way: a trajectory of `hysteron arm generate`
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "NAME", default_value = "force_unlabeled/backward_forward/test/001")
+    )]
+    pub trajectory: String,
+    /// Time until the hand begins to move
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true)
+    )]
+    pub begins_s: f64,
+    /// Faults of the follower to inject (.toml)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub faults: Option<PathBuf>,
+    /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free for others
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub relaxed: bool,
+    /// End after that many seconds [default: at Ctrl-C]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", allow_negative_numbers = true))]
+    pub for_s: Option<f64>,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; ports that cannot be opened; emulated servos that stop by themselves.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let end = options.for_s.map(|seconds| duration("--for-s", seconds)).transpose()?;
+    let begins = duration("--begins-s", options.begins_s)?.as_secs_f64();
+    let (general, _) = read_arm(&options.arm)?;
+    let planned = data_set().into_iter().find(|one| one.name() == options.trajectory).ok_or_else(|| {
+        let found = format!("\"{}\"", options.trajectory);
+        BadInput::new("--trajectory", "SUBSET/TASK/SPLIT/NUMBER of NAD", found).hint(
+            "as in weight/pick_place_object_200g/test/001; `hysteron arm generate --out DIR` makes them all",
+        )
+    })?;
+    let arm = general.individual(options.seed);
+    let (leader, follower) = arm.arms(&planned.trial, options.seed, &options.trajectory, begins);
+    let over = leader.end();
+    let [leads, follows] = emulator_options(options)?;
+    // The links, the file and the log in it are those of one emulator.
+    let _folder = Lock::folder(&options.dir)?;
+    let path = arms_file(&options.dir)?;
+    caller.listen()?;
+    let leader = Emulator::start(leader, leads)?;
+    let follower = Emulator::start(follower, follows)?;
+    file::write_bytes(&path, ARMS_FILE)?;
+    for (name, emulator) in [("leader", leader.servo_port()), ("follower", follower.servo_port())] {
+        caller.say(format_args!("{name} at {}, 1000000 baud", emulator.display()));
+    }
+    caller.say(format_args!(
+        "the hand moves from {begins:.0} to {over:.0} s; log: {}/{TORQUE_LOG}",
+        options.dir.display()
+    ));
+    let out = options.dir.join("motion.parquet");
+    caller.say(format_args!(
+        "try: hysteron arm record --arms {} --out {} --seconds 10",
+        path.display(),
+        out.display()
+    ));
+    let start = Instant::now();
+    while !caller.is_cancelled() && end.is_none_or(|end| start.elapsed() < end) {
+        anyhow::ensure!(
+            leader.is_running() && follower.is_running(),
+            "the emulated servos stopped by themselves"
+        );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let [leader, follower] = [leader.counts(), follower.counts()];
+    caller.say(format_args!(
+        "leader: {} instructions, {} answers; follower: {} and {}",
+        leader.instructions, leader.answers, follower.instructions, follower.answers
+    ));
+    Ok(json!({
+        "leader": { "instructions": leader.instructions, "answers": leader.answers },
+        "follower": { "instructions": follower.instructions, "answers": follower.answers },
+    }))
+}
+
+/// Of the leader and of the follower.
+fn emulator_options(options: &Options) -> anyhow::Result<[EmulatorOptions; 2]> {
+    let faults = options.faults.as_deref().map(Faults::read).transpose()?.unwrap_or_default();
+    let both = ["leader", "follower"].map(|name| EmulatorOptions {
+        timing: if options.relaxed { Timing::Relaxed } else { Timing::Wire },
+        // As both arms are set by the programs that lead them.
+        return_delay: 0.0,
+        seed: options.seed,
+        ..EmulatorOptions::new(options.dir.join(name))
+    });
+    let [leads, follows] = both;
+    Ok([
+        EmulatorOptions { first_id: FIRST_IDS[0], ..leads },
+        EmulatorOptions { first_id: FIRST_IDS[1], faults, logs: Some(options.dir.clone()), ..follows },
+    ])
+}
+
+/// Where the file of both arms goes; refuses a folder with another one.
+fn arms_file(folder: &Path) -> anyhow::Result<PathBuf> {
+    let path = folder.join(ARMS);
+    if path.exists() && file::read_text(&path)? != ARMS_FILE {
+        return Err(BadInput::new(
+            path.display().to_string(),
+            "the file of the virtual arms, or none",
+            "another",
+        )
+        .hint("move it away, or choose another --dir")
+        .into());
+    }
+    Ok(path)
+}
+
+fn duration(option: &str, seconds: f64) -> Result<Duration, BadInput> {
+    let wrong = || BadInput::new(option, format!("0 to {LONGEST} s"), format!("{seconds} s"));
+    if seconds > LONGEST {
+        return Err(wrong());
+    }
+    Duration::try_from_secs_f64(seconds).map_err(|_| wrong())
+}

@@ -1,0 +1,140 @@
+//! `hysteron arm record`: a follower follows the leader that a person moves, and is recorded.
+
+use std::path::PathBuf;
+
+use hysteron_base::{BadInput, Lock, Metadata};
+use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording};
+use serde_json::{Value, json};
+
+use crate::Caller;
+use crate::record::partial_files::rescue;
+use crate::watchdog::Watched;
+
+/// Longest recording: a day [s].
+const LONGEST: f64 = 86_400.0;
+/// Heaviest payload [g].
+const HEAVIEST_G: f64 = 100_000.0;
+
+/// Record a follower that follows the leader in your hand
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// File of both arms (.toml)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub arms: PathBuf,
+    /// Recording to write, .parquet or .csv
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
+    pub out: PathBuf,
+    /// End after that many seconds [default: at Ctrl-C]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", allow_negative_numbers = true))]
+    pub seconds: Option<f64>,
+    /// What the follower carries; the recording says so
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "G", default_value_t = 0.0, allow_negative_numbers = true)
+    )]
+    pub payload_g: f64,
+    /// A motor of the follower is degraded; the recording says so
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub degraded: bool,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; arms that do not answer; a limit that was passed.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let config = ArmsConfig::read(&options.arms)?;
+    check(options)?;
+    let _file = Lock::file(&options.out)?;
+    caller.listen()?;
+    rescue(&options.out)?;
+    let mut arms = Arms::open(&config)?;
+    arms.prepare()?;
+    let mut arms = Watched::new(arms, &options.arms, caller)?;
+    let recording = ArmsRecording::begin(&config, &options.out, &metadata(options, &config, caller))?;
+    caller.say(format_args!(
+        "{} joints at {:.0} Hz; the follower goes to the leader first{}",
+        config.joints.len(),
+        1.0 / config.period,
+        if options.seconds.is_none() { "; Ctrl-C ends the recording" } else { "" }
+    ));
+    let total = options.seconds.map_or(0, |seconds| (seconds / config.period).round() as usize);
+    let bar = caller.progress("samples", total, 0);
+    let outcome = recording.run(&mut arms, options.seconds, &|| caller.is_cancelled(), &mut |passed| {
+        bar.set_position((passed / config.period).round() as u64);
+    })?;
+    bar.finish();
+    if outcome.is_released {
+        arms.close();
+    }
+    ended(&outcome)?;
+    caller.say(format_args!(
+        "{}: {} rows, {} of them filled in, {} cycles late",
+        outcome.out.display(),
+        outcome.n_rows,
+        outcome.n_gaps,
+        outcome.n_late
+    ));
+    Ok(json!({
+        "recording": outcome.out, "rows": outcome.n_rows, "filled_in": outcome.n_gaps, "late_cycles": outcome.n_late,
+    }))
+}
+
+fn check(options: &Options) -> anyhow::Result<()> {
+    let out = &options.out;
+    if out.exists() {
+        let hint = "a measurement is never overwritten; move it away or choose another --out";
+        return Err(BadInput::new(out.display().to_string(), "a new file", "one that exists")
+            .hint(hint)
+            .into());
+    }
+    if !matches!(out.extension().and_then(|ending| ending.to_str()), Some("parquet" | "csv")) {
+        return Err(BadInput::new("--out", "a file .parquet or .csv", out.display().to_string()).into());
+    }
+    if let Some(seconds) = options.seconds
+        && !(seconds > 0.0 && seconds <= LONGEST)
+    {
+        return Err(BadInput::new("--seconds", format!("0 < x <= {LONGEST}"), seconds.to_string()).into());
+    }
+    if !(0.0..=HEAVIEST_G).contains(&options.payload_g) {
+        let found = options.payload_g.to_string();
+        return Err(BadInput::new("--payload-g", format!("0 to {HEAVIEST_G}"), found).into());
+    }
+    Ok(())
+}
+
+/// Provenance, in the words of recordings that are imported.
+fn metadata(options: &Options, config: &ArmsConfig, caller: &Caller) -> Metadata {
+    let mut meta = super::meta(caller, &format!("arms {}: leader and follower", config.name));
+    let names: Vec<&str> = config.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let condition = if options.degraded { "degraded" } else { "healthy" };
+    for (key, value) in [
+        ("robot", config.name.clone()),
+        ("arms.sha256", config.hash.clone()),
+        ("joint_names", names.join(", ")),
+        ("payload_kg", (1e-3 * options.payload_g).to_string()),
+        ("condition", condition.to_owned()),
+    ] {
+        meta.extra.insert(key.to_owned(), value);
+    }
+    meta
+}
+
+/// Whether the recording came to its end; if not, why not, and where what was recorded is.
+fn ended(outcome: &ArmsOutcome) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        outcome.is_released,
+        "the follower's torque could not be switched off; switch its supply off"
+    );
+    let kept = if outcome.n_rows == 0 {
+        "nothing was recorded yet".to_owned()
+    } else {
+        format!("{} rows are in {}", outcome.n_rows, outcome.out.display())
+    };
+    if let Some(error) = &outcome.stopped {
+        anyhow::bail!("{error} ({kept})");
+    }
+    anyhow::ensure!(!outcome.was_interrupted, "interrupted ({kept})");
+    Ok(())
+}
