@@ -13,6 +13,7 @@
 //!
 //! `servo` is an id; without it a fault concerns whichever comes first, or all.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use crate::Result;
@@ -322,15 +323,15 @@ impl Faults {
         Self::sorted(list)
     }
 
-    /// Refuses faults of servos that a rig with ids from 1 to `n_servos` does not have.
+    /// Refuses faults of servos that are not there: whose ids are not `ids`.
     ///
     /// # Errors
     /// `BadInput` naming when and what.
-    pub fn check_servos(&self, n_servos: u8) -> std::result::Result<(), BadInput> {
-        let is_there = |fault: &&Fault| fault.servo.is_none_or(|id| (1..=n_servos).contains(&id));
+    pub fn check_servos(&self, ids: &RangeInclusive<u8>) -> std::result::Result<(), BadInput> {
+        let is_there = |fault: &&Fault| fault.servo.is_none_or(|id| ids.contains(&id));
         match self.list.iter().find(|fault| !is_there(fault)) {
             Some(Fault { servo: Some(id), at_s, .. }) => {
-                let expected = format!("a servo of this rig, 1 to {n_servos}");
+                let expected = format!("a servo that is there, {} to {}", ids.start(), ids.end());
                 Err(BadInput::new(format!("the fault at {at_s} s: servo"), expected, id.to_string()))
             }
             _ => Ok(()),
@@ -406,7 +407,7 @@ mod tests {
     fn a_servo_that_the_rig_does_not_have_is_named() {
         for (id, is_there) in [(0, false), (1, true), (4, true), (5, false), (99, false)] {
             let text = format!("{HEAD}[[fault]]\nat_s = 1.5\nkind = \"overload\"\nservo = {id}\n");
-            let checked = Faults::parse(&text).unwrap().check_servos(4);
+            let checked = Faults::parse(&text).unwrap().check_servos(&(1..=4));
             assert_eq!(checked.is_ok(), is_there, "{id}");
             assert!(
                 is_there || checked.unwrap_err().to_string().contains("at 1.5 s: servo: expected a servo")

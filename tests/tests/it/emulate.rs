@@ -66,7 +66,7 @@ fn bad_input_starts_nothing() {
         (&["--for-s", "1", "--draw-faults", "4000000000"], "--draw-faults"),
         (
             &["--faults", "nobody.toml"],
-            "nobody.toml: the fault at 1 s: servo: expected a servo of this rig, 1 to 4",
+            "nobody.toml: the fault at 1 s: servo: expected a servo that is there, 1 to 4",
         ),
     ] {
         let outcome = run(folder.path(), &[&EMULATE[..], &["--dir", "."], arguments].concat());

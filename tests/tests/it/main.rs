@@ -23,6 +23,7 @@ mod sense;
 mod simulate;
 mod study;
 mod target;
+mod teleoperation;
 #[cfg(unix)]
 mod train;
 mod virtual_arm;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
 use hysteron_rig::teleoperation::ARMS_FILE;
-use hysteron_rig::virtual_arm::data_set;
+use hysteron_rig::virtual_arm::{N_SERVOS, data_set};
 use serde_json::{Value, json};
 
 use super::generate::read_arm;
@@ -117,7 +117,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
 
 /// Of the leader and of the follower.
 fn emulator_options(options: &Options) -> anyhow::Result<[EmulatorOptions; 2]> {
-    let faults = options.faults.as_deref().map(Faults::read).transpose()?.unwrap_or_default();
+    let mut faults = Faults::default();
+    if let Some(path) = &options.faults {
+        faults = Faults::read(path)?;
+        let last = FIRST_IDS[1] + N_SERVOS as u8 - 1;
+        faults.check_servos(&(FIRST_IDS[1]..=last)).map_err(|bad| bad.within(path.display()))?;
+    }
     let both = ["leader", "follower"].map(|name| EmulatorOptions {
         timing: if options.relaxed { Timing::Relaxed } else { Timing::Wire },
         // As both arms are set by the programs that lead them.

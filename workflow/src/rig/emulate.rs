@@ -194,7 +194,7 @@ fn emulator_options(options: &Options, world: &World) -> anyhow::Result<Emulator
     };
     let n_servos = u8::try_from(world.n_servos()).unwrap_or(u8::MAX);
     if let Some(path) = &options.faults {
-        faults.check_servos(n_servos).map_err(|bad| bad.within(path.display()))?;
+        faults.check_servos(&(1..=n_servos)).map_err(|bad| bad.within(path.display()))?;
     }
     if options.draw_faults > MOST_FAULTS {
         let expected = format!("at most {MOST_FAULTS}");

@@ -1,0 +1,161 @@
+//! `hysteron arm emulate` and `arm record` as processes: a whole recording goes into the other verbs; a killed one leaves no torque.
+
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use hysteron_base::Recording;
+use hysteron_tests::emulated::signal;
+use hysteron_tests::{program, run};
+
+/// Longest wait for what a busy machine does in its time.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Both emulated arms in `arms/` of a folder. Dropping it ends them.
+struct EmulatedArms {
+    folder: tempfile::TempDir,
+    process: Child,
+}
+
+impl EmulatedArms {
+    fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut process = Command::new(program())
+            .args(["arm", "emulate", "--dir", "arms", "--relaxed", "--begins-s", "3"])
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        assert!(line.starts_with("leader at"), "{line}");
+        let arms = Self { folder, process };
+        // A busy machine answers late and stands still at times, which is not what is tested.
+        let file = arms.path().join("arms/patient.toml");
+        let text = std::fs::read_to_string(arms.path().join("arms/arms.toml")).unwrap();
+        let text = text
+            .replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0")
+            .replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2540.0")
+            .replace("approach_deg_s = 30.0", "approach_deg_s = 90.0");
+        std::fs::write(file, text).unwrap();
+        arms
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Whether any servo of the follower was under torque last.
+    fn is_under_torque(&self) -> bool {
+        let text = std::fs::read_to_string(self.path().join("arms/torque.jsonl")).unwrap();
+        let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        whole.lines().last().is_some_and(|line| line.contains("true"))
+    }
+}
+
+impl Drop for EmulatedArms {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Waits until something is so.
+fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < PATIENCE, "never {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_recording_of_both_arms_has_what_other_verbs_read() {
+    let arms = EmulatedArms::start();
+    let record = ["arm", "record", "--arms", "arms/patient.toml", "--payload-g", "200"];
+    run(arms.path(), &[&record[..], &["--seconds", "2", "--out", "out.parquet"]].concat()).succeeded();
+    assert!(!arms.is_under_torque());
+    let recording = Recording::read(arms.path().join("out.parquet")).unwrap();
+    assert!(recording.n_samples() > 90, "{}", recording.n_samples());
+    assert_eq!(recording.meta().extra["payload_kg"], "0.2");
+    // Once more to the same name: a measurement is never overwritten.
+    let again = run(arms.path(), &[&record[..], &["--seconds", "2", "--out", "out.parquet"]].concat());
+    assert!(again.error(2).contains("one that exists"));
+    // The channels are those of the data set, less what only a simulation knows.
+    let generate = [
+        "arm",
+        "generate",
+        "--subsets",
+        "force_unlabeled",
+        "--tasks",
+        "sweep_1",
+        "--splits",
+        "test",
+        "--out",
+        "nad",
+    ];
+    run(arms.path(), &generate).succeeded();
+    let nad = Recording::read(arms.path().join("nad/force_unlabeled/sweep_1/test/001.parquet")).unwrap();
+    let names = |recording: &Recording| -> Vec<String> {
+        recording.channels().iter().map(|channel| channel.name.clone()).collect()
+    };
+    let known: Vec<String> = names(&nad).into_iter().filter(|name| !name.starts_with("truth_")).collect();
+    assert_eq!(names(&recording), known);
+    for key in ["joint_names", "condition"] {
+        assert_eq!(recording.meta().extra[key], nad.meta().extra[key], "{key}");
+    }
+}
+
+#[test]
+fn a_recorder_that_is_killed_leaves_no_torque_and_its_rows_open() {
+    let arms = EmulatedArms::start();
+    let mut recorder = Command::new(program())
+        .args(["arm", "record", "--arms", "arms/patient.toml", "--seconds", "20", "--out", "out.parquet"])
+        .current_dir(arms.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let journal = arms.path().join("out.journal");
+    wait_until("rows", || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 20_000));
+    assert!(arms.is_under_torque());
+    signal(&recorder, "KILL");
+    recorder.wait().unwrap();
+    wait_until("released", || !arms.is_under_torque());
+    // The next recording to the same name opens what the killed one left.
+    let record = ["arm", "record", "--arms", "arms/patient.toml", "--seconds", "1", "--out", "out.parquet"];
+    run(arms.path(), &record).succeeded();
+    for name in ["out.crashed-1.parquet", "out.parquet"] {
+        assert!(Recording::read(arms.path().join(name)).unwrap().n_samples() > 20, "{name}");
+    }
+    assert!(!journal.exists() && !arms.is_under_torque());
+}
+
+#[test]
+fn wrong_arguments_are_told_before_a_port_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let emulate = |arguments: &[&str]| {
+        run(folder.path(), &[&["arm", "emulate", "--dir", "arms", "--for-s", "0"], arguments].concat())
+    };
+    assert!(emulate(&["--trajectory", "weight/none"]).error(2).contains("SUBSET/TASK/SPLIT/NUMBER"));
+    assert!(emulate(&["--begins-s", "-1"]).error(2).contains("--begins-s"));
+    let fault =
+        "format = \"hysteron-faults\"\nversion = 1\n[[fault]]\nat_s = 1.0\nkind = \"overload\"\nservo = 3\n";
+    std::fs::write(folder.path().join("faults.toml"), fault).unwrap();
+    assert!(emulate(&["--faults", "faults.toml"]).error(2).contains("11 to 15"));
+    emulate(&[]).succeeded();
+    let record = |arguments: &[&str]| {
+        run(folder.path(), &[&["arm", "record", "--arms", "arms/arms.toml"], arguments].concat())
+    };
+    assert!(record(&["--out", "a.mat"]).error(2).contains("--out"));
+    assert!(record(&["--out", "a.csv", "--seconds", "0"]).error(2).contains("--seconds"));
+    assert!(record(&["--out", "a.csv", "--payload-g", "-5"]).error(2).contains("--payload-g"));
+    // The emulator has ended: its ports are gone.
+    assert!(record(&["--out", "a.csv"]).error(1).contains("leader"));
+}
