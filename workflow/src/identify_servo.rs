@@ -14,7 +14,7 @@ use hysteron_fit::Standing;
 use serde_json::{Value, json};
 
 use crate::Caller;
-use crate::arm_identify::{Results, Row, positive, rows_json, say_rows};
+use crate::arm_identify::{LOAD_SCALE, Results, Row, positive, rows_json, say_rows};
 use crate::figures::identify_servo as figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
@@ -258,7 +258,7 @@ fn rows(
     if let Ok(found) = pulley {
         if !has_tension {
             rows.push(Row {
-                name: "load_scale_n_m".into(),
+                name: LOAD_SCALE.into(),
                 value: stall_torque,
                 standard_error: None,
                 note: "as given: loads alone cannot tell it; record tension_k_n".into(),

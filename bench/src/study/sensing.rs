@@ -1,6 +1,7 @@
 //! Feeling without force sensors: tensions and pushes told from recordings of virtual robots, whose true forces are known.
 //!
-//! Each robot is calibrated from recordings of its own, as a user would; the sensor is fitted on further ones, and evaluated on others.
+//! Each robot is calibrated from recordings of its own, as a user would; the scale of its servos' loads from one whose tensions are known;
+//! the sensor is fitted on further ones, and evaluated on others.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -58,9 +59,10 @@ fn sense(folder: &Path, robot: &str, effort: &Effort) -> Result<Value> {
     let Effort { seconds, epochs, n_free } = *effort;
     let chain = Chain::new(&folder.join(robot))?;
     chain.record(robot, "quick", "quick")?;
-    let [twin, residual, sensor] =
-        ["twin/scene.toml", "residual.safetensors", "sensor.json"].map(|name| chain.path(name));
-    let (twin, residual, sensor) = (twin?, residual?, sensor?);
+    let [twin, residual, servos, sensor] =
+        ["twin/scene.toml", "residual.safetensors", "servos.json", "sensor.json"]
+            .map(|name| chain.path(name));
+    let (twin, residual, servos, sensor) = (twin?, residual?, servos?, sensor?);
     let scene = scene_path(FRICTION.1);
     let training = TRAINING.map(|name| chain.path(&format!("quick/{name}.parquet")));
     let training = training.into_iter().collect::<Result<Vec<String>>>()?;
@@ -83,6 +85,9 @@ fn sense(folder: &Path, robot: &str, effort: &Effort) -> Result<Value> {
     }
     let learned = (1..=4).map(|k| record(&format!("learned-{k}"), k, false)).collect::<Result<Vec<_>>>()?;
     let (known, pushed) = (record("known", 7, true)?, record("pushed", 8, true)?);
+    // The one recording whose tensions are used before the end.
+    let balance = record("balance", 9, false)?;
+    chain.once(&servos, &["identify-servo", &balance, "--out", &servos])?;
     let without = |name: &str, first: u64| {
         (0..n_free).map(|k| record(&format!("{name}-{k}"), first + k, false)).collect::<Result<Vec<_>>>()
     };
@@ -93,7 +98,8 @@ fn sense(folder: &Path, robot: &str, effort: &Effort) -> Result<Value> {
     chain.once(&residual, &["fit-residual", &identified, "--epochs", epochs, "--out", &residual])?;
     let with = ["--residual", &residual];
     let names: Vec<&str> = free.iter().map(String::as_str).collect();
-    let fit = [&["fit-sensor", &twin][..], &names, &[&known], &with, &["--out", &sensor]].concat();
+    let with_servos = ["--servos", &servos, "--out", &sensor];
+    let fit = [&["fit-sensor", &twin][..], &names, &[&known], &with, &with_servos].concat();
     chain.once(&sensor, &fit)?;
     let tell = |recording: &str, name: &str| -> Result<Value> {
         let (told, figures) =

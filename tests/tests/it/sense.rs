@@ -52,7 +52,16 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     record("pushes.csv", "3", "pushed.parquet");
     let scene = root().join("meshes/tpu80/scene-typical-friction.toml");
     let scene = scene.to_str().unwrap();
-    run(folder, &["fit-sensor", scene, "free.parquet", "known.parquet", "--out", "sensor.json"]).succeeded();
+    // The scale of the loads from tensions that are known, of servos that stall at 1.4 N m beyond 0.045 N m of friction.
+    run(folder, &["identify-servo", "free.parquet", "--out", "servos.json"]).succeeded();
+    let fit = ["fit-sensor", scene, "free.parquet", "known.parquet"];
+    run(folder, &[&fit[..], &["--servos", "servos.json", "--out", "sensor.json"]].concat()).succeeded();
+    let sensor: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.join("sensor.json")).unwrap()).unwrap();
+    let scale = sensor["sensor"]["servo"]["stall_torque_n_m"].as_f64().unwrap();
+    assert!((scale / 1.445 - 1.0).abs() < 0.01, "{scale}");
+    let wrong = run(folder, &[&fit[..], &["--servos", "sensor.json", "--out", "other.json"]].concat());
+    assert!(wrong.error(2).contains("load_scale_n_m"), "{}", wrong.stderr);
     let sense = ["sense", scene, "pushed.parquet", "--sensor", "sensor.json"];
     let told = run(folder, &[&sense[..], &["--out", "told.parquet", "--figures", "told", "--json"]].concat())
         .succeeded();

@@ -40,7 +40,7 @@ impl Results {
 
     /// Writes what was found, signed, and gives it back.
     pub(crate) fn write(&self, mut found: Value, caller: &Caller) -> anyhow::Result<Value> {
-        found["format"] = json!("hysteron-identification");
+        found["format"] = json!(IDENTIFICATION);
         found["version"] = json!(1);
         found["command"] = json!(caller.command);
         found["commit"] = json!(COMMIT);
@@ -51,6 +51,11 @@ impl Results {
         Ok(found)
     }
 }
+
+/// Name of a servo's torque at full load, as it is found where tensions are known.
+pub(crate) const LOAD_SCALE: &str = "load_scale_n_m";
+/// What such a file says that it is.
+pub(crate) const IDENTIFICATION: &str = "hysteron-identification";
 
 /// A number that was found.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! `hysteron fit-sensor`: what a robot's forces can be told from, learned from motion without contact.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_twin::Twin;
@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::file::{Robot, value};
 use super::input::Input;
+use crate::arm_identify::{IDENTIFICATION, LOAD_SCALE};
 use crate::network::Network;
 use crate::outputs::Outputs;
 use crate::{Caller, inputs};
@@ -27,6 +28,9 @@ pub struct Options {
     /// Residual network of the twin
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
+    /// What `hysteron identify-servo` found where tensions were known: the scale of the loads is its mean over the servos
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", conflicts_with = "stall_torque"))]
+    pub servos: Option<PathBuf>,
     /// Torque of a servo at full load [default: an XL430-W250's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N_M", default_value_t = 1.4))]
     pub stall_torque: f64,
@@ -42,11 +46,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             BadInput::new("--stall-torque", "a finite number > 0", options.stall_torque.to_string()).into()
         );
     }
+    let stall_torque = options.servos.as_deref().map(load_scale).transpose()?.unwrap_or(options.stall_torque);
     let scene = Scene::read(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let files = inputs::read(&options.recordings)?;
-    let outputs = Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual);
+    let outputs =
+        Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual).and(&options.servos);
     let _claim = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(caller)?;
     let recordings = files
         .iter()
@@ -73,7 +79,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let radius = recordings.iter().map(|input| input.servos.as_ref().map(|servos| servos.radius));
     let radius: Option<Vec<f64>> = radius.collect();
-    let servo = radius.map(|radii| (options.stall_torque, radii.iter().sum::<f64>() / radii.len() as f64));
+    let servo = radius.map(|radii| (stall_torque, radii.iter().sum::<f64>() / radii.len() as f64));
     if servo.is_none() {
         tracing::warn!("not every recording has ticks and loads: tensions will rest on the twin alone");
     }
@@ -93,6 +99,28 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     print(&sensor, caller);
     caller.wrote(&options.out);
     Ok(value)
+}
+
+/// Mean load scale [N m] of the servos for which `identify-servo` knew tensions.
+fn load_scale(path: &Path) -> anyhow::Result<f64> {
+    let wrong = |found: String| {
+        BadInput::new(path.display().to_string(), "load_scale_n_m of servos, with tensions known", found)
+            .hint("hysteron identify-servo RECORDING --out FILE, of a recording with tension_1_n, ..")
+    };
+    let read: Value =
+        serde_json::from_str(&file::read_text(path)?).map_err(|error| wrong(error.to_string()))?;
+    let servos = read["servos"].as_array().filter(|_| read["format"] == IDENTIFICATION);
+    let servos = servos.ok_or_else(|| wrong("a file of another kind".into()))?;
+    let scale = |servo: &Value| {
+        let estimates = servo["estimates"].as_array()?;
+        let named = |estimate: &&Value| estimate["name"] == LOAD_SCALE;
+        estimates.iter().find(named).filter(|_| servo["has_tension"] == true)?["value"].as_f64()
+    };
+    let scales: Vec<f64> = servos.iter().filter_map(scale).filter(|scale| *scale > 0.0).collect();
+    if scales.is_empty() {
+        return Err(wrong(format!("{} servos without it", servos.len())).into());
+    }
+    Ok(scales.iter().sum::<f64>() / scales.len() as f64)
 }
 
 /// Filters are made for one rate.
