@@ -7,15 +7,14 @@ use hysteron_actuator::identify::{
     identify_friction_by, mean_error, rollout,
 };
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
-use hysteron_actuator::{Drive, Gear, LoopUnits, Motor, Supply, Winding};
+use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
 use rand::RngExt;
 use serde_json::Value;
 
-const UNITS: LoopUnits = LoopUnits { gains: [256.0, 65536.0, 16.0], ..LoopUnits::XL430 };
+const LOOP: LoopSpec = LoopSpec { gains: [256.0, 65536.0, 16.0], ..LoopSpec::XL430 };
 
 fn options<'a>(quantities: &'a [&'a str]) -> DriveFitOptions<'a> {
     DriveFitOptions {
-        units: UNITS,
         quantities,
         longest_step: 2e-3,
         huber: 0.03,
@@ -28,10 +27,11 @@ fn drive(law: &str, friction: Vec<f64>) -> Drive {
     let law = Law::named(law).unwrap();
     assert_eq!(law.parameters().len(), friction.len());
     Drive {
-        motor: Motor { torque_constant: 0.36, resistance: 3.4, current_limit: 1.75 },
+        motor: Motor { current_limit: 1.75, ..Motor::new(0.36, 3.4, 7.3) },
         supply: Supply { voltage: 7.3, resistance: 0.5 },
         winding: Winding { resistance_slope: 0.0, ..Winding::COLD },
-        gear: Gear { armature: 0.002, law, friction },
+        gear: Gear { armature: 0.002, backlash: 0.0, law, friction },
+        position_loop: LOOP,
     }
 }
 
@@ -58,17 +58,18 @@ fn drive_that_made_the_recordings_comes_back() {
         .into_iter()
         .map(|gain| {
             let run = run(gain);
-            let position = rollout(&truth, &UNITS, 0.02, &run, 2e-3).position;
+            let position = rollout(&truth, 0.02, &run, 2e-3).position;
             PendulumRun { position, ..run }.checked().unwrap()
         })
         .collect();
     let mut start = drive("m3", vec![0.0; 3]);
-    (start.motor.torque_constant, start.gear.armature) = (0.45, 0.0015);
+    start.motor = start.motor.with_constants(0.45, 3.4);
+    start.gear.armature = 0.0015;
     let names = ["torque_constant_n_m_per_a", "armature_kg_m2"];
     let found = identify_drive(&start, &runs, &options(&names)).unwrap();
     // The recordings have no noise; priors pull by less than a thousandth.
     let pairs = [
-        (found.drive.motor.torque_constant, 0.36),
+        (found.drive.motor.torque_constant(), 0.36),
         (found.drive.gear.armature, 0.002),
         (found.drive.gear.friction[0], 0.02),
         (found.drive.gear.friction[2], 0.15),
@@ -77,7 +78,7 @@ fn drive_that_made_the_recordings_comes_back() {
     for (found, truth) in pairs {
         assert!((found / truth - 1.0).abs() < 0.03, "{found} instead of {truth}");
     }
-    assert!(mean_error(&found.drive, found.offset, &runs, &UNITS, 2e-3) < 1e-3);
+    assert!(mean_error(&found.drive, found.offset, &runs, 2e-3) < 1e-3);
 }
 
 #[test]
@@ -153,7 +154,7 @@ fn pendulum_of_an_xl330_is_met_on_logs_that_were_not_fitted() {
         "winding_heat_capacity_j_per_k",
     ];
     let found = identify_drive(&start, &runs("sin_sin"), &options(&names)).unwrap();
-    let error = mean_error(&found.drive, found.offset, &runs("up_and_down"), &UNITS, 2e-3);
+    let error = mean_error(&found.drive, found.offset, &runs("up_and_down"), 2e-3);
     // The published models leave 0.104 to 0.117 rad in the same rollouts.
     assert!(error < 0.06, "{error}");
 }

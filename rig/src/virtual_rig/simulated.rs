@@ -99,8 +99,8 @@ impl Hardware for SimulatedRig {
                 model: xl430::MODEL,
                 firmware: 0,
                 mode: xl430::mode::EXTENDED_POSITION,
-                voltage_v: servo.voltage,
-                temperature_degc: servo.temperature,
+                voltage_v: servo.voltage(),
+                temperature_degc: servo.state.winding_temperature,
                 hardware_error: 0,
                 torque_on: false,
                 position: servo.ticks(),
@@ -124,8 +124,8 @@ impl Hardware for SimulatedRig {
             let torque_on = self.world.command_mut(k).torque_on;
             let servo = self.world.servo(k);
             let position = servo.ticks();
-            *sample =
-                Some(ServoSample { position, velocity: servo.velocity, load, torque_on, hardware_error: 0 });
+            let velocity = servo.state.velocity;
+            *sample = Some(ServoSample { position, velocity, load, torque_on, hardware_error: 0 });
         }
         Ok(())
     }
@@ -133,7 +133,8 @@ impl Hardware for SimulatedRig {
     fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()> {
         for (k, sample) in samples.iter_mut().enumerate() {
             let servo = self.world.servo(k);
-            *sample = Some(SlowSample { voltage: servo.voltage, temperature: servo.temperature.floor() });
+            let temperature = servo.state.winding_temperature.floor();
+            *sample = Some(SlowSample { voltage: servo.voltage(), temperature });
         }
         Ok(())
     }

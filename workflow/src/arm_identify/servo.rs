@@ -92,7 +92,6 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         !caller.is_cancelled()
     };
     let fit_options = DriveFitOptions {
-        units: entry.units,
         quantities: &quantities,
         longest_step: options.step,
         huber: HUBER,
@@ -106,7 +105,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let rows: Vec<Row> = found.fit.estimates.iter().map(Row::of_estimate).collect();
     let error =
-        |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, &entry.units, options.step);
+        |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, options.step);
     let (fitted, tested) = (error(&runs), (!test.is_empty()).then(|| error(&test)));
     say_rows(&rows, caller);
     caller.say(format_args!("mean error of the angle over the recordings, open loop: {fitted:.4} rad"));
@@ -126,7 +125,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let shown = if test.is_empty() { &runs } else { &test };
         let simulated: Vec<_> = shown
             .iter()
-            .map(|run| rollout(&found.drive, &entry.units, found.offset, run, options.step))
+            .map(|run| rollout(&found.drive, found.offset, run, options.step))
             .collect();
         let page = figures::servo::Shown {
             name: &entry.name,

@@ -105,7 +105,7 @@ impl Emulator {
     /// `BadInput` for options that make no sense, `Bus` if the system gives no pseudo-terminal, `File` for logs.
     pub fn start(mut world: World, options: Options) -> Result<Self> {
         let chain = thread::chain(&mut world, &options)?;
-        let nominal_supply = if world.n_servos() == 0 { 0.0 } else { world.servo(0).voltage };
+        let nominal_supply = if world.n_servos() == 0 { 0.0 } else { world.servo(0).voltage() };
         let rng = rng(options.seed, "rig/emulator");
         let injector = injector::Injector::new(options.faults.list.clone(), nominal_supply, rng);
         let record = record::Recorder::new(options.logs.as_deref())?;

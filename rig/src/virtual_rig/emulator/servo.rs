@@ -55,7 +55,7 @@ impl Servo {
         }
         // A horn sits half a turn from where the count wraps, unless the world has it there already.
         let turn = xl430::TICKS_PER_TURN;
-        let at = ticks(world.servo(k).angle).rem_euclid(turn);
+        let at = ticks(world.servo(k).state.angle).rem_euclid(turn);
         let mount = if (turn / 4..3 * turn / 4).contains(&at) { 0 } else { turn / 2 };
         let time = world.time();
         let mut servo = Self {
@@ -130,9 +130,10 @@ impl Servo {
 
     /// Writes what the world's servo does into the registers.
     fn report(&mut self, world: &World) {
-        let (state, time) = (*world.servo(self.k), world.time());
+        let (servo, time) = (world.servo(self.k), world.time());
+        let state = &servo.state;
         let direction = f64::from(self.direction());
-        let (position, reference) = (self.position_of(state.angle), self.position_of(state.reference));
+        let (position, reference) = (self.position_of(state.angle), self.position_of(servo.position_loop.reference));
         let velocity = (direction * state.velocity / xl430::VELOCITY_UNIT).round() as i64;
         let load = direction * world.load(self.k);
         let is_moving = velocity.abs() > i64::from(self.table.unsigned(xl430::MOVING_THRESHOLD));
@@ -149,13 +150,13 @@ impl Servo {
             (xl430::REALTIME_TICK, ((1e3 * time) as i64) % 32_768),
             (xl430::MOVING, i64::from(is_moving)),
             (xl430::MOVING_STATUS, i64::from(is_there) | i64::from(is_on_the_way) << 1),
-            (xl430::PRESENT_PWM, (direction * state.pwm * f64::from(xl430::PWM_MAX)).round() as i64),
+            (xl430::PRESENT_PWM, (direction * servo.duty * f64::from(xl430::PWM_MAX)).round() as i64),
             (xl430::PRESENT_LOAD, (load / xl430::LOAD_UNIT).round() as i64),
             (xl430::PRESENT_VELOCITY, velocity),
             (xl430::PRESENT_POSITION, i64::from(position)),
             (xl430::POSITION_TRAJECTORY, i64::from(reference)),
-            (xl430::PRESENT_VOLTAGE, (state.voltage / xl430::VOLTAGE_UNIT).round() as i64),
-            (xl430::PRESENT_TEMPERATURE, self.protection.warmed(state.temperature, time).round() as i64),
+            (xl430::PRESENT_VOLTAGE, (servo.voltage() / xl430::VOLTAGE_UNIT).round() as i64),
+            (xl430::PRESENT_TEMPERATURE, self.protection.warmed(state.winding_temperature, time).round() as i64),
         ] {
             self.table.set(register, value);
         }
@@ -163,13 +164,13 @@ impl Servo {
 
     /// Looks for hardware errors; those in the shutdown mask switch the torque off.
     fn protect(&mut self, world: &mut World) {
-        let state = *world.servo(self.k);
+        let servo = world.servo(self.k);
         let time = world.time();
         let readings = Readings {
             time,
             load: if self.is_torque_on() { world.load(self.k) } else { 0.0 },
-            temperature: self.protection.warmed(state.temperature, time),
-            voltage: state.voltage,
+            temperature: self.protection.warmed(servo.state.winding_temperature, time),
+            voltage: servo.voltage(),
         };
         let mask = self.table.unsigned(xl430::SHUTDOWN).to_le_bytes()[0];
         let before = self.table.unsigned(xl430::HARDWARE_ERROR).to_le_bytes()[0];
@@ -282,7 +283,7 @@ impl Servo {
     /// Forgets whole turns, and takes the present position as the goal.
     fn forget(&mut self, world: &World) {
         let turn = xl430::TICKS_PER_TURN;
-        self.forgotten = (ticks(world.servo(self.k).angle) + self.mount).div_euclid(turn) * turn;
+        self.forgotten = (ticks(world.servo(self.k).state.angle) + self.mount).div_euclid(turn) * turn;
         self.report(world);
         self.stay();
     }
