@@ -89,7 +89,8 @@ impl Drive {
     /// Torque per angle of the position loop with gain `p`: what a load is held against [N m/rad].
     pub fn stiffness(&self, p: u16) -> f64 {
         let LoopSpec { ticks_per_turn, pwm_full_scale, gains, .. } = self.position_loop;
-        let duty_per_radian = f64::from(p) / gains[0] / pwm_full_scale * ticks_per_turn / std::f64::consts::TAU;
+        let duty_per_radian =
+            f64::from(p) / gains[0] / pwm_full_scale * ticks_per_turn / std::f64::consts::TAU;
         duty_per_radian * self.motor.stall_torque * self.supply.voltage / self.motor.rated_voltage
     }
 
@@ -114,7 +115,8 @@ impl Drive {
         let out = (state.winding_temperature - state.case_temperature) / heat.to_case;
         let lost = (state.case_temperature - heat.air) / heat.to_air;
         let resistance = self.motor.resistance() * factors.1;
-        state.winding_temperature += h * (resistance * state.current * state.current - out) / heat.heat_capacity;
+        state.winding_temperature +=
+            h * (resistance * state.current * state.current - out) / heat.heat_capacity;
         state.case_temperature += h * (out - lost) / heat.case_heat_capacity;
     }
 

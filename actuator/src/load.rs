@@ -135,12 +135,7 @@ mod tests {
             no_load_speed: 5.97,
             stall_current: 1.3,
             inertia: 0.003,
-            friction: Stribeck {
-                coulomb: 0.045,
-                breakaway: 0.065,
-                stribeck_velocity: 0.1,
-                viscous: 0.01,
-            },
+            friction: Stribeck { coulomb: 0.045, breakaway: 0.065, stribeck_velocity: 0.1, viscous: 0.01 },
             dead_band: 0.0,
             heat_capacity: 50.0,
             thermal_resistance: 8.0,

@@ -42,7 +42,10 @@ impl Motor {
 
     /// The same with other constants, as [`Motor::new`] takes them.
     pub fn with_constants(self, torque_constant: f64, resistance: f64) -> Self {
-        Self { current_limit: self.current_limit, ..Self::new(torque_constant, resistance, self.rated_voltage) }
+        Self {
+            current_limit: self.current_limit,
+            ..Self::new(torque_constant, resistance, self.rated_voltage)
+        }
     }
 }
 
@@ -95,7 +98,10 @@ impl Winding {
     /// Torque constant and resistance at `temperature` [°C] over those at the reference [-].
     pub fn factors(&self, temperature: f64) -> (f64, f64) {
         let above = temperature - self.reference;
-        ((1.0 - self.magnet_slope * above).max(LEAST_FACTOR), (1.0 + self.resistance_slope * above).max(LEAST_FACTOR))
+        (
+            (1.0 - self.magnet_slope * above).max(LEAST_FACTOR),
+            (1.0 + self.resistance_slope * above).max(LEAST_FACTOR),
+        )
     }
 }
 
@@ -122,12 +128,7 @@ pub(crate) struct MotorLine {
 }
 
 impl MotorLine {
-    pub(crate) fn new(
-        motor: &Motor,
-        supply: &Supply,
-        (magnet, ohmic): (f64, f64),
-        bridge: Bridge,
-    ) -> Self {
+    pub(crate) fn new(motor: &Motor, supply: &Supply, (magnet, ohmic): (f64, f64), bridge: Bridge) -> Self {
         let stall_torque = motor.stall_torque * magnet;
         let per_torque = [motor.stall_current, stall_torque];
         let limit = motor.current_limit * stall_torque / motor.stall_current;

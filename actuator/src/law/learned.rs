@@ -257,8 +257,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(8);
         let truth = |v: f64| 0.3 + 0.2 * v.tanh();
         let velocity: Vec<f64> = (0..60).map(|k| 0.05 * f64::from(k + 1)).collect();
-        let torque: Vec<f64> =
-            velocity.iter().map(|v| truth(*v) + rng.random_range(-0.1..0.1)).collect();
+        let torque: Vec<f64> = velocity.iter().map(|v| truth(*v) + rng.random_range(-0.1..0.1)).collect();
         let fitted = |rising: Rising| {
             let map = LearnedMap::of_speeds(&velocity).unwrap().rising(rising);
             let law = Law::LearnedMap(map.clone());
@@ -295,9 +294,8 @@ mod tests {
             assert!(found.fit.estimates[0].name.starts_with("map"), "{}", found.fit.estimates[0].name);
             map.weights(&found.parameters).into_owned()
         });
-        let errors = [1, 2].map(|k| {
-            weights[k].iter().zip(&weights[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-        });
+        let errors = [1, 2]
+            .map(|k| weights[k].iter().zip(&weights[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         // The same minimum, to the tolerance of the searches, a thousandth of the noise of the weights at the corners.
         assert!(errors.iter().all(|error| *error < 2e-3), "{errors:?}");
     }

@@ -90,7 +90,8 @@ fn profile_is_the_closed_form_all_the_way() {
     for goal in [2048, 261, 60, -1500, -9] {
         let mut servo = servo_with(0.06, 0.08);
         let (speed, acceleration) = (2.0, 10.0);
-        let command = ServoCommand { profile_velocity: speed, profile_acceleration: acceleration, ..on(goal) };
+        let command =
+            ServoCommand { profile_velocity: speed, profile_acceleration: acceleration, ..on(goal) };
         let way = f64::from(goal) / TICKS_PER_TURN * TAU;
         let (mut before, mut fastest) = (0.0, 0.0f64);
         for k in 1..=3000 {
@@ -103,7 +104,10 @@ fn profile_is_the_closed_form_all_the_way() {
             let off = (servo.position_loop.reference - exact).abs();
             assert!(off <= room, "{goal}, step {k}: {off} of {room} rad");
             // The last step, onto the goal, may be half as hard again.
-            assert!((now - before).abs() <= 1.5 * acceleration * H + 1e-9, "{goal}, step {k}: {before} {now}");
+            assert!(
+                (now - before).abs() <= 1.5 * acceleration * H + 1e-9,
+                "{goal}, step {k}: {before} {now}"
+            );
             (before, fastest) = (now, fastest.max(now.abs()));
         }
         assert!(fastest <= speed + 1e-9 && servo.position_loop.reference == way, "{goal}: {fastest}");
@@ -183,7 +187,11 @@ fn stalled_motor_warms_by_its_losses() {
     let power = NOMINAL_VOLTAGE * 1.3;
     let (c, r) = (40.0, 8.0);
     let expected = 25.0 + power * r * (1.0 - f64::exp(-seconds / (r * c)));
-    assert!((servo.state.winding_temperature - expected).abs() < 0.2, "{} {expected}", servo.state.winding_temperature);
+    assert!(
+        (servo.state.winding_temperature - expected).abs() < 0.2,
+        "{} {expected}",
+        servo.state.winding_temperature
+    );
 }
 
 #[test]

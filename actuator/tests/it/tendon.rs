@@ -2,8 +2,8 @@
 
 use hysteron_actuator::law::{Capstan, Law, holding_range};
 use hysteron_actuator::{
-    Bridge, Drive, DriveState, FrictionLaw, Gear, Guide, Load, LoopSpec, Motor, Supply, Tendon, TendonSpec, TendonTrial,
-    Winding,
+    Bridge, Drive, DriveState, FrictionLaw, Gear, Guide, Load, LoopSpec, Motor, Supply, Tendon, TendonSpec,
+    TendonTrial, Winding,
 };
 use proptest::prelude::*;
 

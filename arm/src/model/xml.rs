@@ -111,7 +111,9 @@ impl Place<'_> {
             Some(second) => {
                 let line = second.document().text_pos_at(second.range().start).row;
                 let found = format!("a second one in line {line}");
-                let hint = format!("delete one: readers that take the first <{tag}> and readers that take the last do not agree");
+                let hint = format!(
+                    "delete one: readers that take the first <{tag}> and readers that take the last do not agree"
+                );
                 Err(self.error(node, &format!("one <{tag}>"), found).hint(hint))
             }
             None => Ok(first),

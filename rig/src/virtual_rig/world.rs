@@ -9,9 +9,7 @@ use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};
-use hysteron_actuator::{
-    Gains, Load, Play, Servo, ServoCommand, ServoSpec, Stribeck, Tendon, TendonSpec,
-};
+use hysteron_actuator::{Gains, Load, Play, Servo, ServoCommand, ServoSpec, Stribeck, Tendon, TendonSpec};
 use hysteron_base::rng;
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
@@ -123,12 +121,7 @@ impl World {
             stall_current: 1.3,
             // They reach every tick and stop where the torque leaves them.
             inertia: 1e-4,
-            friction: Stribeck {
-                coulomb: 2e-3,
-                breakaway: 2e-3,
-                stribeck_velocity: 1.0,
-                viscous: 1e-2,
-            },
+            friction: Stribeck { coulomb: 2e-3, breakaway: 2e-3, stribeck_velocity: 1.0, viscous: 1e-2 },
             dead_band: 0.0,
             heat_capacity: 40.0,
             thermal_resistance: 8.0,

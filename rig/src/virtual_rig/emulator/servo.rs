@@ -133,7 +133,8 @@ impl Servo {
         let (servo, time) = (world.servo(self.k), world.time());
         let state = &servo.state;
         let direction = f64::from(self.direction());
-        let (position, reference) = (self.position_of(state.angle), self.position_of(servo.position_loop.reference));
+        let (position, reference) =
+            (self.position_of(state.angle), self.position_of(servo.position_loop.reference));
         let velocity = (direction * state.velocity / xl430::VELOCITY_UNIT).round() as i64;
         let load = direction * world.load(self.k);
         let is_moving = velocity.abs() > i64::from(self.table.unsigned(xl430::MOVING_THRESHOLD));
@@ -156,7 +157,10 @@ impl Servo {
             (xl430::PRESENT_POSITION, i64::from(position)),
             (xl430::POSITION_TRAJECTORY, i64::from(reference)),
             (xl430::PRESENT_VOLTAGE, (servo.voltage() / xl430::VOLTAGE_UNIT).round() as i64),
-            (xl430::PRESENT_TEMPERATURE, self.protection.warmed(state.winding_temperature, time).round() as i64),
+            (
+                xl430::PRESENT_TEMPERATURE,
+                self.protection.warmed(state.winding_temperature, time).round() as i64,
+            ),
         ] {
             self.table.set(register, value);
         }

@@ -62,7 +62,9 @@ fn bits(robot: &VirtualRobot) -> Vec<u8> {
             bytes.extend_from_slice(&x.to_le_bytes());
         }
     }
-    for x in poses.iter().flat_map(|tracked| tracked.pose.position.into_iter().chain(tracked.pose.orientation)) {
+    for x in
+        poses.iter().flat_map(|tracked| tracked.pose.position.into_iter().chain(tracked.pose.orientation))
+    {
         bytes.extend_from_slice(&x.to_le_bytes());
     }
     bytes
