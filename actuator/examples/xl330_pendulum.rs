@@ -14,11 +14,11 @@ use hysteron_actuator::identify::{
     DriveFit, DriveFitOptions, Pendulum, PendulumRun, identify_drive, mean_error,
 };
 use hysteron_actuator::law::{JointFriction, Law};
-use hysteron_actuator::{Drive, Gear, LoopUnits, Motor, Supply, Winding};
+use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
 use serde_json::{Value, json};
 
 /// K_P of an XL330 makes one PWM unit per tick from 256 on: measured, load over error of position.
-const UNITS: LoopUnits = LoopUnits { gains: [256.0, 65536.0, 16.0], ..LoopUnits::XL430 };
+const LOOP: LoopSpec = LoopSpec { gains: [256.0, 65536.0, 16.0], ..LoopSpec::XL430 };
 const STEP: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let begun = Instant::now();
         let found = fit(training)?;
         let seconds = begun.elapsed().as_secs_f64();
-        let error = |runs| mean_error(&found.drive, found.offset, runs, &UNITS, STEP);
+        let error = |runs| mean_error(&found.drive, found.offset, runs, STEP);
         println!(
             "\n{name}: {:.4} rad on its test logs, {:.4} on those of the fit, {seconds:.1} s",
             error(test),
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let published = (1..=6)
             .map(|m| {
                 let (drive, offset) = published(&folder.join(format!("params/xl330/m{m}.json")))?;
-                Ok(mean_error(&drive, offset, test, &UNITS, STEP))
+                Ok(mean_error(&drive, offset, test, STEP))
             })
             .collect::<Result<Vec<f64>, Box<dyn Error>>>()?;
         println!("  published m1-m6 on the test logs: {published:.4?}");
@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn datasheet(law: Law) -> Drive {
     let friction = vec![0.0; law.parameters().len()];
     Drive {
-        motor: Motor { torque_constant: 0.52 / 1.47, resistance: 5.0 / 1.47, current_limit: 1.75 },
+        motor: Motor { current_limit: 1.75, ..Motor::new(0.52 / 1.47, 5.0 / 1.47, 5.0) },
         supply: Supply { voltage: 7.3, resistance: 0.1 },
         winding: Winding {
             heat_capacity: 1.0,
@@ -100,14 +100,14 @@ fn datasheet(law: Law) -> Drive {
             reference: 30.0,
             air: 25.0,
         },
-        gear: Gear { armature: 0.0018, law, friction },
+        gear: Gear { armature: 0.0018, backlash: 0.0, law, friction },
+        position_loop: LOOP,
     }
 }
 
 fn fit(runs: &[PendulumRun]) -> Result<DriveFit, Box<dyn Error>> {
     let law = std::env::var("LAW").unwrap_or_else(|_| "m4".into());
     let options = DriveFitOptions {
-        units: UNITS,
         quantities: &[
             "torque_constant_n_m_per_a",
             "resistance_ohm",
@@ -164,14 +164,11 @@ fn published(path: &Path) -> Result<(Drive, f64), Box<dyn Error>> {
     let law = Law::named(p["model"].as_str().unwrap_or_default())?;
     let friction = law.parameters().iter().map(|q| number(&p[q.name.as_ref()])).collect::<Result<_, _>>()?;
     let drive = Drive {
-        motor: Motor {
-            torque_constant: number(&p["kt"])?,
-            resistance: number(&p["R"])?,
-            current_limit: f64::INFINITY,
-        },
+        motor: Motor::new(number(&p["kt"])?, number(&p["R"])?, 7.4),
         supply: Supply { voltage: 7.4, resistance: 0.0 },
         winding: Winding::COLD,
-        gear: Gear { armature: number(&p["armature"])?, law, friction },
+        gear: Gear { armature: number(&p["armature"])?, backlash: 0.0, law, friction },
+        position_loop: LOOP,
     };
     // Without heat the stated values hold at any temperature.
     let drive = Drive { winding: Winding { resistance_slope: 0.0, ..drive.winding }, ..drive };

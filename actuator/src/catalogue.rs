@@ -9,11 +9,12 @@ use hysteron_base::schema::{finite, not_negative, positive};
 use hysteron_base::{BadInput, schema};
 use serde::Deserialize;
 
-use crate::drive::{Drive, Gear, Motor, Supply, Winding};
+use crate::drive::{Drive, Gear};
 use crate::law::{JointFriction, Law};
-use crate::position_loop::LoopUnits;
+use crate::motor::{Motor, Supply, Winding};
+use crate::position_loop::LoopSpec;
 
-/// A drive with its position loop.
+/// A drive and where its numbers come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CatalogueDrive {
     /// Name of the product.
@@ -22,8 +23,6 @@ pub struct CatalogueDrive {
     pub source: String,
     /// The drive.
     pub drive: Drive,
-    /// What its registers mean.
-    pub units: LoopUnits,
 }
 
 const FILES: [(&str, &str); 7] = [
@@ -85,6 +84,8 @@ struct WindingTable {
 #[serde(deny_unknown_fields)]
 struct GearTable {
     armature_kg_m2: f64,
+    /// None where absent.
+    backlash_deg: Option<f64>,
     law: String,
     friction: BTreeMap<String, f64>,
 }
@@ -96,6 +97,8 @@ struct LoopTable {
     pwm_full_scale: f64,
     gain_units: [f64; 3],
     period_ms: f64,
+    /// None where absent.
+    dead_band_ticks: Option<f64>,
 }
 
 impl CatalogueDrive {
@@ -125,15 +128,6 @@ impl CatalogueDrive {
     pub fn parse(text: &str) -> Check<Self> {
         let typed: DriveFile = schema::parse(text)?;
         schema::check_header((&typed.format, typed.version), ("hysteron-drive", 1))?;
-        let motor = Motor {
-            torque_constant: positive(
-                "motor.torque_constant_n_m_per_a",
-                typed.motor.torque_constant_n_m_per_a,
-            )?,
-            resistance: positive("motor.resistance_ohm", typed.motor.resistance_ohm)?,
-            current_limit: (typed.motor.current_limit_a)
-                .map_or(Ok(f64::INFINITY), |limit| positive("motor.current_limit_a", limit))?,
-        };
         let supply = Supply {
             voltage: positive("supply.voltage_v", typed.supply.voltage_v)?,
             resistance: not_negative("supply.resistance_ohm", typed.supply.resistance_ohm)?,
@@ -141,8 +135,13 @@ impl CatalogueDrive {
         Ok(Self {
             name: schema::text("name", typed.name)?,
             source: source(&typed.source)?,
-            drive: Drive { motor, supply, winding: winding(&typed.winding)?, gear: gear(typed.gear)? },
-            units: units(&typed.position_loop)?,
+            drive: Drive {
+                motor: motor(&typed.motor, supply.voltage)?,
+                supply,
+                winding: winding(&typed.winding)?,
+                gear: gear(typed.gear)?,
+                position_loop: position_loop(&typed.position_loop)?,
+            },
         })
     }
 }
@@ -154,6 +153,14 @@ fn source(typed: &str) -> Check<String> {
         true => Err(BadInput::new("source", "where the numbers come from", "nothing")),
         false => Ok(line),
     }
+}
+
+fn motor(typed: &MotorTable, rated_voltage: f64) -> Check<Motor> {
+    let torque_constant = positive("motor.torque_constant_n_m_per_a", typed.torque_constant_n_m_per_a)?;
+    let resistance = positive("motor.resistance_ohm", typed.resistance_ohm)?;
+    let current_limit = (typed.current_limit_a)
+        .map_or(Ok(f64::INFINITY), |limit| positive("motor.current_limit_a", limit))?;
+    Ok(Motor { current_limit, ..Motor::new(torque_constant, resistance, rated_voltage) })
 }
 
 fn winding(typed: &WindingTable) -> Check<Winding> {
@@ -171,6 +178,7 @@ fn winding(typed: &WindingTable) -> Check<Winding> {
 
 fn gear(typed: GearTable) -> Check<Gear> {
     let armature = positive("gear.armature_kg_m2", typed.armature_kg_m2)?;
+    let backlash = not_negative("gear.backlash_deg", typed.backlash_deg.unwrap_or(0.0))?.to_radians();
     let law = Law::named(&typed.law).map_err(|bad| BadInput { place: "gear.law".to_owned(), ..bad })?;
     let parameters = law.parameters();
     let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
@@ -187,18 +195,19 @@ fn gear(typed: GearTable) -> Check<Gear> {
         }
     };
     let friction = parameters.iter().map(|parameter| value(&parameter.name)).collect::<Check<_>>()?;
-    Ok(Gear { armature, law, friction })
+    Ok(Gear { armature, backlash, law, friction })
 }
 
-fn units(typed: &LoopTable) -> Check<LoopUnits> {
+fn position_loop(typed: &LoopTable) -> Check<LoopSpec> {
     for (k, unit) in typed.gain_units.iter().enumerate() {
         positive(&format!("loop.gain_units[{k}]"), *unit)?;
     }
-    Ok(LoopUnits {
+    Ok(LoopSpec {
         ticks_per_turn: positive("loop.ticks_per_turn", typed.ticks_per_turn)?,
         pwm_full_scale: positive("loop.pwm_full_scale", typed.pwm_full_scale)?,
         gains: typed.gain_units,
         period: positive("loop.period_ms", typed.period_ms)?,
+        dead_band: not_negative("loop.dead_band_ticks", typed.dead_band_ticks.unwrap_or(0.0))?,
     })
 }
 
@@ -206,7 +215,7 @@ fn units(typed: &LoopTable) -> Check<LoopUnits> {
 #[allow(clippy::unwrap_used)] // a test may stop where it stands
 mod tests {
     use super::*;
-    use crate::{DriveState, Load};
+    use crate::{Bridge, DriveState, Load};
 
     /// Stall torque and free speed of the data sheets [N m, rev/min] at their voltage [V]; friction is in what a drive does.
     const DATA_SHEETS: [(&str, f64, f64, f64); 7] = [
@@ -227,7 +236,7 @@ mod tests {
             (drive.supply.voltage, drive.winding.heat_capacity) = (voltage, f64::INFINITY);
             let mut state = DriveState::resting(0.0, drive.winding.reference);
             for _ in 0..5000 {
-                drive.step(&mut state, 1.0, Load { inertia: 0.0, torque: 0.0 }, 1e-3);
+                drive.step(&mut state, Bridge::Driven(1.0), Load::torque(0.0), 1e-3);
             }
             let free = state.velocity * 60.0 / std::f64::consts::TAU;
             // Identified samples and data sheets differ by that much: bam's two MX, our XL330.
@@ -239,8 +248,8 @@ mod tests {
     fn stalled_torque_is_below_what_motor_and_supply_give() {
         for (name, voltage, torque, _) in DATA_SHEETS {
             let drive = CatalogueDrive::named(name).unwrap().drive;
-            let current = (voltage / drive.motor.resistance).min(drive.motor.current_limit);
-            let ratio = current * drive.motor.torque_constant / torque;
+            let current = (voltage / drive.motor.resistance()).min(drive.motor.current_limit);
+            let ratio = current * drive.motor.torque_constant() / torque;
             assert!((0.8..2.2).contains(&ratio), "{name}: {ratio} times the stall torque of the data sheet");
         }
     }
@@ -258,6 +267,8 @@ mod tests {
         assert_eq!(place("alpha = 1.0\n", ""), "gear.friction.alpha");
         assert_eq!(place("resistance_ohm = 2.8", "resistance_ohm = -2.8"), "motor.resistance_ohm");
         assert_eq!(place("resistance_ohm = 2.8", "resistance_ohm = nan"), "motor.resistance_ohm");
+        assert_eq!(place("law = \"m4\"", "backlash_deg = -0.1\nlaw = \"m4\""), "gear.backlash_deg");
+        assert_eq!(place("period_ms = ", "dead_band_ticks = -1.0\nperiod_ms = "), "loop.dead_band_ticks");
         assert_eq!(CatalogueDrive::named("xl999").unwrap_err().place, "drive");
     }
 }

@@ -1,76 +1,25 @@
-//! A geared DC motor on a supply: voltage, current, heat, friction that depends on the load.
+//! A geared DC motor: what turns its output, how warm it gets, and what the registers of its position loop mean.
 //!
 //! The speed is found implicitly in every step, so that back EMF never makes a step unstable and friction holds exactly.
 
 use crate::law::{JointFriction, Law, Sliding};
-
-/// A DC motor, seen from the output of its gear.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motor {
-    /// Torque per current k_t, which is also back EMF per speed, at the reference temperature [N m/A].
-    pub torque_constant: f64,
-    /// Resistance of winding and bridge R, at the reference temperature [ohm].
-    pub resistance: f64,
-    /// Largest current that the drive allows; infinite where it limits none [A].
-    pub current_limit: f64,
-}
-
-/// A voltage behind a resistance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Supply {
-    /// Voltage without current [V].
-    pub voltage: f64,
-    /// Resistance of battery and cables [ohm].
-    pub resistance: f64,
-}
-
-/// Heat: a winding in a case in air. A hot winding has more resistance, a hot magnet less torque.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Winding {
-    /// Heat that warms the winding by one kelvin [J/K]; infinite where it stays as it is.
-    pub heat_capacity: f64,
-    /// Temperature difference of winding and case per heat flow [K/W].
-    pub to_case: f64,
-    /// Heat that warms the case by one kelvin [J/K].
-    pub case_heat_capacity: f64,
-    /// Temperature difference of case and air per heat flow [K/W].
-    pub to_air: f64,
-    /// Relative change of resistance per kelvin: 0.00393 for copper [1/K].
-    pub resistance_slope: f64,
-    /// Relative loss of torque constant per kelvin [1/K].
-    pub magnet_slope: f64,
-    /// Temperature at which resistance and torque constant are as stated [°C].
-    pub reference: f64,
-    /// Temperature of the air [°C].
-    pub air: f64,
-}
-
-impl Winding {
-    /// One that never warms.
-    pub const COLD: Self = Self {
-        heat_capacity: f64::INFINITY,
-        to_case: 1.0,
-        case_heat_capacity: f64::INFINITY,
-        to_air: 1.0,
-        resistance_slope: 0.00393,
-        magnet_slope: 0.0,
-        reference: 25.0,
-        air: 25.0,
-    };
-}
+use crate::motor::{Bridge, Motor, MotorLine, Supply, Winding};
+use crate::position_loop::LoopSpec;
 
 /// A gear train.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gear {
     /// Inertia of rotor and gears at the output [kg m²].
     pub armature: f64,
+    /// How far the output turns from one flank to the other while the rotor stands [rad].
+    pub backlash: f64,
     /// Law of its friction.
     pub law: Law,
     /// The parameters of that law.
     pub friction: Vec<f64>,
 }
 
-/// A motor with all that lies between supply and output.
+/// A motor with all that lies between command and output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
     /// Its motor.
@@ -81,6 +30,8 @@ pub struct Drive {
     pub winding: Winding,
     /// Its gear.
     pub gear: Gear,
+    /// Its position loop.
+    pub position_loop: LoopSpec,
 }
 
 /// What moves with the output.
@@ -92,13 +43,24 @@ pub struct Load {
     pub torque: f64,
 }
 
+impl Load {
+    /// A torque alone [N m].
+    pub fn torque(torque: f64) -> Self {
+        Self { inertia: 0.0, torque }
+    }
+}
+
 /// What a drive does.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DriveState {
-    /// Angle of the output [rad].
+    /// Angle of the output, where the encoder is [rad].
     pub angle: f64,
     /// Its speed [rad/s].
     pub velocity: f64,
+    /// How far the output is ahead of the middle of the backlash, at most half of it either way [rad].
+    pub lead: f64,
+    /// Speed of the rotor, as the output has it while flanks touch [rad/s].
+    pub rotor_velocity: f64,
     /// Current of the motor [A].
     pub current: f64,
     /// Temperature of the winding [°C].
@@ -114,75 +76,131 @@ impl DriveState {
     }
 }
 
+/// A mass in one step: how it resists a change of speed, and the speed that it brings along.
+#[derive(Clone, Copy)]
+struct Inertia {
+    /// Over the step [N m s/rad].
+    slope: f64,
+    /// Over the step [N m].
+    momentum: f64,
+}
+
 impl Drive {
-    /// Torque constant [N m/A] and resistance [ohm] at the temperature of the winding.
-    pub fn warm(&self, temperature: f64) -> (f64, f64) {
-        let above = temperature - self.winding.reference;
-        let torque_constant = self.motor.torque_constant * (1.0 - self.winding.magnet_slope * above).max(0.0);
-        (torque_constant, self.motor.resistance * (1.0 + self.winding.resistance_slope * above).max(0.1))
+    /// Torque per angle of the position loop with gain `p`: what a load is held against [N m/rad].
+    pub fn stiffness(&self, p: u16) -> f64 {
+        let LoopSpec { ticks_per_turn, pwm_full_scale, gains, .. } = self.position_loop;
+        let duty_per_radian =
+            f64::from(p) / gains[0] / pwm_full_scale * ticks_per_turn / std::f64::consts::TAU;
+        duty_per_radian * self.motor.stall_torque * self.supply.voltage / self.motor.rated_voltage
     }
 
-    /// Lets `h` [s] pass with `duty`, -1 to 1, of the supply's voltage on the motor.
+    /// Lets `h` [s] pass.
     ///
-    /// The current is (d V - k ω)/(R + d² R_s): the supply gives d times the motor's current, and loses that much voltage.
-    pub fn step(&self, state: &mut DriveState, duty: f64, load: Load, h: f64) {
-        let (k, winding) = self.warm(state.winding_temperature);
-        let resistance = winding + duty * duty * self.supply.resistance;
-        let limit = self.motor.current_limit;
-        let stalled = duty * self.supply.voltage / resistance;
-        let current_at = |velocity: f64| (stalled - k / resistance * velocity).clamp(-limit, limit);
-        let friction = self.gear.law.budget(
-            &self.gear.friction,
-            &Sliding {
-                velocity: state.velocity,
-                motor_torque: k * current_at(state.velocity),
-                load_torque: load.torque,
-            },
-        );
-        let slope = (self.gear.armature + load.inertia) / h;
-        let others = slope * state.velocity + load.torque;
-        let mut velocity = friction.velocity_after(others + k * stalled, slope + k * k / resistance);
-        let mut current = stalled - k / resistance * velocity;
-        if current.abs() > limit {
-            current = limit.copysign(current);
-            velocity = friction.velocity_after(others + k * current, slope);
+    /// While flanks touch, rotor and load are one mass; between them the rotor turns alone, and the load goes where it is pushed. Where
+    /// they meet they go on together, and the momentum stays.
+    pub fn step(&self, state: &mut DriveState, bridge: Bridge, load: Load, h: f64) {
+        let factors = self.winding.factors(state.winding_temperature);
+        let line = MotorLine::new(&self.motor, &self.supply, factors, bridge);
+        if self.gear.backlash > 0.0 {
+            self.turn_with_backlash(state, &line, load, h);
+        } else {
+            let slope = (self.gear.armature + load.inertia) / h;
+            let together = Inertia { slope, momentum: slope * state.velocity };
+            state.velocity = self.velocity_after(&line, state.velocity, together, load.torque);
+            state.rotor_velocity = state.velocity;
         }
-        state.velocity = velocity;
-        state.angle += velocity * h;
-        state.current = current;
+        state.angle += state.velocity * h;
+        state.current = line.current(state.rotor_velocity);
         let heat = &self.winding;
         let out = (state.winding_temperature - state.case_temperature) / heat.to_case;
         let lost = (state.case_temperature - heat.air) / heat.to_air;
-        state.winding_temperature += h * (winding * current * current - out) / heat.heat_capacity;
+        let resistance = self.motor.resistance() * factors.1;
+        state.winding_temperature +=
+            h * (resistance * state.current * state.current - out) / heat.heat_capacity;
         state.case_temperature += h * (out - lost) / heat.case_heat_capacity;
+    }
+
+    /// Speeds of rotor and output after a step, and where between the flanks they then are.
+    fn turn_with_backlash(&self, state: &mut DriveState, line: &MotorLine, load: Load, h: f64) {
+        let half = 0.5 * self.gear.backlash;
+        let slope = self.gear.armature / h;
+        let alone = Inertia { slope, momentum: slope * state.rotor_velocity };
+        let rotor = self.velocity_after(line, state.rotor_velocity, alone, 0.0);
+        let output = match load.inertia > 0.0 {
+            true => state.velocity + h * load.torque / load.inertia,
+            // Without mass it goes to the flank that it is pushed against, and stays where nothing pushes.
+            false if load.torque == 0.0 => 0.0,
+            false => f64::INFINITY.copysign(load.torque),
+        };
+        let lead = state.lead + h * (output - rotor);
+        if lead.abs() <= half {
+            (state.lead, state.rotor_velocity, state.velocity) = (lead, rotor, output);
+            return;
+        }
+        let flank = half.copysign(lead);
+        let closing = (flank - state.lead) / h;
+        let of_load = load.inertia / h;
+        let together = Inertia {
+            slope: slope + of_load,
+            momentum: slope * state.rotor_velocity + of_load * (state.velocity - closing),
+        };
+        let rotor = self.velocity_after(line, state.rotor_velocity, together, load.torque);
+        (state.lead, state.rotor_velocity, state.velocity) = (flank, rotor, rotor + closing);
+    }
+
+    /// Speed after a step in which the rotor, with what moves with it, sticks, starts, slides or stops; `before` is its speed at the
+    /// beginning [rad/s].
+    ///
+    /// Dry friction changes with speed, and may with the motor's torque: it is taken at the speed found with that of the beginning. From
+    /// standstill, and where the direction changes, the beginning is breakaway.
+    fn velocity_after(&self, line: &MotorLine, before: f64, mass: Inertia, load_torque: f64) -> f64 {
+        let push = mass.momentum + line.stalled + load_torque;
+        let with_friction_at = |velocity: f64| {
+            let at = Sliding { velocity, motor_torque: line.torque(velocity), load_torque };
+            let friction = self.gear.law.budget(&self.gear.friction, &at);
+            let free = friction.velocity_after(push, mass.slope + line.slope);
+            let torque = line.stalled - line.slope * free;
+            if torque.abs() <= line.limit {
+                return free;
+            }
+            friction.velocity_after(mass.momentum + line.limit.copysign(torque) + load_torque, mass.slope)
+        };
+        let is_reversal = before * push < 0.0;
+        let first = with_friction_at(if is_reversal { 0.0 } else { before });
+        if first == 0.0 { first } else { with_friction_at(first) }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::CoulombViscous;
+    use crate::Play;
+    use crate::law::{CoulombViscous, SymmetricStribeck};
 
     fn drive() -> Drive {
         Drive {
-            motor: Motor { torque_constant: 0.4, resistance: 3.0, current_limit: f64::INFINITY },
+            motor: Motor::new(0.4, 3.0, 7.0),
             supply: Supply { voltage: 7.0, resistance: 0.0 },
             winding: Winding::COLD,
             gear: Gear {
                 armature: 2e-3,
+                backlash: 0.0,
                 law: Law::CoulombViscous(CoulombViscous),
                 friction: vec![0.02, 0.005],
             },
+            position_loop: LoopSpec::XL430,
         }
     }
 
+    const FULL: Bridge = Bridge::Driven(1.0);
     const FREE: Load = Load { inertia: 0.0, torque: 0.0 };
+    const HELD: Load = Load { inertia: 1e9, torque: 0.0 };
 
     #[test]
     fn free_speed_balances_back_emf_and_friction() {
         let (drive, mut state) = (drive(), DriveState::resting(0.0, 25.0));
         for _ in 0..3000 {
-            drive.step(&mut state, 1.0, FREE, 1e-3);
+            drive.step(&mut state, FULL, FREE, 1e-3);
         }
         // k (V - k ω)/R = f_c + f_v ω.
         let exact = (0.4 * 7.0 / 3.0 - 0.02) / (0.4 * 0.4 / 3.0 + 0.005);
@@ -195,7 +213,7 @@ mod tests {
         let error = |h: f64| {
             let mut state = DriveState::resting(0.0, 25.0);
             for _ in 0..(0.02 / h).round() as usize {
-                drive.step(&mut state, 1.0, FREE, h);
+                drive.step(&mut state, FULL, FREE, h);
             }
             let slope: f64 = 0.4 * 0.4 / 3.0 + 0.005;
             let exact = (0.4 * 7.0 / 3.0 - 0.02) / slope * (1.0 - (-slope * 0.02 / 2e-3).exp());
@@ -210,7 +228,7 @@ mod tests {
         let mut drive = drive();
         let stalled = |drive: &Drive| {
             let mut state = DriveState::resting(0.0, 25.0);
-            drive.step(&mut state, 0.5, Load { inertia: 1e9, torque: 0.0 }, 1e-3);
+            drive.step(&mut state, Bridge::Driven(0.5), HELD, 1e-3);
             state.current
         };
         assert!((stalled(&drive) - 3.5 / 3.0).abs() < 1e-9);
@@ -218,7 +236,22 @@ mod tests {
         // The bus carries half the current: V = 7 - 2 · 0.5 i, and 0.5 V = 3 i.
         assert!((stalled(&drive) - 1.0).abs() < 1e-9);
         drive.motor.current_limit = 0.6;
-        assert_eq!(stalled(&drive), 0.6);
+        assert!((stalled(&drive) - 0.6).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_shorted_motor_brakes_and_an_open_one_coasts() {
+        let drive = drive();
+        let after = |bridge: Bridge| {
+            let mut state = DriveState { velocity: 5.0, ..DriveState::resting(0.0, 25.0) };
+            drive.step(&mut state, bridge, FREE, 1e-3);
+            (state.velocity, state.current)
+        };
+        // I (ω - 5)/h = - f_c - f_v ω, and - k²/R ω besides.
+        assert_eq!(after(Bridge::Open), ((10.0 - 0.02) / (2.0 + 0.005), 0.0));
+        let (velocity, current) = after(Bridge::Driven(0.0));
+        assert!((velocity - (10.0 - 0.02) / (2.0 + 0.005 + 0.16 / 3.0)).abs() < 1e-12);
+        assert!((current + 0.4 / 3.0 * velocity).abs() < 1e-12);
     }
 
     #[test]
@@ -228,14 +261,95 @@ mod tests {
         drive.motor.current_limit = 0.8;
         let mut state = DriveState::resting(0.0, 25.0);
         for _ in 0..200_000 {
-            drive.step(&mut state, 0.7, Load { inertia: 1e9, torque: 0.0 }, 1e-3);
+            drive.step(&mut state, Bridge::Driven(0.7), HELD, 1e-3);
         }
         // T = 25 + 5 R(T) i², R linear in T; the case never warms.
         let heat = 5.0 * 3.0 * 0.64;
         let exact = heat / (1.0 - heat * 0.00393);
         assert!((state.winding_temperature - 25.0 - exact).abs() < 1e-6, "{}", state.winding_temperature);
-        let (torque_constant, resistance) = drive.warm(25.0 + exact);
-        assert!((torque_constant - 0.4 * (1.0 - 1e-3 * exact)).abs() < 1e-12);
-        assert!((resistance - 3.0 * (1.0 + 0.00393 * exact)).abs() < 1e-12);
+        let (magnet, ohmic) = drive.winding.factors(25.0 + exact);
+        assert!((magnet - (1.0 - 1e-3 * exact)).abs() < 1e-12);
+        assert!((ohmic - (1.0 + 0.00393 * exact)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn joint_sticks_below_breakaway_and_slides_above() {
+        let mut drive = drive();
+        drive.gear.law = Law::Stribeck(SymmetricStribeck);
+        drive.gear.friction = vec![6.17, 11.15 - 6.17, 0.5, 12.18];
+        let after = |velocity: f64, torque: f64| {
+            let mut state = DriveState { velocity, ..DriveState::resting(0.0, 25.0) };
+            drive.step(&mut state, Bridge::Open, Load::torque(torque), 1e-3);
+            state.velocity
+        };
+        assert_eq!(after(0.0, 11.1), 0.0);
+        assert!(after(0.0, 11.2) > 0.0);
+        // In motion less is needed.
+        assert!(after(-2.0, -7.1) < 0.0);
+        // A step never reverses a joint by friction alone.
+        assert_eq!(after(2.5, 0.0), 0.0);
+    }
+
+    fn with_backlash(backlash: f64) -> Drive {
+        let mut drive = drive();
+        drive.gear.backlash = backlash;
+        drive
+    }
+
+    #[test]
+    fn free_output_behind_backlash_is_the_operator_of_play() {
+        let drive = with_backlash(0.03);
+        let mut state = DriveState::resting(0.0, 25.0);
+        let (mut rotor, mut play, mut lost) = (0.0, Play::new(0.03, 0.0), 0.0f64);
+        for k in 0..20_000 {
+            let duty = 0.3 * (3e-3 * f64::from(k)).sin() + 0.2 * (7e-3 * f64::from(k)).cos();
+            drive.step(&mut state, Bridge::Driven(duty), FREE, 1e-3);
+            rotor += state.rotor_velocity * 1e-3;
+            assert!((state.angle - play.follow(rotor)).abs() < 1e-12, "step {k}");
+            lost = lost.max((rotor - state.angle).abs());
+        }
+        assert!(rotor.abs() > 0.0 && (lost - 0.015).abs() < 1e-12, "{lost}");
+    }
+
+    #[test]
+    fn motion_of_the_backlash_is_lost_where_the_direction_turns() {
+        let drive = with_backlash(0.02);
+        let mut state = DriveState::resting(0.0, 25.0);
+        let run = |state: &mut DriveState, duty: f64| drive.step(state, Bridge::Driven(duty), FREE, 1e-4);
+        (0..5000).for_each(|_| run(&mut state, 0.2));
+        let mut rotor_back = 0.0;
+        let turned = state.angle;
+        while state.rotor_velocity > 0.0 {
+            run(&mut state, -0.2);
+        }
+        let reversed = state.angle;
+        assert!(reversed > turned);
+        while state.angle == reversed {
+            run(&mut state, -0.2);
+            rotor_back += -1e-4 * state.rotor_velocity;
+        }
+        // The step in which the flanks meet goes on beyond the gap.
+        let overshoot = 1e-4 * state.rotor_velocity.abs();
+        assert!((0.02..=0.02 + overshoot).contains(&rotor_back), "{rotor_back}");
+    }
+
+    #[test]
+    fn flanks_that_meet_keep_the_momentum_and_a_pushed_load_loses_no_motion() {
+        let mut drive = with_backlash(0.01);
+        drive.gear.friction = vec![0.0, 0.0];
+        let load = Load { inertia: 6e-3, torque: 0.0 };
+        let mut state = DriveState { rotor_velocity: 1.0, ..DriveState::resting(0.0, 25.0) };
+        (0..3).for_each(|_| drive.step(&mut state, Bridge::Open, load, 1e-3));
+        assert_eq!((state.velocity, state.rotor_velocity), (0.0, 1.0));
+        (0..10).for_each(|_| drive.step(&mut state, Bridge::Open, load, 1e-3));
+        // 2e-3 kg m² at 1 rad/s take 6e-3 kg m² along.
+        assert!((state.velocity - 0.25).abs() < 1e-12 && state.velocity == state.rotor_velocity, "{state:?}");
+        assert_eq!(state.lead, -0.005);
+        // A load that pushes stays at its flank, whichever way the motor goes.
+        let pushed = Load { torque: -0.3, ..load };
+        for k in 0..4000 {
+            drive.step(&mut state, Bridge::Driven(0.3 * (4e-3 * f64::from(k)).sin()), pushed, 1e-3);
+            assert!(state.lead == -0.005 && (state.velocity - state.rotor_velocity).abs() < 1e-9, "step {k}");
+        }
     }
 }

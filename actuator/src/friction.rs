@@ -1,7 +1,7 @@
 //! Dry friction: Coulomb, Stribeck and viscous at a joint, capstan at a guide.
 //!
-//! Sticking is no very steep slope here: a joint's new speed is found implicitly, and it is exactly zero where friction
-//! can hold it.
+//! Sticking is no very steep slope: whoever steps a joint finds its new speed implicitly ([`crate::Drive`]), and it is exactly zero
+//! where friction can hold it.
 
 use hysteron_base::BadInput;
 
@@ -17,14 +17,12 @@ pub struct Stribeck {
     pub breakaway: f64,
     /// Speed over which the one becomes the other, v_s [rad/s].
     pub stribeck_velocity: f64,
-    /// Exponent of that transition, ζ [-].
-    pub exponent: f64,
     /// Viscous coefficient, f_v [N m s/rad].
     pub viscous: f64,
 }
 
 impl Stribeck {
-    /// A law without viscous part whose exponent is 2, as in Wan et al. (2026).
+    /// The law of Wan et al. (2026), eq. 3, with their exponent of 2.
     ///
     /// # Errors
     /// `BadInput` naming the number that cannot be.
@@ -37,12 +35,18 @@ impl Stribeck {
         check("breakaway", "at least the Coulomb friction", breakaway, breakaway >= coulomb)?;
         check("stribeck_velocity", "a finite number > 0", stribeck_velocity, stribeck_velocity > 0.0)?;
         check("viscous", "a finite number >= 0", viscous, viscous >= 0.0)?;
-        Ok(Self { coulomb, breakaway, stribeck_velocity, exponent: 2.0, viscous })
+        Ok(Self { coulomb, breakaway, stribeck_velocity, viscous })
     }
 
-    /// Size of the dry part at speed |v| [N m]: f_c + (f_s - f_c) exp(-(|v|/v_s)^ζ).
+    /// The parameters of [`crate::law::SymmetricStribeck`].
+    pub fn parameters(&self) -> [f64; 4] {
+        [self.coulomb, self.breakaway - self.coulomb, self.stribeck_velocity, self.viscous]
+    }
+
+    /// Size of the dry part at speed |v| [N m]: f_c + (f_s - f_c) exp(-(v/v_s)²).
     pub fn dry(&self, velocity: f64) -> f64 {
-        stribeck([self.coulomb, self.breakaway, self.stribeck_velocity, self.exponent], velocity)
+        let [coulomb, excess, at, _] = self.parameters();
+        stribeck([coulomb, excess, at], velocity)
     }
 
     /// Torque that friction exerts against motion at `velocity` [rad/s], with its sign [N m]; 0 at standstill.
@@ -53,36 +57,16 @@ impl Stribeck {
         let sign = if velocity == 0.0 { 0.0 } else { velocity.signum() };
         self.dry(velocity) * sign + self.viscous * velocity
     }
-
-    /// The same with tanh(v/`width`) for the sign: smooth, for whoever differentiates it [N m].
-    pub fn torque_smooth(&self, velocity: f64, width: f64) -> f64 {
-        self.dry(velocity) * (velocity / width).tanh() + self.viscous * velocity
-    }
-
-    /// Speed after a step in which the joint sticks, starts, slides or stops: solves
-    /// `slope` v + friction(v) = `drive`, implicitly [rad/s].
-    ///
-    /// `slope` is inertia over step plus other damping [N m s/rad]; `drive` is momentum over step plus the torques that
-    /// do not depend on the new speed [N m]; `before` is the speed at the beginning [rad/s].
-    pub fn velocity_after(&self, drive: f64, slope: f64, before: f64) -> f64 {
-        let moving = |dry: f64| (drive.abs() - dry).max(0.0) / (slope + self.viscous);
-        let is_reversal = before * drive < 0.0;
-        let start = if before == 0.0 || is_reversal { 0.0 } else { before };
-        let first = moving(self.dry(start));
-        // The dry part falls with speed: once more with the speed found. From standstill the joint has broken away.
-        let speed = if first > 0.0 { moving(self.dry(first)) } else { 0.0 };
-        speed.copysign(drive)
-    }
 }
 
-/// Size of dry friction at `velocity`: f_c + (f_s - f_c) exp(-(|v|/v_s)^ζ), from [f_c, f_s, v_s, ζ].
-pub(crate) fn stribeck<T: Real>([coulomb, breakaway, at, exponent]: [T; 4], velocity: T) -> T {
+/// Size of dry friction at `velocity`: f_c + Δ exp(-(v/v_s)²), from [f_c, Δ, v_s].
+pub(crate) fn stribeck<T: Real>([coulomb, excess, at]: [T; 3], velocity: T) -> T {
     let x = velocity.abs() / at;
-    let power = if exponent.value() == 2.0 { x * x } else { x.powf(exponent) };
+    let power = x * x;
     if power.value() > 40.0 {
         return coulomb; // the rest is below rounding
     }
-    coulomb + (breakaway - coulomb) * (-power).exp()
+    coulomb + excess * (-power).exp()
 }
 
 /// tanh(μθ/2): share of the sum of two tensions that a guide of wrap angle `wrap` [rad] can hold as difference [-].
@@ -119,18 +103,6 @@ mod tests {
         assert!((law.torque(fast) - (6.17 + 12.18 * fast)).abs() < 1e-9);
         assert_eq!(law.torque(-0.4), -law.torque(0.4));
         assert_eq!(law.torque(0.0), 0.0);
-        assert!((law.torque_smooth(0.2, 1e-4) - law.torque(0.2)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn joint_sticks_below_breakaway_and_slides_above() {
-        let law = law();
-        assert_eq!(law.velocity_after(11.1, 2.0, 0.0), 0.0);
-        assert!(law.velocity_after(11.2, 2.0, 0.0) > 0.0);
-        // In motion less is needed.
-        assert!(law.velocity_after(-11.1, 2.0, -2.0) < 0.0);
-        // A step never reverses a joint by friction alone.
-        assert_eq!(law.velocity_after(5.0, 2.0, 2.5), 0.0);
     }
 
     #[test]

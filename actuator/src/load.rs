@@ -123,7 +123,7 @@ impl SteadyMotion {
 mod tests {
     use super::*;
     use crate::servo::{Servo, ServoSpec};
-    use crate::{Gains, ServoCommand};
+    use crate::{Gains, Load, ServoCommand};
     use std::f64::consts::TAU;
 
     const RADIUS: f64 = 0.01;
@@ -135,13 +135,7 @@ mod tests {
             no_load_speed: 5.97,
             stall_current: 1.3,
             inertia: 0.003,
-            friction: Stribeck {
-                coulomb: 0.045,
-                breakaway: 0.065,
-                stribeck_velocity: 0.1,
-                exponent: 2.0,
-                viscous: 0.01,
-            },
+            friction: Stribeck { coulomb: 0.045, breakaway: 0.065, stribeck_velocity: 0.1, viscous: 0.01 },
             dead_band: 0.0,
             heat_capacity: 50.0,
             thermal_resistance: 8.0,
@@ -151,8 +145,8 @@ mod tests {
 
     /// A servo that goes to and fro under a tension: angle and load, sample by sample.
     fn recorded(tension: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
-        let mut servo = Servo::new(spec(), 3.0);
-        servo.state.voltage = 12.0;
+        let mut servo = Servo::new(spec().drive(), 3.0);
+        servo.drive.supply.voltage = 12.0;
         let mut command = ServoCommand { torque_on: true, gains: Gains::XL430, ..ServoCommand::POWER_ON };
         let mut rows = Vec::new();
         for sample in 0..4000 {
@@ -160,7 +154,8 @@ mod tests {
             command.goal = ((3.0 + 0.5 * (0.2 * TAU * time).sin() + 0.1 * (0.05 * TAU * time).sin()) * 4096.0
                 / TAU) as i32;
             for tick in 0..10 {
-                servo.step(&command, -RADIUS * tension(time + 1e-3 * f64::from(tick)), 1e-3);
+                let torque = -RADIUS * tension(time + 1e-3 * f64::from(tick));
+                servo.step(&command, Load::torque(torque), 1e-3);
             }
             rows.push((f64::from(servo.ticks()) * TAU / 4096.0, servo.load(), tension(time)));
         }

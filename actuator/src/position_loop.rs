@@ -47,9 +47,9 @@ impl Gains {
     pub const XL430: Self = Self { p: 640, i: 0, d: 4000 };
 }
 
-/// What the numbers in a servo's registers mean.
+/// The position loop of a servo: what the numbers in its registers mean, and what it ignores.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoopUnits {
+pub struct LoopSpec {
     /// Ticks of a full turn of the output.
     pub ticks_per_turn: f64,
     /// PWM units that stand for the whole supply voltage.
@@ -59,19 +59,24 @@ pub struct LoopUnits {
     pub gains: [f64; 3],
     /// Control period [s].
     pub period: f64,
+    /// Error of position that is ignored [ticks].
+    pub dead_band: f64,
 }
 
-impl LoopUnits {
+impl LoopSpec {
     /// XL430-W250: K_P = P/128, K_I = I/65536, K_D = D/16 (ROBOTIS e-Manual, "Position PID Gain", "PWM Limit").
-    pub const XL430: Self =
-        Self { ticks_per_turn: 4096.0, pwm_full_scale: 885.0, gains: [128.0, 65536.0, 16.0], period: 1e-3 };
+    pub const XL430: Self = Self {
+        ticks_per_turn: 4096.0,
+        pwm_full_scale: 885.0,
+        gains: [128.0, 65536.0, 16.0],
+        period: 1e-3,
+        dead_band: 0.0,
+    };
 }
 
-/// Profile generator and PID.
+/// The memory of profile generator and PID.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionLoop {
-    /// What the registers mean.
-    pub units: LoopUnits,
     /// Reference, on its way to the goal [rad].
     pub reference: f64,
     reference_velocity: f64,
@@ -82,18 +87,17 @@ pub struct PositionLoop {
 
 impl PositionLoop {
     /// At rest at `angle` [rad], torque off.
-    pub fn new(units: LoopUnits, angle: f64) -> Self {
-        Self { units, reference: angle, reference_velocity: 0.0, integral: 0.0, was_on: false }
+    pub fn new(angle: f64) -> Self {
+        Self { reference: angle, reference_velocity: 0.0, integral: 0.0, was_on: false }
     }
 
     /// Part of the supply voltage that the motor is given after `h` [s] more, -1 to 1 [-]; zero with the torque off.
     ///
-    /// `dead_band` is the error that is ignored [ticks], (`angle`, `velocity`) those of the output [rad, rad/s]. The encoder
-    /// rounds the angle to ticks.
+    /// (`angle`, `velocity`) are those of the output [rad, rad/s]. The encoder rounds the angle to ticks.
     pub fn duty(
         &mut self,
+        spec: &LoopSpec,
         command: &ServoCommand,
-        dead_band: f64,
         (angle, velocity): (f64, f64),
         h: f64,
     ) -> f64 {
@@ -107,8 +111,8 @@ impl PositionLoop {
             self.reference = angle;
         }
         self.was_on = true;
-        self.follow_profile(command, h);
-        let LoopUnits { ticks_per_turn, pwm_full_scale, gains, period } = self.units;
+        self.follow_profile(spec, command, h);
+        let LoopSpec { ticks_per_turn, pwm_full_scale, gains, period, dead_band } = *spec;
         let gain = |register: u16, unit: f64| f64::from(register) / unit;
         let ticks = (angle / TAU * ticks_per_turn).round();
         let exact = self.reference / TAU * ticks_per_turn - ticks;
@@ -130,8 +134,8 @@ impl PositionLoop {
     }
 
     /// Moves the reference towards the goal: trapezoidal speed.
-    fn follow_profile(&mut self, command: &ServoCommand, h: f64) {
-        let goal = f64::from(command.goal) * TAU / self.units.ticks_per_turn;
+    fn follow_profile(&mut self, spec: &LoopSpec, command: &ServoCommand, h: f64) {
+        let goal = f64::from(command.goal) * TAU / spec.ticks_per_turn;
         let way = goal - self.reference;
         let (most, acceleration) = (command.profile_velocity, command.profile_acceleration);
         if most <= 0.0 || way == 0.0 && self.reference_velocity == 0.0 {

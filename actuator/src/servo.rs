@@ -1,37 +1,21 @@
-//! A position servo: what it is told and what it does.
-//!
-//! Profile generator, PID in the units of its registers, DC motor, gearbox with dry friction, one thermal mass. The speed
-//! is found implicitly in every step, so that friction can hold the output exactly still.
+//! A position servo: a drive with the memory of its position loop, and what it reports.
 
+use crate::drive::{Drive, DriveState, Gear, Load};
 use crate::friction::Stribeck;
-use crate::position_loop::{LoopUnits, PositionLoop, ServoCommand};
+use crate::law::{Law, SymmetricStribeck};
+use crate::motor::{Bridge, Motor, Supply, Winding};
+use crate::position_loop::{LoopSpec, PositionLoop, ServoCommand};
 use hysteron_base::BadInput;
 use std::f64::consts::TAU;
 
 /// Ticks of a full turn of the output, of an XL430-W250 (ROBOTIS e-Manual).
-pub const TICKS_PER_TURN: f64 = 4096.0;
-/// PWM units that stand for the whole supply voltage (e-Manual, "PWM Limit").
-pub const PWM_FULL_SCALE: f64 = 885.0;
+pub const TICKS_PER_TURN: f64 = LoopSpec::XL430.ticks_per_turn;
 /// Supply voltage that the catalogue's figures hold for [V].
 pub const NOMINAL_VOLTAGE: f64 = 11.1;
-/// What a servo does, as it would report it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct ServoState {
-    /// Angle of the output [rad].
-    pub angle: f64,
-    /// Speed of the output [rad/s].
-    pub velocity: f64,
-    /// Reference of the position loop, on its way to the goal [rad].
-    pub reference: f64,
-    /// Part of the supply voltage that the motor is given, -1 to 1 [-].
-    pub pwm: f64,
-    /// Supply voltage at the servo [V].
-    pub voltage: f64,
-    /// Temperature of the motor [°C].
-    pub temperature: f64,
-}
+/// Time over which a servo smooths the load that it reports [s].
+const LOAD_TIME: f64 = 0.02;
 
-/// What a servo is.
+/// A servo like the XL430-W250 by the figures of a catalogue: a preset of [`Drive`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoSpec {
     /// Torque that the stalled output gives at [`NOMINAL_VOLTAGE`] [N m].
@@ -54,20 +38,6 @@ pub struct ServoSpec {
     pub ambient_temperature: f64,
 }
 
-/// A servo: motor, gearbox, controller.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Servo {
-    /// What it is.
-    pub spec: ServoSpec,
-    /// What it does.
-    pub state: ServoState,
-    /// Current of the motor [A].
-    pub current: f64,
-    position_loop: PositionLoop,
-    /// PWM as its load estimate sees it, smoothed [-].
-    smooth_pwm: f64,
-}
-
 impl ServoSpec {
     /// The same, if every number can be.
     ///
@@ -88,97 +58,100 @@ impl ServoSpec {
         if !(self.dead_band.is_finite() && self.dead_band >= 0.0) {
             return Err(BadInput::new("dead_band", "a finite number >= 0", format!("{:?}", self.dead_band)));
         }
-        if self.back_emf() <= 0.0 {
+        if self.back_emf_damping() <= 0.0 {
             let expected = "friction at the free speed below the stall torque";
             return Err(BadInput::new("friction", expected, "more"));
         }
         Ok(self)
     }
 
-    /// Electric torque at full nominal voltage and standstill: what the output gives and what dry friction takes [N m].
-    fn electric_torque(&self) -> f64 {
+    /// The drive on a supply of [`NOMINAL_VOLTAGE`] that does not sag.
+    ///
+    /// A catalogue's stall torque is what friction leaves of the motor's, and its free speed is reached in spite of friction. The one
+    /// thermal mass keeps resistance and magnet as they are.
+    pub fn drive(&self) -> Drive {
+        Drive {
+            motor: Motor {
+                rated_voltage: NOMINAL_VOLTAGE,
+                stall_torque: self.motor_torque(),
+                stall_current: self.stall_current,
+                back_emf_damping: self.back_emf_damping(),
+                current_limit: f64::INFINITY,
+            },
+            supply: Supply { voltage: NOMINAL_VOLTAGE, resistance: 0.0 },
+            winding: Winding {
+                heat_capacity: self.heat_capacity,
+                to_case: self.thermal_resistance,
+                resistance_slope: 0.0,
+                air: self.ambient_temperature,
+                ..Winding::COLD
+            },
+            gear: Gear {
+                armature: self.inertia,
+                backlash: 0.0,
+                law: Law::Stribeck(SymmetricStribeck),
+                friction: self.friction.parameters().to_vec(),
+            },
+            position_loop: LoopSpec { dead_band: self.dead_band, ..LoopSpec::XL430 },
+        }
+    }
+
+    /// Torque of the stalled motor: what the output gives and what dry friction takes [N m].
+    fn motor_torque(&self) -> f64 {
         self.stall_torque + self.friction.coulomb
     }
 
     /// Torque lost per speed by back EMF, so that the free output reaches its speed [N m s/rad].
-    fn back_emf(&self) -> f64 {
+    fn back_emf_damping(&self) -> f64 {
         let friction = self.friction.torque(self.no_load_speed);
-        (self.electric_torque() - friction) / self.no_load_speed
-    }
-
-    /// Torque per angle of the position loop with gain `p` at `voltage` [V]: what a load is held against [N m/rad].
-    pub fn stiffness(&self, p: u16, voltage: f64) -> f64 {
-        let pwm_per_tick = f64::from(p) / LoopUnits::XL430.gains[0] / PWM_FULL_SCALE;
-        pwm_per_tick * TICKS_PER_TURN / TAU * self.electric_torque() * voltage / NOMINAL_VOLTAGE
+        (self.motor_torque() - friction) / self.no_load_speed
     }
 }
 
-impl ServoState {
-    /// Position as the encoder gives it [ticks].
-    pub fn ticks(&self) -> i32 {
-        (self.angle / TAU * TICKS_PER_TURN).round() as i32
-    }
+/// A drive at work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Servo {
+    /// What it is.
+    pub drive: Drive,
+    /// What it does.
+    pub state: DriveState,
+    /// Part of the supply voltage that the motor is given, -1 to 1 [-].
+    pub duty: f64,
+    /// The memory of its position loop, with the reference on its way to the goal.
+    pub position_loop: PositionLoop,
+    /// The duty as its load estimate sees it, smoothed [-].
+    smooth_duty: f64,
 }
 
 impl Servo {
     /// A servo at rest at `angle` [rad], as warm as the air.
-    pub fn new(spec: ServoSpec, angle: f64) -> Self {
-        let state = ServoState {
-            angle,
-            reference: angle,
-            voltage: NOMINAL_VOLTAGE,
-            temperature: spec.ambient_temperature,
-            ..ServoState::default()
-        };
-        Self {
-            spec,
-            state,
-            current: 0.0,
-            position_loop: PositionLoop::new(LoopUnits::XL430, angle),
-            smooth_pwm: 0.0,
-        }
+    pub fn new(drive: Drive, angle: f64) -> Self {
+        let state = DriveState::resting(angle, drive.winding.air);
+        Self { drive, state, duty: 0.0, position_loop: PositionLoop::new(angle), smooth_duty: 0.0 }
     }
 
     /// Position as the encoder gives it [ticks].
     pub fn ticks(&self) -> i32 {
-        self.state.ticks()
+        (self.state.angle / TAU * self.drive.position_loop.ticks_per_turn).round() as i32
+    }
+
+    /// Voltage of the supply at the servo, under its own current [V].
+    pub fn voltage(&self) -> f64 {
+        self.drive.supply.voltage - self.drive.supply.resistance * self.duty * self.state.current
     }
 
     /// The load it reports: no measurement, but what the motor is given, smoothed, as part of the stall torque and
     /// positive where it drives towards positive ticks [-].
     pub fn load(&self) -> f64 {
-        (self.smooth_pwm * self.state.voltage / NOMINAL_VOLTAGE).clamp(-1.0, 1.0)
+        (self.smooth_duty * self.voltage() / self.drive.motor.rated_voltage).clamp(-1.0, 1.0)
     }
 
-    /// Lets `h` [s] pass, not more than a control period, under `load` on the output, positive towards positive
-    /// angles [N m].
-    pub fn step(&mut self, command: &ServoCommand, load: f64, h: f64) {
+    /// Lets `h` [s] pass, not more than a control period, under `load`.
+    pub fn step(&mut self, command: &ServoCommand, load: Load, h: f64) {
         let at = (self.state.angle, self.state.velocity);
-        self.state.pwm = self.position_loop.duty(command, self.spec.dead_band, at, h);
-        self.state.reference = self.position_loop.reference;
-        self.turn(command.torque_on, load, h);
-        self.smooth_pwm += (self.state.pwm - self.smooth_pwm) * (h / 0.02).min(1.0);
-    }
-
-    /// Motor, gears, heat.
-    fn turn(&mut self, is_driven: bool, load: f64, h: f64) {
-        let spec = &self.spec;
-        let (before, inertia) = (self.state.velocity, spec.inertia / h);
-        // Without drive the motor's terminals are open: no current brakes it.
-        let damping = if is_driven { spec.back_emf() } else { 0.0 };
-        let torque = self.state.pwm * self.state.voltage / NOMINAL_VOLTAGE * spec.electric_torque();
-        let velocity =
-            spec.friction.velocity_after(inertia * before + torque + load, inertia + damping, before);
-        self.state.velocity = velocity;
-        self.state.angle += velocity * h;
-        self.current = if is_driven {
-            (torque - damping * velocity) / spec.electric_torque() * spec.stall_current
-        } else {
-            0.0
-        };
-        let resistance = NOMINAL_VOLTAGE / spec.stall_current;
-        let heat = resistance * self.current * self.current
-            - (self.state.temperature - spec.ambient_temperature) / spec.thermal_resistance;
-        self.state.temperature += heat * h / spec.heat_capacity;
+        self.duty = self.position_loop.duty(&self.drive.position_loop, command, at, h);
+        let bridge = if command.torque_on { Bridge::Driven(self.duty) } else { Bridge::Open };
+        self.drive.step(&mut self.state, bridge, load, h);
+        self.smooth_duty += (self.duty - self.smooth_duty) * (h / LOAD_TIME).min(1.0);
     }
 }

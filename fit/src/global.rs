@@ -7,9 +7,11 @@
 //! # Reference
 //! Storn and Price (1997), differential evolution; Kennedy and Eberhart (1995), particle swarm optimisation.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use basin::{
     BoxBounds, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, De, DeMutation, Executor,
-    GlobalBestPso, PopulationProgress, Solver, State, StepOutcome,
+    GlobalBestPso, PopulationProgress, PsoBoundaryHandling, Solver, State, StepOutcome,
 };
 
 use hysteron_base::BadInput;
@@ -26,13 +28,25 @@ pub enum GlobalMethod {
         /// Probability that a coordinate is taken from the donor, 0 to 1 [-].
         crossover: f64,
     },
-    /// Inertia-weight swarm about the best particle, with the coefficients of Standard PSO 2006.
-    ParticleSwarm,
+    /// Inertia-weight swarms about their best particles, with the coefficients of Standard PSO 2006, one after the other; together they have
+    /// the evaluations of one swarm of all members.
+    ParticleSwarm {
+        /// How many: a swarm that has come together finds nothing else, so several small ones find more of many minima.
+        swarms: usize,
+        /// Part of a particle's speed that it has after a bound has thrown it back, 0 to 1 [-].
+        restitution: f64,
+    },
 }
 
 impl GlobalMethod {
     /// Differential evolution with weight 0.7 and crossover 0.9.
     pub const EVOLUTION: Self = Self::DifferentialEvolution { weight: 0.7, crossover: 0.9 };
+
+    /// One swarm, whose particles stop at bounds.
+    pub const SWARM: Self = Self::ParticleSwarm { swarms: 1, restitution: 0.0 };
+
+    /// Ten swarms of two members for each ten, whose particles come back from bounds with half their speed.
+    pub const SWARMS: Self = Self::ParticleSwarm { swarms: 10, restitution: 0.5 };
 }
 
 /// When and how long to search.
@@ -77,6 +91,11 @@ struct Places<'a, F> {
 }
 
 impl<F> Places<'_, F> {
+    /// The same problem.
+    fn again(&self) -> Self {
+        Self { parameters: self.parameters, cost: self.cost, bounds: self.bounds.clone() }
+    }
+
     fn values(&self, places: &[f64]) -> Vec<f64> {
         self.parameters.iter().zip(places).map(|(parameter, place)| parameter.value(*place)).collect()
     }
@@ -141,10 +160,48 @@ where
                 .with_pop_size(members);
             evolve(problem, solver, options)
         }
-        GlobalMethod::ParticleSwarm => {
-            let solver = GlobalBestPso::<Vec<f64>>::new(options.seed).with_swarm_size(members);
-            evolve(problem, solver, options)
+        GlobalMethod::ParticleSwarm { swarms, restitution } => {
+            let own = (2 * members / swarms.max(1)).clamp(6, members);
+            let generations = (options.generations * members / (own * swarms.max(1))).max(1);
+            let mut best: Option<GlobalSearch> = None;
+            for swarm in 0..swarms.max(1) as u64 {
+                let before =
+                    best.as_ref().map_or((0, f64::INFINITY), |found| (found.generations, found.cost));
+                let is_ended = AtomicBool::new(false);
+                let watch = |generation: usize, cost: f64| {
+                    let goes_on = (options.watch)(before.0 + generation, cost.min(before.1));
+                    is_ended.store(!goes_on, Ordering::Relaxed);
+                    goes_on
+                };
+                let seed = options.seed.wrapping_add(swarm.wrapping_mul(NEXT_SEED));
+                let solver = GlobalBestPso::<Vec<f64>>::new(seed)
+                    .with_swarm_size(own)
+                    .with_boundary_handling(PsoBoundaryHandling::Reflect { damping: restitution });
+                let found = evolve(
+                    problem.again(),
+                    solver,
+                    &GlobalOptions { generations, watch: &watch, ..*options },
+                )?;
+                best = Some(best.map_or(found.clone(), |before| before.or_better(found)));
+                if is_ended.load(Ordering::Relaxed) {
+                    break;
+                }
+            }
+            best.ok_or_else(|| BadInput::new("swarms", "one or more", "none").into())
         }
+    }
+}
+
+/// Between the seeds of one swarm and the next: the golden ratio's bits, which no two small seeds differ by.
+const NEXT_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
+
+impl GlobalSearch {
+    /// The better of two, with the effort of both.
+    fn or_better(self, other: Self) -> Self {
+        let [generations, evaluations] =
+            [self.generations + other.generations, self.evaluations + other.evaluations];
+        let best = if other.cost < self.cost { other } else { self };
+        Self { generations, evaluations, ..best }
     }
 }
 

@@ -8,7 +8,7 @@ use hysteron_actuator::identify::{
     Backlash, PulleyFit, PulleyRecord, PulleyServo, SteadySamples, finest_speed, identify_backlash,
     identify_pulley,
 };
-use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law, Sliding};
+use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law, RISING_MAP, Sliding};
 use hysteron_base::{BadInput, Recording};
 use hysteron_fit::Standing;
 use serde_json::{Value, json};
@@ -21,7 +21,7 @@ use crate::outputs::Outputs;
 use crate::sense::stroke_per_tick;
 
 /// Laws that need nothing but the speed.
-const LAWS: [&str; 4] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP];
+const LAWS: [&str; 5] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP, RISING_MAP];
 /// Slowest steady motion whatever the rate [rad/s].
 const SLOWEST: f64 = 0.03;
 
@@ -39,7 +39,7 @@ pub struct Options {
         arg(long, value_name = "N_M", default_value_t = 1.4, allow_negative_numbers = true)
     )]
     pub stall_torque: f64,
-    /// stribeck, coulomb-viscous, directed-stribeck or learned-map
+    /// stribeck, coulomb-viscous, directed-stribeck, learned-map or rising-map
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "stribeck"))]
     pub law: String,
     /// Only these servos, by number from 1

@@ -16,7 +16,7 @@ use crate::law::Law;
 pub enum FrictionMethod {
     /// Nonlinear least squares from several starts.
     LeastSquares,
-    /// Particle swarm on the root mean square error.
+    /// Particle swarms on the root mean square error.
     ParticleSwarm,
     /// Differential evolution on the same.
     DifferentialEvolution,
@@ -111,7 +111,7 @@ pub fn identify_friction_by(
                 progress: heard.into_inner().unwrap_or_default(),
             });
         }
-        FrictionMethod::ParticleSwarm => population(GlobalMethod::ParticleSwarm)?,
+        FrictionMethod::ParticleSwarm => population(GlobalMethod::SWARMS)?,
         FrictionMethod::DifferentialEvolution => population(GlobalMethod::EVOLUTION)?,
         FrictionMethod::Anfis => return by_networks(Consequents::Lines, &problem),
         FrictionMethod::FuzzyNetwork => return by_networks(Consequents::Constants, &problem),

@@ -7,7 +7,7 @@ mod pendulum;
 mod pulley;
 mod servo;
 
-pub use dahl_map::{DahlMap, FrictionRun, TERMS};
+pub use dahl_map::{DahlMap, FrictionRun, RIPPLE_TERMS, TERMS};
 pub use friction::{FrictionFit, identify_friction, identify_friction_through};
 pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
 pub use pendulum::{Pendulum, PendulumRun, Rollout, rollout};

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use hysteron_base::BadInput;
 
-use crate::position_loop::LoopUnits;
-use crate::{Drive, DriveState, Load};
+use crate::position_loop::LoopSpec;
+use crate::{Bridge, Drive, DriveState, Load};
 
 /// Standard gravity [m/s²].
 const GRAVITY: f64 = 9.80665;
@@ -90,27 +90,24 @@ pub struct Rollout {
 }
 
 /// Simulates `run` open loop from its first position at rest: goals alone are given, no measurement corrects it.
-pub fn rollout(
-    drive: &Drive,
-    units: &LoopUnits,
-    offset: f64,
-    run: &PendulumRun,
-    longest_step: f64,
-) -> Rollout {
+///
+/// The loop's proportional gain acts on exact angles, not on whole ticks, so that the motion is a smooth function of the drive's numbers.
+pub fn rollout(drive: &Drive, offset: f64, run: &PendulumRun, longest_step: f64) -> Rollout {
     let pendulum = Pendulum { offset, ..run.pendulum };
     let mut state = DriveState::resting(run.position[0], run.temperature);
-    let duty_per_radian = run.gain / units.gains[0] * units.ticks_per_turn / TAU / units.pwm_full_scale;
+    let LoopSpec { ticks_per_turn, pwm_full_scale, gains, .. } = drive.position_loop;
+    let duty_per_radian = run.gain / gains[0] * ticks_per_turn / TAU / pwm_full_scale;
     let (mut position, mut current) = (vec![state.angle], vec![0.0]);
     for (k, pair) in run.time.windows(2).enumerate() {
         let n = ((pair[1] - pair[0]) / longest_step).ceil().max(1.0);
         let h = (pair[1] - pair[0]) / n;
         for _ in 0..n as usize {
-            let duty = match run.torque_on[k] {
-                true => (duty_per_radian * (run.goal[k] - state.angle)).clamp(-1.0, 1.0),
-                false => 0.0,
+            let bridge = match run.torque_on[k] {
+                true => Bridge::Driven((duty_per_radian * (run.goal[k] - state.angle)).clamp(-1.0, 1.0)),
+                false => Bridge::Open,
             };
             let load = pendulum.load(state.angle);
-            drive.step(&mut state, duty, load, h);
+            drive.step(&mut state, bridge, load, h);
         }
         position.push(state.angle);
         current.push(state.current);

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::pendulum::{PendulumRun, rollout};
 use crate::Drive;
 use crate::law::{JointFriction, ScalesWith};
-use crate::position_loop::LoopUnits;
 
 /// A number of a drive that can be fitted, friction aside.
 pub struct DriveQuantity {
@@ -24,8 +23,8 @@ pub struct DriveQuantity {
 /// What can be fitted of motor, supply, winding and gear.
 #[rustfmt::skip] // a table
 pub const QUANTITIES: [DriveQuantity; 7] = [
-    DriveQuantity { name: "torque_constant_n_m_per_a", spread: 2.0, get: |d| d.motor.torque_constant, set: |d, v| d.motor.torque_constant = v },
-    DriveQuantity { name: "resistance_ohm", spread: 2.5, get: |d| d.motor.resistance, set: |d, v| d.motor.resistance = v },
+    DriveQuantity { name: "torque_constant_n_m_per_a", spread: 2.0, get: |d| d.motor.torque_constant(), set: |d, v| d.motor = d.motor.with_constants(v, d.motor.resistance()) },
+    DriveQuantity { name: "resistance_ohm", spread: 2.5, get: |d| d.motor.resistance(), set: |d, v| d.motor = d.motor.with_constants(d.motor.torque_constant(), v) },
     DriveQuantity { name: "current_limit_a", spread: 1.7, get: |d| d.motor.current_limit, set: |d, v| d.motor.current_limit = v },
     DriveQuantity { name: "supply_resistance_ohm", spread: 10.0, get: |d| d.supply.resistance, set: |d, v| d.supply.resistance = v },
     DriveQuantity { name: "winding_heat_capacity_j_per_k", spread: 10.0, get: |d| d.winding.heat_capacity, set: |d, v| d.winding.heat_capacity = v },
@@ -35,8 +34,6 @@ pub const QUANTITIES: [DriveQuantity; 7] = [
 
 /// How a drive is fitted.
 pub struct DriveFitOptions<'a> {
-    /// What the registers mean.
-    pub units: LoopUnits,
     /// Names of [`QUANTITIES`] to fit; friction and the offset of the zero are always fitted.
     pub quantities: &'a [&'a str],
     /// Longest step of a rollout [s].
@@ -100,7 +97,7 @@ pub fn identify_drive(
     let residuals = |values: &[f64]| {
         let (drive, offset) = with(values);
         let of = |run: &PendulumRun| {
-            let simulated = rollout(&drive, &options.units, offset, run, options.longest_step).position;
+            let simulated = rollout(&drive, offset, run, options.longest_step).position;
             simulated.iter().zip(&run.position).map(|(a, b)| a - b).collect::<Vec<f64>>()
         };
         Ok::<_, BadInput>(runs.par_iter().map(of).collect::<Vec<_>>())
@@ -153,15 +150,9 @@ fn parameters(drive: &Drive, quantities: &[&DriveQuantity], scale: f64, place: f
 }
 
 /// Mean over the runs of the mean absolute error of position, open loop [rad].
-pub fn mean_error(
-    drive: &Drive,
-    offset: f64,
-    runs: &[PendulumRun],
-    units: &LoopUnits,
-    longest_step: f64,
-) -> f64 {
+pub fn mean_error(drive: &Drive, offset: f64, runs: &[PendulumRun], longest_step: f64) -> f64 {
     let of = |run: &PendulumRun| {
-        let simulated = rollout(drive, units, offset, run, longest_step).position;
+        let simulated = rollout(drive, offset, run, longest_step).position;
         simulated.iter().zip(&run.position).map(|(a, b)| (a - b).abs()).sum::<f64>() / simulated.len() as f64
     };
     runs.par_iter().map(of).collect::<Vec<f64>>().iter().sum::<f64>() / runs.len() as f64

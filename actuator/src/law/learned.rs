@@ -1,5 +1,7 @@
 //! Friction as a map learned from data: whatever its shape over speed, and over the torque through the gear.
 
+use std::borrow::Cow;
+
 use hysteron_base::BadInput;
 
 use super::{Budget, JointFriction, LawParameter, Sliding, torque};
@@ -8,8 +10,21 @@ use crate::number::Real;
 /// Fewest and most knots of speed that are laid through data.
 const KNOTS: usize = 6;
 
+/// Along what a [`LearnedMap`] must not fall, whatever noise says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rising {
+    /// Nothing.
+    Nowhere,
+    /// The speed: no Stribeck effect.
+    WithSpeed,
+    /// The torque through the gear.
+    WithLoad,
+    /// Both.
+    WithBoth,
+}
+
 /// Friction over the size of the speed and of the torque |τ_l - τ_m| through the gear, as a product of quadratic B-splines; its parameters are
-/// their weights. It is smooth, lies between the least and the largest weight, rises where the weights do, and is constant beyond the
+/// their weights, or, of a rising map, by how much each weight is above the greatest of its neighbours before. It is smooth, lies between the least and the largest weight, rises where the weights do, and is constant beyond the
 /// outer knots. All of it counts as dry: a viscous part is a slope like any other.
 ///
 /// # Reference
@@ -20,6 +35,7 @@ pub struct LearnedMap {
     speeds: Vec<f64>,
     /// Knots of the torque through the gear, ascending; none where friction does not depend on it [N m].
     loads: Vec<f64>,
+    rising: Rising,
 }
 
 impl LearnedMap {
@@ -37,7 +53,34 @@ impl LearnedMap {
                 return Err(BadInput::new(name, expected, format!("{knots:?}")));
             }
         }
-        Ok(Self { speeds, loads })
+        Ok(Self { speeds, loads, rising: Rising::Nowhere })
+    }
+
+    /// The same, which does not fall along `rising`: its parameters then are increments, none of them negative, and every map that
+    /// does not fall at its weights can be had.
+    pub fn rising(self, rising: Rising) -> Self {
+        Self { rising, ..self }
+    }
+
+    /// Weights of the splines, by speed and then by load, from the parameters [N m].
+    pub fn weights<'p, T: Real>(&self, p: &'p [T]) -> Cow<'p, [T]> {
+        let with_speed = matches!(self.rising, Rising::WithSpeed | Rising::WithBoth);
+        let with_load = matches!(self.rising, Rising::WithLoad | Rising::WithBoth);
+        if !(with_speed || with_load) {
+            return Cow::Borrowed(p);
+        }
+        let n_loads = self.n_loads();
+        let mut weights = p.to_vec();
+        for k in 0..weights.len() {
+            let slower = (with_speed && k >= n_loads).then(|| weights[k - n_loads]);
+            let lighter = (with_load && !k.is_multiple_of(n_loads)).then(|| weights[k - 1]);
+            let before = match (slower, lighter) {
+                (Some(a), Some(b)) => Some(if a.value() >= b.value() { a } else { b }),
+                (one, other) => one.or(other),
+            };
+            weights[k] = before.map_or(p[k], |before| before + p[k]);
+        }
+        Cow::Owned(weights)
     }
 
     /// A map of the speed alone, with as many samples of `velocity` [rad/s] between any two knots.
@@ -67,8 +110,11 @@ impl JointFriction for LearnedMap {
         let n_loads = self.n_loads();
         let of = |k: usize| {
             let (speed, load) = (k / n_loads + 1, k % n_loads + 1);
-            let name =
-                if n_loads == 1 { format!("map_{speed}_n_m") } else { format!("map_{speed}_{load}_n_m") };
+            let map = if self.rising == Rising::Nowhere { "map" } else { "map_rise" };
+            let name = match n_loads {
+                1 => format!("{map}_{speed}_n_m"),
+                _ => format!("{map}_{speed}_{load}_n_m"),
+            };
             LawParameter { name: name.into(), ..torque("") }
         };
         (0..(self.speeds.len() + 1) * n_loads).map(of).collect()
@@ -83,10 +129,11 @@ impl JointFriction for LearnedMap {
             1 => (0, [T::from(1.0), zero, zero]),
             _ => basis(&self.loads, through),
         };
+        let weights = self.weights(p);
         let mut dry = zero;
         for (i, by_speed) in by_speed.into_iter().enumerate() {
             for (j, by_load) in by_load.into_iter().enumerate().take(n_loads) {
-                dry = dry + p[(row + i) * n_loads + column + j] * by_speed * by_load;
+                dry = dry + weights[(row + i) * n_loads + column + j] * by_speed * by_load;
             }
         }
         Budget { dry, viscous: zero }
@@ -203,6 +250,54 @@ mod tests {
                 assert!(error.abs() < 3e-3, "{at:?}: {error}");
             }
         }
+    }
+
+    #[test]
+    fn a_rising_map_does_not_follow_noise_downwards() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let truth = |v: f64| 0.3 + 0.2 * v.tanh();
+        let velocity: Vec<f64> = (0..60).map(|k| 0.05 * f64::from(k + 1)).collect();
+        let torque: Vec<f64> = velocity.iter().map(|v| truth(*v) + rng.random_range(-0.1..0.1)).collect();
+        let fitted = |rising: Rising| {
+            let map = LearnedMap::of_speeds(&velocity).unwrap().rising(rising);
+            let law = Law::LearnedMap(map.clone());
+            let found = identify_friction(&law, &velocity, &torque, None).unwrap();
+            let curve: Vec<f64> = (velocity.iter())
+                .map(|v| map.torque(&found.parameters, &Sliding::at(*v)) + found.offset)
+                .collect();
+            let square: f64 = velocity.iter().zip(&curve).map(|(v, f)| (f - truth(*v)).powi(2)).sum();
+            (curve.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), square)
+        };
+        let [free, rising] = [Rising::Nowhere, Rising::WithSpeed].map(fitted);
+        assert!(!free.0 && rising.0, "{free:?} {rising:?}");
+        assert!(rising.1 < free.1, "{free:?} {rising:?}");
+    }
+
+    #[test]
+    fn where_the_truth_rises_a_rising_map_is_the_free_one() {
+        // Concave in the sum of both: it rises along both, and its slope along one falls with the other.
+        let truth = |v: f64, load: f64| 0.1 + 0.2 * (v + load) / (1.0 + 0.5 * (v + load));
+        let mut rng = ChaCha8Rng::seed_from_u64(9);
+        let (mut velocity, mut through, mut torque) = (Vec::new(), Vec::new(), Vec::new());
+        for _ in 0..6000 {
+            let (v, load): (f64, f64) = (rng.random_range(0.0..2.0), rng.random_range(0.0..2.0));
+            let sign = if rng.random_range(0.0..1.0) < 0.5 { -1.0 } else { 1.0 };
+            velocity.push(sign * v);
+            through.push([load, 0.0]);
+            torque.push(sign * truth(v, load) + rng.random_range(-0.01..0.01));
+        }
+        let free = LearnedMap::new(vec![0.0, 0.7, 2.0], vec![0.0, 0.8, 2.0]).unwrap();
+        let maps = [Rising::Nowhere, Rising::WithLoad, Rising::WithBoth].map(|r| free.clone().rising(r));
+        let weights = maps.each_ref().map(|map| {
+            let law = Law::LearnedMap(map.clone());
+            let found = identify_friction_through(&law, &velocity, &through, &torque, None).unwrap();
+            assert!(found.fit.estimates[0].name.starts_with("map"), "{}", found.fit.estimates[0].name);
+            map.weights(&found.parameters).into_owned()
+        });
+        let errors = [1, 2]
+            .map(|k| weights[k].iter().zip(&weights[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+        // The same minimum, to the tolerance of the searches, a thousandth of the noise of the weights at the corners.
+        assert!(errors.iter().all(|error| *error < 2e-3), "{errors:?}");
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::number::{Dual, Real};
 pub use backdrive::{HoldingRange, holding_range};
 pub use bristle::Bristles;
 pub use capstan::Capstan;
-pub use learned::LearnedMap;
+pub use learned::{LearnedMap, Rising};
 pub use load::LoadDependent;
 pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};
 
@@ -172,6 +172,8 @@ pub const LAW_NAMES: [&str; 9] =
 
 /// Name of a [`LearnedMap`] of the speed, whose knots come from data ([`Law::for_speeds`]).
 pub const LEARNED_MAP: &str = "learned-map";
+/// Name of one that does not fall with the speed.
+pub const RISING_MAP: &str = "rising-map";
 
 impl Law {
     /// The law of that name, for motion at `velocity` [rad/s]: as [`Law::named`], or a learned map with knots there.
@@ -181,6 +183,10 @@ impl Law {
     pub fn for_speeds(name: &str, velocity: &[f64]) -> Result<Self, BadInput> {
         match name {
             LEARNED_MAP => LearnedMap::of_speeds(velocity).map(Self::LearnedMap),
+            RISING_MAP => {
+                let map = LearnedMap::of_speeds(velocity)?;
+                Ok(Self::LearnedMap(map.rising(Rising::WithSpeed)))
+            }
             _ => Self::named(name),
         }
     }

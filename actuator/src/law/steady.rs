@@ -33,7 +33,7 @@ impl JointFriction for SymmetricStribeck {
     }
 
     fn budget<T: Real>(&self, p: &[T], at: &Sliding<T>) -> Budget<T> {
-        let dry = stribeck([p[0], p[0] + p[1], p[2], T::from(2.0)], at.velocity);
+        let dry = stribeck([p[0], p[1], p[2]], at.velocity);
         Budget { dry, viscous: p[3] }
     }
 }
@@ -60,7 +60,7 @@ impl JointFriction for DirectedStribeck {
 
     fn budget<T: Real>(&self, p: &[T], at: &Sliding<T>) -> Budget<T> {
         let k = usize::from(at.velocity.value() < 0.0);
-        let dry = stribeck([p[k], p[k] + p[2 + k], p[4 + k], T::from(2.0)], at.velocity);
+        let dry = stribeck([p[k], p[2 + k], p[4 + k]], at.velocity);
         Budget { dry, viscous: p[6] }
     }
 }

@@ -2,8 +2,8 @@
 
 use hysteron_actuator::law::{Capstan, Law, holding_range};
 use hysteron_actuator::{
-    Drive, DriveState, FrictionLaw, Gear, Guide, Load, Motor, Supply, Tendon, TendonSpec, TendonTrial,
-    Winding,
+    Bridge, Drive, DriveState, FrictionLaw, Gear, Guide, Load, LoopSpec, Motor, Supply, Tendon, TendonSpec,
+    TendonTrial, Winding,
 };
 use proptest::prelude::*;
 
@@ -77,13 +77,13 @@ fn one_law_holds_as_much_in_a_joint_as_at_a_guide() {
     // The tendon is balanced to rounding of its stiffness.
     assert!((range.drive.unwrap() - before).abs() < 1e-8 * before, "{range:?} {before}");
     // A motor with that law in its gear stands with a hair less torque, and turns with a hair more.
-    let gear = Gear { armature: 1e-3, law, friction: parameters.to_vec() };
-    let motor = Motor { torque_constant: 1.0, resistance: 1.0, current_limit: f64::INFINITY };
+    let gear = Gear { armature: 1e-3, backlash: 0.0, law, friction: parameters.to_vec() };
+    let motor = Motor::new(1.0, 1.0, 1.0);
     let supply = Supply { voltage: before, resistance: 0.0 };
-    let drive = Drive { motor, supply, winding: Winding::COLD, gear };
+    let drive = Drive { motor, supply, winding: Winding::COLD, gear, position_loop: LoopSpec::XL430 };
     let turned = |duty: f64| {
         let mut state = DriveState::resting(0.0, 25.0);
-        drive.step(&mut state, duty, Load { inertia: 0.0, torque: -behind }, 1e-3);
+        drive.step(&mut state, Bridge::Driven(duty), Load::torque(-behind), 1e-3);
         state.angle
     };
     assert_eq!(turned(1.0 - 1e-6), 0.0);

@@ -84,7 +84,7 @@ pub fn exciting_trajectory(
         of(&drawn)
     });
     let search = GlobalOptions {
-        method: GlobalMethod::ParticleSwarm,
+        method: GlobalMethod::SWARM,
         members_per_parameter: 1,
         generations: options.generations,
         spread: 1e-6,

@@ -108,7 +108,14 @@ impl Place<'_> {
         let mut all = self.children(node, tag);
         let first = all.next();
         match all.next() {
-            Some(second) => Err(self.error(&second, &format!("one <{tag}>"), "a second one")),
+            Some(second) => {
+                let line = second.document().text_pos_at(second.range().start).row;
+                let found = format!("a second one in line {line}");
+                let hint = format!(
+                    "delete one: readers that take the first <{tag}> and readers that take the last do not agree"
+                );
+                Err(self.error(node, &format!("one <{tag}>"), found).hint(hint))
+            }
             None => Ok(first),
         }
     }

@@ -62,7 +62,8 @@ fn recording(seed: u64, rows: usize, case: Case) -> Recording {
             // Friction beyond the observer's law: it grows with the angle.
             let friction = (worn + 0.05 * q[k]) * (dq[k] / 0.02).tanh() + 0.05 * dq[k];
             let needed = torque[k] + friction - jacobian[2 * JOINTS + k] * load(row);
-            let volts = needed * drive.resistance / drive.torque_constant + drive.torque_constant * dq[k];
+            let volts =
+                needed * drive.resistance() / drive.torque_constant() + drive.torque_constant() * dq[k];
             columns[k].push(q[k]);
             columns[JOINTS + k].push(dq[k]);
             columns[2 * JOINTS + k].push(volts / 12.0);

@@ -66,8 +66,8 @@ pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known;
     let loaded: Vec<[f64; 3]> = rows.iter().map(|joint| joint.load_dependent(&drive, scale)).collect();
     let column = |k: usize| loaded.iter().map(|own| own[k]).collect::<Vec<f64>>();
     let servo = ServoDrive {
-        torque_constant: drive.torque_constant,
-        resistance: drive.resistance / scale,
+        torque_constant: drive.torque_constant(),
+        resistance: drive.resistance() / scale,
         dry: column(0),
         load_share: column(1),
         viscous: column(2),
@@ -145,8 +145,8 @@ impl JointRows {
 
     /// Torque of the catalogue's drive at its PWM [N m].
     fn motor(&self, drive: &Motor) -> Vec<f64> {
-        let k = drive.torque_constant;
-        let at = |(voltage, velocity): (&f64, &f64)| k * (voltage - k * velocity) / drive.resistance;
+        let k = drive.torque_constant();
+        let at = |(voltage, velocity): (&f64, &f64)| k * (voltage - k * velocity) / drive.resistance();
         self.voltage.iter().zip(&self.velocity).map(at).collect()
     }
 

@@ -55,7 +55,7 @@ fn masses_and_inertias_are_checked() {
         ("izz=\"1\" ", "", "line 1: inertia", "an attribute izz"),
         ("izz=\"1\"", "izz=\"-1\"", "inertia of link[arm]", "without negative principal value"),
         ("ixy=\"0\"", "ixy=\"5\"", "inertia of link[arm]", "without negative principal value"),
-        ("<mass", "<mass value=\"1\"/><mass", "line 1: mass", "one <mass>"),
+        ("<mass", "<mass value=\"1\"/><mass", "line 1: inertial", "one <mass>"),
     ] {
         refused(&robot(&BODY.replace(from, to), LIMIT), place, expected);
     }
@@ -81,6 +81,17 @@ fn joints_are_checked() {
     ] {
         refused(&robot(BODY, LIMIT).replace(from, to), place, expected);
     }
+}
+
+/// As in the KUKA LWR4+'s file that comes with its recordings: a joint with two origins.
+#[test]
+fn elements_that_stand_twice_are_named_with_both_lines() {
+    let twice = "<origin xyz=\"0 0 1\"/>\n<origin xyz=\"0 0 2\"/>\n<limit";
+    let error = Model::from_urdf(&robot(BODY, LIMIT).replace("<limit", twice), "r.urdf").unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("joint[j]") && text.contains("one <origin>"), "{text}");
+    assert!(text.contains("a second one in line") && text.contains("take the first"), "{text}");
+    refused(&robot(BODY, &format!("{LIMIT}{LIMIT}")), "joint[j]", "one <limit>");
 }
 
 #[test]

@@ -204,7 +204,7 @@ fn global(method: GlobalMethod, seed: u64) -> GlobalOptions<'static> {
 #[test]
 fn global_searches_find_the_one_minimum_among_hundreds() {
     let parameters = ["x", "y"].map(|name| parameter(name, 4.0, -5.0, 5.0, Scale::Linear));
-    for method in [GlobalMethod::EVOLUTION, GlobalMethod::ParticleSwarm] {
+    for method in [GlobalMethod::EVOLUTION, GlobalMethod::SWARM, GlobalMethod::SWARMS] {
         // By luck of the draw a population may end elsewhere: most must not.
         let found = (1..=10)
             .map(|seed| {
@@ -221,14 +221,16 @@ fn global_searches_find_the_one_minimum_among_hundreds() {
 fn same_seed_gives_the_same_search_on_any_number_of_threads() {
     let parameters =
         [parameter("x", 1.0, 0.1, 10.0, Scale::Logarithmic), parameter("y", 0.0, -1.0, 1.0, Scale::Linear)];
-    let search = |threads: usize| {
+    let search = |threads: usize, method| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let options = global(GlobalMethod::EVOLUTION, 3);
+        let options = global(method, 3);
         pool.install(|| {
             search_globally(&parameters, &options, |p| Ok::<_, BadInput>(many_minima(p))).unwrap()
         })
     };
-    assert_eq!(search(1), search(2));
+    for method in [GlobalMethod::EVOLUTION, GlobalMethod::SWARMS] {
+        assert_eq!(search(1, method), search(2, method));
+    }
 }
 
 #[test]
@@ -245,7 +247,7 @@ fn cost_without_value_is_passed_over_and_an_error_ends_the_search() {
 #[test]
 fn a_cost_without_a_value_anywhere_is_infinite() {
     let parameters = [parameter("x", 0.5, 0.0, 1.0, Scale::Linear)];
-    for method in [GlobalMethod::EVOLUTION, GlobalMethod::ParticleSwarm] {
+    for method in [GlobalMethod::EVOLUTION, GlobalMethod::SWARM, GlobalMethod::SWARMS] {
         for nowhere in [f64::INFINITY, f64::NAN] {
             let found =
                 search_globally(&parameters, &global(method, 1), |_| Ok::<_, BadInput>(nowhere)).unwrap();

@@ -22,7 +22,7 @@ pub use port::Timing;
 pub use pose_delivery::PoseDelivery;
 pub use pose_server::{DeviceClock, Format, PoseFaults, PoseServer, PoseServerSettings};
 pub use record::{Counts, FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults};
-pub use world::ServoWorld;
+pub use world::{ServoReadings, ServoWorld};
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,24 @@
 
 use crate::bus::model::{ServoModel, XL430_W250};
 use crate::virtual_rig::World;
-use hysteron_actuator::{ServoCommand, ServoState};
+use hysteron_actuator::ServoCommand;
+
+/// What a servo does, as it would report it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoReadings {
+    /// Angle of the output [rad].
+    pub angle: f64,
+    /// Speed of the output [rad/s].
+    pub velocity: f64,
+    /// Reference of the position loop, on its way to the goal [rad].
+    pub reference: f64,
+    /// Part of the supply voltage that the motor is given, -1 to 1 [-].
+    pub pwm: f64,
+    /// Supply voltage at the servo [V].
+    pub voltage: f64,
+    /// Temperature [°C].
+    pub temperature: f64,
+}
 
 /// A world with servos, which lives on as it is told; the emulator gives them registers and a bus.
 pub trait ServoWorld: Send + std::fmt::Debug {
@@ -18,7 +35,7 @@ pub trait ServoWorld: Send + std::fmt::Debug {
     /// Number of servos.
     fn n_servos(&self) -> usize;
     /// What servo `k` does.
-    fn servo(&self, k: usize) -> ServoState;
+    fn servo(&self, k: usize) -> ServoReadings;
     /// Load of servo `k`, -1 to 1 of its stall torque, positive towards positive angles [-].
     fn load(&self, k: usize) -> f64;
     /// What its model shows of its motor: the load [-], or the current [A].
@@ -54,8 +71,16 @@ impl ServoWorld for World {
         self.n_servos()
     }
 
-    fn servo(&self, k: usize) -> ServoState {
-        *self.servo(k)
+    fn servo(&self, k: usize) -> ServoReadings {
+        let servo = self.servo(k);
+        ServoReadings {
+            angle: servo.state.angle,
+            velocity: servo.state.velocity,
+            reference: servo.position_loop.reference,
+            pwm: servo.duty,
+            voltage: servo.voltage(),
+            temperature: servo.state.winding_temperature,
+        }
     }
 
     fn load(&self, k: usize) -> f64 {

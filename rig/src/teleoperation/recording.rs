@@ -1,13 +1,26 @@
 //! Recording: every cycle that follows the leader becomes a row, with the channels of the data set NAD.
 
 use super::arms::Arms;
-use super::config::{ArmsConfig, JointConfig};
+use super::config::ArmsConfig;
 use super::session::{Halt, Session};
 use crate::bus::model::Effort;
 use crate::session::{convert, disk, events_path, free_name, journal_path, line_of};
 use crate::{Error, Event, EventKind, Result};
 use hysteron_base::{JournalQueue, JournalWriter, Metadata};
 use std::path::{Path, PathBuf};
+
+/// What is recorded of every joint, with its unit.
+const QUANTITIES: [(&str, &str); 7] = [
+    ("q", "rad"),
+    ("goal", "rad"),
+    ("dq", "rad_s"),
+    CURRENT,
+    ("voltage", "v"),
+    ("temperature", "degc"),
+    ("pwm", "ratio"),
+];
+/// Of servos that do not measure it, the load stands in its place.
+const CURRENT: (&str, &str) = ("current", "a");
 
 /// What became of a recording.
 #[derive(Debug)]
@@ -32,22 +45,12 @@ pub struct ArmsOutcome {
 pub fn channel_names(config: &ArmsConfig) -> Vec<String> {
     let n = config.joints.len();
     let mut names = Vec::with_capacity(7 * n + 2);
-    let effort = |joint: &JointConfig| match joint.follower.model.effort {
-        Effort::Current(_) => ("current", "a"),
-        Effort::Load => ("load", "ratio"),
-    };
-    let quantities: [&dyn Fn(&JointConfig) -> (&'static str, &'static str); 7] = [
-        &|_| ("q", "rad"),
-        &|_| ("goal", "rad"),
-        &|_| ("dq", "rad_s"),
-        &effort,
-        &|_| ("voltage", "v"),
-        &|_| ("temperature", "degc"),
-        &|_| ("pwm", "ratio"),
-    ];
-    for quantity in quantities {
+    for quantity in QUANTITIES {
         for (k, joint) in (1..).zip(&config.joints) {
-            let (stem, unit) = quantity(joint);
+            let (stem, unit) = match joint.follower.model.effort {
+                Effort::Load if quantity == CURRENT => ("load", "ratio"),
+                _ => quantity,
+            };
             names.push(format!("{stem}_{k}_{unit}"));
         }
     }

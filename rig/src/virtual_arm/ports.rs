@@ -2,7 +2,7 @@
 //!
 //! They share nothing but the time since they began: what the follower is asked to do comes over its port.
 
-use hysteron_actuator::{ServoCommand, ServoState};
+use hysteron_actuator::ServoCommand;
 use hysteron_base::rng;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +17,7 @@ use super::task::{Course, Trial};
 use super::telemetry::filter_speeds;
 use super::world::{ArmWorld, N_SERVOS};
 use crate::bus::model::{ServoModel, XL330_M288, XM430_W350};
-use crate::emulator::ServoWorld;
+use crate::emulator::{ServoReadings, ServoWorld};
 use crate::virtual_rig::gaussian;
 
 /// Supply of the leader [V], and its temperature [°C].
@@ -114,9 +114,9 @@ impl ServoWorld for Follower {
         N_SERVOS
     }
 
-    fn servo(&self, k: usize) -> ServoState {
+    fn servo(&self, k: usize) -> ServoReadings {
         let (state, angle) = (&self.world.servos[k], self.world.encoder(k));
-        ServoState {
+        ServoReadings {
             angle,
             velocity: self.speeds[k],
             reference: self.world.goals[k].unwrap_or(angle),
@@ -189,11 +189,11 @@ impl ServoWorld for HeldLeader {
         N_SERVOS
     }
 
-    fn servo(&self, k: usize) -> ServoState {
+    fn servo(&self, k: usize) -> ServoReadings {
         let angle = self.at(self.time)[k];
         let velocity = (angle - self.at(self.time - SPEED_SPAN)[k]) / SPEED_SPAN;
         let (voltage, temperature) = (self.supply, LEADER_DEGC);
-        ServoState { angle, velocity, reference: angle, pwm: 0.0, voltage, temperature }
+        ServoReadings { angle, velocity, reference: angle, pwm: 0.0, voltage, temperature }
     }
 
     fn load(&self, _: usize) -> f64 {

@@ -100,8 +100,8 @@ impl Hardware for SimulatedRig {
                 model: XL430_W250.number,
                 firmware: 0,
                 mode: xl430::mode::EXTENDED_POSITION,
-                voltage_v: servo.voltage,
-                temperature_degc: servo.temperature,
+                voltage_v: servo.voltage(),
+                temperature_degc: servo.state.winding_temperature,
                 hardware_error: 0,
                 torque_on: false,
                 position: servo.ticks(),
@@ -125,8 +125,8 @@ impl Hardware for SimulatedRig {
             let torque_on = self.world.command_mut(k).torque_on;
             let servo = self.world.servo(k);
             let position = servo.ticks();
-            *sample =
-                Some(ServoSample { position, velocity: servo.velocity, load, torque_on, hardware_error: 0 });
+            let velocity = servo.state.velocity;
+            *sample = Some(ServoSample { position, velocity, load, torque_on, hardware_error: 0 });
         }
         Ok(())
     }
@@ -134,7 +134,8 @@ impl Hardware for SimulatedRig {
     fn read_slow(&mut self, samples: &mut [Option<SlowSample>]) -> Result<()> {
         for (k, sample) in samples.iter_mut().enumerate() {
             let servo = self.world.servo(k);
-            *sample = Some(SlowSample { voltage: servo.voltage, temperature: servo.temperature.floor() });
+            let temperature = servo.state.winding_temperature.floor();
+            *sample = Some(SlowSample { voltage: servo.voltage(), temperature });
         }
         Ok(())
     }

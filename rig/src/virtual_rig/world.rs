@@ -9,9 +9,7 @@ use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::Tracker;
 use crate::{Pose, Quality};
-use hysteron_actuator::{
-    Gains, Play, Servo, ServoCommand, ServoSpec, ServoState, Stribeck, Tendon, TendonSpec,
-};
+use hysteron_actuator::{Gains, Load, Play, Servo, ServoCommand, ServoSpec, Stribeck, Tendon, TendonSpec};
 use hysteron_base::rng;
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
@@ -97,9 +95,9 @@ impl World {
         let mut angles = rng(seed, "virtual-rig/servos");
         let n = robot.n_tendons();
         let zeros: Vec<f64> = (0..n).map(|_| angles.random_range(0.0..TAU)).collect();
-        let mut servos: Vec<Servo> =
-            zeros.iter().map(|&angle| Servo::new(robot.servos.spec, angle)).collect();
-        servos.iter_mut().for_each(|servo| servo.state.voltage = robot.servos.supply);
+        let mut drive = robot.servos.spec.drive();
+        drive.supply.voltage = robot.servos.supply;
+        let servos = zeros.iter().map(|&angle| Servo::new(drive.clone(), angle)).collect();
         Self { robot: Some(Robot::new(robot, zeros, seed)), ..Self::of(servos) }
     }
 
@@ -123,21 +121,15 @@ impl World {
             stall_current: 1.3,
             // They reach every tick and stop where the torque leaves them.
             inertia: 1e-4,
-            friction: Stribeck {
-                coulomb: 2e-3,
-                breakaway: 2e-3,
-                stribeck_velocity: 1.0,
-                exponent: 2.0,
-                viscous: 1e-2,
-            },
+            friction: Stribeck { coulomb: 2e-3, breakaway: 2e-3, stribeck_velocity: 1.0, viscous: 1e-2 },
             dead_band: 0.0,
             heat_capacity: 40.0,
             thermal_resistance: 8.0,
             ambient_temperature: 30.0,
         };
-        let mut servos = vec![Servo::new(spec, PI); n];
-        servos.iter_mut().for_each(|servo| servo.state.voltage = 12.0);
-        Self::of(servos)
+        let mut drive = spec.drive();
+        drive.supply.voltage = 12.0;
+        Self::of(vec![Servo::new(drive, PI); n])
     }
 
     /// Seconds since power-on [s].
@@ -156,8 +148,8 @@ impl World {
     }
 
     /// What servo `k` does.
-    pub fn servo(&self, k: usize) -> &ServoState {
-        &self.servos[k].state
+    pub fn servo(&self, k: usize) -> &Servo {
+        &self.servos[k]
     }
 
     /// Lets `dt` [s] pass.
@@ -174,7 +166,7 @@ impl World {
     fn tick(&mut self) {
         for (k, servo) in self.servos.iter_mut().enumerate() {
             let pull = self.robot.as_ref().map_or(0.0, |robot| robot.torque(k));
-            servo.step(&self.commands[k], pull + self.disturbances[k], TICK);
+            servo.step(&self.commands[k], Load::torque(pull + self.disturbances[k]), TICK);
         }
         let time = self.ticks as f64 * TICK;
         if let Some(robot) = &mut self.robot
@@ -204,7 +196,7 @@ impl World {
 
     /// Sets the supply voltage [V].
     pub fn set_supply(&mut self, volts: f64) {
-        self.servos.iter_mut().for_each(|servo| servo.state.voltage = volts);
+        self.servos.iter_mut().for_each(|servo| servo.drive.supply.voltage = volts);
     }
 
     /// Adds a torque against servo `k`, as if something held its pulley: positive towards positive angles [N m].

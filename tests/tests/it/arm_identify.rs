@@ -212,7 +212,7 @@ fn log(path: &Path, swings: bool) {
         time,
         goal,
     };
-    let position = rollout(&drive, &entry.units, 0.0, &run, 1e-3).position;
+    let position = rollout(&drive, 0.0, &run, 1e-3).position;
     let entry = |k: usize| {
         serde_json::json!({"position": position[k], "speed": 0.0, "load": 0, "input_volts": 7.3, "temp": 28,
             "timestamp": run.time[k], "goal_position": run.goal[k], "torque_enable": true})

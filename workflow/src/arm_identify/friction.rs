@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
-use hysteron_actuator::law::{JointFriction, LAW_NAMES, LEARNED_MAP, Law, Sliding};
+use hysteron_actuator::law::{JointFriction, LAW_NAMES, LEARNED_MAP, Law, RISING_MAP, Sliding};
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::BadInput;
 use hysteron_fit::folds;
@@ -27,7 +27,7 @@ pub struct Options {
     /// Number of the joint, from 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64)))]
     pub joint: u16,
-    /// coulomb-viscous, stribeck, directed-stribeck or learned-map: a curve of any shape
+    /// coulomb-viscous, stribeck, directed-stribeck, learned-map: a curve of any shape, or rising-map: one that does not fall
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "stribeck"))]
     pub law: String,
     /// least-squares, pso, de, anfis or fnn
@@ -110,7 +110,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
 }
 
 fn checked(options: &Options) -> anyhow::Result<FrictionMethod> {
-    let laws = [&LAW_NAMES[..LAWS_OF_SPEED], &[LEARNED_MAP]].concat();
+    let laws = [&LAW_NAMES[..LAWS_OF_SPEED], &[LEARNED_MAP, RISING_MAP]].concat();
     if !laws.contains(&options.law.as_str()) {
         let expected = format!("one of {}", laws.join(", "));
         return Err(BadInput::new("--law", expected, format!("{:?}", options.law)).into());

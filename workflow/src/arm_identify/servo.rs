@@ -92,7 +92,6 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         !caller.is_cancelled()
     };
     let fit_options = DriveFitOptions {
-        units: entry.units,
         quantities: &quantities,
         longest_step: options.step,
         huber: HUBER,
@@ -105,8 +104,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         anyhow::bail!("interrupted; nothing was written");
     }
     let rows: Vec<Row> = found.fit.estimates.iter().map(Row::of_estimate).collect();
-    let error =
-        |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, &entry.units, options.step);
+    let error = |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, options.step);
     let (fitted, tested) = (error(&runs), (!test.is_empty()).then(|| error(&test)));
     say_rows(&rows, caller);
     caller.say(format_args!("mean error of the angle over the recordings, open loop: {fitted:.4} rad"));
@@ -124,10 +122,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     });
     if let Some(folder) = &options.results.figures {
         let shown = if test.is_empty() { &runs } else { &test };
-        let simulated: Vec<_> = shown
-            .iter()
-            .map(|run| rollout(&found.drive, &entry.units, found.offset, run, options.step))
-            .collect();
+        let simulated: Vec<_> =
+            shown.iter().map(|run| rollout(&found.drive, found.offset, run, options.step)).collect();
         let page = figures::servo::Shown {
             name: &entry.name,
             drive: &found.drive,

@@ -37,7 +37,7 @@ impl Bench {
 
     /// Stroke that the encoder of servo `k` shows since power-on [m].
     pub(super) fn present(&self, k: usize) -> f64 {
-        let ticks = (self.world.servo(k).angle * 4096.0 / TAU).round() - f64::from(self.zeros[k]);
+        let ticks = (self.world.servo(k).state.angle * 4096.0 / TAU).round() - f64::from(self.zeros[k]);
         ticks * TAU / 4096.0 * self.arms[k]
     }
 

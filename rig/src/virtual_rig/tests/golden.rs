@@ -38,6 +38,44 @@ fn measured(robot: &VirtualRobot) -> String {
     text
 }
 
+/// SHA-256 over every bit of the same, tensions and truth of the tip among it; made at commit 092eb0f, before the servos became presets of
+/// `hysteron_actuator::Drive`, on the machine of [`GOLDEN`].
+const BITS: [(&str, &str); 2] = [
+    ("typical", "16fa8181de97881b993ce1c2d28e960579ad70a91cd8bfbeec3f75aaa50d456e"),
+    ("harsh", "07e9938ab2b2f0ca9ec6e7c28d80500989a808ab1647f984f74fde3c077aa79d"),
+];
+
+/// What [`measured`] rounds, as it is, little endian.
+fn bits(robot: &VirtualRobot) -> Vec<u8> {
+    let mut bench = Bench::new(robot, 9);
+    let (mut bytes, mut poses) = (Vec::new(), Vec::new());
+    for i in 0..600 {
+        let (angle, amplitude) = (0.05 * f64::from(i), 5e-3 * (f64::from(i) / 300.0).min(1.0));
+        let at = |k: usize| amplitude * (angle - std::f64::consts::FRAC_PI_2 * k as f64).cos();
+        bench.world.set_disturbance(i as usize % 4, 0.05 * angle.sin());
+        bench.world.command_mut(3).torque_on = !(400..450).contains(&i);
+        bench.command(&[0, 1, 2, 3].map(|k| if i < 500 { at(k) } else { 0.0 }));
+        bench.world.take_poses(&mut poses);
+        let world = &bench.world;
+        let of_servo = |k: usize| [world.stroke(k), world.load(k), world.tension(k), bench.present(k)];
+        for x in (0..4).flat_map(of_servo).chain(bench.tip()) {
+            bytes.extend_from_slice(&x.to_le_bytes());
+        }
+    }
+    for x in
+        poses.iter().flat_map(|tracked| tracked.pose.position.into_iter().chain(tracked.pose.orientation))
+    {
+        bytes.extend_from_slice(&x.to_le_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn servos_and_body_do_to_the_last_bit_what_they_did_before_they_shared_a_drive() {
+    let found = BITS.map(|(preset, _)| (preset, sha256_hex(&bits(&VirtualRobot::preset(preset).unwrap()))));
+    assert_eq!(found.each_ref().map(|(preset, hash)| (*preset, hash.as_str())), BITS);
+}
+
 #[test]
 fn presets_and_their_members_measure_what_they_always_did() {
     for (preset, member, golden) in GOLDEN {

@@ -189,7 +189,7 @@ fn pulleys_wind_by_their_true_radius_and_zeros_move_once() {
     }
     bench.world.advance(1.0);
     for k in 0..2 {
-        let turned = bench.world.servo(k).angle - start.servo(k).angle;
+        let turned = bench.world.servo(k).state.angle - start.servo(k).state.angle;
         let sign = robot.servos.directions[k];
         let wound = bench.world.stroke(k) - start.stroke(k);
         assert!((wound / (sign * turned * robot.servos.true_radii[k]) - 1.0).abs() < 1e-9, "{k}: {wound}");

@@ -141,24 +141,24 @@ fn pulled_tendon_loads_its_servo_and_unwinds_it_without_torque() {
 fn power_cycle_takes_the_torque_and_leaves_the_angle() {
     let mut bench = Bench::new(&typical(), 1);
     bench.rest(0.2);
-    let angle = bench.world.servo(2).angle;
+    let angle = bench.world.servo(2).state.angle;
     bench.world.power_cycle(2);
     bench.world.advance(0.1);
     assert!(!bench.world.command_mut(2).torque_on);
-    assert!((bench.world.servo(2).angle - angle).abs() < 1e-3);
+    assert!((bench.world.servo(2).state.angle - angle).abs() < 1e-3);
 }
 
 #[test]
 fn held_pulley_stops_its_servo() {
     let mut bench = Bench::new(&typical(), 1);
     bench.rest(0.2);
-    let angle = bench.world.servo(0).angle;
+    let angle = bench.world.servo(0).state.angle;
     bench.world.set_disturbance(0, -1.6);
     bench.world.set_supply(11.1);
     for _ in 0..50 {
         bench.command(&[5e-3, 0.0, 0.0, 0.0]);
     }
-    assert!(bench.world.servo(0).angle < angle + 0.01);
+    assert!(bench.world.servo(0).state.angle < angle + 0.01);
     assert!(bench.world.load(0) > 0.9);
 }
 

@@ -60,12 +60,12 @@ fn direction_and_offset_change_what_is_read_not_where_it_stands() {
     bench.write(1, OPERATING_MODE, i64::from(mode::EXTENDED_POSITION)).unwrap();
     bench.write(1, DRIVE_MODE, 1).unwrap();
     assert_eq!(bench.read(1, PRESENT_POSITION), -2048 + 100);
-    let angle = bench.emulator.world().lock().unwrap().servo(0).angle;
+    let angle = bench.emulator.world().lock().unwrap().servo(0).state.angle;
     bench.torque(true);
     let goal = bench.read(1, GOAL_POSITION);
     bench.write(1, GOAL_POSITION, goal + 50).unwrap();
     bench.wait_for("the goal", |bench| bench.read(1, PRESENT_POSITION) == goal + 50);
-    assert!(bench.emulator.world().lock().unwrap().servo(0).angle < angle);
+    assert!(bench.emulator.world().lock().unwrap().servo(0).state.angle < angle);
 }
 
 #[test]

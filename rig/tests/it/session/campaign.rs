@@ -372,7 +372,7 @@ pub(super) fn check_torque(
     }
     // The servos have stopped by themselves.
     let world = rig.emulator.world();
-    let is_still = || (0..4).all(|k| world.lock().unwrap().servo(k).velocity.abs() < 0.02);
+    let is_still = || (0..4).all(|k| world.lock().unwrap().servo(k).state.velocity.abs() < 0.02);
     if !wait_for(is_still) {
         problems.push("out of reach and moving".into());
     }
