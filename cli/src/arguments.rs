@@ -9,7 +9,7 @@ use clap::{ArgAction, Parser, Subcommand};
 use hysteron_base::BadInput;
 use hysteron_workflow::number;
 
-use crate::terminal;
+use crate::terminal::{self, WATCHDOG};
 
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
@@ -43,9 +43,6 @@ Examples, from the root of the repository; where hysteron is not installed, `car
 With servos and a tracker, begin with docs/rig.md.
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
-
-/// The hidden verb of the watchdog process.
-pub const WATCHDOG: &str = "watchdog";
 
 /// Digital twin and controller for tendon-driven continuum robots
 ///
