@@ -26,7 +26,7 @@ Examples, from the root of the repository; where hysteron is not installed, `car
       --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
       --layers 17 --out out/tube.msh
   hysteron record --rig virtual:typical --plan quick --out out/quick
-  hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
+  hysteron fit-material meshes/tpu80/scene.toml out/quick --role training \\
       --out out/fitted/scene.toml --figures out/fitted
   hysteron target circle:40 --out out/circle40.parquet
   hysteron evaluate --target circle:38 out/circle40.parquet

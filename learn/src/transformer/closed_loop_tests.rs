@@ -156,6 +156,8 @@ fn gradients_through_network_and_plant_are_derivatives() {
         };
         for part in 0..gradient.len() {
             let direction = uniform(&format!("direction {part}"), gradient[part].len());
+            let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
+            let direction: Vec<f64> = direction.iter().map(|d| d / length).collect();
             let along = gradient[part].iter().zip(&direction).map(|(g, d)| g * d).sum();
             let [above, below] = [STEP, -STEP].map(|step| {
                 let mut moved = network.clone();

@@ -33,11 +33,11 @@ const SLOWEST: f64 = 0.03;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Recordings of the rig with tick_goal_k, tick_present_k and load_k, or folders of them; tension_k_n beside them tells the
+    /// Recordings of the rig with tick_goal_k, tick_present_k and load_k, or folders of them; tension_k_n beside them gives the
     /// scale of the loads and the backlash
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
-    /// Torque of the stalled motor at full load, where no tensions tell the scale of the loads [default: an XL430-W250's]
+    /// Torque of the stalled motor at full load, where no tensions give the scale of the loads [default: an XL430-W250's]
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "N_M", default_value_t = 1.4, allow_negative_numbers = true)

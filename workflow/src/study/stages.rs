@@ -302,7 +302,7 @@ impl Planner<'_> {
             .word("--target")
             .with(target.argument.clone())
             .option("--repeats", Some(track.repeats))
-            // Other days than that of the data.
+            // Other noise than in the data.
             .option("--seed", Some(self.study.seed.wrapping_add(1)))
             .word("--out")
             .with(self.written(&folder));
