@@ -114,7 +114,7 @@ impl Crate {
     }
 
     /// A path as written in a file, from the root of the crate; `None` where it leads to another crate.
-    fn from_root(&self, module: &Name, path: &[String]) -> Option<Name> {
+    fn absolute(&self, module: &Name, path: &[String]) -> Option<Name> {
         let (first, rest) = path.split_first()?;
         let source = &self.sources.get(module)?.1;
         let child = [module.as_slice(), std::slice::from_ref(first)].concat();
@@ -124,7 +124,7 @@ impl Crate {
             "super" => {
                 let parent = module[..module.len().saturating_sub(1)].to_vec();
                 if rest.first().is_some_and(|next| next == "super") {
-                    self.from_root(&parent, rest)
+                    self.absolute(&parent, rest)
                 } else {
                     Some([parent.as_slice(), rest].concat())
                 }
@@ -133,7 +133,7 @@ impl Crate {
             _ if self.sources.contains_key(&child) => Some([child.as_slice(), rest].concat()),
             first => {
                 let import = source.imports.get(first).filter(|import| import[0] != *first)?;
-                self.from_root(module, &[import.as_slice(), rest].concat())
+                self.absolute(module, &[import.as_slice(), rest].concat())
             }
         }
     }
@@ -144,7 +144,7 @@ impl Crate {
         let module = path[..depth].to_vec();
         let Some(name) = path.get(depth) else { return module };
         let import = self.sources.get(&module).and_then(|(_, source)| source.imports.get(name));
-        match import.and_then(|import| self.from_root(&module, import)) {
+        match import.and_then(|import| self.absolute(&module, import)) {
             Some(import) if import != path[..=depth] => {
                 self.home(&[import.as_slice(), &path[depth + 1..]].concat())
             }
@@ -156,7 +156,7 @@ impl Crate {
     fn arrows(&self) -> BTreeMap<&Name, BTreeSet<Name>> {
         let of = |(module, (_, source)): (&Name, &(PathBuf, Source))| -> BTreeSet<Name> {
             let paths = source.imports.values().chain(&source.paths);
-            let homes = paths.filter_map(|path| self.from_root(module, path)).map(|path| self.home(&path));
+            let homes = paths.filter_map(|path| self.absolute(module, path)).map(|path| self.home(&path));
             homes.filter(|home| !home.starts_with(module) && !module.starts_with(home)).collect()
         };
         self.sources.iter().map(|source| (source.0, of(source))).collect()
