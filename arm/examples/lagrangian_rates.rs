@@ -60,7 +60,8 @@ fn step(shape: &NetworkShape, samples: &Samples) -> f64 {
     let decay = Decay::Step { epochs: 1000, factor: 1.0 };
     let schedule = Schedule { epochs: 6, patience: 6, adam, decay, ema: None };
     let begin = shape.initial_parameters(1).into_iter().map(|p| p as f32).collect();
-    let mut objective = Unjudged(TorqueObjective::<f32>::new(shape, [samples, samples], Weights::Equal, 0.0));
+    let mut objective =
+        NotEvaluated(TorqueObjective::<f32>::new(shape, [samples, samples], Weights::Equal, 0.0));
     let (mut best, mut start) = (f64::INFINITY, now());
     let mut progress = |p: &Progress| {
         if let Progress::Epoch(_) = p {
@@ -75,9 +76,9 @@ fn step(shape: &NetworkShape, samples: &Samples) -> f64 {
 }
 
 /// The objective without its validation.
-struct Unjudged<'a>(TorqueObjective<'a, f32>);
+struct NotEvaluated<'a>(TorqueObjective<'a, f32>);
 
-impl Objective<f32> for Unjudged<'_> {
+impl Objective<f32> for NotEvaluated<'_> {
     fn n_samples(&self) -> usize {
         self.0.n_samples()
     }

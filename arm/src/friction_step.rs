@@ -18,9 +18,17 @@ use crate::box_qp::{BoxQp, Contact};
 use crate::crba::fill_mass_matrix;
 use crate::followers::Followers;
 use crate::rnea::bias_torque;
-use crate::simulator::Stops;
-use crate::stepper::StepGradient;
+use crate::step_gradient::StepGradient;
 use crate::{Cotangent, Data, ExternalForce, Model, Scalar, dense, inverse_dynamics};
+
+/// Whether joints stop at the ends of their ranges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stops {
+    /// A joint that reaches the end of its range stops there without rebound.
+    Rigid,
+    /// Joints move through.
+    None,
+}
 
 /// Scratch of the substeps of one model.
 #[derive(Debug, Clone)]

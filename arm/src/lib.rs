@@ -57,6 +57,7 @@ mod scalar;
 pub mod servo_force;
 mod simulator;
 pub mod spatial;
+mod step_gradient;
 mod stepper;
 pub mod study;
 
@@ -73,6 +74,7 @@ pub use excite::{
     PointToPoint, exciting_trajectory, states_of,
 };
 pub use external::ExternalForce;
+pub use friction_step::Stops;
 pub use import::{BadRows, Columns, ImportOptions, Imported, UnitCheck, import};
 pub use joint_series::{ForceSeries, JointSeries, Recorded};
 pub use kinematics::{
@@ -86,5 +88,6 @@ pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
 pub use rollouts::{RolloutGradient, RolloutInputs, Rollouts};
 pub use scalar::Scalar;
-pub use simulator::{Simulator, Stops};
-pub use stepper::{Integrator, StepGradient, Stepper};
+pub use simulator::Simulator;
+pub use step_gradient::StepGradient;
+pub use stepper::{Integrator, Stepper};

@@ -1,15 +1,6 @@
 //! One arm in time, with dry friction that holds exactly, joint limits, and joints that follow others.
 
-use crate::{ExternalForce, Integrator, Model, Stepper};
-
-/// Whether joints stop at the ends of their ranges.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stops {
-    /// A joint that reaches the end of its range stops there without rebound.
-    Rigid,
-    /// Joints move through.
-    None,
-}
+use crate::{ExternalForce, Integrator, Model, Stepper, Stops};
 
 /// Advances the state of an arm by a fixed time, with friction and stops: [`Integrator::WithFriction`] without a way back.
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@ use clap::{ArgAction, Parser, Subcommand};
 use hysteron_base::BadInput;
 use hysteron_workflow::number;
 
-use crate::terminal;
+use crate::terminal::{self, WATCHDOG};
 
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
@@ -26,7 +26,7 @@ Examples, from the root of the repository; where hysteron is not installed, `car
       --channels 4 --channel-diameter-mm 1.5 --channel-radius-mm 4.5 \\
       --layers 17 --out out/tube.msh
   hysteron record --rig virtual:typical --plan quick --out out/quick
-  hysteron fit-material meshes/tpu80/scene.toml out/quick/*.parquet --role training \\
+  hysteron fit-material meshes/tpu80/scene.toml out/quick --role training \\
       --out out/fitted/scene.toml --figures out/fitted
   hysteron target circle:40 --out out/circle40.parquet
   hysteron evaluate --target circle:38 out/circle40.parquet
@@ -43,9 +43,6 @@ Examples, from the root of the repository; where hysteron is not installed, `car
 With servos and a tracker, begin with docs/rig.md.
 
 Exit codes: 0 done, 1 failed or interrupted, 2 bad input (nothing is written under the final name).";
-
-/// The hidden verb of the watchdog process.
-pub const WATCHDOG: &str = "watchdog";
 
 /// Digital twin and controller for tendon-driven continuum robots
 ///

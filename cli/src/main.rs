@@ -15,6 +15,7 @@ mod terminal;
 
 use std::process::ExitCode;
 
+use clap::CommandFactory;
 use hysteron_workflow::{self as workflow, Caller, watchdog};
 use serde_json::Value;
 
@@ -74,10 +75,10 @@ fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Rig(arguments) => rig::run(arguments, caller),
         Verb::Arm(arguments) => arm::run(arguments, caller),
         Verb::Completions(arguments) => {
-            manual::completions(arguments);
+            manual::completions(arguments, Program::command());
             Ok(nothing(()))
         }
-        Verb::Man(arguments) => manual::man(arguments),
+        Verb::Man(arguments) => manual::man(arguments, Program::command()),
         Verb::Watchdog { rig } => watchdog::watch(rig).map(nothing),
     }
 }

@@ -3,12 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::CommandFactory;
 use hysteron_base::file;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::arguments::Program;
 use crate::terminal;
 
 const COMPLETIONS_HELP: &str = "\
@@ -52,16 +50,15 @@ struct Pages {
     pages: Vec<PathBuf>,
 }
 
-/// Carries out the verb `completions`.
-pub fn completions(arguments: &CompletionArguments) {
+/// Carries out the verb `completions` for the command line `program`.
+pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Program::command(), "hysteron", &mut script);
+    clap_complete::generate(arguments.shell, &mut program, "hysteron", &mut script);
     terminal::print(String::from_utf8_lossy(&script).trim_end());
 }
 
-/// Carries out the verb `man`.
-pub fn man(arguments: &ManArguments) -> anyhow::Result<Value> {
-    let mut program = Program::command();
+/// Carries out the verb `man` for the command line `program`.
+pub fn man(arguments: &ManArguments, mut program: clap::Command) -> anyhow::Result<Value> {
     program.build();
     let mut pages = Vec::new();
     write_pages(&arguments.out, &program, &mut pages)?;

@@ -11,7 +11,10 @@ use serde_json::{Value, json};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
 
-use crate::{arguments, interrupt, progress};
+use crate::{interrupt, progress};
+
+/// The hidden verb of the watchdog process.
+pub const WATCHDOG: &str = "watchdog";
 
 static IS_JSON: AtomicBool = AtomicBool::new(false);
 
@@ -56,7 +59,7 @@ impl Monitor for Terminal {
 /// Whoever typed the command, for the verbs.
 pub fn caller(may_overwrite: bool) -> Caller<'static> {
     let watchdog = std::env::current_exe()
-        .map(|program| vec![program.into_os_string(), "--quiet".into(), arguments::WATCHDOG.into()]);
+        .map(|program| vec![program.into_os_string(), "--quiet".into(), WATCHDOG.into()]);
     Caller { monitor: &Terminal, command: command_line(), may_overwrite, watchdog: watchdog.ok() }
 }
 

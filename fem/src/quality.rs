@@ -58,7 +58,7 @@ pub struct Distribution {
     pub counts: Vec<usize>,
 }
 
-/// Judges every tetrahedron and the mesh as a whole. `place` names the mesh in errors, usually its file.
+/// Evaluates every tetrahedron and the mesh as a whole. `place` names the mesh in errors, usually its file.
 ///
 /// # Errors
 /// `BadInput` for an index out of range, a coordinate that is not finite, a node of no tetrahedron, a
@@ -66,11 +66,11 @@ pub struct Distribution {
 /// ratio below 0.01), for ten-node ones also a Jacobian that is not positive at the corners and integration
 /// points, a face of more than two tetrahedra, and parts that no face connects.
 pub fn check_mesh(mesh: &Mesh, place: &str) -> Result<MeshQuality> {
-    let quality = judge(mesh).map_err(|e| if place.is_empty() { e } else { e.within(place) })?;
+    let quality = evaluate(mesh).map_err(|e| if place.is_empty() { e } else { e.within(place) })?;
     Ok(quality)
 }
 
-fn judge(mesh: &Mesh) -> std::result::Result<MeshQuality, BadInput> {
+fn evaluate(mesh: &Mesh) -> std::result::Result<MeshQuality, BadInput> {
     check_indices(mesh)?;
     let n_cells = mesh.cells.len();
     let mut volumes = Vec::with_capacity(n_cells);
@@ -78,7 +78,7 @@ fn judge(mesh: &Mesh) -> std::result::Result<MeshQuality, BadInput> {
     let mut angles = Vec::with_capacity(n_cells);
     for e in 0..n_cells {
         let x = mesh.cells.corners(e).map(|n| Vector3::from(mesh.nodes[n as usize]));
-        let (volume, ratio, angle) = judge_corners(&x, e)?;
+        let (volume, ratio, angle) = evaluate_corners(&x, e)?;
         ratios.push(ratio);
         angles.push(angle);
         volumes.push(match &mesh.cells {
@@ -136,7 +136,7 @@ fn check_indices(mesh: &Mesh) -> std::result::Result<(), BadInput> {
 }
 
 /// Volume \[m³\], radius ratio \[-\] and smallest dihedral angle \[rad\] of a straight tetrahedron.
-fn judge_corners(x: &[Vector3<f64>; 4], e: usize) -> std::result::Result<(f64, f64, f64), BadInput> {
+fn evaluate_corners(x: &[Vector3<f64>; 4], e: usize) -> std::result::Result<(f64, f64, f64), BadInput> {
     let length = EDGE_CORNERS.map(|[i, j]| (x[j] - x[i]).norm());
     let longest = length.iter().copied().fold(0.0, f64::max);
     let volume = (x[1] - x[0]).dot(&(x[2] - x[0]).cross(&(x[3] - x[0]))) / 6.0;

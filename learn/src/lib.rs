@@ -38,7 +38,9 @@ pub use engine::{
 };
 pub use error::{Error, Result};
 pub use files::{Checkpoint, read_parameters, read_parameters_header, write_parameters};
-pub use lstm::{Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Runner, Trainer};
+pub use lstm::{
+    Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Placed, Runner, Trainer, Updates,
+};
 pub use mlp::{Activation, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
 pub use panels::WeightFormat;
@@ -46,4 +48,7 @@ pub use regression::{
     Evaluation, Predictor, RANGE_MARGIN, SequenceOptions, SequenceTask, Sequences, WindowOptions, WindowTask,
     WindowedSequence, restore_bounded, windows,
 };
-pub use transformer::{Block, Form, Transformer, TransformerRunner, TransformerShape, TransformerTape};
+pub use transformer::{
+    Block, ClosedLoop, Form, Plant, StepLoss, Transformer, TransformerRunner, TransformerShape,
+    TransformerTape,
+};

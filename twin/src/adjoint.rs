@@ -170,7 +170,7 @@ impl<'a> System<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::coreact::FrictionPoints;
+    use crate::friction_points::FrictionPoints;
     use crate::{Stepper, Target, Twin, TwinState, scenes};
 
     /// One per cent of the largest entry.

@@ -120,8 +120,8 @@ impl Cables {
         }
     }
 
-    /// Sum of the angles by which cable `j` turns at some of its inner points [rad].
-    pub(crate) fn turn(&self, shape: &CableShape, j: usize, points: std::ops::Range<usize>) -> f64 {
+    /// Wrap angle of cable `j` at some of its inner points together [rad].
+    pub(crate) fn wrap_angle(&self, shape: &CableShape, j: usize, points: std::ops::Range<usize>) -> f64 {
         let positions = &shape.positions[self.range(j)];
         let angle = |k: usize| {
             let (a, _) = direction(&positions[k - 1], &positions[k]);

@@ -25,8 +25,8 @@ pub(crate) fn bounds_into(twin: &Twin, shape: &CableShape, tensions: &[f64], bou
             before = of_tendons[point.tendon];
         }
         let after = before + jumps[i];
-        let turn = twin.cables.turn(shape, point.tendon, point.turns.clone());
-        bounds[i] = point.bound(turn, before, after);
+        let wrap_angle = twin.cables.wrap_angle(shape, point.tendon, point.points.clone());
+        bounds[i] = point.bound(wrap_angle, before, after);
         before = after;
     }
 }

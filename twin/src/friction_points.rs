@@ -1,4 +1,4 @@
-//! Where friction acts on the tendons, and how much each part of a tendon stretches.
+//! Where friction acts on the tendons, what it does while the body moves a little, and how much each part of a tendon stretches.
 
 use std::ops::Range;
 
@@ -14,25 +14,40 @@ pub struct FrictionPoint {
     pub tendon: usize,
     /// Point of the tendon at which the tension jumps; zero for the sheath before the body.
     pub first: usize,
-    /// Points of the tendon whose turns count here.
-    pub turns: Range<usize>,
-    /// Turn besides, whatever the shape [rad].
-    pub wrap: f64,
+    /// Points of the tendon whose wrap angles count here.
+    pub points: Range<usize>,
+    /// Wrap angle besides, whatever the shape [rad].
+    pub wrap_angle: f64,
     /// Coefficient of friction μ [-].
     pub coefficient: f64,
     /// Friction without tension [N].
     pub constant: f64,
 }
 
+/// What friction points do when a sensitivity is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrictionPoints {
+    /// Those that stick go on sticking: the derivative, for changes that make none of them slip.
+    AsTheyAre,
+    /// All keep their jump: for changes beyond the band of friction.
+    Slipping,
+}
+
 impl FrictionPoint {
     /// Largest jump where the tendon has the tensions `before` and `after`, capstan and constant [N].
-    pub(crate) fn bound(&self, turn: f64, before: f64, after: f64) -> f64 {
-        capstan_bound(self.coefficient, turn + self.wrap, self.constant, before.max(0.0), after.max(0.0))
+    pub(crate) fn bound(&self, wrap_angle: f64, before: f64, after: f64) -> f64 {
+        capstan_bound(
+            self.coefficient,
+            wrap_angle + self.wrap_angle,
+            self.constant,
+            before.max(0.0),
+            after.max(0.0),
+        )
     }
 }
 
 /// The friction points of `tendons`, tendon by tendon, from the pulled end to the tip: one for the sheath, whose
-/// exponent stands as a coefficient for a turn of one; then the inner points of the tendon, shared evenly among at most
+/// exponent stands as a coefficient for a wrap angle of one; then the inner points of the tendon, shared evenly among at most
 /// `friction.points`, each at the middle of its share.
 pub(crate) fn friction_points(tendons: &[Tendon], friction: &Friction) -> Vec<FrictionPoint> {
     let mut points = Vec::new();
@@ -41,8 +56,8 @@ pub(crate) fn friction_points(tendons: &[Tendon], friction: &Friction) -> Vec<Fr
             points.push(FrictionPoint {
                 tendon,
                 first: 0,
-                turns: 0..0,
-                wrap: 1.0,
+                points: 0..0,
+                wrap_angle: 1.0,
                 coefficient: friction.sheath_exponent,
                 constant: friction.sheath_coulomb,
             });
@@ -50,12 +65,12 @@ pub(crate) fn friction_points(tendons: &[Tendon], friction: &Friction) -> Vec<Fr
         let n_inner = spec.points.len() - 2;
         let n_points = friction.points.min(n_inner);
         for k in 0..n_points {
-            let turns = 1 + k * n_inner / n_points..1 + (k + 1) * n_inner / n_points;
+            let inner = 1 + k * n_inner / n_points..1 + (k + 1) * n_inner / n_points;
             points.push(FrictionPoint {
                 tendon,
-                first: (turns.start + turns.end) / 2,
-                turns,
-                wrap: 0.0,
+                first: (inner.start + inner.end) / 2,
+                points: inner,
+                wrap_angle: 0.0,
                 coefficient: friction.coefficient,
                 constant: friction.coulomb / n_points as f64,
             });

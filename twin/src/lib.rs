@@ -57,7 +57,7 @@ mod tip;
 pub use alignment::{alignment, nearest_rotation};
 pub use cable::Cables;
 pub use error::{Cause, Error, Result};
-pub use friction_points::FrictionPoint;
+pub use friction_points::{FrictionPoint, FrictionPoints};
 pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use model::{Accuracy, Couple, Target, TendonSpec, Twin};

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::coreact::FrictionPoints;
+use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
 use crate::step::Stepper;

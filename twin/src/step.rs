@@ -4,8 +4,8 @@ use hysteron_base::BadInput;
 
 use crate::adjoint::{TipAdjoint, tip_adjoints};
 use crate::balance::{Balance, Control};
-use crate::coreact::FrictionPoints;
 use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
+use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::newton::{Newton, Search, Stuck};
 use crate::projection::Projection;

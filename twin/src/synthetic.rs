@@ -6,7 +6,7 @@
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use nalgebra::Vector3;
 
-use crate::coreact::FrictionPoints;
+use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
 use crate::plant::{Plant, PlantStep, settle};
 use crate::{Error, Result, TwinState};

@@ -16,8 +16,11 @@ pub struct Input {
     pub recording: Recording,
 }
 
-/// Reads all recordings that `paths` name, in order of their names.
-pub fn read(paths: &[PathBuf]) -> anyhow::Result<Vec<Input>> {
+/// The files that `paths` name, in order; of a folder, in order of their names.
+///
+/// # Errors
+/// A folder that cannot be read or holds no recording.
+pub fn files(paths: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
         if path.is_dir() {
@@ -26,6 +29,12 @@ pub fn read(paths: &[PathBuf]) -> anyhow::Result<Vec<Input>> {
             files.push(path.clone());
         }
     }
+    Ok(files)
+}
+
+/// Reads all recordings that `paths` name, in order of their names.
+pub fn read(paths: &[PathBuf]) -> anyhow::Result<Vec<Input>> {
+    let files = files(paths)?;
     let mut inputs: Vec<Input> = files.iter().map(|path| read_one(path)).collect::<anyhow::Result<_>>()?;
     inputs.sort_by(|a, b| a.name.cmp(&b.name));
     if let Some(pair) = inputs.windows(2).find(|pair| pair[0].name == pair[1].name) {

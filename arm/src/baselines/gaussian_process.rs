@@ -13,8 +13,8 @@ use crate::lagrangian::{Samples, Scores};
 pub const MOST_POINTS: usize = 2000;
 /// Variances of the noise that are tried, in those of the torques.
 const NOISES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
-/// Samples of the trajectories left out that a choice is judged by.
-const MOST_JUDGED: usize = 4000;
+/// Samples of the trajectories left out that a choice is evaluated on.
+const MOST_EVALUATED: usize = 4000;
 /// Samples whose kernels stand in memory at a time.
 const ROWS: usize = 256;
 
@@ -147,14 +147,14 @@ pub fn fit_gaussian_process(
             let rows = spread(training, &fold.training, most);
             let processes =
                 GaussianProcess::conditioned((training, &targets), &rows, &units, *length, &NOISES);
-            let rows = spread(training, &fold.test, MOST_JUDGED);
-            let judged = training.rows(&rows);
+            let rows = spread(training, &fold.test, MOST_EVALUATED);
+            let evaluated = training.rows(&rows);
             let rest: Vec<f64> =
                 rows.iter().flat_map(|i| targets[n * i..n * (i + 1)].iter().copied()).collect();
             // Errors of what is left are errors of the torques; those are normalised by the variance of the torques themselves.
-            let variances = judged.variances(&scaled(&judged.tau));
+            let variances = evaluated.variances(&scaled(&evaluated.tau));
             for (process, error) in processes.iter().zip(&mut errors) {
-                let scores = Scores::of(n, &rest, &process.predict(&judged));
+                let scores = Scores::of(n, &rest, &process.predict(&evaluated));
                 let nmse = scores.mse.iter().zip(&variances).map(|(mse, variance)| mse / variance);
                 *error += nmse.sum::<f64>() / (n * folds.len()) as f64;
             }

@@ -142,18 +142,18 @@ fn polish(
     session: &mut Session<'_>,
 ) {
     let mut objective = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
-    let mut judge = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
+    let mut evaluator = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
     let n = samples[0].len();
     let taken = options.polish_samples.clamp(1, n);
     let rows: Vec<usize> = (0..taken).map(|i| i * n / taken).collect();
     let lbfgs = Lbfgs { memory: 30, iterations: options.polish, gradient_tolerance: 0.0 };
     let mut parameters = trained.parameters.clone();
-    trained.validation = judge.validate(&parameters);
+    trained.validation = evaluator.validate(&parameters);
     let mut value = |p: &[f64], gradient: &mut [f64]| objective.gradient(p, &rows, gradient);
     let mut is_going_on = true;
     lbfgs.minimise(&mut value, &mut parameters, &mut |step, loss, p| {
         if step % LOOK == 0 {
-            let validation = judge.validate(p);
+            let validation = evaluator.validate(p);
             if validation < trained.validation {
                 (trained.validation, trained.steps[1]) = (validation, step);
                 trained.parameters = p.to_vec();

@@ -10,11 +10,11 @@ use hysteron_learn::{
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use super::current::CurrentModel;
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
 use super::loss::LossWeights;
-use super::rivals::CurrentModel;
 use super::sensing::{Sensing, SensingHeader};
 use super::simulation::{Simulation, SimulationOptions};
 use super::training::{NeuralOptions, NeuralTask};

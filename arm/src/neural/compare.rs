@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::actuator::NeuralActuator;
-use super::closed_loop::{Segment, Telemetry};
 use super::condition::{DetectorScores, detectors};
 use super::data::Trajectory;
 use super::evaluate::{
@@ -17,6 +16,7 @@ use super::fit::Rivals;
 use super::loss::length;
 use super::observations::telemetry;
 use super::rivals::{Positions, copied_goal, positions_of};
+use super::segment::{Segment, Telemetry};
 use super::sensing::{Sensed, Sensing};
 use super::simulation::Simulation;
 use crate::Model;

@@ -1,11 +1,9 @@
 //! Trajectories as the network learns from them.
 
-use hysteron_actuator::filter::LowPass;
 use hysteron_base::{BadInput, Recording};
 
 use super::features::{Features, GripperAxis};
-use super::simulation::Simulation;
-use crate::{Data, Quantity, Recorded, inverse_dynamics};
+use crate::{Quantity, Recorded};
 
 /// One recorded trajectory at a fixed rate. Rows are samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -215,48 +213,4 @@ fn check_times(times: &[f64], period: f64) -> Result<(), BadInput> {
             .hint("jitter this large hides what the actuator does between samples"));
     }
     Ok(())
-}
-
-/// Torques that would have moved the simulated arm as recorded (rows × m) [N m], from poses filtered without delay below `cutoff`
-/// [Hz]: what a network is first brought to.
-///
-/// # Errors
-/// `BadInput` where the trajectory is too short for the filter, or the cut-off is not below half the rate.
-pub fn torques_of(
-    trajectory: &Trajectory,
-    simulation: &Simulation,
-    cutoff: f64,
-) -> Result<Vec<f64>, BadInput> {
-    let features = simulation.features();
-    let (m, n, rows) = (features.motors(), features.joints, trajectory.len());
-    let options = simulation.options();
-    let filter = LowPass::new(2, cutoff, 1.0 / options.period)?;
-    let mut motion = [(); 3].map(|()| vec![0.0; rows * m]);
-    for motor in 0..m {
-        let measured: Vec<f64> = trajectory.states.iter().skip(motor).step_by(2 * m).copied().collect();
-        let smooth = filter.zero_phase(&measured);
-        for i in 0..rows {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(rows - 1));
-            let span = (after - before) as f64 * options.period;
-            motion[0][i * m + motor] = smooth[i];
-            motion[1][i * m + motor] = (smooth[after] - smooth[before]) / span;
-            let inner = i.clamp(1, rows - 2);
-            motion[2][i * m + motor] = (smooth[inner + 1] - 2.0 * smooth[inner] + smooth[inner - 1])
-                / (options.period * options.period);
-        }
-    }
-    let mut data = Data::new(simulation.model(), 0.0);
-    let mut torques = vec![0.0; rows * m];
-    for (i, tau) in torques.chunks_exact_mut(m).enumerate() {
-        let [q, dq, ddq] = [0, 1, 2].map(|k: usize| &motion[k][i * m..][..m]);
-        inverse_dynamics(simulation.model(), &mut data, [&q[..n], &dq[..n], &ddq[..n]], &[], &mut tau[..n]);
-        for k in 0..m {
-            tau[k] += options.damping * dq[k];
-            if k >= n {
-                tau[k] += options.armature * ddq[k];
-            }
-            tau[k] = tau[k].clamp(-simulation.limit(k), simulation.limit(k));
-        }
-    }
-    Ok(torques)
 }

@@ -3,10 +3,11 @@
 use serde::Serialize;
 
 use super::actuator::NeuralActuator;
-use super::closed_loop::{ClosedLoop, Segment, Telemetry};
+use super::closed_loop::ClosedLoop;
 use super::data::Trajectory;
 use super::features::Features;
 use super::loss::{Heads, length, sigmoid, wrap};
+use super::segment::{Segment, Telemetry};
 use super::simulation::Simulation;
 
 /// A whole trajectory in simulation, from its recorded initial state.

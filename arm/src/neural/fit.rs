@@ -10,12 +10,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::actuator::NeuralActuator;
+use super::current::CurrentModel;
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
-use super::rivals::{CurrentModel, LagAndDroop, ServoModel};
+use super::rivals::LagAndDroop;
 use super::sensing::Sensing;
 use super::sensing_training::{SensingOptions, SensingTask, identified_observers};
+use super::servo::ServoModel;
 use super::simulation::{Simulation, SimulationOptions};
 use super::training::{NeuralOptions, NeuralTask};
 use crate::Model;

@@ -5,9 +5,9 @@ use std::ops::Range;
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use super::closed_loop::Segment;
 use super::data::Trajectory;
 use super::features::Features;
+use super::segment::Segment;
 
 /// Weights of the losses and where they turn from squares to sizes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

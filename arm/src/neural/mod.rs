@@ -5,6 +5,7 @@ mod actuator;
 mod closed_loop;
 mod compare;
 mod condition;
+mod current;
 mod data;
 mod evaluate;
 mod features;
@@ -12,10 +13,12 @@ mod fit;
 mod loss;
 mod observations;
 mod rivals;
+mod segment;
 mod sensing;
 #[cfg(test)]
 pub(crate) mod sensing_tests;
 mod sensing_training;
+mod servo;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -23,10 +26,11 @@ mod training;
 mod warm_start;
 
 pub use actuator::NeuralActuator;
-pub use closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
+pub use closed_loop::{ClosedLoop, LoopGradient};
 pub use compare::{Comparison, FORCES, HORIZONS, METHODS};
 pub use condition::{DetectorScores, detectors};
-pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, torques_of, trajectory_of};
+pub use current::CurrentModel;
+pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
@@ -34,8 +38,11 @@ pub use features::{Features, GripperAxis, InputScale};
 pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator};
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
 pub use observations::{Observed, telemetry};
-pub use rivals::{CurrentModel, LagAndDroop, Positions, ServoModel, copied_goal};
+pub use rivals::{LagAndDroop, Positions, copied_goal};
+pub use segment::{Segment, Telemetry};
 pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};
 pub use sensing_training::{SensingOptions, SensingTask, identified_observers};
+pub use servo::ServoModel;
 pub use simulation::{Simulation, SimulationOptions};
 pub use training::{NeuralOptions, NeuralTask, horizon_gradient};
+pub use warm_start::torques_of;

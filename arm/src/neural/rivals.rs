@@ -1,88 +1,18 @@
-//! What a learned actuator has to beat, and the model of currents that makes a simulation pure.
+//! What a learned actuator has to beat.
 
 use hysteron_base::{BadInput, Bounds};
 use hysteron_fit::{Options, Parameter, Scale, minimum};
 use serde::{Deserialize, Serialize};
 
-use super::closed_loop::Segment;
+use super::current::PENALTY;
 use super::data::Trajectory;
 use super::features::Features;
 use super::loss::wrap;
+use super::segment::Segment;
+use super::servo::ServoModel;
 use super::simulation::{Simulation, SimulationOptions};
 use crate::baselines::NormalEquations;
 use crate::{Data, Model, gravity_torque};
-
-/// Current of each motor as a line over its error and speed: a position servo without what it remembers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CurrentModel {
-    /// For each motor, current per error [A/rad], per speed [A s/rad], and at zero [A].
-    pub coefficients: Vec<[f64; 3]>,
-}
-
-/// Error and speed of every motor, from inputs in SI.
-fn error_and_speed(features: &Features, inputs: &[f64], motor: usize) -> [f64; 2] {
-    let m = features.motors();
-    let position = match features.gripper {
-        Some(gripper) if motor == features.joints => (inputs[m + motor] - gripper.offset) / gripper.slope,
-        _ => inputs[m + motor],
-    };
-    [inputs[motor] - position, inputs[3 * m + motor]]
-}
-
-impl CurrentModel {
-    /// By least squares over all rows.
-    ///
-    /// # Errors
-    /// `BadInput` where there is no row.
-    pub fn fit(features: &Features, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
-        if trajectories.is_empty() {
-            return Err(BadInput::new("recordings", "one or more", "none"));
-        }
-        let one = |motor: usize| {
-            let mut normal = NormalEquations::new(3, 1);
-            for trajectory in trajectories {
-                let rows = || trajectory.inputs.chunks_exact(features.len());
-                let of_row = |row| {
-                    let [error, speed] = error_and_speed(features, row, motor);
-                    [error, speed, 1.0]
-                };
-                let currents: Vec<f64> = rows().map(|row| row[features.currents() + motor]).collect();
-                normal.add(&rows().flat_map(of_row).collect::<Vec<f64>>(), &currents);
-            }
-            let found = normal.solve(PENALTY);
-            [found[0], found[1], found[2]]
-        };
-        Ok(Self { coefficients: (0..features.motors()).map(one).collect() })
-    }
-
-    /// Puts the model's currents in place of the recorded ones, and voltages and temperatures of `first`.
-    pub fn replace(&self, features: &Features, first: &[f64], inputs: &mut [f64]) {
-        let m = features.motors();
-        inputs[4 * m..6 * m].copy_from_slice(&first[4 * m..6 * m]);
-        for (k, [by_error, by_speed, zero]) in self.coefficients.iter().enumerate() {
-            let [error, speed] = error_and_speed(features, inputs, k);
-            inputs[features.currents() + k] = by_error * error + by_speed * speed + zero;
-        }
-    }
-
-    /// Moves the gradient by the currents to positions and speeds.
-    pub fn pull_back(&self, features: &Features, by_inputs: &mut [f64]) {
-        let m = features.motors();
-        for (k, [by_error, by_speed, _]) in self.coefficients.iter().enumerate() {
-            let by_current = std::mem::take(&mut by_inputs[features.currents() + k]);
-            let per = match features.gripper {
-                Some(gripper) if k == features.joints => 1.0 / gripper.slope,
-                _ => 1.0,
-            };
-            by_inputs[m + k] -= by_error * by_current * per;
-            by_inputs[3 * m + k] += by_speed * by_current;
-        }
-    }
-}
-
-/// Keeps columns apart that the data does not tell apart; relative.
-const PENALTY: f64 = 1e-9;
 
 /// A guess of all motors' positions at every row (rows × m) [rad].
 pub type Positions = Vec<f64>;
@@ -192,50 +122,10 @@ pub(super) fn gravity_at(model: &Model, features: &Features, positions: &[f64]) 
     all
 }
 
-/// A servo of which stiffness, friction and damping are found by rollout.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ServoModel {
-    /// Torque per error of each motor [N m/rad].
-    pub stiffness: Vec<f64>,
-    /// Coulomb friction of each motor [N m].
-    pub friction: Vec<f64>,
-    /// Of all motors [N m s/rad].
-    pub damping: f64,
-    /// Root mean square of the rollouts' errors on what it was fitted to [rad].
-    pub rms: f64,
-}
-
-/// Speed over which friction turns its sign [rad/s].
-const FRICTION_WIDTH: f64 = 0.05;
 /// Trajectories and rows that the servo is fitted to.
 const FITTED: (usize, usize) = (16, 200);
 
 impl ServoModel {
-    /// # Errors
-    /// `BadInput` where it is for other motors, or a number is negative or not finite.
-    pub(super) fn check(&self, features: &Features) -> Result<(), BadInput> {
-        let m = features.motors();
-        for (name, values) in [("servo.stiffness", &self.stiffness), ("servo.friction", &self.friction)] {
-            if values.len() != m || values.iter().any(|value| !(*value >= 0.0 && value.is_finite())) {
-                let expected = format!("{m} finite numbers, zero or more");
-                return Err(BadInput::new(name, expected, format!("{values:?}")));
-            }
-        }
-        if !(self.damping >= 0.0 && self.damping.is_finite()) {
-            let expected = "a finite number, zero or more";
-            return Err(BadInput::new("servo.damping", expected, self.damping.to_string()));
-        }
-        Ok(())
-    }
-
-    /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two.
-    pub(super) fn torque(&self, k: usize, goal: f64, [position, speed]: [f64; 2]) -> (f64, [f64; 2]) {
-        let sign = (speed / FRICTION_WIDTH).tanh();
-        let torque = self.stiffness[k] * (goal - position) - self.friction[k] * sign;
-        (torque, [-self.stiffness[k], -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign)])
-    }
-
     /// Fits stiffness, friction and damping so that rollouts stay close to the trajectories, with `model` as the arm.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use hysteron_base::lanes::Isa;
 use serde::{Deserialize, Serialize};
 
 use super::features::Features;
-use super::rivals::ServoModel;
+use super::servo::ServoModel;
 use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts};
 
 /// Step, damping and limits of the simulation in training.

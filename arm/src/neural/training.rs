@@ -6,13 +6,14 @@ use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::closed_loop::{ClosedLoop, LoopGradient, Segment, Telemetry};
-use super::data::{Trajectory, torques_of};
+use super::closed_loop::{ClosedLoop, LoopGradient};
+use super::current::CurrentModel;
+use super::data::Trajectory;
 use super::features::InputScale;
 use super::loss::{LossParts, LossWeights, Totals, wrap};
-use super::rivals::CurrentModel;
+use super::segment::{Segment, Telemetry};
 use super::simulation::Simulation;
-use super::warm_start::{self, Stretch, span};
+use super::warm_start::{self, Stretch, span, torques_of};
 
 /// How an actuator is trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

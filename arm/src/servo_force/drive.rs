@@ -4,8 +4,17 @@ use hysteron_actuator::law::{Law, LoadDependent};
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use super::identify::{Known, STANDS};
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
+
+/// Below this a joint stands: half a step of the register is the least that is not zero [rad/s].
+pub(super) const STANDS: f64 = 0.02;
+
+/// How a method takes motor torque and friction.
+#[derive(Debug, Clone)]
+pub(crate) struct Known {
+    pub motors: Vec<MotorTorque>,
+    pub friction: FrictionModel,
+}
 
 /// Motors known by their PWM, friction that grows with the load, and noise of the external torques: "GMO-drive" of `arm study force`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

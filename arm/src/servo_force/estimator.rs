@@ -3,7 +3,8 @@
 use hysteron_actuator::filter::LowPass;
 use hysteron_base::BadInput;
 
-use super::identify::{CUTOFF, Known, identify};
+use super::drive::Known;
+use super::identify::{CUTOFF, identify};
 use super::{ServoDrive, TIP, Telemetry};
 use crate::Model;
 use crate::observer::{

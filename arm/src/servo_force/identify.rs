@@ -5,7 +5,8 @@ use hysteron_actuator::law::{Law, SymmetricStribeck};
 use hysteron_actuator::{CatalogueDrive, Motor};
 use hysteron_base::BadInput;
 
-use super::{ServoDrive, Telemetry};
+use super::Telemetry;
+use super::drive::{Known, ServoDrive};
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
 use crate::{Data, Model, dense, inverse_dynamics};
 
@@ -13,19 +14,10 @@ use crate::{Data, Model, dense, inverse_dynamics};
 pub(super) const CUTOFF: f64 = 6.0;
 /// A joint moves where its speed is above this: two steps of the register [rad/s].
 pub(super) const MOVES: f64 = 0.05;
-/// Below this a joint stands: half a step of the register is the least that is not zero [rad/s].
-pub(super) const STANDS: f64 = 0.02;
 /// Spread of the torque that a motion needs, above which it weighs the motor [N m].
 const WEIGHS: f64 = 0.1;
 /// Stribeck speeds that are tried [rad/s].
 const STRIBECK: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
-
-/// How a method takes motor torque and friction.
-#[derive(Debug, Clone)]
-pub(crate) struct Known {
-    pub motors: Vec<MotorTorque>,
-    pub friction: FrictionModel,
-}
 
 /// One joint's rows of all training trajectories, low-passed without delay.
 struct JointRows {

@@ -3,8 +3,9 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
+use super::drive::Known;
 use super::estimator::Estimator;
-use super::identify::{Known, identify};
+use super::identify::identify;
 use super::{ServoDrive, Telemetry};
 use crate::Model;
 use crate::observer::{FrictionModel, MotorTorque};

@@ -213,7 +213,7 @@ fn learned(
         // Each network stops by other trajectories.
         let held = |t: &usize| t % VALIDATION == member as usize % VALIDATION;
         let training = all.select((0..n).filter(|t| !held(t))).thinned(options.stride);
-        let judged = all.select((0..n).filter(held)).thinned(options.stride);
+        let evaluated = all.select((0..n).filter(held)).thinned(options.stride);
         let shape = NetworkShape {
             variant,
             hidden: options.hidden.clone(),
@@ -227,7 +227,7 @@ fn learned(
             listener(&StudyProgress { cell: name, done, training: Some(*training) })
         };
         let mut session = Session { file: Some(&state), progress: &mut progress };
-        let found = train(&shape, [&training, &judged], &options.training, member, &mut session)?;
+        let found = train(&shape, [&training, &evaluated], &options.training, member, &mut session)?;
         if !found.is_finished {
             return Ok(None);
         }

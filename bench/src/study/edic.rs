@@ -1,4 +1,4 @@
-//! Open-loop tracking of ideal paths (CoReAct paper, tables II to IV): strokes found in one way or another, carried
+//! Open-loop tracking of ideal paths (CoReAct paper, tables II to IV): strokes found by one method or another, carried
 //! out on the virtual rig without a sensor, and measured.
 //!
 //! The ladder: the fitted twin without learning; an inverse network on recorded data; the paper's network, ours on
@@ -48,8 +48,8 @@ const IDEALS: [Ideal; 15] = [
     ideal("lissajous:72", 5.3, 0.698),
 ];
 
-/// A way to strokes.
-struct Way {
+/// How strokes are found.
+struct Method {
     name: &'static str,
     /// Trainings, each from its own seed.
     seeds: u64,
@@ -68,19 +68,21 @@ const REPEATS: u64 = 5;
 /// takes fewer windows, and fewer a step so that there are nearly a thousand steps.
 const PAPER_OPTIONS: [&str; 6] = ["--design", "paper", "--stride", "800", "--batch", "32"];
 
-const BASELINE: Way =
-    Way { name: "network, recorded data", seeds: SEEDS, scene: None, model: Some("inverse") };
-const PAPER: Way = Way { name: "the paper's network", seeds: 1, scene: None, model: Some("paper-inverse") };
-const HYBRID: Way = Way { name: "network, hybrid data", seeds: SEEDS, scene: None, model: Some("hybrid") };
-const WAYS: [Way; 5] = [
-    Way { name: "fitted twin", seeds: 1, scene: Some("scene-typical.toml"), model: None },
+const BASELINE: Method =
+    Method { name: "network, recorded data", seeds: SEEDS, scene: None, model: Some("inverse") };
+const PAPER: Method =
+    Method { name: "the paper's network", seeds: 1, scene: None, model: Some("paper-inverse") };
+const HYBRID: Method =
+    Method { name: "network, hybrid data", seeds: SEEDS, scene: None, model: Some("hybrid") };
+const METHODS: [Method; 5] = [
+    Method { name: "fitted twin", seeds: 1, scene: Some("scene-typical.toml"), model: None },
     BASELINE,
     PAPER,
     HYBRID,
-    Way { name: "calibrated twin", seeds: 1, scene: Some(FRICTION.1), model: Some(FRICTION.0) },
+    Method { name: "calibrated twin", seeds: 1, scene: Some(FRICTION.1), model: Some(FRICTION.0) },
 ];
 
-/// One way on one path.
+/// One method on one path.
 struct Cell {
     /// For every seed whose strokes the rig carried out, and repeat.
     followed: Vec<Followed>,
@@ -107,22 +109,25 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         .iter()
         .flat_map(|training| (1..=if quick { 1 } else { training.0.seeds }).map(move |seed| (training, seed)))
         .par_bridge()
-        .try_for_each(|(&(way, recordings, options), seed)| {
-            train_inverse(&chain, way, seed, recordings, options)
+        .try_for_each(|(&(method, recordings, options), seed)| {
+            train_inverse(&chain, method, seed, recordings, options)
         })?;
     let paths = &IDEALS[..if quick { 1 } else { IDEALS.len() }];
     let rows = paths
         .par_iter()
         .map(|ideal| {
-            WAYS.iter().map(|way| track(&chain, way, ideal.path, quick)).collect::<Result<Vec<Cell>>>()
+            METHODS
+                .iter()
+                .map(|method| track(&chain, method, ideal.path, quick))
+                .collect::<Result<Vec<Cell>>>()
         })
         .collect::<Result<Vec<Vec<Cell>>>>()?;
     print(paths, &rows);
     let json_row = |(ideal, cells): (&Ideal, &Vec<Cell>)| {
         let all = |cell: &Cell, of: fn(&Followed) -> f64| cell.followed.iter().map(of).collect::<Vec<f64>>();
-        let ways = WAYS.iter().zip(cells).map(|(way, cell)| {
+        let methods = METHODS.iter().zip(cells).map(|(method, cell)| {
             json!({
-                "way": way.name,
+                "method": method.name,
                 "nrmse_percent": all(cell, |one| one.nrmse_percent),
                 "iou": all(cell, |one| one.iou),
                 "seeds_refused": cell.refused,
@@ -130,7 +135,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         });
         json!({
             "path": ideal.path, "paper_nrmse_percent": ideal.paper_nrmse, "paper_iou": ideal.paper_iou,
-            "ways": ways.collect::<Vec<Value>>(),
+            "methods": methods.collect::<Vec<Value>>(),
         })
     };
     let json_rows: Vec<Value> = paths.iter().zip(&rows).map(json_row).collect();
@@ -146,11 +151,17 @@ fn generate(chain: &Chain, plan: &str) -> Result<String> {
     Ok(out)
 }
 
-fn train_inverse(chain: &Chain, way: &Way, seed: u64, recordings: &[String], options: &[&str]) -> Result<()> {
-    let model = way.model.unwrap_or_default();
+fn train_inverse(
+    chain: &Chain,
+    method: &Method,
+    seed: u64,
+    recordings: &[String],
+    options: &[&str],
+) -> Result<()> {
+    let model = method.model.unwrap_or_default();
     let (out, seed) = (chain.path(&format!("{model}-{seed}.safetensors"))?, seed.to_string());
     let mut arguments = vec!["-q"];
-    if way.seeds > 1 {
+    if method.seeds > 1 {
         // The seeds are side by side.
         arguments.extend(["--threads", "1"]);
     }
@@ -160,18 +171,19 @@ fn train_inverse(chain: &Chain, way: &Way, seed: u64, recordings: &[String], opt
     chain.once(&out, &arguments)
 }
 
-/// Strokes by this way for every seed, each carried out several times, and measured.
-fn track(chain: &Chain, way: &Way, target: &str, quick: bool) -> Result<Cell> {
+/// Strokes by this method for every seed, each carried out several times, and measured.
+fn track(chain: &Chain, method: &Method, target: &str, quick: bool) -> Result<Cell> {
     let stem = format!(
         "tracked/{}-{}",
-        way.name.replace(|c: char| !c.is_alphanumeric(), ""),
+        method.name.replace(|c: char| !c.is_alphanumeric(), ""),
         target.replace(':', "")
     );
-    let scene = way.scene.map(scene_path);
-    let (seeds, repeats) = if quick { (1, 1) } else { (way.seeds, REPEATS) };
+    let scene = method.scene.map(scene_path);
+    let (seeds, repeats) = if quick { (1, 1) } else { (method.seeds, REPEATS) };
     let mut cell = Cell { followed: Vec::new(), refused: 0 };
     for seed in 1..=seeds {
-        let model = way.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;
+        let model =
+            method.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;
         let strokes = Strokes { scene: scene.as_deref(), model: model.as_deref() };
         let days = [repeats, 100 * seed];
         match chain.track("virtual:typical", strokes, target, days, &format!("{stem}/{seed}"))? {
@@ -184,7 +196,7 @@ fn track(chain: &Chain, way: &Way, target: &str, quick: bool) -> Result<Cell> {
 
 fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
     let mut cells = vec![vec!["NRMSE [%], IoU".to_owned(), "paper's EDIC".to_owned()]];
-    cells[0].extend(WAYS.iter().map(|way| way.name.to_owned()));
+    cells[0].extend(METHODS.iter().map(|method| method.name.to_owned()));
     let paper = |ideal: &Ideal| Followed {
         nrmse_percent: ideal.paper_nrmse,
         iou: ideal.paper_iou,
@@ -198,11 +210,11 @@ fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
     }
     let mut line =
         vec!["mean of those tracked".to_owned(), shown(&paths.iter().map(paper).collect::<Vec<_>>(), 0)];
-    let of_way = |way: usize| -> Vec<Followed> {
-        rows.iter().flat_map(|row| row[way].followed.iter().copied()).collect()
+    let of_method = |method: usize| -> Vec<Followed> {
+        rows.iter().flat_map(|row| row[method].followed.iter().copied()).collect()
     };
-    let refused = |way: usize| rows.iter().map(|row| row[way].refused).sum();
-    line.extend((0..WAYS.len()).map(|way| shown(&of_way(way), refused(way))));
+    let refused = |method: usize| rows.iter().map(|row| row[method].refused).sum();
+    line.extend((0..METHODS.len()).map(|method| shown(&of_method(method), refused(method))));
     cells.push(line);
     print_cells(&cells);
 }

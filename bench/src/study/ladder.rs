@@ -111,7 +111,7 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     chain.track(&rig, steered, WATCHED, [1, 1], "watched")?;
     let watched = chain.path("watched/repeat-1.parquet")?;
     chain.once(&adapted, &["adapt", &twin, "--scene", scene, &watched, "--out", &adapted])?;
-    let ways = [
+    let methods = [
         Some(Strokes { scene: Some(scene), model: None }),
         Some(Strokes { scene: None, model: Some(&inverse) }),
         paper.as_deref().map(|paper| Strokes { scene: None, model: Some(paper) }),
@@ -122,10 +122,10 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let mut found = Vec::new();
     for target in targets {
         let mut row = [None; RUNGS.len()];
-        for (k, (cell, way)) in row.iter_mut().zip(ways).enumerate() {
+        for (k, (cell, method)) in row.iter_mut().zip(methods).enumerate() {
             let name = format!("tracked/{k}-{}", target.replace(':', ""));
-            let Some(way) = way else { continue };
-            *cell = chain.track(&rig, way, target, [1, 1], &name)?.map(|repeats| repeats[0]);
+            let Some(method) = method else { continue };
+            *cell = chain.track(&rig, method, target, [1, 1], &name)?.map(|repeats| repeats[0]);
         }
         found.push(row);
     }

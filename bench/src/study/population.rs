@@ -23,7 +23,7 @@ const ROBOTS: u64 = 10;
 const TARGETS: [&str; 7] =
     ["circle:40", "diamond:40", "square:30", "ellipse:40", "figure_eight:40", "lissajous:36", "rose:40"];
 /// Ways to strokes.
-const WAYS: [&str; 5] =
+const METHODS: [&str; 5] =
     ["nominal scene", "fitted scene", "network of recorded data", "calibrated twin", "hybrid network"];
 
 /// The scene before any fit, from that of `typical`: the drawing, and data sheets for wire in channels and sheaths
@@ -110,14 +110,14 @@ const FULL: Effort = Effort { robots: ROBOTS, targets: &TARGETS, steps: "1500", 
 /// Shows that it runs.
 const QUICK: Effort = Effort { robots: 1, targets: &["circle:40"], steps: "300", epochs: Some("3") };
 
-/// One robot: for every path what each way came to, none where the rig would not carry the strokes out; or why there
+/// One robot: for every path what each method came to, none where the rig would not carry the strokes out; or why there
 /// is nothing.
 struct Robot {
     name: String,
     found: Result<Vec<Row>, String>,
 }
 
-type Row = [Option<Followed>; WAYS.len()];
+type Row = [Option<Followed>; METHODS.len()];
 
 /// Runs the study on `robots` members; quick: one robot, one path, few steps and epochs.
 ///
@@ -159,7 +159,7 @@ fn known_from_recordings(folder: &Path, name: &str, effort: &Effort) -> Result<V
     let recorded = chain.train_inverse("recorded", &recordings, &options)?;
     let hybrid = chain.train_inverse("hybrid", &both, &options)?;
     let steered = |scene, model| Strokes { scene: Some(scene), model };
-    let ways: [Strokes; WAYS.len()] = [
+    let methods: [Strokes; METHODS.len()] = [
         steered(nominal.as_str(), None),
         steered(fitted.as_str(), None),
         Strokes { scene: None, model: Some(&recorded) },
@@ -167,11 +167,12 @@ fn known_from_recordings(folder: &Path, name: &str, effort: &Effort) -> Result<V
         Strokes { scene: None, model: Some(&hybrid) },
     ];
     let follow = |target: &&str| {
-        let mut row: Row = [None; WAYS.len()];
-        for (k, (cell, way)) in row.iter_mut().zip(ways).enumerate() {
+        let mut row: Row = [None; METHODS.len()];
+        for (k, (cell, method)) in row.iter_mut().zip(methods).enumerate() {
             let name = format!("tracked/{k}-{}", target.replace(':', ""));
-            *cell =
-                chain.track(&rig, way, target, [1, 1], &name)?.and_then(|repeats| repeats.first().copied());
+            *cell = chain
+                .track(&rig, method, target, [1, 1], &name)?
+                .and_then(|repeats| repeats.first().copied());
         }
         Ok(row)
     };
@@ -223,16 +224,16 @@ fn synthetic_plan() -> String {
 }
 
 fn json_of(robot: &Robot, targets: &[&str]) -> Value {
-    let way = |(way, cell): (&&str, &Option<Followed>)| {
+    let method = |(method, cell): (&&str, &Option<Followed>)| {
         json!({
-            "way": way,
+            "method": method,
             "nrmse_percent": cell.map(|one| one.nrmse_percent),
             "iou": cell.map(|one| one.iou),
             "aligned_rmse_mm": cell.and_then(|one| one.aligned_rmse_mm),
             "lag_ms": cell.and_then(|one| one.lag_ms),
         })
     };
-    let path = |(target, row): (&&str, &Row)| json!({ "target": target, "ways": WAYS.iter().zip(row).map(way).collect::<Vec<_>>() });
+    let path = |(target, row): (&&str, &Row)| json!({ "target": target, "methods": METHODS.iter().zip(row).map(method).collect::<Vec<_>>() });
     match &robot.found {
         Ok(rows) => {
             json!({ "robot": robot.name, "paths": targets.iter().zip(rows).map(path).collect::<Vec<_>>() })
@@ -241,18 +242,18 @@ fn json_of(robot: &Robot, targets: &[&str]) -> Value {
     }
 }
 
-/// For each way a line per robot, and one for their mean: the mean over the paths of every number.
+/// For each method a line per robot, and one for their mean: the mean over the paths of every number.
 fn print(robots: &[Robot], targets: &[&str]) {
     println!("mean of {}", targets.join(", "));
     let mut cells = vec![["NRMSE [%], IoU, at equal times [mm], lag [ms]"].map(str::to_owned).to_vec()];
-    cells[0].extend(WAYS.map(str::to_owned));
+    cells[0].extend(METHODS.map(str::to_owned));
     for robot in robots {
         cells.push(match &robot.found {
             Ok(rows) => line(&robot.name, rows),
             Err(why) => {
                 let first = why.lines().next().unwrap_or_default();
                 println!("{} failed: {first}", robot.name);
-                [vec![robot.name.clone()], vec!["failed".to_owned(); WAYS.len()]].concat()
+                [vec![robot.name.clone()], vec!["failed".to_owned(); METHODS.len()]].concat()
             }
         });
     }
@@ -263,8 +264,8 @@ fn print(robots: &[Robot], targets: &[&str]) {
 }
 
 fn line(name: &str, rows: &[Row]) -> Vec<String> {
-    let cell = |way: usize| {
-        let all: Vec<Followed> = rows.iter().filter_map(|row| row[way]).collect();
+    let cell = |method: usize| {
+        let all: Vec<Followed> = rows.iter().filter_map(|row| row[method]).collect();
         let mean = |of: fn(&Followed) -> Option<f64>| {
             let values: Vec<f64> = all.iter().filter_map(of).collect();
             values.iter().sum::<f64>() / values.len().max(1) as f64
@@ -277,7 +278,7 @@ fn line(name: &str, rows: &[Row]) -> Vec<String> {
             (_, refused) => format!("{nrmse:.2}, {iou:.3}, {aligned:.2}, {lag:.0} ({refused} refused)"),
         }
     };
-    std::iter::once(name.to_owned()).chain((0..WAYS.len()).map(cell)).collect()
+    std::iter::once(name.to_owned()).chain((0..METHODS.len()).map(cell)).collect()
 }
 
 #[cfg(test)]
@@ -313,7 +314,7 @@ mod tests {
         let one = |nrmse_percent| {
             Some(Followed { nrmse_percent, iou: 0.9, aligned_rmse_mm: Some(1.0), lag_ms: Some(50.0) })
         };
-        let mut rows = [[one(2.0); WAYS.len()]; 2];
+        let mut rows = [[one(2.0); METHODS.len()]; 2];
         rows[1] = [one(1.0), None, one(1.0), one(1.0), one(1.0)];
         rows[0][1] = None;
         let cells = line("a", &rows);

@@ -188,6 +188,7 @@ impl InverseModel {
         check_path(path)?;
         let mut limiter = Limiter::new(limits, self)?;
         let passes = Backprop::new(self.network.architecture(), 0)?;
+        let network = passes.place(&self.network)?;
         let normalised = normalised_path(path, &self.inputs);
         let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
         let mut bounded = vec![0.0; self.n_tendons];
@@ -196,7 +197,7 @@ impl InverseModel {
             let inputs = windows(ends.clone().map(|end| (&normalised[..], end)), window, self.axes().len());
             let batch = Batch { inputs: &inputs, steps: window, rows: ends.len(), outputs: Outputs::Last };
             let mut memory = Memory::zeros(self.network.architecture(), ends.len());
-            let outputs = passes.predict(&self.network, &batch, &mut memory)?;
+            let outputs = network.predict(&batch, &mut memory)?;
             for (i, outputs) in ends.zip(outputs.chunks_exact(self.n_tendons)) {
                 restore_bounded(&self.outputs, outputs, &mut bounded, &mut limiter.wanted);
                 let is_limited = limiter.apply(i == 0);

@@ -30,11 +30,11 @@ pub fn ahead(path: &[PathPoint], delay: f64) -> Vec<PathPoint> {
 }
 
 /// The delay of the tip behind the strokes, up to `most` samples [samples]; 0 where none lowers the errors. The
-/// regression is fitted to `training` and the delay judged on `judged`, each with its smoothed paths.
+/// regression is fitted to `training` and the delay chosen on `validation`, each with its smoothed paths.
 pub(super) fn fit_delay(
     axes: Axes,
     training: (&[Demonstration], &[Vec<PathPoint>]),
-    judged: (&[Demonstration], &[Vec<PathPoint>]),
+    validation: (&[Demonstration], &[Vec<PathPoint>]),
     most: usize,
 ) -> Result<f64, BadInput> {
     let error = |delay: usize| -> Result<f64, BadInput> {
@@ -42,7 +42,7 @@ pub(super) fn fit_delay(
             paths.iter().map(|path| ahead(path, delay as f64)).collect()
         };
         let regression = StaticRegression::new(axes, training.0, &shifted(training.1))?;
-        let squares = regression.squares(judged.0, &shifted(judged.1));
+        let squares = regression.squares(validation.0, &shifted(validation.1));
         Ok(squares.iter().sum())
     };
     let mut tried = std::collections::BTreeMap::new();

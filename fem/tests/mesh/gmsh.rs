@@ -167,7 +167,7 @@ fn reads_without_panic(bytes: &[u8]) {
     let path = folder.path().join("odd.msh");
     std::fs::write(&path, bytes).expect("written");
     if let Ok(mesh) = read_mesh(&path, MM) {
-        // The next steps judge what the reader accepts.
+        // The next steps check what the reader accepts.
         let _ = hysteron_fem::check_mesh(&mesh, "odd.msh");
         let _ = write_mesh(&path, &mesh, MM, Encoding::Binary);
         let _ = mesh.to_quadratic();

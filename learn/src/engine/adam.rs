@@ -90,6 +90,26 @@ impl Adam {
         self.clip_norm.map_or(1.0, |clip| (clip / (norm + 1e-6)).min(1.0))
     }
 
+    /// Factors of update `step`, from 1, whose gradient is scaled by `scale`.
+    pub(crate) fn factors(&self, step: u64, scale: f64) -> Factors {
+        let step = i32::try_from(step).unwrap_or(i32::MAX);
+        let unbias = |beta: f64| 1.0 - beta.powi(step);
+        let (decay, decoupled) = match self.penalty {
+            Penalty::Coupled => (self.weight_decay, 0.0),
+            Penalty::Decoupled => (0.0, self.learning_rate * self.weight_decay),
+        };
+        Factors {
+            scale,
+            decay,
+            kept: 1.0 - decoupled,
+            rate: self.learning_rate / unbias(self.beta1),
+            per_root: 1.0 / unbias(self.beta2).sqrt(),
+            epsilon: self.epsilon,
+            mean: [self.beta1, 1.0 - self.beta1],
+            square: [self.beta2, 1.0 - self.beta2],
+        }
+    }
+
     /// Moves `weights` by the gradient times `scale`; `step` counts from 1.
     pub(crate) fn update<T: Real>(
         &self,
@@ -99,25 +119,33 @@ impl Adam {
         weights: &mut [T],
         moments: &mut Moments<T>,
     ) {
-        let step = i32::try_from(step).unwrap_or(i32::MAX);
-        let unbias = |beta: f64| 1.0 - beta.powi(step);
-        let rate = T::of(self.learning_rate / unbias(self.beta1));
-        let per_root = T::of(1.0 / unbias(self.beta2).sqrt());
-        let (coupled, decoupled) = match self.penalty {
-            Penalty::Coupled => (self.weight_decay, 0.0),
-            Penalty::Decoupled => (0.0, self.learning_rate * self.weight_decay),
-        };
-        let [scale, decay, kept, epsilon] = [scale, coupled, 1.0 - decoupled, self.epsilon].map(T::of);
-        let [b1, b2] = [self.beta1, self.beta2].map(|b| (T::of(b), T::of(1.0 - b)));
+        let factors = self.factors(step, scale);
+        let Factors { scale, decay, kept, rate, per_root, epsilon, mean, square } = factors;
+        let [scale, decay, kept, rate, per_root, epsilon] =
+            [scale, decay, kept, rate, per_root, epsilon].map(T::of);
+        let [b1, b2] = [mean, square].map(|part| part.map(T::of));
         let moments = moments.mean.iter_mut().zip(&mut moments.square);
         for ((weight, gradient), (mean, square)) in weights.iter_mut().zip(gradient).zip(moments) {
             let g = scale * *gradient + decay * *weight;
-            *mean = b1.0 * *mean + b1.1 * g;
-            *square = b2.0 * *square + b2.1 * g * g;
+            *mean = b1[0] * *mean + b1[1] * g;
+            *square = b2[0] * *square + b2[1] * g * g;
             *weight *= kept;
             *weight -= rate * *mean / (square.root() * per_root + epsilon);
         }
     }
+}
+
+/// An update: with g ← scale g + decay w, m ← mean·(m, g) and v ← square·(v, g²), w ← kept w − rate m/(√v per_root + epsilon).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Factors {
+    pub scale: f64,
+    pub decay: f64,
+    pub kept: f64,
+    pub rate: f64,
+    pub per_root: f64,
+    pub epsilon: f64,
+    pub mean: [f64; 2],
+    pub square: [f64; 2],
 }
 
 /// Means of the gradient of one vector of parameters.

@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct FitReport {
     /// Names of the trajectories that were learned from.
     pub training: Vec<String>,
-    /// Names of those that it was stopped by, and is judged on.
+    /// Names of those that it was stopped by, and is evaluated on.
     pub validation: Vec<String>,
     /// Of every epoch, the error in training and in validation, in `unit`.
     pub curve: Vec<[f64; 2]>,
@@ -15,7 +15,7 @@ pub struct FitReport {
     pub epochs: usize,
     /// Unit of all errors.
     pub unit: &'static str,
-    /// What was judged: baselines, and the network last.
+    /// What was evaluated: baselines, and the network last.
     pub methods: Vec<String>,
     /// Root mean square errors in validation.
     pub channels: Vec<ChannelErrors>,

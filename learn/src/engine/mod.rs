@@ -12,6 +12,7 @@ mod schedule;
 mod training;
 
 pub use adam::{Adam, Penalty};
+pub(crate) use adam::{Factors, Moments};
 pub use fit::{Epoch, FitResult, Progress, Session, Task, fit};
 pub use fit_report::{ChannelErrors, FitReport};
 pub use lbfgs::{Ending, Lbfgs};
@@ -22,3 +23,4 @@ pub use real::Real;
 pub use schedule::{Decay, MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Schedule, warm_up_cosine};
 pub(crate) use schedule::{MOST_LAYERS, check_counts};
 pub use training::Training;
+pub(crate) use training::Updated;

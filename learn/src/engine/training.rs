@@ -32,6 +32,15 @@ pub struct Training<M: Model> {
     record: Record,
 }
 
+/// What updates change: of each vector of parameters.
+pub(crate) struct Updated<T> {
+    /// Updates done.
+    pub steps: u64,
+    pub parameters: Vec<Vec<T>>,
+    pub moments: Vec<Moments<T>>,
+    pub average: Option<Vec<Vec<T>>>,
+}
+
 /// How far a training is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -94,13 +103,10 @@ impl<M: Model> Training<M> {
     /// `BadInput` for a step size out of range; `NotFinite` if the loss or the gradient is not finite. The weights are then as
     /// before.
     pub fn update<G: AsRef<[M::Value]>>(&mut self, loss: f64, gradients: &[G]) -> Result<()> {
-        self.adam.check()?;
-        self.finite("loss", loss)?;
         let square = |values: &G| values.as_ref().iter().map(|v| v.to_f64().powi(2)).sum::<f64>();
         let norm = gradients.iter().map(square).sum::<f64>().sqrt();
-        self.finite("norm of the gradient", norm)?;
+        let scale = self.scale(self.steps, loss, norm)?;
         self.steps += 1;
-        let scale = self.adam.scale(norm);
         let parameters = self.model.parameters_mut().iter_mut().zip(&mut self.moments);
         for ((weights, moments), gradient) in parameters.zip(gradients) {
             self.adam.update(self.steps, scale, gradient.as_ref(), weights, moments);
@@ -111,8 +117,38 @@ impl<M: Model> Training<M> {
         Ok(())
     }
 
-    fn finite(&self, what: &'static str, value: f64) -> Result<()> {
-        if value.is_finite() { Ok(()) } else { Err(Error::NotFinite { step: self.steps, what, value }) }
+    /// What the gradient of this norm is multiplied by after `step` updates.
+    ///
+    /// # Errors
+    /// As [`Training::update`].
+    pub(crate) fn scale(&self, step: u64, loss: f64, norm: f64) -> Result<f64> {
+        self.adam.check()?;
+        for (what, value) in [("loss", loss), ("norm of the gradient", norm)] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { step, what, value });
+            }
+        }
+        Ok(self.adam.scale(norm))
+    }
+
+    /// The optimiser, and its moments for each vector of parameters.
+    pub(crate) fn optimiser(&self) -> (&Adam, &[Moments<M::Value>]) {
+        (&self.adam, &self.moments)
+    }
+
+    /// The moving average, and the part of it that an update replaces.
+    pub(crate) fn average(&self) -> Option<(&M, f32)> {
+        self.average.as_ref().zip(self.record.ema)
+    }
+
+    /// Takes over what updates that were made elsewhere, on a device, have come to.
+    pub(crate) fn take_over(&mut self, updated: Updated<M::Value>) {
+        self.steps = updated.steps;
+        self.model.parameters_mut().clone_from_slice(&updated.parameters);
+        self.moments = updated.moments;
+        if let (Some(average), Some(values)) = (&mut self.average, updated.average) {
+            average.parameters_mut().clone_from_slice(&values);
+        }
     }
 
     /// Ends an epoch with the error in training, and that of [`Training::evaluated`] in validation; keeps the weights if none

@@ -3,7 +3,8 @@
 use hysteron_base::rng;
 use rand::RngExt;
 
-use super::graph::Graph;
+use super::graph::{Gradients, Graph, Weights};
+use super::on_device::OnDevice;
 use crate::{Architecture, Batch, Error, Memory, Network, Result, Training};
 
 /// What passes of networks of one architecture need, reused from batch to batch. Runs on the processor, or with the feature
@@ -13,6 +14,16 @@ pub struct Backprop {
     graph: Graph,
     /// Of dropout.
     seed: u64,
+    home: Home,
+}
+
+/// Where weights and the optimiser's state are while updates are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Home {
+    /// In plain arrays; every pass takes them to where it is computed.
+    Host,
+    /// Where passes are computed.
+    Device,
 }
 
 impl Backprop {
@@ -21,13 +32,21 @@ impl Backprop {
     /// # Errors
     /// `Tensors` if a card refuses.
     pub fn new(architecture: &Architecture, seed: u64) -> Result<Self> {
-        Ok(Self { graph: Graph::new(architecture)?, seed })
+        let graph = Graph::new(architecture)?;
+        let home = if graph.is_on_card() { Home::Device } else { Home::Host };
+        Ok(Self { graph, seed, home })
     }
 
     /// As [`Backprop::new`], with candle's own cells on the processor: what other devices do, many times slower
     /// here. The fused layers are measured and checked against it.
     pub fn unrolled(architecture: &Architecture, seed: u64) -> Self {
-        Self { graph: Graph::unrolled(architecture), seed }
+        Self { graph: Graph::unrolled(architecture), seed, home: Home::Host }
+    }
+
+    /// As [`Backprop::unrolled`], with weights and the optimiser's state kept as a card keeps them.
+    #[cfg(test)]
+    pub(super) fn unrolled_on_device(architecture: &Architecture, seed: u64) -> Self {
+        Self { home: Home::Device, ..Self::unrolled(architecture, seed) }
     }
 
     /// Seed of dropout.
@@ -51,8 +70,28 @@ impl Backprop {
     /// # Errors
     /// `BadInput` if batch or memory do not fit the network or an input is not finite.
     pub fn predict(&self, network: &Network, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
-        batch.check(network.architecture(), memory)?;
-        Ok(self.graph.forward(network, batch, memory, &[])?.outputs()?)
+        self.place(network)?.predict(batch, memory)
+    }
+
+    /// A network for the predictions of many batches; its weights are taken to a card once.
+    ///
+    /// # Errors
+    /// `Tensors` if a card refuses.
+    pub fn place<'a>(&'a self, network: &'a Network) -> Result<Placed<'a>> {
+        let weights = self.graph.weights(network)?;
+        Ok(Placed { graph: &self.graph, architecture: network.architecture(), weights })
+    }
+
+    /// For many updates of a training; on a card, weights, moments and moving average stay there until [`Updates::finish`].
+    ///
+    /// # Errors
+    /// `Tensors` if a card refuses.
+    pub fn updates<'a>(&'a self, training: &'a mut Training<Network>) -> Result<Updates<'a>> {
+        let on_device = match self.home {
+            Home::Host => None,
+            Home::Device => Some(OnDevice::new(&self.graph, training)?),
+        };
+        Ok(Updates { passes: self, training, on_device })
     }
 
     /// One update of a training; gives the value of the loss before it.
@@ -70,9 +109,9 @@ impl Backprop {
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<f64> {
-        let steps = training.steps();
-        let (value, gradients) = self.gradient(training.model(), steps, batch, memory, loss)?;
-        training.update(value, &gradients)?;
+        let mut updates = self.updates(training)?;
+        let value = updates.step(batch, memory, loss)?;
+        updates.finish()?;
         Ok(value)
     }
 
@@ -88,16 +127,31 @@ impl Backprop {
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<(f64, Vec<Vec<f32>>)> {
-        batch.check(network.architecture(), memory)?;
-        let masks = self.masks(network.architecture(), batch, step);
-        let pass = self.graph.forward(network, batch, memory, &masks)?;
+        let weights = self.graph.weights(network)?;
+        let of = (network.architecture(), &weights);
+        let (value, gradients) = self.gradient_at(of, step, batch, memory, loss)?;
+        Ok((value, gradients.to_vecs()?))
+    }
+
+    /// As [`Self::gradient`], where passes are computed.
+    fn gradient_at(
+        &self,
+        (architecture, weights): (&Architecture, &Weights),
+        step: u64,
+        batch: &Batch<'_>,
+        memory: &mut Memory,
+        loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
+    ) -> Result<(f64, Gradients)> {
+        batch.check(architecture, memory)?;
+        let masks = self.masks(architecture, batch, step);
+        let pass = self.graph.forward((architecture, weights), batch, memory, &masks)?;
         let outputs = pass.outputs()?;
         let mut d_outputs = vec![0.0; outputs.len()];
         let value = loss(&outputs, &mut d_outputs);
         if !value.is_finite() {
             return Err(Error::NotFinite { step, what: "loss", value });
         }
-        Ok((value, pass.gradients(&d_outputs)?))
+        Ok((value, pass.gradients(weights, &d_outputs)?))
     }
 
     /// What the sequences between layers are multiplied by in this step: 0 or 1/(1 - p).
@@ -111,5 +165,82 @@ impl Backprop {
         let n = batch.steps * batch.rows * hidden;
         let mut draw = || if f64::from(stream.random::<f32>()) < dropout { 0.0 } else { kept };
         (1..layers).map(|_| (0..n).map(|_| draw()).collect()).collect()
+    }
+}
+
+/// A network whose weights are where passes are computed.
+#[derive(Debug)]
+pub struct Placed<'a> {
+    graph: &'a Graph,
+    architecture: &'a Architecture,
+    weights: Weights,
+}
+
+impl Placed<'_> {
+    /// See [`Backprop::predict`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn predict(&self, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
+        batch.check(self.architecture, memory)?;
+        Ok(self.graph.forward((self.architecture, &self.weights), batch, memory, &[])?.outputs()?)
+    }
+}
+
+/// Updates of a training, one after the other. Those on a card are the training's once they are finished, and lost otherwise.
+#[derive(Debug)]
+pub struct Updates<'a> {
+    passes: &'a Backprop,
+    training: &'a mut Training<Network>,
+    on_device: Option<OnDevice>,
+}
+
+impl Updates<'_> {
+    /// See [`Backprop::update`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn step(
+        &mut self,
+        batch: &Batch<'_>,
+        memory: &mut Memory,
+        loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
+    ) -> Result<f64> {
+        let Self { passes, training, on_device } = self;
+        let network = training.model();
+        match on_device {
+            None => {
+                let (value, gradients) = passes.gradient(network, training.steps(), batch, memory, loss)?;
+                training.update(value, &gradients)?;
+                Ok(value)
+            }
+            Some(own) => {
+                let of = (network.architecture(), own.weights());
+                let (value, gradients) = passes.gradient_at(of, own.steps(), batch, memory, loss)?;
+                own.update(training, value, &gradients)?;
+                Ok(value)
+            }
+        }
+    }
+
+    /// Hands what the updates have come to over to the training.
+    ///
+    /// # Errors
+    /// `Tensors` if a card refuses.
+    pub fn finish(self) -> Result<()> {
+        match self.on_device {
+            None => Ok(()),
+            Some(own) => own.finish(self.training),
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn on_device(&self) -> Option<&OnDevice> {
+        self.on_device.as_ref()
+    }
+
+    #[cfg(test)]
+    pub(super) fn training(&self) -> &Training<Network> {
+        self.training
     }
 }

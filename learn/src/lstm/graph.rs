@@ -1,4 +1,4 @@
-//! The network as a candle graph; alone knows candle.
+//! The network as a candle graph; with `on_device.rs` alone knows candle.
 //!
 //! On a processor an LSTM layer over a whole sequence is one operation with its own way back. On any other device
 //! it is candle's own cell, step by step.
@@ -40,11 +40,15 @@ pub(crate) struct Graph {
     pub gradient_floor: f32,
 }
 
-/// One forward pass.
-pub(crate) struct Pass {
-    parameters: Vec<Var>,
-    output: Tensor,
-}
+/// The vectors of a network's parameters on the device.
+#[derive(Debug)]
+pub(crate) struct Weights(pub(super) Vec<Var>);
+
+/// The outputs of one forward pass, on the device.
+pub(crate) struct Pass(Tensor);
+
+/// Gradients by each vector of parameters, on the device.
+pub(crate) struct Gradients(pub(super) Vec<Tensor>);
 
 impl Graph {
     /// The best device there is, with what is fastest on it.
@@ -64,21 +68,32 @@ impl Graph {
         Self { device, cells, tapes, gradient_floor: 0.0 }
     }
 
+    /// Whether this is no processor.
+    pub fn is_on_card(&self) -> bool {
+        !self.device.is_cpu()
+    }
+
+    /// A vector of numbers, on the device.
+    pub fn place(&self, values: &[f32]) -> candle_core::Result<Tensor> {
+        Tensor::from_slice(values, values.len(), &self.device)
+    }
+
+    /// The parameters of a network, on the device.
+    pub fn weights(&self, network: &Network) -> candle_core::Result<Weights> {
+        let place = |values: &Vec<f32>| Var::from_slice(values, values.len(), &self.device);
+        Ok(Weights(network.parameters.iter().map(place).collect::<candle_core::Result<_>>()?))
+    }
+
     /// Runs the batch; `memory` goes on. `masks` are what sequences are multiplied by on the way into the second
     /// layer and so on; none without dropout.
     pub fn forward(
         &self,
-        network: &Network,
+        (architecture, weights): (&Architecture, &Weights),
         batch: &Batch<'_>,
         memory: &mut Memory,
         masks: &[Vec<f32>],
     ) -> candle_core::Result<Pass> {
-        let architecture = network.architecture();
-        let parameters: Vec<Var> = network
-            .parameters
-            .iter()
-            .map(|values| Var::from_slice(values, values.len(), &self.device))
-            .collect::<candle_core::Result<_>>()?;
+        let parameters = &weights.0;
         let n = batch.steps * batch.rows;
         let mut x = Tensor::from_slice(batch.inputs, (n, architecture.inputs), &self.device)?;
         for layer in 0..architecture.layers {
@@ -114,26 +129,32 @@ impl Graph {
         if batch.outputs == Outputs::Last {
             x = x.narrow(0, n - batch.rows, batch.rows)?;
         }
-        let output = head(architecture, &x, &parameters[architecture.layers])?;
-        Ok(Pass { parameters, output })
+        Ok(Pass(head(architecture, &x, &parameters[architecture.layers])?))
     }
 }
 
 impl Pass {
     /// The outputs, row by row.
     pub fn outputs(&self) -> candle_core::Result<Vec<f32>> {
-        self.output.flatten_all()?.to_vec1()
+        self.0.flatten_all()?.to_vec1()
     }
 
     /// The gradient by each vector of parameters, from the one by the outputs.
-    pub fn gradients(self, d_outputs: &[f32]) -> candle_core::Result<Vec<Vec<f32>>> {
-        let d_outputs = Tensor::from_slice(d_outputs, self.output.shape(), self.output.device())?;
-        let gradients = (self.output * d_outputs)?.sum_all()?.backward()?;
+    pub fn gradients(self, weights: &Weights, d_outputs: &[f32]) -> candle_core::Result<Gradients> {
+        let d_outputs = Tensor::from_slice(d_outputs, self.0.shape(), self.0.device())?;
+        let gradients = (self.0 * d_outputs)?.sum_all()?.backward()?;
         let of = |parameter: &Var| match gradients.get(parameter) {
-            Some(gradient) => gradient.flatten_all()?.to_vec1(),
-            None => Ok(vec![0.0; parameter.elem_count()]),
+            Some(gradient) => gradient.flatten_all(),
+            None => parameter.zeros_like(),
         };
-        self.parameters.iter().map(of).collect()
+        Ok(Gradients(weights.0.iter().map(of).collect::<candle_core::Result<_>>()?))
+    }
+}
+
+impl Gradients {
+    /// On the host.
+    pub fn to_vecs(&self) -> candle_core::Result<Vec<Vec<f32>>> {
+        self.0.iter().map(Tensor::to_vec1).collect()
     }
 }
 

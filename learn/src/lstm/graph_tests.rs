@@ -56,8 +56,12 @@ impl Case {
     fn run(&self, graph: &Graph) -> (Vec<f32>, Vec<Vec<f32>>, Memory) {
         let batch = Batch { inputs: &self.inputs, steps: STEPS, rows: ROWS, outputs: self.outputs };
         let mut memory = self.memory.clone();
-        let pass = graph.forward(&self.network, &batch, &mut memory, &self.masks).unwrap();
-        (pass.outputs().unwrap(), pass.gradients(&self.loss).unwrap(), memory)
+        let weights = graph.weights(&self.network).unwrap();
+        let of = (self.network.architecture(), &weights);
+        let pass = graph.forward(of, &batch, &mut memory, &self.masks).unwrap();
+        let outputs = pass.outputs().unwrap();
+        let gradients = pass.gradients(&weights, &self.loss).unwrap();
+        (outputs, gradients.to_vecs().unwrap(), memory)
     }
 
     /// Σ w y by the textbook, number by number.

@@ -10,11 +10,12 @@ mod graph;
 mod graph_tests;
 mod layer;
 mod network;
+mod on_device;
 mod runner;
 mod trainer;
 
 pub use architecture::{Architecture, Head};
-pub use backprop::Backprop;
+pub use backprop::{Backprop, Placed, Updates};
 pub use batch::{Batch, Memory, Outputs};
 pub use ensemble::Member;
 pub use network::Network;

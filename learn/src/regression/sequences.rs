@@ -98,10 +98,11 @@ impl<'a, S: Sequences> SequenceTask<'a, S> {
         let rows = sequences.rows();
         let mut memory = Memory::zeros(network.architecture(), rows);
         let mut all = Evaluation::default();
+        let network = self.passes.place(network)?;
         for samples in truncations(sequences.longest(), self.options.truncation) {
             let inputs = sequences.inputs(samples.clone(), &mut || 0.0);
             let batch = Batch { inputs: &inputs, steps: samples.len(), rows, outputs: Outputs::All };
-            let outputs = self.passes.predict(network, &batch, &mut memory)?;
+            let outputs = network.predict(&batch, &mut memory)?;
             all.add(&sequences.evaluate(samples.start, &outputs, None));
         }
         Ok(all)
@@ -128,10 +129,11 @@ impl<S: Sequences> Task<Network> for SequenceTask<'_, S> {
         let mut memory = Memory::zeros(training.model().architecture(), rows);
         let truncations = truncations(sequences.longest(), self.options.truncation);
         let (n_steps, mut all) = (truncations.len(), Evaluation::default());
+        let mut updates = self.passes.updates(training)?;
         for (k, samples) in truncations.enumerate() {
             let inputs = sequences.inputs(samples.clone(), &mut noise);
             let batch = Batch { inputs: &inputs, steps: samples.len(), rows, outputs: Outputs::All };
-            self.passes.update(training, &batch, &mut memory, |outputs, gradient| {
+            updates.step(&batch, &mut memory, |outputs, gradient| {
                 let part = sequences.evaluate(samples.start, outputs, Some(gradient));
                 all.add(&part);
                 part.mean()
@@ -140,6 +142,7 @@ impl<S: Sequences> Task<Network> for SequenceTask<'_, S> {
                 return Ok(None);
             }
         }
+        updates.finish()?;
         Ok(Some(all.mean()))
     }
 

@@ -145,10 +145,11 @@ impl<'a> WindowTask<'a> {
     pub fn squares(&self, network: &Network) -> Result<Vec<f64>> {
         let (ends, n) = (self.ends(&self.validation), self.half_width.len());
         let mut squares = vec![0.0; n];
+        let placed = self.passes.place(network)?;
         for rows in ends.chunks(self.options.batch) {
             let (inputs, targets) = self.gather(&self.validation, rows);
             let mut memory = Memory::zeros(network.architecture(), rows.len());
-            let found = self.passes.predict(network, &self.batch(&inputs, rows.len()), &mut memory)?;
+            let found = placed.predict(&self.batch(&inputs, rows.len()), &mut memory)?;
             for (k, (found, target)) in found.iter().zip(targets).enumerate() {
                 squares[k % n] += (self.half_width[k % n] * f64::from(found - target)).powi(2);
             }
@@ -225,19 +226,21 @@ impl Task<Network> for WindowTask<'_> {
         ends.shuffle(&mut rng(self.options.seed, &format!("windows/order/{}", training.epochs())));
         let batches = ends.chunks(self.options.batch);
         let (n_steps, mut sum, mut count) = (batches.len(), 0.0, 0.0);
+        let architecture = training.model().architecture().clone();
+        let mut updates = self.passes.updates(training)?;
         for (k, rows) in batches.enumerate() {
             let (inputs, targets) = self.gather(&self.training, rows);
-            let mut memory = Memory::zeros(training.model().architecture(), rows.len());
+            let mut memory = Memory::zeros(&architecture, rows.len());
             let batch = self.batch(&inputs, rows.len());
-            let loss = self.passes.update(training, &batch, &mut memory, |found, gradient| {
-                mean_squared_error(found, &targets, gradient)
-            })?;
+            let loss = updates
+                .step(&batch, &mut memory, |found, gradient| mean_squared_error(found, &targets, gradient))?;
             sum += loss * rows.len() as f64;
             count += rows.len() as f64;
             if !on_step(k + 1, n_steps) {
                 return Ok(None);
             }
         }
+        updates.finish()?;
         let squares: Vec<f64> = self.half_width.iter().map(|width| width * width).collect();
         Ok(Some(mean(&squares) * sum / f64::max(count, 1.0)))
     }

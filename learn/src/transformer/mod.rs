@@ -1,6 +1,9 @@
 //! Transformers over short windows of samples: the published form, which attends to a whole window, and a streaming form, which
 //! takes one sample at a time and keeps what it knows of those before. Equations: `docs/learn.md`.
 
+mod closed_loop;
+#[cfg(test)]
+mod closed_loop_tests;
 mod kernels;
 mod layer;
 mod network;
@@ -10,6 +13,7 @@ mod tape;
 #[cfg(test)]
 mod tests;
 
+pub use closed_loop::{ClosedLoop, Plant, StepLoss};
 pub use network::Transformer;
 pub use runner::TransformerRunner;
 pub use shape::{Block, Form, TransformerShape};

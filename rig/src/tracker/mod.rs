@@ -2,7 +2,7 @@
 //! frame.
 //!
 //! In the order of the data: bytes ([`Decoder`]) become messages ([`Message`]); the [`Client`] picks one tool,
-//! places its poses in time ([`ClockMap`]) and judges them ([`Monitor`]); a [`Registration`] turns them into the
+//! places its poses in time ([`ClockMap`]) and evaluates them ([`Monitor`]); a [`Registration`] turns them into the
 //! robot's frame.
 
 mod client;

@@ -1,4 +1,4 @@
-//! What becomes of a message: the poses of the one tool that matters, on the host's clock, judged; the rest is
+//! What becomes of a message: the poses of the one tool that matters, on the host's clock, evaluated; the rest is
 //! counted, and told as events.
 
 use super::clock::ClockMap;
@@ -200,7 +200,7 @@ impl Intake {
         (self.last_time, self.last_arrival, self.stale) = (time, arrival, false);
         let quality = if pose.valid { Quality::Good } else { Quality::Flagged };
         let mut pose = Pose { time, position: pose.position, orientation: pose.orientation, quality };
-        pose.quality = self.monitor.judge(&pose);
+        pose.quality = self.monitor.evaluate(&pose);
         let mut decided = std::mem::take(&mut self.decided);
         self.repeats.take(pose, &mut decided);
         for pose in decided.drain(..) {

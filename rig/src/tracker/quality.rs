@@ -1,4 +1,4 @@
-//! Whether a pose can be trusted, from the last good one before it; repetitions are judged in `repeats.rs`.
+//! Whether a pose can be trusted, from the last good one before it; repetitions are evaluated in `repeats.rs`.
 
 use crate::{Pose, Quality};
 
@@ -37,11 +37,11 @@ impl Monitor {
         Self { limits, good: None }
     }
 
-    /// Judges the next pose. Its own quality is what the tracker says of it.
+    /// Evaluates the next pose. Its own quality is what the tracker says of it.
     ///
     /// A jump is measured from the last good pose, so what was moved by hand is good again after the time that the
     /// tip could have needed.
-    pub fn judge(&mut self, pose: &Pose) -> Quality {
+    pub fn evaluate(&mut self, pose: &Pose) -> Quality {
         let limits = &self.limits;
         let outside =
             (0..3).any(|k| !(limits.range_min[k]..=limits.range_max[k]).contains(&pose.position[k]));
@@ -71,12 +71,12 @@ mod tests {
     #[test]
     fn jump_is_faster_than_the_tip_and_is_forgiven_when_the_tip_could_be_there() {
         let mut monitor = Monitor::new(Limits { speed: 0.5, noise: 1e-3, ..Limits::default() });
-        assert_eq!(monitor.judge(&pose(0.0, 0.0)), Quality::Good);
+        assert_eq!(monitor.evaluate(&pose(0.0, 0.0)), Quality::Good);
         // 0.5 m/s over 25 ms and 1 mm of noise: 13.5 mm.
-        assert_eq!(monitor.judge(&pose(0.025, 0.0136)), Quality::Jump);
-        assert_eq!(monitor.judge(&pose(0.025, 0.0134)), Quality::Good);
+        assert_eq!(monitor.evaluate(&pose(0.025, 0.0136)), Quality::Jump);
+        assert_eq!(monitor.evaluate(&pose(0.025, 0.0134)), Quality::Good);
         let back: Vec<Quality> = (1..=8)
-            .map(|k| monitor.judge(&pose(0.025 + 0.025 * f64::from(k), 0.1 + 1e-5 * f64::from(k))))
+            .map(|k| monitor.evaluate(&pose(0.025 + 0.025 * f64::from(k), 0.1 + 1e-5 * f64::from(k))))
             .collect();
         assert_eq!(back[..6], [Quality::Jump; 6]);
         assert_eq!(back[7], Quality::Good);
@@ -87,9 +87,13 @@ mod tests {
         let limits =
             Limits { range_max: [0.1, 1.0, 1.0], range_min: [-0.1, -1.0, -1.0], ..Limits::default() };
         let mut monitor = Monitor::new(limits);
-        assert_eq!(monitor.judge(&pose(0.0, 0.11)), Quality::Flagged);
-        assert_eq!(monitor.judge(&pose(0.1, -0.11)), Quality::Flagged);
-        assert_eq!(monitor.judge(&Pose { quality: Quality::Flagged, ..pose(0.2, 0.0) }), Quality::Flagged);
-        assert_eq!(monitor.judge(&pose(0.3, 0.1)), Quality::Good, "a flagged pose is no place to jump from");
+        assert_eq!(monitor.evaluate(&pose(0.0, 0.11)), Quality::Flagged);
+        assert_eq!(monitor.evaluate(&pose(0.1, -0.11)), Quality::Flagged);
+        assert_eq!(monitor.evaluate(&Pose { quality: Quality::Flagged, ..pose(0.2, 0.0) }), Quality::Flagged);
+        assert_eq!(
+            monitor.evaluate(&pose(0.3, 0.1)),
+            Quality::Good,
+            "a flagged pose is no place to jump from"
+        );
     }
 }

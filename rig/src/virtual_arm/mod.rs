@@ -16,6 +16,7 @@
 
 mod chain;
 mod fault;
+mod files;
 mod gripper;
 mod leader;
 mod nad;

@@ -4,7 +4,10 @@
 //! it.
 
 mod body;
+mod bounds;
+mod draw;
 mod equilibrium;
+mod files;
 mod linear;
 mod loops;
 mod population;
@@ -18,12 +21,13 @@ mod simulated;
 mod tests;
 mod world;
 
+pub(crate) use draw::gaussian;
 pub use loops::{LoopWidth, loop_width};
-pub(crate) use population::gaussian;
 pub use population::{Population, Ranges, Spread};
 pub use robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
+pub use sensor::TrackedPose;
 pub use simulated::{Hand, SimulatedRig};
-pub use world::{BalanceCounts, Energy, TrackedPose, World};
+pub use world::{BalanceCounts, Energy, World};
 
 /// A rig file, for the virtual rig and as an example for real ones.
 const RIG_FILE: &str = include_str!("../../presets/rig.toml");

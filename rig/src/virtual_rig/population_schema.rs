@@ -1,7 +1,7 @@
 //! The part of a robot's file that says how members of its population differ, exactly as typed; and its bounds.
 
+use super::bounds::{Check, not_negative, require};
 use super::population::{Population, Ranges, Spread};
-use super::schema::{Check, not_negative, require};
 use hysteron_base::BadInput;
 use serde::Deserialize;
 

@@ -1,8 +1,7 @@
 //! The tracker: poses of the tip in a frame of its own, late, noisy, drifting, and sometimes missing.
 
-use super::TrackedPose;
+use super::draw::gaussian;
 use super::linear::{V3, add, quaternion_of, quaternion_product, turn};
-use super::population::gaussian;
 use super::robot::TrackerParameters;
 use crate::{Pose, Quality};
 use hysteron_base::rng;
@@ -12,6 +11,15 @@ use std::collections::VecDeque;
 
 /// Poses kept for someone who does not take them; older ones are lost.
 const MOST_WAITING: usize = 4096;
+
+/// A pose on its way from the tracker to whoever listens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackedPose {
+    /// What was measured; its time is when, on the world's clock [s].
+    pub pose: Pose,
+    /// When it leaves the tracker, on the world's clock [s].
+    pub sent_at: f64,
+}
 
 /// The tracker and what it has not sent yet.
 #[derive(Debug, Clone)]

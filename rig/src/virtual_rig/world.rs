@@ -7,7 +7,7 @@ use super::body::Factors;
 use super::body::{Body, BodySpec};
 use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
-use super::sensor::Tracker;
+use super::sensor::{TrackedPose, Tracker};
 use crate::{Pose, Quality};
 use hysteron_actuator::{Gains, Load, Play, Servo, ServoCommand, ServoSpec, Stribeck, Tendon, TendonSpec};
 use hysteron_base::rng;
@@ -18,15 +18,6 @@ use std::f64::consts::{PI, TAU};
 const TICK: f64 = 1e-3;
 /// Ticks between two balances of the body.
 const TICKS_PER_BALANCE: u64 = 10;
-
-/// A pose on its way from the tracker to whoever listens.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackedPose {
-    /// What was measured; its time is when, on the world's clock [s].
-    pub pose: Pose,
-    /// When it leaves the tracker, on the world's clock [s].
-    pub sent_at: f64,
-}
 
 /// Energy of body and tendons.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

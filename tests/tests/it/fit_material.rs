@@ -75,3 +75,32 @@ fn recording_of_another_kind_is_one_clear_error() {
     assert!(refused(&["--fit", "zero"]).contains("tracker"));
     assert!(!place.path().join("new.toml").exists());
 }
+
+#[test]
+fn a_folder_stands_for_the_recordings_in_it() {
+    let place = recorded();
+    std::fs::create_dir(place.path().join("data")).unwrap();
+    std::fs::rename(place.path().join("rec.csv"), place.path().join("data/rec.csv")).unwrap();
+    place.write("data/notes.txt", "no recording");
+    let fit = |recordings: &str, out: &str| {
+        place.run(&[
+            "fit-material",
+            "scene.toml",
+            recordings,
+            "--fit",
+            "zero",
+            "--every-mm",
+            "0.5",
+            "--out",
+            out,
+        ])
+    };
+    fit("data", "by-folder.toml").succeeded();
+    fit("data/rec.csv", "by-file.toml").succeeded();
+    let tendons = |scene: &str| Scene::read(place.path().join(scene)).unwrap().tendons;
+    assert_eq!(tendons("by-folder.toml"), tendons("by-file.toml"));
+    std::fs::create_dir(place.path().join("empty")).unwrap();
+    let refused = fit("empty", "new.toml");
+    assert!(refused.error(2).contains("a folder with recordings"), "{}", refused.error(2));
+    assert!(!place.path().join("new.toml").exists());
+}

@@ -5,6 +5,7 @@
 mod arm;
 mod arm_identify;
 mod bad_input;
+mod circles;
 mod command;
 mod documents;
 mod emulate;

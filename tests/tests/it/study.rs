@@ -28,7 +28,7 @@ const LEARN: &str = "[identify]\nrounds = 1\n[residual]\nepochs = 3\nhidden = 8\
 const MORE: &str = "[generate]\nplan = \"more.toml\"\n";
 const INVERSE: &str = "[train]\nepochs = 2\nhidden = 8\n";
 const TRACK: &str =
-    "[track]\ntargets = [\"small.toml\"]\nways = [\"nominal\", \"twin\", \"network\"]\nrepeats = 2\n";
+    "[track]\ntargets = [\"small.toml\"]\nmethods = [\"nominal\", \"twin\", \"network\"]\nrepeats = 2\n";
 const RUN: [&str; 4] = ["run", "study.toml", "--out", "out"];
 
 /// A folder with a study and all that it names.
@@ -188,9 +188,9 @@ fn the_report_holds_what_metrics_say_and_nothing_of_the_clock() {
     let html = read("report.html");
     let tracked = metrics["tracked"].as_array().unwrap();
     assert_eq!(tracked.len(), 2);
-    for (row, way) in tracked.iter().zip(["nominal", "network"]) {
-        assert_eq!(row["way"], way);
-        let own = read(&format!("tracked/small/{way}/metrics.json"));
+    for (row, method) in tracked.iter().zip(["nominal", "network"]) {
+        assert_eq!(row["method"], method);
+        let own = read(&format!("tracked/small/{method}/metrics.json"));
         let own: serde_json::Value = serde_json::from_str(&own).unwrap();
         let of = |k: usize| own["recordings"][k]["rmse_m"].as_f64().unwrap();
         assert_eq!(row["rmse_m"].as_array().unwrap().len(), 2);
@@ -242,8 +242,8 @@ fn a_mistake_in_a_study_is_named_before_anything_runs() {
     refused("small.toml", "circle:", &["track.targets[1]", "circle:SIZE"]);
     refused("\"small.toml\"", "\"small.toml\", \"small.toml\"", &["track.targets[2]", "\"small\" again"]);
     refused("[\"small.toml\"]", "[]", &["track.targets", "at least one"]);
-    refused("\"twin\"", "\"twins\"", &["track.ways", "nominal", "twins"]);
-    refused("\"twin\"", "\"nominal\"", &["track.ways", "\"nominal\" again"]);
+    refused("\"twin\"", "\"twins\"", &["track.methods", "nominal", "twins"]);
+    refused("\"twin\"", "\"nominal\"", &["track.methods", "\"nominal\" again"]);
     refused("repeats = 2", "repeats = 0", &["track.repeats", "got 0"]);
     let fit = "[calibrate]\nrecordings = [\"three\"]\nfit = [\"zero\"]\n[identify]";
     refused("[identify]", fit, &["calibrate.recordings", "one, two, check", "\"three\""]);

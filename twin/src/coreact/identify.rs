@@ -4,8 +4,9 @@ use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
 use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of};
-use super::sensitivity::{FrictionPoints, sensitivity};
+use super::sensitivity::sensitivity;
 use super::{Auxiliary, Bound, Spread, Summary};
+use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
 use crate::plant::{Plant, Uncorrected};

@@ -17,6 +17,5 @@ pub(crate) use identify::distance;
 pub use identify::{AuxiliaryPolicy, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
-pub use sensitivity::FrictionPoints;
 pub(crate) use sensitivity::sensitivity;
 pub use summary::{Spread, Summary};

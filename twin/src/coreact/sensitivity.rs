@@ -2,17 +2,9 @@
 
 use super::Auxiliary;
 use super::problem::others;
+use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
 use crate::step::Stepper;
-
-/// What friction points do when a sensitivity is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FrictionPoints {
-    /// Those that stick go on sticking: the derivative, for changes that make none of them slip.
-    AsTheyAre,
-    /// All keep their jump: for changes beyond the band of friction.
-    Slipping,
-}
 
 /// ∂tip/∂s where the last step of `stepper` ended (3 × n_aux, row by row) [-], tendons that are taut held at their
 /// strokes, by the exact tangent;

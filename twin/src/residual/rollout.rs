@@ -10,9 +10,8 @@ use super::change::ChangedStrokes;
 use super::decoder::Decoding;
 use super::linear::mean_displacement;
 use super::{Design, Features, ResidualModel};
-use crate::coreact::{
-    Auxiliary, AuxiliaryPolicy, FrictionPoints, Goal, Step, allowed_strokes, distance, sensitivity,
-};
+use crate::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Step, allowed_strokes, distance, sensitivity};
+use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
 use crate::step::Stepper;

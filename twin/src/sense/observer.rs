@@ -3,7 +3,7 @@
 use hysteron_actuator::{SteadyLoad, SteadyMotion};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::coreact::FrictionPoints;
+use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
 use crate::plant::{Plant, settle};
 use crate::{Result, TipResponse};

@@ -40,7 +40,7 @@ impl Shares {
     }
 }
 
-/// One command, judged.
+/// One command, evaluated.
 fn try_step(robot: &mut Robot, targets: &[Target], shares: &mut Shares) {
     match robot.try_step(targets) {
         Ok(report) => {

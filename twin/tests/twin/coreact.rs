@@ -6,13 +6,13 @@ use hysteron_base::{Channel, Friction, Metadata, Recording};
 use hysteron_fit::qp::QpStatus;
 use hysteron_learn::{Progress, SequenceOptions};
 use hysteron_twin::coreact::{
-    Auxiliary, AuxiliaryPolicy, FrictionPoints, Goal, Identification, Identifier, IdentifyOptions, identify,
+    Auxiliary, AuxiliaryPolicy, Goal, Identification, Identifier, IdentifyOptions, identify,
 };
 use hysteron_twin::residual::{
     DECODER, Decoder, Design, Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Rollout, Sequence,
     Sessions, fit_decoder, fit_recurrent, fit_windowed,
 };
-use hysteron_twin::{Motion, Plant, Stepper, Target, Twin};
+use hysteron_twin::{FrictionPoints, Motion, Plant, Stepper, Target, Twin};
 
 use super::scenes;
 

@@ -1,10 +1,9 @@
 //! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
 
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_twin::coreact::FrictionPoints;
 use hysteron_twin::residual::{FollowLimits, Steering};
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
-use hysteron_twin::{Plant, PlantStep, TipResponse, Twin, TwinState, Uncorrected, settle};
+use hysteron_twin::{FrictionPoints, Plant, PlantStep, TipResponse, Twin, TwinState, Uncorrected, settle};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 

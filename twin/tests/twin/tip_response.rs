@@ -1,7 +1,6 @@
 //! What a force does to the tip and to tensions, against equilibria under that force.
 
-use hysteron_twin::coreact::FrictionPoints;
-use hysteron_twin::{Stepper, Target, Twin};
+use hysteron_twin::{FrictionPoints, Stepper, Target, Twin};
 
 use super::{scenes, strokes};
 

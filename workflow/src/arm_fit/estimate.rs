@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::{Caller, arm};
 
-/// Tell force, contact and motor condition along a recording, from what its servos reported
+/// Estimate force, contact and motor condition along a recording, from servo telemetry
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {

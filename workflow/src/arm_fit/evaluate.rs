@@ -13,7 +13,7 @@ use super::neural_evaluate::{self, Places};
 use crate::outputs::Outputs;
 use crate::{Caller, arm};
 
-/// Compare what a learned model says with recordings
+/// Compare the predictions of a learned model with recordings
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {

@@ -6,14 +6,10 @@ use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, ident
 use hysteron_base::BadInput;
 use serde_json::{Value, json};
 
-use super::{MotionOptions, Results, Row, positive, rows_json, say_rows};
+use super::{MotionOptions, Results, Row, TERMS, positive, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
 use crate::{Caller, arm};
-
-/// What belongs to every joint besides its body.
-pub const TERMS: [JointTerm; 5] =
-    [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
 
 /// Bodies, rotors and friction of all joints
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@ pub mod servo;
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::identify::JointMotion;
+use hysteron_arm::identify::{JointMotion, JointTerm};
 use hysteron_arm::{ImportOptions, Model, Recorded, import};
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use serde_json::{Value, json};
@@ -17,6 +17,10 @@ use crate::{COMMIT, Caller, arm};
 
 /// Order of the low pass of motions.
 const ORDER: usize = 4;
+
+/// What belongs to every joint besides its body.
+pub const TERMS: [JointTerm; 5] =
+    [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
 
 /// Where results go.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hysteron_arm::identify::{BodyOptions, identify_bodies, identify_payload};
 use serde_json::{Value, json};
 
-use super::{MotionOptions, Results, Row, inertia::TERMS, rows_json, say_rows};
+use super::{MotionOptions, Results, Row, TERMS, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
 use crate::{Caller, arm};

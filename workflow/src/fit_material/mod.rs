@@ -1,23 +1,23 @@
 //! `hysteron fit-material`: the physical parameters of a scene from recordings of its robot.
 
-mod inputs;
+mod outcome;
+mod quantities;
 mod scene_file;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context;
-use hysteron_base::{BadInput, Scene};
-use hysteron_twin::fit::{
-    Fit, Frame, MaterialFit, MaterialOptions, Selected, Standing, Stepping, Wanted, fit_material, select,
-};
+use hysteron_base::{BadInput, Recording, Scene};
+use hysteron_twin::fit::{Fit, Frame, MaterialOptions, Stepping, Wanted, fit_material, select};
 use hysteron_twin::{Motion, Twin};
 
 use serde_json::Value;
 
-use crate::Caller;
 use crate::figures::fit as report;
 use crate::outputs::Outputs;
+use crate::{Caller, inputs};
+pub use outcome::{Outcome, digits, standing};
 
 /// More than any set of recordings has.
 pub const MOST_STEPS: usize = 10_000_000;
@@ -30,7 +30,7 @@ pub const MOST_STEPS: usize = 10_000_000;
 pub struct Options {
     /// Scene file of the robot (scene.toml)
     pub scene: PathBuf,
-    /// Recordings with commands and tip
+    /// Recordings with commands and tip, or folders of them
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
     /// Scene file to write
@@ -104,71 +104,23 @@ fn default_names() -> Vec<String> {
     ["youngs_modulus", "zero", "compliance"].map(str::to_owned).to_vec()
 }
 
-/// Everything a report may show.
-pub struct Outcome<'a> {
-    /// The scene as given.
-    pub scene: &'a Scene,
-    /// What was compared.
-    pub motions: &'a [Motion],
-    /// What was fitted.
-    pub selected: &'a [Selected],
-    /// The outcome.
-    pub found: &'a MaterialFit,
-    /// Time it took [s].
-    pub wall_s: f64,
-    /// Recordings left out for their role.
-    pub n_other_role: usize,
-    /// Largest tension that each tendon can be pulled with [N].
-    pub tension_max: Vec<f64>,
-}
-
-/// Part of the largest tension allowed from which on a tendon is said to need too much.
-const STRAINED: f64 = 0.8;
-
-impl Outcome<'_> {
-    /// What speaks against the outcome, and what else would explain the errors that are left.
-    pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = Vec::new();
-        let at_bound = |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Standing::AtBound;
-        for estimate in self.found.fit.estimates.iter().filter(at_bound) {
-            doubts
-                .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
-        }
-        for ((tendon, tension), most) in
-            self.scene.tendons.iter().zip(&self.found.tensions).zip(&self.tension_max)
-        {
-            if *tension > STRAINED * most {
-                let name = &tendon.name;
-                doubts.push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
-            }
-        }
-        for hint in &self.found.hints {
-            let [now, then] = hint.rms.map(|rms| 1e3 * rms);
-            let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
-            let what = &hint.instead;
-            doubts
-                .push(format!("would explain errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"));
-        }
-        doubts
-    }
-}
-
 /// Carries out the verb.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     check_arguments(options)?;
     let scene = Scene::read(&options.scene)?;
     let names = match &options.fit_file {
-        Some(path) => inputs::read_names(path)?,
+        Some(path) => quantities::read(path)?,
         None => options.fit.iter().map(Wanted::named).collect(),
     };
     let selected = select(&scene, &names)?;
-    let outputs = Outputs::reading(&options.recordings).scene(&options.scene, &scene).and(&options.fit_file);
+    let files = inputs::files(&options.recordings)?;
+    let outputs = Outputs::reading(&files).scene(&options.scene, &scene).and(&options.fit_file);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
     let _claim = outputs.check(caller)?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
-    let motions = inputs::read_motions(&options.recordings, options.role.as_deref(), &twin)?;
-    let n_other_role = options.recordings.len() - motions.len();
+    let motions = motions(&files, options.role.as_deref(), &twin)?;
+    let n_other_role = files.len() - motions.len();
     tracing::info!(
         "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role left out",
         scene.name,
@@ -222,6 +174,29 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     caller.wrote(&options.out);
     Ok(value)
+}
+
+/// The motions in recordings of this role.
+fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<Motion>> {
+    let mut motions = Vec::new();
+    for path in paths {
+        let recording = Recording::read(path)?;
+        if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
+            continue;
+        }
+        let motion = Motion::new(twin, &recording, &path.display().to_string())?;
+        for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
+            if !is_used {
+                tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());
+            }
+        }
+        motions.push(motion);
+    }
+    if motions.is_empty() {
+        let found = format!("none of {}", paths.len());
+        return Err(BadInput::new("--role", "the role of at least one recording", found).into());
+    }
+    Ok(motions)
 }
 
 fn check_arguments(options: &Options) -> Result<(), BadInput> {
@@ -291,25 +266,5 @@ fn tell_collinear(fit: &Fit, caller: &Caller) {
         for (other, value) in names.clone().zip(row).take(k).filter(|(_, value)| value.abs() > CORRELATED) {
             caller.say(format_args!("hardly told apart: {other} and {name}, correlation {value:.2}"));
         }
-    }
-}
-
-/// A number of four digits.
-pub fn digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    format!("{value:.decimals$}")
-}
-
-/// What became of a parameter, for a reader.
-pub fn standing(standing: &Standing) -> String {
-    match standing {
-        Standing::Fitted => "fitted".into(),
-        Standing::AtBound => "at a bound".into(),
-        Standing::Vague => "vague, but the scene's value fits worse".into(),
-        Standing::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
-        Standing::Undetermined(with) => format!("determined only together with {}, held", with.join(", ")),
     }
 }

@@ -55,7 +55,7 @@ pub struct Options {
     /// frame; true tensions and force are then recorded too
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub tip_force: Option<PathBuf>,
-    /// Tells contacts and tensions while it records.
+    /// Estimates contacts and tensions while it records.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub live: Option<LiveOptions>,
     /// Folder for figures, report.html and metrics.json [default: OUT, where it is a folder]

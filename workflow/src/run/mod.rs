@@ -6,6 +6,7 @@
 
 mod command;
 mod goals;
+mod outcome;
 mod residual;
 mod series;
 mod summary;
@@ -30,6 +31,7 @@ use crate::{COMMIT, Caller};
 use command::Command;
 pub use command::resting;
 pub use goals::Goals;
+pub use outcome::{Run, Task};
 use residual::Residual;
 use series::Series;
 pub use summary::Summary;
@@ -67,33 +69,6 @@ pub struct RunOptions {
     pub save_state: Option<PathBuf>,
 }
 
-/// What the robot does with the samples of a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Task {
-    /// It follows their strokes or tensions.
-    Simulate,
-    /// Its tip goes to their tip positions, within the tolerance [m].
-    Reach(f64),
-}
-
-impl Task {
-    /// What a reader calls the run.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Simulate => "simulation",
-            Self::Reach(_) => "strokes to reach goals",
-        }
-    }
-
-    /// What the recording that goes in is for: name of its option, and part of its key in the metadata.
-    fn input(self) -> &'static str {
-        match self {
-            Self::Simulate => "strokes",
-            Self::Reach(_) => "goals",
-        }
-    }
-}
-
 /// What moves the robot from sample to sample.
 enum Driver<'a, 'b> {
     Stepper(Box<Stepper>),
@@ -105,28 +80,6 @@ enum End {
     Done,
     Interrupted,
     Failed(anyhow::Error),
-}
-
-/// Everything a figure or report may show.
-pub struct Run<'a> {
-    /// What it was for.
-    pub task: Task,
-    /// The robot.
-    pub twin: &'a Twin,
-    /// The scene it was made from.
-    pub scene: &'a Scene,
-    /// What was recorded.
-    pub recording: &'a Recording,
-    /// Where the tip was to go, if that was asked.
-    pub goals: Option<&'a Goals<'a>>,
-    /// Where the robot's own tip was measured under the same strokes, if it was: x, y and z (n_samples each) [m].
-    pub measured: Option<[&'a [f64]; 3]>,
-    /// Samples whose tip was not measured (n_samples).
-    pub gap: &'a [bool],
-    /// State in which the tip was farthest from rest, and its sample.
-    pub farthest: (usize, &'a TwinState),
-    /// Numbers of the run.
-    pub summary: &'a Summary,
 }
 
 /// Makes a run through the recording `input`, with the residual network of a checkpoint if there is one.

@@ -23,7 +23,7 @@ use super::file::{self, Robot};
 use super::input::log_times;
 use crate::network::{self, Network};
 
-/// Tell contacts and tensions while recording
+/// Estimate contacts and tensions while recording
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct LiveOptions {

@@ -22,7 +22,7 @@ use input::Input;
 pub(crate) use input::stroke_per_tick;
 pub use scores::{ContactScore, ForceScore, Scores, TensionScore};
 
-/// Tell tensions and the force on the tip from a recording
+/// Estimate tensions and the force on the tip from a recording
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {

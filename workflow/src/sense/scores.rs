@@ -10,7 +10,7 @@ use super::input::Input;
 /// Speed of the tendons below which the robot rests [m/s], over a window [s].
 const AT_REST: f64 = 2e-4;
 const WINDOW: f64 = 0.1;
-/// After a contact has begun its force is judged so much later, and a contact found so late counts as missed [s].
+/// After a contact has begun its force is evaluated so much later, and a contact found so late counts as missed [s].
 const SETTLED: f64 = 0.3;
 const AT_ONCE: f64 = 0.1;
 /// What a force is to be told to, absolutely [N] and of itself; and its direction [rad].

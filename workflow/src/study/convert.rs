@@ -15,7 +15,7 @@ use hysteron_twin::coreact::Auxiliary;
 use hysteron_twin::fit::{Wanted, select};
 
 use super::stage::Argument;
-use super::{PlanChoice, Rig, SceneChoice, Study, Target, Track, Way, schema};
+use super::{Method, PlanChoice, Rig, SceneChoice, Study, Target, Track, schema};
 use crate::fit_material::MOST_STEPS;
 use crate::fit_residual::MOST_MEMBERS;
 use crate::identify::MOST_ROUNDS;
@@ -109,13 +109,13 @@ fn check_numbers(typed: &schema::StudyFile) -> Result<(), BadInput> {
 
 /// Refuses a part whose ground is missing.
 fn check_parts(typed: &schema::StudyFile) -> Result<(), BadInput> {
-    let has = |way: Way| typed.track.as_ref().is_some_and(|track| track.ways.contains(&way));
+    let has = |method: Method| typed.track.as_ref().is_some_and(|track| track.methods.contains(&method));
     let needs = [
         ("residual", typed.residual.is_some(), "identify", typed.identify.is_some()),
         ("generate", typed.generate.is_some(), "residual", typed.residual.is_some()),
         ("generate", typed.generate.is_some(), "train", typed.train.is_some()),
-        ("track.ways: twin", has(Way::Twin), "residual", typed.residual.is_some()),
-        ("track.ways: network", has(Way::Network), "train", typed.train.is_some()),
+        ("track.methods: twin", has(Method::Twin), "residual", typed.residual.is_some()),
+        ("track.methods: network", has(Method::Network), "train", typed.train.is_some()),
     ];
     match needs.into_iter().find(|(_, is_there, _, has_ground)| *is_there && !has_ground) {
         None => Ok(()),
@@ -259,18 +259,20 @@ fn check_calibration(typed: &schema::Calibrate, plan: &Plan, scene: &Scene) -> a
 fn track(typed: schema::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
     let repeats = count("track.repeats", typed.repeats, MOST_REPEATS)?;
     check_at_most("track.targets", typed.targets.len(), MOST_TARGETS)?;
-    let mut ways: Vec<Way> = Vec::new();
-    for way in typed.ways {
-        if ways.contains(&way) {
-            return Err(BadInput::new("track.ways", "each once", format!("\"{}\" again", way.name())).into());
+    let mut methods: Vec<Method> = Vec::new();
+    for method in typed.methods {
+        if methods.contains(&method) {
+            return Err(
+                BadInput::new("track.methods", "each once", format!("\"{}\" again", method.name())).into()
+            );
         }
-        ways.push(way);
+        methods.push(method);
     }
     let mut targets: Vec<Target> = Vec::new();
     for (k, named) in typed.targets.iter().enumerate() {
         let key = format!("track.targets[{}]", k + 1);
         let target = target(named, folder).with_context(|| key.clone())?;
-        if ways.iter().any(|way| !matches!(way, Way::Nominal | Way::Scene)) {
+        if methods.iter().any(|method| !matches!(method, Method::Nominal | Method::Scene)) {
             check_rate(&key, target.path.rate_hz, recorded)?;
         }
         if targets.iter().any(|earlier| earlier.name == target.name) {
@@ -280,12 +282,12 @@ fn track(typed: schema::Track, folder: &Path, recorded: &Plan) -> anyhow::Result
         }
         targets.push(target);
     }
-    for (key, n) in [("track.ways", ways.len()), ("track.targets", targets.len())] {
+    for (key, n) in [("track.methods", methods.len()), ("track.targets", targets.len())] {
         if n == 0 {
             return Err(BadInput::new(key, "at least one", "none").into());
         }
     }
-    Ok(Track { targets, ways, repeats })
+    Ok(Track { targets, methods, repeats })
 }
 
 fn target(typed: &str, folder: &Path) -> anyhow::Result<Target> {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Way;
+use super::method::Method;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -64,6 +64,8 @@ pub(super) struct Train {
 #[serde(deny_unknown_fields)]
 pub(super) struct Track {
     pub targets: Vec<String>,
-    pub ways: Vec<Way>,
+    /// `ways` in older files.
+    #[serde(alias = "ways")]
+    pub methods: Vec<Method>,
     pub repeats: i64,
 }

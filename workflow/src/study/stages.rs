@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::schema::Residual;
 use super::stage::{Argument, OnRefusal, Outdated, Restart, Stage, Step};
-use super::{Study, Target, Track, Way};
+use super::{Method, Study, Target, Track};
 
 /// Recordings by the rig.
 pub const DATA: &str = "data";
 /// What the calibrated twin makes of the trajectories to check with, with its network and without.
 pub const PREDICTED: [&str; 2] = ["predicted/with", "predicted/without"];
-/// Everything about tracked paths, by target and way.
+/// Everything about tracked paths, by target and method.
 const TRACKED: &str = "tracked";
 /// Checkpoint of a residual network, in its folder.
 const NETWORK: &str = "network.safetensors";
@@ -48,7 +48,7 @@ pub fn stages(study: &Study, out: &Path) -> Vec<Stage> {
     stages.extend(planner.train());
     if let Some(track) = &study.track {
         for target in &track.targets {
-            stages.extend(track.ways.iter().map(|way| planner.track(track, target, *way)));
+            stages.extend(track.methods.iter().map(|method| planner.track(track, target, *method)));
         }
     }
     stages
@@ -288,21 +288,21 @@ impl Planner<'_> {
         Some(Stage { restart: Restart::GoesOn, ..stage })
     }
 
-    /// Strokes for a target in one way, carried out as often as asked, and measured.
-    fn track(&self, track: &Track, target: &Target, way: Way) -> Stage {
-        let folder = folder(target, way);
+    /// Strokes for a target by one method, carried out as often as asked, and measured.
+    fn track(&self, track: &Track, target: &Target, method: Method) -> Stage {
+        let folder = folder(target, method);
         let step = step("track").word("--rig").with(self.study.rig.argument.clone());
-        let step = match way {
-            Way::Nominal => step.word("--scene").with(self.nominal_scene()).word("--nominal"),
-            Way::Scene => step.word("--scene").with(self.scene()),
-            Way::Twin => step.with(self.checkpoint()).word("--scene").with(self.scene()),
-            Way::Network => step.with(self.made("inverse/network.safetensors")),
+        let step = match method {
+            Method::Nominal => step.word("--scene").with(self.nominal_scene()).word("--nominal"),
+            Method::Scene => step.word("--scene").with(self.scene()),
+            Method::Twin => step.with(self.checkpoint()).word("--scene").with(self.scene()),
+            Method::Network => step.with(self.made("inverse/network.safetensors")),
         };
         let step = step
             .word("--target")
             .with(target.argument.clone())
             .option("--repeats", Some(track.repeats))
-            // Other days than that of the data.
+            // Other noise than in the data.
             .option("--seed", Some(self.study.seed.wrapping_add(1)))
             .word("--out")
             .with(self.written(&folder));
@@ -311,17 +311,17 @@ impl Planner<'_> {
         } else {
             OnRefusal::Fail
         };
-        let led = if way == Way::Network { 0.0 } else { PER_LED };
+        let led = if method == Method::Network { 0.0 } else { PER_LED };
         let guess = (led + track.repeats as f64 * self.per_recorded()) * target.path.points().len() as f64;
-        let name = format!("track {} {}", target.name, way.name());
-        let stage = self.stage(&name, folder, &about(target, way), Step { on_refusal, ..step }, guess);
+        let name = format!("track {} {}", target.name, method.name());
+        let stage = self.stage(&name, folder, &about(target, method), Step { on_refusal, ..step }, guess);
         Stage { restart: Restart::GoesOn, outdated: self.outdated(), ..stage }
     }
 }
 
-/// Where a target tracked in one way is, in the folder of the study.
-pub fn folder(target: &Target, way: Way) -> PathBuf {
-    Path::new(TRACKED).join(&target.name).join(way.name())
+/// Where a target tracked by one method is, in the folder of the study.
+pub fn folder(target: &Target, method: Method) -> PathBuf {
+    Path::new(TRACKED).join(&target.name).join(method.name())
 }
 
 /// What a repeat is called, from 1.
@@ -329,12 +329,12 @@ pub fn repeat(number: usize) -> String {
     format!("repeat-{number}.parquet")
 }
 
-fn about(target: &Target, way: Way) -> String {
-    let how = match way {
-        Way::Nominal => "through the twin without what is fitted to a robot",
-        Way::Scene => "through the twin of the scene",
-        Way::Twin => "through the calibrated twin",
-        Way::Network => "by the inverse network",
+fn about(target: &Target, method: Method) -> String {
+    let how = match method {
+        Method::Nominal => "through the twin without what is fitted to a robot",
+        Method::Scene => "through the twin of the scene",
+        Method::Twin => "through the calibrated twin",
+        Method::Network => "by the inverse network",
     };
     format!("{}: strokes {how}, carried out and measured", target.argument.typed)
 }

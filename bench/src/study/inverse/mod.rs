@@ -3,7 +3,7 @@
 //!
 //! Beside it rivals without a network: a static regression, the same of the tip some time later, and a kernel on two
 //! tips, with the delay that does best on the trajectories to stop by; and the same network without looking ahead.
-//! On the trunk, blocks of the run take turns: most to learn from, some to stop by, some to judge on; and the same
+//! On the trunk, blocks of the run take turns: most to learn from, some to stop by, some to test on; and the same
 //! blocks of a run with a load at the tip. On the three-segment robot whole patterns, in five folds.
 #![allow(clippy::print_stdout)] // this program prints tables
 
@@ -35,7 +35,7 @@ const FTDCR_STEP: f64 = 0.58;
 const N_MOTORS: usize = 6;
 /// An angle stands for a stroke: one degree for this many metres, so that what is said in millimetres is in degrees.
 const DEGREE: f64 = 1e-3;
-/// A block of the trunk's run, and every how many of them one is to stop by, and the next to judge on.
+/// A block of the trunk's run, and every how many of them one is to stop by, and the next to test on.
 const BLOCK_S: f64 = 10.0;
 const TURNS: usize = 5;
 /// Every sample counts for errors, every tenth for the distances of curves, which take time with the square of their
@@ -47,7 +47,7 @@ const STOP_BY: usize = 4;
 /// No limits.
 const WIDE: Limits = Limits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
 
-/// Root mean square error over all strokes [mm or degrees] of what was judged, by method.
+/// Root mean square error over all strokes [mm or degrees] of what was tested, by method.
 type Errors = [f64; METHODS.len()];
 const METHODS: [&str; 5] = [
     "static regression",
@@ -122,10 +122,10 @@ fn without_looking_ahead(options: &RecurrentOptions) -> RecurrentOptions {
     }
 }
 
-/// Trains both networks on `known` and judges on `judged`, beside rivals that know and are judged on the same.
-fn judge(
+/// Trains both networks on `known` and tests on `test`, beside rivals that know and are tested on the same.
+fn evaluate(
     known: &Dataset,
-    judged: &[&Demonstration],
+    test: &[&Demonstration],
     [plain, delayed, kernel]: &[Rival; 3],
     options: &RecurrentOptions,
 ) -> Result<Judged> {
@@ -141,16 +141,16 @@ fn judge(
         plain.error,
         delayed.error,
         kernel.error,
-        error(judged, &|path| by(&blind, path))?,
-        error(judged, &|path| by(&seeing, path))?,
+        error(test, &|path| by(&blind, path))?,
+        error(test, &|path| by(&seeing, path))?,
     ];
     Ok(Judged { errors, delays_s: [plain.delay_s, delayed.delay_s, kernel.delay_s, 0.0, features.delay_s] })
 }
 
 /// Root mean square of what strokes miss [mm].
-fn error(judged: &[&Demonstration], strokes: &dyn Fn(&[Tip]) -> Result<Vec<f64>>) -> Result<f64> {
+fn error(test: &[&Demonstration], strokes: &dyn Fn(&[Tip]) -> Result<Vec<f64>>) -> Result<f64> {
     let mut off = Vec::new();
-    for one in judged {
+    for one in test {
         let found = strokes(&one.tip)?;
         off.extend(found.iter().zip(&one.strokes).map(|(found, made)| 1e3 * (found - made)));
     }
@@ -172,7 +172,7 @@ fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
         all.iter().enumerate().filter(|(k, _)| k % TURNS == wanted).map(|(_, one)| one.clone()).collect()
     };
     // The run under load has the same commands: only the same blocks of it are unseen.
-    let (judged, under_load) = (turn(TURNS - 1, &blocks), turn(TURNS - 1, &under_load));
+    let (test, under_load) = (turn(TURNS - 1, &blocks), turn(TURNS - 1, &under_load));
     let stop = turn(TURNS - 2, &blocks);
     let names: Vec<String> = stop.iter().map(|one| one.name.clone()).collect();
     let known: Vec<Demonstration> = blocks
@@ -182,15 +182,15 @@ fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
         .map(|(_, one)| one.clone())
         .collect();
     let known = Dataset::new(known, &names, 1)?;
-    let judged: Vec<&Demonstration> = judged.iter().collect();
+    let test: Vec<&Demonstration> = test.iter().collect();
     let under_load: Vec<&Demonstration> = under_load.iter().collect();
-    let rivals = [rivals::all(&known, &judged)?, rivals::all(&known, &under_load)?];
+    let rivals = [rivals::all(&known, &test)?, rivals::all(&known, &under_load)?];
     let found = (1..=seeds)
         .into_par_iter()
         .map(|seed| {
             let options = RecurrentOptions { seed, ..trunk_options(quick) };
-            let [same, other] = [(&judged, &rivals[0]), (&under_load, &rivals[1])]
-                .map(|(judged, rivals)| judge(&known, judged, rivals, &options));
+            let [same, other] = [(&test, &rivals[0]), (&under_load, &rivals[1])]
+                .map(|(test, rivals)| evaluate(&known, test, rivals, &options));
             Ok([same?, other?])
         })
         .collect::<Result<Vec<[Judged; 2]>>>()?;
@@ -273,17 +273,16 @@ fn study_ftdcr(path: &Path, quick: bool) -> Result<Value> {
     let found = (0..if quick { 1 } else { N_FOLDS })
         .into_par_iter()
         .map(|fold| {
-            let (judged, known): (Vec<_>, Vec<_>) =
-                all.iter().zip(&fold_of).partition(|(_, of)| **of == fold);
-            let judged: Vec<&Demonstration> = judged.into_iter().map(|(one, _)| one).collect();
+            let (test, known): (Vec<_>, Vec<_>) = all.iter().zip(&fold_of).partition(|(_, of)| **of == fold);
+            let test: Vec<&Demonstration> = test.into_iter().map(|(one, _)| one).collect();
             let known: Vec<Demonstration> = known.into_iter().map(|(one, _)| one.clone()).collect();
             let stop: Vec<String> =
                 known.iter().skip(STOP_BY - 1).step_by(STOP_BY).map(|one| one.name.clone()).collect();
             let known = Dataset::new(known, &stop, 1)?;
-            judge(&known, &judged, &rivals::all(&known, &judged)?, &ftdcr_options(quick))
+            evaluate(&known, &test, &rivals::all(&known, &test)?, &ftdcr_options(quick))
         })
         .collect::<Result<Vec<Judged>>>()?;
-    let errors: Vec<Errors> = found.iter().map(|judged| judged.errors).collect();
+    let errors: Vec<Errors> = found.iter().map(|test| test.errors).collect();
     print_errors("three segments, error of the strokes [mm]", &[("unseen patterns, five folds", &errors)]);
     Ok(json!({ "methods": METHODS, "folds_mm": errors }))
 }

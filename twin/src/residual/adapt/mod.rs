@@ -5,7 +5,7 @@
 //! plays ([`Adaptation`]) may follow. A minute of motion errs alike from beginning to end: its tracker drifts, and
 //! the twin has errors of its own in it that are no change of the robot. So the errors are whitened before they are
 //! fitted, and blocks of the motion take turns:
-//! a change is fitted to the others and judged on this one. How strong the prior is, and whether either kind is kept,
+//! a change is fitted to the others and evaluated on this one. How strong the prior is, and whether either kind is kept,
 //! is decided by what was missed in all blocks held out, beyond what a tracker that drifts may stand aside in each.
 
 mod blocks;
@@ -116,8 +116,8 @@ pub fn adapt(
 ) -> Result<Option<Adapted>> {
     let search = Search::new(Rig { twin, auxiliary, model, motions, on_sample }, options)?;
     let Some(seen) = search.look()? else { return Ok(None) };
-    let Some(judged) = search.judge(&seen)? else { return Ok(None) };
-    search.finish(&seen, judged)
+    let Some(evaluated) = search.evaluate(&seen)? else { return Ok(None) };
+    search.finish(&seen, evaluated)
 }
 
 /// Samples of rollouts that [`adapt`] makes at most.
@@ -152,7 +152,7 @@ struct Seen {
 }
 
 /// What blocks held out said.
-struct Judged {
+struct Evaluated {
     kept: Kept,
     held_out_m: Vec<(Kept, f64)>,
     weight: f64,
@@ -299,8 +299,8 @@ impl<'a> Search<'a> {
         Some(filter.correction())
     }
 
-    /// Judges all that may be kept on every block in turn.
-    fn judge(&self, seen: &Seen) -> Result<Option<Judged>> {
+    /// Evaluates all that may be kept on every block in turn.
+    fn evaluate(&self, seen: &Seen) -> Result<Option<Evaluated>> {
         let weight = self.choose_weight(&seen.normals);
         let fits: Vec<Vec<f64>> =
             (0..self.blocks.len()).map(|k| self.fit(&seen.normals, Some(k), weight)).collect();
@@ -338,7 +338,7 @@ impl<'a> Search<'a> {
         };
         let held_out_m: Vec<(Kept, f64)> =
             Kept::ALL.iter().enumerate().filter_map(|(number, kept)| Some((*kept, error(number)?))).collect();
-        Ok(Some(Judged { kept: self.decide(&held_out_m), held_out_m, weight }))
+        Ok(Some(Evaluated { kept: self.decide(&held_out_m), held_out_m, weight }))
     }
 
     /// What does better on blocks held out than all that has fewer numbers, by enough.
@@ -353,12 +353,12 @@ impl<'a> Search<'a> {
     }
 
     /// Fits to all motion what is kept.
-    fn finish(&self, seen: &Seen, judged: Judged) -> Result<Option<Adapted>> {
+    fn finish(&self, seen: &Seen, evaluated: Evaluated) -> Result<Option<Adapted>> {
         let n = self.deviations.len();
-        let mut p = self.fit(&seen.normals, None, judged.weight);
+        let mut p = self.fit(&seen.normals, None, evaluated.weight);
         let found = p.clone();
         let mut last = seen.motions.clone();
-        if judged.kept.has_change() {
+        if evaluated.kept.has_change() {
             for round in 0..ROUNDS {
                 let Some(rolled) = self.rig.roll(&self.whole(&p))? else { return Ok(None) };
                 last = rolled;
@@ -370,12 +370,12 @@ impl<'a> Search<'a> {
                         .zip(&seen.columns)
                         .map(|(motion, columns)| moved(motion, columns, &back))
                         .collect();
-                    p = self.fit(&self.normals(&from_start, &seen.columns), None, judged.weight);
+                    p = self.fit(&self.normals(&from_start, &seen.columns), None, evaluated.weight);
                 }
             }
         }
-        let kept_p = if judged.kept.has_change() { p.clone() } else { vec![0.0; n] };
-        let correction = judged.kept.has_correction().then(|| self.correction(&last, None)).flatten();
+        let kept_p = if evaluated.kept.has_change() { p.clone() } else { vec![0.0; n] };
+        let correction = evaluated.kept.has_correction().then(|| self.correction(&last, None)).flatten();
         let errors = |motion: usize, rolled: &Rolled, correction: Option<&Adaptation>| {
             let whole = Block { motion, samples: 0..rolled.is_measured.len() };
             Squares::of(rolled, &whole, correction, 0.0).root_mean()
@@ -399,18 +399,18 @@ impl<'a> Search<'a> {
             let ends = [block.samples.start, block.samples.end - 1].map(|i| motion.time[i]);
             (motion.name.clone(), ends)
         };
-        let (n_primary, p) = (self.before.zeros_m.len(), if judged.kept.has_change() { p } else { found });
+        let (n_primary, p) = (self.before.zeros_m.len(), if evaluated.kept.has_change() { p } else { found });
         Ok(Some(Adapted {
             model,
-            kept: judged.kept,
-            held_out_m: judged.held_out_m,
+            kept: evaluated.kept,
+            held_out_m: evaluated.held_out_m,
             blocks: self.blocks.iter().map(of_block).collect(),
             found: RobotChange {
                 zeros_m: p[..n_primary].to_vec(),
                 play_m: p[n_primary],
                 friction_ratio: 1.0 + p.get(n_primary + 1).copied().unwrap_or(0.0),
             },
-            prior_weight: judged.weight,
+            prior_weight: evaluated.weight,
             motions,
         }))
     }

@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::{
     JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted, metrics,
 };
-use crate::arm_identify::{Row, inertia::TERMS};
+use crate::arm_identify::{Row, TERMS};
 use crate::{COMMIT, Caller};
 
 /// What the report shows.

@@ -17,7 +17,7 @@ use serde_json::Value;
 use super::tracking;
 use crate::evaluate::{self, Row};
 use crate::inputs;
-use crate::study::{DATA, PREDICTED, STROKES, Stage, Study, Target, Track, Way, folder, repeat};
+use crate::study::{DATA, Method, PREDICTED, STROKES, Stage, Study, Target, Track, folder, repeat};
 use crate::{COMMIT, Caller};
 use hysteresis::Hysteresis;
 use hysteron_report::figure::{Drawn, register_embedded_font, save};
@@ -57,11 +57,11 @@ struct Predicted {
     with: PathScore,
 }
 
-/// A target in one way.
+/// A target by one method.
 #[derive(Serialize)]
 struct Tracked<'a> {
     target: &'a str,
-    way: Way,
+    method: Method,
     /// One for each repeat; none where the rig did not carry the strokes out.
     rmse_m: Vec<f64>,
     nrmse: Vec<Option<f64>>,
@@ -153,16 +153,21 @@ fn predicted(out: &Path, study: &Study) -> anyhow::Result<Vec<Predicted>> {
 fn tracked<'a>(out: &Path, track: &'a Track) -> anyhow::Result<Vec<Tracked<'a>>> {
     let mut all = Vec::new();
     for target in &track.targets {
-        for way in &track.ways {
-            all.push(tracked_in(out, target, *way, track.repeats)?);
+        for method in &track.methods {
+            all.push(tracked_in(out, target, *method, track.repeats)?);
         }
     }
     Ok(all)
 }
 
-/// What one way came to on one target.
-fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> anyhow::Result<Tracked<'a>> {
-    let folder = out.join(folder(target, way));
+/// What one method came to on one target.
+fn tracked_in<'a>(
+    out: &Path,
+    target: &'a Target,
+    method: Method,
+    repeats: usize,
+) -> anyhow::Result<Tracked<'a>> {
+    let folder = out.join(folder(target, method));
     let strokes = Recording::read(folder.join(STROKES))?;
     let part = |flag: &str| {
         strokes.channel(flag).map_or(0.0, |values| values.iter().sum::<f64>() / values.len() as f64)
@@ -176,7 +181,7 @@ fn tracked_in<'a>(out: &Path, target: &'a Target, way: Way, repeats: usize) -> a
     };
     Ok(Tracked {
         target: &target.path.name,
-        way,
+        method,
         rmse_m: rows.iter().map(|row| row.score.rmse_m).collect(),
         nrmse: rows.iter().map(|row| row.score.nrmse).collect(),
         iou: rows.iter().map(|row| row.score.iou).collect(),
@@ -256,13 +261,13 @@ fn show_tracking(page: &mut Page, out: &Path, track: &Track, tracked: &[Tracked]
     page.heading("Tracking of test paths");
     page.paragraph(text::TRACKING);
     text::tracking_table(page, track, tracked);
-    for (target, ways) in track.targets.iter().zip(tracked.chunks(track.ways.len())) {
-        // The first day of each way, side by side.
+    for (target, methods) in track.targets.iter().zip(tracked.chunks(track.methods.len())) {
+        // The first repeat of each method, side by side.
         let first = |it: &Tracked| {
             let row = it.rows.first()?;
-            Some(Row { name: it.way.name().to_owned(), ..row.clone() })
+            Some(Row { name: it.method.name().to_owned(), ..row.clone() })
         };
-        let rows: Vec<Row> = ways.iter().filter_map(first).collect();
+        let rows: Vec<Row> = methods.iter().filter_map(first).collect();
         if !rows.is_empty() {
             let folder = out.join("figures").join(&target.name);
             let over_time = tracking::over_time(&target.path, &rows);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Tracked;
-use crate::study::{Stage, Study, Track, Way};
+use crate::study::{Method, Stage, Study, Track};
 use hysteron_report::page::Page;
 
 pub const ABOUT: &str = "Tendons bend a continuum robot. When a tendon is pulled and released again, the tip does not return on \
@@ -32,15 +32,15 @@ pub fn rig(study: &Study) -> String {
     }
 }
 
-/// How a way to strokes is called.
-fn explained(way: Way) -> &'static str {
-    match way {
-        Way::Nominal => "nominal: the twin without zeros, compliance and friction of its tendons",
-        Way::Scene => {
+/// What a method is called in the report.
+fn explained(method: Method) -> &'static str {
+    match method {
+        Method::Nominal => "nominal: the twin without zeros, compliance and friction of its tendons",
+        Method::Scene => {
             "scene: the twin with what its scene says of these, fitted to recordings as a rule; no network"
         }
-        Way::Twin => "twin: the calibrated twin with its network",
-        Way::Network => "network: the inverse network",
+        Method::Twin => "twin: the calibrated twin with its network",
+        Method::Network => "network: the inverse network",
     }
 }
 
@@ -67,10 +67,12 @@ fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [Strin
     ]
 }
 
-/// What came of it, in a table of one line per way: the mean over the paths that all ways carried out.
+/// What came of it, in a table of one line per method: the mean over the paths that all methods carried out.
 pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
-    let common: Vec<&[Tracked]> =
-        tracked.chunks(track.ways.len()).filter(|ways| ways.iter().all(Tracked::is_carried_out)).collect();
+    let common: Vec<&[Tracked]> = tracked
+        .chunks(track.methods.len())
+        .filter(|methods| methods.iter().all(Tracked::is_carried_out))
+        .collect();
     page.heading("Results");
     if common.is_empty() {
         page.paragraph("No path was carried out by all methods; the table below says which were.");
@@ -81,19 +83,19 @@ pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
          NRMSE and lag, and the nearer IoU to 1, the better.",
         if common.len() == 1 { "the one path".to_owned() } else { format!("the {} paths", common.len()) },
     ));
-    let row = |(k, way): (usize, &Way)| {
-        let numbers = numbers(common.iter().map(move |ways| &ways[k]));
-        [explained(*way).to_owned()].into_iter().chain(numbers).collect()
+    let row = |(k, method): (usize, &Method)| {
+        let numbers = numbers(common.iter().map(move |methods| &methods[k]));
+        [explained(*method).to_owned()].into_iter().chain(numbers).collect()
     };
     let headings = [&["Strokes by"][..], &NUMBERS].concat();
-    page.table(&headings, track.ways.iter().enumerate().map(row));
+    page.table(&headings, track.methods.iter().enumerate().map(row));
 }
 
-/// The table of all paths and ways.
+/// The table of all paths and methods.
 pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
     let percent = |part: f64| format!("{:.1}", 100.0 * part);
     let row = |it: &Tracked| {
-        let mut cells = vec![it.target.to_owned(), it.way.name().to_owned()];
+        let mut cells = vec![it.target.to_owned(), it.method.name().to_owned()];
         if it.is_carried_out() {
             cells.extend(numbers(std::iter::once(it)));
         } else {

@@ -1,14 +1,11 @@
-//! What a fit reads: recordings, and which quantities to fit.
+//! The file that names which quantities to fit.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use hysteron_base::{BadInput, Bounds, Recording, file, schema};
+use hysteron_base::{BadInput, Bounds, file, schema};
 use hysteron_twin::fit::Wanted;
-use hysteron_twin::{Motion, Twin};
 use serde::Deserialize;
-
-use crate::inputs;
 
 const FORMAT: &str = "hysteron-fit";
 const VERSION: i64 = 1;
@@ -23,7 +20,7 @@ struct FitFile {
 }
 
 /// Names and bounds in a file.
-pub fn read_names(path: &Path) -> anyhow::Result<Vec<Wanted>> {
+pub fn read(path: &Path) -> anyhow::Result<Vec<Wanted>> {
     let text = file::read_text(path)?;
     Ok(names(&text).map_err(|bad| bad.within(path.display()))?)
 }
@@ -43,27 +40,4 @@ fn names(text: &str) -> Result<Vec<Wanted>, BadInput> {
         }
     };
     typed.fit.into_iter().map(wanted).collect()
-}
-
-/// The motions in recordings of this role.
-pub fn read_motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<Motion>> {
-    let mut motions = Vec::new();
-    for path in paths {
-        let recording = Recording::read(path)?;
-        if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
-            continue;
-        }
-        let motion = Motion::new(twin, &recording, &path.display().to_string())?;
-        for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
-            if !is_used {
-                tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());
-            }
-        }
-        motions.push(motion);
-    }
-    if motions.is_empty() {
-        let found = format!("none of {}", paths.len());
-        return Err(BadInput::new("--role", "the role of at least one recording", found).into());
-    }
-    Ok(motions)
 }

@@ -1,5 +1,7 @@
 //! `hysteron identify-servo`: friction, backlash and load scale of a rig's servos from recordings of it.
 
+mod found;
+
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
@@ -8,17 +10,19 @@ use hysteron_actuator::identify::{
     Backlash, PulleyFit, PulleyRecord, PulleyServo, SteadySamples, finest_speed, identify_backlash,
     identify_pulley,
 };
-use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law, RISING_MAP, Sliding};
+use hysteron_actuator::law::{LEARNED_MAP, Law, RISING_MAP};
 use hysteron_base::{BadInput, Recording};
 use hysteron_fit::Standing;
 use serde_json::{Value, json};
 
 use crate::Caller;
-use crate::arm_identify::{LOAD_SCALE, Results, Row, positive, rows_json, say_rows};
+use crate::arm_identify::{LOAD_SCALE, Results, Row, positive, say_rows};
 use crate::figures::identify_servo as figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::sense::stroke_per_tick;
+pub(crate) use found::Found;
+use found::rms;
 
 /// Laws that need nothing but the speed.
 const LAWS: [&str; 5] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP, RISING_MAP];
@@ -29,11 +33,11 @@ const SLOWEST: f64 = 0.03;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Recordings of the rig with tick_goal_k, tick_present_k and load_k, or folders of them; tension_k_n beside them tells the
+    /// Recordings of the rig with tick_goal_k, tick_present_k and load_k, or folders of them; tension_k_n beside them gives the
     /// scale of the loads and the backlash
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
-    /// Torque of the stalled motor at full load, where no tensions tell the scale of the loads [default: an XL430-W250's]
+    /// Torque of the stalled motor at full load, where no tensions give the scale of the loads [default: an XL430-W250's]
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "N_M", default_value_t = 1.4, allow_negative_numbers = true)
@@ -64,24 +68,6 @@ struct Servo {
     /// Radius of its pulley, as strokes over ticks have it [m].
     radius: f64,
     courses: Vec<Course>,
-}
-
-/// What was found of a servo, or why nothing was.
-pub(crate) struct Found {
-    /// Number, from 1.
-    pub number: usize,
-    /// Radius of its pulley [m].
-    pub radius: f64,
-    /// The law that was fitted.
-    pub law: Option<Law>,
-    /// Load scale and friction.
-    pub pulley: Result<PulleyFit, BadInput>,
-    /// Backlash at the pulley.
-    pub backlash: Result<Backlash, BadInput>,
-    /// Whether tensions were measured.
-    pub has_tension: bool,
-    /// Everything by name.
-    pub rows: Vec<Row>,
 }
 
 /// Carries out the verb.
@@ -298,43 +284,6 @@ fn rows(
         }),
     }
     rows
-}
-
-impl Found {
-    fn json(&self) -> Value {
-        let mut value = json!({
-            "servo": self.number, "radius_mm": 1e3 * self.radius, "has_tension": self.has_tension,
-            "estimates": rows_json(&self.rows),
-        });
-        match &self.pulley {
-            Ok(found) => {
-                value["samples"] = json!(found.samples.len());
-                value["rms_n_m"] = json!(rms(&found.residuals));
-                value["misfit"] = json!(found.misfit);
-                value["condition"] = json!(found.fit.condition);
-            }
-            Err(bad) => value["cannot_be_told"] = json!(bad.to_string()),
-        }
-        if let Ok(backlash) = &self.backlash {
-            let widths = backlash.reversals.iter().map(|reversal| 1e3 * self.radius * reversal.width);
-            value["reversals_mm"] = widths.collect();
-        }
-        value
-    }
-
-    /// Friction at a speed, as identified [N m]; NaN below the speeds that it was identified from.
-    pub fn friction(&self, velocity: f64) -> f64 {
-        match (&self.law, &self.pulley) {
-            (Some(law), Ok(found)) if found.samples.velocity.iter().any(|v| v.abs() <= velocity.abs()) => {
-                law.torque(&found.parameters, &Sliding::at(velocity))
-            }
-            _ => f64::NAN,
-        }
-    }
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 fn say(found: &Found, caller: &Caller) {

@@ -1,0 +1,49 @@
+//! A position servo: stiffness towards its goal, friction and damping.
+
+use hysteron_base::BadInput;
+use serde::{Deserialize, Serialize};
+
+use super::features::Features;
+
+/// A servo of which stiffness, friction and damping are found by rollout.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ServoModel {
+    /// Torque per error of each motor [N m/rad].
+    pub stiffness: Vec<f64>,
+    /// Coulomb friction of each motor [N m].
+    pub friction: Vec<f64>,
+    /// Of all motors [N m s/rad].
+    pub damping: f64,
+    /// Root mean square of the rollouts' errors on what it was fitted to [rad].
+    pub rms: f64,
+}
+
+/// Speed over which friction turns its sign [rad/s].
+const FRICTION_WIDTH: f64 = 0.05;
+
+impl ServoModel {
+    /// # Errors
+    /// `BadInput` where it is for other motors, or a number is negative or not finite.
+    pub(super) fn check(&self, features: &Features) -> Result<(), BadInput> {
+        let m = features.motors();
+        for (name, values) in [("servo.stiffness", &self.stiffness), ("servo.friction", &self.friction)] {
+            if values.len() != m || values.iter().any(|value| !(*value >= 0.0 && value.is_finite())) {
+                let expected = format!("{m} finite numbers, zero or more");
+                return Err(BadInput::new(name, expected, format!("{values:?}")));
+            }
+        }
+        if !(self.damping >= 0.0 && self.damping.is_finite()) {
+            let expected = "a finite number, zero or more";
+            return Err(BadInput::new("servo.damping", expected, self.damping.to_string()));
+        }
+        Ok(())
+    }
+
+    /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two.
+    pub(super) fn torque(&self, k: usize, goal: f64, [position, speed]: [f64; 2]) -> (f64, [f64; 2]) {
+        let sign = (speed / FRICTION_WIDTH).tanh();
+        let torque = self.stiffness[k] * (goal - position) - self.friction[k] * sign;
+        (torque, [-self.stiffness[k], -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign)])
+    }
+}
