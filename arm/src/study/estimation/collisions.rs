@@ -30,9 +30,9 @@ pub struct DetectionRow {
     pub max_n_m: [f64; 2],
     /// Share of collisions whose outermost loaded joint was named.
     pub right_joint: f64,
-    /// Of the band test at the threshold with 95 % recall.
+    /// Of the band test at its lowest threshold with at most one false alarm an hour.
     pub band: Assessment,
-    /// Of the cumulated sums at the threshold with 95 % recall.
+    /// Of the cumulated sums, likewise.
     pub cusum: Assessment,
     /// Thresholds of the band learned from motion without contact, as learned.
     pub learned: Assessment,
@@ -55,6 +55,8 @@ pub struct CollisionCell {
 
 /// Thresholds of the receiver operating characteristic, in multiples of what was largest without contact.
 pub const THRESHOLDS: (f64, f64, usize) = (0.2, 5.0, 41);
+/// Most that the tables allow [1/h].
+const FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 /// An alarm goes off below this share of its threshold.
 const RELEASE: f64 = 0.7;
 /// Duration of one stretch of motion [s]; each has its own noise.
@@ -208,10 +210,11 @@ impl Tally {
         let thresholds = logarithmic(least, most, n);
         let curve = roc(&self.band, &thresholds, RELEASE, truth);
         let sums = roc(&self.cusum, &thresholds, RELEASE, truth);
-        // The highest threshold that still finds 95 %: fewest false alarms.
+        // The soonest alarms of those that are false once an hour at most; where none is, the fewest false ones.
         let best = |curve: &[Assessment]| {
-            let found = curve.iter().rev().find(|at| at.recall >= 0.95);
-            found.or(curve.first()).cloned().unwrap_or_else(|| assess(&[], 1.0, RELEASE, truth))
+            let too_many = curve.iter().rposition(|at| at.false_alarms_per_hour > FALSE_ALARMS_PER_HOUR);
+            let found = curve.get(too_many.map_or(0, |k| k + 1));
+            found.or(curve.last()).cloned().unwrap_or_else(|| assess(&[], 1.0, RELEASE, truth))
         };
         let band = best(&curve);
         let (excess_delay_samples, delay_samples) = excess(&self.band, band.threshold, free, ideal, truth);

@@ -295,7 +295,7 @@ fn collisions(folder: &Path, page: &mut Page, study: &ScaraStudy) -> anyhow::Res
     page.table(&head, rows);
     page.paragraph(
         "Published delays of 0.21 to 0.47 \"ms\" are below one sample of 2.5 ms and cannot be compared. Below: delays in samples at the \
-         highest threshold with 95 % recall; \"late\" is against an observer with a perfect model.",
+         lowest threshold with at most one false alarm an hour; \"late\" is against an observer with a perfect model.",
     );
     let head = [
         "Method",
