@@ -80,7 +80,7 @@ fn torques_that_come_a_sample_early_are_told_exactly() {
     let rigid = fit.torques(&motion);
     let shifted = |from: usize| {
         // Joint 1 has what comes a sample later, the others what is now.
-        let at = |k: usize| if k % n == 0 { rigid[(k + n).min(rigid.len() - n)] } else { rigid[k] };
+        let at = |k: usize| if k.is_multiple_of(n) { rigid[(k + n).min(rigid.len() - n)] } else { rigid[k] };
         JointMotion { tau: (0..rigid.len()).map(at).collect(), ..motion.clone() }.part(from..799)
     };
     let [early, other] = [shifted(1), shifted(300)];
@@ -231,6 +231,7 @@ fn panda_is_predicted_where_it_was_not_fitted() {
 }
 
 #[test]
+#[allow(clippy::print_stderr)] // says that it is skipped
 fn baxter_is_predicted_with_the_response_of_its_torques() {
     let folder = std::env::var_os("HYSTERON_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
