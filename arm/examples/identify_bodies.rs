@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hysteron_arm::datasets::kuka_arm;
-use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, identify_bodies};
+use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::Metadata;
 use serde_json::{Value, json};
@@ -132,18 +132,23 @@ fn baxter(folder: &Path) -> Fallible<Value> {
         .map(|entry| Ok(entry?.path()))
         .collect::<Result<_, std::io::Error>>()?;
     paths.sort();
-    let mut training = read(&paths[0])?;
-    for path in &paths[1..] {
-        training.extend(&read(path)?);
-    }
+    let runs = paths.iter().map(|path| read(path)).collect::<Fallible<Vec<JointMotion>>>()?;
+    let joined = |runs: &[JointMotion]| {
+        let mut all = runs[0].clone();
+        runs[1..].iter().for_each(|run| all.extend(run));
+        all
+    };
+    let training = joined(&runs);
     let circle = read(&folder.join("test/circle_XY_T2_r10_ang_vel_torq.csv"))?;
     let helix = read(&folder.join("test/sin_XYZ_12_5s_T2_5_Tz_5T_r18_ang_vel_torq.csv"))?;
-    let mut without = read(&paths[0])?;
-    for path in &paths[1..paths.len() - 1] {
-        without.extend(&read(path)?);
-    }
+    let (validation, others) = runs.split_last().ok_or("no recordings")?;
+    let without = joined(others);
     let model = baxter_model()?;
-    let options = chosen(&model, &without, &read(&paths[paths.len() - 1])?)?;
+    let options = chosen(&model, &without, validation)?;
+    let fewer = identify_bodies(&model, &without, &options)?;
+    let response = TorqueResponse::identify(&fewer, &others.iter().collect::<Vec<_>>(), BAXTER_PERIOD);
+    println!("  validation, rigid         {:.4?}", fewer.rms_on(validation));
+    println!("  validation, with response {:.4?}", response.rms_on(&fewer, validation));
     let begun = Instant::now();
     let fit = identify_bodies(&model, &training, &options)?;
     let seconds = begun.elapsed().as_secs_f64();
@@ -153,8 +158,18 @@ fn baxter(folder: &Path) -> Fallible<Value> {
         println!("  {name}: MSE {squares:.4?}");
         row["mse"][name] = json!(squares);
     }
+    let response = TorqueResponse::identify(&fit, &runs.iter().collect::<Vec<_>>(), BAXTER_PERIOD);
+    println!("  measured torques: lead {:.4?} s, second order {:.6?} s²", response.lead, response.second);
+    for (name, motion) in [("circle XY", &circle), ("helical", &helix)] {
+        let squares: Vec<f64> = response.rms_on(&fit, motion).iter().map(|x| x * x).collect();
+        println!("  {name}, with response: MSE {squares:.4?}");
+        row["mse_with_response"][name] = json!(squares);
+    }
     Ok(row)
 }
+
+/// Baxter's recordings have 100 samples a second [s].
+const BAXTER_PERIOD: f64 = 0.01;
 
 /// The first run fitted, the second tested, beside the robot as identified upstream.
 fn kuka(folder: &Path) -> Fallible<Value> {

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hysteron_base::BadInput;
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra_of_lm::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
@@ -211,10 +211,16 @@ where
         }
         let is_converged = report.termination.was_successful();
         let ended = match report.termination {
-            levenberg_marquardt::TerminationReason::LostPatience => {
+            TerminationReason::ResidualsZero => "converged: no error is left".to_owned(),
+            TerminationReason::Orthogonal => "converged: the gradient is zero".to_owned(),
+            TerminationReason::Converged { ftol: true, .. } => {
+                "converged: the error falls no further".to_owned()
+            }
+            TerminationReason::Converged { .. } => "converged: the parameters change no further".to_owned(),
+            TerminationReason::LostPatience => {
                 format!("not converged after {} evaluations", report.number_of_evaluations)
             }
-            other => format!("{other:?}"),
+            other => format!("not converged: {other:?}"),
         };
         Ok(Found { places, iterations, ended, is_converged })
     }

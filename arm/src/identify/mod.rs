@@ -6,6 +6,7 @@ mod motion;
 mod normal;
 mod payload;
 mod pseudo_inertia;
+mod response;
 
 pub use bodies::{BodyFit, BodyOptions, Determined, TermEstimate, identify_bodies};
 pub use evolution::{EvolutionFit, evolve_bodies};
@@ -13,3 +14,4 @@ pub use motion::{JointMotion, Smoothing};
 pub use normal::JointTerm;
 pub use payload::{PayloadFit, identify_payload};
 pub use pseudo_inertia::pseudo_inertia;
+pub use response::TorqueResponse;

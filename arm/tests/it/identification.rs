@@ -63,9 +63,9 @@ fn friction_of_another_speed_is_predicted_once_the_sensor_is_zeroed() {
         }
     }
     assert_eq!(row("LuGre").all_rows_n_m[2], None, "it diverges");
-    // The published SVM's column at the slow and the middle speed; at the high one 4 % more.
+    // The published SVM's column.
     let [slow, middle, high] = row("dahl-map").tared_n_m.unwrap();
-    assert!(slow <= 0.207 && middle <= 0.216 && high <= 0.28, "{slow} {middle} {high}");
+    assert!(slow <= 0.207 && middle <= 0.216 && high <= 0.266, "{slow} {middle} {high}");
     // No static law comes near.
     let [_, static_middle, static_high] = row("directed-stribeck").tared_n_m.unwrap();
     assert!(middle < 0.7 * static_middle && high < 0.7 * static_high);

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use hysteron_arm::datasets::BAXTER_ARM;
 use hysteron_arm::identify::{
-    BodyOptions, Determined, JointMotion, JointTerm, Smoothing, identify_bodies, identify_payload,
-    pseudo_inertia,
+    BodyOptions, Determined, JointMotion, JointTerm, Smoothing, TorqueResponse, identify_bodies,
+    identify_payload, pseudo_inertia,
 };
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::{Metadata, rng};
@@ -68,6 +69,30 @@ fn torques_of_another_motion_are_predicted_and_friction_comes_back() {
         assert!(fit.n_determined < fit.estimates.len());
         assert!(fit.estimates.iter().any(|estimate| estimate.determined == Determined::Together));
     }
+}
+
+#[test]
+fn torques_that_come_a_sample_early_are_told_exactly() {
+    let truth = Model::builtin("three-link").unwrap();
+    let n = truth.n_joints();
+    let motion = motion(&truth, 800, 0.0, 1);
+    let fit = identify_bodies(&truth, &motion, &OPTIONS).unwrap();
+    let rigid = fit.torques(&motion);
+    let shifted = |from: usize| {
+        // Joint 1 has what comes a sample later, the others what is now.
+        let at = |k: usize| if k.is_multiple_of(n) { rigid[(k + n).min(rigid.len() - n)] } else { rigid[k] };
+        JointMotion { tau: (0..rigid.len()).map(at).collect(), ..motion.clone() }.part(from..799)
+    };
+    let [early, other] = [shifted(1), shifted(300)];
+    // x(t + h) = x + (x₊ - x₋)/2 + (x₊ - 2x + x₋)/2.
+    let found = TorqueResponse::identify(&fit, &[&early, &other], 0.01);
+    for (j, (lead, second)) in found.lead.iter().zip(&found.second).enumerate() {
+        let exact = if j == 0 { [0.01, 0.5e-4] } else { [0.0; 2] };
+        assert!((lead - exact[0]).abs() < 1e-9 && (second - exact[1]).abs() < 1e-11, "{found:?}");
+    }
+    // The first and the last sample have no neighbours.
+    let left = found.rms_on(&fit, &early);
+    assert!(left[0] < 0.2 * fit.rms_on(&early)[0] && left[1] == 0.0, "{left:?}");
 }
 
 #[test]
@@ -201,6 +226,43 @@ fn panda_is_predicted_where_it_was_not_fitted() {
     // A regression without consistency leaves these; published models 0.22 to 0.75 N m.
     for (rms, most) in rms.iter().zip([0.16, 0.25, 0.18, 0.19, 0.08, 0.05, 0.06]) {
         assert!(*rms <= most, "{rms} > {most}");
+    }
+    assert!(fit.least_pseudo_inertias().iter().all(|least| *least > 0.0));
+}
+
+#[test]
+#[allow(clippy::print_stderr)] // says that it is skipped
+fn baxter_is_predicted_with_the_response_of_its_torques() {
+    let folder = std::env::var_os("HYSTERON_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
+    let folder = folder.join("arms/baxter");
+    let Ok(files) = std::fs::read_dir(folder.join("train")) else {
+        eprintln!("baxter_is_predicted: skipped, no {} (set HYSTERON_DATA)", folder.display());
+        return;
+    };
+    let read = |path: &std::path::Path| {
+        let columns = Some(Columns::named("baxter").unwrap());
+        let imported =
+            import(path, &ImportOptions { columns, ..ImportOptions::default() }, Metadata::default());
+        let recording = imported.unwrap().recording;
+        JointMotion::of_recording(&Recorded::of(&recording).unwrap(), &[], 4, 10.0).unwrap()
+    };
+    let mut paths: Vec<PathBuf> = files.map(|file| file.unwrap().path()).collect();
+    paths.sort();
+    let runs: Vec<JointMotion> = paths.iter().map(|path| read(path)).collect();
+    let mut all = runs[0].clone();
+    runs[1..].iter().for_each(|run| all.extend(run));
+    let model = Model::from_urdf(BAXTER_ARM, "baxter_arm.urdf").unwrap();
+    let terms =
+        [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
+    let options = BodyOptions { terms: &terms, width: 0.02, prior: 1.0 };
+    let fit = identify_bodies(&model, &all, &options).unwrap();
+    let response = TorqueResponse::identify(&fit, &runs.iter().collect::<Vec<_>>(), 0.01);
+    let circle = read(&folder.join("test/circle_XY_T2_r10_ang_vel_torq.csv"));
+    // A regressor with friction and springs leaves these mean squares.
+    let rms = response.rms_on(&fit, &circle);
+    for (rms, most) in rms.iter().zip([0.167, 0.515, 0.153, 0.034, 0.0061, 0.0064, 0.0006]) {
+        assert!(rms * rms <= most, "{rms:?} > √{most}");
     }
     assert!(fit.least_pseudo_inertias().iter().all(|least| *least > 0.0));
 }

@@ -82,6 +82,7 @@ fn a_folder_stands_for_the_recordings_in_it() {
     std::fs::create_dir(place.path().join("data")).unwrap();
     std::fs::rename(place.path().join("rec.csv"), place.path().join("data/rec.csv")).unwrap();
     place.write("data/notes.txt", "no recording");
+    // Few steps: what counts is that both are the same.
     let fit = |recordings: &str, out: &str| {
         place.run(&[
             "fit-material",

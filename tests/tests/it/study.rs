@@ -245,6 +245,10 @@ fn a_mistake_in_a_study_is_named_before_anything_runs() {
     refused("\"twin\"", "\"twins\"", &["track.methods", "nominal", "twins"]);
     refused("\"twin\"", "\"nominal\"", &["track.methods", "\"nominal\" again"]);
     refused("repeats = 2", "repeats = 0", &["track.repeats", "got 0"]);
+    // An older file says `ways`: it is read as far as its next mistake.
+    let methods = "methods = [\"nominal\", \"twin\", \"network\"]\nrepeats = 2";
+    let ways = methods.replace("methods", "ways").replace('2', "0");
+    refused(methods, &ways, &["track.repeats", "got 0"]);
     let fit = "[calibrate]\nrecordings = [\"three\"]\nfit = [\"zero\"]\n[identify]";
     refused("[identify]", fit, &["calibrate.recordings", "one, two, check", "\"three\""]);
     let fit = "[calibrate]\nrecordings = [\"one\"]\nfit = [\"colour\"]\n[identify]";

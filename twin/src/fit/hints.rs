@@ -199,9 +199,8 @@ impl<'a> Minimum<'a> {
         for (s, change) in more.iter().zip(&mut change[n_before..n_before + n_more]) {
             let now = s.parameter.place(s.parameter.start);
             *change = (now + *change).clamp(0.0, 1.0) - now;
-            let (key, factor) = s.quantity.key;
-            let unit = key.trim_start_matches(s.quantity.name).trim_start_matches('_');
-            let value = factor * s.parameter.value(now + *change);
+            let unit = s.quantity.unit();
+            let value = s.quantity.key.1 * s.parameter.value(now + *change);
             words.push(format!("{} {value:.3} {unit}", s.parameter.name).trim_end().to_owned());
         }
         for (column, change) in all.iter().zip(&change) {

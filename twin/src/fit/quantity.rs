@@ -26,6 +26,19 @@ pub struct Quantity {
     pub set: fn(&mut Scene, usize, f64),
 }
 
+impl Quantity {
+    /// The unit of its key as people write it; empty where it has none.
+    pub fn unit(&self) -> &'static str {
+        match self.key.0.trim_start_matches(self.name).trim_start_matches('_') {
+            "mpa" => "MPa",
+            "kg_m3" => "kg/m³",
+            "mm_per_n" => "mm/N",
+            "n" => "N",
+            plain => plain,
+        }
+    }
+}
+
 /// How many values a quantity has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {

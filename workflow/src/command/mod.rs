@@ -86,7 +86,7 @@ struct Answer {
     strokes: Vec<Vec<f64>>,
     /// Tip of the twin, if it was asked: x, y and z [m].
     twin: Option<[Vec<f64>; 3]>,
-    /// 1 where a limit held a stroke back.
+    /// 1 where a limit reduced a stroke.
     limited: Vec<f64>,
     /// 1 where a network left its training range.
     extrapolating: Vec<f64>,
@@ -168,7 +168,7 @@ impl Way {
             bail!("interrupted after {} of {n} samples; nothing is written", answer.limited.len());
         }
         let part = |flags: &[f64]| 100.0 * flags.iter().sum::<f64>() / flags.len() as f64;
-        tracing::info!("{n} samples: {:.1} % held back by a limit", part(&answer.limited));
+        tracing::info!("{n} samples: {:.1} % with a stroke reduced by a limit", part(&answer.limited));
         let extrapolating = part(&answer.extrapolating);
         if extrapolating > 0.0 {
             tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");

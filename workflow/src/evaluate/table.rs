@@ -110,7 +110,7 @@ pub fn headings() -> Vec<&'static str> {
 pub struct Commanded {
     /// Part of the samples in which a network was outside what it had seen in training [-].
     pub extrapolating: f64,
-    /// Part of the samples in which a limit held a stroke back [-].
+    /// Part of the samples in which a limit reduced a stroke [-].
     pub limited: f64,
 }
 

@@ -105,7 +105,7 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool, caller: &Caller) 
         ("Iterations", metrics.iterations.to_string()),
         ("Evaluations", metrics.evaluations.to_string()),
         ("Steps of an evaluation", metrics.steps.to_string()),
-        ("Condition number of the Jacobian, columns of length one", format!("{:.1}", metrics.condition)),
+        ("Condition number of the Jacobian, columns normalised", format!("{:.1}", metrics.condition)),
         ("Constant channels left out", metrics.constant_channels.to_string()),
         ("Recordings of another role left out", metrics.recordings_of_another_role.to_string()),
     ]);
@@ -172,8 +172,7 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> 
 /// Rows of the table of parameters, in the unit of their keys.
 fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
     let row = |(selected, estimate): (&hysteron_twin::fit::Selected, &hysteron_twin::fit::Estimate)| {
-        let (key, factor) = selected.quantity.key;
-        let unit = key.trim_start_matches(selected.quantity.name).trim_start_matches('_');
+        let (factor, unit) = (selected.quantity.key.1, selected.quantity.unit());
         let own = |value: f64| digits(factor * value);
         let bounds = selected.parameter.bounds;
         vec![

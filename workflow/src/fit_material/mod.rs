@@ -96,8 +96,8 @@ impl From<FrameChoice> for Frame {
     }
 }
 
-/// Length of the bar.
-const WHOLE: f64 = 1000.0;
+/// Length of the bar [%].
+const WHOLE: f64 = 100.0;
 
 #[cfg(feature = "clap")]
 fn default_names() -> Vec<String> {
@@ -130,7 +130,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     );
 
     caller.listen()?;
-    let bar = caller.progress("per mille", WHOLE as usize, 0);
+    let bar = caller.progress("%", WHOLE as usize, 0);
     let settings = MaterialOptions {
         frame: options.frame.into(),
         stepping: Stepping {
@@ -215,8 +215,7 @@ fn tell(outcome: &Outcome, caller: &Caller) {
         "parameter", "scene", "fitted", "± s.e.", "standing"
     ));
     for (selected, estimate) in outcome.selected.iter().zip(&found.fit.estimates) {
-        let (key, factor) = selected.quantity.key;
-        let unit = key.trim_start_matches(selected.quantity.name).trim_start_matches('_');
+        let (factor, unit) = (selected.quantity.key.1, selected.quantity.unit());
         caller.say(format_args!(
             "{:<26}{:>12}{:>12}{:>12}   {}",
             if unit.is_empty() { estimate.name.clone() } else { format!("{} [{unit}]", estimate.name) },
@@ -260,11 +259,11 @@ const CORRELATED: f64 = 0.9;
 
 /// Prints which parameters the recordings hardly tell apart.
 fn tell_collinear(fit: &Fit, caller: &Caller) {
-    caller.say(format_args!("condition of the Jacobian, columns of length one: {:.1}", fit.condition));
+    caller.say(format_args!("condition number of the Jacobian, columns normalised: {:.1}", fit.condition));
     let names = fit.estimates.iter().map(|estimate| &estimate.name);
     for (k, (name, row)) in names.clone().zip(&fit.correlation).enumerate() {
         for (other, value) in names.clone().zip(row).take(k).filter(|(_, value)| value.abs() > CORRELATED) {
-            caller.say(format_args!("hardly told apart: {other} and {name}, correlation {value:.2}"));
+            caller.say(format_args!("hardly distinguishable: {other} and {name}, correlation {value:.2}"));
         }
     }
 }

@@ -46,8 +46,9 @@ impl Outcome<'_> {
             let [now, then] = hint.rms.map(|rms| 1e3 * rms);
             let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
             let what = &hint.instead;
-            doubts
-                .push(format!("would explain errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"));
+            doubts.push(format!(
+                "another explanation of the errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"
+            ));
         }
         doubts
     }

@@ -68,7 +68,7 @@ struct Tracked<'a> {
     iou: Vec<Option<f64>>,
     aligned_rmse_m: Vec<Option<f64>>,
     lag_s: Vec<Option<f64>>,
-    /// Part of the samples in which a limit held a stroke back.
+    /// Part of the samples in which a limit reduced a stroke.
     held_back: f64,
     /// Part of the samples in which a network left its training range.
     extrapolating: f64,

@@ -1,0 +1,73 @@
+//! How measured torques follow those of the rigid arm: they may lead or lag, and grow or shrink with the frequency.
+//!
+//! Sensors and encoders have filters and latencies of their own, and joints with springs are not rigid: τ + a τ̇ + b τ̈ is the beginning of
+//! whatever linear response stands between both. Bodies are identified first, and stay what they are.
+
+use super::bodies::BodyFit;
+use super::motion::JointMotion;
+
+/// The torque that is measured where the rigid arm has τ: τ + a τ̇ + b τ̈, joint by joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TorqueResponse {
+    /// a: by how much what is measured is ahead (n_joints) [s].
+    pub lead: Vec<f64>,
+    /// b (n_joints) [s²].
+    pub second: Vec<f64>,
+    period: f64,
+}
+
+impl TorqueResponse {
+    /// The response that leaves least of the torques of `motions`, each sampled every `period` [s].
+    pub fn identify(fit: &BodyFit, motions: &[&JointMotion], period: f64) -> Self {
+        let n = fit.model.n_joints();
+        // Σ of squares and products of the two changes, and of their products with what the rigid arm leaves.
+        let mut sums = vec![[0.0; 5]; n];
+        for motion in motions {
+            let rigid = fit.torques(motion);
+            for (k, measured) in motion.tau.iter().enumerate() {
+                let [first, second] = changes(&rigid, n, k);
+                let left = measured - rigid[k];
+                let products = [first * first, first * second, second * second, first * left, second * left];
+                sums[k % n].iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+            }
+        }
+        let solved = sums.iter().map(|[a, b, c, x, y]| {
+            let determinant = a * c - b * b;
+            // A torque that does not change has no response.
+            let is_told = determinant > f64::EPSILON * a * c;
+            if is_told { [(c * x - b * y) / determinant, (a * y - b * x) / determinant] } else { [0.0; 2] }
+        });
+        let (lead, second) = solved.map(|[a, b]| (a * period, b * period * period)).unzip();
+        Self { lead, second, period }
+    }
+
+    /// The torques that are measured in a motion, row by row [N m].
+    pub fn torques(&self, fit: &BodyFit, motion: &JointMotion) -> Vec<f64> {
+        let n = motion.n_joints;
+        let rigid = fit.torques(motion);
+        let at = |k: usize| {
+            let [first, second] = changes(&rigid, n, k);
+            let [lead, curve] = [self.lead[k % n] / self.period, self.second[k % n] / self.period.powi(2)];
+            rigid[k] + lead * first + curve * second
+        };
+        (0..rigid.len()).map(at).collect()
+    }
+
+    /// Root mean square of what is left of every joint's torque [N m].
+    pub fn rms_on(&self, fit: &BodyFit, motion: &JointMotion) -> Vec<f64> {
+        let n = motion.n_joints;
+        let mut squares = vec![0.0; n];
+        for (k, (found, measured)) in self.torques(fit, motion).iter().zip(&motion.tau).enumerate() {
+            squares[k % n] += (found - measured).powi(2);
+        }
+        squares.iter().map(|square| (square / motion.n_samples() as f64).sqrt()).collect()
+    }
+}
+
+/// First and second central difference of every `n`-th of `rows` at `k`; none at the ends.
+fn changes(rows: &[f64], n: usize, k: usize) -> [f64; 2] {
+    match (k.checked_sub(n).map(|before| rows[before]), rows.get(k + n)) {
+        (Some(before), Some(after)) => [0.5 * (after - before), after - 2.0 * rows[k] + before],
+        _ => [0.0; 2],
+    }
+}
