@@ -19,13 +19,19 @@ pub struct TorqueResponse {
 impl TorqueResponse {
     /// The response that leaves least of the torques of `motions`, each sampled every `period` [s].
     pub fn identify(fit: &BodyFit, motions: &[&JointMotion], period: f64) -> Self {
-        let n = fit.model.n_joints();
+        let rigid: Vec<Vec<f64>> = motions.iter().map(|motion| fit.torques(motion)).collect();
+        let parts = rigid.iter().zip(motions).map(|(rigid, motion)| [&rigid[..], &motion.tau[..]]);
+        Self::of_rows(parts, fit.model.n_joints(), period)
+    }
+
+    /// The response that leaves least of measured torques; of each motion the torques of the rigid arm and those measured, row by row
+    /// of `n` joints [N m].
+    pub fn of_rows<'a>(motions: impl Iterator<Item = [&'a [f64]; 2]>, n: usize, period: f64) -> Self {
         // Σ of squares and products of the two changes, and of their products with what the rigid arm leaves.
         let mut sums = vec![[0.0; 5]; n];
-        for motion in motions {
-            let rigid = fit.torques(motion);
-            for (k, measured) in motion.tau.iter().enumerate() {
-                let [first, second] = changes(&rigid, n, k);
+        for [rigid, measured] in motions {
+            for (k, measured) in measured.iter().enumerate() {
+                let [first, second] = changes(rigid, n, k);
                 let left = measured - rigid[k];
                 let products = [first * first, first * second, second * second, first * left, second * left];
                 sums[k % n].iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
@@ -43,10 +49,14 @@ impl TorqueResponse {
 
     /// The torques that are measured in a motion, row by row [N m].
     pub fn torques(&self, fit: &BodyFit, motion: &JointMotion) -> Vec<f64> {
-        let n = motion.n_joints;
-        let rigid = fit.torques(motion);
+        self.applied(&fit.torques(motion))
+    }
+
+    /// The torques that are measured where the rigid arm has `rigid`, row by row of one motion [N m].
+    pub fn applied(&self, rigid: &[f64]) -> Vec<f64> {
+        let n = self.lead.len();
         let at = |k: usize| {
-            let [first, second] = changes(&rigid, n, k);
+            let [first, second] = changes(rigid, n, k);
             let [lead, curve] = [self.lead[k % n] / self.period, self.second[k % n] / self.period.powi(2)];
             rigid[k] + lead * first + curve * second
         };

@@ -1,5 +1,6 @@
 //! Recorded arms: learned models beside simple ones, everything chosen on trajectories of the training data.
 
+use std::ops::Range;
 use std::path::Path;
 
 use hysteron_base::BadInput;
@@ -11,6 +12,7 @@ use super::{Listener, StudyProgress, cell, make_folder};
 use crate::Model;
 use crate::baselines::{MOST_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body};
 use crate::datasets::RealSet;
+use crate::identify::TorqueResponse;
 use crate::lagrangian::{NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train};
 
 /// How the models of a set are found.
@@ -117,31 +119,30 @@ pub fn real_study(
             penalty,
         ),
     ];
-    let total = 6 + 2 * options.variants.len();
+    let (responded, row) = responded(set, &prior);
+    rows.push(row);
+    let total = 8 + 2 * options.variants.len();
     // A cell is the same whichever others stand beside it.
     let identity = json!({ "options": RealOptions { variants: Vec::new(), ..options.clone() }, "set": set.name, "samples": set.training.len() });
     let zeros = [&set.training, &set.test].map(|samples| vec![0.0; samples.tau.len()]);
+    let bodies = [("", "", &zeros), ("Rigid body + ", "rigid-", &prior)];
+    let with_response = ("Rigid body with response + ", "response-", &responded);
     for (kind, key) in [(Kernel::Fourier, "fourier"), (Kernel::GaussianProcess, "gaussian-process")] {
-        for (prefix, offset) in [("", &zeros), ("Rigid body + ", &prior)] {
+        let also = matches!(kind, Kernel::Fourier).then_some(with_response);
+        for (prefix, of_key, offset) in bodies.into_iter().chain(also) {
             let name = format!("{prefix}{}", kind.label());
             if !listener(&StudyProgress { cell: &name, done: [rows.len(), total], training: None }) {
                 return Ok(rows);
             }
-            let key = if prefix.is_empty() { key.to_owned() } else { format!("rigid-{key}") };
-            rows.extend(cell(folder, &key, &identity, || {
+            rows.extend(cell(folder, &format!("{of_key}{key}"), &identity, || {
                 Ok(Some(kernel(set, options, kind, &name, offset)?))
             })?);
         }
     }
-    for (prefix, offset) in [("", &zeros), ("Rigid body + ", &prior)] {
+    for (prefix, of_key, offset) in bodies {
         for variant in &options.variants {
             let name = format!("{prefix}{}", variant.label());
-            let spelled = json!([variant, !prefix.is_empty()]);
-            let key = format!(
-                "{}{}",
-                if prefix.is_empty() { "" } else { "rigid-" },
-                spelled[0].as_str().unwrap_or_default()
-            );
+            let key = format!("{of_key}{}", json!(variant).as_str().unwrap_or_default());
             let done = [rows.len(), total];
             let row = cell(folder, &key, &identity, || {
                 learned(set, options, (*variant, &name), offset, (folder, &key), done, listener)
@@ -151,6 +152,34 @@ pub fn real_study(
         }
     }
     Ok(rows)
+}
+
+/// Torques of training and test as they would be measured where the rigid arm has `rigid`, and what they leave.
+fn responded(set: &RealSet, rigid: &[Vec<f64>; 2]) -> ([Vec<f64>; 2], RealRow) {
+    let n = set.training.n_joints;
+    let rows = |range: &Range<usize>| n * range.start..n * range.end;
+    let parts = |held: Option<usize>| {
+        let trajectories = set.training.trajectories.iter().enumerate();
+        let used = trajectories.filter(move |(t, _)| held.is_none_or(|held| t % VALIDATION != held));
+        used.map(|(_, range)| [&rigid[0][rows(range)], &set.training.tau[rows(range)]])
+    };
+    let found = |held: Option<usize>| TorqueResponse::of_rows(parts(held), n, 1.0);
+    // Each trajectory with the response of those of other folds.
+    let folds: Vec<TorqueResponse> = (0..VALIDATION).map(|held| found(Some(held))).collect();
+    let of_trajectory =
+        |(t, range): (usize, &Range<usize>)| folds[t % VALIDATION].applied(&rigid[0][rows(range)]);
+    let held_out: Vec<f64> = set.training.trajectories.iter().enumerate().flat_map(of_trajectory).collect();
+    let validation = 1.0 - Scores::of(n, &set.training.tau, &held_out).mean_r2();
+    let response = found(None);
+    let applied = |samples: &Samples, rigid: &[f64]| -> Vec<f64> {
+        samples.trajectories.iter().flat_map(|range| response.applied(&rigid[rows(range)])).collect()
+    };
+    let both = [applied(&set.training, &rigid[0]), applied(&set.test, &rigid[1])];
+    let leads: Vec<String> = response.lead.iter().map(|lead| format!("{lead:.1}")).collect();
+    let choice = format!("ahead by {} samples", leads.join(", "));
+    let name = "Rigid body, friction, spring (feasible), response of measured torques";
+    let row = RealRow::new(name, &set.test, &both[1], validation, choice);
+    (both, row)
 }
 
 /// Linear models of states lifted by a Gaussian kernel.

@@ -165,7 +165,7 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
     assert!(bad.contains("expected 7 joints, as recorded, got 9"), "{bad}");
     let arm = whole.with_locked(&[("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)]).unwrap();
     let rows = real_study(&set, &arm, &options, out.path(), &mut |_| true).unwrap();
-    assert_eq!(rows.len(), 6);
+    assert_eq!(rows.len(), 8);
 }
 
 #[test]
