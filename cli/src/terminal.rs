@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use hysteron_workflow::{Caller, Monitor, Progress};
 use serde_json::{Value, json};
 use tracing::level_filters::LevelFilter;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::prelude::*;
 
 use crate::{interrupt, progress};
 
@@ -125,41 +126,24 @@ impl Write for LogLine {
 /// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. What
 /// `RUST_LOG` says stands where nothing was typed.
 pub fn start_log(verbosity: Option<i8>) {
+    let everywhere = |level: LevelFilter| Targets::new().with_default(level);
     let filter = match verbosity.unwrap_or(1) {
-        ..0 => LevelFilter::ERROR.to_string(),
-        0 => LevelFilter::WARN.to_string(),
-        1 => LevelFilter::INFO.to_string(),
-        2 => details(),
-        3.. => LevelFilter::TRACE.to_string(),
+        ..0 => everywhere(LevelFilter::ERROR),
+        0 => everywhere(LevelFilter::WARN),
+        1 => everywhere(LevelFilter::INFO),
+        // The project's own crates, whose names all begin alike; of others, what they report anyway.
+        2 => everywhere(LevelFilter::INFO).with_target("hysteron", LevelFilter::DEBUG),
+        3.. => everywhere(LevelFilter::TRACE),
     };
     let by_environment = std::env::var("RUST_LOG").ok().filter(|_| verbosity.is_none());
+    let filter = by_environment.and_then(|targets| targets.parse().ok()).unwrap_or(filter);
     let is_coloured = std::io::stderr().is_terminal() && has_colours(std::env::var_os("NO_COLOR"));
-    tracing_subscriber::fmt()
-        .with_env_filter(EnvFilter::new(by_environment.unwrap_or(filter)))
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(move || LogLine { is_coloured })
         .with_ansi(is_coloured)
         .with_target(false)
-        .without_time()
-        .init();
-}
-
-/// Details of the project's own crates; of others, what they report anyway.
-fn details() -> String {
-    let own = [
-        "",
-        "_base",
-        "_fem",
-        "_learn",
-        "_twin",
-        "_actuator",
-        "_control",
-        "_rig",
-        "_arm",
-        "_report",
-        "_workflow",
-    ];
-    let own = own.map(|name| format!("hysteron{name}=debug"));
-    format!("info,{}", own.join(","))
+        .without_time();
+    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
 }
 
 /// <https://no-color.org>: colours are off where the variable is there and not empty.
