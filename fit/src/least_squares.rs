@@ -40,7 +40,7 @@ where
     let (mut held, mut kept) = (Vec::new(), Vec::new());
     let mut places = start.clone();
     let mut columns = problem.columns(&start, &free, &first)?;
-    while let Some((at, with)) = uncertainty::unseen(&free, &columns, options.smallest_effect) {
+    while let Some((at, with)) = uncertainty::unidentifiable(&free, &columns, options.smallest_effect) {
         let k = free.remove(at);
         places[k] = home[k];
         held.push((k, with));
@@ -53,11 +53,11 @@ where
         let inside = uncertainty::inside(&free, &found.places);
         let columns = problem.columns(&found.places, &inside, &series)?;
         let spread = spread_of(&series, inside.len());
-        let unseen = uncertainty::unseen(&inside, &columns, options.smallest_effect);
+        let unidentifiable = uncertainty::unidentifiable(&inside, &columns, options.smallest_effect);
         let rows = prior_rows(parameters, &inside, &columns, problem.noise);
         let covariance = uncertainty::covariance(&rows, spread.variance);
         let vague = || uncertainty::vague(parameters, &inside, covariance.as_ref()?, &kept);
-        let Some((at, with)) = unseen.clone().or_else(vague) else {
+        let Some((at, with)) = unidentifiable.clone().or_else(vague) else {
             let (estimates, correlation) = uncertainty::estimates(
                 parameters,
                 &found.places,
@@ -86,7 +86,7 @@ where
         iterations += without.iterations;
         let price = problem.cost_at(&without.places, &first)?
             - cost(parameters, &found.places, &series, problem.noise);
-        if unseen.is_none() && price > NOISE * spread.variance {
+        if unidentifiable.is_none() && price > NOISE * spread.variance {
             kept.push(k);
         } else {
             held.push((k, with));

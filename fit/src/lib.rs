@@ -22,7 +22,7 @@ pub use least_squares::{TOLERANCE, least_squares};
 pub use outcome::{Fit, Options};
 pub use parameter::{Parameter, Prior, Scale};
 pub use search::{Found, Problem, cost, minimum, polished, prior_rows};
-pub use uncertainty::{Estimate, Spread, Standing, condition, correction, covariance, unseen};
+pub use uncertainty::{Estimate, Spread, Standing, condition, correction, covariance, unidentifiable};
 
 /// What the residuals of a fit fail with.
 pub trait Failure: From<BadInput> + Send + std::fmt::Debug {

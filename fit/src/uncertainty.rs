@@ -91,7 +91,7 @@ pub fn inside(free: &[usize], places: &[f64]) -> Vec<usize> {
 
 /// Finds the parameter that stands most for a direction which moves the residuals by less than `smallest` (root mean
 /// square) from bound to bound: its position in `free`, and the parameters that share the direction.
-pub fn unseen(free: &[usize], columns: &[Vec<f64>], smallest: f64) -> Option<(usize, Vec<usize>)> {
+pub fn unidentifiable(free: &[usize], columns: &[Vec<f64>], smallest: f64) -> Option<(usize, Vec<usize>)> {
     let (singular, direction) = weakest(columns)?;
     let effect = singular / (columns[0].len() as f64).sqrt();
     (effect < smallest).then(|| most_of(&direction, free))

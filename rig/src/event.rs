@@ -46,7 +46,7 @@ pub enum EventKind {
     TrackerQuality,
     /// A message of the tracker was damaged.
     TrackerCorrupt,
-    /// A tendon near the load limit is wound no further, or again.
+    /// A tendon near the load limit is pulled no further, or again.
     Hold,
     /// A contact was told from what is measured, or is over.
     Contact,

@@ -1,6 +1,6 @@
 //! What must never be passed, checked in every cycle.
 //!
-//! A limit that is passed ends the run. Whether the robot first goes back to rest or lets go at once depends on the
+//! A limit that is passed ends the run. Whether the robot first goes back to rest or the torque goes off at once depends on the
 //! limit: with a load, heat or supply out of bounds, moving on is no cure.
 
 use crate::bus::ServoBounds;

@@ -46,7 +46,7 @@ pub enum Space {
 pub struct Tendons {
     /// Angles of the tendons about the body [rad], at least two.
     pub angles: Vec<f64>,
-    /// What a tendon is paid out over what it would be pulled, >= 0 [-].
+    /// By how much a tendon is released, over what it would be pulled, >= 0 [-].
     pub release: f64,
     /// Pull that all have in common while the robot moves [m], >= 0; it comes in the second half of the rest
     /// before the motion, and goes in the first half of the rest after it.

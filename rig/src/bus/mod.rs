@@ -362,7 +362,7 @@ impl ServoBus {
     }
 }
 
-/// Opens a port as soon as nobody else has it: the watchman of a run that died may still be at work.
+/// Opens a port as soon as nobody else has it: the watchdog process of a run that died may still be at work.
 fn open_patiently(port: &Path, config: &ServoConfig) -> std::io::Result<Wire> {
     let start = Instant::now();
     loop {

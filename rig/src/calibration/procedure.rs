@@ -1,6 +1,6 @@
 //! The procedure of `hysteron rig calibrate`.
 //!
-//! A tendon is wound slowly from slack; its load stays flat, then rises. The corner of that line is where the slack
+//! A tendon is pulled slowly from slack; its load stays flat, then rises. The corner of that line is where the slack
 //! ends, its slope the stiffness that the servo feels, and the zero lies where the line reaches the pretension. It is
 //! found twice, the second time with all other tendons already at their pretension, and always by winding, so that
 //! friction shifts every tendon alike. Then each tendon pulls the tip a little, and the directions in which the tip
@@ -137,7 +137,7 @@ impl Search<'_> {
             {
                 break;
             }
-            // A tendon that is wound by what should let it out pulls the servo the other way.
+            // A tendon that is pulled by what should release it pulls the servo the other way.
             let is_wound = n >= SMOOTH && mean(&loads[n - SMOOTH..]) < -WRONG_WAY;
             if is_wound || start - self.at[k] > settings.search_max {
                 return Err(self.no_corner(k, "fall", start - self.at[k]));

@@ -177,7 +177,7 @@ pub struct Limits {
     pub lag_max: f64,
     /// Largest load, of the stall torque [-].
     pub load_max: f64,
-    /// Load above which a tendon is wound no further, of the stall torque [-].
+    /// Load above which a tendon is pulled no further, of the stall torque [-].
     pub load_limiting: Option<f64>,
     /// Largest temperature of a servo [°C].
     pub temperature_max: f64,
@@ -219,7 +219,7 @@ pub struct CalibrationConfig {
     pub slack_load: f64,
     /// Load of every tendon at rest [-].
     pub pretension_load: f64,
-    /// Furthest that a tendon is wound in search of its slack's end [m].
+    /// Furthest that a tendon is pulled in search of its slack's end [m].
     pub search_max: f64,
     /// Stroke with which each tendon is pulled to find the tracker's frame [m].
     pub probe: f64,

@@ -121,7 +121,7 @@ impl PoseServer {
         self.clients.len()
     }
 
-    /// Takes new clients, lets go of those that left, and sends what waits for slow ones.
+    /// Takes new clients, drops those that left, and sends what waits for slow ones.
     pub fn poll(&mut self) {
         while let Some(Ok((stream, _))) = self.listener.as_ref().map(TcpListener::accept) {
             if stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).is_ok() {

@@ -1,7 +1,7 @@
-//! A tendon near the load limit is wound no further.
+//! A tendon near the load limit is pulled no further.
 //!
 //! A load beyond its limit ends a run. A path that needs a little more than the limit at its furthest point would be
-//! lost for that; so below the limit a tendon is let out and wound again so that the load stays where it is, until
+//! lost for that; so below the limit a tendon is released and pulled again so that the load stays where it is, until
 //! the command comes back to it. What stays behind by more than a servo may lag is blocked, and ends the run.
 
 use super::Session;
@@ -59,7 +59,7 @@ impl Session<'_> {
             let mut hold = match guard.hold.take() {
                 None if is_high && stroke > self.commanded[k] => {
                     let message =
-                        format!("load: near {:.0} %; its tendon is wound no further", 100.0 * load_limiting);
+                        format!("load: near {:.0} %; its tendon is pulled no further", 100.0 * load_limiting);
                     self.note(EventKind::Hold, Some(id), message);
                     Hold { ceiling: self.commanded[k], begun: now, shortfall: 0.0 }
                 }

@@ -12,7 +12,7 @@ pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
     let name = &job.name;
     match &outcome.stopped {
         None if outcome.is_torque_settled => Ok(()),
-        None => Err(anyhow::anyhow!("{name}: the torque could not be dealt with; switch the supply off")),
+        None => Err(anyhow::anyhow!("{name}: could not switch the torque off; switch the supply off")),
         Some(stop) if outcome.n_rows == 0 => {
             Err(anyhow::anyhow!("{name}: {stop} (nothing was recorded yet)"))
         }
