@@ -126,17 +126,9 @@ impl Write for LogLine {
 /// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. What
 /// `RUST_LOG` says stands where nothing was typed.
 pub fn start_log(verbosity: Option<i8>) {
-    let everywhere = |level: LevelFilter| Targets::new().with_default(level);
-    let filter = match verbosity.unwrap_or(1) {
-        ..0 => everywhere(LevelFilter::ERROR),
-        0 => everywhere(LevelFilter::WARN),
-        1 => everywhere(LevelFilter::INFO),
-        // The project's own crates, whose names all begin alike; of others, what they report anyway.
-        2 => everywhere(LevelFilter::INFO).with_target("hysteron", LevelFilter::DEBUG),
-        3.. => everywhere(LevelFilter::TRACE),
-    };
     let by_environment = std::env::var("RUST_LOG").ok().filter(|_| verbosity.is_none());
-    let filter = by_environment.and_then(|targets| targets.parse().ok()).unwrap_or(filter);
+    let filter =
+        by_environment.and_then(|targets| targets.parse().ok()).unwrap_or_else(|| shown_at(verbosity));
     let is_coloured = std::io::stderr().is_terminal() && has_colours(std::env::var_os("NO_COLOR"));
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(move || LogLine { is_coloured })
@@ -144,6 +136,19 @@ pub fn start_log(verbosity: Option<i8>) {
         .with_target(false)
         .without_time();
     tracing_subscriber::registry().with(lines.with_filter(filter)).init();
+}
+
+/// What is logged at a verbosity, where nothing was typed the usual.
+fn shown_at(verbosity: Option<i8>) -> Targets {
+    let everywhere = |level: LevelFilter| Targets::new().with_default(level);
+    match verbosity.unwrap_or(1) {
+        ..0 => everywhere(LevelFilter::ERROR),
+        0 => everywhere(LevelFilter::WARN),
+        1 => everywhere(LevelFilter::INFO),
+        // The project's own crates, whose names all begin alike; of others, what they report anyway.
+        2 => everywhere(LevelFilter::INFO).with_target("hysteron", LevelFilter::DEBUG),
+        3.. => everywhere(LevelFilter::TRACE),
+    }
 }
 
 /// <https://no-color.org>: colours are off where the variable is there and not empty.
@@ -160,12 +165,25 @@ pub fn command_line() -> String {
 
 #[cfg(test)]
 mod tests {
+    use tracing::Level;
+
     use super::*;
 
     #[test]
     fn colours_are_off_where_nobody_wants_them() {
         assert!(has_colours(None) && has_colours(Some("".into())) && !has_colours(Some("1".into())));
-        assert!(details().contains("hysteron=debug,hysteron_base=debug"));
+    }
+
+    #[test]
+    fn details_are_those_of_the_project() {
+        let shown = |verbosity, target, level| shown_at(verbosity).would_enable(target, &level);
+        assert!(
+            shown(Some(2), "hysteron_twin::step", Level::DEBUG) && shown(Some(2), "hysteron", Level::DEBUG)
+        );
+        assert!(!shown(Some(2), "candle_core", Level::DEBUG) && shown(Some(3), "candle_core", Level::TRACE));
+        assert!(shown(None, "hysteron", Level::INFO) && !shown(None, "hysteron", Level::DEBUG));
+        assert!(shown(Some(0), "hysteron", Level::WARN) && !shown(Some(0), "hysteron", Level::INFO));
+        assert!(shown(Some(-1), "hysteron", Level::ERROR) && !shown(Some(-1), "hysteron", Level::WARN));
     }
 
     #[test]
