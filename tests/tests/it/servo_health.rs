@@ -8,6 +8,8 @@ use serde_json::Value;
 /// Friction and play of the preset `typical`, as its file has them.
 const COULOMB: &str = "coulomb_friction_n_m = 0.045";
 const PLAY: &str = "play_mm = 0.10";
+/// That friction as a part of the full load, which is stall torque 1.4 and friction at standstill [%].
+const SOUND: f64 = 100.0 * 0.045 / 1.445;
 
 /// Writes a rig like `typical` with another friction and play.
 fn rig(folder: &Path, name: &str, friction: f64, play: f64) -> String {
@@ -55,10 +57,11 @@ fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
         assert_eq!(servos.len(), 4);
         conditions.extend(servos.iter().map(condition));
         for servo in &servos {
-            // Friction of 0.045 N m of the load's 1.445 N m, and what rises at low speed above it.
+            // Beyond noise: the ripple of the goals lowers the viscous part by 2.8 % (docs/actuator.md), 0.13 % of full load, and not in
+            // proportion to the speed alone.
             for direction in ["pulling", "releasing"] {
                 let [percent, error] = estimate(servo, &format!("friction_{direction}_percent"));
-                assert!((percent - 100.0 * 0.045 / 1.445).abs() < 4.0 * error + 0.1, "{direction}: {servo}");
+                assert!((percent - SOUND).abs() < 4.0 * error + 0.03, "{direction}: {servo}");
             }
             assert!(servo["temperature_max_degc"].as_f64().unwrap() >= 20.0);
         }
@@ -72,21 +75,27 @@ fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
         assert!(condition(servo) < 0.05, "{servo}");
         for direction in ["pulling", "releasing"] {
             let [change, error] = estimate(servo, &format!("change/friction_{direction}_percent"));
-            assert!((change - 0.5).abs() < 4.0 * error && error < 0.1, "{direction}: {servo}");
+            // A load of 1 is more torque too: friction at standstill is overcome.
+            let truth = 100.0 * 1.5 * 0.045 / (1.445 + 0.5 * 0.045) / SOUND - 1.0;
+            assert!((change - truth).abs() < 4.0 * error && error < 0.1, "{direction}: {servo}");
         }
     }
 
-    // A gap wider by 0.3 mm.
+    // Gaps wider by 0.3 mm each. What the tip lags says so of all together; of one alone by the half of it, as tendons that are opposite share
+    // their lag.
     let worn = rig(folder, "plays", 0.045, 0.40);
     let before: Value =
         serde_json::from_slice(&std::fs::read(folder.join("before/metrics.json")).unwrap()).unwrap();
-    for (k, servo) in record(folder, &worn, "2", "plays", &baseline).iter().enumerate() {
+    let servos = record(folder, &worn, "2", "plays", &baseline);
+    let mut sum = 0.0;
+    for (k, servo) in servos.iter().enumerate() {
         assert!(condition(servo) < 0.05, "{servo}");
-        let [now, error] = estimate(servo, "lost_motion_mm");
-        let [then, error_then] = estimate(&before["health"]["servos"][k], "lost_motion_mm");
-        let tolerance = 4.0 * error.hypot(error_then) + 0.1;
-        assert!((now - then - 0.3).abs() < tolerance, "{then} {now} {servo}");
+        let [now, _] = estimate(servo, "lost_motion_mm");
+        let [then, _] = estimate(&before["health"]["servos"][k], "lost_motion_mm");
+        assert!((now - then - 0.3).abs() < 0.15, "{then} {now} {servo}");
+        sum += now - then;
     }
+    assert!((sum / 4.0 - 0.3).abs() < 0.03, "{}", sum / 4.0);
 
     // The report has it, and a baseline by identify-servo is one of friction.
     let page = std::fs::read_to_string(folder.join("plays/report.html")).unwrap();

@@ -20,8 +20,8 @@ use window::{Source, Window};
 const DRIFT: f64 = 0.1;
 /// Change of a quantity that counts as wear, as a part of the baseline.
 const WEAR: f64 = 0.25;
-/// Smallest lost motion that counts: what is less is within a tick and the tracker's noise [mm].
-const LEAST_LOST_MM: f64 = 0.05;
+/// A lost motion counts as no less than this: a quarter of it is what recordings of a minute resolve [mm].
+const LEAST_LOST_MM: f64 = 0.2;
 /// Part of the value that recordings of one healthy servo differ by beyond their standard errors: motion is never quite the same.
 const UNLIKE: f64 = 0.03;
 /// Probabilities below this are an alarm.

@@ -46,6 +46,7 @@ const HIDDEN: [usize; 2] = [64, 64];
 const EPOCHS: usize = 60;
 const BATCH: usize = 64;
 const RATE: f64 = 2e-3;
+
 /// What a policy observes beside plan and positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Observed {
@@ -53,8 +54,8 @@ enum Observed {
     Nothing,
     /// The force on the tip as an actuator estimates it.
     EstimatedForce,
-    /// The force as only the simulation knows it.
-    TrueForce,
+    /// The weight of the object as only the simulation knows it.
+    TrueWeight,
     /// The currents of the motors.
     Currents,
     /// How far the arm is behind its goals.
@@ -63,14 +64,14 @@ enum Observed {
 
 impl Observed {
     const ALL: [Self; 5] =
-        [Self::Nothing, Self::EstimatedForce, Self::TrueForce, Self::Currents, Self::ServoErrors];
+        [Self::Nothing, Self::EstimatedForce, Self::TrueWeight, Self::Currents, Self::ServoErrors];
 
     /// As tables call it.
     fn name(self) -> &'static str {
         match self {
             Self::Nothing => "plan and positions",
             Self::EstimatedForce => "with the estimated force",
-            Self::TrueForce => "with the true force",
+            Self::TrueWeight => "with the true weight",
             Self::Currents => "with the motors' currents",
             Self::ServoErrors => "with the servos' errors",
         }
@@ -79,7 +80,7 @@ impl Observed {
     fn len(self) -> usize {
         match self {
             Self::Nothing => 0,
-            Self::EstimatedForce | Self::TrueForce => 3,
+            Self::EstimatedForce | Self::TrueWeight => 3,
             Self::Currents | Self::ServoErrors => N_JOINTS,
         }
     }
@@ -130,7 +131,9 @@ impl Trial {
         arm: &VirtualArm,
         control: &mut dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS],
     ) -> f64 {
-        let moments = arm.handle((&self.plan, self.mass), (ARM.1, &self.name), control);
+        let weight = [0.0, 0.0, -self.mass * arm.chain.gravity.norm()];
+        let mut control = |reading: &Reading, planned: &[f64; N_SERVOS], _| control(reading, planned, weight);
+        let moments = arm.handle((&self.plan, self.mass), (ARM.1, &self.name), &mut control);
         let end = self.plan.end() - STAYS;
         moments.iter().filter(|m| m.time >= end).map(|m| (m.tip - self.goal).norm()).fold(0.0, f64::max)
     }
@@ -186,7 +189,7 @@ impl<'m> Senses<'m> {
         all.extend(joints(&reading.position));
         match observed {
             Observed::Nothing => {}
-            Observed::TrueForce => all.extend(force),
+            Observed::TrueWeight => all.extend(force),
             Observed::Currents => all.extend(joints(&reading.current)),
             Observed::ServoErrors => {
                 let errors = reading.goal.iter().zip(reading.position).map(|(goal, q)| goal - q);
