@@ -62,12 +62,15 @@ pub fn channel_names(config: &ArmsConfig) -> Vec<String> {
     names
 }
 
+/// Takes a row and appends values to it.
+pub type Append<'a> = dyn FnMut(&mut Vec<f64>) + 'a;
+
 /// Further channels of a recording, computed from each row as soon as it was measured.
 pub struct Estimates<'a> {
     /// What they are called.
     pub names: Vec<String>,
     /// Takes a row as it was measured, NaN where a servo did not answer, and appends their values. The next cycle waits for it.
-    pub append: Box<dyn FnMut(&mut Vec<f64>) + 'a>,
+    pub append: Box<Append<'a>>,
 }
 
 impl Estimates<'_> {
@@ -155,7 +158,7 @@ impl<'a> ArmsRecording<'a> {
         let is_whole = stopped.is_none() && !was_interrupted;
         let out = if is_whole { self.out.clone() } else { free_name(&self.out, "partial") };
         let (n_rows, n_gaps) = self.keep(&out)?;
-        let ages = std::mem::replace(&mut self.ages, Histogram::new());
+        let ages = std::mem::take(&mut self.ages);
         Ok(ArmsOutcome {
             out,
             stopped,

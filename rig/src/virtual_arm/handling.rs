@@ -27,16 +27,19 @@ pub struct Moment {
     pub tip: Vector3<f64>,
 }
 
+/// What moves the arm: from a reading, the goals that are planned for its time [rad], and the force on the tip as only a simulation knows it
+/// [N], it says where the servos are to go [rad].
+pub type Control<'a> = dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS] + 'a;
+
 impl VirtualArm {
-    /// Handles `mass` [kg] for as long as `plan` lasts, from where it begins. At every reading `control` is told it, the posture that is
-    /// planned for the time, and the force on the tip as only a simulation knows it [N]; it says where the servos are to go [rad].
+    /// Handles `mass` [kg] for as long as `plan` lasts, from where it begins. `control` is asked at every reading.
     ///
     /// All noise comes from `seed` and `name`.
     pub fn handle(
         &self,
         (plan, mass): (&Leader, f64),
         (seed, name): (u64, &str),
-        control: &mut dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS],
+        control: &mut Control<'_>,
     ) -> Vec<Moment> {
         let mut heat = rng(seed, &format!("virtual-arm/{name}/heat"));
         let start = plan.at(0.0);

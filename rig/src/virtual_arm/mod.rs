@@ -37,7 +37,7 @@ mod world;
 pub use chain::{Body, Chain, Configuration, Link, N_JOINTS};
 pub use fault::Fault;
 pub use gripper::Gripper;
-pub use handling::Moment;
+pub use handling::{Control, Moment};
 pub use leader::{Leader, Posture};
 pub use nad::{Planned, SPLITS, data_set};
 #[cfg(unix)]

@@ -9,7 +9,7 @@ use hysteron_arm::Model;
 use hysteron_arm::neural::{Estimator, NeuralActuator, ServoTelemetry};
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{Activation, Adam, Decay, Mlp, MlpTape, Objective, Schedule, Session, minimise};
-use hysteron_rig::virtual_arm::{Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
+use hysteron_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
 use nalgebra::Vector3;
 use rand::RngExt;
 use serde_json::{Value, json};
@@ -126,11 +126,7 @@ impl Trial {
     }
 
     /// Largest distance from the goal in the last seconds [m].
-    fn run(
-        &self,
-        arm: &VirtualArm,
-        control: &mut dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS],
-    ) -> f64 {
+    fn run(&self, arm: &VirtualArm, control: &mut Control<'_>) -> f64 {
         let weight = [0.0, 0.0, -self.mass * arm.chain.gravity.norm()];
         let mut control = |reading: &Reading, planned: &[f64; N_SERVOS], _| control(reading, planned, weight);
         let moments = arm.handle((&self.plan, self.mass), (ARM.1, &self.name), &mut control);
@@ -357,11 +353,9 @@ pub(super) fn run(options: &Options, caller: &Caller) -> anyhow::Result<Option<V
     arm_cloning::write(&options.out, &rows, &about, &meta).map(Some)
 }
 
-type Control<'a> = Box<dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS] + 'a>;
-
 impl Study<'_> {
     /// Distances of all trials of a task under the controllers that `control` makes for their numbers.
-    fn every<'c>(&self, task: Task, control: &dyn Fn(usize) -> Control<'c>) -> Vec<f64> {
+    fn every<'c>(&self, task: Task, control: &dyn Fn(usize) -> Box<Control<'c>>) -> Vec<f64> {
         let one = |number: usize| {
             Trial::draw(&self.arm, task, "test", number).run(&self.arm, &mut *control(number))
         };
@@ -408,7 +402,7 @@ impl Study<'_> {
         };
         let leads = shown[0].iter().flat_map(|(_, lead)| lead).map(|x| x * x).sum::<f64>();
         let leads = (leads / (rows * N_JOINTS as f64)).sqrt();
-        if !(leads > 0.0) {
+        if leads.is_nan() || leads <= 0.0 {
             return Err(BadInput::new("demonstrations", "an expert whose goals lead", "none").into());
         }
         let inputs = [mean.clone(), (0..n).map(spread).collect()];
