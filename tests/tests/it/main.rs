@@ -16,6 +16,7 @@ mod generate;
 mod identify_servo;
 mod limits;
 mod mesh;
+mod nad_input;
 mod outputs;
 mod reach;
 mod record;
