@@ -162,3 +162,70 @@ pub fn signal(process: &Child, name: &str) {
     let sent = Command::new("kill").args([&format!("-{name}"), &process.id().to_string()]).status().unwrap();
     assert!(sent.success());
 }
+
+/// Longest wait for what a busy machine does in its time.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Both emulated arms in `arms/` of a folder. Dropping it ends them.
+#[derive(Debug)]
+pub struct EmulatedArms {
+    folder: tempfile::TempDir,
+    process: Child,
+}
+
+impl EmulatedArms {
+    /// Starts them; `arguments` are further ones of `hysteron arm emulate`.
+    pub fn start(arguments: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut process = Command::new(program())
+            .args(["arm", "emulate", "--dir", "arms", "--relaxed", "--begins-s", "3"])
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        assert!(line.starts_with("leader at"), "{line}");
+        let arms = Self { folder, process };
+        // A busy machine answers late and stands still at times, which is not what is tested.
+        let file = arms.path().join("arms/patient.toml");
+        let text = std::fs::read_to_string(arms.path().join("arms/arms.toml")).unwrap();
+        let text = text
+            .replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0")
+            .replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2540.0")
+            .replace("approach_deg_s = 30.0", "approach_deg_s = 90.0");
+        std::fs::write(file, text).unwrap();
+        arms
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Whether any servo of the follower was under torque last.
+    pub fn is_under_torque(&self) -> bool {
+        let text = std::fs::read_to_string(self.path().join("arms/torque.jsonl")).unwrap();
+        let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        whole.lines().last().is_some_and(|line| line.contains("true"))
+    }
+}
+
+impl Drop for EmulatedArms {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Waits until something is so.
+pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < PATIENCE, "never {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}

@@ -28,6 +28,7 @@ mod caller;
 pub mod command_line;
 mod failure;
 mod figures;
+mod health;
 mod inputs;
 mod network;
 pub mod number;

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::Caller;
 use crate::command::{Given, Way};
 use crate::evaluate::{self, Commanded};
+use crate::health::{self, Baseline, Health};
 use crate::record::{self, source::Source};
 
 /// More than anybody measures in a day.
@@ -37,6 +38,10 @@ pub struct Options {
     /// Seed of a virtual rig's noise; every repeat has the next one
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
     pub seed: u64,
+    /// What the servos were like when they were good, to compare with: metrics.json of an earlier record or track, or the output of
+    /// hysteron identify-servo
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub baseline: Option<PathBuf>,
     /// Write each figure as .png too
     #[cfg_attr(feature = "clap", arg(long))]
     pub png: bool,
@@ -45,6 +50,8 @@ pub struct Options {
 /// Carries out the verb.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let rig = Source::read(&options.rig)?;
+    let n_tendons = rig.rig().tendons.len();
+    let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
     let limits = &rig.rig().limits;
     let given = Given {
         stroke: [Some(limits.stroke_min), Some(limits.stroke_max)],
@@ -52,7 +59,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     };
     let strokes = options.out.join("strokes.parquet");
     let repeat = |k: usize| options.out.join(format!("repeat-{}.parquet", k + 1));
-    let outputs = options.way.reads()?.and(Some(&options.rig)).and(&options.calibration);
+    let outputs =
+        options.way.reads()?.and(Some(&options.rig)).and(&options.calibration).and(&options.baseline);
     let outputs = outputs.report("--out", Some(&options.out));
     let _claim = outputs.file("--out", &strokes).check(caller)?;
     let commanded = options.way.strokes(&given, caller)?;
@@ -65,13 +73,16 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         record::run(&record::Options::of_strokes(&options.rig, &strokes, &out, calibration, seed), caller)?;
         tips.push(out);
     }
+    let health = Health::of_files(&tips, baseline.as_ref())?;
+    health.iter().for_each(|health| health::print(health, caller));
     let target = &options.way.target;
     if is_recording(target.as_ref())? {
         caller.wrote(&options.out);
-        return Ok(json!({ "out": options.out, "repeats": tips }));
+        return Ok(json!({ "out": options.out, "repeats": tips, "health": health }));
     }
     let tracked = evaluate::Options::of(target, tips, &options.out, options.png);
-    let value = evaluate::run_commanded(&tracked, Some(&Commanded::of(&commanded)), caller)?;
+    let value =
+        evaluate::run_commanded(&tracked, Some(&Commanded { health, ..Commanded::of(&commanded) }), caller)?;
     caller.reported(&options.out);
     Ok(value)
 }

@@ -2,6 +2,7 @@
 
 mod dahl_map;
 mod friction;
+mod lost_motion;
 mod methods;
 mod pendulum;
 mod pulley;
@@ -9,10 +10,11 @@ mod servo;
 
 pub use dahl_map::{DahlMap, FrictionRun, RIPPLE_TERMS, TERMS};
 pub use friction::{FrictionFit, identify_friction, identify_friction_through};
+pub use lost_motion::{LostMotion, lost_motion};
 pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
 pub use pendulum::{Pendulum, PendulumRun, Rollout, rollout};
 pub use pulley::{
-    Backlash, PulleyFit, PulleyRecord, PulleyServo, Reversal, SteadySamples, find_slack, finest_speed,
-    identify_backlash, identify_pulley,
+    Backlash, PulleyFit, PulleyRecord, PulleyServo, Reversal, SlackFriction, SteadySamples, find_slack,
+    finest_speed, identify_backlash, identify_pulley, slack_friction,
 };
 pub use servo::{DriveFit, DriveFitOptions, DriveQuantity, QUANTITIES, identify_drive, mean_error};

@@ -10,6 +10,7 @@ mod data;
 mod evaluate;
 mod features;
 mod fit;
+mod live;
 mod loss;
 mod observations;
 mod rivals;
@@ -36,6 +37,7 @@ pub use evaluate::{
 };
 pub use features::{Features, GripperAxis, InputScale};
 pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator};
+pub use live::{Estimator, ServoTelemetry};
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
 pub use observations::{Observed, telemetry};
 pub use rivals::{LagAndDroop, Positions, copied_goal};

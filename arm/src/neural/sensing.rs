@@ -129,6 +129,7 @@ pub struct SensingRunner<'m> {
     heads: Heads,
     channels: Vec<f64>,
     token: Vec<f32>,
+    outputs: Vec<f64>,
     /// What the last samples came to, as many as a window of the condition has.
     recent: VecDeque<f64>,
 }
@@ -165,6 +166,7 @@ impl<'m> SensingRunner<'m> {
             heads: Heads::new(features),
             channels: vec![0.0; n],
             token: vec![0.0; n],
+            outputs: vec![0.0; sensing.network.shape().outputs()],
             recent: VecDeque::with_capacity(WINDOW),
         })
     }
@@ -176,15 +178,14 @@ impl<'m> SensingRunner<'m> {
             *to = self.scale.at(k, *x).0 as f32;
         }
         let said = self.runner.step(&self.token);
-        let mut outputs: Vec<f64> = said.iter().map(|y| f64::from(*y)).collect();
-        self.heads.add_force(&mut outputs, &force);
-        let mut now = Sensed::default();
-        add(&mut now, &self.heads, &outputs);
+        self.outputs.iter_mut().zip(said).for_each(|(to, y)| *to = f64::from(*y));
+        self.heads.add_force(&mut self.outputs, &force);
+        let outputs = &self.outputs;
         if self.recent.len() == WINDOW {
             self.recent.pop_front();
         }
-        self.recent.push_back(now.condition[0]);
+        self.recent.push_back(sigmoid(outputs[self.heads.condition]));
         let condition = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
-        SensedNow { force: now.force[0], gate: now.gate[0], condition }
+        SensedNow { force: self.heads.force_of(outputs), gate: sigmoid(outputs[self.heads.gate]), condition }
     }
 }

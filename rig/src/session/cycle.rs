@@ -88,6 +88,7 @@ impl Session<'_> {
         limits.check_servos(&self.samples, &self.measured, &self.commanded, &self.radii)?;
         if self.n_cycles.is_multiple_of(SLOW_EVERY) {
             self.hardware.read_slow(&mut self.slow)?;
+            self.stats.heat.add(self.cycle_time, &self.slow);
             limits.check_slow(&self.slow)?;
         }
         let Some(tracker) = &self.rig.tracker else { return Ok(()) };

@@ -23,7 +23,7 @@ use crate::{
 use hold::LoadGuard;
 pub use record::{Outcome, RecordOptions, Recorder, events_path, free_name, journal_path, recover};
 pub(crate) use record::{convert, disk, line_of};
-pub use stats::{RunStats, StatsSummary};
+pub use stats::{Heat, Histogram, RunStats, StatsSummary};
 pub use supervisor::Supervisor;
 
 /// Cycles without an answer after which a servo counts as lost.

@@ -186,7 +186,8 @@ impl Recorder {
         let mut watch = |session: &Session<'_>| tape.aligner.push_poses(&session.poses);
         let is_torque_settled = session.conclude(&mut stopped, &mut watch);
         let last_events = std::mem::take(&mut session.events);
-        let stats = session.stats.clone();
+        let mut stats = session.stats.clone();
+        stats.heat.begin_at(tape.start);
         drop(session);
         if let Err(error) = tape.finish(last_events) {
             stopped.get_or_insert(Stop::Failed(error));

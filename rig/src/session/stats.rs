@@ -1,5 +1,6 @@
 //! How a run kept its time.
 
+use crate::SlowSample;
 use crate::bus::BusCounts;
 use serde::Serialize;
 
@@ -17,8 +18,15 @@ pub struct Histogram {
     sum: f64,
 }
 
+impl Default for Histogram {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Histogram {
-    fn new() -> Self {
+    /// Of no times.
+    pub fn new() -> Self {
         Self { bins: vec![0; N_BINS], n: 0, max: 0.0, sum: 0.0 }
     }
 
@@ -62,6 +70,45 @@ impl Histogram {
     }
 }
 
+/// Temperatures over time, in bounded memory: when there are too many, every other one goes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Heat {
+    /// Time [s], then the temperature of every servo [°C].
+    rows: Vec<Vec<f64>>,
+    /// Readings that are passed over between two that are kept, and those since the last.
+    every: usize,
+    since: usize,
+}
+
+impl Heat {
+    /// Most readings that are kept.
+    const MOST: usize = 240;
+
+    /// Takes a reading of all servos; one in which a servo did not answer is left out.
+    pub fn add(&mut self, time: f64, servos: &[Option<SlowSample>]) {
+        self.since += 1;
+        if self.since <= self.every || servos.iter().any(Option::is_none) {
+            return;
+        }
+        self.since = 0;
+        let temperatures = servos.iter().flatten().map(|servo| servo.temperature);
+        self.rows.push([time].into_iter().chain(temperatures).collect());
+        if self.rows.len() == Self::MOST {
+            let mut is_kept = false;
+            self.rows.retain(|_| {
+                is_kept = !is_kept;
+                is_kept
+            });
+            self.every = 2 * self.every + 1;
+        }
+    }
+
+    /// Counts times from `start` [s] on.
+    pub(super) fn begin_at(&mut self, start: f64) {
+        self.rows.iter_mut().for_each(|row| row[0] -= start);
+    }
+}
+
 /// How a run kept its time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunStats {
@@ -79,6 +126,8 @@ pub struct RunStats {
     pub pose_age: Histogram,
     /// Poses that were not trusted.
     pub n_doubtful: u64,
+    /// Temperatures of the servos as they were read.
+    pub heat: Heat,
     /// Part of one core that the process used, in real time [-].
     pub processor: Option<f64>,
     /// What the bus went through.
@@ -86,7 +135,7 @@ pub struct RunStats {
 }
 
 /// The same for a file.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StatsSummary {
     /// Cycles.
     pub n_cycles: u64,
@@ -108,6 +157,9 @@ pub struct StatsSummary {
     pub pose_age_median_ms: f64,
     /// 99 % of them are no older [ms].
     pub pose_age_p99_ms: f64,
+    /// Time since the first row [s], then the temperature of every servo [°C].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub temperature_degc: Vec<Vec<f64>>,
     /// Part of one core that the process used, in real time [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub processor_percent: Option<f64>,
@@ -125,6 +177,7 @@ impl RunStats {
             wire: 0.0,
             pose_age: Histogram::new(),
             n_doubtful: 0,
+            heat: Heat::default(),
             processor: None,
             counts: BusCounts::default(),
         }
@@ -150,6 +203,7 @@ impl RunStats {
             n_poses: [self.pose_age.n, self.n_doubtful],
             pose_age_median_ms: 1e3 * self.pose_age.percentile(0.5),
             pose_age_p99_ms: 1e3 * self.pose_age.percentile(0.99),
+            temperature_degc: self.heat.rows.clone(),
             processor_percent: self.processor.map(|part| 100.0 * part),
             bus: self.counts,
         }
@@ -169,6 +223,23 @@ mod tests {
         }
         assert_eq!(histogram.max(), 1e-2);
         assert!((histogram.within(1e-3) - 0.1).abs() <= 2e-3);
+    }
+
+    #[test]
+    fn heat_is_kept_over_the_whole_run_in_bounded_memory() {
+        let mut heat = Heat::default();
+        for i in 0..5000 {
+            let warm = SlowSample { voltage: 12.0, temperature: 25.0 + 0.001 * f64::from(i) };
+            heat.add(f64::from(i), &[Some(warm), if i == 0 { None } else { Some(warm) }]);
+        }
+        heat.begin_at(1.0);
+        assert!((Heat::MOST / 3..Heat::MOST).contains(&heat.rows.len()), "{}", heat.rows.len());
+        assert!(heat.rows[0][0] < 100.0 && heat.rows.last().is_some_and(|row| row[0] > 4900.0));
+        assert!(
+            heat.rows.iter().all(|row| row.len() == 3 && (row[1] - 25.001 - 0.001 * row[0]).abs() < 1e-9)
+        );
+        let gaps: Vec<f64> = heat.rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).collect();
+        assert!(gaps.iter().all(|gap| *gap <= 2.0 * gaps[0]), "{gaps:?}");
     }
 
     #[test]

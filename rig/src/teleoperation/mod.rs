@@ -11,7 +11,7 @@ mod session;
 
 pub use arms::Arms;
 pub use config::{ArmLimits, ArmsConfig, GripperConfig, JointConfig, ServoMount};
-pub use recording::{ArmsOutcome, ArmsRecording, channel_names};
+pub use recording::{Append, ArmsOutcome, ArmsRecording, Estimates, channel_names};
 
 /// The arms of OpenManipulator-X, as the virtual arm stands in for them: a file to copy.
 pub const ARMS_FILE: &str = include_str!("../../presets/arms.toml");

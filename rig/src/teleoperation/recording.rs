@@ -4,7 +4,7 @@ use super::arms::Arms;
 use super::config::ArmsConfig;
 use super::session::{Halt, Session};
 use crate::bus::model::Effort;
-use crate::session::{convert, disk, events_path, free_name, journal_path, line_of};
+use crate::session::{Histogram, convert, disk, events_path, free_name, journal_path, line_of};
 use crate::{Error, Event, EventKind, Result};
 use hysteron_base::{JournalQueue, JournalWriter, Metadata};
 use std::path::{Path, PathBuf};
@@ -39,6 +39,8 @@ pub struct ArmsOutcome {
     pub n_late: usize,
     /// Whether the follower's torque is known to be off.
     pub is_released: bool,
+    /// From the request for a row's measurements until it was whole, estimates and all.
+    pub ages: Histogram,
 }
 
 /// Channels of a recording of these arms: those that `hysteron arm import` makes of NAD.
@@ -60,12 +62,38 @@ pub fn channel_names(config: &ArmsConfig) -> Vec<String> {
     names
 }
 
+/// Takes a row and appends values to it.
+pub type Append<'a> = dyn FnMut(&mut Vec<f64>) + 'a;
+
+/// Further channels of a recording, computed from each row as soon as it was measured.
+pub struct Estimates<'a> {
+    /// What they are called.
+    pub names: Vec<String>,
+    /// Takes a row as it was measured, NaN where a servo did not answer, and appends their values. The next cycle waits for it.
+    pub append: Box<Append<'a>>,
+}
+
+impl Estimates<'_> {
+    /// Nothing is computed.
+    pub fn none() -> Self {
+        Self { names: Vec::new(), append: Box::new(|_| {}) }
+    }
+}
+
+impl std::fmt::Debug for Estimates<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Estimates").field("names", &self.names).finish_non_exhaustive()
+    }
+}
+
 /// A recording that has been begun: its journal is on the disk, and nothing has moved yet. Dropped before its first row it leaves
 /// nothing.
 #[derive(Debug)]
-pub struct ArmsRecording {
+pub struct ArmsRecording<'a> {
     journal: JournalQueue,
     out: PathBuf,
+    estimates: Estimates<'a>,
+    ages: Histogram,
     /// Time of the first row [s].
     start: Option<f64>,
     row: Vec<f64>,
@@ -73,17 +101,20 @@ pub struct ArmsRecording {
     events: Vec<Event>,
 }
 
-impl ArmsRecording {
+impl<'a> ArmsRecording<'a> {
     /// Begins the journal: before the torque goes on, since the disk may stall.
     ///
     /// # Errors
     /// If there is such a journal already or it cannot be written.
-    pub fn begin(config: &ArmsConfig, out: &Path, meta: &Metadata) -> Result<Self> {
-        let names = channel_names(config);
+    pub fn begin(config: &ArmsConfig, out: &Path, meta: &Metadata, estimates: Estimates<'a>) -> Result<Self> {
+        let mut names = channel_names(config);
+        names.extend_from_slice(&estimates.names);
         let journal = JournalWriter::create(journal_path(out), &names, meta)?;
         Ok(Self {
             journal: JournalQueue::start(journal).map_err(disk)?,
             out: out.to_owned(),
+            estimates,
+            ages: Histogram::new(),
             start: None,
             row: Vec::with_capacity(names.len()),
             n_late: 0,
@@ -127,7 +158,17 @@ impl ArmsRecording {
         let is_whole = stopped.is_none() && !was_interrupted;
         let out = if is_whole { self.out.clone() } else { free_name(&self.out, "partial") };
         let (n_rows, n_gaps) = self.keep(&out)?;
-        Ok(ArmsOutcome { out, stopped, was_interrupted, n_rows, n_gaps, n_late: self.n_late, is_released })
+        let ages = std::mem::take(&mut self.ages);
+        Ok(ArmsOutcome {
+            out,
+            stopped,
+            was_interrupted,
+            n_rows,
+            n_gaps,
+            n_late: self.n_late,
+            is_released,
+            ages,
+        })
     }
 
     fn follow(
@@ -176,6 +217,8 @@ impl ArmsRecording {
             let [angle, goal] = [self.row[last], self.row[2 * last + 1]];
             self.row.extend([gripper.aperture(angle), gripper.aperture(goal)]);
         }
+        (self.estimates.append)(&mut self.row);
+        self.ages.add(session.now() - session.read_at);
         let written = self.journal.append(time, &self.row).map_err(disk);
         self.row.clear();
         self.note(&mut session.events)?;
@@ -209,7 +252,7 @@ impl ArmsRecording {
     }
 }
 
-impl Drop for ArmsRecording {
+impl Drop for ArmsRecording<'_> {
     fn drop(&mut self) {
         if self.start.is_none() {
             // A run that ended has removed it already.

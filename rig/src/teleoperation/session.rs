@@ -239,6 +239,11 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Time since the ports were opened [s].
+    pub fn now(&self) -> f64 {
+        self.arms.now()
+    }
+
     /// Notes what the run does.
     pub fn say(&mut self, message: impl Into<String>) {
         self.note(EventKind::Run, message);

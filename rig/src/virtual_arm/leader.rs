@@ -105,6 +105,12 @@ impl Leader {
         Self { knots: Vec::new(), circle: None, tremor, kinematics: Kinematics::of(chain) }
     }
 
+    /// Of a program: without tremor.
+    pub fn steady(chain: &Chain) -> Self {
+        let tremor = [[Sinus { amplitude: 0.0, rate: 0.0, phase: 0.0 }; 3]; N_JOINTS];
+        Self { knots: Vec::new(), circle: None, tremor, kinematics: Kinematics::of(chain) }
+    }
+
     /// Starts in a posture, or is in it after `seconds` more.
     pub fn then(&mut self, seconds: f64, posture: Posture) {
         let before = self.knots.last().map_or(0.0, |(time, _)| *time);

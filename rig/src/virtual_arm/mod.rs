@@ -18,6 +18,7 @@ mod chain;
 mod fault;
 mod files;
 mod gripper;
+mod handling;
 mod leader;
 mod nad;
 #[cfg(unix)]
@@ -36,6 +37,7 @@ mod world;
 pub use chain::{Body, Chain, Configuration, Link, N_JOINTS};
 pub use fault::Fault;
 pub use gripper::Gripper;
+pub use handling::{Control, Moment};
 pub use leader::{Leader, Posture};
 pub use nad::{Planned, SPLITS, data_set};
 #[cfg(unix)]
@@ -43,5 +45,5 @@ pub use ports::{Follower, HeldLeader};
 pub use robot::{ForceSensor, Spread, Supply, Telemetry, VirtualArm};
 pub use servo::{GearFriction, Heat, Servo, ServoState};
 pub use task::{Course, Degraded, Direction, Labels, Press, Task, Trial};
-pub use telemetry::Recorder;
+pub use telemetry::{Reading, Recorder};
 pub use world::{Acted, ArmWorld, N_SERVOS, Object};

@@ -43,6 +43,29 @@ struct Sums {
     carried: f64,
 }
 
+/// What the servos report at once, that of the gripper last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// When [s].
+    pub time: f64,
+    /// [rad].
+    pub position: [f64; N_SERVOS],
+    /// Where they were sent [rad].
+    pub goal: [f64; N_SERVOS],
+    /// [rad/s].
+    pub velocity: [f64; N_SERVOS],
+    /// [A].
+    pub current: [f64; N_SERVOS],
+    /// [V].
+    pub voltage: [f64; N_SERVOS],
+    /// [°C].
+    pub temperature: [f64; N_SERVOS],
+    /// Part of the supply on the motor [-].
+    pub pwm: [f64; N_SERVOS],
+    /// Where the jaws were sent [m].
+    pub goal_aperture: f64,
+}
+
 #[derive(Debug, Clone)]
 struct Row {
     time: f64,
@@ -165,6 +188,24 @@ impl Recorder {
         });
         self.sums = Sums::default();
         self.schedule(telemetry);
+    }
+
+    /// The last row, and the force on the tip since the one before, which only a simulation knows [N].
+    pub fn last(&self) -> Option<(Reading, [f64; 3])> {
+        self.rows.last().map(|row| {
+            let reading = Reading {
+                time: row.time,
+                position: row.position,
+                goal: row.goal,
+                velocity: row.speed,
+                current: row.current,
+                voltage: row.voltage,
+                temperature: row.temperature,
+                pwm: row.pwm,
+                goal_aperture: row.aperture[1],
+            };
+            (reading, row.true_force)
+        })
     }
 
     /// When the next row is read: rows keep to a clock, around which they scatter, and a few come late.

@@ -4,7 +4,9 @@ use hysteron_actuator::{Gains, ServoCommand};
 use hysteron_base::{BadInput, Metadata, Recording};
 use hysteron_rig::emulator::{Emulator, Fault, FaultKind, Options, ServoWorld, Timing};
 use hysteron_rig::session::{events_path, journal_path};
-use hysteron_rig::teleoperation::{ARMS_FILE, Arms, ArmsConfig, ArmsOutcome, ArmsRecording, channel_names};
+use hysteron_rig::teleoperation::{
+    ARMS_FILE, Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates, channel_names,
+};
 use hysteron_rig::virtual_arm::{Follower, HeldLeader, VirtualArm, data_set};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -67,7 +69,8 @@ impl Bench {
     ) -> ArmsOutcome {
         let mut arms = Arms::open(&self.config).unwrap();
         arms.prepare().unwrap();
-        let recording = ArmsRecording::begin(&self.config, &self.out(), &Metadata::default()).unwrap();
+        let recording =
+            ArmsRecording::begin(&self.config, &self.out(), &Metadata::default(), Estimates::none()).unwrap();
         recording.run(&mut arms, seconds, asked, row).unwrap()
     }
 

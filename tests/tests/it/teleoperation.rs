@@ -2,81 +2,15 @@
 
 #![cfg(unix)]
 
-use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
 
 use hysteron_base::Recording;
-use hysteron_tests::emulated::signal;
+use hysteron_tests::emulated::{EmulatedArms, signal, wait_until};
 use hysteron_tests::{program, run};
-
-/// Longest wait for what a busy machine does in its time.
-const PATIENCE: Duration = Duration::from_secs(30);
-
-/// Both emulated arms in `arms/` of a folder. Dropping it ends them.
-struct EmulatedArms {
-    folder: tempfile::TempDir,
-    process: Child,
-}
-
-impl EmulatedArms {
-    fn start() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let mut process = Command::new(program())
-            .args(["arm", "emulate", "--dir", "arms", "--relaxed", "--begins-s", "3"])
-            .current_dir(folder.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        assert!(line.starts_with("leader at"), "{line}");
-        let arms = Self { folder, process };
-        // A busy machine answers late and stands still at times, which is not what is tested.
-        let file = arms.path().join("arms/patient.toml");
-        let text = std::fs::read_to_string(arms.path().join("arms/arms.toml")).unwrap();
-        let text = text
-            .replace("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0")
-            .replace("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2540.0")
-            .replace("approach_deg_s = 30.0", "approach_deg_s = 90.0");
-        std::fs::write(file, text).unwrap();
-        arms
-    }
-
-    fn path(&self) -> &Path {
-        self.folder.path()
-    }
-
-    /// Whether any servo of the follower was under torque last.
-    fn is_under_torque(&self) -> bool {
-        let text = std::fs::read_to_string(self.path().join("arms/torque.jsonl")).unwrap();
-        let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
-        whole.lines().last().is_some_and(|line| line.contains("true"))
-    }
-}
-
-impl Drop for EmulatedArms {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// Waits until something is so.
-fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !is_so() {
-        assert!(start.elapsed() < PATIENCE, "never {what}");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
 
 #[test]
 fn a_recording_of_both_arms_has_what_other_verbs_read() {
-    let arms = EmulatedArms::start();
+    let arms = EmulatedArms::start(&[]);
     let record = ["arm", "record", "--arms", "arms/patient.toml", "--payload-g", "200"];
     run(arms.path(), &[&record[..], &["--seconds", "2", "--out", "out.parquet"]].concat()).succeeded();
     assert!(!arms.is_under_torque());
@@ -113,7 +47,7 @@ fn a_recording_of_both_arms_has_what_other_verbs_read() {
 
 #[test]
 fn a_recorder_that_is_killed_leaves_no_torque_and_its_rows_open() {
-    let arms = EmulatedArms::start();
+    let arms = EmulatedArms::start(&[]);
     let mut recorder = Command::new(program())
         .args(["arm", "record", "--arms", "arms/patient.toml", "--seconds", "20", "--out", "out.parquet"])
         .current_dir(arms.path())

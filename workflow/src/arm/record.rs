@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_base::{BadInput, Lock, Metadata};
-use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording};
+use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
 use serde_json::{Value, json};
 
 use crate::Caller;
@@ -45,14 +45,37 @@ pub struct Options {
 /// Bad input; arms that do not answer; a limit that was passed.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let config = ArmsConfig::read(&options.arms)?;
+    let outcome = record((options, &config), Estimates::none(), caller)?;
+    caller.say(format_args!(
+        "{}: {} rows, {} of them filled in, {} cycles late",
+        outcome.out.display(),
+        outcome.n_rows,
+        outcome.n_gaps,
+        outcome.n_late
+    ));
+    Ok(json!({
+        "recording": outcome.out, "rows": outcome.n_rows, "filled_in": outcome.n_gaps, "late_cycles": outcome.n_late,
+    }))
+}
+
+/// Records with further channels that are computed from each row.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn record(
+    (options, config): (&Options, &ArmsConfig),
+    estimates: Estimates<'_>,
+    caller: &Caller,
+) -> anyhow::Result<ArmsOutcome> {
     check(options)?;
     let _file = Lock::file(&options.out)?;
     caller.listen()?;
     rescue(&options.out)?;
-    let mut arms = Arms::open(&config)?;
+    let mut arms = Arms::open(config)?;
     arms.prepare()?;
     let mut arms = Watched::new(arms, &options.arms, caller)?;
-    let recording = ArmsRecording::begin(&config, &options.out, &metadata(options, &config, caller))?;
+    let meta = metadata(options, config, caller);
+    let recording = ArmsRecording::begin(config, &options.out, &meta, estimates)?;
     caller.say(format_args!(
         "{} joints at {:.0} Hz; the follower goes to the leader first{}",
         config.joints.len(),
@@ -69,16 +92,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         arms.close();
     }
     ended(&outcome)?;
-    caller.say(format_args!(
-        "{}: {} rows, {} of them filled in, {} cycles late",
-        outcome.out.display(),
-        outcome.n_rows,
-        outcome.n_gaps,
-        outcome.n_late
-    ));
-    Ok(json!({
-        "recording": outcome.out, "rows": outcome.n_rows, "filled_in": outcome.n_gaps, "late_cycles": outcome.n_late,
-    }))
+    Ok(outcome)
 }
 
 fn check(options: &Options) -> anyhow::Result<()> {

@@ -1,5 +1,6 @@
 //! `hysteron arm study`: methods for arms beside what is published and beside simple ones.
 
+pub(crate) mod cloning;
 mod estimation;
 mod force;
 mod learned;
@@ -59,6 +60,9 @@ pub struct Options {
     /// As published: SI units, the plain error, 512 samples a step at a constant rate of 1e-4
     #[cfg_attr(feature = "clap", arg(long))]
     pub published: bool,
+    /// Of cloning: actuator by hysteron arm fit neural --sensing observer that estimates the force; without one that row is left out
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub actuator: Option<PathBuf>,
     /// Of neural: one seed of small networks, minutes for all cells
     #[cfg_attr(feature = "clap", arg(long))]
     pub quick: bool,
@@ -98,6 +102,8 @@ pub enum SetName {
     Force,
     /// Actuators of the virtual arm learned from telemetry (NeuralActuator)
     Neural,
+    /// Policies that handle an object of unknown mass on the virtual arm, cloned with and without a force
+    Cloning,
 }
 
 /// Between the layers of a network.
@@ -125,7 +131,8 @@ pub fn variant(text: &str) -> Result<Variant, String> {
 /// # Errors
 /// Bad input; files that cannot be read or written; an interruption.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let outputs = Outputs::reading(options.data.iter().flat_map(|data| inputs(options.set, data)));
+    let outputs = Outputs::reading(options.data.iter().flat_map(|data| inputs(options.set, data)))
+        .and(&options.actuator);
     let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;
     caller.listen()?;
     let mut bar = Bar { bar: None, caller };
@@ -135,6 +142,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         SetName::Wrist => estimation::wrist(options, &mut listener, caller)?,
         SetName::Identification => estimation::identification(options, &mut listener, caller)?,
         SetName::Force => force::run(options, &mut listener, caller)?,
+        SetName::Cloning => cloning::run(options, caller)?,
         SetName::Neural => neural::run(options, &mut listener, caller)?,
         _ => learned::run(options, &mut listener, caller)?,
     };

@@ -4,6 +4,8 @@ use hysteron_base::Recording;
 use hysteron_control::tracking::{Repeatability, Tracked, TrackingScore, repeatability};
 use serde::Serialize;
 
+use crate::health::Health;
+
 /// One recording and what it came to.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
@@ -106,12 +108,15 @@ pub fn headings() -> Vec<&'static str> {
 }
 
 /// What the strokes of a tracked path say of themselves.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Commanded {
     /// Part of the samples in which a network was outside what it had seen in training [-].
     pub extrapolating: f64,
     /// Part of the samples in which a limit reduced a stroke [-].
     pub limited: f64,
+    /// What the recordings tell of the servos, in a section of its own.
+    #[serde(skip)]
+    pub health: Option<Health>,
 }
 
 impl Commanded {
@@ -122,6 +127,6 @@ impl Commanded {
                 .channel(flag)
                 .map_or(0.0, |values| values.iter().sum::<f64>() / values.len().max(1) as f64)
         };
-        Self { extrapolating: part("extrapolating"), limited: part("limited") }
+        Self { extrapolating: part("extrapolating"), limited: part("limited"), health: None }
     }
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::shapes::{CommandAndTip, NamedShape};
+use crate::health::Health;
 use crate::record::Row;
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Shaded, TimeChart, spans, without_gaps};
@@ -26,6 +27,8 @@ pub struct DataSet<'a> {
     pub rows: &'a [Row],
     /// The same, with their names.
     pub recordings: &'a [(String, Recording)],
+    /// What they tell of the servos.
+    pub health: Option<&'a Health>,
 }
 
 #[derive(Serialize)]
@@ -37,6 +40,8 @@ struct Metrics<'a> {
     tip_range_m: [[f64; 2]; 3],
     trajectories: &'a [Row],
     shapes: &'a [NamedShape],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    health: Option<&'a Health>,
     source: &'a str,
     command: &'a str,
     commit: &'a str,
@@ -60,6 +65,7 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Va
         tip_range_m: tip_range(data.recordings),
         trajectories: data.rows,
         shapes: &shapes,
+        health: data.health,
         source: &meta.source,
         command: &meta.command,
         commit: &meta.commit,
@@ -81,6 +87,9 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Va
     page.table(&Row::HEADINGS, data.rows.iter().map(Row::cells));
     if !shapes.is_empty() {
         page.table(&NamedShape::HEADINGS, shapes.iter().map(NamedShape::cells));
+    }
+    if let Some(health) = data.health {
+        super::health::section(&mut page, folder, health, with_png)?;
     }
     page.heading("Figures");
     if n_more > 0 {

@@ -4,6 +4,7 @@
 //! files); `lines`, `series` (panels over time); `report` (pages); then a file for each kind of report.
 
 pub mod arm;
+pub mod arm_cloning;
 pub mod arm_estimation;
 pub mod arm_identification;
 pub mod arm_neural;
@@ -13,6 +14,7 @@ pub mod coverage;
 pub mod data_set;
 pub mod excitation;
 pub mod fit;
+pub mod health;
 pub mod identification;
 pub mod identify_servo;
 mod robot;

@@ -10,6 +10,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::evaluate::{Commanded, METRICS, Row, cells, headings, results};
+use crate::health::Health;
 use crate::{COMMIT, Caller};
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
@@ -41,6 +42,9 @@ struct Metrics<'a> {
     /// What the strokes say of themselves, where these are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     commanded: Option<&'a Commanded>,
+    /// Of the rig's servos, where the recordings were made here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    health: Option<&'a Health>,
     /// By metric, over the recordings, where they are repeats of one result.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     repeatability: BTreeMap<&'static str, Repeatability>,
@@ -106,6 +110,7 @@ fn metrics<'a>(
         },
         recordings: rows,
         commanded,
+        health: commanded.and_then(|commanded| commanded.health.as_ref()),
         repeatability: if results.is_empty() { of(rows) } else { BTreeMap::new() },
         results,
         command,
@@ -130,7 +135,7 @@ pub fn write(
                  over x and y, and polygon IoU as in the CoReAct paper, section V-B; definitions in docs/control.md.";
     let mut page = Page::new(&format!("Target {}", target.name), about, &command);
     page.heading("Results");
-    if let Some(Commanded { extrapolating, limited }) = commanded {
+    if let Some(Commanded { extrapolating, limited, .. }) = commanded {
         let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);
         if *extrapolating > 0.0 {
             page.paragraph(&format!(
@@ -144,6 +149,9 @@ pub fn write(
         ]);
     }
     page.table(&headings(), cells(rows));
+    if let Some(health) = commanded.and_then(|commanded| commanded.health.as_ref()) {
+        super::health::section(&mut page, folder, health, with_png)?;
+    }
     page.heading("Figures");
     page.figure(&figure);
     if let Some(chart) = over_time(target, rows) {

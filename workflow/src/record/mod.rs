@@ -10,12 +10,13 @@ mod tip_force;
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Lock, Metadata};
+use hysteron_base::{BadInput, Lock, Metadata, Recording};
 use hysteron_rig::calibration::Calibration;
 
 use serde_json::Value;
 
 use crate::figures::data_set::{self, DataSet};
+use crate::health::{self, Baseline, Health};
 use crate::outputs::check_report;
 use crate::sense::live::{LiveOptions, LiveSensing};
 use crate::{COMMIT, Caller};
@@ -58,6 +59,10 @@ pub struct Options {
     /// Estimates contacts and tensions while it records.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub live: Option<LiveOptions>,
+    /// What the servos were like when they were good, to compare with: metrics.json of an earlier record or track, or the output of
+    /// hysteron identify-servo
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub baseline: Option<PathBuf>,
     /// Folder for figures, report.html and metrics.json [default: OUT, where it is a folder]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub figures: Option<PathBuf>,
@@ -85,6 +90,7 @@ impl Options {
             seed,
             tip_force: None,
             live: None,
+            baseline: None,
             figures: None,
             png: false,
         }
@@ -96,6 +102,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let source = Source::read(&options.rig)?;
     let tip_force = tip_force(options, &source)?;
     let n_tendons = source.rig().tendons.len();
+    let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
     let sensing = options.live.as_ref().map(|live| LiveSensing::read(live, n_tendons)).transpose()?;
     let work = match &options.plan {
         Some(plan) => jobs::of_plan(plan, options, &source)?,
@@ -169,7 +176,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let recordings = summary.recordings()?;
         let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
         let title = format!("{}: {}", source.description(), work.name);
-        let data = DataSet { title: &title, angles: &angles, rows: summary.rows(), recordings: &recordings };
+        let all: Vec<&Recording> = recordings.iter().map(|(_, recording)| recording).collect();
+        let health = Health::of(&all, baseline.as_ref())?;
+        health.iter().for_each(|health| health::print(health, caller));
+        let health = health.as_ref();
+        let data =
+            DataSet { title: &title, angles: &angles, rows: summary.rows(), recordings: &recordings, health };
         value = data_set::write(figures, &data, options.png)?;
         caller.reported(figures);
     }

@@ -14,9 +14,11 @@
 mod backlash;
 mod fit;
 mod slack;
+mod slack_friction;
 mod steady;
 
 pub use backlash::{Backlash, Reversal, identify_backlash};
 pub use fit::{PulleyFit, PulleyServo, identify_pulley};
 pub use slack::find_slack;
+pub use slack_friction::{SlackFriction, slack_friction};
 pub use steady::{PulleyRecord, SteadySamples, finest_speed};
