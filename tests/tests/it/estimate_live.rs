@@ -94,7 +94,7 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
 /// What is refused before anything moves.
 fn refusals(folder: &Path, live: &[&str]) {
     let text = std::fs::read_to_string(folder.join("arms/patient.toml")).unwrap();
-    let mut refused = |change: [&str; 2], expected: &str| {
+    let refused = |change: [&str; 2], expected: &str| {
         assert!(text.contains(change[0]), "{}", change[0]);
         std::fs::write(folder.join("arms/other.toml"), text.replace(change[0], change[1])).unwrap();
         let other = ["arm", "estimate", "a.safetensors", "--live", "arms/other.toml", "--out", "no.csv"];

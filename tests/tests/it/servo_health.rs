@@ -102,7 +102,7 @@ fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
 }
 
 #[test]
-fn tracking_watches_the_servos_and_a_wrong_baseline_is_refused_before_anything_moves() {
+fn a_wrong_baseline_is_refused_before_anything_moves() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     let strokes =
@@ -111,7 +111,7 @@ fn tracking_watches_the_servos_and_a_wrong_baseline_is_refused_before_anything_m
     let refused = |file: &str, text: &str| {
         std::fs::write(folder.join(file), text).unwrap();
         let out = ["--out", "never", "--baseline", file];
-        let outcome = run(folder, &[&strokes[..6], &out[..]].concat());
+        let outcome = run(folder, &[&strokes[..7], &out[..]].concat());
         assert!(!folder.join("never").exists());
         outcome.error(2).to_owned()
     };
@@ -121,6 +121,6 @@ fn tracking_watches_the_servos_and_a_wrong_baseline_is_refused_before_anything_m
     assert!(refused("c.json", &format!("{{\"servos\": [{servo}]}}")).contains("from 1 on"));
     let few = "{\"health\": {\"servos\": [{}]}}";
     std::fs::write(folder.join("d.json"), few).unwrap();
-    let outcome = run(folder, &[&strokes[..6], &["--out", "never", "--baseline", "d.json"][..]].concat());
+    let outcome = run(folder, &[&strokes[..7], &["--out", "never", "--baseline", "d.json"][..]].concat());
     assert!(outcome.error(2).contains("a baseline of 4 servos"), "{}", outcome.stderr);
 }

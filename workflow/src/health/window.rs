@@ -1,5 +1,6 @@
 //! Estimates of one window of recordings.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use hysteron_actuator::TICKS_PER_TURN;
@@ -16,6 +17,8 @@ use crate::sense::stroke_per_tick;
 const LENGTH: f64 = 60.0;
 /// The last window may be as short as this part of it.
 const SHORTEST: f64 = 0.25;
+/// Fewest families of shapes from which lost motion is told: going round one shape, a tip that lags and one that bends look alike.
+const FAMILIES: usize = 3;
 /// Slowest steady motion whatever the rate [rad/s].
 const SLOWEST: f64 = 0.03;
 
@@ -79,7 +82,7 @@ impl<'a> Source<'a> {
     /// All windows.
     pub fn windows(&self) -> Vec<Window> {
         let length = (LENGTH / self.period).round().max(1.0) as usize;
-        let (mut windows, mut parts): (Vec<Window>, Vec<Part>) = (Vec::new(), Vec::new());
+        let (mut windows, mut parts): (Vec<Window>, Vec<Part<'a>>) = (Vec::new(), Vec::new());
         let (mut rows, mut done) = (0, 0);
         for recording in &self.recordings {
             let mut from = 0;
@@ -101,7 +104,7 @@ impl<'a> Source<'a> {
         windows
     }
 
-    fn window(&self, parts: &[Part], done: usize) -> Window {
+    fn window(&self, parts: &[Part<'a>], done: usize) -> Window {
         let n = self.n_servos();
         let rows: usize = parts.iter().map(|part| part.until - part.from).sum();
         let mut servos = vec![Numbers::default(); n];
@@ -149,8 +152,12 @@ impl<'a> Source<'a> {
         slack_friction(&samples).ok()
     }
 
-    /// Lost motion of every servo [mm]; `None` without a tip, or where a servo rested.
-    fn lost_motion(&self, parts: &[Part]) -> Option<Vec<Estimate>> {
+    /// Lost motion of every servo [mm]; `None` without a tip, for too few shapes, or where a servo rested.
+    fn lost_motion(&self, parts: &[Part<'a>]) -> Option<Vec<Estimate>> {
+        let family = |part: &Part<'a>| part.recording.meta().extra.get("plan.family");
+        if parts.iter().filter_map(family).collect::<BTreeSet<_>>().len() < FAMILIES {
+            return None;
+        }
         let per_tick = self.per_tick.iter().copied().collect::<Option<Vec<f64>>>()?;
         let mut travel = vec![Vec::new(); per_tick.len()];
         let mut tip = vec![Vec::new(); 3];
