@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
+use super::cell::CellTape;
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
 use crate::Real;
@@ -61,6 +62,8 @@ pub(super) struct LayerTape<T> {
     d_attended: Vec<T>,
     d_hidden: Vec<T>,
     d_added: Vec<T>,
+    /// Of a layer that remembers by itself.
+    cell: CellTape<T>,
     /// Scratch of the way back.
     d_wide: Vec<T>,
     d_token: [Vec<T>; 2],
@@ -82,7 +85,7 @@ impl<'a, T: Real> Layer<'a, T> {
         Self { shape: network.shape(), layout: &network.layout.layer, parameters, rows }
     }
 
-    fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
+    pub(super) fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
         [&self.parameters[weight.clone()], &self.parameters[bias.clone()]]
     }
 
@@ -114,6 +117,9 @@ impl<'a, T: Real> Layer<'a, T> {
     /// From the tokens `x` of all steps to `y`, at these steps.
     #[inline(always)]
     pub fn forward(&self, steps: Range<usize>, x: &[T], tape: &mut LayerTape<T>, y: &mut [T]) {
+        if self.shape.block.gates().is_some() {
+            return self.remember(steps, x, &mut tape.cell, y);
+        }
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
         let (tokens, wide, one) = (part(d), part(f), part(1));
@@ -186,6 +192,9 @@ impl<'a, T: Real> Layer<'a, T> {
     /// gone back through. `gradient` gets what belongs to normalisations, scalars and lags.
     #[inline(always)]
     pub fn backward(&self, steps: Range<usize>, tape: &mut LayerTape<T>, dy: &mut [T], gradient: &mut [T]) {
+        if self.shape.block.gates().is_some() {
+            return self.remember_back(steps, &mut tape.cell, dy);
+        }
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
         let (tokens, wide, one) = (part(d), part(f), part(1));
@@ -290,6 +299,9 @@ impl<'a, T: Real> Layer<'a, T> {
 
     /// Adds what belongs to the matrices, of all `steps`.
     pub fn gradient(&self, steps: usize, tape: &LayerTape<T>, gradient: &mut [T]) {
+        if self.shape.block.gates().is_some() {
+            return self.remember_gradient(steps, &tape.cell, gradient);
+        }
         let n = |width: usize| steps * self.rows * width;
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let pairs = [
@@ -306,6 +318,9 @@ impl<'a, T: Real> Layer<'a, T> {
 
 impl<T: Real> LayerTape<T> {
     pub fn new(shape: &TransformerShape, n_rows: usize) -> Self {
+        let cell = CellTape::new(shape.block, shape.width, n_rows);
+        // One that remembers by itself needs nothing else.
+        let n_rows = if shape.block.gates().is_some() { 0 } else { n_rows };
         let zeros = |width: usize| vec![T::default(); n_rows * width];
         let (d, f, p) = (shape.width, shape.feed_forward, shape.projected());
         Self {
@@ -326,6 +341,7 @@ impl<T: Real> LayerTape<T> {
             d_attended: zeros(d),
             d_hidden: zeros(f),
             d_added: zeros(d),
+            cell,
             d_wide: vec![T::default(); shape.tokens],
             d_token: [zeros(d), zeros(d)],
         }
@@ -334,5 +350,6 @@ impl<T: Real> LayerTape<T> {
     /// Before a way back.
     pub fn clear_gradients(&mut self) {
         self.d_projections.fill(T::default());
+        self.cell.clear_gradients();
     }
 }

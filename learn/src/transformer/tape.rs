@@ -92,7 +92,7 @@ impl<T: Real> TransformerTape<T> {
     fn pool(&self, s: usize) -> Range<usize> {
         match self.shape.form {
             Form::Window => 0..self.shape.tokens,
-            Form::Streaming => (s + 1).saturating_sub(self.shape.tokens)..s + 1,
+            Form::Streaming => (s + 1).saturating_sub(self.shape.pooled())..s + 1,
         }
     }
 

@@ -24,6 +24,8 @@ pub struct NetworkKind {
     pub name: &'static str,
     /// In files.
     pub file: &'static str,
+    /// How its layers are put together.
+    pub block: Block,
     /// How it meets time.
     pub form: Form,
     /// Samples that it sees.
@@ -33,10 +35,11 @@ pub struct NetworkKind {
 }
 
 /// Networks of the ablation, of one size; the first is that of all other cells.
-pub const NETWORKS: [NetworkKind; 5] = [
+pub const NETWORKS: [NetworkKind; 7] = [
     NetworkKind {
         name: "servo + streaming Transformer",
         file: "servo-streaming",
+        block: Block::GatedPreNorm,
         form: Form::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
@@ -44,6 +47,7 @@ pub const NETWORKS: [NetworkKind; 5] = [
     NetworkKind {
         name: "servo + published Transformer",
         file: "servo-window",
+        block: Block::GatedPreNorm,
         form: Form::Window,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
@@ -51,13 +55,31 @@ pub const NETWORKS: [NetworkKind; 5] = [
     NetworkKind {
         name: "servo + residual perceptron of one sample",
         file: "servo-perceptron",
+        block: Block::GatedPreNorm,
         form: Form::Streaming,
         tokens: 1,
         prior: Prior::Servo,
     },
     NetworkKind {
+        name: "servo + GRU",
+        file: "servo-gru",
+        block: Block::Gru,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + LSTM",
+        file: "servo-lstm",
+        block: Block::Lstm,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
         name: "streaming Transformer alone",
         file: "streaming",
+        block: Block::GatedPreNorm,
         form: Form::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::None,
@@ -65,6 +87,7 @@ pub const NETWORKS: [NetworkKind; 5] = [
     NetworkKind {
         name: "published Transformer alone",
         file: "window",
+        block: Block::GatedPreNorm,
         form: Form::Window,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::None,
@@ -113,7 +136,7 @@ impl NeuralSize {
         };
         ActuatorOptions {
             form: kind.form,
-            block: Block::GatedPreNorm,
+            block: kind.block,
             width,
             layers,
             tokens: kind.tokens,
