@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{
-    Model as _, Result, Transformer, TransformerShape, read_parameters, write_parameters,
-};
+use hysteron_learn::{Model as _, Result, Transformer, TransformerShape, read_parameters, write_parameters};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 

@@ -20,7 +20,7 @@ use super::training::{NeuralOptions, NeuralTask};
 use crate::Model;
 
 /// Full step size of the network's updates.
-const RATE: f64 = 1e-3;
+const RATE: f64 = 2e-3;
 /// Part of every trajectory that is learned from; the rest chooses.
 const LEARNED: f64 = 0.7;
 /// Steps of a rollout, and most rollouts of either kind, that find the servo.
@@ -121,7 +121,8 @@ impl NeuralActuator {
         };
         let residuals = |values: &[f64]| -> std::result::Result<Vec<Vec<f64>>, BadInput> {
             let simulation = self.with_servo(&of(values)).simulation(model)?;
-            let mut closed = ClosedLoop::new((&simulation, &self.scale), &self.network, segments.clone(), horizon);
+            let mut closed =
+                ClosedLoop::new((&simulation, &self.scale), &self.network, segments.clone(), horizon);
             closed.run(&closed.recorded_start());
             let rows = closed.states().chunks_exact(self.features.state()).enumerate();
             let off = |(i, state): (usize, &[f64])| -> Vec<f64> {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::actuator::NeuralActuator;
-use super::condition::{DetectorScores, detectors};
+use super::condition::{ConditionSaid, DetectorScores, detectors};
 use super::data::Trajectory;
 use super::evaluate::{
     ForceScores, PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out,
@@ -66,10 +66,10 @@ impl Task {
     }
 
     /// How healthy the watched motor is found, sample by sample.
-    fn conditions(&self) -> Vec<Vec<f64>> {
+    fn conditions(&self) -> Vec<ConditionSaid> {
         match &self.sensed {
-            Some(all) => all.iter().map(|one| one.condition.clone()).collect(),
-            None => self.rollouts.iter().map(|one| one.condition.clone()).collect(),
+            Some(all) => all.iter().map(Sensed::said).collect(),
+            None => self.rollouts.iter().map(Rollout::said).collect(),
         }
     }
 }
@@ -195,7 +195,8 @@ impl<'a> Comparison<'a> {
             .enumerate()
             .map(|(k, name)| (*name, HORIZONS.iter().map(|h| (h.to_string(), mean(k, *h))).collect()))
             .collect();
-        let conditions: Vec<Vec<f64>> = tasks.iter().flat_map(Task::conditions).collect();
+        let conditions: Vec<Vec<f64>> =
+            tasks.iter().flat_map(Task::conditions).map(|said| said.network).collect();
         json!({
             "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": means, "forces": forces(&tasks.iter().collect::<Vec<_>>()),
             "force_from": if actuator.sensing.is_some() { "observer" } else { "loop" },
@@ -216,13 +217,13 @@ impl<'a> Comparison<'a> {
         let about = (&actuator.features, actuator.simulation.period);
         let arm = actuator.observed_arm(model);
         let said = |one: &Trajectory| match &actuator.sensing {
-            Some(sensing) => Ok(sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?.condition),
-            None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).condition),
+            Some(sensing) => Ok(sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?.said()),
+            None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).said()),
         };
         let known = training.par_iter().map(said).collect::<Result<Vec<_>, BadInput>>()?;
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
-        let asked: Vec<Vec<f64>> = tasks().flat_map(Task::conditions).collect();
+        let asked: Vec<ConditionSaid> = tasks().flat_map(Task::conditions).collect();
         detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
     }
 

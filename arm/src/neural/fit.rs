@@ -231,8 +231,8 @@ pub fn fit_actuator(
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
 }
 
-/// Trains the network of force, contact and condition.
-fn fit_sensing(
+/// Trains the network of force, contact and condition; `arm` is as `observed_arm` gives it.
+pub(crate) fn fit_sensing(
     (arm, features, period): (&Model, &Features, f64),
     observers: &Observers,
     sets: [&[Trajectory]; 2],
@@ -248,7 +248,6 @@ fn fit_sensing(
     let mut listener = |p: &Progress| (session.progress)(Stage::Sensing, p);
     let mut own = Session { file: Some(session.files[1]), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut own)?;
-    let sensing =
-        Sensing { network: found.model.clone(), scale: task.scale().clone(), known };
+    let sensing = Sensing { network: found.model.clone(), scale: task.scale().clone(), known };
     Ok((sensing, found))
 }

@@ -121,8 +121,12 @@ impl Health {
 
     /// For samples every `period` [s], seen through an observer of this gain [1/s].
     pub fn new(model: &HealthModel, (period, gain): (f64, f64)) -> Self {
-        let wide: Vec<f64> =
-            model.covariance.iter().zip(diagonal(FAULT.map(|s| s * s))).map(|(own, more)| own + more).collect();
+        let wide: Vec<f64> = model
+            .covariance
+            .iter()
+            .zip(diagonal(FAULT.map(|s| s * s)))
+            .map(|(own, more)| own + more)
+            .collect();
         let beliefs = [model.covariance.clone(), wide].map(|covariance| Belief::new(model.mean, covariance));
         let share = gain * period / (1.0 + gain * period);
         Self { model: model.clone(), share, regressor: [0.0; P], beliefs }
@@ -168,17 +172,17 @@ impl HealthModel {
             trajectories.iter().flatten().filter(moves).map(|sample| sample.position).collect();
         if angles.len() < 100 {
             let found = format!("{} of them", angles.len());
-            return Err(BadInput::new("training recordings", "100 samples in which the watched joint moves", found));
+            return Err(BadInput::new(
+                "training recordings",
+                "100 samples in which the watched joint moves",
+                found,
+            ));
         }
         angles.sort_by(f64::total_cmp);
         let knots = KNOTS.map(|share| angles[(share * angles.len() as f64) as usize]);
         // Nothing is known before; a first round finds the noise.
-        let anything = |noise: f64| Self {
-            knots,
-            mean: [0.0; P],
-            covariance: diagonal(FAULT.map(|s| s * s)),
-            noise,
-        };
+        let anything =
+            |noise: f64| Self { knots, mean: [0.0; P], covariance: diagonal(FAULT.map(|s| s * s)), noise };
         let squares = |noise: f64| {
             let all = trajectories.iter().map(|samples| anything(noise).left(samples, about));
             all.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]])
@@ -246,3 +250,96 @@ impl HealthModel {
 
 /// Samples in motion from which a trajectory says something of its own.
 const WINDOW: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use hysteron_base::rng;
+    use rand::RngExt;
+
+    use super::*;
+
+    /// No low pass: a gain beyond any period.
+    const ABOUT: (f64, f64) = (0.017, 1e9);
+
+    /// Waves of a joint with friction of `dry` beyond the identified, a band of `band` [N m/rad] from 0.2 rad on, and scatter.
+    fn samples(seed: u64, dry: f64, band: f64) -> Vec<HealthSample> {
+        let mut stream = rng(seed, "health");
+        let (rate, phase) = (stream.random_range(1.0..2.0), stream.random_range(0.0..6.0));
+        (0..400)
+            .map(|row| {
+                let x = rate * 0.017 * f64::from(row) + phase;
+                let (position, velocity) = (0.6 * x.sin(), 0.6 * rate * x.cos());
+                let scatter = 0.03 * stream.random_range(-1.0..1.0);
+                let torque = scatter - dry * (velocity / WIDTH).tanh() - band * (position - 0.2).max(0.0);
+                HealthSample { position, velocity, motor: 0.5, torque, variance: 0.0 }
+            })
+            .collect()
+    }
+
+    fn healthy() -> HealthModel {
+        let of = |seed: u64| samples(seed, 0.01 * (seed % 3) as f64, 0.0);
+        HealthModel::fit(&(0..9).map(of).collect::<Vec<_>>(), ABOUT).unwrap()
+    }
+
+    #[test]
+    fn friction_and_bands_speak_against_a_joint_and_nothing_does_for_a_healthy_one() {
+        let model = healthy();
+        model.check().unwrap();
+        let evidence = |dry, band| model.along(&samples(20, dry, band), ABOUT).evidence();
+        assert!(evidence(0.01, 0.0) > 1.0, "{}", evidence(0.01, 0.0));
+        for (dry, band) in [(0.15, 0.0), (0.01, 0.5)] {
+            assert!(evidence(dry, band) < -5.0, "{dry} {band}: {}", evidence(dry, band));
+        }
+        let off: Vec<f64> = model.along(&samples(20, 0.15, 0.0), ABOUT).channels().collect();
+        assert_eq!(off.len(), Health::CHANNELS);
+    }
+
+    #[test]
+    fn the_evidence_is_the_ratio_of_two_gaussian_densities() {
+        let model = healthy();
+        let few: Vec<HealthSample> =
+            samples(3, 0.1, 0.2).into_iter().filter(|one| one.velocity.abs() > STANDS).take(5).collect();
+        let found = model.along(&few, ABOUT);
+        let rows: Vec<[f64; P]> = few.iter().map(|one| regressor(one, model.knots)).collect();
+        let density = |covariance: &[f64]| {
+            let n = few.len();
+            let mut whole = vec![0.0; n * n];
+            for i in 0..n {
+                for j in 0..n {
+                    whole[n * i + j] =
+                        (0..P * P).map(|k| rows[i][k / P] * covariance[k] * rows[j][k % P]).sum::<f64>();
+                }
+                whole[n * i + i] += ALIKE * model.noise * model.noise;
+            }
+            let off: Vec<f64> = few
+                .iter()
+                .zip(&rows)
+                .map(|(one, row)| one.torque - row.iter().zip(&model.mean).map(|(a, b)| a * b).sum::<f64>())
+                .collect();
+            dense::factor(n, &mut whole);
+            let mut solved = off.clone();
+            dense::solve_columns(n, &whole, &mut solved);
+            // The factor has the reciprocal pivots on its diagonal.
+            let log_determinant: f64 = -(0..n).map(|i| whole[n * i + i].ln()).sum::<f64>();
+            -0.5 * (log_determinant + off.iter().zip(&solved).map(|(a, b)| a * b).sum::<f64>())
+        };
+        let wide: Vec<f64> =
+            model.covariance.iter().zip(diagonal(FAULT.map(|s| s * s))).map(|(a, b)| a + b).collect();
+        let expected = density(&model.covariance) - density(&wide);
+        // Five updates of variances that differ by 1e4.
+        assert!((found.evidence() - expected).abs() < 1e-9, "{} {expected}", found.evidence());
+    }
+
+    #[test]
+    fn a_joint_that_never_moves_and_a_covariance_that_is_none_are_refused() {
+        let still: Vec<HealthSample> =
+            samples(1, 0.0, 0.0).into_iter().map(|one| HealthSample { velocity: 0.0, ..one }).collect();
+        let found = HealthModel::fit(&[still], ABOUT).unwrap_err().to_string();
+        assert!(found.contains("100 samples in which the watched joint moves"), "{found}");
+        let mut model = healthy();
+        model.covariance[0] = -1.0;
+        assert!(model.check().unwrap_err().to_string().contains("positive definite"));
+    }
+}

@@ -30,13 +30,14 @@ mod warm_start;
 pub use actuator::NeuralActuator;
 pub use closed_loop::{ClosedLoop, LoopGradient};
 pub use compare::{Comparison, FORCES, HORIZONS, METHODS};
-pub use condition::{DetectorScores, detectors};
+pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
 pub use current::CurrentModel;
 pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
 pub use features::{Features, GripperAxis, InputScale};
+pub(crate) use fit::fit_sensing;
 pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator};
 pub use health::HealthModel;
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};

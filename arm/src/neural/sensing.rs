@@ -9,6 +9,7 @@ use hysteron_base::BadInput;
 use hysteron_learn::{Form, Transformer, TransformerRunner, TransformerShape, TransformerTape, WeightFormat};
 use serde::{Deserialize, Serialize};
 
+use super::condition::ConditionSaid;
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::{Heads, sigmoid};
@@ -24,6 +25,15 @@ pub struct Sensed {
     pub gate: Vec<f64>,
     /// Probability that the watched motor is healthy.
     pub condition: Vec<f64>,
+    /// Evidence for that, as [`Observed::evidence`].
+    pub evidence: Vec<f64>,
+}
+
+impl Sensed {
+    /// What it says of the watched motor.
+    pub(crate) fn said(&self) -> ConditionSaid {
+        ConditionSaid { network: self.condition.clone(), evidence: self.evidence.clone() }
+    }
 }
 
 /// The network of labels with what it needs.
@@ -98,6 +108,7 @@ impl Sensing {
         outputs(&self.network, &self.scale, &observed)
             .chunks_exact(n)
             .for_each(|own| add(&mut sensed, &heads, own));
+        sensed.evidence = observed.evidence;
         Ok(sensed)
     }
 }

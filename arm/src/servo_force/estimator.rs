@@ -154,11 +154,7 @@ impl<'m> DriveObserver<'m> {
     ///
     /// # Errors
     /// `BadInput` where the model has no tip.
-    pub fn new(
-        model: &'m Model,
-        drive: &ServoDrive,
-        (period, gain): (f64, f64),
-    ) -> Result<Self, BadInput> {
+    pub fn new(model: &'m Model, drive: &ServoDrive, (period, gain): (f64, f64)) -> Result<Self, BadInput> {
         let (n, known) = (model.n_joints(), drive.known());
         let friction = known.friction.clone();
         Ok(Self {

@@ -92,7 +92,12 @@ impl<T: Real> Layer<'_, T> {
         let all = steps.start * rows * d..steps.end * rows * d;
         t.seen[all.clone()].copy_from_slice(&x[all]);
         let tokens = &x[steps.start * rows * d..steps.end * rows * d];
-        linear(tokens, by_token[0], by_token[1], &mut t.token[steps.start * rows * wide..steps.end * rows * wide]);
+        linear(
+            tokens,
+            by_token[0],
+            by_token[1],
+            &mut t.token[steps.start * rows * wide..steps.end * rows * wide],
+        );
         for s in steps {
             let (now, of_gates) = (s * rows * d..(s + 1) * rows * d, s * rows * wide..(s + 1) * rows * wide);
             if s > 0 {

@@ -158,7 +158,10 @@ fn gradients_through_network_and_plant_are_derivatives() {
             let difference = (above - below) / (2.0 * STEP);
             assert!(along.abs() > 1e-3, "{block:?} {form:?}, {what}: nothing to compare, {along}");
             let scale = along.abs().max(1.0);
-            assert!((along - difference).abs() < ACC * scale, "{block:?} {form:?}, {what}: {along} {difference}");
+            assert!(
+                (along - difference).abs() < ACC * scale,
+                "{block:?} {form:?}, {what}: {along} {difference}"
+            );
         };
         for part in 0..gradient.len() {
             let direction = uniform(&format!("direction {part}"), gradient[part].len());

@@ -5,8 +5,8 @@
 
 use std::ops::Range;
 
-use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
 use super::cell::CellTape;
+use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
 use crate::Real;

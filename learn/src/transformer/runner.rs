@@ -105,7 +105,13 @@ impl TransformerRunner {
             Form::Streaming => (1, shape.tokens + STRETCH),
         };
         let layer = |values: &Vec<f32>| RunnerLayer {
-            linear: layout.layer.linear.iter().filter(|pair| !pair[1].is_empty()).map(|pair| linear(values, pair)).collect(),
+            linear: layout
+                .layer
+                .linear
+                .iter()
+                .filter(|pair| !pair[1].is_empty())
+                .map(|pair| linear(values, pair))
+                .collect(),
             memory: [vec![0.0; shape.width], vec![0.0; shape.width]],
             parameters: values.clone(),
             projections: vec![0.0; kept * shape.projected()],

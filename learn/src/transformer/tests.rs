@@ -202,8 +202,7 @@ impl Graph {
         let pooled = match shape.form {
             Form::Window => mean(0, n),
             Form::Streaming => {
-                let all: Vec<Tensor> =
-                    (0..n).map(|s| mean((s + 1).saturating_sub(pooled), s + 1)).collect();
+                let all: Vec<Tensor> = (0..n).map(|s| mean((s + 1).saturating_sub(pooled), s + 1)).collect();
                 Tensor::cat(&all, 1).unwrap()
             }
         };

@@ -182,7 +182,9 @@ fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
     }
     let is_in = |wanted: &[String], name: &str| wanted.is_empty() || wanted.iter().any(|one| one == name);
     // What NAD does not have is asked for by name.
-    let is_wanted = |name: &str| if options.subsets.is_empty() { own.contains(&name) } else { is_in(&options.subsets, name) };
+    let is_wanted = |name: &str| {
+        if options.subsets.is_empty() { own.contains(&name) } else { is_in(&options.subsets, name) }
+    };
     let mut tasks: Vec<&str> = all.iter().map(|one| one.task.as_str()).collect();
     tasks.dedup();
     if let Some(none) =

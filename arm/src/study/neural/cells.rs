@@ -3,8 +3,8 @@
 use hysteron_learn::{Block, Form};
 use serde::{Deserialize, Serialize};
 
-use super::Sample;
-use super::Split;
+use super::faults::FAULTS;
+use super::{Sample, Split};
 use crate::neural::{ActuatorOptions, LossWeights, NeuralOptions, Prior, SensingOptions};
 
 /// How much is trained.
@@ -155,12 +155,21 @@ pub(super) enum Protocol {
     Published,
     /// Tasks whose name contains this are not learned from, and all of their trajectories are tests.
     LeaveOut(&'static str),
+    /// Tests with faults that the published set does not have, learned from with all else; or, named by this, left out and all asked.
+    Faults(Option<&'static str>),
 }
 
 impl Protocol {
     /// Whether a trajectory is for this.
     pub fn uses(self, sample: &Sample, split: Split) -> bool {
+        let is_more = sample.task.starts_with(FAULTS);
         match self {
+            Self::Faults(Some(text)) if sample.task.contains(text) => is_more && split == Split::Test,
+            Self::Faults(left_out) if split == Split::Test => {
+                is_more && left_out.is_none() && sample.split == split
+            }
+            Self::Faults(_) => sample.split == split,
+            _ if is_more => false,
             Self::Published => sample.split == split,
             Self::LeaveOut(text) if sample.task.contains(text) => split == Split::Test,
             Self::LeaveOut(_) => split != Split::Test && sample.split == split,
