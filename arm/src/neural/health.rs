@@ -261,7 +261,7 @@ mod tests {
     use super::*;
 
     /// No low pass: a gain beyond any period.
-    const ABOUT: (f64, f64) = (0.017, 1e9);
+    const ABOUT: (f64, f64) = (0.017, 1e18);
 
     /// Waves of a joint with friction of `dry` beyond the identified, a band of `band` [N m/rad] from 0.2 rad on, and scatter.
     fn samples(seed: u64, dry: f64, band: f64) -> Vec<HealthSample> {
