@@ -13,7 +13,7 @@ const JOINT: usize = 3;
 const MOVES: f64 = 0.05;
 /// Scatter of the torque that drive, bodies and friction as identified leave unexplained on healthy motion [N m], and samples in a row that
 /// count as one.
-const UNEXPLAINED: (f64, f64) = (0.05, 16.0);
+const UNEXPLAINED: (f64, f64) = (0.035, 16.0);
 
 /// What a fault changes along a trajectory.
 struct Trace {

@@ -18,7 +18,7 @@ use super::observations::telemetry;
 use super::rivals::{Positions, copied_goal, positions_of};
 use super::segment::{Segment, Telemetry};
 use super::sensing::{Sensed, Sensing};
-use super::simulation::Simulation;
+use super::simulation::{Simulation, SimulationOptions};
 use crate::Model;
 use crate::servo_force::Observers;
 
@@ -90,6 +90,8 @@ pub struct Comparison<'a> {
     actuator: &'a NeuralActuator,
     model: &'a Model,
     simulation: Simulation,
+    /// The arm as rivals know it: nothing that an adaptation has found at its tip.
+    bare: Simulation,
     rivals: Rivals,
     tasks: Vec<Task>,
 }
@@ -101,7 +103,9 @@ impl<'a> Comparison<'a> {
     /// `BadInput` for another arm, or an actuator without rivals.
     pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
         let (simulation, rivals) = (actuator.simulation(model)?, Rivals::of(actuator)?);
-        Ok(Self { actuator, model, simulation, rivals, tasks: Vec::new() })
+        let options = SimulationOptions { payload: 0.0, ..actuator.simulation.clone() };
+        let bare = Simulation::new(model, &actuator.features, &options)?;
+        Ok(Self { actuator, model, simulation, bare, rivals, tasks: Vec::new() })
     }
 
     /// Adds the trajectories of a task.
@@ -129,7 +133,7 @@ impl<'a> Comparison<'a> {
             trajectories.iter().map(|one| copied_goal(features, one)).collect(),
             trajectories
                 .iter()
-                .map(|one| self.rivals.lag.positions(simulation.model(), features, one))
+                .map(|one| self.rivals.lag.positions(self.bare.model(), features, one))
                 .collect(),
             trajectories.par_iter().map(servo).collect::<Result<_, _>>()?,
         ];
@@ -224,7 +228,7 @@ impl<'a> Comparison<'a> {
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
         let asked: Vec<ConditionSaid> = tasks().flat_map(Task::conditions).collect();
-        detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
+        detectors((self.bare.model(), &actuator.features), [&training, &test], [&known, &asked])
     }
 
     /// The first trajectory of a task over time, with every method's positions [rad] joint by joint and forces along z [N]; `None` without
