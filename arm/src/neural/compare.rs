@@ -68,10 +68,15 @@ impl Task {
     /// How healthy the watched motor is found, sample by sample.
     fn conditions(&self) -> Vec<ConditionSaid> {
         match &self.sensed {
-            Some(all) => all.iter().map(Sensed::said).collect(),
-            None => self.rollouts.iter().map(Rollout::said).collect(),
+            Some(all) => all.iter().map(ConditionSaid::of).collect(),
+            None => self.rollouts.iter().map(said).collect(),
         }
     }
+}
+
+/// What a rollout says of the watched motor.
+fn said(rollout: &Rollout) -> ConditionSaid {
+    ConditionSaid { network: rollout.condition.clone(), ..ConditionSaid::default() }
 }
 
 /// Forces and probabilities of contact, row by row.
@@ -220,11 +225,13 @@ impl<'a> Comparison<'a> {
         let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
         let about = (&actuator.features, actuator.simulation.period);
         let arm = actuator.observed_arm(model);
-        let said = |one: &Trajectory| match &actuator.sensing {
-            Some(sensing) => Ok(sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?.said()),
-            None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).said()),
+        let of = |one: &Trajectory| match &actuator.sensing {
+            Some(sensing) => {
+                Ok(ConditionSaid::of(&sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?))
+            }
+            None => Ok(said(&roll_out(actuator, simulation, one, Telemetry::Recorded))),
         };
-        let known = training.par_iter().map(said).collect::<Result<Vec<_>, BadInput>>()?;
+        let known = training.par_iter().map(of).collect::<Result<Vec<_>, BadInput>>()?;
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
         let asked: Vec<ConditionSaid> = tasks().flat_map(Task::conditions).collect();

@@ -15,6 +15,7 @@ use super::evaluate::area_under_curve;
 use super::features::Features;
 use super::loss::watched_motor;
 use super::rivals::{gravity_at, positions_of};
+use super::sensing::Sensed;
 use crate::Model;
 use crate::baselines::NormalEquations;
 
@@ -49,6 +50,13 @@ pub struct ConditionSaid {
     /// Evidence for a healthy motor by the torque that the drive, the bodies and a force on the tip do not explain, as
     /// [`super::Observed::evidence`]; empty without an observer.
     pub evidence: Vec<f64>,
+}
+
+impl ConditionSaid {
+    /// Of a network of labels beside an observer.
+    pub fn of(sensed: &Sensed) -> Self {
+        Self { network: sensed.condition.clone(), evidence: sensed.evidence.clone() }
+    }
 }
 
 /// Current less what a healthy motor needs, as a line over gravity, speed, sign of the motion and one.

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::actuator::NeuralActuator;
 use super::closed_loop::ClosedLoop;
-use super::condition::ConditionSaid;
 use super::data::Trajectory;
 use super::features::Features;
 use super::loss::{Heads, length, sigmoid, wrap};
@@ -22,13 +21,6 @@ pub struct Rollout {
     pub gate: Vec<f64>,
     /// Probability that the watched motor is healthy there.
     pub condition: Vec<f64>,
-}
-
-impl Rollout {
-    /// What it says of the watched motor.
-    pub(super) fn said(&self) -> ConditionSaid {
-        ConditionSaid { network: self.condition.clone(), ..ConditionSaid::default() }
-    }
 }
 
 /// Rolls a trajectory out.

@@ -9,7 +9,6 @@ use hysteron_base::BadInput;
 use hysteron_learn::{Form, Transformer, TransformerRunner, TransformerShape, TransformerTape, WeightFormat};
 use serde::{Deserialize, Serialize};
 
-use super::condition::ConditionSaid;
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::{Heads, sigmoid};
@@ -27,13 +26,6 @@ pub struct Sensed {
     pub condition: Vec<f64>,
     /// Evidence for that, as [`Observed::evidence`].
     pub evidence: Vec<f64>,
-}
-
-impl Sensed {
-    /// What it says of the watched motor.
-    pub(crate) fn said(&self) -> ConditionSaid {
-        ConditionSaid { network: self.condition.clone(), evidence: self.evidence.clone() }
-    }
 }
 
 /// The network of labels with what it needs.

@@ -12,8 +12,8 @@
 use std::ops::Range;
 
 use super::kernels::{add_scaled, sigmoid};
-use super::layer::{Layer, linear, linear_back, linear_gradient};
-use super::shape::Block;
+use super::linear::{linear, linear_back, linear_gradient};
+use super::shape::{Block, TransformerShape};
 use crate::Real;
 
 /// What recurrent layers compute on the way forward and back, for every token.
@@ -83,12 +83,27 @@ impl<T: Real> CellTape<T> {
     }
 }
 
-impl<T: Real> Layer<'_, T> {
+/// A recurrent layer's parameters with what says how to use them.
+#[derive(Clone, Copy)]
+pub(super) struct Cell<'a, T> {
+    pub shape: &'a TransformerShape,
+    /// Weight and bias of the token's projection and of the state's; the others are empty.
+    pub linear: &'a [[Range<usize>; 2]; 4],
+    pub parameters: &'a [T],
+    /// Sequences side by side.
+    pub rows: usize,
+}
+
+impl<T: Real> Cell<'_, T> {
+    fn pair(&self, k: usize) -> [&[T]; 2] {
+        self.linear[k].clone().map(|range| &self.parameters[range])
+    }
+
     /// From the tokens `x` of all steps to hidden states `y`, at these steps.
-    pub fn remember(&self, steps: Range<usize>, x: &[T], t: &mut CellTape<T>, y: &mut [T]) {
+    pub fn forward(&self, steps: Range<usize>, x: &[T], t: &mut CellTape<T>, y: &mut [T]) {
         let (d, rows) = (self.shape.width, self.rows);
         let wide = self.shape.projected();
-        let [by_token, by_state] = [0, 1].map(|k: usize| self.pair(&self.layout.linear[k]));
+        let [by_token, by_state] = [0, 1].map(|k| self.pair(k));
         let all = steps.start * rows * d..steps.end * rows * d;
         t.seen[all.clone()].copy_from_slice(&x[all]);
         let tokens = &x[steps.start * rows * d..steps.end * rows * d];
@@ -136,9 +151,9 @@ impl<T: Real> Layer<'_, T> {
 
     /// From the gradient `dy` by the hidden states of these steps to that by their tokens, in its place; all later steps have been gone
     /// back through.
-    pub fn remember_back(&self, steps: Range<usize>, t: &mut CellTape<T>, dy: &mut [T]) {
+    pub fn backward(&self, steps: Range<usize>, t: &mut CellTape<T>, dy: &mut [T]) {
         let (d, rows, wide) = (self.shape.width, self.rows, self.shape.projected());
-        let [by_token, by_state] = [0, 1].map(|k: usize| self.pair(&self.layout.linear[k])[0]);
+        let [by_token, by_state] = [0, 1].map(|k| self.pair(k)[0]);
         let mut by_before = vec![T::default(); rows * d];
         for s in steps.clone().rev() {
             let (now, of_gates) = (s * rows * d..(s + 1) * rows * d, s * rows * wide..(s + 1) * rows * wide);
@@ -194,10 +209,10 @@ impl<T: Real> Layer<'_, T> {
     }
 
     /// Adds what belongs to the matrices, of all `steps`.
-    pub fn remember_gradient(&self, steps: usize, t: &CellTape<T>, gradient: &mut [T]) {
+    pub fn gradient(&self, steps: usize, t: &CellTape<T>, gradient: &mut [T]) {
         let n = |width: usize| steps * self.rows * width;
         let (d, wide) = (self.shape.width, self.shape.projected());
-        linear_gradient([&t.seen[..n(d)], &t.d_token[..n(wide)]], &self.layout.linear[0], gradient);
-        linear_gradient([&t.before[..n(d)], &t.d_state[..n(wide)]], &self.layout.linear[1], gradient);
+        linear_gradient([&t.seen[..n(d)], &t.d_token[..n(wide)]], &self.linear[0], gradient);
+        linear_gradient([&t.before[..n(d)], &t.d_state[..n(wide)]], &self.linear[1], gradient);
     }
 }

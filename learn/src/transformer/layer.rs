@@ -5,38 +5,12 @@
 
 use std::ops::Range;
 
-use super::cell::CellTape;
+use super::cell::{Cell, CellTape};
 use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
+use super::linear::{linear, linear_back, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
 use crate::Real;
-use crate::product::{multiply, multiply_add, rows};
-
-/// y = x W + b, with W (inputs × outputs).
-pub(super) fn linear<T: Real>(x: &[T], weight: &[T], bias: &[T], y: &mut [T]) {
-    let n = bias.len();
-    y.chunks_exact_mut(n).for_each(|row| row.copy_from_slice(bias));
-    multiply_add(y, rows(x, weight.len() / n), rows(weight, n));
-}
-
-/// dx = dy Wᵀ.
-pub(super) fn linear_back<T: Real>(dy: &[T], weight: &[T], outputs: usize, dx: &mut [T]) {
-    multiply(dx, rows(dy, outputs), rows(weight, outputs).transpose());
-}
-
-/// Adds xᵀ dy and Σ dy to the gradients of weight and bias.
-pub(super) fn linear_gradient<T: Real>(
-    [x, dy]: [&[T]; 2],
-    [weight, bias]: &[Range<usize>; 2],
-    gradient: &mut [T],
-) {
-    let n = bias.len();
-    let inputs = weight.len() / n;
-    multiply_add(&mut gradient[weight.clone()], rows(x, inputs).transpose(), rows(dy, n));
-    for dy in dy.chunks_exact(n) {
-        add_scaled(&mut gradient[bias.clone()], T::of(1.0), dy);
-    }
-}
 
 /// What a layer computes on the way forward and back, for every token.
 #[derive(Debug, Clone, Default)]
@@ -85,7 +59,12 @@ impl<'a, T: Real> Layer<'a, T> {
         Self { shape: network.shape(), layout: &network.layout.layer, parameters, rows }
     }
 
-    pub(super) fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
+    /// What stands in for all of it where the layer remembers by itself.
+    fn cell(&self) -> Cell<'a, T> {
+        Cell { shape: self.shape, linear: &self.layout.linear, parameters: self.parameters, rows: self.rows }
+    }
+
+    fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
         [&self.parameters[weight.clone()], &self.parameters[bias.clone()]]
     }
 
@@ -118,7 +97,7 @@ impl<'a, T: Real> Layer<'a, T> {
     #[inline(always)]
     pub fn forward(&self, steps: Range<usize>, x: &[T], tape: &mut LayerTape<T>, y: &mut [T]) {
         if self.shape.block.gates().is_some() {
-            return self.remember(steps, x, &mut tape.cell, y);
+            return self.cell().forward(steps, x, &mut tape.cell, y);
         }
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
@@ -193,7 +172,7 @@ impl<'a, T: Real> Layer<'a, T> {
     #[inline(always)]
     pub fn backward(&self, steps: Range<usize>, tape: &mut LayerTape<T>, dy: &mut [T], gradient: &mut [T]) {
         if self.shape.block.gates().is_some() {
-            return self.remember_back(steps, &mut tape.cell, dy);
+            return self.cell().backward(steps, &mut tape.cell, dy);
         }
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
@@ -300,7 +279,7 @@ impl<'a, T: Real> Layer<'a, T> {
     /// Adds what belongs to the matrices, of all `steps`.
     pub fn gradient(&self, steps: usize, tape: &LayerTape<T>, gradient: &mut [T]) {
         if self.shape.block.gates().is_some() {
-            return self.remember_gradient(steps, &tape.cell, gradient);
+            return self.cell().gradient(steps, &tape.cell, gradient);
         }
         let n = |width: usize| steps * self.rows * width;
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());

@@ -8,6 +8,7 @@ mod closed_loop;
 mod closed_loop_tests;
 mod kernels;
 mod layer;
+mod linear;
 mod network;
 mod runner;
 mod shape;

@@ -5,7 +5,8 @@ use std::ops::Range;
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::kernels::{add_scaled, norm, norm_back, silu};
-use super::layer::{Layer, LayerTape, linear, linear_back, linear_gradient};
+use super::layer::{Layer, LayerTape};
+use super::linear::{linear, linear_back, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Form, TransformerShape};
 use crate::Real;

@@ -3,7 +3,6 @@
 use hysteron_learn::{Block, Form};
 use serde::{Deserialize, Serialize};
 
-use super::faults::FAULTS;
 use super::{Sample, Split};
 use crate::neural::{ActuatorOptions, LossWeights, NeuralOptions, Prior, SensingOptions};
 
@@ -147,6 +146,9 @@ impl NeuralSize {
         }
     }
 }
+
+/// Subset of the data with faults that the published set does not have.
+pub const FAULTS: &str = "motor_faults";
 
 /// What a cell learns from and is asked.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,8 +12,6 @@ use crate::neural::{
 };
 use crate::servo_force::observed_arm;
 
-/// Subset of the data with these.
-pub const FAULTS: &str = "motor_faults";
 /// Kinds, as names of tasks end.
 pub const KINDS: [&str; 3] = ["band", "friction", "lost_tooth"];
 /// Cells: name, and what a task's name contains that is not learned from and asked for.
@@ -51,7 +49,7 @@ pub(super) fn fault_cell(
         Err(error) => return Err(error),
     };
     let along = |trajectories: &[Trajectory]| -> Result<Vec<ConditionSaid>> {
-        trajectories.iter().map(|one| Ok(sensing.along(&arm, about, one)?.said())).collect()
+        trajectories.iter().map(|one| Ok(ConditionSaid::of(&sensing.along(&arm, about, one)?))).collect()
     };
     let known: Vec<Trajectory> = training.iter().filter(|one| one.is_healthy.is_some()).cloned().collect();
     let tests: Vec<&Sample> = data.samples.iter().filter(|one| protocol.uses(one, Split::Test)).collect();

@@ -11,8 +11,8 @@ mod run;
 #[cfg(test)]
 mod tests;
 
-pub use cells::{LEFT_OUT, NETWORKS, NetworkKind, NeuralSize};
-pub use faults::{FAULT_SPLITS, FAULTS, KINDS};
+pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralSize};
+pub use faults::{FAULT_SPLITS, KINDS};
 pub use run::{NeuralStudy, neural_study};
 
 use crate::neural::{Features, Trajectory};

@@ -7,8 +7,8 @@ use hysteron_learn::{Error, Progress, Result};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::cells::{LEFT_OUT, NETWORKS, NetworkKind, NeuralSize, Protocol};
-use super::faults::{FAULT_SPLITS, FAULTS, fault_cell};
+use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralSize, Protocol};
+use super::faults::{FAULT_SPLITS, fault_cell};
 use super::gradients::by_horizon;
 use super::{NeuralData, Split};
 use crate::Model;
