@@ -161,8 +161,9 @@ fn gradients_of_the_loss_are_those_of_differences() {
         let mut gradient = vec![0.0; p.len()];
         let loss = objective.gradient(&p, &rows, &mut gradient);
         let mut other = vec![0.0; p.len()];
-        // Along several directions: central differences of step h err by rounding 1e-16 loss/h and by h².
-        let (h, tol) = (1e-5, 1e-7 * loss);
+        // Along several directions: central differences of step h err by rounding 1e-16 loss/h and by h² times a third derivative, which
+        // is some 10⁴ for directions as long as these.
+        let (h, tol) = (1e-6, 1e-7 * loss);
         for k in 0..4 {
             let direction: Vec<f64> = (0..p.len()).map(|i| (0.7 * i as f64 + f64::from(k)).cos()).collect();
             let mut at = |t: f64| {

@@ -1,5 +1,6 @@
 //! Training: minibatches of Adam in single precision, then L-BFGS over many samples in double precision.
 
+use hysteron_base::BadInput;
 use hysteron_learn::{
     Adam, Decay, Epoch, Lbfgs, LevenbergMarquardt, Objective, Progress, Result, Schedule, Session, minimise,
 };
@@ -130,6 +131,12 @@ pub fn train(
 ) -> Result<Trained> {
     shape.check()?;
     training.check_variation()?;
+    let [count, most] = [shape.n_parameters(), LevenbergMarquardt::MOST_PARAMETERS];
+    if matches!(options.polish_by, Polish::LevenbergMarquardt { .. }) && options.polish > 0 && count > most {
+        let expected = format!("at most {most} parameters for Levenberg and Marquardt's method");
+        let bad = BadInput::new("network", expected, count.to_string());
+        return Err(bad.hint("fewer units, or L-BFGS").into());
+    }
     let begin = shape.initial_parameters(seed).into_iter().map(|p| p as f32).collect();
     let identity = identity(shape, [training, validation], options, seed);
     let mut objective =
@@ -170,7 +177,7 @@ fn polish(
         Polish::LevenbergMarquardt { .. } => 2,
     };
     let mut after = |step: usize, loss: f64, p: &[f64]| {
-        if step % look == 0 {
+        if step.is_multiple_of(look) {
             let validation = evaluator.validate(p);
             if validation < trained.validation {
                 (trained.validation, trained.steps[1]) = (validation, step);

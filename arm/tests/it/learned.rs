@@ -158,7 +158,6 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
         training: TrainingOptions::published(1),
         features: 4,
         lengths: vec![4.0],
-        inputs: InputForm::SinesAndCosines,
         stride: 50,
     };
     let out = tempfile::tempdir().unwrap();

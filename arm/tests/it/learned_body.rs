@@ -11,6 +11,9 @@ use serde_json::json;
 
 const N: usize = 3;
 
+/// Torques at (q, q̇) for a motion that is wanted.
+type Control<'a> = &'a mut dyn FnMut([&[f64]; 2], [&[f64]; 3], &mut [f64]);
+
 fn shape(variant: Variant, scales: Scales) -> NetworkShape {
     let lengths = vec![None; N];
     NetworkShape {
@@ -122,7 +125,7 @@ fn computed_torques_of_a_learned_arm_hold_the_true_arm_on_its_way() {
     let model = Model::builtin("three-link").unwrap();
     let period = 2e-3;
     // Largest error over the last two seconds of three, in every joint, with these dynamics in the controller.
-    let follow = |control: &mut dyn FnMut([&[f64]; 2], [&[f64]; 3], &mut [f64])| {
+    let follow = |control: Control<'_>| {
         let mut simulator = Simulator::new(&model, period, 4, Stops::None);
         let [mut q, mut dq, _] = motion(0.0);
         let mut largest: f64 = 0.0;

@@ -43,10 +43,11 @@ const ROWS: usize = 256;
 const PANEL: usize = 128;
 /// Dampings of one step that are tried.
 const MOST_TRIALS: usize = 12;
-/// Parameters that a square matrix is held for: half a gigabyte.
-pub(crate) const MOST_PARAMETERS: usize = 8000;
 
 impl LevenbergMarquardt {
+    /// Parameters up to which it is for: two square matrices of that size are held, a gigabyte.
+    pub const MOST_PARAMETERS: usize = 8000;
+
     /// Minimises the mean over `samples` from `x` on, in place. `after(step, value, x)` hears of every step and ends the search
     /// where it returns false.
     pub fn minimise(

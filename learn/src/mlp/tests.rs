@@ -140,6 +140,13 @@ fn candle_gradient(mlp: &Mlp, p: &[f64], x: &[f64], a: &[f64], w: &[f64]) -> Vec
             tangent = (tangent * slope).unwrap();
         }
     }
+    if mlp.skip {
+        let past = Var::from_tensor(&tensor(&p[mlp.skip_start()..], mlp.inputs)).unwrap();
+        let transposed = past.as_tensor().t().unwrap();
+        let add = |y: Tensor, x: &[f64]| (y + tensor(x, mlp.inputs).matmul(&transposed).unwrap()).unwrap();
+        (value, tangent) = (add(value, x), add(tangent, a));
+        variables.push(past);
+    }
     let weigh = |y: Tensor, w: &[f64]| (y * tensor(w, mlp.outputs)).unwrap().sum_all().unwrap();
     let (first, second) = w.split_at(n_rows * mlp.outputs);
     let loss = (weigh(value, first) + weigh(tangent, second)).unwrap();
