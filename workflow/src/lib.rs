@@ -30,6 +30,7 @@ mod failure;
 mod figures;
 mod health;
 mod inputs;
+mod learned_dynamics;
 mod network;
 pub mod number;
 pub mod outputs;

@@ -95,6 +95,7 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
             seconds: None,
             out: out.clone(),
             robot: robot.clone(),
+            gain: 25.0,
         };
         estimate::run(&options, &caller)
     };

@@ -1,6 +1,7 @@
-//! `hysteron arm estimate`: torques, force on the tip, contact and condition of a motor, sample by sample, along a recording or on a
-//! bus.
+//! `hysteron arm estimate`: torques, force on the tip, contact and condition of a motor, sample by sample, along a
+//! recording or on a bus; or external torques with learned dynamics.
 
+mod external;
 mod live;
 
 use std::path::PathBuf;
@@ -9,13 +10,14 @@ use hysteron_arm::neural::{Estimator, NeuralActuator, SensedNow, Unlabelled, tra
 use hysteron_base::{BadInput, Channel, Recording};
 use serde_json::{Value, json};
 
-use crate::{Caller, arm};
+use crate::{Caller, arm, learned_dynamics};
 
-/// Estimate torques, force, contact and motor condition from servo telemetry: along a recording, or live on a bus
+/// Estimate torques, force, contact and motor condition from servo telemetry, along a recording or live on a bus; or
+/// external torques along a recording with learned dynamics
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Actuator by hysteron arm fit neural --sensing observer
+    /// Actuator by hysteron arm fit neural --sensing observer, or model by hysteron arm fit delan
     pub actuator: PathBuf,
     /// Recording of the arm
     #[cfg_attr(
@@ -38,6 +40,9 @@ pub struct Options {
     /// The arm: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub robot: String,
+    /// Gain of the momentum observer [1/s], with a model by hysteron arm fit delan
+    #[cfg_attr(feature = "clap", arg(long, value_name = "GAIN", default_value_t = 25.0))]
+    pub gain: f64,
 }
 
 /// Carries out the verb.
@@ -47,6 +52,9 @@ pub struct Options {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if options.live.is_none() && options.recording.is_none() {
         return Err(BadInput::new("arguments", "a recording or --live FILE", "neither").into());
+    }
+    if learned_dynamics::is_model(&options.actuator) {
+        return external::run(options, caller);
     }
     let read = [Some(&options.actuator), options.recording.as_ref(), options.live.as_ref()];
     let outputs = arm::reads(&options.robot).and(read.into_iter().flatten().cloned());
