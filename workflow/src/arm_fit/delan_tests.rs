@@ -129,7 +129,9 @@ fn a_learned_model_gives_torques_for_a_motion_and_finds_what_else_acts() {
     let out = folder.path().join("external.csv");
     let estimate = estimate::Options {
         actuator: model.clone(),
-        recording: pushed.clone(),
+        recording: Some(pushed.clone()),
+        live: None,
+        seconds: None,
         out: out.clone(),
         robot: String::new(),
         gain: 10.0,

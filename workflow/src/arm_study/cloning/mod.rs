@@ -8,7 +8,9 @@ pub mod score;
 use hysteron_arm::Model;
 use hysteron_arm::neural::{Estimator, NeuralActuator, ServoTelemetry};
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{Activation, Adam, Decay, Mlp, MlpTape, Objective, Schedule, Session, minimise};
+use hysteron_learn::{
+    Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, Session, minimise,
+};
 use hysteron_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -273,7 +275,7 @@ impl Objective<f32> for Imitation<'_> {
     fn gradient(&mut self, parameters: &[f32], rows: &[usize], gradient: &mut [f32]) -> f64 {
         let (loss, errors) = self.errors(parameters, 0, rows);
         gradient.fill(0.0);
-        self.tape.reverse_parameters(parameters, &errors, gradient);
+        self.tape.reverse_parameters(parameters, &errors, ByParameters::Sum(gradient));
         loss
     }
 
@@ -391,7 +393,13 @@ impl Study<'_> {
     fn learned(&self, task: Task, observed: Observed, seed: u64) -> anyhow::Result<Policy> {
         let shown = [0, 1].map(|set| self.shown(task, observed, seed, set));
         let n = 3 * N_JOINTS + observed.len();
-        let mlp = Mlp { inputs: n, hidden: HIDDEN.to_vec(), outputs: N_JOINTS, activation: Activation::Tanh };
+        let mlp = Mlp {
+            inputs: n,
+            hidden: HIDDEN.to_vec(),
+            outputs: N_JOINTS,
+            activation: Activation::Tanh,
+            skip: false,
+        };
         mlp.check()?;
         let rows = shown[0].len() as f64;
         let mean: Vec<f64> =
