@@ -49,8 +49,8 @@ pub type Goal = [f64; 3];
 
 impl Reach {
     /// Moves the twin's tip from rest to the curve and along one lap of it; x and y count, and z where the target
-    /// gives it. The strokes of all tendons are free within their bounds. Friction is left out: it changes which strokes
-    /// lead to a place, by the way there, and hardly which places there are.
+    /// gives it. The strokes of all tendons are free within their bounds. Friction is left out: it changes which
+    /// strokes lead to a place, by the way there, and hardly which places there are.
     pub fn of(target: &TargetPath, scene: &Scene, tolerance: f64, caller: &Caller) -> anyhow::Result<Self> {
         let twin = Twin::from_scene(&Scene { friction: None, auxiliary: None, ..scene.clone() })?;
         if twin.n_primary == 0 {
