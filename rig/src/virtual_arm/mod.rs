@@ -37,7 +37,7 @@ pub use chain::{Body, Chain, Configuration, Link, N_JOINTS};
 pub use fault::Fault;
 pub use gripper::Gripper;
 pub use leader::{Leader, Posture};
-pub use nad::{Planned, SPLITS, data_set};
+pub use nad::{Planned, SPLITS, data_set, fault_set};
 #[cfg(unix)]
 pub use ports::{Follower, HeldLeader};
 pub use robot::{ForceSensor, Spread, Supply, Telemetry, VirtualArm};
