@@ -11,7 +11,7 @@
 use std::hint::black_box;
 
 use hysteron_arm::lagrangian::{
-    LearnedDynamics, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights,
+    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights,
 };
 use hysteron_learn::{Activation, Adam, Decay, Objective, Progress, Schedule, Session, minimise};
 use rustix::time::{ClockId, clock_gettime};
@@ -101,6 +101,7 @@ fn main() {
         epsilon: 1e-4,
         scales: Scales::ones(JOINTS),
         lengths: vec![None; JOINTS],
+        inputs: InputForm::SinesAndCosines,
     };
     let report = [Activation::Relu, Activation::Softplus].map(|activation| {
         let shape = shape(activation);

@@ -7,7 +7,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hysteron_arm::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm::lagrangian::{InputForm, LearnedDynamics, NetworkShape, Scales, Variant};
 use hysteron_arm::*;
+use hysteron_learn::Activation;
 use rand::RngExt;
 
 /// States of a batch.
@@ -130,5 +132,49 @@ fn rollout(
     println!("    sum of all states {:.6e}", states.iter().sum::<f64>());
 }
 
-criterion_group!(benches, single_calls, batches, rollouts);
+/// The torque of a structured Lagrangian (DeLaN) of seven joints and 2 × 128 units, one sample at a time; beside it what four passes
+/// over its weights take, which it cannot do without, and the torque of rigid bodies (`rnea/panda/single`).
+fn learned_torque(criterion: &mut Criterion) {
+    let n = 7;
+    for activation in [Activation::Relu, Activation::Softplus, Activation::Tanh] {
+        let shape = NetworkShape {
+            variant: Variant::StructuredLagrangian,
+            hidden: vec![128, 128],
+            activation,
+            epsilon: 1e-4,
+            scales: Scales::ones(n),
+            lengths: vec![None; n],
+            inputs: InputForm::SinesAndCosines,
+        };
+        let parameters = shape.initial_parameters(1);
+        let weights: Vec<f32> = parameters.iter().map(|p| *p as f32).collect();
+        let mut stream = LearnedDynamics { shape, parameters, details: serde_json::Value::Null }.stream();
+        let [q, dq, ddq] = states(n);
+        let (mut tau, mut k) = (vec![0.0; n], 0);
+        let name = format!("delan/7 joints/2x128/{activation:?}").to_lowercase();
+        criterion.bench_function(&name, |bencher| {
+            bencher.iter(|| {
+                k = (k + 1) % N_STATES;
+                let row = n * k..n * (k + 1);
+                stream.torque([&q[row.clone()], &dq[row.clone()], &ddq[row]], black_box(&mut tau));
+            });
+        });
+        if activation == Activation::Relu {
+            criterion.bench_function("delan/7 joints/2x128/weights read four times", |bencher| {
+                bencher.iter(|| {
+                    let pass = |at: f32| {
+                        let mut sums = [at; 32];
+                        for block in weights.as_chunks::<32>().0 {
+                            sums.iter_mut().zip(block).for_each(|(sum, w)| *sum += w);
+                        }
+                        sums.iter().sum::<f32>()
+                    };
+                    black_box((0..4).fold(0.0, |sum, _| sum + pass(black_box(sum))))
+                });
+            });
+        }
+    }
+}
+
+criterion_group!(benches, single_calls, batches, rollouts, learned_torque);
 criterion_main!(benches);

@@ -32,16 +32,16 @@ mod regression;
 mod transformer;
 
 pub use engine::{
-    Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Lbfgs, MOST_EPOCHS, MOST_HIDDEN,
-    MOST_ROWS, Model, Objective, ParameterVector, Penalty, Progress, Real, Schedule, Session, Task,
-    TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
+    Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Lbfgs, LeastSquares, LevenbergMarquardt,
+    MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Model, Objective, ParameterVector, Penalty, Progress, Real,
+    Schedule, Session, Task, TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
 };
 pub use error::{Error, Result};
 pub use files::{Checkpoint, read_parameters, read_parameters_header, write_parameters};
 pub use lstm::{
     Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Placed, Runner, Trainer, Updates,
 };
-pub use mlp::{Activation, Mlp, MlpTape};
+pub use mlp::{Activation, ByParameters, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
 pub use panels::WeightFormat;
 pub use regression::{

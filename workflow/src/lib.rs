@@ -29,6 +29,7 @@ pub mod command_line;
 mod failure;
 mod figures;
 mod inputs;
+mod learned_dynamics;
 mod network;
 pub mod number;
 pub mod outputs;

@@ -3,7 +3,7 @@
 //! Lagrangian ℒ(q, q̇): with a = (q̇, q̈), b = (0, w), c = (w, 0) as directions of (q, q̇), τ = ∂_q̇ D_a ℒ − ∂_q ℒ (a held
 //! constant) and wᵀ τ = D_a D_b ℒ − D_c ℒ. Hamiltonian ℋ(q, p): τ = ṗ + ∂_q ℋ, q̇ = ∂_p ℋ. Feed-forward: τ = f(q, q̇, q̈).
 
-use hysteron_learn::{Mlp, MlpTape, Real};
+use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
 
 use super::block::{Block, Term};
 
@@ -51,14 +51,14 @@ impl<T: Real> Energy<T> {
     }
 
     fn forward(&mut self, parameters: &[T], block: &Block<T>) {
-        join(&block.features, 2 * block.n_joints, &[(&block.v, &self.per_speed)], &mut self.inputs);
+        join(&block.features, block.n_features(), &[(&block.v, &self.per_speed)], &mut self.inputs);
         self.tape.forward(parameters, &self.inputs);
     }
 
     /// One more stream along (dq, dv).
     fn push(&mut self, parameters: &[T], block: &Block<T>, dq: &[T], dv: &[T]) {
         block.features_along(dq, &mut self.along);
-        join(&self.along, 2 * block.n_joints, &[(dv, &self.per_speed)], &mut self.inputs);
+        join(&self.along, block.n_features(), &[(dv, &self.per_speed)], &mut self.inputs);
         self.tape.push_tangent(parameters, &self.inputs);
     }
 
@@ -90,9 +90,10 @@ impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
         e.push(parameters, block, &block.v, &block.a);
         e.cotangents(block.n_rows, &[0.0, 1.0]);
         let by_inputs = e.tape.reverse_inputs(parameters, &e.cotangents);
+        let first = block.n_features();
         for (tau, by_inputs) in out.chunks_exact_mut(n).zip(by_inputs.chunks_exact(e.width)) {
             for j in 0..n {
-                tau[j] = by_inputs[2 * n + j] * e.per_speed[j];
+                tau[j] = by_inputs[first + j] * e.per_speed[j];
             }
         }
         e.cotangents(block.n_rows, &[1.0]);
@@ -100,16 +101,17 @@ impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
         block.add_by_q(by_inputs, e.width, T::of(-1.0), out);
     }
 
-    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], into: ByParameters<'_, T>) {
         let e = &mut self.0;
         let mut zeros = std::mem::take(&mut e.zeros);
         zeros.resize(w.len(), T::default());
+        e.tape.keep(2);
         e.push(parameters, block, &zeros, w);
         e.tape.push_mixed(parameters, 1, 2);
         e.push(parameters, block, w, &zeros);
         e.zeros = zeros;
         e.cotangents(block.n_rows, &[0.0, 0.0, 0.0, 1.0, -1.0]);
-        e.tape.reverse_parameters(parameters, &e.cotangents, gradient);
+        e.tape.reverse_parameters(parameters, &e.cotangents, into);
     }
 }
 
@@ -133,23 +135,24 @@ impl<T: Real> Term<T> for BlackBoxHamiltonian<T> {
         for (row, (out, by_inputs)) in
             out.chunks_exact_mut(2 * n).zip(by_inputs.chunks_exact(e.width)).enumerate()
         {
-            let slopes = &block.slopes[row * 2 * n..(row + 1) * 2 * n];
+            let (tau, speed) = out.split_at_mut(n);
+            tau.copy_from_slice(&block.a[row * n..(row + 1) * n]);
+            block.add_row_by_q(row, by_inputs, T::of(1.0), tau);
             for j in 0..n {
-                let by_q = by_inputs[j] * slopes[j] + by_inputs[n + j] * slopes[n + j];
-                out[j] = block.a[row * n + j] + by_q;
-                out[n + j] = by_inputs[2 * n + j] * e.per_speed[j];
+                speed[j] = by_inputs[block.n_features() + j] * e.per_speed[j];
             }
         }
     }
 
-    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], into: ByParameters<'_, T>) {
         let n = block.n_joints;
         let e = &mut self.0;
         let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
         let speeds: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[n..].to_vec()).collect();
+        e.tape.keep(1);
         e.push(parameters, block, &torques, &speeds);
         e.cotangents(block.n_rows, &[0.0, 1.0]);
-        e.tape.reverse_parameters(parameters, &e.cotangents, gradient);
+        e.tape.reverse_parameters(parameters, &e.cotangents, into);
     }
 }
 
@@ -180,16 +183,16 @@ impl<T: Real> FeedForward<T> {
 impl<T: Real> Term<T> for FeedForward<T> {
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let columns = [(&block.v[..], &self.per_speed[..]), (&block.a[..], &self.per_acceleration[..])];
-        join(&block.features, 2 * block.n_joints, &columns, &mut self.inputs);
+        join(&block.features, block.n_features(), &columns, &mut self.inputs);
         let found = self.tape.forward(parameters, &self.inputs);
         for (out, (y, scale)) in out.iter_mut().zip(found.iter().zip(self.torque.iter().cycle())) {
             *out = *y * *scale;
         }
     }
 
-    fn gradient(&mut self, parameters: &[T], _: &Block<T>, w: &[T], gradient: &mut [T]) {
+    fn derivatives(&mut self, parameters: &[T], _: &Block<T>, w: &[T], into: ByParameters<'_, T>) {
         self.inputs.clear();
         self.inputs.extend(w.iter().zip(self.torque.iter().cycle()).map(|(w, scale)| *w * *scale));
-        self.tape.reverse_parameters(parameters, &self.inputs, gradient);
+        self.tape.reverse_parameters(parameters, &self.inputs, into);
     }
 }

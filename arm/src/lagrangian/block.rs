@@ -1,6 +1,6 @@
 //! A few samples side by side, as networks see them.
 
-use hysteron_learn::Real;
+use hysteron_learn::{ByParameters, Real};
 
 /// What a coordinate enters a network as.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,36 +11,86 @@ pub(crate) enum Coordinate {
     Length(f64),
 }
 
+/// What networks see of the positions: products of the two numbers of every joint, over some joints.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Features {
+    coordinates: Vec<Coordinate>,
+    /// Of every feature: joints with 0 for the first number (sin q), 1 for the second.
+    factors: Vec<Vec<(usize, usize)>>,
+    /// Joint and feature of every derivative that is not always zero, feature by feature.
+    entries: Vec<(usize, usize)>,
+}
+
+impl Features {
+    /// Products over up to `degree` joints: all first numbers, all second ones, then what has more factors.
+    pub fn new(coordinates: Vec<Coordinate>, degree: usize) -> Self {
+        let n = coordinates.len();
+        let mut factors: Vec<Vec<(usize, usize)>> =
+            (0..2).flat_map(|part| (0..n).map(move |j| vec![(j, part)])).collect();
+        let mut begin = 0;
+        for _ in 1..degree {
+            let before = factors[begin..].to_vec();
+            begin = factors.len();
+            for (product, part) in before.iter().flat_map(|product| [(product, 0), (product, 1)]) {
+                let last = product.last().map_or(0, |(joint, _)| joint + 1);
+                factors.extend((last..n).map(|j| [&product[..], &[(j, part)]].concat()));
+            }
+        }
+        let of = |(f, product): (usize, &Vec<(usize, usize)>)| -> Vec<(usize, usize)> {
+            product.iter().map(|(joint, _)| (*joint, f)).collect()
+        };
+        let entries = factors.iter().enumerate().flat_map(of).collect();
+        Self { coordinates, factors, entries }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.factors.len()
+    }
+
+    /// Numbers of a joint at `q`, and their derivatives.
+    fn numbers(&self, joint: usize, q: f64) -> [[f64; 2]; 2] {
+        match self.coordinates[joint] {
+            Coordinate::Angle => {
+                let (sin, cos) = q.sin_cos();
+                [[sin, cos], [cos, -sin]]
+            }
+            Coordinate::Length(scale) => [[q / scale, 1.0], [1.0 / scale, 0.0]],
+        }
+    }
+}
+
 /// Samples of one pass; arrays are [row][joint] unless they say otherwise.
 #[derive(Debug, Clone)]
 pub(crate) struct Block<T> {
     pub n_joints: usize,
     pub n_rows: usize,
+    inputs: Features,
     /// Joint positions [rad or m].
     pub q: Vec<T>,
     /// q̇, or the momentum p of a Hamiltonian.
     pub v: Vec<T>,
     /// q̈, or ṗ of a Hamiltonian.
     pub a: Vec<T>,
-    /// [row][2 n_joints]: sines, then cosines.
+    /// [row][feature].
     pub features: Vec<T>,
-    /// Their derivatives by q.
-    pub slopes: Vec<T>,
+    /// [row][entry]: their derivatives by q.
+    slopes: Vec<T>,
 }
 
 impl<T: Real> Block<T> {
-    pub fn new(n_joints: usize) -> Self {
+    pub fn new(inputs: Features) -> Self {
         let [q, v, a, features, slopes] = std::array::from_fn(|_| Vec::new());
-        Self { n_joints, n_rows: 0, q, v, a, features, slopes }
+        Self { n_joints: inputs.coordinates.len(), n_rows: 0, inputs, q, v, a, features, slopes }
+    }
+
+    /// Features of a row.
+    pub fn n_features(&self) -> usize {
+        self.inputs.len()
     }
 
     /// Takes these rows of `motion` (q, q̇, q̈, each [row][joint]).
-    pub fn gather(
-        &mut self,
-        coordinates: &[Coordinate],
-        motion: [&[f64]; 3],
-        rows: impl Iterator<Item = usize>,
-    ) {
+    pub fn gather(&mut self, motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
         let n = self.n_joints;
         for values in [&mut self.q, &mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
             values.clear();
@@ -52,39 +102,52 @@ impl<T: Real> Block<T> {
             self.q.extend(q.iter().map(|v| T::of(*v)));
             self.v.extend(motion[1][part.clone()].iter().map(|v| T::of(*v)));
             self.a.extend(motion[2][part].iter().map(|v| T::of(*v)));
-            let features = |(q, kind): (&f64, &Coordinate)| match kind {
-                Coordinate::Angle => (q.sin_cos(), (q.cos(), -q.sin())),
-                Coordinate::Length(scale) => ((q / scale, 1.0), (1.0 / scale, 0.0)),
-            };
-            let found: Vec<_> = q.iter().zip(coordinates).map(features).collect();
-            self.features.extend(found.iter().map(|f| T::of(f.0.0)));
-            self.features.extend(found.iter().map(|f| T::of(f.0.1)));
-            self.slopes.extend(found.iter().map(|f| T::of(f.1.0)));
-            self.slopes.extend(found.iter().map(|f| T::of(f.1.1)));
+            let mut numbers = [[[0.0; 2]; 2]; super::MOST];
+            for (j, q) in q.iter().enumerate() {
+                numbers[j] = self.inputs.numbers(j, *q);
+            }
+            for product in &self.inputs.factors {
+                let all: f64 = product.iter().map(|(j, part)| numbers[*j][0][*part]).product();
+                self.features.push(T::of(all));
+                for (k, (j, part)) in product.iter().enumerate() {
+                    let others = product.iter().enumerate().filter(|(other, _)| *other != k);
+                    let others: f64 = others.map(|(_, (j, part))| numbers[*j][0][*part]).product();
+                    self.slopes.push(T::of(numbers[*j][1][*part] * others));
+                }
+            }
             self.n_rows += 1;
         }
     }
 
-    /// Derivatives of the features along `direction` ([row][joint]): [row][2 n_joints].
+    /// Derivatives of the features along `direction` ([row][joint]): [row][feature].
     pub fn features_along(&self, direction: &[T], out: &mut Vec<T>) {
-        let n = self.n_joints;
+        let (n, width) = (self.n_joints, self.n_features());
         out.clear();
-        for (slopes, direction) in self.slopes.chunks_exact(2 * n).zip(direction.chunks_exact(n)) {
-            out.extend(slopes[..n].iter().zip(direction).map(|(s, d)| *s * *d));
-            out.extend(slopes[n..].iter().zip(direction).map(|(s, d)| *s * *d));
+        out.resize(self.n_rows * width, T::default());
+        let entries = self.inputs.entries.len();
+        let rows =
+            self.slopes.chunks_exact(entries).zip(direction.chunks_exact(n)).zip(out.chunks_exact_mut(width));
+        for ((slopes, direction), out) in rows {
+            for (slope, (joint, feature)) in slopes.iter().zip(&self.inputs.entries) {
+                out[*feature] += *slope * direction[*joint];
+            }
         }
     }
 
     /// Adds `factor` times the derivatives by q ([row][joint]) of what has these `derivatives` by inputs that begin with
     /// the features ([row][width]).
     pub fn add_by_q(&self, derivatives: &[T], width: usize, factor: T, out: &mut [T]) {
-        let n = self.n_joints;
-        let rows =
-            derivatives.chunks_exact(width).zip(self.slopes.chunks_exact(2 * n)).zip(out.chunks_exact_mut(n));
-        for ((d, slopes), out) in rows {
-            for j in 0..n {
-                out[j] += factor * (d[j] * slopes[j] + d[n + j] * slopes[n + j]);
-            }
+        for (row, out) in out.chunks_exact_mut(self.n_joints).take(self.n_rows).enumerate() {
+            self.add_row_by_q(row, &derivatives[row * width..], factor, out);
+        }
+    }
+
+    /// The same of one row.
+    pub fn add_row_by_q(&self, row: usize, derivatives: &[T], factor: T, out: &mut [T]) {
+        let entries = self.inputs.entries.len();
+        let slopes = &self.slopes[row * entries..][..entries];
+        for (slope, (joint, feature)) in slopes.iter().zip(&self.inputs.entries) {
+            out[*joint] += factor * derivatives[*feature] * *slope;
         }
     }
 }
@@ -94,7 +157,7 @@ pub(crate) trait Term<T>: Send {
     /// Writes the outputs of every row: torques [row][joint], and for a Hamiltonian [row][torques, then speeds].
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]);
 
-    /// Adds the gradient of Σ w · outputs by the parameters, w [row][output] taken as constant. Comes after `outputs` of
-    /// the same block and parameters.
-    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]);
+    /// Adds the derivatives of w · outputs of every row by the parameters, w [row][output] taken as constant. Comes after
+    /// `outputs` of the same block and parameters, any number of times.
+    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], into: ByParameters<'_, T>);
 }

@@ -1,6 +1,6 @@
 //! A positive definite matrix from a network: its Cholesky factor with positive diagonal, with tangents and reverse pass.
 
-use hysteron_learn::{Activation, Mlp, MlpTape, Real};
+use hysteron_learn::{Activation, ByParameters, Mlp, MlpTape, Real};
 
 /// ln(e − 1): the softplus of it is 1.
 const SHIFT: f64 = 0.541_324_854_612_918_1;
@@ -71,6 +71,12 @@ impl<T: Real> Factor<T> {
         self.streams.push(raw.iter().zip(&self.slope).map(|(o, slope)| *slope * *o).collect());
     }
 
+    /// Forgets all streams but the first `n`.
+    pub fn keep(&mut self, n: usize) {
+        self.tape.keep(n);
+        self.streams.truncate(n);
+    }
+
     /// Derivatives by the features, from those by L (stream 0).
     pub fn reverse_features(&mut self, parameters: &[T], by_l: &[T]) -> &[T] {
         self.cotangents.clear();
@@ -79,7 +85,7 @@ impl<T: Real> Factor<T> {
     }
 
     /// Adds derivatives by the parameters, from those by every stream of L ([stream][row][element]).
-    pub fn reverse_parameters(&mut self, parameters: &[T], by_l: &[T], gradient: &mut [T]) {
+    pub fn reverse_parameters(&mut self, parameters: &[T], by_l: &[T], into: ByParameters<'_, T>) {
         let len = self.slope.len();
         self.cotangents.clear();
         for by_l in by_l.chunks_exact(len) {
@@ -92,7 +98,7 @@ impl<T: Real> Factor<T> {
                 value[i] += self.curvature[i] * raw[i] * by_l[i];
             }
         }
-        self.tape.reverse_parameters(parameters, &self.cotangents, gradient);
+        self.tape.reverse_parameters(parameters, &self.cotangents, into);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Friction with the effect of Stribeck, learned with the energies: (6) with the sign of the motor's side.
 
-use hysteron_learn::{Activation, Real};
+use hysteron_learn::{Activation, ByParameters, Real};
 
 use super::block::{Block, Term};
 
@@ -48,17 +48,17 @@ impl<T: Real> Term<T> for Friction<T> {
         }
     }
 
-    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
         let n = block.n_joints;
         for (i, w) in w.iter().enumerate() {
-            let j = i % n;
+            let (row, j) = (i / n, i % n);
             let [u, sign, stribeck, width, by_raw] = self.parts(parameters, j, block.v[i]);
             let w = *w * self.torque[j];
-            let d = &mut gradient[PER_JOINT * j..];
-            d[0] += w * sign;
-            d[1] += w * stribeck * sign;
-            d[2] += w * parameters[PER_JOINT * j + 1] * stribeck * sign * u * u / (width * width) * by_raw;
-            d[3] += w * u;
+            let first = PER_JOINT * j;
+            let by_width = parameters[first + 1] * stribeck * sign * u * u / (width * width) * by_raw;
+            for (k, d) in [sign, stribeck * sign, by_width, u].into_iter().enumerate() {
+                into.add(row, first + k, w * d);
+            }
         }
     }
 }

@@ -9,8 +9,6 @@ use serde_json::{Value, json};
 use super::network::Evaluator;
 use super::{Decomposition, NetworkShape, Samples, decompose};
 
-const KIND: &str = "inverse-dynamics";
-
 /// A trained model of inverse dynamics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LearnedDynamics {
@@ -23,6 +21,9 @@ pub struct LearnedDynamics {
 }
 
 impl LearnedDynamics {
+    /// What such files call themselves.
+    pub const KIND: &str = "inverse-dynamics";
+
     /// Writes the model's file.
     ///
     /// # Errors
@@ -30,7 +31,7 @@ impl LearnedDynamics {
     pub fn write(&self, path: &Path) -> Result<()> {
         write_parameters(
             path,
-            KIND,
+            Self::KIND,
             &json!({ "shape": self.shape, "details": self.details }),
             &self.parameters,
         )
@@ -41,7 +42,7 @@ impl LearnedDynamics {
     /// # Errors
     /// `BadInput` naming the file and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self> {
-        let (mut details, parameters) = read_parameters(path, KIND)?;
+        let (mut details, parameters) = read_parameters(path, Self::KIND)?;
         let within = |bad: BadInput| bad.within(path.display());
         let shape: NetworkShape = serde_json::from_value(details["shape"].take())
             .map_err(|e| within(BadInput::new("shape", "a model of inverse dynamics", e.to_string())))?;

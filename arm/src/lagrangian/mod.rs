@@ -7,6 +7,7 @@
 
 mod black_box;
 mod block;
+mod body;
 mod decomposition;
 mod factor;
 mod friction;
@@ -22,15 +23,16 @@ mod structured;
 mod tests;
 mod training;
 
+pub use body::LearnedBody;
 pub use decomposition::{Decomposition, decompose};
 pub use learned::{LearnedDynamics, TorqueStream};
-pub use network::{NetworkShape, Scales, Variant};
+pub use network::{InputForm, NetworkShape, Scales, Variant};
 pub use objective::{TorqueObjective, Weights};
 pub use recordings::samples_of;
 pub use samples::Samples;
 pub use scores::Scores;
 pub use simulated::{Sinusoids, sinusoids};
-pub use training::{StepDecay, Trained, TrainingOptions, train};
+pub use training::{Polish, StepDecay, Trained, TrainingOptions, train};
 
 /// Most joints of a model.
 pub(crate) const MOST: usize = 16;

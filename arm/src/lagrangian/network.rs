@@ -3,15 +3,18 @@
 use std::ops::Range;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Activation, Mlp, Real};
+use hysteron_learn::{Activation, ByParameters, Mlp, Real};
 use serde::{Deserialize, Serialize};
 
 use super::black_box::{BlackBoxHamiltonian, BlackBoxLagrangian, FeedForward};
-use super::block::{Block, Coordinate, Term};
+use super::block::{Block, Coordinate, Features, Term};
 use super::factor::packed;
 use super::friction::{Friction, PER_JOINT};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
 use super::{MOST, Samples};
+
+/// Joints whose numbers are multiplied, at most.
+const MOST_DEGREE: usize = 4;
 
 /// A model of inverse dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -147,6 +150,21 @@ pub struct NetworkShape {
     pub scales: Scales,
     /// For every joint: none for an angle, else the length that counts as one [m].
     pub lengths: Vec<Option<f64>>,
+    /// What networks see of the positions.
+    #[serde(default)]
+    pub inputs: InputForm,
+}
+
+/// What networks see of the positions.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InputForm {
+    /// sin q, cos q of every joint, as published.
+    #[default]
+    SinesAndCosines,
+    /// Their products over up to so many joints too, and a linear path past the hidden layers. The potential of a chain of turning joints is
+    /// a sum of such products, and so are the Jacobians of its bodies.
+    Products(usize),
 }
 
 impl NetworkShape {
@@ -169,7 +187,13 @@ impl NetworkShape {
                 format!("{scales:?}"),
             ));
         }
-        self.mlp(2 * n, 1).check()
+        if let InputForm::Products(degree) = self.inputs
+            && !(1..=MOST_DEGREE).contains(&degree)
+        {
+            let expected = format!("products over 1 to {MOST_DEGREE} joints");
+            return Err(BadInput::new("network: inputs", expected, degree.to_string()));
+        }
+        self.mlp(self.features().len(), 1).check()
     }
 
     /// Joints.
@@ -200,24 +224,41 @@ impl NetworkShape {
         };
         let terms = self.layout().into_iter().map(|(kind, _)| match kind {
             Kind::StructuredLagrangian | Kind::StructuredHamiltonian => energies(),
-            Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => begin(&self.mlp(3 * n, 1), "energy", 1.0),
-            Kind::FeedForward => begin(&self.mlp(4 * n, n), "torque", 0.1),
+            Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => begin(&self.energy(), "energy", 1.0),
+            Kind::FeedForward => begin(&self.torque(), "torque", 0.1),
             Kind::Friction => [0.0, 0.0, 0.0, 0.0].repeat(n),
         });
         terms.collect::<Vec<_>>().concat()
     }
 
-    pub(crate) fn coordinates(&self) -> Vec<Coordinate> {
-        self.lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length)).collect()
+    pub(crate) fn features(&self) -> Features {
+        let coordinates =
+            self.lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length));
+        let degree = match self.inputs {
+            InputForm::SinesAndCosines => 1,
+            InputForm::Products(degree) => degree,
+        };
+        Features::new(coordinates.collect(), degree)
     }
 
     fn mlp(&self, inputs: usize, outputs: usize) -> Mlp {
-        Mlp { inputs, hidden: self.hidden.clone(), outputs, activation: self.activation }
+        let skip = self.inputs != InputForm::SinesAndCosines;
+        Mlp { inputs, hidden: self.hidden.clone(), outputs, activation: self.activation, skip }
     }
 
     fn energies(&self) -> EnergyShapes {
-        let n = self.n_joints();
-        EnergyShapes { mass: self.mlp(2 * n, packed(n)), potential: self.mlp(2 * n, 1) }
+        let features = self.features().len();
+        EnergyShapes { mass: self.mlp(features, packed(self.n_joints())), potential: self.mlp(features, 1) }
+    }
+
+    /// The network of a black box's energy: of the features and velocities or momenta.
+    fn energy(&self) -> Mlp {
+        self.mlp(self.features().len() + self.n_joints(), 1)
+    }
+
+    /// The network of torques: of the features, velocities and accelerations.
+    fn torque(&self) -> Mlp {
+        self.mlp(self.features().len() + 2 * self.n_joints(), self.n_joints())
     }
 
     /// Where the parameters of every term stand.
@@ -233,8 +274,8 @@ impl NetworkShape {
                         let shapes = self.energies();
                         shapes.mass.n_parameters() + shapes.potential.n_parameters()
                     }
-                    Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => self.mlp(3 * n, 1).n_parameters(),
-                    Kind::FeedForward => self.mlp(4 * n, n).n_parameters(),
+                    Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => self.energy().n_parameters(),
+                    Kind::FeedForward => self.torque().n_parameters(),
                     Kind::Friction => PER_JOINT * n,
                 };
                 start += len;
@@ -243,24 +284,26 @@ impl NetworkShape {
             .collect()
     }
 
-    fn term<T: Real>(&self, kind: Kind) -> Box<dyn Term<T>> {
-        let n = self.n_joints();
-        let Scales { speeds, accelerations, torques, factor, energy } = &self.scales;
-        let energies = || EnergyScales { factor: factor.clone(), potential: *energy, epsilon: self.epsilon };
+    fn energy_scales(&self) -> EnergyScales {
+        let Scales { factor, energy, .. } = &self.scales;
+        EnergyScales { factor: factor.clone(), potential: *energy, epsilon: self.epsilon }
+    }
+
+    /// The term of a structured Lagrangian.
+    pub(crate) fn structured<T: Real>(&self) -> StructuredLagrangian<T> {
+        StructuredLagrangian::new(&self.energies(), &self.energy_scales())
+    }
+
+    pub(crate) fn term<T: Real>(&self, kind: Kind) -> Box<dyn Term<T>> {
+        let Scales { speeds, accelerations, torques, energy, .. } = &self.scales;
         match kind {
-            Kind::StructuredLagrangian => Box::new(StructuredLagrangian::new(&self.energies(), &energies())),
+            Kind::StructuredLagrangian => Box::new(self.structured()),
             Kind::StructuredHamiltonian => {
-                Box::new(StructuredHamiltonian::new(&self.energies(), &energies()))
+                Box::new(StructuredHamiltonian::new(&self.energies(), &self.energy_scales()))
             }
-            Kind::BlackBoxLagrangian => {
-                Box::new(BlackBoxLagrangian::new(&self.mlp(3 * n, 1), speeds, *energy))
-            }
-            Kind::BlackBoxHamiltonian => {
-                Box::new(BlackBoxHamiltonian::new(&self.mlp(3 * n, 1), speeds, *energy))
-            }
-            Kind::FeedForward => {
-                Box::new(FeedForward::new(&self.mlp(4 * n, n), [speeds, accelerations, torques]))
-            }
+            Kind::BlackBoxLagrangian => Box::new(BlackBoxLagrangian::new(&self.energy(), speeds, *energy)),
+            Kind::BlackBoxHamiltonian => Box::new(BlackBoxHamiltonian::new(&self.energy(), speeds, *energy)),
+            Kind::FeedForward => Box::new(FeedForward::new(&self.torque(), [speeds, accelerations, torques])),
             Kind::Friction => Box::new(Friction::new(speeds, torques)),
         }
     }
@@ -271,7 +314,6 @@ type Placed<T> = (Kind, Range<usize>, Box<dyn Term<T>>);
 
 /// Scratch with which one thread evaluates a model on blocks of samples.
 pub(crate) struct Evaluator<T> {
-    coordinates: Vec<Coordinate>,
     terms: Vec<Placed<T>>,
     pub block: Block<T>,
     /// Of every term, [row][output].
@@ -297,10 +339,9 @@ impl<T: Real> Evaluator<T> {
         let terms: Vec<_> =
             shape.layout().into_iter().map(|(kind, range)| (kind, range, shape.term(kind))).collect();
         Self {
-            coordinates: shape.coordinates(),
             parts: vec![Vec::new(); terms.len()],
             terms,
-            block: Block::new(shape.n_joints()),
+            block: Block::new(shape.features()),
             outputs: Vec::new(),
             n_outputs: shape.n_outputs(),
             w: Vec::new(),
@@ -309,7 +350,7 @@ impl<T: Real> Evaluator<T> {
 
     /// Outputs of these rows of a motion.
     pub fn evaluate(&mut self, parameters: &[T], motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
-        self.block.gather(&self.coordinates, motion, rows);
+        self.block.gather(motion, rows);
         let len = self.block.n_rows * self.n_outputs;
         self.outputs.clear();
         self.outputs.resize(len, T::default());
@@ -360,11 +401,52 @@ impl<T: Real> Evaluator<T> {
                     loss += per_row * targets.penalty * weight * y.to_f64().powi(2);
                     *w += T::of(2.0 * per_row * targets.penalty * weight) * *y;
                 }
-                term.gradient(parameters, &self.block, &w, gradient);
+                term.derivatives(parameters, &self.block, &w, ByParameters::Sum(gradient));
             } else {
-                term.gradient(parameters, &self.block, &self.w, gradient);
+                term.derivatives(parameters, &self.block, &self.w, ByParameters::Sum(gradient));
             }
         }
         loss
+    }
+
+    /// Residuals of a row: errors of outputs, and what is asked to be small of the network for what rigid bodies do not explain.
+    pub fn n_residuals(&self, penalty: f64) -> usize {
+        self.n_outputs + if self.is_penalised(penalty) { self.block.n_joints } else { 0 }
+    }
+
+    fn is_penalised(&self, penalty: f64) -> bool {
+        penalty > 0.0
+            && self.terms.iter().any(|(kind, ..)| *kind == Kind::FeedForward)
+            && self.terms.len() > 1
+    }
+
+    /// Writes the derivatives of the residuals √W_j e_j, then √(λ W_j) ε̂_j, of every row: [row][residual][parameter]. Follows
+    /// [`Evaluator::evaluate`] of the same rows.
+    pub fn jacobian(&mut self, parameters: &[T], weights: &[f64], penalty: f64, jacobian: &mut [T]) {
+        let (n, m) = (self.block.n_joints, self.n_outputs);
+        let k = self.n_residuals(penalty);
+        let width = parameters.len();
+        jacobian.fill(T::default());
+        self.w.resize(self.block.n_rows * m, T::default());
+        for residual in 0..k {
+            let is_error = residual < m;
+            let j = if is_error { residual } else { residual - m };
+            let factor = if is_error { weights[j] } else { penalty * weights[j] };
+            self.w.fill(T::default());
+            self.w.iter_mut().skip(j).step_by(m).for_each(|w| *w = T::of(factor.sqrt()));
+            debug_assert!(is_error || m == n, "only models of torques are augmented");
+            for (kind, range, term) in &mut self.terms {
+                if is_error || *kind == Kind::FeedForward {
+                    let values = &mut jacobian[residual * width..];
+                    let mut into = ByParameters::Rows { values, width: k * width, start: 0 };
+                    term.derivatives(
+                        &parameters[range.clone()],
+                        &self.block,
+                        &self.w,
+                        into.from(range.start),
+                    );
+                }
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The loss of a model on samples and its gradient, on all threads.
 
-use hysteron_learn::{Objective, Real};
+use hysteron_learn::{LeastSquares, Objective, Real};
 use rayon::prelude::*;
 
 use super::network::{Evaluator, NetworkShape, Targets};
@@ -140,5 +140,26 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
             })
             .collect();
         (sums.iter().sum::<f64>() / (rows.len() * weights.len()) as f64).sqrt()
+    }
+}
+
+impl LeastSquares for TorqueObjective<'_, f64> {
+    fn n_residuals(&self) -> usize {
+        self.lanes[0].0.n_residuals(self.penalty)
+    }
+
+    fn jacobian(&mut self, parameters: &[f64], samples: &[usize], jacobian: &mut [f64]) {
+        let rows = samples.len().div_ceil(LANES).max(1);
+        let width = self.n_residuals() * parameters.len();
+        let motion = motion(self.training, self.shape.variant);
+        let (weights, penalty) = (&self.weights, self.penalty);
+        self.lanes
+            .par_iter_mut()
+            .zip(samples.par_chunks(rows))
+            .zip(jacobian.par_chunks_mut(rows * width))
+            .for_each(|(((evaluator, _), rows), jacobian)| {
+                evaluator.evaluate(parameters, motion, rows.iter().copied());
+                evaluator.jacobian(parameters, weights, penalty, jacobian);
+            });
     }
 }

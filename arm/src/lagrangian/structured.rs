@@ -14,7 +14,7 @@
 //!
 //! whose derivatives by L, L̇ and L_w are outer products: one reverse pass through value and two tangents.
 
-use hysteron_learn::{Mlp, MlpTape, Real};
+use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
 
 use super::block::{Block, Term};
 use super::factor::{Factor, add_outer, add_times, packed, transposed_times};
@@ -34,16 +34,17 @@ impl<T: Real> Potential<T> {
         self.ones.clear();
         self.ones.resize(block.n_rows, T::of(1.0));
         let by_features = self.tape.reverse_inputs(parameters, &self.ones);
-        block.add_by_q(by_features, 2 * block.n_joints, self.scale, out);
+        block.add_by_q(by_features, block.n_features(), self.scale, out);
     }
 
-    /// Adds the gradient of Σ D_w V by the parameters; `along` are the features' derivatives along w.
-    fn gradient(&mut self, parameters: &[T], along: &[T], gradient: &mut [T]) {
+    /// Adds the derivatives of D_w V by the parameters; `along` are the features' derivatives along w.
+    fn derivatives(&mut self, parameters: &[T], along: &[T], into: ByParameters<'_, T>) {
+        self.tape.keep(1);
         self.tape.push_tangent(parameters, along);
         let n_rows = self.ones.len();
         self.ones.fill(T::default());
         self.ones.resize(2 * n_rows, self.scale);
-        self.tape.reverse_parameters(parameters, &self.ones, gradient);
+        self.tape.reverse_parameters(parameters, &self.ones, into);
         self.ones.truncate(n_rows);
     }
 }
@@ -113,7 +114,7 @@ impl<T: Real> Energies<T> {
         self.by_q.resize(block.n_rows * n, T::default());
         let (mass, potential) = parameters.split_at(self.n_mass);
         let by_features = self.factor.reverse_features(mass, &self.by_l);
-        block.add_by_q(by_features, 2 * n, T::of(1.0), &mut self.by_q);
+        block.add_by_q(by_features, block.n_features(), T::of(1.0), &mut self.by_q);
         self.potential.add_gradient(potential, block, &mut self.by_q);
     }
 }
@@ -125,6 +126,25 @@ pub(crate) struct StructuredLagrangian<T>(Energies<T>);
 impl<T: Real> StructuredLagrangian<T> {
     pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
         Self(Energies::new(shapes, scales))
+    }
+
+    /// Writes p = H q̇ and ½ ∂_q(q̇ᵀ H q̇) − ∂_q V of every row, [row][joint].
+    pub fn momentum(&mut self, parameters: &[T], block: &Block<T>, momentum: &mut [T], rate: &mut [T]) {
+        let n = block.n_joints;
+        let e = &mut self.0;
+        e.factor.forward(&parameters[..e.n_mass], &block.features);
+        e.by_q(parameters, block, T::of(-1.0));
+        let mut c = [T::default(); super::MOST];
+        for (row, momentum) in momentum.chunks_exact_mut(n).enumerate() {
+            let part = row * n..(row + 1) * n;
+            let l = e.factor.row(0, row);
+            transposed_times(l, &block.v[part.clone()], &mut c[..n]);
+            for j in 0..n {
+                momentum[j] = e.diagonal[j] * block.v[part.start + j];
+                rate[part.start + j] = -e.by_q[part.start + j];
+            }
+            add_times(l, &c[..n], momentum);
+        }
     }
 }
 
@@ -154,12 +174,12 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
         }
     }
 
-    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
         let (n, m) = (block.n_joints, packed(block.n_joints));
         let e = &mut self.0;
         let (mass, potential) = parameters.split_at(e.n_mass);
-        let (d_mass, d_potential) = gradient.split_at_mut(e.n_mass);
         block.features_along(w, &mut e.along);
+        e.factor.keep(2);
         e.factor.push(mass, &e.along);
         let len = block.n_rows * m;
         e.by_l.clear();
@@ -192,8 +212,8 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
             add_outer(by_rate, one, v, &lw[..n]);
             add_outer(&mut along_w[packed_row], -one, v, &lv[..n]);
         }
-        e.factor.reverse_parameters(mass, &e.by_l, d_mass);
-        e.potential.gradient(potential, &e.along, d_potential);
+        e.factor.reverse_parameters(mass, &e.by_l, into.from(0));
+        e.potential.derivatives(potential, &e.along, into.from(e.n_mass));
     }
 }
 
@@ -229,13 +249,13 @@ impl<T: Real> Term<T> for StructuredHamiltonian<T> {
         }
     }
 
-    fn gradient(&mut self, parameters: &[T], block: &Block<T>, w: &[T], gradient: &mut [T]) {
+    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
         let (n, m) = (block.n_joints, packed(block.n_joints));
         let e = &mut self.0;
         let (mass, potential) = parameters.split_at(e.n_mass);
-        let (d_mass, d_potential) = gradient.split_at_mut(e.n_mass);
         let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
         block.features_along(&torques, &mut e.along);
+        e.factor.keep(1);
         e.factor.push(mass, &e.along);
         let len = block.n_rows * m;
         e.by_l.clear();
@@ -258,7 +278,7 @@ impl<T: Real> Term<T> for StructuredHamiltonian<T> {
             add_outer(by_l, one, u, &c[..n]);
             add_outer(&mut along_w[row * m..(row + 1) * m], one, p, &c[..n]);
         }
-        e.factor.reverse_parameters(mass, &e.by_l, d_mass);
-        e.potential.gradient(potential, &e.along, d_potential);
+        e.factor.reverse_parameters(mass, &e.by_l, into.from(0));
+        e.potential.derivatives(potential, &e.along, into.from(e.n_mass));
     }
 }

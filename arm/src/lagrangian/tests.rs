@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
-use hysteron_learn::{Activation, Objective};
+use hysteron_learn::{Activation, LeastSquares, Objective};
 
 use super::network::Evaluator;
 use super::objective::motion;
-use super::{NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights};
+use super::{InputForm, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights};
 
 const N: usize = 3;
 
@@ -25,6 +25,7 @@ fn shape(variant: Variant) -> NetworkShape {
         epsilon: 1e-2,
         scales,
         lengths: vec![None, None, Some(0.5)],
+        inputs: InputForm::SinesAndCosines,
     }
 }
 
@@ -150,8 +151,9 @@ fn hamiltonians_conserve_energy_in_free_motion() {
 #[test]
 fn gradients_of_the_loss_are_those_of_differences() {
     let data = samples(7);
-    for variant in Variant::ALL {
-        let shape = shape(variant);
+    let forms = [InputForm::SinesAndCosines, InputForm::Products(3)];
+    for (variant, inputs) in Variant::ALL.into_iter().flat_map(|v| forms.map(|form| (v, form))) {
+        let shape = NetworkShape { inputs, ..shape(variant) };
         shape.check().unwrap();
         let p = parameters(&shape);
         let mut objective = TorqueObjective::new(&shape, [&data, &data], Weights::InverseVariance, 0.3);
@@ -159,8 +161,9 @@ fn gradients_of_the_loss_are_those_of_differences() {
         let mut gradient = vec![0.0; p.len()];
         let loss = objective.gradient(&p, &rows, &mut gradient);
         let mut other = vec![0.0; p.len()];
-        // Along several directions: central differences of step h err by rounding 1e-16 loss/h and by h².
-        let (h, tol) = (1e-5, 1e-7 * loss);
+        // Along several directions: central differences of step h err by rounding 1e-16 loss/h and by h² times a third derivative, which
+        // is some 10⁴ for directions as long as these.
+        let (h, tol) = (1e-6, 1e-7 * loss);
         for k in 0..4 {
             let direction: Vec<f64> = (0..p.len()).map(|i| (0.7 * i as f64 + f64::from(k)).cos()).collect();
             let mut at = |t: f64| {
@@ -173,6 +176,17 @@ fn gradients_of_the_loss_are_those_of_differences() {
             assert!(slope.abs() > 1e-3 * loss, "{variant:?}: {slope}");
         }
     }
+}
+
+#[test]
+fn products_are_over_joints_that_differ_and_none_is_there_twice() {
+    // Of three joints: 6 numbers, 3 pairs with 4 products each, 8 products of three.
+    for (degree, expected) in [(1, 6), (2, 18), (3, 26), (4, 26)] {
+        let shape = NetworkShape { inputs: InputForm::Products(degree), ..shape(Variant::FeedForward) };
+        assert_eq!(shape.features().len(), expected, "{degree}");
+    }
+    let shape = NetworkShape { inputs: InputForm::Products(5), ..shape(Variant::FeedForward) };
+    assert!(shape.check().unwrap_err().to_string().contains("products over 1 to 4 joints"));
 }
 
 #[test]
@@ -227,4 +241,40 @@ fn samples_that_cannot_be_are_refused() {
     samples.push([&[0.0, 2.0]; 4], [&[], &[]]).unwrap();
     let bad = samples.check_variation().unwrap_err();
     assert!(bad.to_string().starts_with("q: joint 1: expected values that change, got a constant"), "{bad}");
+}
+
+#[test]
+fn the_jacobian_of_the_residuals_gives_the_gradient_of_their_squares() {
+    // 2 Jᵀr over the number of samples, with r from the outputs themselves; sums of some hundred numbers of order 1 in another order.
+    for variant in Variant::ALL {
+        for inputs in [InputForm::SinesAndCosines, InputForm::Products(2)] {
+            let shape = NetworkShape { inputs, ..shape(variant) };
+            let (p, samples, penalty) = (parameters(&shape), samples(9), 0.3);
+            let rows: Vec<usize> = (0..9).collect();
+            let mut objective =
+                TorqueObjective::<f64>::new(&shape, [&samples, &samples], Weights::Equal, penalty);
+            let mut gradient = vec![0.0; p.len()];
+            objective.gradient(&p, &rows, &mut gradient);
+            let k = objective.n_residuals();
+            let mut jacobian = vec![0.0; rows.len() * k * p.len()];
+            objective.jacobian(&p, &rows, &mut jacobian);
+            let mut evaluator = Evaluator::new(&shape);
+            evaluator.evaluate(&p, motion(&samples, variant), 0..9);
+            let m = shape.n_outputs();
+            let target = [&samples.tau, &samples.dq];
+            let residual = |row: usize, r: usize| match r.checked_sub(m) {
+                Some(j) => penalty.sqrt() * evaluator.parts[1][row * N + j],
+                None => evaluator.outputs[row * m + r] - target[r / N][row * N + r % N],
+            };
+            let mut found = vec![0.0; p.len()];
+            for (at, by) in jacobian.chunks_exact(p.len()).enumerate() {
+                let r = residual(at / k, at % k);
+                found.iter_mut().zip(by).for_each(|(sum, by)| *sum += 2.0 * r * by / 9.0);
+            }
+            let size = gradient.iter().fold(1.0f64, |size, g| size.max(g.abs()));
+            for (i, (found, exact)) in found.iter().zip(&gradient).enumerate() {
+                assert!((found - exact).abs() < 1e-12 * size, "{variant:?} {i}: {found} {exact}");
+            }
+        }
+    }
 }

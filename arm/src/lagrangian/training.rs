@@ -1,6 +1,9 @@
 //! Training: minibatches of Adam in single precision, then L-BFGS over many samples in double precision.
 
-use hysteron_learn::{Adam, Decay, Epoch, Lbfgs, Objective, Progress, Result, Schedule, Session, minimise};
+use hysteron_base::BadInput;
+use hysteron_learn::{
+    Adam, Decay, Epoch, Lbfgs, LevenbergMarquardt, Objective, Progress, Result, Schedule, Session, minimise,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -25,10 +28,25 @@ pub struct TrainingOptions {
     pub weights: Weights,
     /// λ of (10).
     pub penalty: f64,
-    /// Steps of L-BFGS at most, after Adam.
+    /// What goes on after Adam, in double precision.
+    pub polish_by: Polish,
+    /// Steps of it at most.
     pub polish: usize,
-    /// Samples that L-BFGS sees, spread evenly.
+    /// Samples that it sees, spread evenly.
     pub polish_samples: usize,
+}
+
+/// What finds the last digits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Polish {
+    /// L-BFGS: for any number of parameters.
+    Lbfgs,
+    /// Levenberg and Marquardt's method, with the second derivatives of so many samples in every step: much deeper, for some thousand parameters.
+    LevenbergMarquardt {
+        /// Samples that the second derivatives are of.
+        batch: usize,
+    },
 }
 
 /// What becomes of the step size.
@@ -56,6 +74,7 @@ impl TrainingOptions {
             weight_decay: 1e-5,
             weights: Weights::Equal,
             penalty: 0.0,
+            polish_by: Polish::Lbfgs,
             polish: 0,
             polish_samples: 0,
         }
@@ -99,9 +118,6 @@ pub struct Trained {
     pub is_finished: bool,
 }
 
-/// Steps of L-BFGS between two looks at validation data.
-const LOOK: usize = 25;
-
 /// Trains a model; parameters are chosen on validation data. A session's file is gone on from.
 ///
 /// # Errors
@@ -115,6 +131,12 @@ pub fn train(
 ) -> Result<Trained> {
     shape.check()?;
     training.check_variation()?;
+    let [count, most] = [shape.n_parameters(), LevenbergMarquardt::MOST_PARAMETERS];
+    if matches!(options.polish_by, Polish::LevenbergMarquardt { .. }) && options.polish > 0 && count > most {
+        let expected = format!("at most {most} parameters for Levenberg and Marquardt's method");
+        let bad = BadInput::new("network", expected, count.to_string());
+        return Err(bad.hint("fewer units, or L-BFGS").into());
+    }
     let begin = shape.initial_parameters(seed).into_iter().map(|p| p as f32).collect();
     let identity = identity(shape, [training, validation], options, seed);
     let mut objective =
@@ -128,16 +150,17 @@ pub fn train(
         is_finished: found.is_finished,
     };
     if found.is_finished && options.polish > 0 {
-        polish(shape, [training, validation], options, &mut trained, session);
+        polish(shape, [training, validation], options, seed, &mut trained, session);
     }
     Ok(trained)
 }
 
-/// Goes on with L-BFGS in double precision; keeps what does best on validation data.
+/// Goes on in double precision over many samples at once; keeps what does best on validation data.
 fn polish(
     shape: &NetworkShape,
     samples: [&Samples; 2],
     options: &TrainingOptions,
+    seed: u64,
     trained: &mut Trained,
     session: &mut Session<'_>,
 ) {
@@ -146,13 +169,15 @@ fn polish(
     let n = samples[0].len();
     let taken = options.polish_samples.clamp(1, n);
     let rows: Vec<usize> = (0..taken).map(|i| i * n / taken).collect();
-    let lbfgs = Lbfgs { memory: 30, iterations: options.polish, gradient_tolerance: 0.0 };
     let mut parameters = trained.parameters.clone();
     trained.validation = evaluator.validate(&parameters);
-    let mut value = |p: &[f64], gradient: &mut [f64]| objective.gradient(p, &rows, gradient);
     let mut is_going_on = true;
-    lbfgs.minimise(&mut value, &mut parameters, &mut |step, loss, p| {
-        if step % LOOK == 0 {
+    let look = match options.polish_by {
+        Polish::Lbfgs => 25,
+        Polish::LevenbergMarquardt { .. } => 2,
+    };
+    let mut after = |step: usize, loss: f64, p: &[f64]| {
+        if step.is_multiple_of(look) {
             let validation = evaluator.validate(p);
             if validation < trained.validation {
                 (trained.validation, trained.steps[1]) = (validation, step);
@@ -163,7 +188,18 @@ fn polish(
             is_going_on = (session.progress)(&Progress::Epoch(epoch));
         }
         is_going_on
-    });
+    };
+    match options.polish_by {
+        Polish::Lbfgs => {
+            let lbfgs = Lbfgs { memory: 30, iterations: options.polish, gradient_tolerance: 0.0 };
+            let mut value = |p: &[f64], gradient: &mut [f64]| objective.gradient(p, &rows, gradient);
+            lbfgs.minimise(&mut value, &mut parameters, &mut after);
+        }
+        Polish::LevenbergMarquardt { batch } => {
+            let method = LevenbergMarquardt { iterations: options.polish, batch, damping: 1e-3 };
+            method.minimise(&mut objective, &rows, seed, &mut parameters, &mut after);
+        }
+    }
     trained.is_finished = is_going_on;
 }
 

@@ -16,9 +16,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-pub use published::{PublishedRow, published};
+pub use published::{PublishedRow, published, published_parts};
 pub use real::{RealOptions, RealRow, real_study};
-pub use simulated::{Parts, SimulatedRow, SimulatedStudy, Units, characters_study, simulated_study};
+pub use simulated::{
+    Parts, SimulatedRow, SimulatedStudy, Units, characters_study, simulated_study, simulated_test,
+};
 
 /// What a study reports.
 #[derive(Debug, Clone, Copy)]

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::lagrangian::Variant;
+
 /// A row of a published table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PublishedRow {
@@ -44,6 +46,22 @@ pub fn published(set: &str) -> &'static [PublishedRow] {
         "Baxter, circle_XY_T2_r10" => &CIRCLE_XY,
         "Baxter, sin_XYZ_12_5s_T2_5_Tz_5T_r18" => &HELICAL,
         _ => &[],
+    }
+}
+
+/// Table 5: normalised errors of torque, inertial, Coriolis and gravity torques of a simulated arm whose parameters are not printed.
+///
+/// # Reference
+/// Li, Wu, Chen, Sun (2025), as [`published`].
+pub fn published_parts(variant: Variant) -> [f64; 4] {
+    match variant {
+        Variant::StructuredLagrangian => [4.35e-7, 1.97e-6, 1.04e-5, 2.06e-7],
+        Variant::BlackBoxLagrangian => [3.91e-3, 2.55e-3, 0.138, 9.99e-6],
+        Variant::StructuredHamiltonian => [1.59e-6, 1.92e-4, 3.58e-4, 6.34e-7],
+        Variant::BlackBoxHamiltonian => [1.99e-3, 0.680, 0.896, 1.01e-4],
+        Variant::FeedForward => [5.46e-3, 0.130, 0.182, 1.75e-4],
+        Variant::Friction => [9.42e-7, 5.16e-6, 2.4e-5, 2.9e-7],
+        Variant::Augmented => [7.42e-7, 6.14e-6, 2.1e-5, 2.29e-7],
     }
 }
 

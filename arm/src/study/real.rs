@@ -13,7 +13,9 @@ use crate::Model;
 use crate::baselines::{MOST_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body};
 use crate::datasets::RealSet;
 use crate::identify::TorqueResponse;
-use crate::lagrangian::{NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train};
+use crate::lagrangian::{
+    InputForm, NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train,
+};
 
 /// How the models of a set are found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -250,6 +252,7 @@ fn learned(
             epsilon: 1e-4,
             scales: Scales::of(&training, variant),
             lengths: vec![None; all.n_joints],
+            inputs: InputForm::SinesAndCosines,
         };
         let state = folder.join(format!("{key}-{member}.state"));
         let mut progress = |training: &hysteron_learn::Progress| {

@@ -13,8 +13,8 @@ use serde_json::json;
 use super::{Listener, StudyProgress, cell, make_folder};
 use crate::Model;
 use crate::lagrangian::{
-    Decomposition, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant, decompose,
-    sinusoids, train,
+    Decomposition, InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids,
+    TrainingOptions, Variant, decompose, sinusoids, train,
 };
 
 /// What is compared.
@@ -32,6 +32,8 @@ pub struct SimulatedStudy {
     pub hidden: Vec<usize>,
     /// Between layers.
     pub activation: Activation,
+    /// What networks see of the positions.
+    pub inputs: InputForm,
     /// Whether networks see SI units, as published, or spreads.
     pub units: Units,
     /// How they are trained.
@@ -84,6 +86,8 @@ pub struct SimulatedRow {
     pub trajectories: usize,
     /// For every speed of the test, in the order of [`SimulatedStudy::speeds`].
     pub parts: Vec<Parts>,
+    /// Mean squared error over variance of every joint's torque, at the first speed [-].
+    pub joints: Vec<f64>,
     /// Mean squared error of the torque over all joints, at the first speed [N² m²].
     pub mse: Parts,
     /// Mean squared error of the power q̇ᵀτ, at the first speed [W²].
@@ -92,8 +96,22 @@ pub struct SimulatedRow {
     pub validation: f64,
     /// Epochs of Adam and steps of L-BFGS until the best parameters.
     pub steps: [usize; 2],
-    /// Processor-independent time of the training [s].
+    /// Parameters of the model.
+    pub parameters: usize,
+    /// Time of the training by the clock [s].
     pub seconds: f64,
+}
+
+impl SimulatedRow {
+    /// Name of its cell, and of the files beside it.
+    pub fn name(&self) -> String {
+        name(self.variant, self.trajectories, self.seed)
+    }
+}
+
+fn name(variant: Variant, trajectories: usize, seed: u64) -> String {
+    let spelled = json!(variant);
+    format!("{}-{trajectories}-{seed}", spelled.as_str().unwrap_or_default())
 }
 
 /// Part of the trajectories that only choose when to stop.
@@ -119,6 +137,7 @@ impl SimulatedStudy {
         &self,
         (variant, seed, all): (Variant, u64, &Samples),
         tests: &Sets,
+        model: &Path,
         session: &mut Session<'_>,
     ) -> Result<Option<SimulatedRow>> {
         let n = all.n_joints;
@@ -134,6 +153,7 @@ impl SimulatedStudy {
             epsilon: 1e-4,
             scales,
             lengths: vec![None; n],
+            inputs: self.inputs,
         };
         let start = Instant::now();
         let found = train(&shape, [&training, &validation], &self.training, seed, session)?;
@@ -154,6 +174,10 @@ impl SimulatedStudy {
             coriolis: mean(&truth.coriolis, &first.coriolis),
             gravity: mean(&truth.gravity, &first.gravity),
         };
+        let joints = Scores::of(n, &truth.torque, &first.torque).nmse;
+        let details = json!({ "study": self, "seed": seed, "trajectories": all.trajectories.len() });
+        let count = found.parameters.len();
+        LearnedDynamics { shape, parameters: found.parameters, details }.write(model)?;
         let power = |tau: &[f64]| -> Vec<f64> {
             let rows = tau.chunks_exact(n).zip(samples.dq.chunks_exact(n));
             rows.map(|(tau, dq)| tau.iter().zip(dq).map(|(t, v)| t * v).sum()).collect()
@@ -163,7 +187,9 @@ impl SimulatedStudy {
             seed,
             trajectories: all.trajectories.len(),
             parts,
+            joints,
             mse,
+            parameters: count,
             power_mse: Scores::of(1, &power(&truth.torque), &power(&first.torque)).sum_mse(),
             validation: found.validation,
             steps: found.steps,
@@ -186,11 +212,10 @@ impl SimulatedStudy {
             for variant in &self.variants {
                 for seed in 0..self.seeds {
                     let count = all.trajectories.len();
-                    let spelled = json!(variant);
-                    let name = format!("{}-{count}-{seed}", spelled.as_str().unwrap_or_default());
+                    let name = name(*variant, count, seed);
                     let done = [rows.len(), total];
                     let identity = json!({
-                        "hidden": self.hidden, "activation": self.activation, "units": self.units,
+                        "hidden": self.hidden, "inputs": self.inputs, "activation": self.activation, "units": self.units,
                         "training": self.training, "speeds": self.speeds, "variant": variant, "seed": seed,
                         "trajectories": count,
                     });
@@ -200,7 +225,8 @@ impl SimulatedStudy {
                             listener(&StudyProgress { cell: &name, done, training: Some(*training) })
                         };
                         let mut session = Session { file: Some(&state), progress: &mut progress };
-                        self.row((*variant, seed, all), tests, &mut session)
+                        let model = folder.join(format!("{name}.safetensors"));
+                        self.row((*variant, seed, all), tests, &model, &mut session)
                     })?;
                     let Some(row) = row else { return Ok(rows) };
                     rows.push(row);
@@ -212,6 +238,12 @@ impl SimulatedStudy {
         }
         Ok(rows)
     }
+}
+
+/// The three motions that models are tested on, so many times as fast as those they learn from, and the true parts of their torques.
+pub fn simulated_test(model: &Model, speed: f64) -> (Samples, Decomposition) {
+    let plan = Sinusoids { speed, ..Sinusoids::published(3) };
+    sinusoids(model, &plan, 0, "arm/study/test")
 }
 
 /// Table 5, and how models extrapolate in speed and learn from fewer trajectories.
@@ -227,11 +259,7 @@ pub fn simulated_study(
     let most = study.trajectories.iter().copied().max().unwrap_or(0);
     let (all, _) = sinusoids(model, &Sinusoids::published(most), 0, "arm/study/training");
     let sets: Vec<Samples> = study.trajectories.iter().map(|n| all.select(0..*n)).collect();
-    let test = |speed: &f64| {
-        let plan = Sinusoids { speed: *speed, ..Sinusoids::published(3) };
-        sinusoids(model, &plan, 0, "arm/study/test")
-    };
-    let tests = study.speeds.iter().map(test).collect();
+    let tests = study.speeds.iter().map(|speed| simulated_test(model, *speed)).collect();
     study.rows(&sets, &tests, folder, listener)
 }
 

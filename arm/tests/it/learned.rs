@@ -4,8 +4,8 @@ use hysteron_arm::Model;
 use hysteron_arm::baselines::{RigidFeatures, fit_rigid_body};
 use hysteron_arm::datasets::{BAXTER_ARM, BaxterTraining, baxter, characters, kuka, kuka_arm, panda};
 use hysteron_arm::lagrangian::{
-    LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant, decompose,
-    sinusoids, train,
+    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant,
+    decompose, sinusoids, train,
 };
 use hysteron_arm::study::{RealOptions, SimulatedStudy, Units, real_study, simulated_study};
 use hysteron_learn::{Activation, Progress, Session};
@@ -21,6 +21,7 @@ fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
         epsilon: 1e-4,
         scales: Scales::of(training, variant),
         lengths: vec![None; training.n_joints],
+        inputs: InputForm::SinesAndCosines,
     }
 }
 
@@ -95,6 +96,7 @@ fn a_study_that_was_ended_goes_on_to_the_same_rows() {
         speeds: vec![1.0, 2.0],
         hidden: vec![6, 6],
         activation: Activation::Softplus,
+        inputs: InputForm::Products(2),
         units: Units::Spread,
         training: TrainingOptions { polish: 30, polish_samples: 100, ..TrainingOptions::normalised(4) },
     };

@@ -16,6 +16,7 @@ mod identification;
 mod identify;
 mod import;
 mod learned;
+mod learned_body;
 mod models;
 mod motion;
 mod numbers;

@@ -1,11 +1,14 @@
 //! Multi-layer perceptrons with tangents, for models whose outputs are derivatives of a network.
 
 mod activation;
+mod derivatives;
+mod few;
 mod shape;
 mod tape;
 #[cfg(test)]
 mod tests;
 
 pub use activation::Activation;
+pub use derivatives::ByParameters;
 pub use shape::Mlp;
 pub use tape::MlpTape;

@@ -22,6 +22,9 @@ pub struct Mlp {
     pub outputs: usize,
     /// Between the layers.
     pub activation: Activation,
+    /// Whether a matrix S leads past the hidden layers: y + S x.
+    #[serde(default)]
+    pub skip: bool,
 }
 
 /// Where one layer stands in the parameters.
@@ -37,6 +40,10 @@ impl LayerShape {
     /// Weights and biases.
     pub fn split<'a, T>(&self, parameters: &'a [T]) -> (&'a [T], &'a [T]) {
         parameters[self.start..self.end()].split_at(self.outputs * self.inputs)
+    }
+
+    pub fn weights_mut<'a, T>(&self, parameters: &'a mut [T]) -> &'a mut [T] {
+        &mut parameters[self.start..self.start + self.outputs * self.inputs]
     }
 
     pub fn split_mut<'a, T>(&self, parameters: &'a mut [T]) -> (&'a mut [T], &'a mut [T]) {
@@ -73,13 +80,18 @@ impl Mlp {
             .collect()
     }
 
-    /// How many parameters there are.
-    pub fn n_parameters(&self) -> usize {
+    /// Where S begins; [output][input], after all layers.
+    pub(crate) fn skip_start(&self) -> usize {
         self.layers().last().map_or(0, LayerShape::end)
     }
 
+    /// How many parameters there are.
+    pub fn n_parameters(&self) -> usize {
+        self.skip_start() + if self.skip { self.inputs * self.outputs } else { 0 }
+    }
+
     /// Parameters to begin with: biases zero, weights uniform with variance 1/inputs (2/inputs after ReLU), those of the
-    /// last layer times `gain`. `stream` names the random stream of `seed`.
+    /// last layer times `gain`, S zero. `stream` names the random stream of `seed`.
     ///
     /// # Reference
     /// LeCun et al. (1998), Efficient backprop, eq. 16; He et al. (2015), eq. 10, for ReLU.

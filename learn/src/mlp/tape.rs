@@ -14,6 +14,8 @@
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::activation::Activation;
+use super::derivatives::ByParameters;
+use super::few::{FEW, times, times_transposed};
 use super::shape::{LayerShape, Mlp};
 use crate::Real;
 use crate::product::{multiply, multiply_add, rows};
@@ -116,8 +118,12 @@ impl<T: Real> MlpTape<T> {
             let layer = &mut here[l];
             layer.sum.resize((s + 1) * len, T::default());
             let out = &mut layer.sum[s * len..];
-            let x = rows(part(&layer.input, s, len_in), shape.inputs);
-            multiply(out, x, rows(weights, shape.inputs).transpose());
+            let x = part(&layer.input, s, len_in);
+            if self.n_rows <= FEW {
+                times_transposed(out, x, weights, shape.inputs);
+            } else {
+                multiply(out, rows(x, shape.inputs), rows(weights, shape.inputs).transpose());
+            }
             if stream == Stream::Value {
                 for row in out.chunks_exact_mut(shape.outputs) {
                     for (y, b) in row.iter_mut().zip(biases) {
@@ -126,6 +132,7 @@ impl<T: Real> MlpTape<T> {
                 }
             }
             if l == last {
+                self.past_the_layers(parameters, s);
                 break;
             }
             let next = &mut after[0].input;
@@ -135,20 +142,45 @@ impl<T: Real> MlpTape<T> {
         self.outputs(s)
     }
 
+    /// Adds S x to the outputs of a stream.
+    fn past_the_layers(&mut self, parameters: &[T], stream: usize) {
+        let Mlp { inputs, outputs, .. } = self.mlp;
+        if self.mlp.skip {
+            let (first, last) = (0, self.layers.len() - 1);
+            let matrix = &parameters[self.mlp.skip_start()..][..inputs * outputs];
+            let x =
+                self.layers[first].input[stream * self.n_rows * inputs..][..self.n_rows * inputs].to_vec();
+            let out = &mut self.layers[last].sum[stream * self.n_rows * outputs..];
+            multiply_add(out, rows(&x, inputs), rows(matrix, inputs).transpose());
+        }
+    }
+
     /// The derivatives of some number by the inputs of stream 0 ([row][input]), from those by the outputs of the first
     /// streams, `cotangents` ([stream][row][output]); the other streams do not count.
     pub fn reverse_inputs(&mut self, parameters: &[T], cotangents: &[T]) -> &[T] {
         self.reverse(parameters, cotangents, None);
+        if self.mlp.skip {
+            let matrix = &parameters[self.mlp.skip_start()..][..self.mlp.inputs * self.mlp.outputs];
+            let [by_inputs, _] = &mut self.cotangents;
+            let of_values = &cotangents[..self.n_rows * self.mlp.outputs];
+            let by_inputs = &mut by_inputs[..self.n_rows * self.mlp.inputs];
+            multiply_add(by_inputs, rows(of_values, self.mlp.outputs), rows(matrix, self.mlp.inputs));
+        }
         part(&self.cotangents[0], 0, self.n_rows * self.mlp.inputs)
     }
 
-    /// Adds the derivatives of some number by the parameters to `gradient`, from those by the outputs of the first streams,
+    /// Adds the derivatives of some number by the parameters, from those by the outputs of the first streams,
     /// `cotangents` ([stream][row][output]); the other streams do not count.
-    pub fn reverse_parameters(&mut self, parameters: &[T], cotangents: &[T], gradient: &mut [T]) {
-        self.reverse(parameters, cotangents, Some(gradient));
+    pub fn reverse_parameters(&mut self, parameters: &[T], cotangents: &[T], into: ByParameters<'_, T>) {
+        self.reverse(parameters, cotangents, Some(into));
     }
 
-    fn reverse(&mut self, parameters: &[T], cotangents: &[T], mut gradient: Option<&mut [T]>) {
+    /// Forgets all streams but the first `n`.
+    pub fn keep(&mut self, n: usize) {
+        self.streams.truncate(n);
+    }
+
+    fn reverse(&mut self, parameters: &[T], cotangents: &[T], mut into: Option<ByParameters<'_, T>>) {
         let len_out = self.n_rows * self.mlp.outputs;
         let n_streams = cotangents.len() / len_out;
         assert!(
@@ -158,24 +190,31 @@ impl<T: Real> MlpTape<T> {
         let [here, before] = &mut self.cotangents;
         here.clear();
         here.extend_from_slice(cotangents);
+        if let (true, Some(into)) = (self.mlp.skip, &mut into) {
+            let n_inputs = n_streams * self.n_rows * self.mlp.inputs;
+            let shape = LayerShape {
+                inputs: self.mlp.inputs,
+                outputs: self.mlp.outputs,
+                start: self.mlp.skip_start(),
+            };
+            into.add_weights(&shape, self.n_rows, here, &self.layers[0].input[..n_inputs]);
+        }
         for l in (0..self.layers.len()).rev() {
             let shape = &self.shapes[l];
             let len_in = n_streams * self.n_rows * shape.inputs;
-            if let Some(gradient) = gradient.as_deref_mut() {
-                let (weights, biases) = shape.split_mut(gradient);
-                let input = rows(&self.layers[l].input[..len_in], shape.inputs);
-                multiply_add(weights, rows(here, shape.outputs).transpose(), input);
-                for row in here[..self.n_rows * shape.outputs].chunks_exact(shape.outputs) {
-                    for (sum, d) in biases.iter_mut().zip(row) {
-                        *sum += *d;
-                    }
-                }
+            if let Some(into) = &mut into {
+                into.add_layer(shape, self.n_rows, here, &self.layers[l].input[..len_in]);
                 if l == 0 {
                     return;
                 }
             }
             before.resize(len_in, T::default());
-            multiply(before, rows(here, shape.outputs), rows(shape.split(parameters).0, shape.inputs));
+            let weights = shape.split(parameters).0;
+            if n_streams * self.n_rows <= FEW {
+                times(before, here, weights, shape.inputs);
+            } else {
+                multiply(before, rows(here, shape.outputs), rows(weights, shape.inputs));
+            }
             if l > 0 {
                 let (layers, after) = self.layers.split_at_mut(l);
                 let streams = &self.streams[..n_streams];

@@ -4,11 +4,12 @@
 
 use candle_core::{Device, Tensor, Var};
 
+use super::derivatives::ByParameters;
 use super::tape::MlpTape;
 use crate::{Activation, Mlp};
 
 fn network(activation: Activation) -> (Mlp, Vec<f64>) {
-    let mlp = Mlp { inputs: 3, hidden: vec![7, 5], outputs: 2, activation };
+    let mlp = Mlp { inputs: 3, hidden: vec![7, 5], outputs: 2, activation, skip: true };
     let mut parameters = mlp.initial_parameters(5, "test", 1.0);
     // Biases too.
     for (i, p) in parameters.iter_mut().enumerate() {
@@ -88,7 +89,7 @@ fn the_reverse_pass_is_the_derivative_of_every_stream() {
         tape.push_tangent(&p, &b);
         tape.push_mixed(&p, 1, 2);
         let mut gradient = vec![0.0; p.len()];
-        tape.reverse_parameters(&p, &w, &mut gradient);
+        tape.reverse_parameters(&p, &w, ByParameters::Sum(&mut gradient));
         let slope = |dp: &[f64], dx: &[f64]| {
             let at = |t: f64| weighted(&mlp, &moved(&p, dp, t), &moved(&x, dx, t), [&a, &b], &w);
             (at(h) - at(-h)) / (2.0 * h)
@@ -139,6 +140,13 @@ fn candle_gradient(mlp: &Mlp, p: &[f64], x: &[f64], a: &[f64], w: &[f64]) -> Vec
             tangent = (tangent * slope).unwrap();
         }
     }
+    if mlp.skip {
+        let past = Var::from_tensor(&tensor(&p[mlp.skip_start()..], mlp.inputs)).unwrap();
+        let transposed = past.as_tensor().t().unwrap();
+        let add = |y: Tensor, x: &[f64]| (y + tensor(x, mlp.inputs).matmul(&transposed).unwrap()).unwrap();
+        (value, tangent) = (add(value, x), add(tangent, a));
+        variables.push(past);
+    }
     let weigh = |y: Tensor, w: &[f64]| (y * tensor(w, mlp.outputs)).unwrap().sum_all().unwrap();
     let (first, second) = w.split_at(n_rows * mlp.outputs);
     let loss = (weigh(value, first) + weigh(tangent, second)).unwrap();
@@ -159,7 +167,7 @@ fn gradients_are_those_of_candle() {
         tape.forward(&p, &x);
         tape.push_tangent(&p, &a);
         let mut gradient = vec![0.0; p.len()];
-        tape.reverse_parameters(&p, &w, &mut gradient);
+        tape.reverse_parameters(&p, &w, ByParameters::Sum(&mut gradient));
         // Sums of some hundred products of order 1.
         assert_near(&gradient, &expected, 1e-13, &format!("{activation:?}"));
         let singles = |values: &[f64]| values.iter().map(|v| *v as f32).collect::<Vec<_>>();
@@ -167,7 +175,7 @@ fn gradients_are_those_of_candle() {
         tape.forward(&singles(&p), &singles(&x));
         tape.push_tangent(&singles(&p), &singles(&a));
         let mut gradient = vec![0.0f32; p.len()];
-        tape.reverse_parameters(&singles(&p), &singles(&w), &mut gradient);
+        tape.reverse_parameters(&singles(&p), &singles(&w), ByParameters::Sum(&mut gradient));
         let gradient: Vec<f64> = gradient.into_iter().map(f64::from).collect();
         assert_near(&gradient, &expected, 2e-5, &format!("{activation:?} in f32"));
     }

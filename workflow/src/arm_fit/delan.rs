@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_arm::lagrangian::{
-    LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, Variant, samples_of, train,
+    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, Variant, samples_of, train,
 };
 use hysteron_base::{BadInput, Recording};
 use hysteron_learn::{Activation, Progress, Session};
@@ -70,6 +70,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         epsilon: 1e-4,
         scales: Scales::of(&training, options.variant),
         lengths: vec![None; samples.n_joints],
+        inputs: InputForm::SinesAndCosines,
     };
     let training_options =
         TrainingOptions { polish: 0, learning_rate: 5e-3, ..TrainingOptions::normalised(options.epochs) };

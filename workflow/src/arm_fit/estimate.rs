@@ -1,4 +1,4 @@
-//! `hysteron arm estimate`: force on the tip, contact and condition of a motor along a recording, sample by sample.
+//! `hysteron arm estimate`: force on the tip, contact and condition of a motor along a recording, or external torques, sample by sample.
 
 use std::path::PathBuf;
 
@@ -6,13 +6,15 @@ use hysteron_arm::neural::{NeuralActuator, SensingRunner, Unlabelled, trajectory
 use hysteron_base::{BadInput, Channel, Recording};
 use serde_json::{Value, json};
 
+use crate::learned_dynamics;
+use crate::outputs::Outputs;
 use crate::{Caller, arm};
 
-/// Estimate force, contact and motor condition along a recording, from servo telemetry
+/// Estimate force, contact and motor condition along a recording from servo telemetry, or external torques with learned dynamics
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Actuator by hysteron arm fit neural --sensing observer
+    /// Actuator by hysteron arm fit neural --sensing observer, or model by hysteron arm fit delan
     pub actuator: PathBuf,
     /// Recording of the arm
     #[cfg_attr(feature = "clap", arg(value_name = "REC"))]
@@ -23,6 +25,9 @@ pub struct Options {
     /// The arm: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub robot: String,
+    /// Gain of the momentum observer [1/s], with a model by hysteron arm fit delan
+    #[cfg_attr(feature = "clap", arg(long, value_name = "GAIN", default_value_t = 25.0))]
+    pub gain: f64,
 }
 
 /// Carries out the verb.
@@ -30,6 +35,9 @@ pub struct Options {
 /// # Errors
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    if learned_dynamics::is_model(&options.actuator) {
+        return external(options, caller);
+    }
     let read = [options.actuator.clone(), options.recording.clone()];
     let outputs = arm::reads(&options.robot).and(&read).file("--out", &options.out);
     let _claim = outputs.check(caller)?;
@@ -71,4 +79,28 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         options.out.display()
     ));
     Ok(json!({ "rows": trajectory.len(), "contact": share, "healthy_at_end": healthy, "out": options.out }))
+}
+
+/// External torques by a momentum observer whose dynamics are learned.
+fn external(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let outputs = Outputs::reading([&options.actuator, &options.recording]).file("--out", &options.out);
+    let _claim = outputs.check(caller)?;
+    let recording = Recording::read(&options.recording)?;
+    let meta = arm::meta(caller, "external torques from learned dynamics");
+    let place = (&*options.recording, &recording);
+    let found = learned_dynamics::external(&options.actuator, place, options.gain, meta)?;
+    found.write(&options.out)?;
+    let rows = found.n_samples();
+    let rms: Vec<f64> = found
+        .channels()
+        .iter()
+        .map(|channel| (channel.values.iter().map(|v| v * v).sum::<f64>() / rows as f64).sqrt())
+        .collect();
+    let spelled: Vec<String> = rms.iter().map(|rms| format!("{rms:.3}")).collect();
+    caller.say(format_args!(
+        "{rows} rows, root mean square of each joint {} N m: {}",
+        spelled.join(", "),
+        options.out.display()
+    ));
+    Ok(json!({ "rows": rows, "rms_n_m": rms, "out": options.out }))
 }

@@ -2,6 +2,8 @@
 
 pub mod adapt;
 pub mod delan;
+#[cfg(test)]
+mod delan_tests;
 pub mod estimate;
 pub mod evaluate;
 pub mod neural;

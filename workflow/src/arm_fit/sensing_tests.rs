@@ -89,7 +89,8 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
     let out = folder.path().join("force.csv");
     let estimate = |actuator: &Path, recording: &Path| {
         let (actuator, recording) = (actuator.to_owned(), recording.to_owned());
-        let options = estimate::Options { actuator, recording, out: out.clone(), robot: robot.clone() };
+        let options =
+            estimate::Options { actuator, recording, out: out.clone(), robot: robot.clone(), gain: 25.0 };
         estimate::run(&options, &caller)
     };
     estimate(&model, &test).unwrap();

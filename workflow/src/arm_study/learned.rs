@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_arm::Model;
 use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
-use hysteron_arm::lagrangian::{TrainingOptions, Variant};
+use hysteron_arm::lagrangian::{InputForm, Polish, TrainingOptions, Variant};
 use hysteron_arm::study::{
     Listener, RealOptions, SimulatedStudy, Units, characters_study, real_study, simulated_study,
 };
@@ -12,7 +12,7 @@ use hysteron_base::BadInput;
 use hysteron_learn::Activation;
 use serde_json::Value;
 
-use super::{ActivationName, Options, SetName};
+use super::{ActivationName, Options, PolishName, SetName};
 use crate::arm_study_figures::{self, RealTable, Study};
 use crate::{Caller, arm};
 
@@ -85,11 +85,18 @@ fn data(options: &Options) -> Result<&Path, BadInput> {
 }
 
 fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
+    let is_simulated = options.set == SetName::Simulated && !options.published;
+    let epochs = options.epochs.unwrap_or(if is_simulated { 3 } else { 300 });
+    let polish_by = match options.polish_by {
+        Some(PolishName::Lbfgs) => Polish::Lbfgs,
+        None if !is_simulated => Polish::Lbfgs,
+        _ => Polish::LevenbergMarquardt { batch: 1500 },
+    };
     let mut training = if options.published {
-        TrainingOptions::published(options.epochs)
+        TrainingOptions::published(epochs)
     } else {
-        let polish = options.polish as usize;
-        TrainingOptions { polish, learning_rate: 5e-3, ..TrainingOptions::normalised(options.epochs) }
+        let polish = options.polish.unwrap_or(if is_simulated { 100 } else { 300 }) as usize;
+        TrainingOptions { polish, polish_by, learning_rate: 5e-3, ..TrainingOptions::normalised(epochs) }
     };
     if let Some(rate) = options.learning_rate {
         if !(rate > 0.0 && rate < 1.0) {
@@ -104,16 +111,27 @@ fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
     Ok(training)
 }
 
-fn activation(name: ActivationName) -> Activation {
-    match name {
-        ActivationName::Relu => Activation::Relu,
-        ActivationName::Tanh => Activation::Tanh,
-        ActivationName::Softplus => Activation::Softplus,
-    }
+/// Units of the hidden layers, and what stands between them.
+fn network(options: &Options) -> (Vec<usize>, Activation) {
+    let is_simulated = options.set == SetName::Simulated && !options.published;
+    let hidden = options.hidden.unwrap_or(if is_simulated { 16 } else { 64 });
+    let activation = match options.activation {
+        Some(ActivationName::Relu) => Activation::Relu,
+        Some(ActivationName::Tanh) => Activation::Tanh,
+        None if is_simulated => Activation::Tanh,
+        Some(ActivationName::Softplus) | None => Activation::Softplus,
+    };
+    (vec![hidden; 2], activation)
 }
 
 fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
     let is_simulated = options.set == SetName::Simulated;
+    let products = options.products.unwrap_or(if is_simulated && !options.published { 3 } else { 0 });
+    let inputs = match products as usize {
+        0 => InputForm::SinesAndCosines,
+        joints => InputForm::Products(joints),
+    };
+    let (hidden, activation) = network(options);
     if options.trajectories.iter().any(|n| *n < 2) {
         return Err(BadInput::new("--trajectories", "2 or more, for one validates", "1"));
     }
@@ -122,8 +140,9 @@ fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
         seeds: options.seeds as u64,
         trajectories: options.trajectories.clone(),
         speeds: if is_simulated { vec![1.0, 1.5, 2.0, 2.5] } else { vec![1.0] },
-        hidden: vec![options.hidden; 2],
-        activation: activation(options.activation),
+        hidden,
+        activation,
+        inputs,
         units: if options.published { Units::Si } else { Units::Spread },
         training: training(options)?,
     })
@@ -136,11 +155,12 @@ fn real(options: &Options) -> Result<RealOptions, BadInput> {
             BadInput::new("--variants", "models of velocities", bad.label()).hint("no momenta are recorded")
         );
     }
+    let (hidden, activation) = network(options);
     Ok(RealOptions {
         variants: if options.variants.is_empty() { variants.to_vec() } else { options.variants.clone() },
         members: options.seeds as u64,
-        hidden: vec![options.hidden; 2],
-        activation: activation(options.activation),
+        hidden,
+        activation,
         training: training(options)?,
         features: options.features,
         lengths: vec![2.0, 4.0, 8.0, 16.0],

@@ -38,18 +38,25 @@ pub struct Options {
     /// Trajectories of the simulated arm to learn from, one table for each
     #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = crate::number::count::<2000>))]
     pub trajectories: Vec<usize>,
-    /// Units of each of the two hidden layers [default: 64]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
-    pub hidden: usize,
-    /// Between the layers
-    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = ActivationName::Softplus))]
-    pub activation: ActivationName,
-    /// Epochs of Adam at most
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
-    pub epochs: usize,
-    /// Steps of L-BFGS at most, in double precision, after Adam; 0 for none
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 300, value_parser = crate::number::up_to::<100_000>))]
-    pub polish: u32,
+    /// Units of each of the two hidden layers [default: 64; simulated: 16]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
+    pub hidden: Option<usize>,
+    /// Between the layers [default: softplus; simulated: tanh]
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
+    pub activation: Option<ActivationName>,
+    /// Of simulated and characters: networks see products of the sines and cosines of up to so many joints, with a linear path past the
+    /// hidden layers; 0 for sines and cosines alone [default: 0; simulated: 3]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::up_to::<4>))]
+    pub products: Option<u32>,
+    /// Epochs of Adam at most [default: 300; simulated: 3]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
+    pub epochs: Option<usize>,
+    /// What goes on after Adam, in double precision [default: lbfgs; simulated: levenberg-marquardt]
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
+    pub polish_by: Option<PolishName>,
+    /// Steps of it at most; 0 for none [default: 300; simulated: 100]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::up_to::<100_000>))]
+    pub polish: Option<u32>,
     /// Step size of Adam at the start [default: 0.005; published: 0.0001]
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE"))]
     pub learning_rate: Option<f64>,
@@ -75,6 +82,7 @@ pub struct Options {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum SetName {
     /// Learned inverse dynamics: the three-link arm
+    #[cfg_attr(feature = "clap", value(alias = "delan"))]
     Simulated,
     /// Learned inverse dynamics: an arm that writes
     Characters,
@@ -110,6 +118,16 @@ pub enum ActivationName {
     Tanh,
     /// log(1 + exp x)
     Softplus,
+}
+
+/// What finds the last digits of a training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum PolishName {
+    /// For any number of parameters
+    Lbfgs,
+    /// Much deeper, for some thousand parameters
+    LevenbergMarquardt,
 }
 
 /// A model by the name that files have for it.

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use hysteron_arm::Model;
 use hysteron_arm::datasets::RealSet;
-use hysteron_arm::lagrangian::Variant;
+use hysteron_arm::lagrangian::{Decomposition, LearnedDynamics, Sinusoids, Variant};
 use hysteron_arm::study::{
-    Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published,
+    Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published, published_parts,
+    simulated_test,
 };
 use hysteron_base::Metadata;
 use serde::Serialize;
@@ -109,7 +111,10 @@ struct Means {
     /// Their standard deviations over the seeds, at the first speed.
     spread: [f64; 4],
     mse: [f64; 4],
+    /// Torque of every joint, at the first speed.
+    joints: Vec<f64>,
     power_mse: f64,
+    parameters: usize,
     seconds: f64,
 }
 
@@ -128,7 +133,7 @@ impl Means {
             .collect();
         let n = rows.len() as f64;
         let mean = |of: &dyn Fn(&SimulatedRow) -> f64| rows.iter().map(|r| of(r)).sum::<f64>() / n;
-        let speeds = rows.first()?.parts.len();
+        let [speeds, joints] = [rows.first()?.parts.len(), rows[0].joints.len()];
         let nmse: Vec<[f64; 4]> =
             (0..speeds).map(|s| std::array::from_fn(|k| mean(&|r| array(&r.parts[s])[k]))).collect();
         let spread = std::array::from_fn(|k| mean(&|r| (array(&r.parts[0])[k] - nmse[0][k]).powi(2)).sqrt());
@@ -137,7 +142,9 @@ impl Means {
             spread,
             nmse,
             mse: std::array::from_fn(|k| mean(&|r| array(&r.mse)[k])),
+            joints: (0..joints).map(|j| mean(&|r| r.joints[j])).collect(),
             power_mse: mean(&|r| r.power_mse),
+            parameters: rows[0].parameters,
             seconds: mean(&|r| r.seconds),
         })
     }
@@ -151,15 +158,21 @@ fn simulated(
 ) -> anyhow::Result<()> {
     let means: Vec<Means> = Variant::ALL.iter().filter_map(|v| Means::of(study, rows, *v)).collect();
     page.heading("Sum over the joints of mean squared error over variance (nMSE), mean over the seeds");
-    let head = ["Model", "Torque", "± (seeds)", "Inertial", "Coriolis", "Gravity", "Training [s]"];
-    page.table(
-        &head,
-        means.iter().map(|m| {
-            let [torque, inertial, coriolis, gravity] = m.nmse[0].map(|v| format!("{v:.2e}"));
-            let spread = format!("{:.1e}", m.spread[0]);
-            vec![m.variant.label().to_owned(), torque, spread, inertial, coriolis, gravity, number(m.seconds)]
-        }),
-    );
+    let head =
+        ["Model", "Torque", "± (seeds)", "Inertial", "Coriolis", "Gravity", "Parameters", "Training [s]"];
+    let own = means.iter().map(|m| {
+        let [torque, inertial, coriolis, gravity] = m.nmse[0].map(|v| format!("{v:.2e}"));
+        let spread = format!("{:.1e}", m.spread[0]);
+        let [parameters, seconds] = [m.parameters.to_string(), number(m.seconds)];
+        vec![m.variant.label().to_owned(), torque, spread, inertial, coriolis, gravity, parameters, seconds]
+    });
+    // The published arm is not described: its figures stand beside those of the built-in one.
+    let theirs = means.iter().filter(|_| study.speeds.len() > 1).map(|m| {
+        let [torque, inertial, coriolis, gravity] = published_parts(m.variant).map(|v| format!("{v:.2e}"));
+        let name = format!("{}, as published", m.variant.label());
+        vec![name, torque, "-".into(), inertial, coriolis, gravity, "-".into(), "-".into()]
+    });
+    page.table(&head, own.chain(theirs));
     page.heading("Mean squared error over all joints [N² m²], and of the power [W²]");
     page.table(
         &["Model", "Torque", "Inertial", "Coriolis", "Gravity", "Power"],
@@ -175,15 +188,18 @@ fn simulated(
             ]
         }),
     );
+    page.heading("Figures");
+    let mut show = |chart: TimeChart| -> anyhow::Result<()> {
+        page.figure(&save(folder, &chart, false)?);
+        Ok(())
+    };
+    decompositions(folder, study, rows)?.into_iter().try_for_each(&mut show)?;
+    let [seeds, log] = ["mean over the seeds", "Logarithm to base 10 of the normalised error of the torque"];
+    let caption = format!("{log} on the test trajectories, {seeds}.");
     if study.speeds.len() > 1 {
         let of = |m: &Means| m.nmse.iter().map(|v| v[0].log10()).collect();
-        let x_name = "speed of the test over that of training [-]";
-        page.heading("Figures");
-        page.figure(&save(
-            folder,
-            &chart("speeds", "Faster than in training", x_name, &study.speeds, &means, of),
-            false,
-        )?);
+        let titles = ["speeds", "Faster than in training", &caption];
+        show(chart(titles, "speed of the test over that of training [-]", &study.speeds, &means, of))?;
     }
     if study.trajectories.len() > 1 {
         let x: Vec<f64> = study.trajectories.iter().map(|n| *n as f64).collect();
@@ -195,25 +211,64 @@ fn simulated(
             };
             study.trajectories.iter().map(at).collect()
         };
-        page.figure(&save(
-            folder,
-            &chart("amounts", "Amount of data", "trajectories [-]", &x, &means, of),
-            false,
-        )?);
+        show(chart(["amounts", "Amount of data", &caption], "trajectories [-]", &x, &means, of))?;
     }
-    Ok(())
+    let x: Vec<f64> = (1..=means.first().map_or(0, |m| m.joints.len())).map(|j| j as f64).collect();
+    let caption = format!("{log} of every joint on the test trajectories, {seeds}.");
+    let of = |m: &Means| m.joints.iter().map(|v| v.log10()).collect();
+    show(chart(["joints", "Error over the joints", &caption], "joint [-]", &x, &means, of))
+}
+
+/// Parts of the torques of every joint along the first test trajectory, true and of every model's first seed; nothing where the arm is not
+/// the simulated one.
+fn decompositions(
+    folder: &Path,
+    study: &SimulatedStudy,
+    rows: &[SimulatedRow],
+) -> anyhow::Result<Vec<TimeChart>> {
+    if study.speeds.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let (samples, truth) = simulated_test(&Model::builtin("three-link")?, study.speeds[0]);
+    let most = study.trajectories.iter().copied().max().unwrap_or(0);
+    let mut models = Vec::new();
+    for row in rows.iter().filter(|row| row.seed == 0 && row.trajectories == most) {
+        let file = folder.join("cells").join(format!("{}.safetensors", row.name()));
+        models.push((row.variant.label(), LearnedDynamics::read(&file)?.decompose(&samples)?));
+    }
+    let n = samples.n_joints;
+    let first = &samples.trajectories[0];
+    let time: Vec<f64> = (0..first.len()).map(|i| i as f64 / Sinusoids::published(1).rate).collect();
+    let chart = |joint: usize| {
+        let column = |values: &[f64]| first.clone().map(|i| values[n * i + joint]).collect::<Vec<f64>>();
+        let panel = |name: &str, part: &dyn Fn(&Decomposition) -> Vec<f64>| {
+            let learned = models.iter().enumerate();
+            let learned = learned.map(|(k, (label, parts))| Curve::new(*label, k + 1, column(&part(parts))));
+            let mut curves: Vec<Curve> = learned.collect();
+            curves.insert(0, Curve { width: 4.0, ..Curve::new("true", 0, column(&part(&truth))) });
+            TimePanel::new(format!("{name} [N m]"), curves)
+        };
+        let panels = vec![
+            panel("torque", &|d| d.torque.clone()),
+            panel("inertial", &|d| d.inertial.clone()),
+            panel("Coriolis", &|d| d.coriolis.clone()),
+            panel("gravity", &|d| d.gravity.clone()),
+        ];
+        let caption = "Along the first test trajectory; models of the first seed over the wide line of the truth. Panels have scales of their own.";
+        let title = format!("Parts of the torque of joint {}", joint + 1);
+        TimeChart::over_time(format!("parts-{}", joint + 1), title, caption, &time, panels)
+    };
+    Ok((0..n).map(chart).collect())
 }
 
 fn chart(
-    name: &str,
-    title: &str,
+    [name, title, caption]: [&str; 3],
     x_name: &'static str,
     x: &[f64],
     means: &[Means],
     of: impl Fn(&Means) -> Vec<f64>,
 ) -> TimeChart {
     let curves = means.iter().enumerate().map(|(k, m)| Curve::new(m.variant.label(), k, of(m))).collect();
-    let caption = "Logarithm to base 10 of the normalised error of the torque on the test trajectories, mean over the seeds.";
     let mut chart =
         TimeChart::over_time(name, title, caption, x, vec![TimePanel::new("log10 nMSE [-]", curves)]);
     chart.x_name = x_name;

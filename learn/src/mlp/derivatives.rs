@@ -1,0 +1,102 @@
+//! Where derivatives by parameters go: summed over the rows of a batch, or row by row.
+
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
+
+use super::shape::LayerShape;
+use crate::Real;
+use crate::product::{multiply_add, rows};
+
+/// Derivatives by parameters, added to what is there.
+#[derive(Debug)]
+pub enum ByParameters<'a, T> {
+    /// Of the sum over all rows of a batch: [parameter].
+    Sum(&'a mut [T]),
+    /// Of every row: a Jacobian [row][parameter].
+    Rows {
+        /// The Jacobian.
+        values: &'a mut [T],
+        /// Parameters of a row.
+        width: usize,
+        /// The parameter that counts as the first.
+        start: usize,
+    },
+}
+
+impl<T: Real> ByParameters<'_, T> {
+    /// The same, counted from the parameter `first` on.
+    pub fn from(&mut self, first: usize) -> ByParameters<'_, T> {
+        match self {
+            Self::Sum(values) => ByParameters::Sum(&mut values[first..]),
+            Self::Rows { values, width, start } => {
+                ByParameters::Rows { values, width: *width, start: *start + first }
+            }
+        }
+    }
+
+    /// Adds `value` to the derivative of a row by a parameter.
+    #[inline]
+    pub fn add(&mut self, row: usize, parameter: usize, value: T) {
+        match self {
+            Self::Sum(values) => values[parameter] += value,
+            Self::Rows { values, width, start } => values[row * *width + *start + parameter] += value,
+        }
+    }
+
+    /// Adds those of one layer: `cotangents` of its sums, `inputs` of it, both [stream][row][unit]; biases see the first stream alone.
+    pub(super) fn add_layer(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T], inputs: &[T]) {
+        self.add_weights(shape, n_rows, cotangents, inputs);
+        let biases = shape.start + shape.outputs * shape.inputs;
+        for (row, cotangents) in cotangents.chunks_exact(shape.outputs).take(n_rows).enumerate() {
+            for (o, d) in cotangents.iter().enumerate() {
+                self.add(row, biases + o, *d);
+            }
+        }
+    }
+
+    /// Adds those of a matrix of weights alone.
+    pub(super) fn add_weights(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T], inputs: &[T]) {
+        match self {
+            Self::Sum(values) => multiply_add(
+                shape.weights_mut(values),
+                rows(cotangents, shape.outputs).transpose(),
+                rows(inputs, shape.inputs),
+            ),
+            Self::Rows { values, width, start } => {
+                let values = &mut values[*start..];
+                Isa::detect().run(RowByRow { shape, n_rows, cotangents, inputs, values, width: *width });
+            }
+        }
+    }
+}
+
+/// The outer products of every row.
+struct RowByRow<'a, T> {
+    shape: &'a LayerShape,
+    n_rows: usize,
+    cotangents: &'a [T],
+    inputs: &'a [T],
+    values: &'a mut [T],
+    width: usize,
+}
+
+impl<T: Real> WithSimd for RowByRow<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let [n_in, n_out] = [self.shape.inputs, self.shape.outputs];
+        for (row, values) in self.values.chunks_mut(self.width).take(self.n_rows).enumerate() {
+            let weights = self.shape.weights_mut(values);
+            let streams = self.cotangents.len() / (self.n_rows * n_out);
+            for at in (0..streams).map(|s| s * self.n_rows + row) {
+                let cotangents = &self.cotangents[at * n_out..(at + 1) * n_out];
+                let inputs = &self.inputs[at * n_in..(at + 1) * n_in];
+                for (weights, c) in weights.chunks_exact_mut(n_in).zip(cotangents) {
+                    for (w, x) in weights.iter_mut().zip(inputs) {
+                        *w += *c * *x;
+                    }
+                }
+            }
+        }
+    }
+}
