@@ -13,7 +13,7 @@ use hysteron_twin::sense::{
 use hysteron_twin::{Motion, Plant, Twin, Uncorrected};
 
 use crate::measure::percentile;
-use crate::rig::{Circling, PERIOD};
+use crate::rig::{AMPLITUDE, Circling, PERIOD};
 use crate::scenes::N_PRIMARY;
 use crate::table::{Goal as Target, Row};
 
@@ -67,7 +67,7 @@ impl Circle {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80");
         let twin = Twin::from_scene(&Scene::read(folder.join(file))?)?;
         let auxiliary = Auxiliary::new(&twin)?;
-        let motion = Motion::for_identification(&twin, &recorded(N_WARM + n)?, file)?;
+        let motion = Motion::for_identification(&twin, &recorded(AMPLITUDE, N_WARM + n)?, file)?;
         Ok(Self { twin, auxiliary, motion })
     }
 
@@ -172,9 +172,13 @@ impl Circle {
     }
 }
 
-/// Strokes and tip of the virtual rig on its circle.
-fn recorded(n: usize) -> Result<Recording> {
+/// Strokes and tip of the virtual rig on its circle, with strokes of this amplitude [m].
+///
+/// # Errors
+/// The rig's preset is bad.
+pub fn recorded(amplitude: f64, n: usize) -> Result<Recording> {
     let mut circling = Circling::new()?;
+    circling.amplitude = amplitude;
     let mut columns = vec![Vec::new(); N_PRIMARY + 3];
     for _ in 0..n {
         circling.cycle();

@@ -11,7 +11,7 @@ use crate::table::{Goal, Row};
 /// Time between two commands [s].
 pub const PERIOD: f64 = 0.01;
 /// Amplitude of the strokes [m]: the tip goes about 22 mm out.
-const AMPLITUDE: f64 = 6.5e-3;
+pub const AMPLITUDE: f64 = 6.5e-3;
 /// Time of one circle [s].
 const CIRCLE: f64 = 10.0;
 
@@ -20,6 +20,8 @@ const CIRCLE: f64 = 10.0;
 pub struct Circling {
     /// The world.
     pub world: World,
+    /// Of the strokes, after the first circle [m].
+    pub amplitude: f64,
     zeros: Vec<i32>,
     ticks_per_metre: Vec<f64>,
     cycle: u32,
@@ -41,13 +43,13 @@ impl Circling {
         }
         let per_metre = 4096.0 / (TAU * robot.servos.pulley_radius);
         let ticks_per_metre = robot.servos.directions.iter().map(|sign| sign * per_metre).collect();
-        Ok(Self { world, zeros, ticks_per_metre, cycle: 0 })
+        Ok(Self { world, amplitude: AMPLITUDE, zeros, ticks_per_metre, cycle: 0 })
     }
 
     /// One command, and the time until the next.
     pub fn cycle(&mut self) {
         let time = f64::from(self.cycle) * PERIOD;
-        let amplitude = AMPLITUDE * (time / CIRCLE).min(1.0);
+        let amplitude = self.amplitude * (time / CIRCLE).min(1.0);
         for (k, zero) in self.zeros.iter().enumerate() {
             let stroke = amplitude * (TAU * (time / CIRCLE - 0.25 * k as f64)).cos();
             self.world.command_mut(k).goal = zero + (stroke * self.ticks_per_metre[k]).round() as i32;

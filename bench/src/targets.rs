@@ -19,6 +19,7 @@ use serde_json::json;
 
 use crate::coreact;
 use crate::drive::{self, N_CIRCLE, N_RAMP};
+use crate::fit;
 use crate::learn;
 use crate::measure::{
     Run, machine, peak_memory_mb, percentile, percentile_of_steps, processor_seconds, shortest,
@@ -49,6 +50,8 @@ pub struct Effort {
     pub recorded: f64,
     /// Samples of the virtual rig's circle that are identified and rolled out.
     pub n_identified: usize,
+    /// Samples of each recording that a scene is fitted to.
+    pub n_fitted: usize,
     /// Samples of the sequences that a network is trained on.
     pub n_samples: usize,
 }
@@ -62,6 +65,7 @@ impl Effort {
         n_scaling_steps: 100,
         recorded: 10.0,
         n_identified: 1500,
+        n_fitted: 14_333,
         n_samples: 200,
     };
     /// Shows that everything runs; the figures mean little.
@@ -72,6 +76,7 @@ impl Effort {
         n_scaling_steps: 30,
         recorded: 5.0,
         n_identified: 100,
+        n_fitted: 700,
         n_samples: 20,
     };
 }
@@ -157,6 +162,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     rows.extend(rig::rows(effort.repetitions)?);
     rows.extend(study::rig::rows(effort.recorded)?);
     rows.extend(coreact::rows(effort.repetitions, effort.n_identified)?);
+    rows.extend(fit::rows(effort.n_fitted)?);
     rows.extend(learn::rows(effort.repetitions, effort.n_samples)?);
     rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
     rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));

@@ -25,6 +25,9 @@ pub struct TipGoal {
     /// Weight of the squared tensions, as displacements of their own tendons, against the squared tip
     /// error [-]: chooses among the strokes that reach the goal.
     pub regularisation: f64,
+    /// Part of the distance that is left by which one of two rounds in a row must bring the tip closer for another to
+    /// follow [-]. With zero a goal out of reach is approached as closely as the bounds allow.
+    pub least_gain: f64,
 }
 
 /// How a goal was met.
@@ -47,6 +50,8 @@ const MAX_ROUNDS: usize = 40;
 const NEGLIGIBLE_STROKE: f64 = 1e-9;
 /// Longest stroke change of a round, relative to the shortest tendon.
 const LONGEST_STROKE: f64 = 0.05;
+/// Rounds in a row that bring the tip hardly closer. One may: where a tendon goes slack.
+const MOST_SLOW_ROUNDS: usize = 2;
 /// Times a round may be halved when it brings the tip no closer.
 const MAX_HALVINGS: usize = 6;
 
@@ -80,7 +85,7 @@ impl Stepper {
         };
         let mut problem = EffectorQp::new(twin, projection);
         let mut error = distance(goal, twin, self.state());
-        let mut rounds = 0;
+        let (mut rounds, mut slow_rounds) = (0, 0);
         while error > goal.tolerance && rounds < MAX_ROUNDS {
             rounds += 1;
             let Some(increments) = problem.solve(twin, goal, targets, self.state()) else { break };
@@ -106,7 +111,10 @@ impl Stepper {
                 break;
             }
             problem.learn(twin, &increments, &before.0, self.state());
-            if problem.longest_stroke(&increments) * part < NEGLIGIBLE_STROKE {
+            slow_rounds = if before.1 - error < goal.least_gain * before.1 { slow_rounds + 1 } else { 0 };
+            if slow_rounds == MOST_SLOW_ROUNDS
+                || problem.longest_stroke(&increments) * part < NEGLIGIBLE_STROKE
+            {
                 break;
             }
         }

@@ -11,6 +11,7 @@ mod journal;
 mod journal_queue;
 mod metadata;
 mod names;
+mod pages;
 pub(crate) mod parquet;
 
 use crate::{BadInput, Result, file};

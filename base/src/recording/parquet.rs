@@ -5,7 +5,7 @@
 //! machine or the time. Tables of other programs are read as CSV is: any known unit, any type of number, no metadata.
 
 use super::names::Column;
-use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite};
+use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite, pages};
 use crate::BadInput;
 use crate::panics::caught;
 use crate::units::Unit;
@@ -97,8 +97,9 @@ pub(crate) fn most_rows(reader: &SerializedFileReader<File>) -> u64 {
 
 pub(crate) fn opened(source: File) -> Check<SerializedFileReader<File>> {
     let length = source.metadata().map(|metadata| metadata.len());
+    let of_pages = source.try_clone();
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
-    check_extents(&reader, length.unwrap_or(u64::MAX))?;
+    check_columns(&reader, &of_pages.map_err(|e| damaged(&e.into()))?, length.unwrap_or(u64::MAX))?;
     Ok(reader)
 }
 
@@ -119,18 +120,27 @@ fn provenance(reader: &SerializedFileReader<File>) -> Check<Metadata> {
     }
 }
 
-/// Refuses columns that would lie outside the file, which `parquet` itself asserts.
-fn check_extents(reader: &SerializedFileReader<File>, length: u64) -> Check<()> {
+/// Refuses columns that would lie outside the file, which `parquet` itself asserts, and pages that claim more than
+/// they can hold.
+fn check_columns(reader: &SerializedFileReader<File>, file: &File, length: u64) -> Check<()> {
     let columns = reader.metadata().row_groups().iter().flat_map(|group| group.columns());
     for column in columns {
         let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
         let (start, size) = (u64::try_from(start), u64::try_from(column.compressed_size()));
-        if !matches!((start, size), (Ok(start), Ok(size)) if start.saturating_add(size) <= length) {
-            let place = column.column_path().string();
-            return Err(damaged(&ParquetError::General("a column outside the file".into())).within(place));
+        let refused = |error| damaged(&error).within(column.column_path().string());
+        let (Ok(start), Ok(size)) = (start, size) else { return Err(refused(outside())) };
+        let end = start.saturating_add(size);
+        if end > length {
+            return Err(refused(outside()));
         }
+        pages::check(file, [start, end])
+            .map_err(|error| refused(ParquetError::General(error.to_string())))?;
     }
     Ok(())
+}
+
+fn outside() -> ParquetError {
+    ParquetError::General("a column outside the file".into())
 }
 
 /// The numbers of column `i`, of whatever type.

@@ -3,6 +3,8 @@
 //!
 //! Targets are followed on each robot with the network of the robot as it was, and with what `adapt` kept after a
 //! minute of it.
+//! What the twin misses on the unchanged robot is the least that knowing the change exactly would leave, and stands
+//! beside it.
 //! The plan of that minute (`quick`) is faster than the motion that the network learned from.
 #![allow(clippy::print_stdout)] // this program prints tables
 
@@ -110,7 +112,8 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         }
     }
     print(&rows);
-    write_metrics(folder, "adaptation", json!({ "rows": rows.iter().map(Row::json).collect::<Vec<Value>>() }))
+    let of_rows: Vec<Value> = rows.iter().map(|row| row.json(unchanged(&rows, row.target))).collect();
+    write_metrics(folder, "adaptation", json!({ "rows": of_rows }))
 }
 
 struct Study {
@@ -206,8 +209,14 @@ fn write_plan(chain: &Chain) -> Result<String> {
     Ok(path)
 }
 
+/// What the twin misses on the unchanged robot along a target, at equal times [mm].
+fn unchanged(rows: &[Row], target: &str) -> Option<f64> {
+    let row = rows.iter().find(|row| row.change == CHANGES[0].name && row.target == target)?;
+    Some(row.tips[0]?.aligned_mm)
+}
+
 impl Row {
-    fn json(&self) -> Value {
+    fn json(&self, unchanged_mm: Option<f64>) -> Value {
         let tip = |tip: &Option<Tip>| {
             tip.map(|it| {
                 json!({ "rmse_mm": it.rmse_mm, "aligned_rmse_mm": it.aligned_mm, "nrmse_percent": it.nrmse_percent })
@@ -216,7 +225,7 @@ impl Row {
         let [before, after] = self.tips.each_ref().map(tip);
         json!({
             "change": self.change, "target": self.target, "kept": self.kept, "before": before, "after": after,
-            "gain": self.gain(),
+            "gain": self.gain(), "unchanged_robot_aligned_rmse_mm": unchanged_mm,
         })
     }
 
@@ -235,6 +244,7 @@ fn print(rows: &[Row]) {
         "RMSE [mm], at equal times [mm], NRMSE [%] before",
         "after a minute of data",
         "gain at equal times [%]",
+        "unchanged robot at equal times [mm]",
     ];
     let mut cells = vec![heading.map(str::to_owned).to_vec()];
     for row in rows {
@@ -245,7 +255,10 @@ fn print(rows: &[Row]) {
         };
         let mut line = vec![row.change.to_owned(), row.target.to_owned(), row.kept.clone()];
         line.extend(row.tips.iter().map(tip));
-        line.push(row.gain().map_or("-".to_owned(), |gain| format!("{:.0}", 100.0 * gain)));
+        let number =
+            |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
+        line.push(number(row.gain().map(|gain| 100.0 * gain), 0));
+        line.push(number(unchanged(rows, row.target), 2));
         cells.push(line);
     }
     print_cells(&cells);

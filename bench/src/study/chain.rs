@@ -8,6 +8,7 @@ use hysteron_base::file;
 use hysteron_rig::virtual_rig::VirtualRobot;
 use serde_json::Value;
 
+use super::followed::Followed;
 use super::rig::{call, program};
 
 /// Held-out trajectories of the plan `paper`.
@@ -28,19 +29,6 @@ pub struct Strokes<'a> {
     pub scene: Option<&'a str>,
     /// Checkpoint.
     pub model: Option<&'a str>,
-}
-
-/// How closely the tip of one repeat followed its target.
-#[derive(Debug, Clone, Copy)]
-pub struct Followed {
-    /// NRMSE [%].
-    pub nrmse_percent: f64,
-    /// Overlap [-].
-    pub iou: f64,
-    /// Root mean square distance from where the tip was to be at that time [mm]; the paper gives none.
-    pub aligned_rmse_mm: Option<f64>,
-    /// Lag behind the target [ms].
-    pub lag_ms: Option<f64>,
 }
 
 /// The program and where it works.

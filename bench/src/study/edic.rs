@@ -12,7 +12,8 @@ use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, Followed, Strokes, scene_path};
+use super::chain::{Chain, FRICTION, Strokes, scene_path};
+use super::followed::{Followed, HEADING, spreads};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -124,12 +125,14 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         .collect::<Result<Vec<Vec<Cell>>>>()?;
     print(paths, &rows);
     let json_row = |(ideal, cells): (&Ideal, &Vec<Cell>)| {
-        let all = |cell: &Cell, of: fn(&Followed) -> f64| cell.followed.iter().map(of).collect::<Vec<f64>>();
+        let all = |cell: &Cell, of: fn(&Followed) -> Value| cell.followed.iter().map(of).collect::<Vec<_>>();
         let methods = METHODS.iter().zip(cells).map(|(method, cell)| {
             json!({
                 "method": method.name,
-                "nrmse_percent": all(cell, |one| one.nrmse_percent),
-                "iou": all(cell, |one| one.iou),
+                "nrmse_percent": all(cell, |one| one.nrmse_percent.into()),
+                "iou": all(cell, |one| one.iou.into()),
+                "aligned_rmse_mm": all(cell, |one| one.aligned_rmse_mm.into()),
+                "lag_ms": all(cell, |one| one.lag_ms.into()),
                 "seeds_refused": cell.refused,
             })
         });
@@ -195,7 +198,7 @@ fn track(chain: &Chain, method: &Method, target: &str, quick: bool) -> Result<Ce
 }
 
 fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
-    let mut cells = vec![vec!["NRMSE [%], IoU".to_owned(), "paper's EDIC".to_owned()]];
+    let mut cells = vec![vec![HEADING.to_owned(), "paper's EDIC".to_owned()]];
     cells[0].extend(METHODS.iter().map(|method| method.name.to_owned()));
     let paper = |ideal: &Ideal| Followed {
         nrmse_percent: ideal.paper_nrmse,
@@ -204,32 +207,17 @@ fn print(paths: &[Ideal], rows: &[Vec<Cell>]) {
         lag_ms: None,
     };
     for (ideal, row) in paths.iter().zip(rows) {
-        let mut line = vec![ideal.path.to_owned(), shown(&[paper(ideal)], 0)];
-        line.extend(row.iter().map(|cell| shown(&cell.followed, cell.refused)));
+        let mut line = vec![ideal.path.to_owned(), spreads(&[paper(ideal)], 0)];
+        line.extend(row.iter().map(|cell| spreads(&cell.followed, cell.refused)));
         cells.push(line);
     }
     let mut line =
-        vec!["mean of those tracked".to_owned(), shown(&paths.iter().map(paper).collect::<Vec<_>>(), 0)];
+        vec!["mean of those tracked".to_owned(), spreads(&paths.iter().map(paper).collect::<Vec<_>>(), 0)];
     let of_method = |method: usize| -> Vec<Followed> {
         rows.iter().flat_map(|row| row[method].followed.iter().copied()).collect()
     };
     let refused = |method: usize| rows.iter().map(|row| row[method].refused).sum();
-    line.extend((0..METHODS.len()).map(|method| shown(&of_method(method), refused(method))));
+    line.extend((0..METHODS.len()).map(|method| spreads(&of_method(method), refused(method))));
     cells.push(line);
     print_cells(&cells);
-}
-
-/// Mean and deviation, and how many networks' strokes were refused.
-fn shown(all: &[Followed], refused: u64) -> String {
-    if all.is_empty() {
-        return "-".to_owned();
-    }
-    let spread = |of: fn(&Followed) -> f64| {
-        let mean = all.iter().map(of).sum::<f64>() / all.len() as f64;
-        let square = all.iter().map(|one| (of(one) - mean).powi(2)).sum::<f64>() / all.len() as f64;
-        (mean, square.sqrt())
-    };
-    let (nrmse, iou) = (spread(|one| one.nrmse_percent), spread(|one| one.iou));
-    let refused = if refused == 0 { String::new() } else { format!(" ({refused} refused)") };
-    format!("{:.2} ± {:.2}, {:.3} ± {:.3}{refused}", nrmse.0, nrmse.1, iou.0, iou.1)
 }

@@ -13,7 +13,8 @@ use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, FRICTION, Followed, Strokes, scene_path};
+use super::chain::{Chain, FRICTION, Strokes, scene_path};
+use super::followed::{Followed, HEADING, means, to_json};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -73,15 +74,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         .collect::<Result<Vec<Robot>>>()?;
     print(&robots, targets);
     let rungs = |found: &[Option<Followed>]| -> Vec<Value> {
-        let each = RUNGS.iter().zip(found);
-        each.map(|(rung, found)| {
-            json!({
-                "rung": rung,
-                "nrmse_percent": found.map(|one| one.nrmse_percent),
-                "iou": found.map(|one| one.iou),
-            })
-        })
-        .collect()
+        RUNGS.iter().zip(found).map(|(rung, found)| to_json("rung", rung, found.as_ref())).collect()
     };
     let of_robot = |robot: &Robot| {
         let paths = targets.iter().zip(&robot.found);
@@ -144,10 +137,10 @@ fn synthetic_plan() -> String {
     text
 }
 
-/// A row for each robot and one for their mean: NRMSE and overlap in the mean of the targets that were carried out.
+/// A row for each robot and one for their mean, over the targets that were carried out.
 fn print(robots: &[Robot], targets: &[&str]) {
     println!("mean of {}", targets.join(", "));
-    let mut cells = vec![vec!["NRMSE [%], IoU".to_owned()]];
+    let mut cells = vec![vec![HEADING.to_owned()]];
     cells[0].extend(RUNGS.map(str::to_owned));
     for robot in robots {
         cells.push(line(&robot.name, &robot.found));
@@ -159,38 +152,6 @@ fn print(robots: &[Robot], targets: &[&str]) {
 }
 
 fn line(name: &str, found: &[[Option<Followed>; RUNGS.len()]]) -> Vec<String> {
-    let cell = |rung: usize| {
-        let all: Vec<Followed> = found.iter().filter_map(|row| row[rung]).collect();
-        let refused = found.len() - all.len();
-        let n = all.len().max(1) as f64;
-        let [nrmse, iou] = [
-            all.iter().map(|one| one.nrmse_percent).sum::<f64>() / n,
-            all.iter().map(|one| one.iou).sum::<f64>() / n,
-        ];
-        match (all.len(), refused) {
-            (0, _) => "-".to_owned(),
-            (_, 0) => format!("{nrmse:.2}, {iou:.3}"),
-            _ => format!("{nrmse:.2}, {iou:.3} ({refused} refused)"),
-        }
-    };
+    let cell = |rung: usize| means(&found.iter().map(|row| row[rung]).collect::<Vec<_>>());
     std::iter::once(name.to_owned()).chain((0..RUNGS.len()).map(cell)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn refused_paths_are_told_and_do_not_count() {
-        let followed =
-            |nrmse_percent| Some(Followed { nrmse_percent, iou: 0.9, aligned_rmse_mm: None, lag_ms: None });
-        let mut rows = [[followed(2.0); RUNGS.len()]; 2];
-        rows[1] = [followed(1.0), None, followed(1.0), None, followed(1.0), followed(1.0)];
-        rows[0][3] = None;
-        let cells = line("a", &rows);
-        assert_eq!(
-            cells,
-            ["a", "1.50, 0.900", "2.00, 0.900 (1 refused)", "1.50, 0.900", "-", "1.50, 0.900", "1.50, 0.900"]
-        );
-    }
 }

@@ -6,6 +6,7 @@ pub mod chain;
 pub mod convergence;
 pub mod coreact;
 pub mod edic;
+pub mod followed;
 pub mod ftdcr;
 pub mod inverse;
 pub mod ladder;

@@ -13,7 +13,8 @@ use anyhow::Result;
 use hysteron_base::file;
 use serde_json::{Value, json};
 
-use super::chain::{Chain, Followed, Strokes};
+use super::chain::{Chain, Strokes};
+use super::followed::{Followed, HEADING, means, to_json};
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -224,15 +225,7 @@ fn synthetic_plan() -> String {
 }
 
 fn json_of(robot: &Robot, targets: &[&str]) -> Value {
-    let method = |(method, cell): (&&str, &Option<Followed>)| {
-        json!({
-            "method": method,
-            "nrmse_percent": cell.map(|one| one.nrmse_percent),
-            "iou": cell.map(|one| one.iou),
-            "aligned_rmse_mm": cell.and_then(|one| one.aligned_rmse_mm),
-            "lag_ms": cell.and_then(|one| one.lag_ms),
-        })
-    };
+    let method = |(method, cell): (&&str, &Option<Followed>)| to_json("method", method, cell.as_ref());
     let path = |(target, row): (&&str, &Row)| json!({ "target": target, "methods": METHODS.iter().zip(row).map(method).collect::<Vec<_>>() });
     match &robot.found {
         Ok(rows) => {
@@ -245,7 +238,7 @@ fn json_of(robot: &Robot, targets: &[&str]) -> Value {
 /// For each method a line per robot, and one for their mean: the mean over the paths of every number.
 fn print(robots: &[Robot], targets: &[&str]) {
     println!("mean of {}", targets.join(", "));
-    let mut cells = vec![["NRMSE [%], IoU, at equal times [mm], lag [ms]"].map(str::to_owned).to_vec()];
+    let mut cells = vec![vec![HEADING.to_owned()]];
     cells[0].extend(METHODS.map(str::to_owned));
     for robot in robots {
         cells.push(match &robot.found {
@@ -264,20 +257,7 @@ fn print(robots: &[Robot], targets: &[&str]) {
 }
 
 fn line(name: &str, rows: &[Row]) -> Vec<String> {
-    let cell = |method: usize| {
-        let all: Vec<Followed> = rows.iter().filter_map(|row| row[method]).collect();
-        let mean = |of: fn(&Followed) -> Option<f64>| {
-            let values: Vec<f64> = all.iter().filter_map(of).collect();
-            values.iter().sum::<f64>() / values.len().max(1) as f64
-        };
-        let [nrmse, iou] = [mean(|one| Some(one.nrmse_percent)), mean(|one| Some(one.iou))];
-        let [aligned, lag] = [mean(|one| one.aligned_rmse_mm), mean(|one| one.lag_ms)];
-        match (all.len(), rows.len() - all.len()) {
-            (0, _) => "-".to_owned(),
-            (_, 0) => format!("{nrmse:.2}, {iou:.3}, {aligned:.2}, {lag:.0}"),
-            (_, refused) => format!("{nrmse:.2}, {iou:.3}, {aligned:.2}, {lag:.0} ({refused} refused)"),
-        }
-    };
+    let cell = |method: usize| means(&rows.iter().map(|row| row[method]).collect::<Vec<_>>());
     std::iter::once(name.to_owned()).chain((0..METHODS.len()).map(cell)).collect()
 }
 

@@ -94,6 +94,30 @@ fn a_target_within_reach_is_written_and_another_is_not() {
 }
 
 #[test]
+fn friction_leaves_a_target_within_reach_and_one_beyond_is_known_by_few_goals() {
+    let place = Workplace::new();
+    let with = |named: &str, figures: &str| {
+        place.run(&[
+            "target",
+            named,
+            "--out",
+            "a.csv",
+            "--scene",
+            "scene-friction.toml",
+            "--figures",
+            figures,
+        ])
+    };
+    with("circle:20", "near").succeeded();
+    // No part of it is nearer to the clamp than the body is long: three places of it stand for all.
+    with("circle:200", "far").error(2);
+    let [near, far] = ["near", "far"].map(|folder| metrics(&place, folder)["reach"].clone());
+    assert_eq!(near["out_of_reach"], 0);
+    assert!(far["goals"] == 3 && far["out_of_reach"] == 3, "{far}");
+    assert!(far["largest_distance_m"].as_f64() > Some(0.02), "{far}");
+}
+
+#[test]
 fn what_cannot_be_measured_is_refused() {
     let place = Workplace::new();
     place.write("short.csv", "time_s,tip_x_mm,tip_y_mm\n0,0,0\n1,1,0\n2,1,1\n");

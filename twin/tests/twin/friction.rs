@@ -319,7 +319,8 @@ fn goals_are_approached_as_far_as_friction_lets_the_search() {
     }
     let mut robot = Robot::new(&scene);
     robot.go(&[Target::Free; 4]);
-    let goal = TipGoal { position: maker.tip().map(Some), tolerance: 1e-6, regularisation: 1e-6 };
+    let goal =
+        TipGoal { position: maker.tip().map(Some), tolerance: 1e-6, regularisation: 1e-6, least_gain: 0.0 };
     let start = distance(robot.tip(), maker.tip());
     let report = robot.reach(&goal, &[Target::Free; 4]).unwrap();
     println!("goal with friction: {:.1e} m left of {start:.1e} m", report.tip_error);

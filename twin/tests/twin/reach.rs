@@ -7,7 +7,7 @@ use rand::RngExt;
 use super::{Robot, check_report, distance, rng, scenes, strokes, tolerance};
 
 fn goal(position: [f64; 3]) -> TipGoal {
-    TipGoal { position: position.map(Some), tolerance: 1e-6, regularisation: 1e-6 }
+    TipGoal { position: position.map(Some), tolerance: 1e-6, regularisation: 1e-6, least_gain: 0.0 }
 }
 
 #[test]

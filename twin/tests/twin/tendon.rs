@@ -124,7 +124,8 @@ fn strokes_that_reach_a_goal_count_stretch_and_zero() {
     let scene = (scene, mesh);
     let mut maker = Robot::new(&scene);
     maker.go(&strokes(&[1e-3, 1.2e-3, -5e-3, -5e-3]));
-    let goal = TipGoal { position: maker.tip().map(Some), tolerance: 1e-7, regularisation: 1e-6 };
+    let goal =
+        TipGoal { position: maker.tip().map(Some), tolerance: 1e-7, regularisation: 1e-6, least_gain: 0.0 };
     let mut robot = Robot::new(&scene);
     robot.go(&[Target::Free; 4]);
     let report = robot.reach(&goal, &[Target::Free; 4]).unwrap();

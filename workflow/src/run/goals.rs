@@ -46,6 +46,7 @@ impl<'a> Goals<'a> {
             position: self.positions.map(|values| Some(values[row])),
             tolerance: self.tolerance,
             regularisation: REGULARISATION,
+            least_gain: 0.0,
         }
     }
 

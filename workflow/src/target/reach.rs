@@ -12,8 +12,11 @@ use crate::run::resting;
 /// so many goals.
 const SPACING: f64 = 1e-3;
 const MOST_GOALS: f64 = 150.0;
-/// Goals of a whole curve from the first on that is out of reach.
-const GOALS_BEYOND: usize = 8;
+/// Goals of a whole curve from the first on that is out of reach: each costs as much as many within, as the twin is
+/// bent as far as it goes.
+const GOALS_BEYOND: usize = 3;
+/// How exactly the place is found that is nearest to one of them, as a part of the distance [-].
+const LEAST_GAIN: f64 = 0.05;
 /// As `hysteron reach`: enough to choose among strokes that reach a goal alike, too little to hold the tip back.
 const REGULARISATION: f64 = 1e-6;
 
@@ -46,9 +49,10 @@ pub type Goal = [f64; 3];
 
 impl Reach {
     /// Moves the twin's tip from rest to the curve and along one lap of it; x and y count, and z where the target
-    /// gives it. The strokes of all tendons are free within their bounds.
+    /// gives it. The strokes of all tendons are free within their bounds. Friction is left out: it changes which
+    /// strokes lead to a place, by the way there, and hardly which places there are.
     pub fn of(target: &TargetPath, scene: &Scene, tolerance: f64, caller: &Caller) -> anyhow::Result<Self> {
-        let twin = Twin::from_scene(scene)?;
+        let twin = Twin::from_scene(&Scene { friction: None, auxiliary: None, ..scene.clone() })?;
         if twin.n_primary == 0 {
             return Err(BadInput::new("the scene", "at least one tendon", "none").into());
         }
@@ -72,7 +76,8 @@ impl Reach {
                 anyhow::bail!("interrupted; nothing was written");
             }
             let position = std::array::from_fn(|c| is_asked(c).then(|| rest[c] + goal[c]));
-            let asked = TipGoal { position, tolerance, regularisation: REGULARISATION };
+            let asked =
+                TipGoal { position, tolerance, regularisation: REGULARISATION, least_gain: LEAST_GAIN };
             let before = stepper.state().clone();
             match stepper.reach(&twin, &asked, &targets) {
                 Ok(_) => {}

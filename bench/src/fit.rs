@@ -1,0 +1,55 @@
+//! A scene fitted to recordings of full length: how long it takes with all cores.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::Result;
+use hysteron_base::Scene;
+use hysteron_twin::fit::{Frame, MaterialOptions, Stepping, Wanted, fit_material, select};
+use hysteron_twin::{Motion, Twin};
+
+use crate::coreact::recorded;
+use crate::measure::processor_seconds;
+use crate::table::{Goal, Row};
+
+/// What is fitted: friction among it, which makes a step dear and a fit begin from several places.
+const PARAMETERS: [&str; 4] = ["common_zero", "compliance", "sheath_exponent", "backlash"];
+/// Amplitudes of the recordings' strokes [m].
+const AMPLITUDES: [f64; 3] = [6.5e-3, 5e-3, 3.5e-3];
+/// As `hysteron fit-material` without options.
+const STEPPING: Stepping = Stepping { step: 3e-4, every: 2e-4, most: 2000 };
+/// Longest time that is asked for, with two cores [s].
+const LONGEST: f64 = 60.0;
+
+/// Time of a fit of four parameters to three recordings of `n` samples.
+///
+/// # Errors
+/// The scene or the rig's preset is bad, or a step fails.
+pub fn rows(n: usize) -> Result<Vec<Row>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80");
+    let scene = Scene::read(folder.join("scene-typical-friction.toml"))?;
+    let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let twin = Twin::new(&scene, &mesh)?;
+    let motion =
+        |amplitude: &f64| Ok(Motion::new(&twin, &recorded(*amplitude, n)?, "the virtual rig's circle")?);
+    let motions: Vec<Motion> = AMPLITUDES.iter().map(motion).collect::<Result<_>>()?;
+    let wanted: Vec<Wanted> = PARAMETERS.iter().map(|name| Wanted::named(*name)).collect();
+    let selected = select(&scene, &wanted)?;
+    let options = MaterialOptions {
+        frame: Frame::Trusted,
+        stepping: STEPPING,
+        huber: None,
+        tension_max: None,
+        watch: &|_| true,
+    };
+    let (start, before) = (Instant::now(), processor_seconds());
+    let found = fit_material(&scene, &mesh, &motions, &selected, &options)?;
+    let (seconds, after) = (start.elapsed().as_secs_f64(), processor_seconds());
+    let name = format!("fit of a scene, four parameters, three recordings of {n} samples");
+    let mut row = Row::new(name, seconds, "s").goal(Goal::AtMost(LONGEST));
+    if let Some(processor) = before.zip(after).map(|(before, after)| after - before) {
+        row = row.against(processor, "processor time of all threads");
+    }
+    let [given, fitted] = found.errors.each_ref().map(|errors| 1e3 * errors.distance);
+    Ok(vec![row, Row::new("tip with that fit", fitted, "mm").against(given, "the scene as given")])
+}
