@@ -3,26 +3,17 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{
-    Model as _, Progress, Result, Session, Transformer, TransformerShape, fit, read_parameters,
-    write_parameters,
-};
+use hysteron_learn::{Model as _, Result, Transformer, TransformerShape, read_parameters, write_parameters};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::current::CurrentModel;
-use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
-use super::loss::LossWeights;
 use super::sensing::{Sensing, SensingHeader};
 use super::simulation::{Simulation, SimulationOptions};
-use super::training::{NeuralOptions, NeuralTask};
 use crate::Model;
 use crate::servo_force::observed_arm;
-
-/// Full step size of an adaptation.
-const ADAPTATION_RATE: f64 = 1e-3;
 
 /// A trained actuator of one arm.
 #[derive(Debug, Clone)]
@@ -136,46 +127,6 @@ impl NeuralActuator {
     pub fn observed_arm(&self, model: &Model) -> std::result::Result<Model, BadInput> {
         self.check_arm(model)?;
         observed_arm(model, self.features.joints)
-    }
-
-    /// The actuator of a changed arm: its network in the loop goes on for some updates of rollouts along a few trajectories, half of them
-    /// in pure simulation, and what is kept is no worse on these than it was. What it senses stays.
-    ///
-    /// # Errors
-    /// `BadInput` where there is no servo in the loop or no trajectory, and for another arm.
-    pub fn adapted(
-        &self,
-        model: &Model,
-        trajectories: &[Trajectory],
-        (updates, progress): (u64, &mut dyn FnMut(&Progress) -> bool),
-    ) -> Result<Self> {
-        let simulation = self.simulation(model)?;
-        if self.simulation.servo.is_none() {
-            let expected = "one with a servo in the loop, by --prior servo";
-            return Err(BadInput::new("actuator", expected, "one without").into());
-        }
-        let loss = LossWeights {
-            position_bend: LossWeights::SERVO_BEND,
-            force: 0.0,
-            gate: 0.0,
-            condition: 0.0,
-            ..LossWeights::PUBLISHED
-        };
-        let options = NeuralOptions {
-            horizons: vec![(0, 64)],
-            start_noise: 0.0,
-            pure: 0.5,
-            loss,
-            learning_rate: (ADAPTATION_RATE, (updates / 10).max(1)),
-            ema: 0.05,
-            epoch: 10,
-            ..NeuralOptions::published(0, updates)
-        };
-        let setting = (&simulation, &self.scale, &self.currents);
-        let mut task = NeuralTask::new(&options, setting, [trajectories, trajectories])?;
-        let mut session = Session { file: None, progress };
-        let found = fit(&mut task, self.network.clone(), &json!({}), &mut session)?;
-        Ok(Self { network: found.model, ..self.clone() })
     }
 
     /// The simulation with the bodies of `model`.

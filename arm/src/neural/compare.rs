@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::actuator::NeuralActuator;
-use super::condition::{DetectorScores, detectors};
+use super::condition::{ConditionSaid, DetectorScores, detectors};
 use super::data::Trajectory;
 use super::evaluate::{
     ForceScores, PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out,
@@ -18,7 +18,7 @@ use super::observations::telemetry;
 use super::rivals::{Positions, copied_goal, positions_of};
 use super::segment::{Segment, Telemetry};
 use super::sensing::{Sensed, Sensing};
-use super::simulation::Simulation;
+use super::simulation::{Simulation, SimulationOptions};
 use crate::Model;
 use crate::servo_force::Observers;
 
@@ -66,12 +66,17 @@ impl Task {
     }
 
     /// How healthy the watched motor is found, sample by sample.
-    fn conditions(&self) -> Vec<Vec<f64>> {
+    fn conditions(&self) -> Vec<ConditionSaid> {
         match &self.sensed {
-            Some(all) => all.iter().map(|one| one.condition.clone()).collect(),
-            None => self.rollouts.iter().map(|one| one.condition.clone()).collect(),
+            Some(all) => all.iter().map(ConditionSaid::of).collect(),
+            None => self.rollouts.iter().map(said).collect(),
         }
     }
+}
+
+/// What a rollout says of the watched motor.
+fn said(rollout: &Rollout) -> ConditionSaid {
+    ConditionSaid { network: rollout.condition.clone(), ..ConditionSaid::default() }
 }
 
 /// Forces and probabilities of contact, row by row.
@@ -90,6 +95,8 @@ pub struct Comparison<'a> {
     actuator: &'a NeuralActuator,
     model: &'a Model,
     simulation: Simulation,
+    /// The arm as rivals know it: nothing that an adaptation has found at its tip.
+    bare: Simulation,
     rivals: Rivals,
     tasks: Vec<Task>,
 }
@@ -101,7 +108,9 @@ impl<'a> Comparison<'a> {
     /// `BadInput` for another arm, or an actuator without rivals.
     pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
         let (simulation, rivals) = (actuator.simulation(model)?, Rivals::of(actuator)?);
-        Ok(Self { actuator, model, simulation, rivals, tasks: Vec::new() })
+        let options = SimulationOptions { payload: 0.0, ..actuator.simulation.clone() };
+        let bare = Simulation::new(model, &actuator.features, &options)?;
+        Ok(Self { actuator, model, simulation, bare, rivals, tasks: Vec::new() })
     }
 
     /// Adds the trajectories of a task.
@@ -129,7 +138,7 @@ impl<'a> Comparison<'a> {
             trajectories.iter().map(|one| copied_goal(features, one)).collect(),
             trajectories
                 .iter()
-                .map(|one| self.rivals.lag.positions(simulation.model(), features, one))
+                .map(|one| self.rivals.lag.positions(self.bare.model(), features, one))
                 .collect(),
             trajectories.par_iter().map(servo).collect::<Result<_, _>>()?,
         ];
@@ -195,7 +204,8 @@ impl<'a> Comparison<'a> {
             .enumerate()
             .map(|(k, name)| (*name, HORIZONS.iter().map(|h| (h.to_string(), mean(k, *h))).collect()))
             .collect();
-        let conditions: Vec<Vec<f64>> = tasks.iter().flat_map(Task::conditions).collect();
+        let conditions: Vec<Vec<f64>> =
+            tasks.iter().flat_map(Task::conditions).map(|said| said.network).collect();
         json!({
             "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": means, "forces": forces(&tasks.iter().collect::<Vec<_>>()),
             "force_from": if actuator.sensing.is_some() { "observer" } else { "loop" },
@@ -215,15 +225,17 @@ impl<'a> Comparison<'a> {
         let training: Vec<Trajectory> = training.iter().filter(with_label).cloned().collect();
         let about = (&actuator.features, actuator.simulation.period);
         let arm = actuator.observed_arm(model);
-        let said = |one: &Trajectory| match &actuator.sensing {
-            Some(sensing) => Ok(sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?.condition),
-            None => Ok(roll_out(actuator, simulation, one, Telemetry::Recorded).condition),
+        let of = |one: &Trajectory| match &actuator.sensing {
+            Some(sensing) => {
+                Ok(ConditionSaid::of(&sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?))
+            }
+            None => Ok(said(&roll_out(actuator, simulation, one, Telemetry::Recorded))),
         };
-        let known = training.par_iter().map(said).collect::<Result<Vec<_>, BadInput>>()?;
+        let known = training.par_iter().map(of).collect::<Result<Vec<_>, BadInput>>()?;
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
-        let asked: Vec<Vec<f64>> = tasks().flat_map(Task::conditions).collect();
-        detectors((simulation.model(), &actuator.features), [&training, &test], [&known, &asked])
+        let asked: Vec<ConditionSaid> = tasks().flat_map(Task::conditions).collect();
+        detectors((self.bare.model(), &actuator.features), [&training, &test], [&known, &asked])
     }
 
     /// The first trajectory of a task over time, with every method's positions [rad] joint by joint and forces along z [N]; `None` without

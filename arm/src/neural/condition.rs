@@ -15,6 +15,7 @@ use super::evaluate::area_under_curve;
 use super::features::Features;
 use super::loss::watched_motor;
 use super::rivals::{gravity_at, positions_of};
+use super::sensing::Sensed;
 use crate::Model;
 use crate::baselines::NormalEquations;
 
@@ -27,6 +28,9 @@ const TREES: usize = 100;
 /// Most windows that support vectors are chosen among: their cost grows with the square.
 const MOST_WINDOWS: usize = 2000;
 
+/// The detector by what is identified along a trajectory.
+pub const EVIDENCE: &str = "likelihood of identified faults";
+
 /// A detector's windows: how healthy each looks, and whether it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DetectorScores {
@@ -36,6 +40,23 @@ pub struct DetectorScores {
     pub accuracy: f64,
     /// Area under the receiver operating characteristic.
     pub area: f64,
+}
+
+/// What is said of the watched motor along a trajectory, sample by sample.
+#[derive(Debug, Clone, Default)]
+pub struct ConditionSaid {
+    /// How healthy a network finds it; empty without one.
+    pub network: Vec<f64>,
+    /// Evidence for a healthy motor by the torque that the drive, the bodies and a force on the tip do not explain, as
+    /// [`super::Observed::evidence`]; empty without an observer.
+    pub evidence: Vec<f64>,
+}
+
+impl ConditionSaid {
+    /// Of a network of labels beside an observer.
+    pub fn of(sensed: &Sensed) -> Self {
+        Self { network: sensed.condition.clone(), evidence: sensed.evidence.clone() }
+    }
 }
 
 /// Current less what a healthy motor needs, as a line over gravity, speed, sign of the motion and one.
@@ -113,6 +134,7 @@ struct Windows {
     /// Minus the mean size of the current, minus the friction beyond a healthy motor's.
     simple: [Vec<f64>; 2],
     network: Vec<f64>,
+    evidence: Vec<f64>,
     is_healthy: Vec<bool>,
 }
 
@@ -120,7 +142,7 @@ impl Windows {
     fn of(
         (model, features, friction): (&Model, &Features, &Friction),
         trajectories: &[Trajectory],
-        network: &[Vec<f64>],
+        said: &[ConditionSaid],
     ) -> Self {
         let mut all = Self::default();
         for (k, trajectory) in trajectories.iter().enumerate() {
@@ -132,8 +154,11 @@ impl Windows {
                 let size: Vec<f64> = signals[0][start..start + WINDOW.0].iter().map(|x| x.abs()).collect();
                 all.simple[0].push(-mean(&size));
                 all.simple[1].push(-mean(&excess[start..start + WINDOW.0]));
-                if let Some(said) = network.get(k) {
-                    all.network.push(mean(&said[start..said.len().min(start + WINDOW.0)]));
+                if let Some(said) = said.get(k).filter(|said| !said.network.is_empty()) {
+                    all.network.push(mean(&said.network[start..said.network.len().min(start + WINDOW.0)]));
+                }
+                if let Some(evidence) = said.get(k).and_then(|said| said.evidence.get(start + WINDOW.0 - 1)) {
+                    all.evidence.push(*evidence);
                 }
                 all.is_healthy.push(is_healthy);
             }
@@ -155,15 +180,15 @@ impl Windows {
     }
 }
 
-/// Detectors of the watched motor's condition on `test`, fitted to `training`; `network` is how healthy a network finds every sample of
-/// the trajectories of `training` and `test`.
+/// Detectors of the watched motor's condition on `test`, fitted to `training`; `said` is what is said of every sample of the trajectories
+/// of `training` and `test`.
 ///
 /// # Errors
 /// `BadInput` where one of both has not both conditions.
 pub fn detectors(
     (model, features): (&Model, &Features),
     [training, test]: [&[Trajectory]; 2],
-    network: [&[Vec<f64>]; 2],
+    said: [&[ConditionSaid]; 2],
 ) -> Result<Vec<DetectorScores>, BadInput> {
     for (name, part) in [("training recordings", training), ("test recordings", test)] {
         let has =
@@ -178,7 +203,7 @@ pub fn detectors(
     }
     let healthy: Vec<&Trajectory> = training.iter().filter(|one| one.is_healthy == Some(true)).collect();
     let about = (model, features, &Friction::fit(model, features, &healthy));
-    let (known, asked) = (Windows::of(about, training, network[0]), Windows::of(about, test, network[1]));
+    let (known, asked) = (Windows::of(about, training, said[0]), Windows::of(about, test, said[1]));
     let [x, y] = [known.scaled(&known), asked.scaled(&known)];
     let mut all = Vec::new();
     let mut add = |name: &'static str, scores: [&[f64]; 2]| {
@@ -196,6 +221,9 @@ pub fn detectors(
     add("support vectors", [&vectors[0], &vectors[1]]);
     let forest = forest([&x, &y], &known.is_healthy)?;
     add("random forest", [&forest[0], &forest[1]]);
+    if !known.evidence.is_empty() && !asked.evidence.is_empty() {
+        add(EVIDENCE, [&known.evidence, &asked.evidence]);
+    }
     if !known.network.is_empty() && !asked.network.is_empty() {
         add("network", [&known.network, &asked.network]);
     }

@@ -1,5 +1,7 @@
 //! Trajectories as the network learns from them.
 
+use std::ops::Range;
+
 use hysteron_base::{BadInput, Recording};
 
 use super::features::{Features, GripperAxis};
@@ -51,6 +53,26 @@ impl Trajectory {
                 .hint("without PWM, --sensing loop takes force and condition from the network in the loop")
         };
         self.voltage.as_deref().ok_or_else(missing)
+    }
+
+    /// Some of its samples, as a trajectory of their own.
+    ///
+    /// # Panics
+    /// If there are no such samples.
+    pub fn rows(&self, rows: Range<usize>) -> Self {
+        let of = |values: &[f64]| {
+            let width = values.len() / self.len();
+            values[rows.start * width..rows.end * width].to_vec()
+        };
+        Self {
+            name: self.name.clone(),
+            inputs: of(&self.inputs),
+            states: of(&self.states),
+            voltage: self.voltage.as_deref().map(of),
+            force: self.force[rows.clone()].to_vec(),
+            is_healthy: self.is_healthy,
+            gap: self.gap[rows.clone()].to_vec(),
+        }
     }
 
     /// State at `row`.

@@ -14,6 +14,7 @@ use super::current::CurrentModel;
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
+use super::observations::IdentifiedArm;
 use super::rivals::LagAndDroop;
 use super::sensing::Sensing;
 use super::sensing_training::{SensingOptions, SensingTask, identified_observers};
@@ -41,7 +42,8 @@ pub struct ActuatorOptions {
     pub form: Form,
     /// How its layers are put together.
     pub block: Block,
-    /// Numbers of a token within it; the feed-forward networks have twice as many, the heads half.
+    /// Numbers of a token within it; the feed-forward networks have twice as many, the heads half. Recurrent layers have the width with
+    /// which the network is nearest in its number of parameters.
     pub width: usize,
     /// Its layers.
     pub layers: usize,
@@ -64,16 +66,23 @@ impl ActuatorOptions {
     /// The network in the loop for these motors.
     pub fn shape(&self, features: &Features) -> TransformerShape {
         let published = TransformerShape::published(features.len(), &Heads::sizes(features), self.form);
-        let width = self.width.next_multiple_of(published.attention_heads);
-        TransformerShape {
+        let of = |block: Block, width: usize| TransformerShape {
             width,
             layers: self.layers,
             feed_forward: 2 * width,
-            latent: (width / 2).max(1),
+            latent: (self.width.next_multiple_of(published.attention_heads) / 2).max(1),
             tokens: self.tokens,
-            block: self.block,
-            ..published
+            block,
+            ..published.clone()
+        };
+        let step = published.attention_heads;
+        let width = self.width.next_multiple_of(step);
+        if !matches!(self.block, Block::Gru | Block::Lstm) {
+            return of(self.block, width);
         }
+        let wanted = of(Block::GatedPreNorm, width).n_parameters();
+        let all = (1..=2 * width.div_ceil(step)).map(|k| of(self.block, k * step));
+        all.min_by_key(|shape| shape.n_parameters().abs_diff(wanted)).unwrap_or_else(|| of(self.block, width))
     }
 }
 
@@ -222,15 +231,16 @@ pub fn fit_actuator(
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
 }
 
-/// Trains the network of force, contact and condition.
-fn fit_sensing(
+/// Trains the network of force, contact and condition; `arm` is as `observed_arm` gives it.
+pub(crate) fn fit_sensing(
     (arm, features, period): (&Model, &Features, f64),
     observers: &Observers,
     sets: [&[Trajectory]; 2],
     options: &SensingOptions,
     session: &mut ActuatorSession<'_>,
 ) -> Result<(Sensing, FitResult<Transformer<f32>>)> {
-    let mut task = SensingTask::new(options, arm, (features, &observers.drive, period), sets)?;
+    let known = IdentifiedArm::identify(arm, (features, &observers.drive, period), sets[0])?;
+    let mut task = SensingTask::new(options, arm, (features, &known, period), sets)?;
     let network = Transformer::<f32>::new(&options.shape(features), options.seed)?;
     let identity = json!({
         "options": options, "features": features, "observers": observers, "recordings": session.recordings,
@@ -238,7 +248,6 @@ fn fit_sensing(
     let mut listener = |p: &Progress| (session.progress)(Stage::Sensing, p);
     let mut own = Session { file: Some(session.files[1]), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut own)?;
-    let sensing =
-        Sensing { network: found.model.clone(), scale: task.scale().clone(), drive: observers.drive.clone() };
+    let sensing = Sensing { network: found.model.clone(), scale: task.scale().clone(), known };
     Ok((sensing, found))
 }

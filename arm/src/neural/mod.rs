@@ -2,6 +2,7 @@
 //! moved, forces on its tip, and the condition of a motor. Equations and protocol: `docs/neural-actuator.md`.
 
 mod actuator;
+mod adapt;
 mod closed_loop;
 mod compare;
 mod condition;
@@ -10,6 +11,7 @@ mod data;
 mod evaluate;
 mod features;
 mod fit;
+mod health;
 mod live;
 mod loss;
 mod observations;
@@ -29,17 +31,19 @@ mod warm_start;
 pub use actuator::NeuralActuator;
 pub use closed_loop::{ClosedLoop, LoopGradient};
 pub use compare::{Comparison, FORCES, HORIZONS, METHODS};
-pub use condition::{DetectorScores, detectors};
+pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
 pub use current::CurrentModel;
 pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
 pub use features::{Features, GripperAxis, InputScale};
+pub(crate) use fit::fit_sensing;
 pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator};
+pub use health::HealthModel;
 pub use live::{Estimator, ServoTelemetry};
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
-pub use observations::{Observed, telemetry};
+pub use observations::{IdentifiedArm, Observed, telemetry};
 pub use rivals::{LagAndDroop, Positions, copied_goal};
 pub use segment::{Segment, Telemetry};
 pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};

@@ -1,41 +1,116 @@
-//! What the network of labels sees of a sample: the telemetry, and what a momentum observer on the identified drive makes of it.
+//! What the network of labels sees of a sample: the telemetry, and what momentum observers on the identified drive make of it.
 //!
 //! Everything is causal and comes sample by sample. It sees recorded positions: it says what acts on the arm that is there, and takes no
 //! part in a simulation.
 
 use hysteron_base::BadInput;
+use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
 use super::features::Features;
-use super::loss::Heads;
+use super::health::{Health, HealthModel, HealthSample};
+use super::loss::{Heads, watched_motor};
 use crate::Model;
-use crate::servo_force::{DriveObserver, ServoDrive, Telemetry};
+use crate::observer::TipForce;
+use crate::servo_force::{DriveObserver, GAIN, ServoDrive, Telemetry, tip_force};
 
+/// Gains of observers beside that whose force is added to [1/s]: what comes and goes within a second is seen sooner, with more noise.
+const FASTER: [f64; 2] = [30.0, 60.0];
 /// Time over which the force's slow part is taken, and torques of a motor's condition [s].
 const SLOW: [f64; 2] = [1.0, 0.5];
 /// Speed over which friction turns its sign [rad/s].
 const WIDTH: f64 = 0.05;
-/// Spreads below these are not believed: 0.1 N, 0.02 N m, a twentieth.
-const FLOORS: [f64; 3] = [0.1, 0.02, 0.05];
+/// Spreads below these are not believed: 0.1 N, 0.02 N m, a twentieth, one.
+const FLOORS: [f64; 4] = [0.1, 0.02, 0.05, 1.0];
+/// A standard deviation that leaves a joint out [N m].
+const UNKNOWN: f64 = 1e3;
+
+/// What is identified of an arm for the network of labels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IdentifiedArm {
+    /// The drives, for the observers.
+    pub drive: ServoDrive,
+    /// How the watched joint scatters while it is healthy.
+    pub health: HealthModel,
+}
 
 /// Numbers of a sample.
 pub(super) fn channels(features: &Features) -> usize {
-    features.len() + 6 + 4 * features.joints
+    parts(features).into_iter().map(|(n, _)| n).sum::<usize>() + features.len()
+}
+
+/// Channels beside the telemetry, and their least spreads.
+fn parts(features: &Features) -> [(usize, f64); 4] {
+    let n = features.joints;
+    let forces = 3 * (FASTER.len() + 2);
+    [(forces, FLOORS[0]), (3 * n, FLOORS[1]), (n, FLOORS[2]), (Health::CHANNELS, FLOORS[3])]
 }
 
 /// Least spreads of all channels.
 pub(super) fn floors(features: &Features) -> Vec<f64> {
-    let n = features.joints;
-    let parts = [(6, FLOORS[0]), (3 * n, FLOORS[1]), (n, FLOORS[2])];
-    let more = parts.into_iter().flat_map(|(n, floor)| std::iter::repeat_n(floor, n));
+    let more = parts(features).into_iter().flat_map(|(n, floor)| std::iter::repeat_n(floor, n));
     features.floors().into_iter().chain(more).collect()
+}
+
+/// The estimators of one arm that need nothing but its drives, sample by sample.
+#[derive(Debug, Clone)]
+struct Observers<'m> {
+    joints: usize,
+    motors: usize,
+    watched: usize,
+    observer: DriveObserver<'m>,
+    faster: [DriveObserver<'m>; FASTER.len()],
+    /// Force by all joints but the watched one.
+    others: TipForce<'m>,
+    /// Forces of the faster observers.
+    forces: [[f64; 3]; FASTER.len()],
+}
+
+impl<'m> Observers<'m> {
+    fn new(
+        model: &'m Model,
+        (features, drive, period): (&Features, &ServoDrive, f64),
+    ) -> Result<Self, BadInput> {
+        // The gripper's motor has no torque on the arm.
+        let watched = watched_motor(features).min(features.joints - 1);
+        let mut noise = drive.noise.clone();
+        noise[watched] = UNKNOWN;
+        let of = |gain: f64| DriveObserver::new(model, drive, (period, gain));
+        Ok(Self {
+            joints: features.joints,
+            motors: features.motors(),
+            watched,
+            observer: of(GAIN)?,
+            faster: [of(FASTER[0])?, of(FASTER[1])?],
+            others: tip_force(model, &noise)?,
+            forces: [[0.0; 3]; FASTER.len()],
+        })
+    }
+
+    /// Takes a sample's state and voltages; gives the force [N], and what the watched joint shows.
+    fn next(&mut self, state: &[f64], voltage: &[f64]) -> ([f64; 3], HealthSample) {
+        let (n, m) = (self.joints, self.motors);
+        let [position, velocity, voltage] = [&state[..n], &state[m..m + n], &voltage[..n]];
+        let force = self.observer.update(position, velocity, voltage);
+        for (force, observer) in self.forces.iter_mut().zip(&mut self.faster) {
+            *force = observer.update(position, velocity, voltage);
+        }
+        self.others.update(position, &self.observer.external);
+        let [of_force, variance] = self.others.torque(self.watched);
+        let k = self.watched;
+        let torque = self.observer.external[k] - of_force;
+        let motor = self.observer.motor(k);
+        (force, HealthSample { position: position[k], velocity: velocity[k], motor, torque, variance })
+    }
 }
 
 /// The estimators of one arm, sample by sample.
 #[derive(Debug, Clone)]
 pub(super) struct Observations<'m> {
     features: Features,
-    observer: DriveObserver<'m>,
+    observers: Observers<'m>,
+    health: Health,
     /// Part of the way to a new value in a sample, for force and torques.
     shares: [f64; 2],
     /// Force; external torque, torque against the motion, and motion of every joint: their slow parts.
@@ -49,22 +124,29 @@ impl<'m> Observations<'m> {
     /// `BadInput` where the model has no tip.
     pub fn new(
         model: &'m Model,
-        (features, drive, period): (&Features, &ServoDrive, f64),
+        (features, known, period): (&Features, &IdentifiedArm, f64),
     ) -> Result<Self, BadInput> {
         Ok(Self {
             features: *features,
-            observer: DriveObserver::new(model, drive, period)?,
+            observers: Observers::new(model, (features, &known.drive, period))?,
+            health: Health::new(&known.health, (period, GAIN)),
             shares: SLOW.map(|time| period / (time + period)),
             slow: vec![0.0; 3 + 3 * features.joints],
         })
+    }
+
+    /// Evidence for a healthy watched joint, up to the last sample.
+    pub fn evidence(&self) -> f64 {
+        self.health.evidence()
     }
 
     /// Takes a sample's inputs, state and voltages on the motors; writes its channels and gives the observer's force [N].
     pub fn next(&mut self, [inputs, state, voltage]: [&[f64]; 3], to: &mut [f64]) -> [f64; 3] {
         let (m, n) = (self.features.motors(), self.features.joints);
         let speeds = &state[m..m + n];
-        let force = self.observer.update(&state[..n], speeds, &voltage[..n]);
-        let external = &self.observer.external;
+        let (force, sample) = self.observers.next(state, voltage);
+        self.health.update(&sample);
+        let external = &self.observers.observer.external;
         let now = force
             .into_iter()
             .chain(external.iter().copied())
@@ -73,9 +155,38 @@ impl<'m> Observations<'m> {
         for (k, (slow, now)) in self.slow.iter_mut().zip(now).enumerate() {
             *slow += self.shares[usize::from(k >= 3)] * (now - *slow);
         }
-        let more = force.iter().chain(&self.slow[..3]).chain(external).chain(&self.slow[3..]);
-        to.iter_mut().zip(inputs.iter().chain(more)).for_each(|(to, from)| *to = *from);
+        let forces = force.iter().chain(&self.slow[..3]).chain(self.observers.forces.iter().flatten());
+        let more = forces.chain(external).chain(&self.slow[3..]).copied().chain(self.health.channels());
+        to.iter_mut().zip(inputs.iter().copied().chain(more)).for_each(|(to, from)| *to = from);
         force
+    }
+}
+
+impl IdentifiedArm {
+    /// With these drives, and the scatter of all trajectories that are not known to have a fault; `model` is an arm as `observed_arm` gives it.
+    ///
+    /// # Errors
+    /// `BadInput` where a recording has no PWM, or the watched joint never moves.
+    pub fn identify(
+        model: &Model,
+        (features, drive, period): (&Features, &ServoDrive, f64),
+        training: &[Trajectory],
+    ) -> Result<Self, BadInput> {
+        let samples = |one: &Trajectory| -> Result<Vec<HealthSample>, BadInput> {
+            let mut observers = Observers::new(model, (features, drive, period))?;
+            let rows = one.motor_voltage()?.chunks_exact(features.joints).enumerate();
+            Ok(rows.map(|(row, voltage)| observers.next(one.state_at(row), voltage).1).collect())
+        };
+        let healthy = training.iter().filter(|one| one.is_healthy != Some(false));
+        let all = healthy.map(samples).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { drive: drive.clone(), health: HealthModel::fit(&all, (period, GAIN))? })
+    }
+
+    /// # Errors
+    /// `BadInput` naming what is not for `n` joints or out of range.
+    pub(super) fn check(&self, n: usize) -> Result<(), BadInput> {
+        self.drive.check(n).map_err(|bad| bad.within("drive"))?;
+        self.health.check().map_err(|bad| bad.within("health"))
     }
 }
 
@@ -88,6 +199,8 @@ pub struct Observed<'a> {
     pub(super) rows: Vec<f64>,
     /// The observer's force at every row [N].
     pub force: Vec<[f64; 3]>,
+    /// Logarithm of the likelihood of all rows so far if the watched joint is healthy, over that if it is not.
+    pub evidence: Vec<f64>,
     /// Which output is what.
     pub(super) heads: Heads,
 }
@@ -97,7 +210,7 @@ impl<'a> Observed<'a> {
     /// `BadInput` where the recording has no PWM.
     pub fn new(
         model: &Model,
-        about: (&Features, &ServoDrive, f64),
+        about: (&Features, &IdentifiedArm, f64),
         trajectory: &'a Trajectory,
     ) -> Result<Self, BadInput> {
         let mut observations = Observations::new(model, about)?;
@@ -105,15 +218,13 @@ impl<'a> Observed<'a> {
         let n = features.joints;
         let voltage = trajectory.motor_voltage()?;
         let mut rows = vec![0.0; trajectory.len() * width];
-        let force = rows
-            .chunks_exact_mut(width)
-            .enumerate()
-            .map(|(row, to)| {
-                let [inputs, state] = [trajectory.inputs_at(row as isize), trajectory.state_at(row)];
-                observations.next([inputs, state, &voltage[row * n..][..n]], to)
-            })
-            .collect();
-        Ok(Self { trajectory, rows, force, heads: Heads::new(features) })
+        let (mut force, mut evidence) = (Vec::new(), Vec::new());
+        for (row, to) in rows.chunks_exact_mut(width).enumerate() {
+            let [inputs, state] = [trajectory.inputs_at(row as isize), trajectory.state_at(row)];
+            force.push(observations.next([inputs, state, &voltage[row * n..][..n]], to));
+            evidence.push(observations.evidence());
+        }
+        Ok(Self { trajectory, rows, force, evidence, heads: Heads::new(features) })
     }
 
     /// Channels of a row; before the first, those of the first.

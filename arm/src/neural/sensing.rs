@@ -12,9 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::{Heads, sigmoid};
-use super::observations::{Observations, Observed, channels};
+use super::observations::{IdentifiedArm, Observations, Observed, channels};
 use crate::Model;
-use crate::servo_force::ServoDrive;
 
 /// What acts on an arm, sample by sample.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -25,6 +24,8 @@ pub struct Sensed {
     pub gate: Vec<f64>,
     /// Probability that the watched motor is healthy.
     pub condition: Vec<f64>,
+    /// Evidence for that, as [`Observed::evidence`].
+    pub evidence: Vec<f64>,
 }
 
 /// The network of labels with what it needs.
@@ -34,8 +35,8 @@ pub struct Sensing {
     pub network: Transformer<f32>,
     /// How its inputs are scaled.
     pub scale: InputScale,
-    /// The drives, for the observer.
-    pub drive: ServoDrive,
+    /// What was identified of the arm.
+    pub known: IdentifiedArm,
 }
 
 /// All but the parameters, as files have it.
@@ -44,7 +45,7 @@ pub struct Sensing {
 pub(super) struct SensingHeader {
     pub shape: TransformerShape,
     scale: InputScale,
-    drive: ServoDrive,
+    known: IdentifiedArm,
 }
 
 impl SensingHeader {
@@ -52,7 +53,7 @@ impl SensingHeader {
         Self {
             shape: sensing.network.shape().clone(),
             scale: sensing.scale.clone(),
-            drive: sensing.drive.clone(),
+            known: sensing.known.clone(),
         }
     }
 
@@ -67,11 +68,11 @@ impl SensingHeader {
         if self.shape.inputs != n || self.shape.heads != Heads::sizes(features) || !self.scale.is_for(n) {
             return Err(BadInput::new("shape", "sizes that belong together", "others"));
         }
-        self.drive.check(features.joints).map_err(|bad| bad.within("drive"))
+        self.known.check(features.joints)
     }
 
     pub fn with(self, network: Transformer<f32>) -> Sensing {
-        Sensing { network, scale: self.scale, drive: self.drive }
+        Sensing { network, scale: self.scale, known: self.known }
     }
 }
 
@@ -93,12 +94,13 @@ impl Sensing {
         (features, period): (&Features, f64),
         trajectory: &Trajectory,
     ) -> Result<Sensed, BadInput> {
-        let observed = Observed::new(model, (features, &self.drive, period), trajectory)?;
+        let observed = Observed::new(model, (features, &self.known, period), trajectory)?;
         let (heads, mut sensed) = (Heads::new(features), Sensed::default());
         let n = self.network.shape().outputs();
         outputs(&self.network, &self.scale, &observed)
             .chunks_exact(n)
             .for_each(|own| add(&mut sensed, &heads, own));
+        sensed.evidence = observed.evidence;
         Ok(sensed)
     }
 }
@@ -160,7 +162,7 @@ impl<'m> SensingRunner<'m> {
     ) -> Result<Self, BadInput> {
         let n = channels(features);
         Ok(Self {
-            observations: Observations::new(model, (features, &sensing.drive, period))?,
+            observations: Observations::new(model, (features, &sensing.known, period))?,
             runner: TransformerRunner::new(&sensing.network, WeightFormat::Float32),
             scale: sensing.scale.clone(),
             heads: Heads::new(features),

@@ -105,6 +105,10 @@ fn set(seeds: std::ops::Range<u64>) -> Vec<Trajectory> {
     seeds.flat_map(one).collect()
 }
 
+fn identified(observers: &Observers, training: &[Trajectory]) -> IdentifiedArm {
+    IdentifiedArm::identify(&arm(), (&features(), &observers.drive, PERIOD), training).unwrap()
+}
+
 fn options() -> SensingOptions {
     SensingOptions { width: 16, layers: 1, tokens: 17, epoch: 50, ..SensingOptions::small(500, 0.3, 1) }
 }
@@ -114,7 +118,8 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
     let (training, validation, test) = (set(0..4), set(4..6), set(6..8));
     let (model, features, options) = (arm(), features(), options());
     let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
-    let about = (&features, &observers.drive, PERIOD);
+    let known = identified(&observers, &training);
+    let about = (&features, &known, PERIOD);
     let network = Transformer::<f32>::new(&options.shape(&features), 1).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let run = |file: Option<&std::path::Path>, last: usize| {
@@ -129,7 +134,7 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
     assert!(!run(Some(&state), 3).0.is_finished);
     let (resumed, _) = run(Some(&state), usize::MAX);
     assert_eq!(resumed.model.parameters(), whole.model.parameters());
-    let sensing = Sensing { network: whole.model, scale, drive: observers.drive.clone() };
+    let sensing = Sensing { network: whole.model, scale, known: known.clone() };
     let sensed: Vec<Sensed> =
         test.iter().map(|one| sensing.along(&model, (&features, PERIOD), one).unwrap()).collect();
     let said: Vec<_> = sensed.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
@@ -194,14 +199,15 @@ fn actuator(sensing: Sensing) -> NeuralActuator {
 fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     let (training, features, model) = (set(0..2), features(), arm());
     let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
+    let known = identified(&observers, &training);
     let task = |options: &SensingOptions| {
-        let about = (&features, &observers.drive, PERIOD);
+        let about = (&features, &known, PERIOD);
         SensingTask::new(options, &model, about, [&training, &training]).map(|task| task.scale().clone())
     };
     let options = options();
     let scale = task(&options).unwrap();
     let network = Transformer::new(&options.shape(&features), 3).unwrap();
-    let sensing = Sensing { network, scale, drive: observers.drive.clone() };
+    let sensing = Sensing { network, scale, known: known.clone() };
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.safetensors");
     let whole = actuator(sensing.clone());
@@ -218,7 +224,7 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
         actuator(changed).write(&file).unwrap();
         NeuralActuator::read(&file).unwrap_err().to_string()
     };
-    let found = refused(&|sensing| sensing.drive.dry.truncate(3));
+    let found = refused(&|sensing| sensing.known.drive.dry.truncate(3));
     assert!(found.contains("sensing: drive: dry: expected 4 finite numbers"), "{found}");
     let window = TransformerShape { form: hysteron_learn::Form::Window, ..options.shape(&features) };
     let found = refused(&|sensing| sensing.network = Transformer::new(&window, 3).unwrap());

@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::{Heads, LossParts, LossWeights, Totals, length};
-use super::observations::{Observed, channels, floors, telemetry};
+use super::observations::{IdentifiedArm, Observed, channels, floors, telemetry};
 use super::training::{GROUP, added};
 use super::warm_start::supervised;
 use crate::Model;
-use crate::servo_force::{Observers, ServoDrive};
+use crate::servo_force::Observers;
 
 /// How the network of labels is trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -143,12 +143,12 @@ impl<'a> SensingTask<'a> {
     pub fn new(
         options: &'a SensingOptions,
         model: &Model,
-        (features, drive, period): (&Features, &ServoDrive, f64),
+        (features, known, period): (&Features, &IdentifiedArm, f64),
         sets: [&'a [Trajectory]; 2],
     ) -> Result<Self, BadInput> {
         options.check()?;
         let observed = |set: &'a [Trajectory]| {
-            let one = |one: &'a Trajectory| Observed::new(model, (features, drive, period), one);
+            let one = |one: &'a Trajectory| Observed::new(model, (features, known, period), one);
             set.par_iter().map(one).collect::<Result<Vec<_>, BadInput>>()
         };
         let (training, validation) = (observed(sets[0])?, observed(sets[1])?);

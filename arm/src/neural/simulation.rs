@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::features::Features;
 use super::servo::ServoModel;
+use crate::servo_force::TIP;
 use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts};
 
 /// Step, damping and limits of the simulation in training.
@@ -28,8 +29,17 @@ pub struct SimulationOptions {
     /// A position servo in the loop, to whose torque the network's is added; none as published.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoModel>,
+    /// What the tip carries at all times [kg].
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub payload: f64,
 }
 
+fn is_nothing(mass: &f64) -> bool {
+    *mass == 0.0
+}
+
+/// Second moments of a payload's mass: a cube with sides of 24 mm [m²].
+const PAYLOAD_SHAPE: f64 = 0.024 * 0.024 / 12.0;
 /// Rotor and gears of a motor of this size, at the output [kg m²].
 const SERVO_ARMATURE: f64 = 0.02;
 /// Parts of a step for which the servo's torque is held.
@@ -44,6 +54,7 @@ impl SimulationOptions {
         damping: 1.0,
         torque_limits: [5.0, 1.5],
         servo: None,
+        payload: 0.0,
     };
 
     /// With this servo in the loop, its damping, and rotors of its size.
@@ -61,7 +72,7 @@ impl SimulationOptions {
     /// # Errors
     /// `BadInput` naming what is out of range, or not for these motors.
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
-        let Self { period, substeps, armature, damping, torque_limits, servo } = self;
+        let Self { period, substeps, armature, damping, torque_limits, servo, payload } = self;
         let ranges =
             [("period", *period), ("torque_limits", torque_limits[0]), ("torque_limits", torque_limits[1])];
         for (name, value) in ranges {
@@ -69,7 +80,7 @@ impl SimulationOptions {
                 return Err(BadInput::new(name, "a finite number above zero", value.to_string()));
             }
         }
-        for (name, value) in [("armature", *armature), ("damping", *damping)] {
+        for (name, value) in [("armature", *armature), ("damping", *damping), ("payload", *payload)] {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(BadInput::new(name, "a finite number, zero or more", value.to_string()));
             }
@@ -113,6 +124,11 @@ impl Simulation {
                 .hint("name fewer joints"));
             }
             (joint.drive.armature, joint.drive.damping) = (options.armature, options.damping);
+        }
+        if options.payload > 0.0 {
+            // Second moments of the mass, as xx, xy, yy, xz, yz, zz.
+            let second = [1.0, 0.0, 1.0, 0.0, 0.0, 1.0].map(|share| share * options.payload * PAYLOAD_SHAPE);
+            model = model.with_payload(TIP, options.payload, [0.0; 3], second)?;
         }
         Ok(Self { model, features: *features, options: options.clone() })
     }

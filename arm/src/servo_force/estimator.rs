@@ -12,7 +12,7 @@ use crate::observer::{
 };
 
 /// K of the momentum observers [1/s]: a tenth of a second, six rows.
-const GAIN: f64 = 10.0;
+pub(crate) const GAIN: f64 = 10.0;
 /// What is believed of a force before it is felt: the largest of the data set's pushes [N].
 const BELIEF: f64 = 9.0;
 
@@ -150,16 +150,16 @@ pub(crate) struct DriveObserver<'m> {
 }
 
 impl<'m> DriveObserver<'m> {
-    /// For samples every `period` [s] of `model`, an [`super::observed_arm`].
+    /// For samples every `period` [s] of `model`, an [`super::observed_arm`], with K = `gain` [1/s].
     ///
     /// # Errors
     /// `BadInput` where the model has no tip.
-    pub fn new(model: &'m Model, drive: &ServoDrive, period: f64) -> Result<Self, BadInput> {
+    pub fn new(model: &'m Model, drive: &ServoDrive, (period, gain): (f64, f64)) -> Result<Self, BadInput> {
         let (n, known) = (model.n_joints(), drive.known());
         let friction = known.friction.clone();
         Ok(Self {
-            observer: MomentumObserver::new(RigidBody::new(model), friction, &vec![GAIN; n]),
-            tip: TipForce::new(model, model.frame(TIP)?, &drive.noise, Belief::Force(BELIEF)),
+            observer: MomentumObserver::new(RigidBody::new(model), friction, &vec![gain; n]),
+            tip: tip_force(model, &drive.noise)?,
             known,
             period,
             is_started: false,
@@ -187,6 +187,19 @@ impl<'m> DriveObserver<'m> {
         self.tip.update(position, &self.external);
         [self.tip.force[0], self.tip.force[1], self.tip.force[2]]
     }
+
+    /// Torque of a motor, mean since the sample before [N m].
+    pub fn motor(&self, joint: usize) -> f64 {
+        self.torque[2][joint]
+    }
+}
+
+/// Force at the tip from external torques with these standard deviations [N m].
+///
+/// # Errors
+/// `BadInput` where the model has no tip.
+pub(crate) fn tip_force<'m>(model: &'m Model, noise: &[f64]) -> Result<TipForce<'m>, BadInput> {
+    Ok(TipForce::new(model, model.frame(TIP)?, noise, Belief::Force(BELIEF)))
 }
 
 #[cfg(test)]
@@ -233,7 +246,7 @@ mod tests {
         let forces = whole.forces(&asked).unwrap();
         let both = observers.forces(&model, &asked).unwrap();
         assert_eq!(both, [linear.forces(&asked).unwrap(), forces.clone()]);
-        let mut observer = DriveObserver::new(&model, &read, 0.017).unwrap();
+        let mut observer = DriveObserver::new(&model, &read, (0.017, GAIN)).unwrap();
         for (row, expected) in forces.iter().enumerate() {
             let part = 4 * row..4 * row + 4;
             let [q, dq, volts] =

@@ -11,7 +11,7 @@ pub use drive::ServoDrive;
 pub use rivals::{LinearDrive, Observers};
 pub use telemetry::Telemetry;
 
-pub(crate) use estimator::{DriveObserver, estimators};
+pub(crate) use estimator::{DriveObserver, GAIN, estimators, tip_force};
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_base::BadInput;
@@ -19,7 +19,7 @@ use hysteron_base::BadInput;
 use crate::Model;
 
 /// Where forces act.
-const TIP: &str = "end_effector_link";
+pub(crate) const TIP: &str = "end_effector_link";
 
 /// The first `n` joints of `model` with the rotors of a servo XM430-W350, all others locked at zero: what estimators know of an arm.
 ///

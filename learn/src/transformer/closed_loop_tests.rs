@@ -61,6 +61,10 @@ fn uniform(name: &str, n: usize) -> Vec<f64> {
 }
 
 fn network(form: Form) -> Transformer<f64> {
+    with_block(Block::GatedPreNorm, form)
+}
+
+fn with_block(block: Block, form: Form) -> Transformer<f64> {
     let shape = TransformerShape {
         inputs: 3,
         heads: vec![1],
@@ -70,7 +74,7 @@ fn network(form: Form) -> Transformer<f64> {
         feed_forward: 12,
         latent: 5,
         tokens: 4,
-        block: Block::GatedPreNorm,
+        block,
         form,
     };
     let mut network = Transformer::new(&shape, 3).unwrap();
@@ -145,14 +149,19 @@ fn gradients_through_network_and_plant_are_derivatives() {
     /// Error of the central difference: about STEP² and 1e-16/STEP, relative to the largest derivative.
     const STEP: f64 = 1e-5;
     const ACC: f64 = 1e-8;
-    for form in [Form::Window, Form::Streaming] {
-        let (network, initial) = (network(form), uniform("initial", 2 * ROWS));
+    let published = [Form::Window, Form::Streaming].map(|form| (Block::GatedPreNorm, form));
+    let recurrent = [Block::Gru, Block::Lstm].map(|block| (block, Form::Streaming));
+    for (block, form) in published.into_iter().chain(recurrent) {
+        let (network, initial) = (with_block(block, form), uniform("initial", 2 * ROWS));
         let (_, gradient, by_initial) = weighted(&network, &initial);
         let check = |what: &str, along: f64, above: f64, below: f64| {
             let difference = (above - below) / (2.0 * STEP);
-            assert!(along.abs() > 1e-3, "{form:?}, {what}: nothing to compare, {along}");
+            assert!(along.abs() > 1e-3, "{block:?} {form:?}, {what}: nothing to compare, {along}");
             let scale = along.abs().max(1.0);
-            assert!((along - difference).abs() < ACC * scale, "{form:?}, {what}: {along} {difference}");
+            assert!(
+                (along - difference).abs() < ACC * scale,
+                "{block:?} {form:?}, {what}: {along} {difference}"
+            );
         };
         for part in 0..gradient.len() {
             let direction = uniform(&format!("direction {part}"), gradient[part].len());

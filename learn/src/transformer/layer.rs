@@ -5,37 +5,12 @@
 
 use std::ops::Range;
 
+use super::cell::{Cell, CellTape};
 use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
+use super::linear::{linear, linear_back, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
 use crate::Real;
-use crate::product::{multiply, multiply_add, rows};
-
-/// y = x W + b, with W (inputs × outputs).
-pub(super) fn linear<T: Real>(x: &[T], weight: &[T], bias: &[T], y: &mut [T]) {
-    let n = bias.len();
-    y.chunks_exact_mut(n).for_each(|row| row.copy_from_slice(bias));
-    multiply_add(y, rows(x, weight.len() / n), rows(weight, n));
-}
-
-/// dx = dy Wᵀ.
-pub(super) fn linear_back<T: Real>(dy: &[T], weight: &[T], outputs: usize, dx: &mut [T]) {
-    multiply(dx, rows(dy, outputs), rows(weight, outputs).transpose());
-}
-
-/// Adds xᵀ dy and Σ dy to the gradients of weight and bias.
-pub(super) fn linear_gradient<T: Real>(
-    [x, dy]: [&[T]; 2],
-    [weight, bias]: &[Range<usize>; 2],
-    gradient: &mut [T],
-) {
-    let n = bias.len();
-    let inputs = weight.len() / n;
-    multiply_add(&mut gradient[weight.clone()], rows(x, inputs).transpose(), rows(dy, n));
-    for dy in dy.chunks_exact(n) {
-        add_scaled(&mut gradient[bias.clone()], T::of(1.0), dy);
-    }
-}
 
 /// What a layer computes on the way forward and back, for every token.
 #[derive(Debug, Clone, Default)]
@@ -61,6 +36,8 @@ pub(super) struct LayerTape<T> {
     d_attended: Vec<T>,
     d_hidden: Vec<T>,
     d_added: Vec<T>,
+    /// Of a layer that remembers by itself.
+    cell: CellTape<T>,
     /// Scratch of the way back.
     d_wide: Vec<T>,
     d_token: [Vec<T>; 2],
@@ -80,6 +57,11 @@ impl<'a, T: Real> Layer<'a, T> {
     pub fn of(network: &'a Transformer<T>, layer: usize, rows: usize) -> Self {
         let parameters = &network.parameters[1 + layer];
         Self { shape: network.shape(), layout: &network.layout.layer, parameters, rows }
+    }
+
+    /// What stands in for all of it where the layer remembers by itself.
+    fn cell(&self) -> Cell<'a, T> {
+        Cell { shape: self.shape, linear: &self.layout.linear, parameters: self.parameters, rows: self.rows }
     }
 
     fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
@@ -114,6 +96,9 @@ impl<'a, T: Real> Layer<'a, T> {
     /// From the tokens `x` of all steps to `y`, at these steps.
     #[inline(always)]
     pub fn forward(&self, steps: Range<usize>, x: &[T], tape: &mut LayerTape<T>, y: &mut [T]) {
+        if self.shape.block.gates().is_some() {
+            return self.cell().forward(steps, x, &mut tape.cell, y);
+        }
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
         let (tokens, wide, one) = (part(d), part(f), part(1));
@@ -186,6 +171,9 @@ impl<'a, T: Real> Layer<'a, T> {
     /// gone back through. `gradient` gets what belongs to normalisations, scalars and lags.
     #[inline(always)]
     pub fn backward(&self, steps: Range<usize>, tape: &mut LayerTape<T>, dy: &mut [T], gradient: &mut [T]) {
+        if self.shape.block.gates().is_some() {
+            return self.cell().backward(steps, &mut tape.cell, dy);
+        }
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
         let (tokens, wide, one) = (part(d), part(f), part(1));
@@ -290,6 +278,9 @@ impl<'a, T: Real> Layer<'a, T> {
 
     /// Adds what belongs to the matrices, of all `steps`.
     pub fn gradient(&self, steps: usize, tape: &LayerTape<T>, gradient: &mut [T]) {
+        if self.shape.block.gates().is_some() {
+            return self.cell().gradient(steps, &tape.cell, gradient);
+        }
         let n = |width: usize| steps * self.rows * width;
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let pairs = [
@@ -306,6 +297,9 @@ impl<'a, T: Real> Layer<'a, T> {
 
 impl<T: Real> LayerTape<T> {
     pub fn new(shape: &TransformerShape, n_rows: usize) -> Self {
+        let cell = CellTape::new(shape.block, shape.width, n_rows);
+        // One that remembers by itself needs nothing else.
+        let n_rows = if shape.block.gates().is_some() { 0 } else { n_rows };
         let zeros = |width: usize| vec![T::default(); n_rows * width];
         let (d, f, p) = (shape.width, shape.feed_forward, shape.projected());
         Self {
@@ -326,6 +320,7 @@ impl<T: Real> LayerTape<T> {
             d_attended: zeros(d),
             d_hidden: zeros(f),
             d_added: zeros(d),
+            cell,
             d_wide: vec![T::default(); shape.tokens],
             d_token: [zeros(d), zeros(d)],
         }
@@ -334,5 +329,6 @@ impl<T: Real> LayerTape<T> {
     /// Before a way back.
     pub fn clear_gradients(&mut self) {
         self.d_projections.fill(T::default());
+        self.cell.clear_gradients();
     }
 }

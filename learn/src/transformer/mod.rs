@@ -1,11 +1,14 @@
 //! Transformers over short windows of samples: the published form, which attends to a whole window, and a streaming form, which
-//! takes one sample at a time and keeps what it knows of those before. Equations: `docs/learn.md`.
+//! takes one sample at a time and keeps what it knows of those before; with recurrent layers in place of attention for comparison.
+//! Equations: `docs/learn.md`.
 
+mod cell;
 mod closed_loop;
 #[cfg(test)]
 mod closed_loop_tests;
 mod kernels;
 mod layer;
+mod linear;
 mod network;
 mod runner;
 mod shape;

@@ -2,6 +2,7 @@
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
+use super::cell::{gru, lstm};
 use super::kernels::{Attention, add_scaled, gelu, norm, sigmoid, silu};
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
@@ -43,10 +44,12 @@ impl Linear {
 
 #[derive(Debug, Clone)]
 struct RunnerLayer {
-    linear: [Linear; 4],
+    linear: Vec<Linear>,
     parameters: Vec<f32>,
     /// Queries, gates, keys and values of the tokens that are kept.
     projections: Vec<f32>,
+    /// Hidden state and cell of a layer that remembers by itself.
+    memory: [Vec<f32>; 2],
 }
 
 /// A network that is stepped one sample at a time, for rollouts and controllers.
@@ -102,7 +105,14 @@ impl TransformerRunner {
             Form::Streaming => (1, shape.tokens + STRETCH),
         };
         let layer = |values: &Vec<f32>| RunnerLayer {
-            linear: [0, 1, 2, 3].map(|k: usize| linear(values, &layout.layer.linear[k])),
+            linear: layout
+                .layer
+                .linear
+                .iter()
+                .filter(|pair| !pair[1].is_empty())
+                .map(|pair| linear(values, pair))
+                .collect(),
+            memory: [vec![0.0; shape.width], vec![0.0; shape.width]],
             parameters: values.clone(),
             projections: vec![0.0; kept * shape.projected()],
         };
@@ -140,6 +150,7 @@ impl TransformerRunner {
     /// Forgets everything.
     pub fn reset(&mut self) {
         (self.step, self.is_fresh) = (0, true);
+        self.layers.iter_mut().flat_map(|layer| &mut layer.memory).for_each(|memory| memory.fill(0.0));
     }
 
     /// One sample further: the outputs of all heads.
@@ -205,7 +216,7 @@ impl TransformerRunner {
             }
             None => normed.copy_from_slice(&self.tokens),
         }
-        let pool = (self.step + 1).saturating_sub(self.shape.tokens)..self.step + 1;
+        let pool = (self.step + 1).saturating_sub(self.shape.pooled())..self.step + 1;
         let per = 1.0 / pool.len() as f32;
         let pooled = &mut self.scratch.seen[..d];
         pooled.fill(0.0);
@@ -243,6 +254,27 @@ impl WithSimd for Pass<'_> {
 }
 
 impl RunnerLayer {
+    /// Replaces the token by the hidden state that comes of it.
+    fn remember(&mut self, shape: &TransformerShape, token: &mut [f32], scratch: &mut Scratch) {
+        let d = shape.width;
+        let [hidden, cell] = &mut self.memory;
+        let Scratch { wide, hidden: state, .. } = scratch;
+        self.linear[0].run(token, wide);
+        self.linear[1].run(hidden, state);
+        for k in 0..d {
+            hidden[k] = if shape.block == Block::Gru {
+                let [a, b] = [&wide, &state].map(|of| [0, 1, 2].map(|j: usize| of[j * d + k]));
+                gru(a, b, hidden[k])[3]
+            } else {
+                let sums = [0, 1, 2, 3].map(|j: usize| wide[j * d + k] + state[j * d + k]);
+                let [_, _, _, _, c, _, h] = lstm(sums, cell[k]);
+                cell[k] = c;
+                h
+            };
+        }
+        token.copy_from_slice(hidden);
+    }
+
     /// Replaces the tokens of the steps up to `step` by what the layer makes of them.
     #[inline(always)]
     fn run(
@@ -252,6 +284,9 @@ impl RunnerLayer {
         tokens: &mut [f32],
         scratch: &mut Scratch,
     ) {
+        if shape.block.gates().is_some() {
+            return self.remember(shape, tokens, scratch);
+        }
         let (d, p) = (shape.width, shape.projected());
         let now = tokens.len() / d;
         let first = step + 1 - now;

@@ -17,6 +17,22 @@ pub enum Block {
     GatedPreNorm,
     /// As the paper prints it, equations (4) and (5): normalisation after each sum, SiLU, learned scalars γ.
     ScaledPostNorm,
+    /// A gated recurrent unit for each number: no attention, no normalisation, no feed-forward network. What it remembers does not end
+    /// with the window, and an output comes from the last token alone. Streaming only.
+    Gru,
+    /// As [`Block::Gru`], a long short-term memory.
+    Lstm,
+}
+
+impl Block {
+    /// Gates of a unit, of a layer that remembers by itself.
+    pub(super) fn gates(self) -> Option<usize> {
+        match self {
+            Self::GatedPreNorm | Self::ScaledPostNorm => None,
+            Self::Gru => Some(3),
+            Self::Lstm => Some(4),
+        }
+    }
 }
 
 /// How the network meets time.
@@ -99,6 +115,9 @@ impl TransformerShape {
             let expected = format!("a multiple of the {} attention heads", self.attention_heads);
             return Err(BadInput::new("width", expected, self.width.to_string()));
         }
+        if self.block.gates().is_some() && self.form == Form::Window {
+            return Err(BadInput::new("form", "streaming for a layer that remembers", "window"));
+        }
         Ok(())
     }
 
@@ -112,12 +131,18 @@ impl TransformerShape {
         self.tensors().iter().flatten().map(TensorShape::len).sum()
     }
 
-    /// Queries, gates where there are any, keys and values of a token.
+    /// Queries, gates where there are any, keys and values of a token; the gates of a recurrent unit.
     pub(super) fn projected(&self) -> usize {
         match self.block {
             Block::GatedPreNorm => 4 * self.width,
-            Block::ScaledPostNorm => 3 * self.width,
+            Block::ScaledPostNorm | Block::Gru => 3 * self.width,
+            Block::Lstm => 4 * self.width,
         }
+    }
+
+    /// Tokens, up to the last one, whose mean an output comes from.
+    pub(super) fn pooled(&self) -> usize {
+        if self.block.gates().is_some() { 1 } else { self.tokens }
     }
 
     /// Names and shapes: embedding, every layer, heads.
@@ -130,6 +155,15 @@ impl TransformerShape {
         }
         let layer = |l: usize| {
             let own = |name: &str, shape: &[usize]| tensor(&format!("layer.{l}.{name}"), shape);
+            if self.block.gates().is_some() {
+                let wide = self.projected();
+                return vec![
+                    own("cell.weight", &[d, wide]),
+                    own("cell.bias", &[wide]),
+                    own("cell.state.weight", &[d, wide]),
+                    own("cell.state.bias", &[wide]),
+                ];
+            }
             let mut all = vec![
                 own("norm1.weight", &[d]),
                 own("norm1.bias", &[d]),
@@ -180,7 +214,8 @@ fn ranges(tensors: &[TensorShape]) -> Vec<Range<usize>> {
 #[derive(Debug, Clone)]
 pub(super) struct LayerLayout {
     pub norm: [[Range<usize>; 2]; 2],
-    /// Weight and bias of the projections, the attention's output, and the two layers of the feed-forward network.
+    /// Weight and bias of the projections, the attention's output, and the two layers of the feed-forward network; of a recurrent layer, of
+    /// the token and of the state before. What a layer does not have is empty.
     pub linear: [[Range<usize>; 2]; 4],
     pub scales: Option<Range<usize>>,
     pub lags: Option<Range<usize>>,
@@ -210,12 +245,19 @@ impl Layout {
         };
         let head = of(shape.layers + 1);
         let first = usize::from(shape.block == Block::GatedPreNorm) * 2;
+        let is_recurrent = shape.block.gates().is_some();
+        let nothing = [(); 2].map(|()| [0..0, 0..0]);
         Self {
             input: pair(&embedding, 0),
             positions: embedding.get(2).cloned(),
             layer: LayerLayout {
-                norm: [pair(&own, 0), pair(&own, 6)],
-                linear: [pair(&own, 2), pair(&own, 4), pair(&own, 8), pair(&own, 10)],
+                norm: if is_recurrent { nothing.clone() } else { [pair(&own, 0), pair(&own, 6)] },
+                linear: if is_recurrent {
+                    let [none, no] = nothing;
+                    [pair(&own, 0), pair(&own, 2), none, no]
+                } else {
+                    [pair(&own, 2), pair(&own, 4), pair(&own, 8), pair(&own, 10)]
+                },
                 scales: named(".scales"),
                 lags: named(".lags"),
             },

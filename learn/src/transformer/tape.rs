@@ -5,7 +5,8 @@ use std::ops::Range;
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::kernels::{add_scaled, norm, norm_back, silu};
-use super::layer::{Layer, LayerTape, linear, linear_back, linear_gradient};
+use super::layer::{Layer, LayerTape};
+use super::linear::{linear, linear_back, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Form, TransformerShape};
 use crate::Real;
@@ -92,7 +93,7 @@ impl<T: Real> TransformerTape<T> {
     fn pool(&self, s: usize) -> Range<usize> {
         match self.shape.form {
             Form::Window => 0..self.shape.tokens,
-            Form::Streaming => (s + 1).saturating_sub(self.shape.tokens)..s + 1,
+            Form::Streaming => (s + 1).saturating_sub(self.shape.pooled())..s + 1,
         }
     }
 

@@ -152,7 +152,33 @@ impl Graph {
                 let added = self.linear(at, "feed_forward.out", &hidden).broadcast_mul(&scale(1)).unwrap();
                 self.norm(at, "norm2", &(x + added).unwrap())
             }
+            Block::Gru | Block::Lstm => self.remembered(at, x),
         }
+    }
+
+    /// Hidden states of a recurrent layer, step by step.
+    fn remembered(&self, at: usize, x: &Tensor) -> Tensor {
+        let (rows, n, d) = x.dims3().unwrap();
+        let zero = Tensor::zeros((rows, d), candle_core::DType::F64, &Device::Cpu).unwrap();
+        let (mut h, mut c) = (zero.clone(), zero);
+        let mut all = Vec::new();
+        for s in 0..n {
+            let token = self.linear(at, "cell", &x.narrow(1, s, 1).unwrap().squeeze(1).unwrap());
+            let state = self.linear(at, "cell.state", &h);
+            let of = |from: &Tensor, k: usize| from.narrow(1, k * d, d).unwrap();
+            let sum = |k: usize| (of(&token, k) + of(&state, k)).unwrap();
+            if self.shape.block == Block::Gru {
+                let (z, r) = (sigmoid(&sum(0)), sigmoid(&sum(1)));
+                let n = (of(&token, 2) + (r * of(&state, 2)).unwrap()).unwrap().tanh().unwrap();
+                h = (((1.0 - &z).unwrap() * n).unwrap() + (z * h).unwrap()).unwrap();
+            } else {
+                let [i, f, o] = [0, 1, 2].map(|k| sigmoid(&sum(k)));
+                c = ((f * c).unwrap() + (i * sum(3).tanh().unwrap()).unwrap()).unwrap();
+                h = (o * c.tanh().unwrap()).unwrap();
+            }
+            all.push(h.unsqueeze(1).unwrap());
+        }
+        Tensor::cat(&all, 1).unwrap()
     }
 
     /// From inputs (rows × steps × inputs) to outputs (rows × results × outputs).
@@ -171,11 +197,12 @@ impl Graph {
         }
         let n = x.dim(1).unwrap();
         let mean = |from: usize, to: usize| x.narrow(1, from, to - from).unwrap().mean_keepdim(1).unwrap();
+        // A recurrent layer's last token knows of the others.
+        let pooled = if matches!(shape.block, Block::Gru | Block::Lstm) { 1 } else { shape.tokens };
         let pooled = match shape.form {
             Form::Window => mean(0, n),
             Form::Streaming => {
-                let all: Vec<Tensor> =
-                    (0..n).map(|s| mean((s + 1).saturating_sub(shape.tokens), s + 1)).collect();
+                let all: Vec<Tensor> = (0..n).map(|s| mean((s + 1).saturating_sub(pooled), s + 1)).collect();
                 Tensor::cat(&all, 1).unwrap()
             }
         };
@@ -230,7 +257,12 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64]) {
 }
 
 const FORMS: [Form; 2] = [Form::Window, Form::Streaming];
-const BLOCKS: [Block; 2] = [Block::GatedPreNorm, Block::ScaledPostNorm];
+const BLOCKS: [Block; 4] = [Block::GatedPreNorm, Block::ScaledPostNorm, Block::Gru, Block::Lstm];
+
+/// Recurrent layers stream.
+fn is_there(block: Block, form: Form) -> bool {
+    form == Form::Streaming || matches!(block, Block::GatedPreNorm | Block::ScaledPostNorm)
+}
 
 /// Inputs, and weights of the loss, for a shape.
 fn case(shape: &TransformerShape) -> (Vec<f64>, Vec<f64>) {
@@ -242,7 +274,7 @@ fn case(shape: &TransformerShape) -> (Vec<f64>, Vec<f64>) {
 #[test]
 fn values_and_gradients_are_candles() {
     for form in FORMS {
-        for block in BLOCKS {
+        for block in BLOCKS.into_iter().filter(|block| is_there(*block, form)) {
             let shape = shape(block, form);
             let network = network(&shape);
             let (inputs, weights) = case(&shape);
@@ -292,7 +324,7 @@ fn token_by_token_is_as_the_whole_sequence_and_so_is_its_gradient() {
 #[test]
 fn a_runner_steps_as_the_network_that_was_trained() {
     for form in FORMS {
-        for block in BLOCKS {
+        for block in BLOCKS.into_iter().filter(|block| is_there(*block, form)) {
             let shape = shape(block, form);
             let network = network(&shape).converted::<f32>();
             // Longer than what the streaming form keeps before it moves it.
@@ -365,6 +397,7 @@ fn sizes_that_cannot_be_are_refused() {
     assert!(
         refused(|s| s.attention_heads = 5).contains("width: expected a multiple of the 5 attention heads")
     );
+    assert!(refused(|s| s.block = Block::Gru).contains("form: expected streaming"));
     assert!(refused(|s| s.tokens = 0).contains("tokens"));
     assert!(refused(|s| s.heads.clear()).contains("heads"));
 }

@@ -39,7 +39,7 @@ pub use fault::Fault;
 pub use gripper::Gripper;
 pub use handling::{Control, Moment};
 pub use leader::{Leader, Posture};
-pub use nad::{Planned, SPLITS, data_set};
+pub use nad::{Planned, SPLITS, data_set, fault_set};
 #[cfg(unix)]
 pub use ports::{Follower, HeldLeader};
 pub use robot::{ForceSensor, Spread, Supply, Telemetry, VirtualArm};

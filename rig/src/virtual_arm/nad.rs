@@ -1,4 +1,4 @@
-//! The data set NAD as the virtual arm would record it: 350 trajectories in the folders of the OpenManipulator-X.
+//! The data set NAD as the virtual arm would record it: 350 trajectories in the folders of the OpenManipulator-X; and more faults than it has.
 
 use super::task::{Degraded, Direction, Labels, Task, Trial};
 
@@ -10,7 +10,7 @@ const TRAJECTORIES: [usize; 3] = [8, 1, 1];
 /// One trajectory of the set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planned {
-    /// `force_unlabeled`, `force_sensor`, `weight` or `motor_condition`.
+    /// `force_unlabeled`, `force_sensor`, `weight` or `motor_condition`; of [`fault_set`], `motor_faults`.
     pub subset: &'static str,
     /// Folder of the task.
     pub task: String,
@@ -35,6 +35,38 @@ pub fn data_set() -> Vec<Planned> {
     for (subset, task, trial) in tasks() {
         for (split, n) in SPLITS.into_iter().zip(TRAJECTORIES) {
             all.extend((1..=n).map(|number| Planned { subset, task: task.clone(), split, number, trial }));
+        }
+    }
+    all
+}
+
+/// Trajectories of each split and task of [`fault_set`].
+const FAULT_TRAJECTORIES: [usize; 3] = [8, 2, 4];
+
+/// What NAD does not have: pick and place with every fault and without, with nothing and with all its payloads.
+pub fn fault_set() -> Vec<Planned> {
+    let faults = [
+        ("healthy", Degraded::No),
+        ("band", Degraded::Band),
+        ("friction", Degraded::Friction),
+        ("lost_tooth", Degraded::LostTooth),
+    ];
+    let mut all = Vec::new();
+    for grams in [0_u32, 100, 200, 300, 400, 500] {
+        let carried = if grams == 0 { "empty".to_owned() } else { format!("{grams}g") };
+        let payload = f64::from(grams) * 1e-3;
+        for (name, degraded) in faults {
+            let trial = Trial { task: Task::PickPlace, payload, push: None, degraded, labels: Labels::None };
+            let task = format!("pick_place_{carried}_{name}");
+            for (split, n) in SPLITS.into_iter().zip(FAULT_TRAJECTORIES) {
+                all.extend((1..=n).map(|number| Planned {
+                    subset: "motor_faults",
+                    task: task.clone(),
+                    split,
+                    number,
+                    trial,
+                }));
+            }
         }
     }
     all
@@ -74,7 +106,7 @@ fn tasks() -> Vec<(&'static str, String, Trial)> {
         all.push(("weight", format!("pick_place_object_{grams}g"), carried(Task::PickPlace, grams)));
     }
     for (name, payload) in [("empty", 0.0), ("200g", 0.2)] {
-        for (condition, degraded) in [("healthy", Degraded::No), ("degraded", Degraded::Joint3)] {
+        for (condition, degraded) in [("healthy", Degraded::No), ("degraded", Degraded::Band)] {
             let trial = Trial { payload, degraded, ..plain(Task::PickPlace) };
             all.push(("motor_condition", format!("pick_place_{name}_{condition}"), trial));
         }

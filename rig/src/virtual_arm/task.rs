@@ -69,13 +69,17 @@ pub struct Trial {
     pub labels: Labels,
 }
 
-/// Condition of the arm.
+/// Condition of the arm. Faults are at joint 3; how large they are is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Degraded {
     /// Healthy.
     No,
-    /// One of the faults, at joint 3.
-    Joint3,
+    /// A rubber band around the joint, as in NAD.
+    Band,
+    /// More dry friction.
+    Friction,
+    /// A tooth is lost.
+    LostTooth,
 }
 
 /// What the data set says of the force at the tip.
@@ -150,10 +154,7 @@ impl Trial {
             leader.stays(0.4);
         }
         let presses = self.push.map_or_else(Vec::new, |push| presses(push, leader.end(), stream));
-        let faults = match self.degraded {
-            Degraded::No => Vec::new(),
-            Degraded::Joint3 => vec![fault(stream)],
-        };
+        let faults = fault(self.degraded, stream).into_iter().collect();
         Course { leader, object, presses, faults }
     }
 }
@@ -281,21 +282,22 @@ fn presses(push: Direction, end: f64, stream: &mut ChaCha8Rng) -> Vec<Press> {
     (0..3).map(press).collect()
 }
 
-/// One of the faults, at joint 3.
-fn fault(stream: &mut ChaCha8Rng) -> Fault {
+/// What is wrong with joint 3.
+fn fault(degraded: Degraded, stream: &mut ChaCha8Rng) -> Option<Fault> {
     let joint = 2;
-    match stream.random_range(0_u8..3) {
-        0 => Fault::Friction { joint, factor: stream.random_range(1.3..2.0) },
-        1 => Fault::Band {
+    match degraded {
+        Degraded::No => None,
+        Degraded::Friction => Some(Fault::Friction { joint, factor: stream.random_range(1.3..2.0) }),
+        Degraded::Band => Some(Fault::Band {
             joint,
             stiffness: stream.random_range(0.3..0.9),
             from: stream.random_range(-0.3..0.3),
-        },
-        _ => Fault::LostTooth {
+        }),
+        Degraded::LostTooth => Some(Fault::LostTooth {
             joint,
             at: stream.random_range(0.2..0.9),
             width: stream.random_range(0.12..0.2),
             backlash: stream.random_range(0.02..0.05),
-        },
+        }),
     }
 }

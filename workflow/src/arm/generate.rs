@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use hysteron_rig::virtual_arm::{Planned, SPLITS, VirtualArm, data_set};
+use hysteron_rig::virtual_arm::{Planned, SPLITS, VirtualArm, data_set, fault_set};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::Value;
@@ -27,7 +27,7 @@ pub struct Options {
     /// Draws the individual arm, its motions and its noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
-    /// Only these subsets: `force_unlabeled`, `force_sensor`, `weight`, `motor_condition`
+    /// Only these subsets: `force_unlabeled`, `force_sensor`, `weight`, `motor_condition`; and `motor_faults`, which NAD does not have
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
     pub subsets: Vec<String>,
     /// Only tasks whose names contain one of these, as in `sweep,pick_place`
@@ -45,7 +45,7 @@ pub struct Options {
 }
 
 /// What a recording says of the program that simulated it: another physics makes other data.
-const MODEL: (&str, &str) = ("virtual_arm_model", "1");
+const MODEL: (&str, &str) = ("virtual_arm_model", "2");
 /// Copy of the arm's file, beside the data.
 const ARM: &str = "arm.toml";
 /// What every page of it says.
@@ -163,7 +163,10 @@ pub(super) fn read_arm(named: &str) -> anyhow::Result<(VirtualArm, String)> {
 
 /// The trajectories that are asked for.
 fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
-    let all = data_set();
+    let nad = data_set();
+    let mut own: Vec<&str> = nad.iter().map(|one| one.subset).collect();
+    own.dedup();
+    let all = [nad.clone(), fault_set()].concat();
     let mut subsets: Vec<&str> = all.iter().map(|one| one.subset).collect();
     subsets.dedup();
     known("--subsets", &options.subsets, &subsets)?;
@@ -178,6 +181,10 @@ fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
         return Err(BadInput::new("--payloads-g", format!("some of {}", there.join(", ")), none.to_string()));
     }
     let is_in = |wanted: &[String], name: &str| wanted.is_empty() || wanted.iter().any(|one| one == name);
+    // What NAD does not have is asked for by name.
+    let is_wanted = |name: &str| {
+        if options.subsets.is_empty() { own.contains(&name) } else { is_in(&options.subsets, name) }
+    };
     let mut tasks: Vec<&str> = all.iter().map(|one| one.task.as_str()).collect();
     tasks.dedup();
     if let Some(none) =
@@ -188,7 +195,7 @@ fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
     }
     let chosen: Vec<Planned> = all
         .iter()
-        .filter(|one| is_in(&options.subsets, one.subset) && is_in(&options.splits, one.split))
+        .filter(|one| is_wanted(one.subset) && is_in(&options.splits, one.split))
         .filter(|one| {
             options.tasks.is_empty() || options.tasks.iter().any(|part| one.task.contains(part.as_str()))
         })

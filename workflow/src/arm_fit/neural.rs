@@ -38,7 +38,8 @@ pub struct Options {
     /// streaming (one token a step), or window (all tokens every step, as published)
     #[cfg_attr(feature = "clap", arg(long, value_name = "FORM", default_value = "streaming", value_parser = form))]
     pub form: Form,
-    /// released (normalisation first, gated attention, GELU), or printed (equations 4 and 5 of the paper)
+    /// released (normalisation first, gated attention, GELU), printed (equations 4 and 5 of the paper), or gru or lstm in their place (with
+    /// as many parameters)
     #[cfg_attr(feature = "clap", arg(long, value_name = "LAYERS", default_value = "released", value_parser = block))]
     pub block: Block,
     /// Numbers of a token within the network; the feed-forward networks have twice as many, the heads half
@@ -146,7 +147,9 @@ pub fn block(text: &str) -> Result<Block, String> {
     match text {
         "released" => Ok(Block::GatedPreNorm),
         "printed" => Ok(Block::ScaledPostNorm),
-        _ => Err("released or printed".to_owned()),
+        "gru" => Ok(Block::Gru),
+        "lstm" => Ok(Block::Lstm),
+        _ => Err("released, printed, gru or lstm".to_owned()),
     }
 }
 

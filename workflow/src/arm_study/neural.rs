@@ -7,7 +7,7 @@ use hysteron_arm::study::Listener;
 use hysteron_arm::study::neural::{NeuralData, NeuralSize, Sample, Split, neural_study};
 use hysteron_arm::{Columns, ImportOptions, Model, import};
 use hysteron_base::{BadInput, Metadata, Recording, file};
-use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
+use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -68,7 +68,7 @@ pub(super) fn run(
     }
 }
 
-/// All 350 trajectories of the virtual arm.
+/// All 350 trajectories of the virtual arm, and faults that NAD does not have.
 fn recorded(general: &VirtualArm) -> anyhow::Result<Recorded> {
     let arm = general.individual(INDIVIDUAL);
     let one = |one: Planned| -> anyhow::Result<(String, Split, Recording)> {
@@ -80,7 +80,7 @@ fn recorded(general: &VirtualArm) -> anyhow::Result<Recorded> {
         let recording = arm.record(&one.trial, INDIVIDUAL, &one.name(), Metadata::default())?;
         Ok((format!("{}/{}", one.subset, one.task), split, recording))
     };
-    data_set().into_par_iter().map(one).collect()
+    [data_set(), fault_set()].concat().into_par_iter().map(one).collect()
 }
 
 /// Recordings of NAD (CSV), or of `hysteron arm generate`, and what tells one set of them from another.

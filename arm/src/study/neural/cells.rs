@@ -3,8 +3,7 @@
 use hysteron_learn::{Block, Form};
 use serde::{Deserialize, Serialize};
 
-use super::Sample;
-use super::Split;
+use super::{Sample, Split};
 use crate::neural::{ActuatorOptions, LossWeights, NeuralOptions, Prior, SensingOptions};
 
 /// How much is trained.
@@ -24,6 +23,8 @@ pub struct NetworkKind {
     pub name: &'static str,
     /// In files.
     pub file: &'static str,
+    /// How its layers are put together.
+    pub block: Block,
     /// How it meets time.
     pub form: Form,
     /// Samples that it sees.
@@ -33,10 +34,11 @@ pub struct NetworkKind {
 }
 
 /// Networks of the ablation, of one size; the first is that of all other cells.
-pub const NETWORKS: [NetworkKind; 5] = [
+pub const NETWORKS: [NetworkKind; 7] = [
     NetworkKind {
         name: "servo + streaming Transformer",
         file: "servo-streaming",
+        block: Block::GatedPreNorm,
         form: Form::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
@@ -44,6 +46,7 @@ pub const NETWORKS: [NetworkKind; 5] = [
     NetworkKind {
         name: "servo + published Transformer",
         file: "servo-window",
+        block: Block::GatedPreNorm,
         form: Form::Window,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
@@ -51,13 +54,31 @@ pub const NETWORKS: [NetworkKind; 5] = [
     NetworkKind {
         name: "servo + residual perceptron of one sample",
         file: "servo-perceptron",
+        block: Block::GatedPreNorm,
         form: Form::Streaming,
         tokens: 1,
         prior: Prior::Servo,
     },
     NetworkKind {
+        name: "servo + GRU",
+        file: "servo-gru",
+        block: Block::Gru,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + LSTM",
+        file: "servo-lstm",
+        block: Block::Lstm,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
         name: "streaming Transformer alone",
         file: "streaming",
+        block: Block::GatedPreNorm,
         form: Form::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::None,
@@ -65,6 +86,7 @@ pub const NETWORKS: [NetworkKind; 5] = [
     NetworkKind {
         name: "published Transformer alone",
         file: "window",
+        block: Block::GatedPreNorm,
         form: Form::Window,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::None,
@@ -113,7 +135,7 @@ impl NeuralSize {
         };
         ActuatorOptions {
             form: kind.form,
-            block: Block::GatedPreNorm,
+            block: kind.block,
             width,
             layers,
             tokens: kind.tokens,
@@ -125,6 +147,9 @@ impl NeuralSize {
     }
 }
 
+/// Subset of the data with faults that the published set does not have.
+pub const FAULTS: &str = "motor_faults";
+
 /// What a cell learns from and is asked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Protocol {
@@ -132,12 +157,21 @@ pub(super) enum Protocol {
     Published,
     /// Tasks whose name contains this are not learned from, and all of their trajectories are tests.
     LeaveOut(&'static str),
+    /// Tests with faults that the published set does not have, learned from with all else; or, named by this, left out and all asked.
+    Faults(Option<&'static str>),
 }
 
 impl Protocol {
     /// Whether a trajectory is for this.
     pub fn uses(self, sample: &Sample, split: Split) -> bool {
+        let is_more = sample.task.starts_with(FAULTS);
         match self {
+            Self::Faults(Some(text)) if sample.task.contains(text) => is_more && split == Split::Test,
+            Self::Faults(left_out) if split == Split::Test => {
+                is_more && left_out.is_none() && sample.split == split
+            }
+            Self::Faults(_) => sample.split == split,
+            _ if is_more => false,
             Self::Published => sample.split == split,
             Self::LeaveOut(text) if sample.task.contains(text) => split == Split::Test,
             Self::LeaveOut(_) => split != Split::Test && sample.split == split,

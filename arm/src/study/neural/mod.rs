@@ -1,15 +1,18 @@
 //! Actuators learned from telemetry, beside what Dou et al. (NeuralActuator) print and beside simple rivals: `arm study neural`.
 //!
-//! Cells: the published split and one without a payload, seed by seed; a condition at a payload that was not seen; networks in the loop.
+//! Cells: the published split and one without a payload, seed by seed; a condition at a payload that was not seen; networks in the loop;
+//! faults of a motor that the published data set does not have.
 
 mod cells;
+mod faults;
 mod gradients;
 pub mod published;
 mod run;
 #[cfg(test)]
 mod tests;
 
-pub use cells::{LEFT_OUT, NETWORKS, NetworkKind, NeuralSize};
+pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralSize};
+pub use faults::{FAULT_SPLITS, KINDS};
 pub use run::{NeuralStudy, neural_study};
 
 use crate::neural::{Features, Trajectory};

@@ -7,7 +7,8 @@ use hysteron_learn::{Error, Progress, Result};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::cells::{LEFT_OUT, NETWORKS, NetworkKind, NeuralSize, Protocol};
+use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralSize, Protocol};
+use super::faults::{FAULT_SPLITS, fault_cell};
 use super::gradients::by_horizon;
 use super::{NeuralData, Split};
 use crate::Model;
@@ -23,6 +24,8 @@ pub struct NeuralStudy {
     pub left_out: Vec<Vec<Value>>,
     /// Networks of [`NETWORKS`] but the first, seed by seed.
     pub networks: Vec<Vec<Value>>,
+    /// Splits of [`FAULT_SPLITS`], seed by seed; empty without such data.
+    pub faults: Vec<Vec<Value>>,
 }
 
 /// Tasks that figures show.
@@ -37,7 +40,7 @@ struct Plan {
     has_sensing: bool,
 }
 
-fn plans(seeds: u64) -> Vec<Plan> {
+fn plans(seeds: u64, has_faults: bool) -> Vec<Plan> {
     let mut all = Vec::new();
     let first = &NETWORKS[0];
     for seed in 0..seeds {
@@ -49,6 +52,9 @@ fn plans(seeds: u64) -> Vec<Plan> {
             has_sensing: true,
         };
         all.push(plan("published", Protocol::Published));
+        if has_faults {
+            all.extend(FAULT_SPLITS.map(|(name, left_out)| plan(name, Protocol::Faults(left_out))));
+        }
         all.extend(LEFT_OUT.map(|(name, text)| plan(name, Protocol::LeaveOut(text))));
         all.extend(NETWORKS[1..].iter().map(|network| Plan {
             name: format!("{}-{seed}", network.file),
@@ -88,7 +94,7 @@ pub(super) fn study_with(
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     make_folder(folder)?;
-    let plans = plans(seeds);
+    let plans = plans(seeds, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
     let mut done: BTreeMap<&str, Value> = BTreeMap::new();
     for (k, plan) in plans.iter().enumerate() {
         let progress = |training| StudyProgress { cell: &plan.name, done: [k, plans.len()], training };
@@ -99,9 +105,13 @@ pub(super) fn study_with(
         if !plan.has_sensing {
             options.sensing = None;
         }
-        let identity = json!({ "study": "neural", "version": 1, "data": identity, "options": options });
+        let identity = json!({ "study": "neural", "version": 2, "data": identity, "options": options });
         let row = cell(folder, &plan.name, &identity, || {
             let mut listener = |p: &Progress| listener(&progress(Some(*p)));
+            if let Protocol::Faults(_) = plan.protocol {
+                let file = folder.join(format!("{}.training", plan.name));
+                return fault_cell((model, data), plan.protocol, &options, &file, &mut listener);
+            }
             compared(folder, (model, data), plan, &options, &mut listener)
         })?;
         let Some(row) = row else { return Ok(None) };
@@ -114,6 +124,7 @@ pub(super) fn study_with(
         published: rows("published"),
         left_out: LEFT_OUT.iter().map(|(name, _)| rows(name)).collect(),
         networks: NETWORKS[1..].iter().map(|network| rows(network.file)).collect(),
+        faults: FAULT_SPLITS.iter().map(|(name, _)| rows(name)).collect(),
     }))
 }
 

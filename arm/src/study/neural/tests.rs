@@ -10,7 +10,7 @@ use super::run::study_with;
 use super::{NeuralData, NeuralStudy, Sample, Split};
 use crate::Model;
 use crate::neural::sensing_tests::{Case, PERIOD, features, trajectory};
-use crate::neural::{ActuatorOptions, SensingOptions};
+use crate::neural::{ActuatorOptions, EVIDENCE, SensingOptions};
 use crate::study::StudyProgress;
 
 fn data() -> NeuralData {
@@ -21,6 +21,14 @@ fn data() -> NeuralData {
         ("weight/lift_300g", Case::Loaded(2.9)),
         ("motor_condition/empty_healthy", Case::Healthy),
         ("motor_condition/empty_degraded", Case::Worn),
+        ("motor_faults/empty_healthy", Case::Healthy),
+        ("motor_faults/empty_band", Case::Worn),
+        ("motor_faults/empty_friction", Case::Worn),
+        ("motor_faults/200g_healthy", Case::Healthy),
+        ("motor_faults/200g_band", Case::Worn),
+        ("motor_faults/200g_friction", Case::Worn),
+        ("motor_faults/200g_lost_tooth", Case::Worn),
+        ("motor_faults/empty_lost_tooth", Case::Worn),
     ];
     let splits = [Split::Training, Split::Training, Split::Validation, Split::Test];
     let mut samples = Vec::new();
@@ -85,7 +93,19 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
         assert!(cell["forces"]["force"]["loaded_axis_n"].as_f64().unwrap() > 0.0);
         assert!(cell["forces"]["force_gmo_drive"]["loaded_axis_n"].as_f64().unwrap() > 0.0);
     }
-    assert_eq!(whole.published[0]["detectors"].as_array().unwrap().len(), 5);
+    assert_eq!(whole.published[0]["detectors"].as_array().unwrap().len(), 6);
+    // Faults that the published set does not have are learned from in their own cells alone.
+    let [all, left_out] = [0, 1].map(|k: usize| &whole.faults[k][0]);
+    assert_eq!([&all["trained_on"], &left_out["trained_on"]], [28, 18].map(|n| json!(n)).each_ref());
+    assert_eq!([&all["tests"], &left_out["tests"]], [8, 16].map(|n| json!(n)).each_ref());
+    for cell in [all, left_out] {
+        for kind in ["band", "friction", "lost_tooth", "all"] {
+            let found = cell["detectors"][kind].as_array().unwrap();
+            let of =
+                |name: &str| found.iter().find(|one| one["name"] == name).unwrap()["area"].as_f64().unwrap();
+            assert!(of(EVIDENCE) > 0.95, "{kind}: {found:?}");
+        }
+    }
     // Those without a network of force say it in the loop only where they learn it there: not beside a servo.
     assert!(whole.networks[0][0]["forces"]["force_gmo_drive"].is_null());
 
