@@ -97,16 +97,8 @@ fn a_target_within_reach_is_written_and_another_is_not() {
 fn friction_leaves_a_target_within_reach_and_one_beyond_is_known_by_few_goals() {
     let place = Workplace::new();
     let with = |named: &str, figures: &str| {
-        place.run(&[
-            "target",
-            named,
-            "--out",
-            "a.csv",
-            "--scene",
-            "scene-friction.toml",
-            "--figures",
-            figures,
-        ])
+        let out = format!("{figures}.csv");
+        place.run(&["target", named, "--out", &out, "--scene", "scene-friction.toml", "--figures", figures])
     };
     with("circle:20", "near").succeeded();
     // No part of it is nearer to the clamp than the body is long: three places of it stand for all.

@@ -63,7 +63,7 @@ fn recordings_that_nothing_can_be_learned_from_are_refused_one_by_one() {
     let cases: [(&str, String, &str); 6] = [
         ("nan.csv", text(400, missing), "line 102: q_2_rad: expected a finite number"),
         ("constant.csv", text(400, set(6, "0.5")), "tau: joint 2: expected values that change"),
-        ("rate.csv", text(400, late), "rate: expected 25 Hz, got 50.0 Hz"),
+        ("rate.csv", text(400, late), "rate: expected 25 Hz, got 50"),
         ("back.csv", text(400, back), "line 202: time_s: expected a time after 3.98 s"),
         ("short.csv", text(12, |_, _| ()), "expected more than 18 samples for the low-pass filter, got 12"),
         ("lacking.csv", text(400, |_, _| ()).replace("tau_2_n_m", "tau_3_n_m"), "of all"),
