@@ -86,6 +86,7 @@ mod tests {
         let mut plan = Leader::steady(&arm.chain);
         let wanted = Vector3::new(0.22, 0.0, 0.15);
         // It comes from elsewhere: where it never moves, stiction holds any of these weights.
+        plan.reaches(0.0, Vector3::new(0.2, 0.05, 0.12), 0.4, 0.02);
         plan.reaches(1.5, wanted, 0.3, 0.02);
         plan.stays(1.5);
         let moments = arm.handle((&plan, mass), (1, "droop"), &mut |_, planned, _| {
