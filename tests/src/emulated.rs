@@ -43,6 +43,21 @@ fn plan(sustain: f64) -> String {
     )
 }
 
+/// Starts an emulator in a folder, and waits for the first line that it says.
+fn spawn(folder: &Path, arguments: &[&str]) -> (Child, String) {
+    let mut process = Command::new(program())
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    (process, line)
+}
+
 /// The rig `typical`, calibrated, in `rig/` of a folder with `plan.toml`. Dropping it ends it.
 #[derive(Debug)]
 pub struct EmulatedRig {
@@ -72,17 +87,10 @@ impl EmulatedRig {
 
     fn emulate(folder: &Path) -> Option<Child> {
         let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port().to_string();
-        let mut emulator = Command::new(program())
-            .args(["rig", "emulate", "--dir", "rig", "--relaxed", "--return-delay-us", "0", "--seed", SEED])
-            .args(["--faults", "faults.toml", "--port-tracker", &free])
-            .current_dir(folder)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(emulator.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let arguments =
+            ["rig", "emulate", "--dir", "rig", "--relaxed", "--return-delay-us", "0", "--seed", SEED];
+        let more = ["--faults", "faults.toml", "--port-tracker", &free];
+        let (mut emulator, line) = spawn(folder, &[&arguments[..], &more[..]].concat());
         if line.starts_with("servos 1 to 4") {
             return Some(emulator);
         }
@@ -177,17 +185,8 @@ impl EmulatedArms {
     /// Starts them; `arguments` are further ones of `hysteron arm emulate`.
     pub fn start(arguments: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut process = Command::new(program())
-            .args(["arm", "emulate", "--dir", "arms", "--relaxed", "--begins-s", "3"])
-            .args(arguments)
-            .current_dir(folder.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let emulate = ["arm", "emulate", "--dir", "arms", "--relaxed", "--begins-s", "3"];
+        let (process, line) = spawn(folder.path(), &[&emulate[..], arguments].concat());
         assert!(line.starts_with("leader at"), "{line}");
         let arms = Self { folder, process };
         // A busy machine answers late and stands still at times, which is not what is tested.

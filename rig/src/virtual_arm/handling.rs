@@ -41,12 +41,8 @@ impl VirtualArm {
         (seed, name): (u64, &str),
         control: &mut Control<'_>,
     ) -> Vec<Moment> {
-        let mut heat = rng(seed, &format!("virtual-arm/{name}/heat"));
         let start = plan.at(0.0);
-        let warm = self.supply.warm_start;
-        let temperatures: [f64; N_SERVOS] = std::array::from_fn(|_| {
-            self.supply.air + warm * rand::RngExt::random_range(&mut heat, 0.2..=1.0)
-        });
+        let temperatures = self.supply.temperatures(&mut rng(seed, &format!("virtual-arm/{name}/heat")));
         let angles = std::array::from_fn(|k| start[k]);
         let mut world = ArmWorld::new(self, angles, start[N_JOINTS], temperatures).with_payload(mass, WIDTH);
         let mut goals = Leader::goals(&start, &self.gripper);

@@ -4,7 +4,6 @@
 
 use hysteron_actuator::ServoCommand;
 use hysteron_base::rng;
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
@@ -58,9 +57,7 @@ impl VirtualArm {
         let stream = |what: &str| rng(seed, &format!("virtual-arm/{name}/{what}"));
         let course = trial.course(self, &mut stream("course"));
         let start = course.leader.at(0.0);
-        let warm = self.supply.warm_start;
-        let mut heat = stream("heat");
-        let temperatures = std::array::from_fn(|_| self.supply.air + warm * heat.random_range(0.2..=1.0));
+        let temperatures = self.supply.temperatures(&mut stream("heat"));
         let angles = std::array::from_fn(|k| start[k]);
         let world = ArmWorld::new(self, angles, start[N_JOINTS], temperatures).with_faults(&course.faults);
         let world = match course.object {

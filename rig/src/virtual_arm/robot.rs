@@ -2,6 +2,7 @@
 
 use hysteron_base::rng;
 use nalgebra::Vector3;
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::chain::{Chain, N_JOINTS};
@@ -45,6 +46,13 @@ pub struct Supply {
     pub air: f64,
     /// Most that a servo is warmer than the air when a trajectory starts [K].
     pub warm_start: f64,
+}
+
+impl Supply {
+    /// Draws how warm N servos are when a trajectory starts [°C].
+    pub(super) fn temperatures<const N: usize>(&self, random: &mut ChaCha8Rng) -> [f64; N] {
+        std::array::from_fn(|_| self.air + self.warm_start * random.random_range(0.2..=1.0))
+    }
 }
 
 /// How the servos are read.

@@ -2,7 +2,6 @@
 
 use hysteron_base::{Metadata, Recording, rng};
 use nalgebra::Vector3;
-use rand::RngExt;
 
 use super::chain::N_JOINTS;
 use super::leader::Leader;
@@ -23,10 +22,7 @@ impl VirtualArm {
     pub fn record(&self, trial: &Trial, seed: u64, name: &str, meta: Metadata) -> Result<Recording> {
         let stream = |what: &str| rng(seed, &format!("virtual-arm/{name}/{what}"));
         let course = trial.course(self, &mut stream("course"));
-        let mut heat = stream("heat");
-        let warm = self.supply.warm_start;
-        let temperatures: [f64; N_SERVOS] =
-            std::array::from_fn(|_| self.supply.air + warm * heat.random_range(0.2..=1.0));
+        let temperatures = self.supply.temperatures(&mut stream("heat"));
         let start = course.leader.at(0.0);
         let angles = std::array::from_fn(|k| start[k]);
         let mut world =

@@ -46,6 +46,11 @@ pub struct Options {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let config = ArmsConfig::read(&options.arms)?;
     let outcome = record((options, &config), Estimates::none(), caller)?;
+    Ok(summary(&outcome, caller))
+}
+
+/// Says what was recorded, and returns it.
+pub(crate) fn summary(outcome: &ArmsOutcome, caller: &Caller) -> Value {
     caller.say(format_args!(
         "{}: {} rows, {} of them filled in, {} cycles late",
         outcome.out.display(),
@@ -53,9 +58,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         outcome.n_gaps,
         outcome.n_late
     ));
-    Ok(json!({
+    json!({
         "recording": outcome.out, "rows": outcome.n_rows, "filled_in": outcome.n_gaps, "late_cycles": outcome.n_late,
-    }))
+    })
 }
 
 /// Records with further channels that are computed from each row.

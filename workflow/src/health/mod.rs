@@ -270,16 +270,9 @@ fn unworn(change: &Estimate) -> f64 {
     normal((WEAR - change.value) / change.standard_error)
 }
 
-/// Distribution function of the normal distribution; errs by less than 1e-7.
-///
-/// # Reference
-/// Abramowitz, Stegun (1964), 26.2.17.
+/// Distribution function of the normal distribution.
 fn normal(z: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.231_641_9 * z.abs());
-    let terms = [0.319_381_530, -0.356_563_782, 1.781_477_937, -1.821_255_978, 1.330_274_429];
-    let sum = terms.iter().rev().fold(0.0, |sum, term| (sum + term) * t);
-    let tail = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt() * sum;
-    if z > 0.0 { 1.0 - tail } else { tail }
+    0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 #[cfg(test)]

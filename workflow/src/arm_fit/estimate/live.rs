@@ -105,26 +105,14 @@ pub(super) fn run(
     let live = live.into_inner();
     let ages = outcome.as_ref().map(|outcome| outcome.ages.clone()).unwrap_or_default();
     report(&live, (&ages, config.period), caller);
-    let outcome = outcome?;
-    caller.say(format_args!(
-        "{}: {} rows, {} of them filled in, {} cycles late",
-        outcome.out.display(),
-        outcome.n_rows,
-        outcome.n_gaps,
-        outcome.n_late
-    ));
-    Ok(json!({
-        "recording": outcome.out,
-        "rows": outcome.n_rows,
-        "filled_in": outcome.n_gaps,
-        "late_cycles": outcome.n_late,
-        "rate_hz": 1.0 / config.period,
-        "contact": live.contacts as f64 / live.rows.max(1) as f64,
-        "contacts": live.begun,
-        "healthy_at_end": live.last.map(|now| now.condition),
-        "step_ms": percentiles(&live.times),
-        "age_ms": percentiles(&ages),
-    }))
+    let mut summary = record::summary(&outcome?, caller);
+    summary["rate_hz"] = json!(1.0 / config.period);
+    summary["contact"] = json!(live.contacts as f64 / live.rows.max(1) as f64);
+    summary["contacts"] = json!(live.begun);
+    summary["healthy_at_end"] = json!(live.last.map(|now| now.condition));
+    summary["step_ms"] = json!(percentiles(&live.times));
+    summary["age_ms"] = json!(percentiles(&ages));
+    Ok(summary)
 }
 
 /// What times do not exceed [ms].

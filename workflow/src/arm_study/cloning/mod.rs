@@ -212,6 +212,14 @@ impl<'m> Senses<'m> {
     }
 }
 
+/// What the expert does at a reading.
+struct Step {
+    reading: Reading,
+    planned: [f64; N_SERVOS],
+    force: [f64; 3],
+    lead: [f64; N_JOINTS],
+}
+
 /// Demonstrations as samples.
 #[derive(Debug, Default)]
 struct Samples {
@@ -325,13 +333,16 @@ pub(super) fn run(options: &Options, caller: &Caller) -> anyhow::Result<Option<V
             Box::new(move |reading, planned, _| expert.control(reading, planned))
         });
         add("expert", expert, None);
+        let shown: Vec<_> =
+            (0..study.seeds).map(|seed| [0, 1].map(|set| study.demonstrated(task, seed, set))).collect();
         let mut nothing: Option<Vec<f64>> = None;
         for observed in &methods {
             if caller.is_cancelled() {
                 return Ok(None);
             }
             let policies = (0..study.seeds)
-                .map(|seed| study.learned(task, *observed, seed))
+                .zip(&shown)
+                .map(|(seed, shown)| study.learned(shown, *observed, seed))
                 .collect::<Result<Vec<_>, _>>()?;
             let distances = study.every(task, &|number| {
                 let policy = &policies[number % policies.len()];
@@ -364,34 +375,38 @@ impl Study<'_> {
         (0..self.trials).map(one).collect()
     }
 
-    /// What the expert shows: observations and leads, each demonstration of its own.
-    fn shown(
-        &self,
-        task: Task,
-        observed: Observed,
-        seed: u64,
-        set: usize,
-    ) -> Vec<(Vec<f64>, [f64; N_JOINTS])> {
-        let mut all = Vec::new();
-        for number in 0..self.demonstrations[set] {
+    /// What the expert does, demonstration by demonstration.
+    fn demonstrated(&self, task: Task, seed: u64, set: usize) -> Vec<Vec<Step>> {
+        let one = |number: usize| {
             let trial = Trial::draw(&self.arm, task, &format!("demonstration-{seed}-{set}"), number);
-            let (mut expert, mut senses) = (Expert::default(), Senses::new(self.estimator.as_ref()));
-            let mut rows = 0;
+            let (mut expert, mut steps) = (Expert::default(), Vec::new());
             trial.run(&self.arm, &mut |reading, planned, force| {
-                let raw = senses.observe(observed, (reading, planned), force);
                 let goals = expert.control(reading, planned);
-                if rows % STRIDE == 0 {
-                    all.push((raw, expert.lead));
-                }
-                rows += 1;
+                steps.push(Step { reading: *reading, planned: *planned, force, lead: expert.lead });
                 goals
             });
+            steps
+        };
+        (0..self.demonstrations[set]).map(one).collect()
+    }
+
+    /// Observations and leads along demonstrations.
+    fn observed(&self, observed: Observed, demonstrations: &[Vec<Step>]) -> Vec<(Vec<f64>, [f64; N_JOINTS])> {
+        let mut all = Vec::new();
+        for steps in demonstrations {
+            let mut senses = Senses::new(self.estimator.as_ref());
+            for (row, step) in steps.iter().enumerate() {
+                let raw = senses.observe(observed, (&step.reading, &step.planned), step.force);
+                if row % STRIDE == 0 {
+                    all.push((raw, step.lead));
+                }
+            }
         }
         all
     }
 
-    fn learned(&self, task: Task, observed: Observed, seed: u64) -> anyhow::Result<Policy> {
-        let shown = [0, 1].map(|set| self.shown(task, observed, seed, set));
+    fn learned(&self, shown: &[Vec<Vec<Step>>; 2], observed: Observed, seed: u64) -> anyhow::Result<Policy> {
+        let shown = shown.each_ref().map(|set| self.observed(observed, set));
         let n = 3 * N_JOINTS + observed.len();
         let mlp = Mlp {
             inputs: n,
