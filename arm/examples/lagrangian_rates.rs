@@ -102,6 +102,7 @@ fn main() {
         scales: Scales::ones(JOINTS),
         lengths: vec![None; JOINTS],
         inputs: InputForm::SinesAndCosines,
+        squares: 0,
     };
     let report = [Activation::Relu, Activation::Softplus].map(|activation| {
         let shape = shape(activation);

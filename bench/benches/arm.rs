@@ -145,6 +145,7 @@ fn learned_torque(criterion: &mut Criterion) {
             scales: Scales::ones(n),
             lengths: vec![None; n],
             inputs: InputForm::SinesAndCosines,
+            squares: 0,
         };
         let parameters = shape.initial_parameters(1);
         let weights: Vec<f32> = parameters.iter().map(|p| *p as f32).collect();

@@ -1,15 +1,20 @@
-//! A positive definite matrix from a network: its Cholesky factor with positive diagonal, with tangents and reverse pass.
+//! A positive definite matrix from a network: a factor of it that is a Cholesky factor with positive diagonal and, beside it, dense
+//! columns, with tangents and reverse pass.
 
 use hysteron_learn::{Activation, ByParameters, Mlp, MlpTape, Real};
 
 /// ln(e − 1): the softplus of it is 1.
 const SHIFT: f64 = 0.541_324_854_612_918_1;
 
-/// L(q), lower triangular: L_ij = d_i o_ij below the diagonal and d_i softplus(o_ii + shift) on it, from outputs o of a
-/// network. Packed row by row: (0,0), (1,0), (1,1), (2,0), …
+/// L(q) = [T | D], n rows: T lower triangular, T_ij = d_i o_ij below the diagonal and d_i softplus(o_ii + shift) on it, from outputs o of a
+/// network, and any number of columns D_ik = d_i o_ik. Packed row by row, each with its part of T and then that of D.
+///
+/// Every column of D is one more square in the kinetic energy ½ |Lᵀ q̇|². That of a rigid body is a sum of such squares, of the components of
+/// its bodies' velocities, whose entries are sums of products of sines and cosines; those of its Cholesky factor are not.
 #[derive(Debug)]
 pub(crate) struct Factor<T> {
     n: usize,
+    squares: usize,
     tape: MlpTape<T>,
     /// d_i for every packed element [√(kg m²)].
     scale: Vec<T>,
@@ -21,29 +26,40 @@ pub(crate) struct Factor<T> {
     cotangents: Vec<T>,
 }
 
-/// Elements of a packed triangle.
-pub(crate) fn packed(n: usize) -> usize {
-    n * (n + 1) / 2
+/// Elements of a packed factor with so many dense columns.
+pub(crate) fn packed(n: usize, squares: usize) -> usize {
+    n * (n + 1) / 2 + n * squares
 }
 
 impl<T: Real> Factor<T> {
-    /// `scale` holds d_i of every joint.
+    /// `scale` holds d_i of every joint; the outputs of the network are the elements.
     pub fn new(mlp: &Mlp, scale: &[f64]) -> Self {
         let n = scale.len();
-        let scale = (0..n).flat_map(|i| vec![T::of(scale[i]); i + 1]).collect();
+        let squares = (mlp.outputs - packed(n, 0)) / n;
+        let scale = (0..n).flat_map(|i| vec![T::of(scale[i]); i + 1 + squares]).collect();
         let [slope, curvature, cotangents] = std::array::from_fn(|_| Vec::new());
-        Self { n, tape: MlpTape::new(mlp), scale, streams: Vec::new(), slope, curvature, cotangents }
+        Self { n, squares, tape: MlpTape::new(mlp), scale, streams: Vec::new(), slope, curvature, cotangents }
+    }
+
+    /// Elements of L.
+    pub fn len(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// Columns of L.
+    pub fn columns(&self) -> usize {
+        self.n + self.squares
     }
 
     /// L of one row and stream.
     pub fn row(&self, stream: usize, row: usize) -> &[T] {
-        let m = packed(self.n);
+        let m = self.len();
         &self.streams[stream][row * m..(row + 1) * m]
     }
 
     /// L for these features; begins a new pass.
     pub fn forward(&mut self, parameters: &[T], features: &[T]) {
-        let (n, m) = (self.n, packed(self.n));
+        let (n, m) = (self.n, self.len());
         let raw = self.tape.forward(parameters, features);
         self.streams.truncate(1);
         self.streams.resize(1, Vec::new());
@@ -56,7 +72,7 @@ impl<T: Real> Factor<T> {
             self.slope.extend_from_slice(&self.scale);
             self.curvature.resize(value.len(), T::default());
             for i in 0..n {
-                let k = packed(i + 1) - 1;
+                let k = packed(i, self.squares) + i;
                 let d = self.scale[k];
                 let [y, first, second] = Activation::Softplus.at(raw[k] + T::of(SHIFT));
                 let at = value.len() - m + k;
@@ -106,9 +122,10 @@ impl<T: Real> Factor<T> {
 #[inline]
 pub(crate) fn transposed_times<T: Real>(l: &[T], v: &[T], out: &mut [T]) {
     out.fill(T::default());
+    let (triangle, dense) = out.split_at_mut(v.len());
     let mut k = 0;
     for (i, v) in v.iter().enumerate() {
-        for out in &mut out[..=i] {
+        for out in triangle[..=i].iter_mut().chain(&mut *dense) {
             *out += l[k] * *v;
             k += 1;
         }
@@ -118,21 +135,23 @@ pub(crate) fn transposed_times<T: Real>(l: &[T], v: &[T], out: &mut [T]) {
 /// out += L u.
 #[inline]
 pub(crate) fn add_times<T: Real>(l: &[T], u: &[T], out: &mut [T]) {
+    let (triangle, dense) = u.split_at(out.len());
     let mut k = 0;
     for (i, out) in out.iter_mut().enumerate() {
-        for u in &u[..=i] {
+        for u in triangle[..=i].iter().chain(dense) {
             *out += l[k] * *u;
             k += 1;
         }
     }
 }
 
-/// The derivatives by L of wᵀ L u, times `factor`, added to `by_l`: factor · w uᵀ, lower triangle.
+/// The derivatives by L of wᵀ L u, times `factor`, added to `by_l`: factor · w uᵀ, where L is not always zero.
 #[inline]
 pub(crate) fn add_outer<T: Real>(by_l: &mut [T], factor: T, w: &[T], u: &[T]) {
+    let (triangle, dense) = u.split_at(w.len());
     let mut k = 0;
     for (i, w) in w.iter().enumerate() {
-        for u in &u[..=i] {
+        for u in triangle[..=i].iter().chain(dense) {
             by_l[k] += factor * *w * *u;
             k += 1;
         }

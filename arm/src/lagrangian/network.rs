@@ -11,10 +11,15 @@ use super::block::{Block, Coordinate, Features, Term};
 use super::factor::packed;
 use super::friction::{Friction, PER_JOINT};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
-use super::{MOST, Samples};
+use super::{MOST, MOST_COLUMNS, Samples};
+use crate::baselines::NormalEquations;
 
 /// Joints whose numbers are multiplied, at most.
 const MOST_DEGREE: usize = 4;
+/// Samples side by side in a regression.
+const BLOCK: usize = 256;
+/// Of a regression on features, some of which can depend on others: little beside its noise.
+const REGRESSION_PENALTY: f64 = 1e-9;
 
 /// A model of inverse dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,6 +42,16 @@ pub enum Variant {
 }
 
 impl Variant {
+    /// Units of each of two hidden layers that validation preferred on the simulated arm, with products as inputs and squares in the kinetic energy:
+    /// what the linear path holds needs few.
+    pub fn hidden_units(self) -> usize {
+        match self {
+            Self::StructuredLagrangian | Self::Friction | Self::Augmented => 4,
+            Self::BlackBoxHamiltonian => 24,
+            Self::BlackBoxLagrangian | Self::StructuredHamiltonian | Self::FeedForward => 16,
+        }
+    }
+
     /// In the order of table 5.
     pub const ALL: [Self; 7] = [
         Self::StructuredLagrangian,
@@ -132,6 +147,38 @@ impl Scales {
         let energy = torques.iter().copied().fold(0.0, f64::max);
         Self { speeds, accelerations, torques, factor, energy }
     }
+
+    /// The same with d_i = √h_ii, where h is the mean mass matrix: the slopes of τ on q̈ in a regression on q̈ and on the features of `inputs`, which
+    /// take gravity away. Spreads alone make d too large on an arm whose gravity is large beside its inertia. A slope that is not positive leaves d_i as
+    /// it was.
+    pub fn with_mean_inertia(mut self, samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
+        let n = samples.n_joints;
+        let mut block = Block::<f64>::new(inputs.features(vec![Coordinate::Angle; n]));
+        let width = 1 + block.n_features() + n;
+        let mut sums = NormalEquations::new(width, n);
+        let motion = [&samples.q[..], &samples.dq, &samples.ddq];
+        let rows: Vec<usize> = (0..samples.len()).collect();
+        let mut columns = Vec::new();
+        for rows in rows.chunks(BLOCK) {
+            block.gather(motion, rows.iter().copied());
+            columns.clear();
+            for (features, a) in block.features.chunks_exact(block.n_features()).zip(block.a.chunks_exact(n))
+            {
+                columns.push(1.0);
+                columns.extend_from_slice(features);
+                columns.extend_from_slice(a);
+            }
+            sums.add(&columns, &samples.tau[rows[0] * n..][..rows.len() * n]);
+        }
+        let weights = sums.solve(REGRESSION_PENALTY);
+        for (i, d) in self.factor.iter_mut().enumerate() {
+            let inertia = weights[(width - n + i) * n + i];
+            if inertia > 0.0 {
+                *d = if variant.is_hamiltonian() { inertia.sqrt().recip() } else { inertia.sqrt() };
+            }
+        }
+        self
+    }
 }
 
 /// Everything that fixes a model but its parameters.
@@ -153,6 +200,9 @@ pub struct NetworkShape {
     /// What networks see of the positions.
     #[serde(default)]
     pub inputs: InputForm,
+    /// Dense columns of the mass matrix's factor beside its triangle: squares in the kinetic energy beyond one for each joint.
+    #[serde(default)]
+    pub squares: usize,
 }
 
 /// What networks see of the positions.
@@ -167,6 +217,16 @@ pub enum InputForm {
     Products(usize),
 }
 
+impl InputForm {
+    fn features(self, coordinates: Vec<Coordinate>) -> Features {
+        let degree = match self {
+            Self::SinesAndCosines => 1,
+            Self::Products(degree) => degree,
+        };
+        Features::new(coordinates, degree)
+    }
+}
+
 impl NetworkShape {
     /// # Errors
     /// `BadInput` for counts and numbers out of their ranges.
@@ -174,6 +234,10 @@ impl NetworkShape {
         let n = self.n_joints();
         if n == 0 || n > MOST {
             return Err(BadInput::new("network: joints", format!("1 to {MOST}"), n.to_string()));
+        }
+        if self.squares > MOST_COLUMNS - n {
+            let expected = format!("0 to {} squares of {n} joints", MOST_COLUMNS - n);
+            return Err(BadInput::new("network: squares", expected, self.squares.to_string()));
         }
         if !(self.epsilon > 0.0 && self.epsilon.is_finite()) {
             return Err(BadInput::new("network: epsilon", "a number > 0", self.epsilon.to_string()));
@@ -234,11 +298,7 @@ impl NetworkShape {
     pub(crate) fn features(&self) -> Features {
         let coordinates =
             self.lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length));
-        let degree = match self.inputs {
-            InputForm::SinesAndCosines => 1,
-            InputForm::Products(degree) => degree,
-        };
-        Features::new(coordinates.collect(), degree)
+        self.inputs.features(coordinates.collect())
     }
 
     fn mlp(&self, inputs: usize, outputs: usize) -> Mlp {
@@ -248,7 +308,10 @@ impl NetworkShape {
 
     fn energies(&self) -> EnergyShapes {
         let features = self.features().len();
-        EnergyShapes { mass: self.mlp(features, packed(self.n_joints())), potential: self.mlp(features, 1) }
+        EnergyShapes {
+            mass: self.mlp(features, packed(self.n_joints(), self.squares)),
+            potential: self.mlp(features, 1),
+        }
     }
 
     /// The network of a black box's energy: of the features and velocities or momenta.

@@ -1,4 +1,4 @@
-//! Structured energies: a mass matrix (or its inverse) by its Cholesky factor, and a potential.
+//! Structured energies: a mass matrix (or its inverse) by its factor, and a potential.
 //!
 //! Torque of the Lagrangian ½ q̇ᵀ H q̇ − V with H = L Lᵀ + ε I, from L, its derivative L̇ along q̇ and one reverse pass each:
 //!
@@ -17,7 +17,7 @@
 use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
 
 use super::block::{Block, Term};
-use super::factor::{Factor, add_outer, add_times, packed, transposed_times};
+use super::factor::{Factor, add_outer, add_times, transposed_times};
 
 /// A potential energy V(q) [J].
 #[derive(Debug)]
@@ -101,14 +101,14 @@ impl<T: Real> Energies<T> {
 
     /// Adds `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`, which is set to zero first.
     fn by_q(&mut self, parameters: &[T], block: &Block<T>, sign: T) {
-        let (n, m) = (block.n_joints, packed(block.n_joints));
+        let (n, m, columns) = (block.n_joints, self.factor.len(), self.factor.columns());
         self.by_l.clear();
         self.by_l.resize(block.n_rows * m, T::default());
-        let mut c = [T::default(); super::MOST];
+        let mut c = [T::default(); super::MOST_COLUMNS];
         for (row, by_l) in self.by_l.chunks_exact_mut(m).enumerate() {
             let v = &block.v[row * n..(row + 1) * n];
-            transposed_times(self.factor.row(0, row), v, &mut c[..n]);
-            add_outer(by_l, sign, v, &c[..n]);
+            transposed_times(self.factor.row(0, row), v, &mut c[..columns]);
+            add_outer(by_l, sign, v, &c[..columns]);
         }
         self.by_q.clear();
         self.by_q.resize(block.n_rows * n, T::default());
@@ -130,53 +130,55 @@ impl<T: Real> StructuredLagrangian<T> {
 
     /// Writes p = H q̇ and ½ ∂_q(q̇ᵀ H q̇) − ∂_q V of every row, [row][joint].
     pub fn momentum(&mut self, parameters: &[T], block: &Block<T>, momentum: &mut [T], rate: &mut [T]) {
-        let n = block.n_joints;
         let e = &mut self.0;
+        let (n, columns) = (block.n_joints, e.factor.columns());
         e.factor.forward(&parameters[..e.n_mass], &block.features);
         e.by_q(parameters, block, T::of(-1.0));
-        let mut c = [T::default(); super::MOST];
+        let mut c = [T::default(); super::MOST_COLUMNS];
         for (row, momentum) in momentum.chunks_exact_mut(n).enumerate() {
             let part = row * n..(row + 1) * n;
             let l = e.factor.row(0, row);
-            transposed_times(l, &block.v[part.clone()], &mut c[..n]);
+            transposed_times(l, &block.v[part.clone()], &mut c[..columns]);
             for j in 0..n {
                 momentum[j] = e.diagonal[j] * block.v[part.start + j];
                 rate[part.start + j] = -e.by_q[part.start + j];
             }
-            add_times(l, &c[..n], momentum);
+            add_times(l, &c[..columns], momentum);
         }
     }
 }
 
 impl<T: Real> Term<T> for StructuredLagrangian<T> {
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
-        let n = block.n_joints;
         let e = &mut self.0;
+        let (n, columns) = (block.n_joints, e.factor.columns());
         let mass = &parameters[..e.n_mass];
         e.factor.forward(mass, &block.features);
         block.features_along(&block.v, &mut e.along);
         e.factor.push(mass, &e.along);
         e.by_q(parameters, block, T::of(-1.0));
-        let [mut sum, mut c, mut rate] = [[T::default(); super::MOST]; 3];
+        let [mut sum, mut c, mut rate] = [[T::default(); super::MOST_COLUMNS]; 3];
         for (row, tau) in out.chunks_exact_mut(n).enumerate() {
             let part = row * n..(row + 1) * n;
             let (v, a) = (&block.v[part.clone()], &block.a[part.clone()]);
             let (l, l_rate) = (e.factor.row(0, row), e.factor.row(1, row));
-            transposed_times(l, a, &mut sum[..n]);
-            transposed_times(l, v, &mut c[..n]);
-            transposed_times(l_rate, v, &mut rate[..n]);
+            transposed_times(l, a, &mut sum[..columns]);
+            transposed_times(l, v, &mut c[..columns]);
+            transposed_times(l_rate, v, &mut rate[..columns]);
+            for k in 0..columns {
+                sum[k] += rate[k];
+            }
             for j in 0..n {
-                sum[j] += rate[j];
                 tau[j] = e.by_q[part.start + j] + e.diagonal[j] * a[j];
             }
-            add_times(l, &sum[..n], tau);
-            add_times(l_rate, &c[..n], tau);
+            add_times(l, &sum[..columns], tau);
+            add_times(l_rate, &c[..columns], tau);
         }
     }
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
-        let (n, m) = (block.n_joints, packed(block.n_joints));
         let e = &mut self.0;
+        let (n, m, columns) = (block.n_joints, e.factor.len(), e.factor.columns());
         let (mass, potential) = parameters.split_at(e.n_mass);
         block.features_along(w, &mut e.along);
         e.factor.keep(2);
@@ -187,30 +189,31 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
         let (value, tangents) = e.by_l.split_at_mut(len);
         let (along_v, along_w) = tangents.split_at_mut(len);
         let one = T::of(1.0);
-        let [mut lw, mut la, mut lv, mut rate_w, mut rate_v, mut w_v] = [[T::default(); super::MOST]; 6];
+        let [mut lw, mut la, mut lv, mut rate_w, mut rate_v, mut w_v] =
+            [[T::default(); super::MOST_COLUMNS]; 6];
         for row in 0..block.n_rows {
             let part = row * n..(row + 1) * n;
             let (v, a, w) = (&block.v[part.clone()], &block.a[part.clone()], &w[part]);
             let [l, l_rate, l_w] = [0, 1, 2].map(|s| e.factor.row(s, row));
-            transposed_times(l, w, &mut lw[..n]);
-            transposed_times(l, a, &mut la[..n]);
-            transposed_times(l, v, &mut lv[..n]);
-            transposed_times(l_rate, w, &mut rate_w[..n]);
-            transposed_times(l_rate, v, &mut rate_v[..n]);
-            transposed_times(l_w, v, &mut w_v[..n]);
+            transposed_times(l, w, &mut lw[..columns]);
+            transposed_times(l, a, &mut la[..columns]);
+            transposed_times(l, v, &mut lv[..columns]);
+            transposed_times(l_rate, w, &mut rate_w[..columns]);
+            transposed_times(l_rate, v, &mut rate_v[..columns]);
+            transposed_times(l_w, v, &mut w_v[..columns]);
             let packed_row = row * m..(row + 1) * m;
             let by_l = &mut value[packed_row.clone()];
-            for j in 0..n {
-                la[j] += rate_v[j];
-                rate_w[j] -= w_v[j];
+            for k in 0..columns {
+                la[k] += rate_v[k];
+                rate_w[k] -= w_v[k];
             }
-            add_outer(by_l, one, w, &la[..n]);
-            add_outer(by_l, one, a, &lw[..n]);
-            add_outer(by_l, one, v, &rate_w[..n]);
+            add_outer(by_l, one, w, &la[..columns]);
+            add_outer(by_l, one, a, &lw[..columns]);
+            add_outer(by_l, one, v, &rate_w[..columns]);
             let by_rate = &mut along_v[packed_row.clone()];
-            add_outer(by_rate, one, w, &lv[..n]);
-            add_outer(by_rate, one, v, &lw[..n]);
-            add_outer(&mut along_w[packed_row], -one, v, &lv[..n]);
+            add_outer(by_rate, one, w, &lv[..columns]);
+            add_outer(by_rate, one, v, &lw[..columns]);
+            add_outer(&mut along_w[packed_row], -one, v, &lv[..columns]);
         }
         e.factor.reverse_parameters(mass, &e.by_l, into.from(0));
         e.potential.derivatives(potential, &e.along, into.from(e.n_mass));
@@ -230,28 +233,28 @@ impl<T: Real> StructuredHamiltonian<T> {
 
 impl<T: Real> Term<T> for StructuredHamiltonian<T> {
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
-        let n = block.n_joints;
         let e = &mut self.0;
+        let (n, columns) = (block.n_joints, e.factor.columns());
         e.factor.forward(&parameters[..e.n_mass], &block.features);
         e.by_q(parameters, block, T::of(1.0));
-        let mut c = [T::default(); super::MOST];
+        let mut c = [T::default(); super::MOST_COLUMNS];
         for (row, out) in out.chunks_exact_mut(2 * n).enumerate() {
             let part = row * n..(row + 1) * n;
             let p = &block.v[part.clone()];
             let l = e.factor.row(0, row);
-            transposed_times(l, p, &mut c[..n]);
+            transposed_times(l, p, &mut c[..columns]);
             let (tau, speed) = out.split_at_mut(n);
             for j in 0..n {
                 tau[j] = block.a[part.start + j] + e.by_q[part.start + j];
                 speed[j] = e.diagonal[j] * p[j];
             }
-            add_times(l, &c[..n], speed);
+            add_times(l, &c[..columns], speed);
         }
     }
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
-        let (n, m) = (block.n_joints, packed(block.n_joints));
         let e = &mut self.0;
+        let (n, m, columns) = (block.n_joints, e.factor.len(), e.factor.columns());
         let (mass, potential) = parameters.split_at(e.n_mass);
         let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
         block.features_along(&torques, &mut e.along);
@@ -262,21 +265,21 @@ impl<T: Real> Term<T> for StructuredHamiltonian<T> {
         e.by_l.resize(2 * len, T::default());
         let (value, along_w) = e.by_l.split_at_mut(len);
         let one = T::of(1.0);
-        let [mut c, mut c_w, mut c_u] = [[T::default(); super::MOST]; 3];
+        let [mut c, mut c_w, mut c_u] = [[T::default(); super::MOST_COLUMNS]; 3];
         for row in 0..block.n_rows {
             let p = &block.v[row * n..(row + 1) * n];
             let u = &w[row * 2 * n + n..(row + 1) * 2 * n];
             let (l, l_w) = (e.factor.row(0, row), e.factor.row(1, row));
-            transposed_times(l, p, &mut c[..n]);
-            transposed_times(l_w, p, &mut c_w[..n]);
-            transposed_times(l, u, &mut c_u[..n]);
-            for j in 0..n {
-                c_w[j] += c_u[j];
+            transposed_times(l, p, &mut c[..columns]);
+            transposed_times(l_w, p, &mut c_w[..columns]);
+            transposed_times(l, u, &mut c_u[..columns]);
+            for k in 0..columns {
+                c_w[k] += c_u[k];
             }
             let by_l = &mut value[row * m..(row + 1) * m];
-            add_outer(by_l, one, p, &c_w[..n]);
-            add_outer(by_l, one, u, &c[..n]);
-            add_outer(&mut along_w[row * m..(row + 1) * m], one, p, &c[..n]);
+            add_outer(by_l, one, p, &c_w[..columns]);
+            add_outer(by_l, one, u, &c[..columns]);
+            add_outer(&mut along_w[row * m..(row + 1) * m], one, p, &c[..columns]);
         }
         e.factor.reverse_parameters(mass, &e.by_l, into.from(0));
         e.potential.derivatives(potential, &e.along, into.from(e.n_mass));

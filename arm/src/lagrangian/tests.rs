@@ -26,6 +26,7 @@ fn shape(variant: Variant) -> NetworkShape {
         scales,
         lengths: vec![None, None, Some(0.5)],
         inputs: InputForm::SinesAndCosines,
+        squares: 0,
     }
 }
 
@@ -66,13 +67,18 @@ fn mass(shape: &NetworkShape, p: &[f64], q: &[f64], v: &[f64]) -> Vec<Vec<f64>> 
 #[test]
 fn torques_of_a_structured_lagrangian_follow_from_its_own_mass_matrix() {
     // τ = H q̈ + Ḣ q̇ − ½ ∂_q q̇ᵀ H q̇ + g with H and g read off at rest and differentiated by central differences.
-    let shape = shape(Variant::StructuredLagrangian);
-    let p = parameters(&shape);
+    for squares in [0, 3] {
+        follow_from_the_mass_matrix(&NetworkShape { squares, ..shape(Variant::StructuredLagrangian) });
+    }
+}
+
+fn follow_from_the_mass_matrix(shape: &NetworkShape) {
+    let p = parameters(shape);
     let (q, dq, ddq) = ([0.3, -0.8, 0.5], [0.7, 1.1, -0.6], [0.4, -1.2, 0.9]);
-    let tau = outputs(&shape, &p, [&q, &dq, &ddq]);
-    let gravity = outputs(&shape, &p, [&q, &[0.0; N], &[0.0; N]]);
+    let tau = outputs(shape, &p, [&q, &dq, &ddq]);
+    let gravity = outputs(shape, &p, [&q, &[0.0; N], &[0.0; N]]);
     let (h, tol) = (1e-5, 1e-8);
-    let mass_at = |q: &[f64]| mass(&shape, &p, q, &[0.0; N]);
+    let mass_at = |q: &[f64]| mass(shape, &p, q, &[0.0; N]);
     let here = mass_at(&q);
     let slopes: Vec<Vec<Vec<f64>>> = (0..N)
         .map(|k| {
@@ -92,7 +98,7 @@ fn torques_of_a_structured_lagrangian_follow_from_its_own_mass_matrix() {
         assert!((tau[i] - expected).abs() < tol, "joint {i}: {} {expected}", tau[i]);
     }
     // Energy is not created: a potential's torque does no work around a loop. Here: its curl vanishes.
-    let g = |q: &[f64]| outputs(&shape, &p, [q, &[0.0; N], &[0.0; N]]);
+    let g = |q: &[f64]| outputs(shape, &p, [q, &[0.0; N], &[0.0; N]]);
     for i in 0..N {
         for j in 0..i {
             let slope = |a: usize, b: usize| (g(&moved(&q, b, h))[a] - g(&moved(&q, b, -h))[a]) / (2.0 * h);
@@ -151,9 +157,9 @@ fn hamiltonians_conserve_energy_in_free_motion() {
 #[test]
 fn gradients_of_the_loss_are_those_of_differences() {
     let data = samples(7);
-    let forms = [InputForm::SinesAndCosines, InputForm::Products(3)];
-    for (variant, inputs) in Variant::ALL.into_iter().flat_map(|v| forms.map(|form| (v, form))) {
-        let shape = NetworkShape { inputs, ..shape(variant) };
+    let forms = [(InputForm::SinesAndCosines, 0), (InputForm::Products(3), 0), (InputForm::Products(2), 4)];
+    for (variant, (inputs, squares)) in Variant::ALL.into_iter().flat_map(|v| forms.map(|form| (v, form))) {
+        let shape = NetworkShape { inputs, squares, ..shape(variant) };
         shape.check().unwrap();
         let p = parameters(&shape);
         let mut objective = TorqueObjective::new(&shape, [&data, &data], Weights::InverseVariance, 0.3);
@@ -190,6 +196,15 @@ fn products_are_over_joints_that_differ_and_none_is_there_twice() {
 }
 
 #[test]
+fn squares_beyond_what_is_held_are_refused() {
+    let shape = NetworkShape { squares: 47, ..shape(Variant::Friction) };
+    assert_eq!(
+        shape.check().unwrap_err().to_string(),
+        "network: squares: expected 0 to 46 squares of 3 joints, got 47"
+    );
+}
+
+#[test]
 fn single_precision_agrees_with_double() {
     let data = samples(200);
     for variant in Variant::ALL {
@@ -213,8 +228,8 @@ fn single_precision_agrees_with_double() {
 
 #[test]
 fn learned_mass_matrices_are_positive_definite_for_any_parameters() {
-    let shape = shape(Variant::StructuredLagrangian);
-    for seed in 0..20 {
+    for (seed, squares) in (0..20).zip([0, 3].into_iter().cycle()) {
+        let shape = NetworkShape { squares, ..shape(Variant::StructuredLagrangian) };
         let p: Vec<f64> = shape.initial_parameters(seed).iter().map(|p| 5.0 * p).collect();
         let q = [0.1 * seed as f64, -0.3 * seed as f64, 0.2];
         let h = mass(&shape, &p, &q, &[0.0; N]);
@@ -247,8 +262,8 @@ fn samples_that_cannot_be_are_refused() {
 fn the_jacobian_of_the_residuals_gives_the_gradient_of_their_squares() {
     // 2 Jᵀr over the number of samples, with r from the outputs themselves; sums of some hundred numbers of order 1 in another order.
     for variant in Variant::ALL {
-        for inputs in [InputForm::SinesAndCosines, InputForm::Products(2)] {
-            let shape = NetworkShape { inputs, ..shape(variant) };
+        for (inputs, squares) in [(InputForm::SinesAndCosines, 0), (InputForm::Products(2), 3)] {
+            let shape = NetworkShape { inputs, squares, ..shape(variant) };
             let (p, samples, penalty) = (parameters(&shape), samples(9), 0.3);
             let rows: Vec<usize> = (0..9).collect();
             let mut objective =

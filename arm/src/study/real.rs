@@ -253,6 +253,7 @@ fn learned(
             scales: Scales::of(&training, variant),
             lengths: vec![None; all.n_joints],
             inputs: InputForm::SinesAndCosines,
+            squares: 0,
         };
         let state = folder.join(format!("{key}-{member}.state"));
         let mut progress = |training: &hysteron_learn::Progress| {

@@ -28,12 +28,14 @@ pub struct SimulatedStudy {
     pub trajectories: Vec<usize>,
     /// Speeds of the test, over that of training.
     pub speeds: Vec<f64>,
-    /// Units of every hidden layer.
-    pub hidden: Vec<usize>,
+    /// Units of every hidden layer; none for two layers of [`Variant::hidden_units`].
+    pub hidden: Option<Vec<usize>>,
     /// Between layers.
     pub activation: Activation,
     /// What networks see of the positions.
     pub inputs: InputForm,
+    /// Dense columns of the factor of a mass matrix, beside its triangle; an inverse mass matrix has none, for it is no sum of squares of products.
+    pub squares: usize,
     /// Whether networks see SI units, as published, or spreads.
     pub units: Units,
     /// How they are trained.
@@ -144,16 +146,20 @@ impl SimulatedStudy {
         let [training, validation] = split(all, seed);
         let scales = match self.units {
             Units::Si => Scales::ones(n),
-            Units::Spread => Scales::of(&training, variant),
+            Units::Spread if self.inputs == InputForm::SinesAndCosines => Scales::of(&training, variant),
+            Units::Spread => {
+                Scales::of(&training, variant).with_mean_inertia(&training, variant, self.inputs)
+            }
         };
         let shape = NetworkShape {
             variant,
-            hidden: self.hidden.clone(),
+            hidden: self.hidden.clone().unwrap_or_else(|| vec![variant.hidden_units(); 2]),
             activation: self.activation,
             epsilon: 1e-4,
             scales,
             lengths: vec![None; n],
             inputs: self.inputs,
+            squares: if variant == Variant::StructuredHamiltonian { 0 } else { self.squares },
         };
         let start = Instant::now();
         let found = train(&shape, [&training, &validation], &self.training, seed, session)?;
@@ -215,7 +221,7 @@ impl SimulatedStudy {
                     let name = name(*variant, count, seed);
                     let done = [rows.len(), total];
                     let identity = json!({
-                        "hidden": self.hidden, "inputs": self.inputs, "activation": self.activation, "units": self.units,
+                        "hidden": self.hidden, "inputs": self.inputs, "squares": self.squares, "activation": self.activation, "units": self.units,
                         "training": self.training, "speeds": self.speeds, "variant": variant, "seed": seed,
                         "trajectories": count,
                     });

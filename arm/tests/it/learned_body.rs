@@ -14,16 +14,19 @@ const N: usize = 3;
 /// Torques at (q, q̇) for a motion that is wanted.
 type Control<'a> = &'a mut dyn FnMut([&[f64]; 2], [&[f64]; 3], &mut [f64]);
 
+const INPUTS: InputForm = InputForm::Products(3);
+
 fn shape(variant: Variant, scales: Scales) -> NetworkShape {
     let lengths = vec![None; N];
     NetworkShape {
         variant,
-        hidden: vec![8; 2],
+        hidden: vec![4; 2],
         activation: Activation::Tanh,
         epsilon: 1e-4,
         scales,
         lengths,
-        inputs: InputForm::Products(2),
+        inputs: INPUTS,
+        squares: 6,
     }
 }
 
@@ -33,13 +36,15 @@ fn learned() -> LearnedDynamics {
     let (all, _) =
         sinusoids(&model, &Sinusoids { duration: 2.0, ..Sinusoids::published(60) }, 1, "learned body");
     let [training, validation]: [Samples; 2] = [all.select(0..50), all.select(50..60)];
-    let shape = shape(Variant::StructuredLagrangian, Scales::of(&training, Variant::StructuredLagrangian));
+    let variant = Variant::StructuredLagrangian;
+    let scales = Scales::of(&training, variant).with_mean_inertia(&training, variant, INPUTS);
+    let shape = shape(variant, scales);
     let options = TrainingOptions {
         polish: 60,
         polish_samples: 1500,
-        polish_by: Polish::LevenbergMarquardt { batch: 500 },
+        polish_by: Polish::LevenbergMarquardt { batch: 1500 },
         learning_rate: 5e-3,
-        ..TrainingOptions::normalised(20)
+        ..TrainingOptions::normalised(3)
     };
     let mut session = Session { file: None, progress: &mut |_| true };
     let found = train(&shape, [&training, &validation], &options, 1, &mut session).unwrap();

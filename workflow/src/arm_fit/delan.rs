@@ -71,6 +71,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         scales: Scales::of(&training, options.variant),
         lengths: vec![None; samples.n_joints],
         inputs: InputForm::SinesAndCosines,
+        squares: 0,
     };
     let training_options =
         TrainingOptions { polish: 0, learning_rate: 5e-3, ..TrainingOptions::normalised(options.epochs) };

@@ -90,13 +90,18 @@ fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
     let polish_by = match options.polish_by {
         Some(PolishName::Lbfgs) => Polish::Lbfgs,
         None if !is_simulated => Polish::Lbfgs,
-        _ => Polish::LevenbergMarquardt { batch: 1500 },
+        _ => Polish::LevenbergMarquardt { batch: CURVATURE_SAMPLES },
     };
     let mut training = if options.published {
         TrainingOptions::published(epochs)
     } else {
-        let polish = options.polish.unwrap_or(if is_simulated { 100 } else { 300 }) as usize;
-        TrainingOptions { polish, polish_by, learning_rate: 5e-3, ..TrainingOptions::normalised(epochs) }
+        let polish = options.polish.unwrap_or(if is_simulated { 150 } else { 300 }) as usize;
+        let normalised = TrainingOptions::normalised(epochs);
+        let polish_samples = match polish_by {
+            Polish::Lbfgs => normalised.polish_samples,
+            Polish::LevenbergMarquardt { batch } => batch,
+        };
+        TrainingOptions { polish, polish_by, polish_samples, learning_rate: 5e-3, ..normalised }
     };
     if let Some(rate) = options.learning_rate {
         if !(rate > 0.0 && rate < 1.0) {
@@ -111,17 +116,23 @@ fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
     Ok(training)
 }
 
+/// Units of a hidden layer, but of simulated arms.
+const UNITS: usize = 64;
+/// Samples that Levenberg and Marquardt's method fits, with the second derivatives of all of them: of a part of them they are too rough for its last,
+/// quadratically converging steps.
+const CURVATURE_SAMPLES: usize = 4000;
+
 /// Units of the hidden layers, and what stands between them.
-fn network(options: &Options) -> (Vec<usize>, Activation) {
+fn network(options: &Options) -> (Option<Vec<usize>>, Activation) {
     let is_simulated = options.set == SetName::Simulated && !options.published;
-    let hidden = options.hidden.unwrap_or(if is_simulated { 16 } else { 64 });
+    let hidden = options.hidden.map(|units| vec![units; 2]);
     let activation = match options.activation {
         Some(ActivationName::Relu) => Activation::Relu,
         Some(ActivationName::Tanh) => Activation::Tanh,
         None if is_simulated => Activation::Tanh,
         Some(ActivationName::Softplus) | None => Activation::Softplus,
     };
-    (vec![hidden; 2], activation)
+    (if is_simulated { hidden } else { hidden.or(Some(vec![UNITS; 2])) }, activation)
 }
 
 fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
@@ -131,6 +142,7 @@ fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
         0 => InputForm::SinesAndCosines,
         joints => InputForm::Products(joints),
     };
+    let squares = options.squares.unwrap_or(if is_simulated && !options.published { 6 } else { 0 }) as usize;
     let (hidden, activation) = network(options);
     if options.trajectories.iter().any(|n| *n < 2) {
         return Err(BadInput::new("--trajectories", "2 or more, for one validates", "1"));
@@ -143,6 +155,7 @@ fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
         hidden,
         activation,
         inputs,
+        squares,
         units: if options.published { Units::Si } else { Units::Spread },
         training: training(options)?,
     })
@@ -156,6 +169,7 @@ fn real(options: &Options) -> Result<RealOptions, BadInput> {
         );
     }
     let (hidden, activation) = network(options);
+    let hidden = hidden.unwrap_or_else(|| vec![UNITS; 2]);
     Ok(RealOptions {
         variants: if options.variants.is_empty() { variants.to_vec() } else { options.variants.clone() },
         members: options.seeds as u64,

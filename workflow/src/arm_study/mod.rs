@@ -39,7 +39,7 @@ pub struct Options {
     /// Trajectories of the simulated arm to learn from, one table for each
     #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = crate::number::count::<2000>))]
     pub trajectories: Vec<usize>,
-    /// Units of each of the two hidden layers [default: 64; simulated: 16]
+    /// Units of each of the two hidden layers [default: 64; simulated: 4 with squares, else 16, 24 of a black-box Hamiltonian]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
     pub hidden: Option<usize>,
     /// Between the layers [default: softplus; simulated: tanh]
@@ -49,13 +49,16 @@ pub struct Options {
     /// hidden layers; 0 for sines and cosines alone [default: 0; simulated: 3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::up_to::<4>))]
     pub products: Option<u32>,
+    /// Of simulated and characters: squares in the kinetic energy beyond one for each joint [default: 0; simulated: 6]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::up_to::<32>))]
+    pub squares: Option<u32>,
     /// Epochs of Adam at most [default: 300; simulated: 3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
     pub epochs: Option<usize>,
     /// What goes on after Adam, in double precision [default: lbfgs; simulated: levenberg-marquardt]
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub polish_by: Option<PolishName>,
-    /// Steps of it at most; 0 for none [default: 300; simulated: 100]
+    /// Steps of it at most; 0 for none [default: 300; simulated: 150]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::up_to::<100_000>))]
     pub polish: Option<u32>,
     /// Step size of Adam at the start [default: 0.005; published: 0.0001]
