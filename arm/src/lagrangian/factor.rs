@@ -6,10 +6,10 @@ use hysteron_learn::{Activation, ByParameters, Mlp, MlpTape, Real};
 /// ln(e − 1): the softplus of it is 1.
 const SHIFT: f64 = 0.541_324_854_612_918_1;
 
-/// L(q) = [T | D], n rows: T lower triangular, T_ij = d_i o_ij below the diagonal and d_i softplus(o_ii + shift) on it, from outputs o of a
-/// network, and any number of columns D_ik = d_i o_ik. Packed row by row, each with its part of T and then that of D.
+/// L(q) = [T | R], n rows: T lower triangular, T_ij = d_i o_ij below the diagonal and d_i softplus(o_ii + shift) on it, from outputs o of a
+/// network, and any number of columns R_ik = d_i o_ik. Packed row by row, each with its part of T and then that of R.
 ///
-/// Every column of D is one more square in the kinetic energy ½ |Lᵀ q̇|². That of a rigid body is a sum of such squares, of the components of
+/// Every column of R is one more square in the kinetic energy ½ |Lᵀ q̇|². That of a rigid body is a sum of such squares, of the components of
 /// its bodies' velocities, whose entries are sums of products of sines and cosines; those of its Cholesky factor are not.
 #[derive(Debug)]
 pub(crate) struct Factor<T> {

@@ -133,8 +133,9 @@ impl Scales {
         }
     }
 
-    /// Standard deviations of these samples.
-    pub fn of(samples: &Samples, variant: Variant) -> Self {
+    /// Standard deviations of these samples; with products as inputs the mean mass matrix gives the scale of its factor, for spreads make that much too
+    /// large on an arm whose gravity is large beside its inertia.
+    pub fn of(samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
         let floor = |values: Vec<f64>| values.into_iter().map(|v| v.max(1e-9)).collect::<Vec<_>>();
         let torques = floor(samples.deviations(&samples.tau));
         let accelerations = floor(samples.deviations(&samples.ddq));
@@ -145,13 +146,16 @@ impl Scales {
             (floor(samples.deviations(&samples.dq)), ratio.collect())
         };
         let energy = torques.iter().copied().fold(0.0, f64::max);
-        Self { speeds, accelerations, torques, factor, energy }
+        let spreads = Self { speeds, accelerations, torques, factor, energy };
+        match inputs {
+            InputForm::SinesAndCosines => spreads,
+            InputForm::Products(_) => spreads.with_mean_inertia(samples, variant, inputs),
+        }
     }
 
-    /// The same with d_i = √h_ii, where h is the mean mass matrix: the slopes of τ on q̈ in a regression on q̈ and on the features of `inputs`, which
-    /// take gravity away. Spreads alone make d too large on an arm whose gravity is large beside its inertia. A slope that is not positive leaves d_i as
-    /// it was.
-    pub fn with_mean_inertia(mut self, samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
+    /// d_i = √h_ii, where h is the mean mass matrix: the slopes of τ on q̈ in a regression on q̈ and on the features of `inputs`, which take gravity away.
+    /// A slope that is not positive leaves d_i as it was.
+    fn with_mean_inertia(mut self, samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
         let n = samples.n_joints;
         let mut block = Block::<f64>::new(inputs.features(vec![Coordinate::Angle; n]));
         let width = 1 + block.n_features() + n;
@@ -218,6 +222,11 @@ pub enum InputForm {
 }
 
 impl InputForm {
+    /// Products over up to so many joints; sines and cosines alone of none.
+    pub fn of(joints: usize) -> Self {
+        if joints == 0 { Self::SinesAndCosines } else { Self::Products(joints) }
+    }
+
     fn features(self, coordinates: Vec<Coordinate>) -> Features {
         let degree = match self {
             Self::SinesAndCosines => 1,

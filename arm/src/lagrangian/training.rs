@@ -9,6 +9,9 @@ use serde_json::{Value, json};
 
 use super::{NetworkShape, Samples, TorqueObjective, Weights};
 
+/// Samples that Levenberg and Marquardt's method fits.
+const CURVATURE_SAMPLES: usize = 4000;
+
 /// How a model is trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrainingOptions {
@@ -92,6 +95,13 @@ impl TrainingOptions {
             polish_samples: 8000,
             ..Self::published(epochs)
         }
+    }
+
+    /// The same with Levenberg and Marquardt's method for the last digits, on fewer samples and with the second derivatives of all of them: of a part of
+    /// them they are too rough for its last, quadratically converging steps.
+    pub fn with_levenberg_marquardt(self) -> Self {
+        let polish_samples = CURVATURE_SAMPLES;
+        Self { polish_samples, polish_by: Polish::LevenbergMarquardt { batch: polish_samples }, ..self }
     }
 
     fn schedule(&self) -> Schedule {

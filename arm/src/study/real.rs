@@ -250,7 +250,7 @@ fn learned(
             hidden: options.hidden.clone(),
             activation: options.activation,
             epsilon: 1e-4,
-            scales: Scales::of(&training, variant),
+            scales: Scales::of(&training, variant, InputForm::SinesAndCosines),
             lengths: vec![None; all.n_joints],
             inputs: InputForm::SinesAndCosines,
             squares: 0,

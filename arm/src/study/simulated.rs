@@ -146,10 +146,7 @@ impl SimulatedStudy {
         let [training, validation] = split(all, seed);
         let scales = match self.units {
             Units::Si => Scales::ones(n),
-            Units::Spread if self.inputs == InputForm::SinesAndCosines => Scales::of(&training, variant),
-            Units::Spread => {
-                Scales::of(&training, variant).with_mean_inertia(&training, variant, self.inputs)
-            }
+            Units::Spread => Scales::of(&training, variant, self.inputs),
         };
         let shape = NetworkShape {
             variant,

@@ -19,7 +19,7 @@ fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
         hidden: vec![hidden; 2],
         activation: Activation::Softplus,
         epsilon: 1e-4,
-        scales: Scales::of(training, variant),
+        scales: Scales::of(training, variant, InputForm::SinesAndCosines),
         lengths: vec![None; training.n_joints],
         inputs: InputForm::SinesAndCosines,
         squares: 0,
@@ -72,7 +72,7 @@ fn polished(squares: usize) -> [f64; 2] {
     let shape = NetworkShape {
         hidden: vec![2, 2],
         activation: Activation::Tanh,
-        scales: Scales::of(&training, variant).with_mean_inertia(&training, variant, inputs),
+        scales: Scales::of(&training, variant, inputs),
         inputs,
         squares,
         ..shape(variant, &training, 2)
@@ -111,9 +111,8 @@ fn the_scale_of_a_mass_matrix_is_that_of_its_diagonal() {
         (0..3).for_each(|i| range[i] = [range[i][0].min(h[4 * i]), range[i][1].max(h[4 * i])]);
     }
     for (variant, power) in [(Variant::StructuredLagrangian, 2), (Variant::StructuredHamiltonian, -2)] {
-        let scales = Scales::of(&samples, variant);
-        let found = scales.clone().with_mean_inertia(&samples, variant, InputForm::Products(3));
-        for ((d, spread), [low, high]) in found.factor.iter().zip(&scales.factor).zip(range) {
+        let [spreads, found] = [0, 3].map(|joints| Scales::of(&samples, variant, InputForm::of(joints)));
+        for ((d, spread), [low, high]) in found.factor.iter().zip(&spreads.factor).zip(range) {
             // A regression that takes H for constant: of its order.
             assert!((low / 2.0..2.0 * high).contains(&d.powi(power)), "{d} {low} {high}");
             // Gravity makes what spreads say too large.

@@ -37,7 +37,7 @@ fn learned() -> LearnedDynamics {
         sinusoids(&model, &Sinusoids { duration: 2.0, ..Sinusoids::published(60) }, 1, "learned body");
     let [training, validation]: [Samples; 2] = [all.select(0..50), all.select(50..60)];
     let variant = Variant::StructuredLagrangian;
-    let scales = Scales::of(&training, variant).with_mean_inertia(&training, variant, INPUTS);
+    let scales = Scales::of(&training, variant, INPUTS);
     let shape = shape(variant, scales);
     let options = TrainingOptions {
         polish: 60,

@@ -29,9 +29,18 @@ pub struct Options {
     /// Units of each of the two hidden layers
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
     pub hidden: usize,
+    /// The network sees products of the sines and cosines of up to so many joints, with a linear path past its hidden layers; 0 for sines and cosines alone
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::number::up_to::<4>))]
+    pub products: u32,
+    /// Squares in the kinetic energy beyond one for each joint; of a chain of turning joints two, or six out of a plane, for each hold it exactly, with --products
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::number::up_to::<32>))]
+    pub squares: u32,
     /// Epochs of Adam at most
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200, value_parser = crate::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
     pub epochs: usize,
+    /// Steps of Levenberg and Marquardt's method after Adam at most, in double precision; for up to 8000 parameters
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::number::up_to::<100_000>))]
+    pub polish: u32,
     /// Velocities above this are noise, where accelerations are differences of them
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
     pub cutoff: f64,
@@ -63,22 +72,32 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let n = samples.trajectories.len();
     let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);
     let (training, validation) = (samples.select(pick(false)), samples.select(pick(true)));
+    let inputs = InputForm::of(options.products as usize);
     let shape = NetworkShape {
         variant: options.variant,
         hidden: vec![options.hidden; 2],
         activation: Activation::Softplus,
         epsilon: 1e-4,
-        scales: Scales::of(&training, options.variant),
+        scales: Scales::of(&training, options.variant, inputs),
         lengths: vec![None; samples.n_joints],
-        inputs: InputForm::SinesAndCosines,
-        squares: 0,
+        inputs,
+        squares: options.squares as usize,
     };
-    let training_options =
-        TrainingOptions { polish: 0, learning_rate: 5e-3, ..TrainingOptions::normalised(options.epochs) };
-    let bar = caller.progress("epochs", options.epochs, 0);
+    let training_options = TrainingOptions {
+        polish: options.polish as usize,
+        learning_rate: 5e-3,
+        ..TrainingOptions::normalised(options.epochs).with_levenberg_marquardt()
+    };
+    let bar = caller.progress("epochs", options.epochs + options.polish as usize, 0);
+    let (mut last, mut before) = (0, 0);
     let mut listener = |p: &Progress| {
         if let Progress::Epoch(epoch) = p {
-            bar.set_position(epoch.number as u64);
+            // What follows Adam counts from one again.
+            if epoch.number < last {
+                before = options.epochs;
+            }
+            last = epoch.number;
+            bar.set_position((before + epoch.number) as u64);
             bar.set_message(format!("error {:.3}", epoch.best));
         }
         !caller.is_cancelled()
@@ -89,16 +108,18 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let names: Vec<String> = options.recordings.iter().map(|path| path.display().to_string()).collect();
     let details = json!({
         "recordings": names, "seed": options.seed, "options": training_options, "validation": found.validation,
-        "epochs": found.steps[0], "cutoff_hz": options.cutoff, "command": caller.command,
+        "epochs": found.steps[0], "steps": found.steps[1], "cutoff_hz": options.cutoff, "command": caller.command,
     });
     let model = LearnedDynamics { shape, parameters: found.parameters, details };
     model.write(&options.out)?;
     unfinished.end(found.is_finished, caller)?;
     caller.say(format_args!(
-        "error on what was not trained on: {:.4} of the torques' spread, after {} epochs",
-        found.validation, found.steps[0]
+        "error on what was not trained on: {:.3e} of the torques' spread, after {} epochs and {} steps",
+        found.validation, found.steps[0], found.steps[1]
     ));
-    Ok(json!({ "validation": found.validation, "epochs": found.steps[0], "model": options.out }))
+    Ok(
+        json!({ "validation": found.validation, "epochs": found.steps[0], "steps": found.steps[1], "model": options.out }),
+    )
 }
 
 /// Samples of all recordings; a single one counts as several.

@@ -30,6 +30,9 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> delan::Options {
         out,
         variant: Variant::StructuredLagrangian,
         hidden: 8,
+        products: 0,
+        squares: 0,
+        polish: 0,
         epochs: 60,
         cutoff: 10.0,
         seed: 1,
@@ -86,6 +89,21 @@ fn recordings_that_nothing_can_be_learned_from_are_refused_one_by_one() {
         "{bad}"
     );
     assert!(!out.exists());
+}
+
+#[test]
+fn squares_and_a_second_order_method_find_digits_that_adam_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = write(folder.path(), "good.csv", &text(2000, |_, _| ()));
+    let fitted = |name: &str, products: u32, squares: u32, polish: u32| {
+        let plain = options(vec![recording.clone()], folder.path().join(name));
+        let options = delan::Options { products, squares, polish, ..plain };
+        let found = delan::run(&options, &Caller::silent("test")).unwrap();
+        assert_eq!(found["steps"].as_u64().unwrap() > 0, polish > 0, "{found}");
+        found["validation"].as_f64().unwrap()
+    };
+    let (rough, fine) = (fitted("rough.safetensors", 0, 0, 0), fitted("fine.safetensors", 2, 4, 40));
+    assert!(fine < 0.5 * rough, "{fine} {rough}");
 }
 
 #[test]

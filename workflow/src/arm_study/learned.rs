@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_arm::Model;
 use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
-use hysteron_arm::lagrangian::{InputForm, Polish, TrainingOptions, Variant};
+use hysteron_arm::lagrangian::{InputForm, TrainingOptions, Variant};
 use hysteron_arm::study::{
     Listener, RealOptions, SimulatedStudy, Units, characters_study, real_study, simulated_study,
 };
@@ -87,21 +87,18 @@ fn data(options: &Options) -> Result<&Path, BadInput> {
 fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
     let is_simulated = options.set == SetName::Simulated && !options.published;
     let epochs = options.epochs.unwrap_or(if is_simulated { 3 } else { 300 });
-    let polish_by = match options.polish_by {
-        Some(PolishName::Lbfgs) => Polish::Lbfgs,
-        None if !is_simulated => Polish::Lbfgs,
-        _ => Polish::LevenbergMarquardt { batch: CURVATURE_SAMPLES },
-    };
+    let by_default = if is_simulated { PolishName::LevenbergMarquardt } else { PolishName::Lbfgs };
+    let polish_by = options.polish_by.unwrap_or(by_default);
     let mut training = if options.published {
         TrainingOptions::published(epochs)
     } else {
         let polish = options.polish.unwrap_or(if is_simulated { 150 } else { 300 }) as usize;
         let normalised = TrainingOptions::normalised(epochs);
-        let polish_samples = match polish_by {
-            Polish::Lbfgs => normalised.polish_samples,
-            Polish::LevenbergMarquardt { batch } => batch,
+        let normalised = match polish_by {
+            PolishName::Lbfgs => normalised,
+            PolishName::LevenbergMarquardt => normalised.with_levenberg_marquardt(),
         };
-        TrainingOptions { polish, polish_by, polish_samples, learning_rate: 5e-3, ..normalised }
+        TrainingOptions { polish, learning_rate: 5e-3, ..normalised }
     };
     if let Some(rate) = options.learning_rate {
         if !(rate > 0.0 && rate < 1.0) {
@@ -118,9 +115,6 @@ fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
 
 /// Units of a hidden layer, but of simulated arms.
 const UNITS: usize = 64;
-/// Samples that Levenberg and Marquardt's method fits, with the second derivatives of all of them: of a part of them they are too rough for its last,
-/// quadratically converging steps.
-const CURVATURE_SAMPLES: usize = 4000;
 
 /// Units of the hidden layers, and what stands between them.
 fn network(options: &Options) -> (Option<Vec<usize>>, Activation) {
@@ -138,10 +132,7 @@ fn network(options: &Options) -> (Option<Vec<usize>>, Activation) {
 fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
     let is_simulated = options.set == SetName::Simulated;
     let products = options.products.unwrap_or(if is_simulated && !options.published { 3 } else { 0 });
-    let inputs = match products as usize {
-        0 => InputForm::SinesAndCosines,
-        joints => InputForm::Products(joints),
-    };
+    let inputs = InputForm::of(products as usize);
     let squares = options.squares.unwrap_or(if is_simulated && !options.published { 6 } else { 0 }) as usize;
     let (hidden, activation) = network(options);
     if options.trajectories.iter().any(|n| *n < 2) {
