@@ -58,7 +58,7 @@ impl Session<'_> {
         self.take_poses();
         self.hardware.take_events(&mut self.events);
         match self.check_standstill(late).and_then(|()| self.check()) {
-            Err(Stop::Limit(Violation { shutdown: ShutdownAction::ToRest, .. })) if self.is_retreating => {
+            Err(Stop::Limit(Violation { shutdown: ShutdownAction::ToRest, .. })) if self.is_going_to_rest => {
                 Ok(())
             }
             checked => checked,

@@ -155,7 +155,7 @@ pub struct Session<'a> {
     stats: RunStats,
     torque: Torque,
     /// On the way back to rest after a limit was passed: only what must let go at once still counts.
-    is_retreating: bool,
+    is_going_to_rest: bool,
 }
 
 impl std::fmt::Debug for Session<'_> {
@@ -208,7 +208,7 @@ impl<'a> Session<'a> {
             last_tracked: now,
             events: Vec::new(),
             stats: RunStats::new(1.0 / rate),
-            is_retreating: false,
+            is_going_to_rest: false,
             torque: Torque::On, // if switching fails half-way, too
             period: 1.0 / rate,
             next: now,
@@ -317,7 +317,7 @@ impl<'a> Session<'a> {
         if self.torque == Torque::On {
             // On the way back the tip may still be out of sight or bounds: what must not be passed at once is what
             // counts.
-            self.is_retreating = true;
+            self.is_going_to_rest = true;
             let rest = vec![0.0; self.commanded.len()];
             if let Err(stop) = self.move_to(&rest, SETTLE, &|| false, watch) {
                 self.say("the way back to rest was cut short");

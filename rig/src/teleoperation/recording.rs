@@ -142,7 +142,7 @@ impl<'a> ArmsRecording<'a> {
         let was_interrupted =
             matches!(halted, Some(Halt::Asked)) && (seconds.is_some() || self.start.is_none());
         if !matches!(halted, Some(Halt::Unsafe(_)))
-            && let Err(halt) = session.retreat()
+            && let Err(halt) = session.go_to_rest()
         {
             // What went wrong first.
             halted = match halted {

@@ -124,7 +124,7 @@ impl<'a> Session<'a> {
     }
 
     /// Goes to rest, if nothing forbids that.
-    pub fn retreat(&mut self) -> std::result::Result<(), Halt> {
+    pub fn go_to_rest(&mut self) -> std::result::Result<(), Halt> {
         self.say("going to rest");
         let rest: Vec<f64> = self.arms.config.joints.iter().map(|joint| joint.rest).collect();
         while self.goals != rest {

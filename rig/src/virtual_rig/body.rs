@@ -59,8 +59,8 @@ pub(crate) struct Body {
     pub(super) elastic: Vec<f64>,
     /// First segment outside of the body, the others one per section.
     pub(crate) tendons: Vec<Tendon>,
-    /// Tendon wound at the pulleys in the last step (n_tendons) [m].
-    pub(crate) wound: Vec<f64>,
+    /// Strokes less slack in the last step (n_tendons) [m].
+    pub(crate) pulled: Vec<f64>,
     /// Work that creep has turned into heat so far [J].
     pub(crate) creep_heat: f64,
     /// Stiffness of each section per strain: of rotations [N m], of stretch [N m] (n_sections).
@@ -159,7 +159,7 @@ impl Body {
             last_strains: strains.clone(),
             last_step: 0.0,
             elastic: vec![0.0; 4 * n * spec.prony.n_terms()],
-            wound: vec![0.0; tendons.len()],
+            pulled: vec![0.0; tendons.len()],
             creep_heat: 0.0,
             tendons,
             strains,
@@ -201,11 +201,11 @@ impl Body {
         (quaternion(&orientation), apply(&to_robot, p))
     }
 
-    /// Lengths, wraps, tensions and the residual at the trial strains, for the wound tendon given; returns its norm
+    /// Lengths, wraps, tensions and the residual at the trial strains, for strokes less slack; returns its norm
     /// [√J].
     ///
     /// The residual is divided by the root of each stiffness; a unit of it is a root of energy.
-    pub(super) fn evaluate(&mut self, wound: &[f64]) -> f64 {
+    pub(super) fn evaluate(&mut self, pulled: &[f64]) -> f64 {
         self.place(false);
         self.measure_tendons();
         let n_tendons = self.tendons.len();
@@ -213,7 +213,7 @@ impl Body {
         let Workspace { trials, lengths, wraps, segments, residual, prony, trial_strains, .. } =
             &mut self.work;
         for (k, tendon) in self.tendons.iter().enumerate() {
-            tendon.solve(&lengths[k], &wraps[k], wound[k], &mut trials[k]);
+            tendon.solve(&lengths[k], &wraps[k], pulled[k], &mut trials[k]);
         }
         for s in 0..self.spec.n_sections {
             for a in 0..4 {
@@ -446,7 +446,7 @@ impl Body {
     }
 
     /// Makes the trial strains the present ones, after a step of `h` [s].
-    pub(super) fn commit(&mut self, wound: &[f64], h: f64) {
+    pub(super) fn commit(&mut self, pulled: &[f64], h: f64) {
         let n_terms = self.spec.prony.n_terms();
         for s in 0..self.spec.n_sections {
             for a in 0..4 {
@@ -464,7 +464,7 @@ impl Body {
         self.last_strains.copy_from_slice(&self.strains);
         self.last_step = h;
         self.strains.copy_from_slice(&self.work.trial_strains);
-        self.wound.copy_from_slice(wound);
+        self.pulled.copy_from_slice(pulled);
         for (tendon, trial) in self.tendons.iter_mut().zip(&self.work.trials) {
             tendon.commit(trial);
         }

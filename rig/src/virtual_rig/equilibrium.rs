@@ -28,22 +28,22 @@ pub(crate) struct StepReport {
 }
 
 impl Body {
-    /// Takes the body to the wound tendons `wound` (n_tendons) [m] over `h` [s].
+    /// Takes the body to the strokes less slack `pulled` (n_tendons) [m] over `h` [s].
     ///
     /// A step that does not converge is divided; a part that never does leaves the best state found, and is counted.
-    pub(crate) fn step(&mut self, wound: &[f64], h: f64) -> StepReport {
+    pub(crate) fn step(&mut self, pulled: &[f64], h: f64) -> StepReport {
         let mut report = StepReport::default();
-        if !(wound.iter().all(|wound| wound.is_finite()) && h >= 0.0) {
+        if !(pulled.iter().all(|pulled| pulled.is_finite()) && h >= 0.0) {
             return StepReport { failures: 1, ..report };
         }
-        if self.newton(wound, h, Patience::Full, &mut report) {
-            self.commit(wound, h);
+        if self.newton(pulled, h, Patience::Full, &mut report) {
+            self.commit(pulled, h);
             return report;
         }
         for splits in 1..=MOST_SPLITS {
             let n = 1usize << splits;
             let is_last = splits == MOST_SPLITS;
-            if self.divided(wound, h, n, is_last, &mut report) {
+            if self.divided(pulled, h, n, is_last, &mut report) {
                 break;
             }
         }
@@ -51,14 +51,14 @@ impl Body {
     }
 
     /// The step in `n` parts; stops at the first failure unless it is the last try.
-    fn divided(&mut self, wound: &[f64], h: f64, n: usize, is_last: bool, report: &mut StepReport) -> bool {
+    fn divided(&mut self, pulled: &[f64], h: f64, n: usize, is_last: bool, report: &mut StepReport) -> bool {
         let saved = if is_last { None } else { Some(self.clone()) };
-        let start = self.wound.clone();
+        let start = self.pulled.clone();
         let mut part = start.clone();
         for i in 1..=n {
             let share = i as f64 / n as f64;
             for k in 0..part.len() {
-                part[k] = start[k] + share * (wound[k] - start[k]);
+                part[k] = start[k] + share * (pulled[k] - start[k]);
             }
             let patience = if is_last { Patience::Last } else { Patience::Full };
             if self.newton(&part, h / n as f64, patience, report) {
@@ -76,18 +76,18 @@ impl Body {
     }
 
     /// Newton's method; true where the trial state is balanced.
-    fn newton(&mut self, wound: &[f64], h: f64, patience: Patience, report: &mut StepReport) -> bool {
+    fn newton(&mut self, pulled: &[f64], h: f64, patience: Patience, report: &mut StepReport) -> bool {
         if self.work.prony_step != h {
             self.spec.prony.step_into(h, &mut self.work.prony);
             self.work.prony_step = h;
         }
         let unit = self.stiffness.iter().flatten().copied().fold(f64::INFINITY, f64::min).sqrt();
         self.predict(h);
-        let mut norm = self.evaluate(wound);
+        let mut norm = self.evaluate(pulled);
         report.evaluations += 1;
         if !norm.is_finite() {
             self.restore();
-            norm = self.evaluate(wound);
+            norm = self.evaluate(pulled);
         }
         for _ in 0..MOST_ITERATIONS {
             if norm <= ACCURACY * unit {
@@ -105,7 +105,7 @@ impl Body {
             self.work.direction.copy_from_slice(&self.work.residual);
             self.work.lu.solve(&mut self.work.direction);
             let most_halvings = if is_fresh { MOST_HALVINGS } else { 1 };
-            let next = self.search(wound, norm, most_halvings, report);
+            let next = self.search(pulled, norm, most_halvings, report);
             // An old factor is kept while it serves, a new one only if it serves at once.
             self.work.has_factor = self.use_of_factor != Factors::AlwaysNew
                 && next.is_some_and(|next| next <= KEPT_BELOW * norm);
@@ -115,7 +115,7 @@ impl Body {
                 None => {
                     // Back to where the old factor led astray.
                     self.work.trial_strains.copy_from_slice(&self.work.best_strains);
-                    norm = self.evaluate(wound);
+                    norm = self.evaluate(pulled);
                     report.evaluations += 1;
                 }
             }
@@ -139,7 +139,7 @@ impl Body {
     /// Goes along the direction as far as the residual falls; its norm there, or `None` where it does not fall.
     fn search(
         &mut self,
-        wound: &[f64],
+        pulled: &[f64],
         norm: f64,
         most_halvings: usize,
         report: &mut StepReport,
@@ -160,7 +160,7 @@ impl Body {
                     strain[a] = self.work.best_strains[s][a] - part * step;
                 }
             }
-            let next = self.evaluate(wound);
+            let next = self.evaluate(pulled);
             report.evaluations += 1;
             if next < norm * (1.0 - 1e-4 * part) {
                 return Some(next);

@@ -72,7 +72,7 @@ struct Robot {
     /// By how much more each tendon is pulled from the next day on (n_servos) [m].
     zero_errors: Vec<f64>,
     /// Scratch (n_servos) [m].
-    wound: Vec<f64>,
+    pulled: Vec<f64>,
     /// Truth at the last balance.
     tip: Pose,
     counts: BalanceCounts,
@@ -247,7 +247,7 @@ impl World {
         self.robot.as_ref().map_or(0.0, |robot| robot.body.tendons[k].tensions[0])
     }
 
-    /// Tendon `k` wound since power-on [m].
+    /// Stroke of tendon `k` since power-on [m].
     pub fn stroke(&self, k: usize) -> f64 {
         self.robot.as_ref().map_or(0.0, |robot| robot.plays[k].output)
     }
@@ -318,9 +318,9 @@ impl Robot {
         let all = tendons.angles.iter().map(|_| Tendon::of_valid(spec.clone())).collect();
         let mut body = Body::new(spec_of_body, all);
         let mut counts = BalanceCounts::default();
-        let wound: Vec<f64> = tendons.slack.iter().map(|slack| -slack).collect();
+        let pulled: Vec<f64> = tendons.slack.iter().map(|slack| -slack).collect();
         // So long ago that all creep from gravity and pretension is over.
-        counts.add(body.step(&wound, 1e6));
+        counts.add(body.step(&pulled, 1e6));
         let (orientation, position) = body.tip();
         Self {
             body,
@@ -336,7 +336,7 @@ impl Robot {
             plays: vec![Play::new(tendons.play, 0.0); tendons.slack.len()],
             slack: tendons.slack.clone(),
             zero_errors: tendons.zero_errors.clone(),
-            wound,
+            pulled,
             tip: Pose { time: 0.0, position, orientation, quality: Quality::Good },
             counts,
         }
@@ -351,10 +351,10 @@ impl Robot {
     fn balance(&mut self, servos: &[Servo], time: f64) {
         for (k, servo) in servos.iter().enumerate() {
             let turned = self.arms[k] * (servo.state.angle - self.zeros[k]);
-            self.wound[k] = self.plays[k].follow(turned) - self.slack[k];
+            self.pulled[k] = self.plays[k].follow(turned) - self.slack[k];
         }
         let step = time - self.tip.time;
-        let report = self.body.step(&self.wound, step);
+        let report = self.body.step(&self.pulled, step);
         self.counts.add(report);
         let (orientation, position) = self.body.tip();
         let before = self.tip;

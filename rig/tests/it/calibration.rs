@@ -50,9 +50,9 @@ fn zeros_lie_where_the_tendons_carry_their_pretension() {
         let found = found.unwrap();
         assert!(!has_torque(&mut hardware));
         for (k, channel) in found.channels.iter().enumerate() {
-            let wound = -channel.stroke(stood[k]);
+            let stroke = -channel.stroke(stood[k]);
             let expected = tendons.slack[k] + 0.5 * tendons.play + give;
-            assert!((wound - expected).abs() < tolerance, "tendon {k}: {wound} m, expected {expected} m");
+            assert!((stroke - expected).abs() < tolerance, "tendon {k}: {stroke} m, expected {expected} m");
             // The slack ends before the zero, and no further than all that gives.
             assert!(channel.slack_end < 0.0 && channel.slack_end > -2.0 * give, "{channel:?}");
         }

@@ -24,24 +24,24 @@ fn heat(body: &Body) -> f64 {
 /// Random strokes, passed through in `n` steps between each two; imbalance over the heat, and the heat [J].
 fn run(n: usize) -> (f64, f64) {
     let mut body = body(full(), 0.2, 0.05);
-    let mut wound = [0.0; 4];
-    body.step(&wound, 1e3);
+    let mut pulled = [0.0; 4];
+    body.step(&pulled, 1e3);
     let mut rng = rng(11, "virtual-rig/test/energy");
     let (mut work, before) = (0.0, (body.stored_energy(), heat(&body)));
     for _ in 0..12 {
         let goal: [f64; 4] = std::array::from_fn(|_| rng.random_range(-2e-3..7e-3));
-        let start = wound;
+        let start = pulled;
         for i in 1..=n {
             let tensions: Vec<f64> = body.tendons.iter().map(|tendon| tendon.tensions[0]).collect();
             let heats: Vec<f64> = body.tendons.iter().map(|tendon| tendon.dissipated).collect();
-            let last = wound;
+            let last = pulled;
             for k in 0..4 {
-                wound[k] = start[k] + (goal[k] - start[k]) * i as f64 / n as f64;
+                pulled[k] = start[k] + (goal[k] - start[k]) * i as f64 / n as f64;
             }
-            let report = body.step(&wound, 1.0 / n as f64);
+            let report = body.step(&pulled, 1.0 / n as f64);
             assert_eq!(report.failures, 0);
             for (k, tendon) in body.tendons.iter().enumerate() {
-                work += 0.5 * (tensions[k] + tendon.tensions[0]) * (wound[k] - last[k]);
+                work += 0.5 * (tensions[k] + tendon.tensions[0]) * (pulled[k] - last[k]);
                 assert!(
                     tendon.dissipated >= heats[k] - 1e-14,
                     "a guide gave {}",
@@ -90,9 +90,9 @@ fn any_command_leaves_a_finite_body() {
         let mut body = body(full(), friction, 0.02);
         for _ in 0..400 {
             // Jumps of a centimetre and more, any duration.
-            let wound: [f64; 4] = std::array::from_fn(|_| rng.random_range(-20e-3..20e-3));
+            let pulled: [f64; 4] = std::array::from_fn(|_| rng.random_range(-20e-3..20e-3));
             let h = 10f64.powf(rng.random_range(-4.0..2.0));
-            failures += body.step(&wound, h).failures;
+            failures += body.step(&pulled, h).failures;
             let (q, p) = body.tip();
             assert!(p.iter().chain(&q).all(|x| x.is_finite()) && p.iter().all(|x| x.abs() < 0.2), "{p:?}");
             assert!(body.tendons.iter().all(|tendon| tendon.tensions.iter().all(|t| *t >= 0.0)));

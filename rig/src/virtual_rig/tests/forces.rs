@@ -34,21 +34,21 @@ fn scaled(body: &Body, a: usize) -> f64 {
 #[test]
 fn residual_is_the_derivative_of_the_energy() {
     for amplitude in [0.1, 0.6] {
-        let (mut body, wound) = loaded(amplitude);
+        let (mut body, pulled) = loaded(amplitude);
         body.spec.prony.weights.clear();
         body.spec.prony.times.clear();
         body.work.prony_step = f64::NAN;
         body.spec.prony.step_into(0.01, &mut body.work.prony);
-        body.evaluate(&wound);
+        body.evaluate(&pulled);
         let (at, residual) = (body.work.trial_strains.clone(), body.work.residual.clone());
         let h = 1e-6;
         let mut energy = |s: usize, a: usize, sign: f64| {
             body.work.trial_strains.copy_from_slice(&at);
             body.work.trial_strains[s][a] += sign * h;
-            body.evaluate(&wound);
+            body.evaluate(&pulled);
             // The energy of the trial state, through a copy that has committed it.
             let mut copy = body.clone();
-            copy.commit(&wound, 0.01);
+            copy.commit(&pulled, 0.01);
             copy.stored_energy()
         };
         for s in 0..8 {
@@ -65,9 +65,9 @@ fn residual_is_the_derivative_of_the_energy() {
 
 #[test]
 fn tangent_is_close_to_the_derivative_of_the_residual() {
-    let (mut body, wound) = loaded(0.12);
+    let (mut body, pulled) = loaded(0.12);
     body.spec.prony.step_into(0.01, &mut body.work.prony);
-    body.evaluate(&wound);
+    body.evaluate(&pulled);
     body.assemble();
     let (at, tangent) = (body.work.trial_strains.clone(), body.work.lu.a.clone());
     let (n, h) = (32, 1e-7);
@@ -77,7 +77,7 @@ fn tangent_is_close_to_the_derivative_of_the_residual() {
         let mut residual = |sign: f64| {
             body.work.trial_strains.copy_from_slice(&at);
             body.work.trial_strains[j / 4][j % 4] += sign * step;
-            body.evaluate(&wound);
+            body.evaluate(&pulled);
             body.work.residual.clone()
         };
         let (high, low) = (residual(1.0), residual(-1.0));

@@ -1,4 +1,4 @@
-//! Every limit trips, the robot retreats as `safety.rs` says, and what was measured is kept.
+//! Every limit trips, the robot is brought to rest or let go as `safety.rs` says, and what was measured is kept.
 
 use super::probe::Rig;
 use super::small_circle;
@@ -12,7 +12,7 @@ use std::cell::Cell;
 /// A busy machine answers late, which is not what is tested here.
 const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
 
-/// Records on the simulated rig; the run must end by a limit with `part` in its message and this retreat.
+/// Records on the simulated rig; the run must end by a limit with `part` in its message and this shutdown action.
 fn trips(replace: &[(&str, &str)], mishap: Mishap, part: &str, shutdown: ShutdownAction) {
     let (mut stage, outcome) = Stage::record(replace, &small_circle(400), mishap);
     let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{part}: {:?}", outcome.stopped) };
