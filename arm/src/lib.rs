@@ -52,6 +52,7 @@ pub mod neural;
 pub mod observer;
 mod recorded;
 mod regressor;
+mod ridge;
 mod rnea;
 mod rollouts;
 mod scalar;

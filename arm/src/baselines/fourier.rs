@@ -4,9 +4,9 @@ use hysteron_base::rng;
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::ridge::{NormalEquations, predict};
 use super::states::StateUnits;
 use crate::lagrangian::Samples;
+use crate::ridge::{NormalEquations, predict};
 
 /// Samples whose features stand in memory at a time.
 const ROWS: usize = 256;

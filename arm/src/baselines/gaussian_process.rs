@@ -4,10 +4,10 @@ use hysteron_base::BadInput;
 use hysteron_fit::folds;
 use rayon::prelude::*;
 
-use super::ridge::{predict, solve_positive_definite};
 use super::selection::{Choice, FOLDS};
 use super::states::StateUnits;
 use crate::lagrangian::{Samples, Scores};
+use crate::ridge::{predict, solve_positive_definite};
 
 /// Samples that the factorisation bears: n³/3 operations and 8 n² bytes.
 pub const MOST_POINTS: usize = 2000;

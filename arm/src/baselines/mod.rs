@@ -3,13 +3,12 @@
 
 mod fourier;
 mod gaussian_process;
-mod ridge;
 mod rigid_body;
 mod selection;
 mod states;
 
+pub use crate::ridge::{NormalEquations, predict};
 pub use fourier::FourierFeatures;
 pub use gaussian_process::{GaussianFit, GaussianProcess, MOST_POINTS, fit_gaussian_process};
-pub use ridge::{NormalEquations, predict};
 pub use rigid_body::RigidFeatures;
 pub use selection::{Choice, FourierFit, choose_penalty, fit_fourier, fit_rigid_body};

@@ -6,8 +6,8 @@
 use hysteron_learn::Lbfgs;
 use rayon::prelude::*;
 
-use super::ridge::{NormalEquations, predict};
 use crate::lagrangian::Samples;
+use crate::ridge::{NormalEquations, predict};
 use crate::{Data, Model, regressor};
 
 /// Features of a joint beside the bodies'.

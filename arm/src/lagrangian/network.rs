@@ -12,7 +12,7 @@ use super::factor::packed;
 use super::friction::{Friction, PER_JOINT};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
 use super::{MOST, MOST_COLUMNS, Samples};
-use crate::baselines::NormalEquations;
+use crate::ridge::NormalEquations;
 
 /// Joints whose numbers are multiplied, at most.
 const MOST_DEGREE: usize = 4;
@@ -42,16 +42,6 @@ pub enum Variant {
 }
 
 impl Variant {
-    /// Units of each of two hidden layers that validation preferred on the simulated arm, with products as inputs and squares in the kinetic energy:
-    /// what the linear path holds needs few.
-    pub fn hidden_units(self) -> usize {
-        match self {
-            Self::StructuredLagrangian | Self::Friction | Self::Augmented => 4,
-            Self::BlackBoxHamiltonian => 24,
-            Self::BlackBoxLagrangian | Self::StructuredHamiltonian | Self::FeedForward => 16,
-        }
-    }
-
     /// In the order of table 5.
     pub const ALL: [Self; 7] = [
         Self::StructuredLagrangian,

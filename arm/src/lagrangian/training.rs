@@ -122,7 +122,7 @@ pub struct Trained {
     pub parameters: Vec<f64>,
     /// Root mean square error on validation data, in standard deviations of the training torques [-].
     pub validation: f64,
-    /// Epochs of Adam and steps of L-BFGS until the best parameters.
+    /// Epochs of Adam and steps of what follows it until the best parameters.
     pub steps: [usize; 2],
     /// False where it was ended before its time and can go on from its file.
     pub is_finished: bool,

@@ -17,7 +17,7 @@ use super::loss::watched_motor;
 use super::rivals::{gravity_at, positions_of};
 use super::sensing::Sensed;
 use crate::Model;
-use crate::baselines::NormalEquations;
+use crate::ridge::NormalEquations;
 
 /// Samples of a window, and from one to the next.
 const WINDOW: (usize, usize) = (64, 32);

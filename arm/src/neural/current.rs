@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
 use super::features::Features;
-use crate::baselines::NormalEquations;
+use crate::ridge::NormalEquations;
 
 /// Keeps columns apart that the data does not tell apart; relative.
 pub(super) const PENALTY: f64 = 1e-9;

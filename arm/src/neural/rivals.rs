@@ -11,7 +11,7 @@ use super::loss::wrap;
 use super::segment::Segment;
 use super::servo::ServoModel;
 use super::simulation::{Simulation, SimulationOptions};
-use crate::baselines::NormalEquations;
+use crate::ridge::NormalEquations;
 use crate::{Data, Model, gravity_torque};
 
 /// A guess of all motors' positions at every row (rows × m) [rad].

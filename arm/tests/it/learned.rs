@@ -3,8 +3,8 @@
 use hysteron_arm::baselines::{RigidFeatures, fit_rigid_body};
 use hysteron_arm::datasets::{BAXTER_ARM, BaxterTraining, baxter, characters, kuka, kuka_arm, panda};
 use hysteron_arm::lagrangian::{
-    InputForm, LearnedDynamics, NetworkShape, Polish, Samples, Scales, Scores, Sinusoids, TrainingOptions,
-    Variant, decompose, sinusoids, train,
+    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant,
+    decompose, sinusoids, train,
 };
 use hysteron_arm::study::{RealOptions, SimulatedStudy, Units, real_study, simulated_study};
 use hysteron_arm::{Data, Model, mass_matrix};
@@ -79,10 +79,8 @@ fn polished(squares: usize) -> [f64; 2] {
     };
     let options = TrainingOptions {
         learning_rate: 5e-3,
-        polish_by: Polish::LevenbergMarquardt { batch: training.len() },
         polish: 100,
-        polish_samples: training.len(),
-        ..TrainingOptions::normalised(3)
+        ..TrainingOptions::normalised(3).with_levenberg_marquardt()
     };
     let mut session = Session { file: None, progress: &mut |_: &Progress| true };
     let found = train(&shape, [&training, &validation], &options, 1, &mut session).unwrap();

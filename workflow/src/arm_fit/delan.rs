@@ -88,16 +88,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         learning_rate: 5e-3,
         ..TrainingOptions::normalised(options.epochs).with_levenberg_marquardt()
     };
-    let bar = caller.progress("epochs", options.epochs + options.polish as usize, 0);
-    let (mut last, mut before) = (0, 0);
+    let bar = caller.progress("epochs", options.epochs, 0);
     let mut listener = |p: &Progress| {
         if let Progress::Epoch(epoch) = p {
             // What follows Adam counts from one again.
-            if epoch.number < last {
-                before = options.epochs;
-            }
-            last = epoch.number;
-            bar.set_position((before + epoch.number) as u64);
+            bar.set_length(epoch.of as u64);
+            bar.set_position(epoch.number as u64);
             bar.set_message(format!("error {:.3}", epoch.best));
         }
         !caller.is_cancelled()

@@ -85,7 +85,7 @@ fn data(options: &Options) -> Result<&Path, BadInput> {
 }
 
 fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
-    let is_simulated = options.set == SetName::Simulated && !options.published;
+    let is_simulated = is_simulated(options);
     let epochs = options.epochs.unwrap_or(if is_simulated { 3 } else { 300 });
     let by_default = if is_simulated { PolishName::LevenbergMarquardt } else { PolishName::Lbfgs };
     let polish_by = options.polish_by.unwrap_or(by_default);
@@ -116,25 +116,24 @@ fn training(options: &Options) -> Result<TrainingOptions, BadInput> {
 /// Units of a hidden layer, but of simulated arms.
 const UNITS: usize = 64;
 
-/// Units of the hidden layers, and what stands between them.
-fn network(options: &Options) -> (Option<Vec<usize>>, Activation) {
-    let is_simulated = options.set == SetName::Simulated && !options.published;
-    let hidden = options.hidden.map(|units| vec![units; 2]);
-    let activation = match options.activation {
+/// Whether it is the simulated arm in our own form, which has defaults of its own.
+fn is_simulated(options: &Options) -> bool {
+    options.set == SetName::Simulated && !options.published
+}
+
+/// What stands between the layers.
+fn activation(options: &Options) -> Activation {
+    match options.activation {
         Some(ActivationName::Relu) => Activation::Relu,
         Some(ActivationName::Tanh) => Activation::Tanh,
-        None if is_simulated => Activation::Tanh,
+        None if is_simulated(options) => Activation::Tanh,
         Some(ActivationName::Softplus) | None => Activation::Softplus,
-    };
-    (if is_simulated { hidden } else { hidden.or(Some(vec![UNITS; 2])) }, activation)
+    }
 }
 
 fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
-    let is_simulated = options.set == SetName::Simulated;
-    let products = options.products.unwrap_or(if is_simulated && !options.published { 3 } else { 0 });
-    let inputs = InputForm::of(products as usize);
-    let squares = options.squares.unwrap_or(if is_simulated && !options.published { 6 } else { 0 }) as usize;
-    let (hidden, activation) = network(options);
+    let ([products, squares], units) =
+        if is_simulated(options) { ([3, 6], None) } else { ([0; 2], Some(UNITS)) };
     if options.trajectories.iter().any(|n| *n < 2) {
         return Err(BadInput::new("--trajectories", "2 or more, for one validates", "1"));
     }
@@ -142,11 +141,11 @@ fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
         variants: if options.variants.is_empty() { Variant::ALL.to_vec() } else { options.variants.clone() },
         seeds: options.seeds as u64,
         trajectories: options.trajectories.clone(),
-        speeds: if is_simulated { vec![1.0, 1.5, 2.0, 2.5] } else { vec![1.0] },
-        hidden,
-        activation,
-        inputs,
-        squares,
+        speeds: if options.set == SetName::Simulated { vec![1.0, 1.5, 2.0, 2.5] } else { vec![1.0] },
+        hidden: options.hidden.or(units).map(|units| vec![units; 2]),
+        activation: activation(options),
+        inputs: InputForm::of(options.products.unwrap_or(products) as usize),
+        squares: options.squares.unwrap_or(squares) as usize,
         units: if options.published { Units::Si } else { Units::Spread },
         training: training(options)?,
     })
@@ -159,13 +158,11 @@ fn real(options: &Options) -> Result<RealOptions, BadInput> {
             BadInput::new("--variants", "models of velocities", bad.label()).hint("no momenta are recorded")
         );
     }
-    let (hidden, activation) = network(options);
-    let hidden = hidden.unwrap_or_else(|| vec![UNITS; 2]);
     Ok(RealOptions {
         variants: if options.variants.is_empty() { variants.to_vec() } else { options.variants.clone() },
         members: options.seeds as u64,
-        hidden,
-        activation,
+        hidden: vec![options.hidden.unwrap_or(UNITS); 2],
+        activation: activation(options),
         training: training(options)?,
         features: options.features,
         lengths: vec![2.0, 4.0, 8.0, 16.0],

@@ -191,8 +191,8 @@ fn pulleys_wind_by_their_true_radius_and_zeros_move_once() {
     for k in 0..2 {
         let turned = bench.world.servo(k).state.angle - start.servo(k).state.angle;
         let sign = robot.servos.directions[k];
-        let pulled = bench.world.stroke(k) - start.stroke(k);
-        assert!((pulled / (sign * turned * robot.servos.true_radii[k]) - 1.0).abs() < 1e-9, "{k}: {pulled}");
+        let stroke = bench.world.stroke(k) - start.stroke(k);
+        assert!((stroke / (sign * turned * robot.servos.true_radii[k]) - 1.0).abs() < 1e-9, "{k}: {stroke}");
         // A servo droops a little under its tendon.
         assert!(turned.abs() > 0.8 * 3e-3 / robot.servos.pulley_radius, "{k}: {turned}");
     }
