@@ -83,6 +83,10 @@ impl<T: Real> BlackBoxLagrangian<T> {
 }
 
 impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
+    fn prepare(&mut self, parameters: &[T]) {
+        self.0.tape.prepare(parameters);
+    }
+
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let n = block.n_joints;
         let e = &mut self.0;
@@ -126,6 +130,10 @@ impl<T: Real> BlackBoxHamiltonian<T> {
 }
 
 impl<T: Real> Term<T> for BlackBoxHamiltonian<T> {
+    fn prepare(&mut self, parameters: &[T]) {
+        self.0.tape.prepare(parameters);
+    }
+
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let n = block.n_joints;
         let e = &mut self.0;
@@ -181,6 +189,10 @@ impl<T: Real> FeedForward<T> {
 }
 
 impl<T: Real> Term<T> for FeedForward<T> {
+    fn prepare(&mut self, parameters: &[T]) {
+        self.tape.prepare(parameters);
+    }
+
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let columns = [(&block.v[..], &self.per_speed[..]), (&block.a[..], &self.per_acceleration[..])];
         join(&block.features, block.n_features(), &columns, &mut self.inputs);

@@ -154,6 +154,9 @@ impl<T: Real> Block<T> {
 
 /// A part of a model of inverse dynamics: some outputs of every sample, linear in nothing.
 pub(crate) trait Term<T>: Send {
+    /// From now on all calls are with these parameters: see [`hysteron_learn::MlpTape::prepare`].
+    fn prepare(&mut self, parameters: &[T]);
+
     /// Writes the outputs of every row: torques [row][joint], and for a Hamiltonian [row][torques, then speeds].
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]);
 

@@ -37,10 +37,17 @@ impl LearnedDynamics {
                 .hint("structured-lagrangian, friction and augmented have one"));
         };
         let n = shape.n_joints();
+        let mut energies = shape.structured();
+        energies.prepare(&self.parameters[range.clone()]);
+        let other = |(kind, range): &(Kind, Range<usize>)| {
+            let mut term = shape.term(*kind);
+            term.prepare(&self.parameters[range.clone()]);
+            (range.clone(), term)
+        };
         Ok(LearnedBody {
             parameters: self.parameters.clone(),
-            energies: (range.clone(), shape.structured()),
-            others: others.iter().map(|(kind, range)| (range.clone(), shape.term(*kind))).collect(),
+            energies: (range.clone(), energies),
+            others: others.iter().map(other).collect(),
             block: Block::new(shape.features()),
             zeros: vec![0.0; n],
             unit: vec![0.0; n],

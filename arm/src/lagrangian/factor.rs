@@ -18,8 +18,9 @@ pub(crate) struct Factor<T> {
     tape: MlpTape<T>,
     /// d_i for every packed element [√(kg m²)].
     scale: Vec<T>,
-    /// [stream][row][element]: L, and its derivatives along the directions that were pushed.
-    streams: Vec<Vec<T>>,
+    /// [stream][row][element]: L, and its derivatives along up to two directions.
+    streams: [Vec<T>; 3],
+    n_streams: usize,
     /// [row][element]: first and second derivatives of L by o.
     slope: Vec<T>,
     curvature: Vec<T>,
@@ -38,7 +39,8 @@ impl<T: Real> Factor<T> {
         let squares = (mlp.outputs - packed(n, 0)) / n;
         let scale = (0..n).flat_map(|i| vec![T::of(scale[i]); i + 1 + squares]).collect();
         let [slope, curvature, cotangents] = std::array::from_fn(|_| Vec::new());
-        Self { n, squares, tape: MlpTape::new(mlp), scale, streams: Vec::new(), slope, curvature, cotangents }
+        let (tape, streams) = (MlpTape::new(mlp), std::array::from_fn(|_| Vec::new()));
+        Self { n, squares, tape, scale, streams, n_streams: 0, slope, curvature, cotangents }
     }
 
     /// Elements of L.
@@ -57,17 +59,39 @@ impl<T: Real> Factor<T> {
         &self.streams[stream][row * m..(row + 1) * m]
     }
 
+    /// See [`MlpTape::prepare`].
+    pub fn prepare(&mut self, parameters: &[T]) {
+        self.tape.prepare(parameters);
+    }
+
     /// L for these features; begins a new pass.
     pub fn forward(&mut self, parameters: &[T], features: &[T]) {
+        self.tape.forward(parameters, features);
+        self.take_values();
+    }
+
+    /// The same, and as stream 1 the derivative of L along features that move like `tangents`.
+    pub fn forward_along(&mut self, parameters: &[T], features: &[T], tangents: &[T]) {
+        self.tape.forward_along(parameters, features, tangents);
+        self.take_values();
+        self.take_tangent(1);
+    }
+
+    /// One more stream: the derivative of L along features that move like `tangents`.
+    pub fn push(&mut self, parameters: &[T], tangents: &[T]) {
+        self.tape.push_tangent(parameters, tangents);
+        self.take_tangent(self.n_streams);
+    }
+
+    /// L and its derivatives by the outputs of the network.
+    fn take_values(&mut self) {
         let (n, m) = (self.n, self.len());
-        let raw = self.tape.forward(parameters, features);
-        self.streams.truncate(1);
-        self.streams.resize(1, Vec::new());
+        self.n_streams = 1;
         let value = &mut self.streams[0];
         for values in [&mut *value, &mut self.slope, &mut self.curvature] {
             values.clear();
         }
-        for raw in raw.chunks_exact(m) {
+        for raw in self.tape.outputs(0).chunks_exact(m) {
             value.extend(raw.iter().zip(&self.scale).map(|(o, d)| *d * *o));
             self.slope.extend_from_slice(&self.scale);
             self.curvature.resize(value.len(), T::default());
@@ -81,16 +105,17 @@ impl<T: Real> Factor<T> {
         }
     }
 
-    /// One more stream: the derivative of L along features that move like `tangents`.
-    pub fn push(&mut self, parameters: &[T], tangents: &[T]) {
-        let raw = self.tape.push_tangent(parameters, tangents);
-        self.streams.push(raw.iter().zip(&self.slope).map(|(o, slope)| *slope * *o).collect());
+    fn take_tangent(&mut self, stream: usize) {
+        let tangent = &mut self.streams[stream];
+        tangent.clear();
+        tangent.extend(self.tape.outputs(stream).iter().zip(&self.slope).map(|(o, slope)| *slope * *o));
+        self.n_streams = stream + 1;
     }
 
     /// Forgets all streams but the first `n`.
     pub fn keep(&mut self, n: usize) {
         self.tape.keep(n);
-        self.streams.truncate(n);
+        self.n_streams = n;
     }
 
     /// Derivatives by the features, from those by L (stream 0).

@@ -38,6 +38,8 @@ impl<T: Real> Friction<T> {
 }
 
 impl<T: Real> Term<T> for Friction<T> {
+    fn prepare(&mut self, _: &[T]) {}
+
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let n = block.n_joints;
         for (i, out) in out.iter_mut().enumerate() {

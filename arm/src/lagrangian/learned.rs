@@ -75,10 +75,8 @@ impl LearnedDynamics {
 
     /// For torques one sample at a time.
     pub fn stream(&self) -> TorqueStream {
-        TorqueStream {
-            evaluator: Evaluator::new(&self.shape),
-            parameters: self.parameters.iter().map(|p| *p as f32).collect(),
-        }
+        let parameters: Vec<f32> = self.parameters.iter().map(|p| *p as f32).collect();
+        TorqueStream { evaluator: Evaluator::prepared(&self.shape, &parameters), parameters }
     }
 }
 

@@ -410,6 +410,13 @@ impl<T: Real> Evaluator<T> {
         }
     }
 
+    /// An evaluator of these parameters alone: faster where samples come one at a time.
+    pub fn prepared(shape: &NetworkShape, parameters: &[T]) -> Self {
+        let mut own = Self::new(shape);
+        own.terms.iter_mut().for_each(|(_, range, term)| term.prepare(&parameters[range.clone()]));
+        own
+    }
+
     /// Outputs of these rows of a motion.
     pub fn evaluate(&mut self, parameters: &[T], motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
         self.block.gather(motion, rows);

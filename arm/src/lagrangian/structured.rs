@@ -99,6 +99,12 @@ impl<T: Real> Energies<T> {
         }
     }
 
+    fn prepare(&mut self, parameters: &[T]) {
+        let (mass, potential) = parameters.split_at(self.n_mass);
+        self.factor.prepare(mass);
+        self.potential.tape.prepare(potential);
+    }
+
     /// Adds `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`, which is set to zero first.
     fn by_q(&mut self, parameters: &[T], block: &Block<T>, sign: T) {
         let (n, m, columns) = (block.n_joints, self.factor.len(), self.factor.columns());
@@ -149,13 +155,15 @@ impl<T: Real> StructuredLagrangian<T> {
 }
 
 impl<T: Real> Term<T> for StructuredLagrangian<T> {
+    fn prepare(&mut self, parameters: &[T]) {
+        self.0.prepare(parameters);
+    }
+
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let e = &mut self.0;
         let (n, columns) = (block.n_joints, e.factor.columns());
-        let mass = &parameters[..e.n_mass];
-        e.factor.forward(mass, &block.features);
         block.features_along(&block.v, &mut e.along);
-        e.factor.push(mass, &e.along);
+        e.factor.forward_along(&parameters[..e.n_mass], &block.features, &e.along);
         e.by_q(parameters, block, T::of(-1.0));
         let [mut sum, mut c, mut rate] = [[T::default(); super::MOST_COLUMNS]; 3];
         for (row, tau) in out.chunks_exact_mut(n).enumerate() {
@@ -232,6 +240,10 @@ impl<T: Real> StructuredHamiltonian<T> {
 }
 
 impl<T: Real> Term<T> for StructuredHamiltonian<T> {
+    fn prepare(&mut self, parameters: &[T]) {
+        self.0.prepare(parameters);
+    }
+
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let e = &mut self.0;
         let (n, columns) = (block.n_joints, e.factor.columns());

@@ -24,9 +24,14 @@ pub(super) fn times_transposed<T: Real>(out: &mut [T], x: &[T], weights: &[T], n
     Isa::detect().run(TimesTransposed { out, x, weights, n_in });
 }
 
-/// out[row][i] = Σ_o c[row][o] W[o][i].
-pub(super) fn times<T: Real>(out: &mut [T], c: &[T], weights: &[T], n_in: usize) {
-    Isa::detect().run(Times { out, c, weights, n_in });
+/// out[row][i] = Σ_o c[row][o] W[o][i], or, if it `adds`, as much more; of up to [`FEW`] rows.
+pub(super) fn times<T: Real>(out: &mut [T], c: &[T], weights: &[T], n_in: usize, adds: bool) {
+    Isa::detect().run(Times { out, c, weights, n_in, adds });
+}
+
+/// W[o][i] as [i][o].
+pub(super) fn transposed<T: Real>(weights: &[T], n_in: usize) -> Vec<T> {
+    (0..n_in).flat_map(|i| weights.iter().skip(i).step_by(n_in).copied()).collect()
 }
 
 struct TimesTransposed<'a, T> {
@@ -78,6 +83,7 @@ struct Times<'a, T> {
     c: &'a [T],
     weights: &'a [T],
     n_in: usize,
+    adds: bool,
 }
 
 impl<T: Real> WithSimd for Times<'_, T> {
@@ -85,26 +91,62 @@ impl<T: Real> WithSimd for Times<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
+        match self.out.len() / self.n_in {
+            1 => self.of_rows::<1>(),
+            2 => self.of_rows::<2>(),
+            FEW => self.of_rows::<FEW>(),
+            n => debug_assert_eq!(n, 0, "rows"),
+        }
+    }
+}
+
+impl<T: Real> Times<'_, T> {
+    #[inline(always)]
+    fn of_rows<const ROWS: usize>(mut self) {
+        let wide = self.n_in - self.n_in % (2 * WIDE);
+        for block in 0..wide / (2 * WIDE) {
+            self.block::<ROWS, { 2 * WIDE }>(2 * WIDE * block);
+        }
+        let whole = self.n_in - self.n_in % WIDE;
+        if whole > wide {
+            self.block::<ROWS, WIDE>(wide);
+        }
         let n_out = self.weights.len() / self.n_in;
-        for (c, out) in self.c.chunks_exact(n_out).zip(self.out.chunks_exact_mut(self.n_in)) {
-            let whole = self.n_in - self.n_in % WIDE;
-            for (block, out) in out[..whole].as_chunks_mut::<WIDE>().0.iter_mut().enumerate() {
-                let mut sums = [T::default(); WIDE];
-                for (w, c) in self.weights.chunks_exact(self.n_in).zip(c) {
-                    let w = &w.as_chunks::<WIDE>().0[block];
-                    for k in 0..WIDE {
-                        sums[k] += *c * w[k];
-                    }
-                }
-                *out = sums;
-            }
+        for (out, c) in self.out.chunks_exact_mut(self.n_in).zip(self.c.chunks_exact(n_out)) {
             let rest = &mut out[whole..];
-            rest.fill(T::default());
+            if !self.adds {
+                rest.fill(T::default());
+            }
             for (w, c) in self.weights.chunks_exact(self.n_in).zip(c) {
                 for (out, w) in rest.iter_mut().zip(&w[whole..]) {
                     *out += *c * *w;
                 }
             }
+        }
+    }
+
+    /// Columns `at` to `at + WIDTH` of all rows: what is read of the matrix serves all of them.
+    #[inline(always)]
+    fn block<const ROWS: usize, const WIDTH: usize>(&mut self, at: usize) {
+        let (n_in, n_out) = (self.n_in, self.weights.len() / self.n_in);
+        let mut sums = [[T::default(); WIDTH]; ROWS];
+        if self.adds {
+            for (sums, out) in sums.iter_mut().zip(self.out.chunks_exact(n_in)) {
+                sums.copy_from_slice(&out[at..at + WIDTH]);
+            }
+        }
+        let c: [&[T]; ROWS] = std::array::from_fn(|row| &self.c[row * n_out..(row + 1) * n_out]);
+        for (o, w) in self.weights.chunks_exact(n_in).enumerate() {
+            let w = &w[at..at + WIDTH];
+            for (sums, c) in sums.iter_mut().zip(c) {
+                let c = c[o];
+                for k in 0..WIDTH {
+                    sums[k] += c * w[k];
+                }
+            }
+        }
+        for (sums, out) in sums.iter().zip(self.out.chunks_exact_mut(n_in)) {
+            out[at..at + WIDTH].copy_from_slice(sums);
         }
     }
 }
@@ -116,13 +158,21 @@ mod tests {
     #[test]
     fn sums_are_those_of_the_definition_for_widths_that_fill_no_block() {
         let number = |i: usize| f64::from((37 * i as u32 + 11) % 64) - 31.0; // whole numbers: sums are exact
-        for [rows, n_in, n_out] in [[1, 14, 5], [2, 128, 28], [3, 79, 33], [1, 1, 1], [2, 32, 1]] {
+        for [rows, n_in, n_out] in [[1, 14, 5], [2, 128, 28], [3, 79, 97], [1, 1, 1], [2, 32, 1]] {
             let weights: Vec<f64> = (0..n_in * n_out).map(number).collect();
             let x: Vec<f64> = (0..rows * n_in).map(|i| number(3 * i + 1)).collect();
             let c: Vec<f64> = (0..rows * n_out).map(|i| number(5 * i + 2)).collect();
             let (mut y, mut back) = (vec![1.0; rows * n_out], vec![1.0; rows * n_in]);
             times_transposed(&mut y, &x, &weights, n_in);
-            times(&mut back, &c, &weights, n_in);
+            let (mut through, transposed) = (vec![1.0; rows * n_out], transposed(&weights, n_in));
+            times(&mut through, &x, &transposed, n_out, false);
+            assert_eq!(through, y, "{rows} {n_in} {n_out}");
+            times(&mut through, &x, &transposed, n_out, true);
+            assert!(
+                through.iter().zip(&y).all(|(twice, once)| *twice == 2.0 * once),
+                "{rows} {n_in} {n_out}"
+            );
+            times(&mut back, &c, &weights, n_in, false);
             for row in 0..rows {
                 for o in 0..n_out {
                     let sum: f64 = (0..n_in).map(|i| weights[o * n_in + i] * x[row * n_in + i]).sum();

@@ -15,7 +15,7 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::activation::Activation;
 use super::derivatives::ByParameters;
-use super::few::{FEW, times, times_transposed};
+use super::few::{FEW, times, times_transposed, transposed};
 use super::shape::{LayerShape, Mlp};
 use crate::Real;
 use crate::product::{multiply, multiply_add, rows};
@@ -28,6 +28,8 @@ pub struct MlpTape<T> {
     n_rows: usize,
     streams: Vec<Stream>,
     layers: Vec<Layer<T>>,
+    /// Weights of every layer, then S, as [input][output]; empty unless passes have been prepared.
+    transposed: Vec<Vec<T>>,
     /// Cotangents of the layer at hand, and of the one before it: [stream][row][unit].
     cotangents: [Vec<T>; 2],
 }
@@ -71,21 +73,43 @@ impl<T: Real> MlpTape<T> {
             n_rows: 0,
             streams: Vec::new(),
             layers,
+            transposed: Vec::new(),
             cotangents: [Vec::new(), Vec::new()],
         }
     }
 
+    /// From now on all passes are with these parameters: their weights are transposed here once, which makes passes over a few rows
+    /// faster.
+    pub fn prepare(&mut self, parameters: &[T]) {
+        let layer = |shape: &LayerShape| transposed(shape.split(parameters).0, shape.inputs);
+        self.transposed = self.shapes.iter().map(layer).collect();
+        self.transposed.push(transposed(self.past(parameters), self.mlp.inputs));
+    }
+
+    /// S, or nothing.
+    fn past<'a>(&self, parameters: &'a [T]) -> &'a [T] {
+        let len = if self.mlp.skip { self.mlp.inputs * self.mlp.outputs } else { 0 };
+        if len == 0 { &[] } else { &parameters[self.mlp.skip_start()..][..len] }
+    }
+
     /// The values for `inputs` ([row][input]); begins a new pass.
     pub fn forward(&mut self, parameters: &[T], inputs: &[T]) -> &[T] {
-        self.n_rows = inputs.len() / self.mlp.inputs;
-        self.streams.clear();
-        self.push(parameters, inputs, Stream::Value)
+        self.begin(inputs);
+        self.push(parameters, &[Stream::Value])
+    }
+
+    /// The same with the derivatives along `tangents` ([row][input]) as stream 1: both at once, which reads the weights once.
+    pub fn forward_along(&mut self, parameters: &[T], inputs: &[T], tangents: &[T]) {
+        self.begin(inputs);
+        self.enter(1, tangents);
+        self.push(parameters, &[Stream::Value, Stream::Tangent]);
     }
 
     /// One more stream: the derivatives of the outputs along `tangents` ([row][input]). Streams count from 1 in the order
     /// of these calls; stream 0 holds the values.
     pub fn push_tangent(&mut self, parameters: &[T], tangents: &[T]) -> &[T] {
-        self.push(parameters, tangents, Stream::Tangent)
+        self.enter(self.streams.len(), tangents);
+        self.push(parameters, &[Stream::Tangent])
     }
 
     /// One more stream: the second derivatives along the tangents of streams `a` and `b`, which must not be the same.
@@ -95,7 +119,8 @@ impl<T: Real> MlpTape<T> {
             "streams {a}, {b}"
         );
         let zeros = vec![T::default(); self.n_rows * self.mlp.inputs];
-        self.push(parameters, &zeros, Stream::Mixed(a, b))
+        self.enter(self.streams.len(), &zeros);
+        self.push(parameters, &[Stream::Mixed(a, b)])
     }
 
     /// The outputs of one stream: [row][output].
@@ -104,55 +129,78 @@ impl<T: Real> MlpTape<T> {
         part(&self.layers[last].sum, stream, self.n_rows * self.mlp.outputs)
     }
 
-    fn push(&mut self, parameters: &[T], inputs: &[T], stream: Stream) -> &[T] {
+    fn begin(&mut self, inputs: &[T]) {
+        self.n_rows = inputs.len() / self.mlp.inputs;
+        self.streams.clear();
+        self.enter(0, inputs);
+    }
+
+    /// What enters the first layer as this stream.
+    fn enter(&mut self, stream: usize, inputs: &[T]) {
         assert_eq!(inputs.len(), self.n_rows * self.mlp.inputs, "inputs of {} rows", self.n_rows);
-        let s = self.streams.len();
-        self.streams.push(stream);
-        store(&mut self.layers[0].input, s, inputs);
+        let values = &mut self.layers[0].input;
+        values.truncate(stream * inputs.len());
+        values.extend_from_slice(inputs);
+    }
+
+    /// More streams, side by side, of what has entered; gives the outputs of the last.
+    fn push(&mut self, parameters: &[T], more: &[Stream]) -> &[T] {
+        let first = self.streams.len();
+        self.streams.extend_from_slice(more);
+        let (n_rows, n_streams) = (self.n_rows, self.streams.len());
         let last = self.layers.len() - 1;
-        for l in 0..self.layers.len() {
+        for l in 0..=last {
             let shape = &self.shapes[l];
             let (weights, biases) = shape.split(parameters);
-            let (len_in, len) = (self.n_rows * shape.inputs, self.n_rows * shape.outputs);
+            let len = n_rows * shape.outputs;
             let (here, after) = self.layers.split_at_mut(l + 1);
             let layer = &mut here[l];
-            layer.sum.resize((s + 1) * len, T::default());
-            let out = &mut layer.sum[s * len..];
-            let x = part(&layer.input, s, len_in);
-            if self.n_rows <= FEW {
-                times_transposed(out, x, weights, shape.inputs);
-            } else {
-                multiply(out, rows(x, shape.inputs), rows(weights, shape.inputs).transpose());
+            layer.sum.resize(n_streams * len, T::default());
+            let out = &mut layer.sum[first * len..];
+            let x = &layer.input[first * n_rows * shape.inputs..][..more.len() * n_rows * shape.inputs];
+            match self.transposed.get(l) {
+                Some(transposed) if more.len() * n_rows <= FEW => {
+                    times(out, x, transposed, shape.outputs, false)
+                }
+                None if more.len() * n_rows <= FEW => times_transposed(out, x, weights, shape.inputs),
+                _ => multiply(out, rows(x, shape.inputs), rows(weights, shape.inputs).transpose()),
             }
-            if stream == Stream::Value {
-                for row in out.chunks_exact_mut(shape.outputs) {
+            if more[0] == Stream::Value {
+                for row in out[..len].chunks_exact_mut(shape.outputs) {
                     for (y, b) in row.iter_mut().zip(biases) {
                         *y += *b;
                     }
                 }
             }
-            if l == last {
-                self.past_the_layers(parameters, s);
-                break;
+            if l < last {
+                let next = &mut after[0].input;
+                next.resize(n_streams * len, T::default());
+                for (s, stream) in (first..).zip(more) {
+                    let next = &mut next[s * len..(s + 1) * len];
+                    layer.activate(self.mlp.activation, s, *stream, len, next);
+                }
             }
-            let next = &mut after[0].input;
-            next.resize((s + 1) * len, T::default());
-            layer.activate(self.mlp.activation, s, stream, len, &mut next[s * len..]);
         }
-        self.outputs(s)
+        self.past_the_layers(parameters, first);
+        self.outputs(n_streams - 1)
     }
 
-    /// Adds S x to the outputs of a stream.
-    fn past_the_layers(&mut self, parameters: &[T], stream: usize) {
-        let Mlp { inputs, outputs, .. } = self.mlp;
-        if self.mlp.skip {
-            let (first, last) = (0, self.layers.len() - 1);
-            let matrix = &parameters[self.mlp.skip_start()..][..inputs * outputs];
-            let x =
-                self.layers[first].input[stream * self.n_rows * inputs..][..self.n_rows * inputs].to_vec();
-            let out = &mut self.layers[last].sum[stream * self.n_rows * outputs..];
-            multiply_add(out, rows(&x, inputs), rows(matrix, inputs).transpose());
+    /// Adds S x to the outputs of the streams from `first` on.
+    fn past_the_layers(&mut self, parameters: &[T], first: usize) {
+        if !self.mlp.skip {
+            return;
         }
+        let (Mlp { inputs, outputs, .. }, last) = (&self.mlp, self.layers.len() - 1);
+        let (inputs, outputs) = (*inputs, *outputs);
+        let entered = std::mem::take(&mut self.layers[0].input);
+        let x = &entered[first * self.n_rows * inputs..];
+        let matrix = self.past(parameters);
+        let out = &mut self.layers[last].sum[first * self.n_rows * outputs..];
+        match self.transposed.last() {
+            Some(transposed) if x.len() <= FEW * inputs => times(out, x, transposed, outputs, true),
+            _ => multiply_add(out, rows(x, inputs), rows(matrix, inputs).transpose()),
+        }
+        self.layers[0].input = entered;
     }
 
     /// The derivatives of some number by the inputs of stream 0 ([row][input]), from those by the outputs of the first
@@ -160,11 +208,15 @@ impl<T: Real> MlpTape<T> {
     pub fn reverse_inputs(&mut self, parameters: &[T], cotangents: &[T]) -> &[T] {
         self.reverse(parameters, cotangents, None);
         if self.mlp.skip {
-            let matrix = &parameters[self.mlp.skip_start()..][..self.mlp.inputs * self.mlp.outputs];
-            let [by_inputs, _] = &mut self.cotangents;
-            let of_values = &cotangents[..self.n_rows * self.mlp.outputs];
-            let by_inputs = &mut by_inputs[..self.n_rows * self.mlp.inputs];
-            multiply_add(by_inputs, rows(of_values, self.mlp.outputs), rows(matrix, self.mlp.inputs));
+            let (inputs, outputs) = (self.mlp.inputs, self.mlp.outputs);
+            let matrix = self.past(parameters);
+            let of_values = &cotangents[..self.n_rows * outputs];
+            let by_inputs = &mut self.cotangents[0][..self.n_rows * inputs];
+            if self.n_rows <= FEW {
+                times(by_inputs, of_values, matrix, inputs, true);
+            } else {
+                multiply_add(by_inputs, rows(of_values, outputs), rows(matrix, inputs));
+            }
         }
         part(&self.cotangents[0], 0, self.n_rows * self.mlp.inputs)
     }
@@ -211,7 +263,7 @@ impl<T: Real> MlpTape<T> {
             before.resize(len_in, T::default());
             let weights = shape.split(parameters).0;
             if n_streams * self.n_rows <= FEW {
-                times(before, here, weights, shape.inputs);
+                times(before, here, weights, shape.inputs, false);
             } else {
                 multiply(before, rows(here, shape.outputs), rows(weights, shape.inputs));
             }
@@ -231,11 +283,6 @@ impl<T: Real> MlpTape<T> {
             std::mem::swap(here, before);
         }
     }
-}
-
-fn store<T: Real>(values: &mut Vec<T>, stream: usize, part: &[T]) {
-    values.truncate(stream * part.len());
-    values.extend_from_slice(part);
 }
 
 impl<T: Real> Layer<T> {

@@ -65,6 +65,34 @@ fn tangents_and_mixed_derivatives_are_those_of_differences() {
     }
 }
 
+#[test]
+fn prepared_passes_and_tangents_beside_the_values_are_those_of_single_ones() {
+    // Sums of some tens of products of order 1 in another order.
+    let tol = 1e-13;
+    for (n_rows, skip) in [(1, false), (1, true), (3, true), (7, true)] {
+        let (mut mlp, _) = network(Activation::Softplus);
+        mlp.skip = skip;
+        let p = numbers(mlp.n_parameters(), 0.2);
+        let (x, a) = (numbers(n_rows * mlp.inputs, 0.0), numbers(n_rows * mlp.inputs, 0.3));
+        let w = numbers(n_rows * mlp.outputs, 0.5);
+        let (mut single, mut both) = (MlpTape::new(&mlp), MlpTape::new(&mlp));
+        single.forward(&p, &x);
+        single.push_tangent(&p, &a);
+        both.prepare(&p);
+        both.forward_along(&p, &x, &a);
+        for stream in 0..2 {
+            assert_near(
+                both.outputs(stream),
+                single.outputs(stream),
+                tol,
+                &format!("{n_rows} rows, stream {stream}"),
+            );
+        }
+        let by_inputs = single.reverse_inputs(&p, &w).to_vec();
+        assert_near(both.reverse_inputs(&p, &w), &by_inputs, tol, &format!("{n_rows} rows, by inputs"));
+    }
+}
+
 /// wᵀ of all streams' outputs for these parameters and inputs.
 fn weighted(mlp: &Mlp, p: &[f64], x: &[f64], [a, b]: [&[f64]; 2], w: &[f64]) -> f64 {
     let mut tape = MlpTape::new(mlp);
