@@ -146,9 +146,9 @@ fn baxter(folder: &Path) -> Fallible<Value> {
     let model = baxter_model()?;
     let options = chosen(&model, &without, validation)?;
     let fewer = identify_bodies(&model, &without, &options)?;
-    let response = TorqueResponse::identify(&fewer, &others.iter().collect::<Vec<_>>(), BAXTER_PERIOD);
+    let response = TorqueResponse::identify(&fewer, &others.iter().collect::<Vec<_>>())?;
     println!("  validation, rigid         {:.4?}", fewer.rms_on(validation));
-    println!("  validation, with response {:.4?}", response.rms_on(&fewer, validation));
+    println!("  validation, with response {:.4?}", response.rms_on(&fewer, &[validation]));
     let begun = Instant::now();
     let fit = identify_bodies(&model, &training, &options)?;
     let seconds = begun.elapsed().as_secs_f64();
@@ -158,18 +158,15 @@ fn baxter(folder: &Path) -> Fallible<Value> {
         println!("  {name}: MSE {squares:.4?}");
         row["mse"][name] = json!(squares);
     }
-    let response = TorqueResponse::identify(&fit, &runs.iter().collect::<Vec<_>>(), BAXTER_PERIOD);
+    let response = TorqueResponse::identify(&fit, &runs.iter().collect::<Vec<_>>())?;
     println!("  measured torques: lead {:.4?} s, second order {:.6?} s²", response.lead, response.second);
     for (name, motion) in [("circle XY", &circle), ("helical", &helix)] {
-        let squares: Vec<f64> = response.rms_on(&fit, motion).iter().map(|x| x * x).collect();
+        let squares: Vec<f64> = response.rms_on(&fit, &[motion]).iter().map(|x| x * x).collect();
         println!("  {name}, with response: MSE {squares:.4?}");
         row["mse_with_response"][name] = json!(squares);
     }
     Ok(row)
 }
-
-/// Baxter's recordings have 100 samples a second [s].
-const BAXTER_PERIOD: f64 = 0.01;
 
 /// The first run fitted, the second tested, beside the robot as identified upstream.
 fn kuka(folder: &Path) -> Fallible<Value> {

@@ -10,6 +10,8 @@ use crate::{Quantity, Recorded};
 pub struct JointMotion {
     /// Joints n.
     pub n_joints: usize,
+    /// Time from sample to sample [s].
+    pub period: f64,
     /// Coordinates [rad] or [m].
     pub q: Vec<f64>,
     /// Speeds.
@@ -77,7 +79,8 @@ impl JointMotion {
         let rows = |columns: &[Vec<f64>]| {
             (0..n).flat_map(|k| columns.iter().map(move |column| column[k])).collect::<Vec<f64>>()
         };
-        let motion = Self { n_joints, q: rows(&q), dq: rows(&dq), ddq: rows(&ddq), tau: rows(&tau) };
+        let period = 1.0 / smoothing.rate;
+        let motion = Self { n_joints, period, q: rows(&q), dq: rows(&dq), ddq: rows(&ddq), tau: rows(&tau) };
         let end = (2.0 * smoothing.rate / smoothing.cutoff).ceil() as usize;
         if n < 4 * end {
             let expected = format!("at least {} samples for a cutoff of {} Hz", 4 * end, smoothing.cutoff);
@@ -124,6 +127,7 @@ impl JointMotion {
         let part = |rows: &[f64]| rows[range.clone()].to_vec();
         Self {
             n_joints: self.n_joints,
+            period: self.period,
             q: part(&self.q),
             dq: part(&self.dq),
             ddq: part(&self.ddq),

@@ -3,8 +3,13 @@
 //! Sensors and encoders have filters and latencies of their own, and joints with springs are not rigid: τ + a τ̇ + b τ̈ is the beginning of
 //! whatever linear response stands between both. Bodies are identified first, and stay what they are.
 
+use hysteron_base::BadInput;
+
 use super::bodies::BodyFit;
 use super::motion::JointMotion;
+
+/// Motions have one rate if theirs differ by no more than this [-].
+const SAME_RATE: f64 = 1e-3;
 
 /// The torque that is measured where the rigid arm has τ: τ + a τ̇ + b τ̈, joint by joint.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,11 +22,22 @@ pub struct TorqueResponse {
 }
 
 impl TorqueResponse {
-    /// The response that leaves least of the torques of `motions`, each sampled every `period` [s].
-    pub fn identify(fit: &BodyFit, motions: &[&JointMotion], period: f64) -> Self {
+    /// The response that leaves least of the torques of `motions`.
+    ///
+    /// # Errors
+    /// `BadInput` for no motion, or motions of different rates.
+    pub fn identify(fit: &BodyFit, motions: &[&JointMotion]) -> Result<Self, BadInput> {
+        let Some(period) = motions.first().map(|motion| motion.period) else {
+            return Err(BadInput::new("recordings", "one or more", "none"));
+        };
+        if let Some(other) = motions.iter().find(|motion| (motion.period / period - 1.0).abs() > SAME_RATE) {
+            let found = format!("{:.1} and {:.1} samples per second", 1.0 / period, 1.0 / other.period);
+            return Err(BadInput::new("recordings", "one rate, for the response of measured torques", found)
+                .hint("`hysteron arm import --rate HZ` resamples a file"));
+        }
         let rigid: Vec<Vec<f64>> = motions.iter().map(|motion| fit.torques(motion)).collect();
         let parts = rigid.iter().zip(motions).map(|(rigid, motion)| [&rigid[..], &motion.tau[..]]);
-        Self::of_rows(parts, fit.model.n_joints(), period)
+        Ok(Self::of_rows(parts, fit.model.n_joints(), period))
     }
 
     /// The response that leaves least of measured torques; of each motion the torques of the rigid arm and those measured, row by row
@@ -63,14 +79,17 @@ impl TorqueResponse {
         (0..rigid.len()).map(at).collect()
     }
 
-    /// Root mean square of what is left of every joint's torque [N m].
-    pub fn rms_on(&self, fit: &BodyFit, motion: &JointMotion) -> Vec<f64> {
-        let n = motion.n_joints;
-        let mut squares = vec![0.0; n];
-        for (k, (found, measured)) in self.torques(fit, motion).iter().zip(&motion.tau).enumerate() {
-            squares[k % n] += (found - measured).powi(2);
+    /// Root mean square of what is left of every joint's torque in these motions [N m].
+    pub fn rms_on(&self, fit: &BodyFit, motions: &[&JointMotion]) -> Vec<f64> {
+        let n = self.lead.len();
+        let (mut squares, mut samples) = (vec![0.0; n], 0);
+        for motion in motions {
+            for (k, (found, measured)) in self.torques(fit, motion).iter().zip(&motion.tau).enumerate() {
+                squares[k % n] += (found - measured).powi(2);
+            }
+            samples += motion.n_samples();
         }
-        squares.iter().map(|square| (square / motion.n_samples() as f64).sqrt()).collect()
+        squares.iter().map(|square| (square / samples as f64).sqrt()).collect()
     }
 }
 

@@ -29,7 +29,8 @@ fn motion(model: &Model, n_samples: usize, sigma: f64, seed: u64) -> JointMotion
             ]
         })
         .collect();
-    let mut motion = JointMotion { n_joints: n, q: vec![], dq: vec![], ddq: vec![], tau: vec![] };
+    let mut motion =
+        JointMotion { n_joints: n, period: 0.01, q: vec![], dq: vec![], ddq: vec![], tau: vec![] };
     let (mut data, mut tau) = (Data::new(model, 0.0), vec![0.0; n]);
     for s in 0..n_samples {
         let t = 0.01 * s as f64;
@@ -50,7 +51,7 @@ fn motion(model: &Model, n_samples: usize, sigma: f64, seed: u64) -> JointMotion
             *tau += FRICTION[0] * (dq / 0.02).tanh() + FRICTION[1] * dq + FRICTION[2] + sigma * noise;
         }
         let [q, dq, ddq] = state;
-        motion.extend(&JointMotion { n_joints: n, q, dq, ddq, tau: tau.clone() });
+        motion.extend(&JointMotion { n_joints: n, period: 0.01, q, dq, ddq, tau: tau.clone() });
     }
     motion
 }
@@ -85,13 +86,13 @@ fn torques_that_come_a_sample_early_are_told_exactly() {
     };
     let [early, other] = [shifted(1), shifted(300)];
     // x(t + h) = x + (x₊ - x₋)/2 + (x₊ - 2x + x₋)/2.
-    let found = TorqueResponse::identify(&fit, &[&early, &other], 0.01);
+    let found = TorqueResponse::identify(&fit, &[&early, &other]).unwrap();
     for (j, (lead, second)) in found.lead.iter().zip(&found.second).enumerate() {
         let exact = if j == 0 { [0.01, 0.5e-4] } else { [0.0; 2] };
         assert!((lead - exact[0]).abs() < 1e-9 && (second - exact[1]).abs() < 1e-11, "{found:?}");
     }
     // The first and the last sample have no neighbours.
-    let left = found.rms_on(&fit, &early);
+    let left = found.rms_on(&fit, &[&early]);
     assert!(left[0] < 0.2 * fit.rms_on(&early)[0] && left[1] == 0.0, "{left:?}");
 }
 
@@ -257,10 +258,10 @@ fn baxter_is_predicted_with_the_response_of_its_torques() {
         [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
     let options = BodyOptions { terms: &terms, width: 0.02, prior: 1.0 };
     let fit = identify_bodies(&model, &all, &options).unwrap();
-    let response = TorqueResponse::identify(&fit, &runs.iter().collect::<Vec<_>>(), 0.01);
+    let response = TorqueResponse::identify(&fit, &runs.iter().collect::<Vec<_>>()).unwrap();
     let circle = read(&folder.join("test/circle_XY_T2_r10_ang_vel_torq.csv"));
     // A regressor with friction and springs leaves these mean squares.
-    let rms = response.rms_on(&fit, &circle);
+    let rms = response.rms_on(&fit, &[&circle]);
     for (rms, most) in rms.iter().zip([0.167, 0.515, 0.153, 0.034, 0.0061, 0.0064, 0.0006]) {
         assert!(rms * rms <= most, "{rms:?} > √{most}");
     }

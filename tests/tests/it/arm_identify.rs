@@ -112,26 +112,42 @@ fn recordings_of_friction_that_say_nothing_are_refused() {
     refused(&same, &["--out", "input"]);
 }
 
-/// Three joints that swing, with the torques of `torque(joint, q, dq, ddq)`.
+/// Joints that swing, with the torques of `torque(joint, q, dq, ddq)`.
 fn motion(path: &Path, n_joints: usize, header: &str, torque: impl Fn(usize, [f64; 3]) -> f64) {
+    swinging(path, n_joints, header, &[(0.6, 1.0)], |_| 0.0, torque);
+}
+
+/// The same along sines of these amplitudes [rad] and multiples of a joint's frequency, with torques that come late by `delay(joint)` [s].
+fn swinging(
+    path: &Path,
+    n_joints: usize,
+    header: &str,
+    sines: &[(f64, f64)],
+    delay: impl Fn(usize) -> f64,
+    torque: impl Fn(usize, [f64; 3]) -> f64,
+) {
     let mut text = String::from("time_s");
     for stem in ["q_*_rad", "dq_*_rad_s", header] {
         (1..=n_joints).for_each(|k| write!(text, ",{}", stem.replace('*', &k.to_string())).unwrap());
     }
     text.push('\n');
+    let state = |j: usize, t: f64| -> [f64; 3] {
+        let (w, p) = (1.3 + 0.7 * j as f64, 0.4 * j as f64);
+        let mut sums = [0.0; 3];
+        for (amplitude, multiple) in sines {
+            let w = w * multiple;
+            let (sin, cos) = (w * t + p).sin_cos();
+            let of = [sin, w * cos, -w * w * sin];
+            sums.iter_mut().zip(of).for_each(|(sum, x)| *sum += amplitude * x);
+        }
+        sums
+    };
     for s in 0..800 {
         let t = 0.01 * f64::from(s);
-        let states: Vec<[f64; 3]> = (0..n_joints)
-            .map(|j| {
-                let (w, p) = (1.3 + 0.7 * j as f64, 0.4 * j as f64);
-                let (sin, cos) = (w * t + p).sin_cos();
-                [0.6 * sin, 0.6 * w * cos, -0.6 * w * w * sin]
-            })
-            .collect();
         write!(text, "{t}").unwrap();
-        states.iter().for_each(|state| write!(text, ",{}", state[0]).unwrap());
-        states.iter().for_each(|state| write!(text, ",{}", state[1]).unwrap());
-        states.iter().enumerate().for_each(|(j, state)| write!(text, ",{}", torque(j, *state)).unwrap());
+        (0..n_joints).for_each(|j| write!(text, ",{}", state(j, t)[0]).unwrap());
+        (0..n_joints).for_each(|j| write!(text, ",{}", state(j, t)[1]).unwrap());
+        (0..n_joints).for_each(|j| write!(text, ",{}", torque(j, state(j, t - delay(j)))).unwrap());
         text.push('\n');
     }
     std::fs::write(path, text).unwrap();
@@ -180,6 +196,27 @@ fn bodies_are_identified_and_recordings_that_say_nothing_are_refused() {
     {
         assert!(at("report").join(file).is_file(), "no {file}");
     }
+    assert!(found["response"].is_null());
+    // Torques of joint 2 as they were 20 ms ago.
+    let sines = [(0.6, 1.0), (0.2, 2.7), (0.1, 4.6)];
+    swinging(&at("late.csv"), 3, "tau_*_n_m", &sines, |j| if j == 1 { 0.02 } else { 0.0 }, plain);
+    identify(&["late.csv", "--hold-out", "0.3", "--response", "--overwrite"]).succeeded();
+    let found = json(&at("found.json"));
+    let list = |value: &Value| -> Vec<f64> {
+        value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let response = &found["response"];
+    let lead = list(&response["lead_s"]);
+    // Bodies that were fitted to late torques have taken a part of it.
+    assert!((-0.02..-0.005).contains(&lead[1]), "{lead:?}");
+    assert!(lead[0].abs() < 1e-3 && lead[2].abs() < 1e-3, "{lead:?}");
+    let [with, without] = [&response["test_rms_n_m"], &found["test_rms_n_m"]].map(list);
+    assert!(with[1] < 0.9 * without[1], "{with:?} {without:?}");
+    run(
+        place.path(),
+        &["arm", "identify", "inertia", "three-link", "good.csv", "--out", "found.json", "--overwrite"],
+    )
+    .succeeded();
     let from_currents = [
         "arm",
         "identify",

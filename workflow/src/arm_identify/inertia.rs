@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, identify_bodies};
+use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
 use hysteron_base::BadInput;
 use serde_json::{Value, json};
 
-use super::{MotionOptions, Results, Row, TERMS, positive, rows_json, say_rows};
+use super::{MotionOptions, Results, Row, TERMS, joined, positive, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
 use crate::{Caller, arm};
@@ -35,6 +35,9 @@ pub struct Options {
         arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)
     )]
     pub prior: f64,
+    /// Finds by how much measured torques lead or lag those of the rigid arm, and how they change with the frequency
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub response: bool,
     /// File for the robot as identified: .urdf, .xml (MJCF) or .csv (parameters)
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub robot: Option<PathBuf>,
@@ -66,14 +69,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if options.test.is_some() && options.hold_out > 0.0 {
         return Err(BadInput::new("--hold-out", "this or --test", "both").into());
     }
-    let mut motion = options.motion.read_all(&options.recordings, model)?;
-    let mut test = options.test.as_ref().map(|path| options.motion.read(path, model)).transpose()?;
-    if options.hold_out > 0.0 {
-        let n = motion.n_samples();
-        let cut = (n as f64 * (1.0 - options.hold_out)) as usize;
-        test = Some(motion.part(cut..n));
-        motion = motion.part(0..cut);
+    let recorded = options.motion.read_each(&options.recordings, model)?;
+    let (fitted, mut held) = split(recorded, options.hold_out);
+    if let Some(path) = &options.test {
+        held.push(options.motion.read(path, model)?);
     }
+    let motion = joined(&fitted)?;
+    let test = if held.is_empty() { None } else { Some(joined(&held)?) };
     let body_options = BodyOptions { terms: &TERMS, width: options.motion.width, prior: options.prior };
     let fit = identify_bodies(model, &motion, &body_options)?;
     let rows: Vec<Row> = fit.estimates.iter().map(Row::of_term).collect();
@@ -85,11 +87,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     caller.say(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
     fit.warnings.iter().for_each(|warning| caller.say(warning));
+    let responds = if options.response { Some(responds(&fit, [&fitted, &held], caller)?) } else { None };
     let found = json!({
         "robot": model.name(), "estimates": rows_json(&rows), "rms_n_m": fit.rms, "test_rms_n_m": tested,
         "n_determined": fit.n_determined, "condition": fit.condition, "warnings": fit.warnings,
         "least_pseudo_inertias": fit.least_pseudo_inertias(), "samples": motion.n_samples(),
-        "cutoff_hz": options.motion.cutoff,
+        "cutoff_hz": options.motion.cutoff, "response": responds,
     });
     if let Some(folder) = &options.results.figures {
         let shown = test.as_ref().unwrap_or(&motion);
@@ -109,6 +112,40 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.wrote(path);
     }
     options.results.write(found, caller)
+}
+
+/// The first samples of all motions together, and the part that is held out.
+fn split(motions: Vec<JointMotion>, hold_out: f64) -> (Vec<JointMotion>, Vec<JointMotion>) {
+    let all: usize = motions.iter().map(JointMotion::n_samples).sum();
+    let mut left = (all as f64 * (1.0 - hold_out)) as usize;
+    let [mut fitted, mut held] = [Vec::new(), Vec::new()];
+    for motion in motions {
+        let (n, cut) = (motion.n_samples(), left.min(motion.n_samples()));
+        left -= cut;
+        for (parts, range) in [(&mut fitted, 0..cut), (&mut held, cut..n)] {
+            if !range.is_empty() {
+                parts.push(motion.part(range));
+            }
+        }
+    }
+    (fitted, held)
+}
+
+/// The response of measured torques, and what is left with it.
+fn responds(fit: &BodyFit, [fitted, held]: [&Vec<JointMotion>; 2], caller: &Caller) -> anyhow::Result<Value> {
+    let [fitted, held]: [Vec<&JointMotion>; 2] = [fitted.iter().collect(), held.iter().collect()];
+    let response = TorqueResponse::identify(fit, &fitted)?;
+    let left = response.rms_on(fit, &fitted);
+    let tested = if held.is_empty() { None } else { Some(response.rms_on(fit, &held)) };
+    let lead_ms: Vec<f64> = response.lead.iter().map(|lead| 1e3 * lead).collect();
+    caller.say(format_args!("measured torques lead by joint [ms]: {lead_ms:.2?}"));
+    caller.say(format_args!("error with this response [N m]: {left:.4?}"));
+    if let Some(tested) = &tested {
+        caller.say(format_args!("on what was not fitted: {tested:.4?}"));
+    }
+    Ok(json!({
+        "lead_s": response.lead, "second_s2": response.second, "rms_n_m": left, "test_rms_n_m": tested,
+    }))
 }
 
 /// What the figures need of every joint.

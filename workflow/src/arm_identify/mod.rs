@@ -166,6 +166,16 @@ pub(crate) fn positive(option: &str, value: f64) -> Result<(), BadInput> {
     if holds { Ok(()) } else { Err(BadInput::new(option, "a finite number > 0", value.to_string())) }
 }
 
+/// Motions of one arm, one after the other.
+fn joined(motions: &[JointMotion]) -> Result<JointMotion, BadInput> {
+    let Some((first, rest)) = motions.split_first() else {
+        return Err(BadInput::new("recordings", "one or more", "none"));
+    };
+    let mut all = first.clone();
+    rest.iter().for_each(|motion| all.extend(motion));
+    Ok(all)
+}
+
 impl MotionOptions {
     /// The robot that `name` says, with joints locked at zero or where `NAME=Q` says [rad or m].
     fn model(&self, name: &str) -> anyhow::Result<Model> {
@@ -207,15 +217,13 @@ impl MotionOptions {
         Ok(motion.map_err(within)?)
     }
 
+    /// The motions of several files.
+    fn read_each(&self, paths: &[PathBuf], model: &Model) -> anyhow::Result<Vec<JointMotion>> {
+        paths.iter().map(|path| self.read(path, model)).collect()
+    }
+
     /// The motions of several files, one after the other.
     fn read_all(&self, paths: &[PathBuf], model: &Model) -> anyhow::Result<JointMotion> {
-        let Some((first, rest)) = paths.split_first() else {
-            return Err(BadInput::new("recordings", "one or more", "none").into());
-        };
-        let mut motion = self.read(first, model)?;
-        for path in rest {
-            motion.extend(&self.read(path, model)?);
-        }
-        Ok(motion)
+        Ok(joined(&self.read_each(paths, model)?)?)
     }
 }
