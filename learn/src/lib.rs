@@ -29,6 +29,7 @@ mod normaliser;
 mod panels;
 mod product;
 mod regression;
+mod short_panels;
 mod transformer;
 
 pub use engine::{

@@ -5,8 +5,10 @@
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
+use crate::short_panels::ShortPanels;
+
 /// Outputs that a product makes at a time.
-const PANEL: usize = 64;
+pub(crate) const PANEL: usize = 64;
 
 /// How what steps a network keeps the weights of its matrices. A network that does not stay in a core's own cache takes as long for a
 /// sample as its weights take to come from memory: half as many bits come in half the time.
@@ -16,7 +18,7 @@ pub enum WeightFormat {
     /// As they were trained, `f32`.
     #[default]
     Float32,
-    /// Whole numbers of 16 bits in the unit of their row, a 32767th of its largest; sums in `f32`.
+    /// Whole numbers in 16 bits, an 8191th of the largest of their row; inputs of a product likewise. Sums of 32 are exact.
     Int16,
 }
 
@@ -24,46 +26,27 @@ pub enum WeightFormat {
 #[derive(Debug, Clone)]
 pub(crate) enum Panels {
     Single(Vec<[f32; PANEL]>),
-    /// Whole numbers, and the unit of each row.
-    Short(Vec<[i16; PANEL]>, Vec<[f32; PANEL]>),
+    Short(ShortPanels),
 }
 
 impl Panels {
     /// From a row-major matrix; the last panel is filled up with zeros.
     pub fn new(matrix: &[f32], n_columns: usize, format: WeightFormat) -> Self {
+        if format == WeightFormat::Int16 {
+            return Self::Short(ShortPanels::new(matrix, n_columns));
+        }
         let panel = |rows: &[f32], column: usize| -> [f32; PANEL] {
             std::array::from_fn(|r| rows.get(r * n_columns + column).copied().unwrap_or(0.0))
         };
         let panels = matrix.chunks(PANEL * n_columns);
-        if format == WeightFormat::Float32 {
-            return Self::Single(
-                panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect(),
-            );
-        }
-        let unit = |rows: &[f32]| -> [f32; PANEL] {
-            let mut rows = rows.chunks_exact(n_columns);
-            let largest = |row: &[f32]| row.iter().fold(0.0f32, |max, value| max.max(value.abs()));
-            // A row of zeros has a unit too.
-            std::array::from_fn(|_| {
-                rows.next().map_or(1.0, |row| (largest(row) / f32::from(i16::MAX)).max(f32::MIN_POSITIVE))
-            })
-        };
-        let units: Vec<[f32; PANEL]> = panels.clone().map(unit).collect();
-        let whole = |(rows, units): (&[f32], &[f32; PANEL])| -> Vec<[i16; PANEL]> {
-            let column = |c: usize| {
-                let values = panel(rows, c);
-                std::array::from_fn(|r| (values[r] / units[r]).round() as i16)
-            };
-            (0..n_columns).map(column).collect()
-        };
-        Self::Short(panels.zip(&units).flat_map(whole).collect(), units)
+        Self::Single(panels.flat_map(|rows| (0..n_columns).map(move |c| panel(rows, c))).collect())
     }
 
     /// out += A x.
     pub fn multiply_add(&self, x: &[f32], out: &mut [f32]) {
         match self {
             Self::Single(panels) => multiply_add_panels(panels, x, out),
-            Self::Short(panels, units) => multiply_add_short_panels(panels, units, x, out),
+            Self::Short(panels) => panels.multiply_add(x, out),
         }
     }
 
@@ -85,16 +68,6 @@ pub(crate) fn padded(n: usize) -> Vec<f32> {
     vec![0.0; n.next_multiple_of(PANEL)]
 }
 
-/// sums += A x for one panel of A, column by column.
-#[inline(always)]
-fn add_columns<T: Copy + Into<f32>>(panel: &[[T; PANEL]], x: &[f32], sums: &mut [f32; PANEL]) {
-    for (column, x) in panel.iter().zip(x) {
-        for l in 0..PANEL {
-            sums[l] = column[l].into().mul_add(*x, sums[l]);
-        }
-    }
-}
-
 /// out += A x for one column x, A in panels: for each [`PANEL`] outputs, for each column, their entries.
 fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
     Arch::new().dispatch(
@@ -102,25 +75,12 @@ fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
         || {
             for (panel, out) in panels.chunks_exact(x.len()).zip(out.as_chunks_mut::<PANEL>().0) {
                 let mut sums = *out;
-                add_columns(panel, x, &mut sums);
-                *out = sums;
-            }
-        },
-    );
-}
-
-/// As [`multiply_add_panels`], with every entry a whole number of the unit of its row (one for each output).
-fn multiply_add_short_panels(panels: &[[i16; PANEL]], units: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let outs = out.as_chunks_mut::<PANEL>().0.iter_mut().zip(units);
-            for (panel, (out, units)) in panels.chunks_exact(x.len()).zip(outs) {
-                let mut sums = [0.0; PANEL];
-                add_columns(panel, x, &mut sums);
-                for l in 0..PANEL {
-                    out[l] = sums[l].mul_add(units[l], out[l]);
+                for (column, x) in panel.iter().zip(x) {
+                    for l in 0..PANEL {
+                        sums[l] = column[l].mul_add(*x, sums[l]);
+                    }
                 }
+                *out = sums;
             }
         },
     );
@@ -194,9 +154,10 @@ impl WithSimd for Rows<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::short_panels::LARGEST;
 
     #[test]
-    fn short_weights_are_off_by_half_a_unit_of_their_row() {
+    fn short_weights_are_off_by_half_a_unit_of_their_row_and_of_the_inputs() {
         // Neither whole panels nor, in row 3, anything but zeros.
         let (n_rows, n_columns) = (PANEL + 6, 33);
         let entry =
@@ -210,11 +171,14 @@ mod tests {
         };
         let (single, short) = (product(WeightFormat::Float32), product(WeightFormat::Int16));
         let reach: f32 = x.iter().map(|x| x.abs()).sum();
+        let step = x.iter().fold(0.0f32, |max, x| max.max(x.abs())) / LARGEST;
         let mut n_different = 0;
         for (r, row) in matrix.chunks(n_columns).enumerate() {
-            let unit = row.iter().fold(0.0f32, |max, value| max.max(value.abs())) / f32::from(i16::MAX);
-            // Half a unit for every weight, and the round-off of sums of 33 products.
-            let tol = 0.5 * unit * reach + 33.0 * f32::EPSILON * reach;
+            let unit = row.iter().fold(0.0f32, |max, value| max.max(value.abs())) / LARGEST;
+            let entries: f32 = row.iter().map(|w| w.abs()).sum();
+            // Half a unit for every weight and every input and their product, and the round-off of sums of 33 products.
+            let tol =
+                0.5 * (unit * reach + step * entries) + 33.0 * (0.25 * unit * step + f32::EPSILON * reach);
             assert!((single[r] - short[r]).abs() <= tol, "row {r}: {} {}", single[r], short[r]);
             n_different += usize::from(single[r] != short[r]);
         }

@@ -69,7 +69,7 @@ pub struct Options {
 pub enum Weights {
     /// As they were trained
     Float32,
-    /// Whole numbers of 16 bits in the unit of their row
+    /// Whole numbers in 16 bits, an 8191th of the largest of their row; inputs of products too
     Int16,
 }
 
