@@ -55,6 +55,7 @@ mod regressor;
 mod ridge;
 mod rnea;
 mod rollouts;
+mod sampling;
 mod scalar;
 pub mod servo_force;
 mod simulator;

@@ -5,11 +5,12 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording, Table, units::Unit};
 use super::columns::{Columns, Selection};
 use super::{BadRows, ImportOptions, Imported, UnitCheck, suspicion};
 use crate::Recorded;
+use crate::sampling::{STEP_SCATTER, Steps};
 
 type Check<T> = Result<T, BadInput>;
 
 /// Largest part of the rows that may be left out [-].
-const MOST_LEFT_OUT: f64 = 0.1;
+pub(crate) const MOST_LEFT_OUT: f64 = 0.1;
 /// Ends the name of a channel that says where another has a label.
 pub(crate) const LABELLED: &str = "labelled_ratio";
 
@@ -242,11 +243,12 @@ fn described(mut meta: Metadata, columns: &Columns, options: &ImportOptions) -> 
 /// The recording as it is where it has a fixed rate and no other is asked for, else resampled.
 fn at_fixed_rate(recording: Recording, rate_hz: Option<f64>) -> Check<Recording> {
     let own = recording.rate_hz();
+    let Some(steps) = Steps::of(recording.time()) else { return Ok(recording) };
     let rate = match rate_hz {
         Some(rate) if own.is_some_and(|own| (own - rate).abs() <= 1e-9 * rate) => return Ok(recording),
         Some(rate) => rate,
-        None if own.is_some() || recording.n_samples() < 2 => return Ok(recording),
-        None => usual_rate(recording.time()),
+        None if own.is_some() => return Ok(recording),
+        None => usual_rate(&steps),
     };
     let resampled = recording.resampled(rate)?;
     // Between a label and none there is none.
@@ -257,14 +259,13 @@ fn at_fixed_rate(recording: Recording, rate_hz: Option<f64>) -> Check<Recording>
     let channels = resampled.channels().iter().map(whole).collect();
     let mut meta = resampled.meta().clone();
     meta.extra.insert("resampled_hz".to_owned(), rate.to_string());
+    meta.extra.insert(STEP_SCATTER.to_owned(), format!("{:.4}", steps.scatter()));
     Recording::new(resampled.time().to_vec(), channels, resampled.gap().to_vec(), meta)
 }
 
 /// The rate of the median step, to four digits [Hz].
-fn usual_rate(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let rate = 1.0 / steps[steps.len() / 2];
+fn usual_rate(steps: &Steps) -> f64 {
+    let rate = 1.0 / steps.median();
     format!("{rate:.3e}").parse().unwrap_or(rate)
 }
 

@@ -14,6 +14,7 @@ use std::path::Path;
 use hysteron_base::{BadInput, Filter, Metadata, Recording, Result, Table};
 
 use crate::Model;
+pub(crate) use assemble::MOST_LEFT_OUT;
 pub use columns::Columns;
 
 /// What becomes of rows that cannot be read: with a cell that is no number, with another number of cells, or with a time that is

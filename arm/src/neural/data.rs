@@ -5,6 +5,8 @@ use std::ops::Range;
 use hysteron_base::{BadInput, Recording};
 
 use super::features::{Features, GripperAxis};
+use crate::import::MOST_LEFT_OUT;
+use crate::sampling::{STEP_SCATTER, Steps};
 use crate::{Quantity, Recorded};
 
 /// One recorded trajectory at a fixed rate. Rows are samples.
@@ -95,6 +97,9 @@ pub enum Unlabelled {
 const MOST_PERIOD_OFF: f64 = 0.1;
 /// Samples that may be further apart than one and a half periods, as a part of all.
 const MOST_LATE: f64 = 0.05;
+/// Most scatter of the other steps [-]. Times that are wrong by a fifth of 17 ms shift a joint at 0.5 rad/s by 0.1 deg, as much as a
+/// trained actuator errs.
+const MOST_SCATTER: f64 = 0.2;
 /// Fewest samples of a trajectory.
 pub const FEWEST_ROWS: usize = 32;
 
@@ -142,7 +147,7 @@ pub fn trajectory_of(
     period: f64,
     unlabelled: Unlabelled,
 ) -> Result<Trajectory, BadInput> {
-    check_times(recording.time(), period)?;
+    check_times(recording, period)?;
     let regular = recording.rate_hz().is_some_and(|rate| (rate * period - 1.0).abs() < 1e-3);
     let resampled;
     let recording = if regular {
@@ -151,6 +156,7 @@ pub fn trajectory_of(
         resampled = recording.resampled(1.0 / period)?;
         &resampled
     };
+    check_gaps(recording.gap())?;
     let recorded = Recorded::of(recording)?;
     let m = features.motors();
     if recorded.joints.len() != m {
@@ -217,22 +223,42 @@ fn forces(recorded: &Recorded, n: usize, unlabelled: Unlabelled) -> Vec<Option<[
     (0..n).map(|i| at(i).or(otherwise)).collect()
 }
 
-fn check_times(times: &[f64], period: f64) -> Result<(), BadInput> {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let Some(median) = steps.get(steps.len() / 2) else {
-        return Err(BadInput::new("time_s", "two samples or more", times.len().to_string()));
+fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
+    let Some(steps) = Steps::of(recording.time()) else {
+        return Err(BadInput::new("time_s", "two samples or more", recording.n_samples().to_string()));
     };
+    let median = steps.median();
     if (median / period - 1.0).abs() > MOST_PERIOD_OFF {
         let expected = format!("steps of {period} s, within {:.0} %", 100.0 * MOST_PERIOD_OFF);
         return Err(BadInput::new("time_s", expected, format!("{median:.5} s in the median"))
             .hint("--period-s says the step of the simulation"));
     }
-    let late = steps.iter().filter(|step| **step > 1.5 * period).count() as f64 / steps.len() as f64;
+    let uneven = |expected: String, found: f64| {
+        BadInput::new("time_s", expected, format!("{:.1} %", 100.0 * found))
+            .hint("jitter this large hides what the actuator does between samples")
+    };
+    let late = steps.longer_than(1.5 * period);
     if late > MOST_LATE {
         let expected = format!("at most {:.0} % of the steps longer than 1.5 periods", 100.0 * MOST_LATE);
-        return Err(BadInput::new("time_s", expected, format!("{:.1} %", 100.0 * late))
-            .hint("jitter this large hides what the actuator does between samples"));
+        return Err(uneven(expected, late));
+    }
+    // A file that was resampled on import says what its own steps were.
+    let noted = recording.meta().extra.get(STEP_SCATTER).and_then(|text| text.parse().ok());
+    let scatter = steps.scatter().max(noted.unwrap_or(0.0));
+    if scatter > MOST_SCATTER {
+        let expected =
+            format!("steps that scatter by at most {:.0} % about their median", 100.0 * MOST_SCATTER);
+        return Err(uneven(expected, scatter));
+    }
+    Ok(())
+}
+
+fn check_gaps(gap: &[bool]) -> Result<(), BadInput> {
+    let filled = gap.iter().filter(|gap| **gap).count() as f64 / gap.len() as f64;
+    if filled > MOST_LEFT_OUT {
+        let expected = format!("at most {:.0} % of the samples filled in", 100.0 * MOST_LEFT_OUT);
+        return Err(BadInput::new("gap", expected, format!("{:.1} %", 100.0 * filled))
+            .hint("cut the recording at its gaps, or record it again"));
     }
     Ok(())
 }

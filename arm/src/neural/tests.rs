@@ -525,6 +525,18 @@ fn recordings_that_are_not_whole_or_at_another_rate_are_refused() {
     // Every tenth sample comes three periods late.
     let found = refusal(&changed("", |i| PERIOD * (i + 2 * (i / 10)) as f64));
     assert!(found.contains("time_s: expected at most 5 % of the steps longer than 1.5 periods"), "{found}");
+    let filled = |gap: &dyn Fn(usize) -> bool| {
+        let whole = recording(1, 100);
+        let gap = (0..100).map(gap).collect();
+        Recording::new(whole.time().to_vec(), whole.channels().to_vec(), gap, whole.meta().clone()).unwrap()
+    };
+    let found = refusal(&filled(&|i| i % 9 == 0));
+    assert!(found.contains("gap: expected at most 10 % of the samples filled in, got 12.0 %"), "{found}");
+    let tenth = filled(&|i| i % 10 == 0);
+    assert!(trajectory_of(&tenth, &features(), PERIOD, Unlabelled::Unknown).is_ok());
+    // No step is late, every other one is 45 % of a period off.
+    let found = refusal(&changed("", |i| PERIOD * (i as f64 + 0.45 * (i / 2 % 2) as f64)));
+    assert!(found.contains("scatter by at most 20 % about their median, got"), "{found}");
     // Without any channel of force nothing is known of it, unless the motion is said to be free.
     let mut channels = recording(1, 100).channels().to_vec();
     channels.retain(|channel| !channel.name.starts_with("force"));

@@ -19,9 +19,12 @@ struct Change<'a> {
     /// Columns that read -999 throughout.
     missing: &'a [&'a str],
     period: f64,
+    /// By how many periods each row comes late.
+    late: fn(i32) -> f64,
 }
 
-const GOOD: Change = Change { without: "", scaled: (&[], 1.0), missing: &[], period: 0.017 };
+const GOOD: Change =
+    Change { without: "", scaled: (&[], 1.0), missing: &[], period: 0.017, late: |_| 0.0 };
 
 /// Waves of all joints that goals are ahead of; a weight is held in the second half.
 fn value(column: &str, k: usize, t: f64) -> f64 {
@@ -51,7 +54,7 @@ fn write(path: &Path, change: Change) {
     let mut text = "timestamp".to_owned();
     columns.iter().for_each(|(name, ..)| write!(text, ",{name}").unwrap());
     for i in 0..200 {
-        let t = change.period * f64::from(i);
+        let t = change.period * (f64::from(i) + (change.late)(i));
         write!(text, "\n{:.6}", 1000.0 + t).unwrap();
         for (_, name, k) in &columns {
             let factor = if change.scaled.0.contains(name) { change.scaled.1 } else { 1.0 };
@@ -108,4 +111,21 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     let bad = run(folder, &fit);
     assert!(bad.error(2).contains("steps of 0.017 s"), "{}", bad.stderr);
     assert!(!folder.join("a.safetensors").exists());
+
+    // Import resamples what is uneven, and what it filled in is still known.
+    let fit_of = |late: fn(i32) -> f64, name: &str| {
+        import(Change { late, ..GOOD }).succeeded();
+        std::fs::copy(folder.join("out.parquet"), folder.join(name)).unwrap();
+        run(folder, &["arm", "fit", "neural", name, "--out", "a.safetensors"])
+    };
+    let bad = fit_of(|i| f64::from(3 * (i / 20)), "late.parquet");
+    let expected = "late.parquet: gap: expected at most 10 % of the samples filled in, got 1";
+    assert!(bad.error(2).contains(expected), "{}", bad.stderr);
+    let bad = fit_of(|i| 0.45 * f64::from(i / 2 % 2), "scattered.parquet");
+    let expected =
+        "scattered.parquet: time_s: expected steps that scatter by at most 20 % about their median";
+    assert!(bad.error(2).contains(expected), "{}", bad.stderr);
+    // What is within the limits fails for another reason: one recording is none to validate.
+    let bad = fit_of(|i| 0.1 * f64::from(i / 2 % 2) + f64::from(i / 100), "fair.parquet");
+    assert!(bad.error(2).contains("two or more, one of them for validation"), "{}", bad.stderr);
 }
