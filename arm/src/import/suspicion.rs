@@ -20,6 +20,14 @@ const TEMPERATURES: [f64; 2] = [-60.0, 250.0];
 /// Speeds that differ by this factor from the change of the coordinate have another unit: degrees make 57, turns per minute 9.5
 /// [-].
 const SPEED_FACTOR: f64 = 4.0;
+/// Currents at full duty cycle, from what is recorded at any: some hundredths of a small servo's at stall; a large drive's [A].
+const CURRENTS_AT_FULL_PWM: [f64; 2] = [0.01, 1000.0];
+/// A mean duty cycle below this says nothing: its motor stands, and its sensor of current reads noise [-].
+const IDLE_PWM: f64 = 0.02;
+/// A joint at this speed or more moves [rad/s or m/s].
+const MOVING: f64 = 0.05;
+/// A quarter of the finest step in which servos tell their currents: the median of moving motors' is larger [A].
+const SMALLEST_CURRENT: f64 = 2.5e-4;
 /// Below this correlation the change of the coordinate says nothing about the speed [-].
 const CORRELATION: f64 = 0.7;
 /// How far coordinates may lie outside a joint's range, in ranges [-].
@@ -59,7 +67,7 @@ pub(super) fn check(recorded: &Recorded, model: Option<&Model>) -> Result<(), Ba
             }
         }
     }
-    Ok(())
+    check_currents(&recorded.joints)
 }
 
 fn suspicious(name: &str, expected: &str, found: f64) -> BadInput {
@@ -95,4 +103,38 @@ fn check_speed(recorded: &Recorded, joint: &JointSeries, k: usize) -> Result<(),
             .hint(hint_of("another, or the sign of one of them")));
     }
     Ok(())
+}
+
+/// Currents are the part of the motors' currents at stall that duty cycles are, and moving motors need some. All joints together: one
+/// of them may stand, be moved by hand, or have no sensor.
+fn check_currents(joints: &[JointSeries]) -> Result<(), BadInput> {
+    let bad = |expected: String, found: String, unit: &str| {
+        Err(BadInput::new("current_*_a", expected, found).hint(hint_of(unit)))
+    };
+    let mean = |values: &[f64]| values.iter().map(|x| x.abs()).sum::<f64>() / values.len() as f64;
+    let pairs = joints.iter().filter_map(|joint| Some((mean(joint.current?), mean(joint.pwm?))));
+    let (current, pwm) = pairs
+        .filter(|(current, pwm)| *current > 0.0 && *pwm > IDLE_PWM)
+        .fold((0.0, 0.0), |sums, pair| (sums.0 + pair.0, sums.1 + pair.1));
+    if pwm > 0.0 {
+        let ([least, most], at_full) = (CURRENTS_AT_FULL_PWM, current / pwm);
+        if !(least..=most).contains(&at_full) {
+            let unit = if at_full < least { "a" } else { "ma" };
+            let expected = format!("currents that make {least} to {most} A at full PWM");
+            return bad(expected, format!("{at_full:.2e} A"), unit);
+        }
+    }
+    let moving = |joint: &JointSeries| -> Option<Vec<f64>> {
+        let rows = joint.current?.iter().zip(joint.velocity?);
+        Some(rows.filter(|(i, dq)| **i != 0.0 && dq.abs() >= MOVING).map(|(i, _)| i.abs()).collect())
+    };
+    let mut moving: Vec<f64> = joints.iter().filter_map(moving).flatten().collect();
+    moving.sort_by(f64::total_cmp);
+    match moving.get(moving.len() / 2) {
+        Some(median) if *median < SMALLEST_CURRENT => {
+            let expected = format!("{SMALLEST_CURRENT} A or more in motors that move");
+            bad(expected, format!("{median:.2e} A in the median"), "a")
+        }
+        _ => Ok(()),
+    }
 }

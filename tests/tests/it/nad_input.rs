@@ -18,13 +18,15 @@ struct Change<'a> {
     scaled: (&'a [&'a str], f64),
     /// Columns that read -999 throughout.
     missing: &'a [&'a str],
+    /// A kind of column that reads 0 throughout.
+    zero: &'a str,
     period: f64,
     /// By how many periods each row comes late.
     late: fn(i32) -> f64,
 }
 
 const GOOD: Change =
-    Change { without: "", scaled: (&[], 1.0), missing: &[], period: 0.017, late: |_| 0.0 };
+    Change { without: "", scaled: (&[], 1.0), missing: &[], zero: "", period: 0.017, late: |_| 0.0 };
 
 /// Waves of all joints that goals are ahead of; a weight is held in the second half.
 fn value(column: &str, k: usize, t: f64) -> f64 {
@@ -60,6 +62,7 @@ fn write(path: &Path, change: Change) {
             let factor = if change.scaled.0.contains(name) { change.scaled.1 } else { 1.0 };
             let own = match *name {
                 "unused" => 0.0,
+                name if name == change.zero => 0.0,
                 name if change.missing.contains(&name) => -999.0,
                 name => value(name, *k, t),
             };
@@ -100,6 +103,23 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     assert!(bad.error(2).contains("current_3_a"), "{}", bad.stderr);
     let bad = import(Change { scaled: (&["pos", "goal_pos"], 57.3), ..GOOD });
     assert!(bad.error(2).contains("--accept-units"), "{}", bad.stderr);
+    // Currents in amperes and in microamperes; without PWM the motion tells. An arm that hardly moves needs next to none.
+    for (factor, zero, found) in [
+        (1e-3, "", "0.01 to 1000 A at full PWM, got 1.4"),
+        (1e3, "", "0.01 to 1000 A at full PWM, got 1.4"),
+        (1e-3, "pwm", "0.00025 A or more in motors that move, got 7"),
+    ] {
+        let bad = import(Change { scaled: (&["current"], factor), zero, ..GOOD });
+        let text = bad.error(2);
+        assert!(text.contains("current_*_a: expected") && text.contains(found), "{factor} {text}");
+        let unit = if factor < 1.0 { "unit a?" } else { "unit ma?" };
+        assert!(text.contains(unit) && text.contains("--accept-units"), "{text}");
+    }
+    for slow in [0.1, 0.01] {
+        import(Change { scaled: (&["pos", "goal_pos", "vel", "current", "pwm"], slow), ..GOOD }).succeeded();
+    }
+    // Torque off, and moved by hand.
+    import(Change { scaled: (&["current", "pwm"], 0.0), ..GOOD }).succeeded();
     // Times in milliseconds.
     let bad = import(Change { period: 17.0, ..GOOD });
     assert!(bad.error(2).contains("in.csv") && bad.error(2).contains("unit"), "{}", bad.stderr);
