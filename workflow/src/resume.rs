@@ -19,16 +19,30 @@ impl Unfinished {
         Self { out: out.to_owned(), files }
     }
 
+    /// What to say where the training has ended before there was a checkpoint to write.
+    pub fn nothing_written(&self) -> anyhow::Error {
+        anyhow::anyhow!(
+            "interrupted; nothing is written but the files of the training; the same command {}",
+            self.then()
+        )
+    }
+
+    /// What the same command does next.
+    fn then(&self) -> String {
+        let there = self.files.iter().filter(|file| file.exists());
+        let names: Vec<String> = there.map(|file| file.display().to_string()).collect();
+        if names.is_empty() {
+            "begins again".to_owned()
+        } else {
+            format!("goes on from {}", names.join(", "))
+        }
+    }
+
     /// The checkpoint is written. A training that is finished needs its files no more; one that is not has failed.
     pub fn end(&self, is_finished: bool, caller: &Caller) -> anyhow::Result<()> {
         let out = self.out.display();
         if !is_finished {
-            let names: Vec<String> = self.files.iter().map(|file| file.display().to_string()).collect();
-            let then = if names.is_empty() {
-                "begins again".to_owned()
-            } else {
-                format!("goes on from {}", names.join(", "))
-            };
+            let then = self.then();
             anyhow::bail!("interrupted; the best weights so far are in {out}; the same command {then}");
         }
         for file in self.files.iter().filter(|file| file.exists()) {

@@ -195,6 +195,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     };
     let found = fit_actuator(&model, &features, [&training, &validation], &asked, &mut session)?;
     bars.finish();
+    // Without the second network it would pass for another actuator.
+    if found.actuator.sensing.is_some() != asked.sensing.is_some() {
+        return Err(unfinished.nothing_written());
+    }
     let rate = found.steps as f64 / start.elapsed().as_secs_f64();
     let mut details = json!({
         "options": asked.training, "sensing_options": asked.sensing, "validation_deg": found.validation, "epochs": found.epochs,

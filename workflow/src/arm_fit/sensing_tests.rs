@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use hysteron_arm::neural::Prior;
 use hysteron_base::{Metadata, Recording};
@@ -9,7 +10,7 @@ use hysteron_learn::{Block, Form};
 use hysteron_rig::virtual_arm::{VirtualArm, data_set};
 
 use super::{estimate, evaluate, neural};
-use crate::Caller;
+use crate::{Caller, Monitor, Progress, Silent};
 
 /// Two trajectories to learn from and one of each other kind, of three tasks.
 fn recorded(root: &Path) {
@@ -48,6 +49,45 @@ fn options(recordings: PathBuf, out: PathBuf) -> neural::Options {
         period_s: 0.017,
         seed: 1,
     }
+}
+
+/// Asks for an end as soon as the second network is trained.
+struct EndsBetween(AtomicBool);
+
+impl Monitor for EndsBetween {
+    fn progress(&self, of: &str, _: usize, _: usize) -> Box<dyn Progress> {
+        self.0.fetch_or(of.contains("force"), Ordering::Relaxed);
+        Box::new(Silent)
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn say(&self, _: &str) {}
+}
+
+#[test]
+fn an_actuator_that_is_interrupted_between_its_networks_is_not_written_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().join("nad");
+    recorded(&root);
+    let model = folder.path().join("a.safetensors");
+    let asked = options(root, model.clone());
+    let monitor = EndsBetween(AtomicBool::new(false));
+    let caller = Caller { monitor: &monitor, ..Caller::silent("test") };
+    let error = neural::run(&asked, &caller).unwrap_err().to_string();
+    let training = folder.path().join("a.training");
+    assert!(error.starts_with("interrupted; nothing is written"), "{error}");
+    assert!(error.ends_with(&format!("goes on from {}", training.display())), "{error}");
+    assert!(!model.exists() && training.exists());
+    let caller = Caller::silent("test");
+    neural::run(&asked, &caller).unwrap();
+    assert!(!training.exists());
+    let resumed = std::fs::read(&model).unwrap();
+    std::fs::remove_file(&model).unwrap();
+    neural::run(&asked, &caller).unwrap();
+    assert!(std::fs::read(&model).unwrap() == resumed, "the same bytes after an interruption");
 }
 
 #[test]
