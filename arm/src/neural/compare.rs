@@ -192,27 +192,32 @@ impl<'a> Comparison<'a> {
             })
         };
         let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
-        let mean = |method: usize, horizon: usize| {
-            let n = tasks.len() as f64;
-            let one = |task: &Task| {
-                pose_scores(features, &task.trajectories, &task.positions[method], horizon).mean_deg()
-            };
-            tasks.iter().map(one).sum::<f64>() / n
-        };
-        let means: BTreeMap<&str, BTreeMap<String, f64>> = METHODS
-            .iter()
-            .enumerate()
-            .map(|(k, name)| (*name, HORIZONS.iter().map(|h| (h.to_string(), mean(k, *h))).collect()))
-            .collect();
         let conditions: Vec<Vec<f64>> =
             tasks.iter().flat_map(Task::conditions).map(|said| said.network).collect();
         json!({
-            "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": means, "forces": forces(&tasks.iter().collect::<Vec<_>>()),
+            "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": self.means(&|own| Some(own.mean_deg())),
+            "mean_gripper_mm": self.means(&|own| own.gripper_mm), "forces": forces(&tasks.iter().collect::<Vec<_>>()),
             "force_from": if actuator.sensing.is_some() { "observer" } else { "loop" },
             "condition_accuracy_auc": condition_scores(&all, &conditions),
             "tasks": tasks.iter().map(of_task).collect::<Vec<_>>(), "left_out": actuator.details["left_out"],
             "trained_on": actuator.details["recordings"].as_array().map_or(0, Vec::len),
         })
+    }
+
+    /// Of every method and horizon, the mean over the tasks of a score; `None` where a task has none.
+    fn means(
+        &self,
+        of: &dyn Fn(&PoseScores) -> Option<f64>,
+    ) -> BTreeMap<&str, BTreeMap<String, Option<f64>>> {
+        let Self { actuator, tasks, .. } = self;
+        let mean = |method: usize, horizon: usize| -> Option<f64> {
+            let one = |task: &Task| {
+                of(&pose_scores(&actuator.features, &task.trajectories, &task.positions[method], horizon))
+            };
+            Some(tasks.iter().map(one).sum::<Option<f64>>()? / tasks.len() as f64)
+        };
+        let by_horizon = |method: usize| HORIZONS.iter().map(|h| (h.to_string(), mean(method, *h))).collect();
+        METHODS.iter().enumerate().map(|(k, name)| (*name, by_horizon(k))).collect()
     }
 
     /// Detectors of a degraded motor, fitted to `training`, and the network, on tasks whose name begins so.

@@ -477,6 +477,14 @@ fn friction_of_a_degraded_motor_is_found_by_the_detector_that_is_made_for_it() {
 #[test]
 fn scores_are_those_of_their_definitions() {
     let data = trajectories(0..1, 200);
+    let features = features();
+    let m = features.motors();
+    let mut off: Vec<f64> =
+        data[0].states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect();
+    off.chunks_exact_mut(m).for_each(|row| row[m - 1] += 0.01);
+    let poses = pose_scores(&features, &data, &[off], 100);
+    // A line of 22.8 mm/rad opens the jaws; joints are where they were.
+    assert!((poses.gripper_mm.unwrap() - 0.228).abs() < 1e-9 && poses.mean_deg() == 0.0, "{poses:?}");
     let label = |row: usize| data[0].force[row].unwrap();
     let exact: (Vec<[f64; 3]>, Vec<f64>) =
         (0..199).map(|row| (label(row), f64::from(u8::from(label(row)[2] != 0.0)))).unzip();

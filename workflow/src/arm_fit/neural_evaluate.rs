@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::neural::trajectories;
 use super::recordings::{Role, files, read};
+use crate::figures::arm_neural::mean_of;
 use crate::{COMMIT, Caller, arm};
 
 /// Where it is read and written.
@@ -87,13 +88,23 @@ fn number(value: &Value, digits: usize) -> String {
     value.as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"))
 }
 
-fn say(summary: &Value, caller: &Caller) {
-    caller.say("mean absolute error of the joints over the first steps of rollouts [deg], mean of tasks:");
+/// Errors by method and horizon.
+fn say_poses(summary: &Value, (key, what, unit): (&str, &str, &str), caller: &Caller) {
+    caller.say(format_args!(
+        "mean absolute error {what} over the first steps of rollouts [{unit}], mean of tasks:"
+    ));
     let head = HORIZONS.map(|h| format!("{h:>8}")).concat();
     caller.say(format_args!("{:56}{head}", ""));
     for name in METHODS {
-        let cells = HORIZONS.map(|h| format!("{:>8}", number(&summary["mean_deg"][name][h.to_string()], 3)));
+        let cells = HORIZONS.map(|h| format!("{:>8}", number(&summary[key][name][h.to_string()], 3)));
         caller.say(format_args!("{name:56}{}", cells.concat()));
+    }
+}
+
+fn say(summary: &Value, caller: &Caller) {
+    say_poses(summary, ("mean_deg", "of the joints", "deg"), caller);
+    if !summary["mean_gripper_mm"][METHODS[0]]["100"].is_null() {
+        say_poses(summary, ("mean_gripper_mm", "of the aperture", "mm"), caller);
     }
     for (key, name) in FORCES {
         let force = &summary["forces"][key];
@@ -129,6 +140,26 @@ fn say(summary: &Value, caller: &Caller) {
     }
 }
 
+/// Errors of the joints [deg], and of the aperture [mm] where there is one.
+fn numbers(scores: &Value) -> Vec<Option<f64>> {
+    let joints = scores["joints_deg"].as_array().map_or(&[][..], Vec::as_slice);
+    joints.iter().chain([&scores["gripper_mm"]]).map(Value::as_f64).collect()
+}
+
+/// The same, column by column the mean of all rows.
+fn means(rows: &[Vec<Option<f64>>]) -> Vec<Option<f64>> {
+    let column = |k: usize| mean_of(rows.iter().map(|row| row.get(k).copied().flatten()));
+    (0..rows.first().map_or(0, Vec::len)).map(column).collect()
+}
+
+/// As the paper prints them: `J1 / J2 / J3 / J4 | gripper`.
+fn shown(errors: &[Option<f64>]) -> String {
+    let all: Vec<String> =
+        errors.iter().map(|x| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.2}"))).collect();
+    all.split_last()
+        .map_or_else(String::new, |(gripper, joints)| format!("{} | {gripper}", joints.join(" / ")))
+}
+
 /// The tables III to V of the paper, with every rival.
 fn page(summary: &Value, command: &str) -> Page {
     let about = "Rollouts from the true initial state, as tables III to V of NeuralActuator: mean absolute error over the first steps, by \
@@ -138,19 +169,15 @@ fn page(summary: &Value, command: &str) -> Page {
     for horizon in HORIZONS {
         page.heading(&format!("First {horizon} steps: joints [deg] | aperture [mm]"));
         let head: Vec<&str> = std::iter::once("Task").chain(METHODS).collect();
-        let cell = |task: &Value, name: &str| {
-            let scores = &task["poses"][name][horizon.to_string()];
-            let joints = scores["joints_deg"].as_array().map_or(&[][..], Vec::as_slice);
-            let joints: Vec<String> = joints.iter().map(|x| number(x, 2)).collect();
-            format!("{} | {}", joints.join(" / "), number(&scores["gripper_mm"], 2))
+        let scores = |task: &Value, name: &str| numbers(&task["poses"][name][horizon.to_string()]);
+        let row = |name: &str, of: &dyn Fn(&str) -> Vec<Option<f64>>| {
+            std::iter::once(name.to_owned()).chain(METHODS.map(|method| shown(&of(method)))).collect()
         };
-        page.table(
-            &head,
-            tasks.iter().map(|task| {
-                let name = task["task"].as_str().unwrap_or_default().to_owned();
-                std::iter::once(name).chain(METHODS.map(|method| cell(task, method))).collect()
-            }),
-        );
+        let rows = tasks
+            .iter()
+            .map(|task| row(task["task"].as_str().unwrap_or_default(), &|method| scores(task, method)));
+        let mean = |method: &str| means(&tasks.iter().map(|task| scores(task, method)).collect::<Vec<_>>());
+        page.table(&head, rows.chain([row("mean", &mean)]));
     }
     page.heading("Force on the tip [N], whole trajectories");
     let keys = [

@@ -107,7 +107,7 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
         model: model.clone(),
         recordings: vec![root.clone()],
         out: None,
-        figures: None,
+        figures: Some(folder.path().join("figures")),
         robot: robot.clone(),
         leave_out: Vec::new(),
         free: vec!["force_unlabeled".to_owned()],
@@ -120,9 +120,20 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
         ["network, recorded currents (as published)", "servo identified by rollout"].map(error);
     // Four updates: hardly more than the servo that it begins with.
     assert!(network < 1.2 * servo, "{network} {servo}");
+    // Five motors are simulated: that of the gripper too, by every method.
+    for name in hysteron_arm::neural::METHODS {
+        let own = |key: &str| found[key][name]["300"].as_f64().unwrap();
+        let tasks = found["tasks"].as_array().unwrap();
+        let of_task = |task: &serde_json::Value| task["poses"][name]["300"]["gripper_mm"].as_f64().unwrap();
+        let mean = tasks.iter().map(of_task).sum::<f64>() / tasks.len() as f64;
+        assert!(mean > 0.0 && (own("mean_gripper_mm") - mean).abs() < 1e-12, "{name} {mean}");
+        assert!(mean < 5.0, "{name}: {mean} mm of some 20");
+    }
     for key in ["force", "force_gmo_linear", "force_gmo_drive"] {
         assert!(found["forces"][key]["loaded_axis_n"].as_f64().unwrap() > 0.0, "{key}");
     }
+    let page = std::fs::read_to_string(folder.path().join("figures/report.html")).unwrap();
+    assert!(page.contains("joints [deg] | aperture [mm]") && page.contains("<td>mean</td>"));
     // Nothing acts in a pure simulation.
     assert!(found["forces"]["force_pure"].is_null());
 

@@ -80,14 +80,16 @@ fn without_traces(study: &NeuralStudy) -> Value {
 }
 
 fn means(page: &mut Page, study: &NeuralStudy) {
-    page.heading("Joints: mean of tasks and joints over the first steps [deg]");
+    page.heading("Mean of tasks over the first steps: joints [deg] | aperture [mm]");
     let mut rows = Vec::new();
     let sets = [("published split", &study.published)];
     let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
     for (split, cells) in sets.into_iter().chain(left) {
         for method in METHODS {
             let at = |steps: &'static str| {
-                text(over_seeds(cells, &|cell| cell["mean_deg"][method][steps].as_f64()), 3)
+                let joints = over_seeds(cells, &|cell| cell["mean_deg"][method][steps].as_f64());
+                let aperture = over_seeds(cells, &|cell| aperture_error(cell, method, steps));
+                format!("{} | {}", text(joints, 3), text(aperture, 3))
             };
             rows.push(vec![split.to_owned(), method.to_owned(), at("100"), at("300"), at("500"), at("600")]);
         }
@@ -107,28 +109,55 @@ fn poses(page: &mut Page, study: &NeuralStudy) {
                 "Table {title}, first {steps} steps: J1 / J2 / J3 / J4 [deg] | gripper [mm]"
             ));
             let head: Vec<&str> = std::iter::once("Task").chain(METHODS).collect();
-            let row = |(task, published): &PosesRow| {
-                let name = format!("{subset}/{task}");
+            let mean = |joint: usize| {
+                rows.iter().map(|(_, published)| published[k][joint]).sum::<f64>() / rows.len() as f64
+            };
+            let row = |name: &str, tasks: &[&str], published: &dyn Fn(usize) -> String| {
                 let cell = |(m, method): (usize, &&str)| {
                     let one = |joint: usize| {
-                        let ours = over_seeds(&study.published, &|cell| {
-                            let scores = &task_of(cell, &name)?["poses"][*method][steps];
-                            match joint {
-                                4 => scores["gripper_mm"].as_f64(),
-                                _ => scores["joints_deg"][joint].as_f64(),
-                            }
-                        });
-                        let ours = ours.map_or_else(|| "-".to_owned(), |(mean, _)| format!("{mean:.2}"));
+                        let of = |cell: &Value| {
+                            mean_of(tasks.iter().map(|task| {
+                                pose_error(
+                                    &task_of(cell, &format!("{subset}/{task}"))?["poses"][*method][steps],
+                                    joint,
+                                )
+                            }))
+                        };
+                        let ours = over_seeds(&study.published, &of).map(|(mean, _)| (mean, None));
                         // The first method is what the paper has.
-                        if m == 0 { format!("{ours} ({})", published[k][joint]) } else { ours }
+                        let beside = if m == 0 { format!(" ({})", published(joint)) } else { String::new() };
+                        format!("{}{beside}", text(ours, 2))
                     };
                     format!("{} | {}", (0..4).map(one).collect::<Vec<_>>().join(" / "), one(4))
                 };
-                std::iter::once((*task).to_owned()).chain(METHODS.iter().enumerate().map(cell)).collect()
+                std::iter::once(name.to_owned())
+                    .chain(METHODS.iter().enumerate().map(cell))
+                    .collect::<Vec<_>>()
             };
-            page.table(&head, rows.iter().map(row));
+            let of_task =
+                |(task, published): &PosesRow| row(task, &[task], &|joint| published[k][joint].to_string());
+            let all: Vec<&str> = rows.iter().map(|(task, _)| *task).collect();
+            let last = row("mean", &all, &|joint| format!("{:.2}", mean(joint)));
+            page.table(&head, rows.iter().map(of_task).chain([last]));
         }
     }
+}
+
+/// Mean of these; `None` where one is missing.
+pub(crate) fn mean_of(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
+    let n = values.len() as f64;
+    Some(values.sum::<Option<f64>>()? / n)
+}
+
+/// Error of a joint [deg], or beyond the joints of the aperture [mm].
+fn pose_error(scores: &Value, joint: usize) -> Option<f64> {
+    scores["joints_deg"].get(joint).unwrap_or(&scores["gripper_mm"]).as_f64()
+}
+
+/// Error of the aperture, mean of all tasks [mm].
+fn aperture_error(cell: &Value, method: &str, steps: &str) -> Option<f64> {
+    let tasks = cell["tasks"].as_array()?;
+    mean_of(tasks.iter().map(|task| task["poses"][method][steps]["gripper_mm"].as_f64()))
 }
 
 fn task_of<'a>(cell: &'a Value, name: &str) -> Option<&'a Value> {
@@ -247,13 +276,15 @@ fn faults(page: &mut Page, study: &NeuralStudy) {
 fn networks(page: &mut Page, study: &NeuralStudy) {
     page.heading("Table X: networks in the loop");
     page.paragraph(
-        "Mean of tasks and joints over the first 500 steps. Networks of one size, trained with as many updates; those without a servo begin with \
+        "Mean of tasks over the first 500 steps: joints [deg] | aperture [mm]. Networks of one size, trained with as many updates; those without a servo begin with \
          inverse dynamics. A perceptron with residual layers sees one sample and stands for networks without history.",
     );
     let cells = std::iter::once(&study.published).chain(&study.networks);
     let row = |(network, cells): (&hysteron_arm::study::neural::NetworkKind, &Vec<Value>)| {
         let at = |method: usize| {
-            text(over_seeds(cells, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64()), 3)
+            let joints = over_seeds(cells, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64());
+            let aperture = over_seeds(cells, &|cell| aperture_error(cell, METHODS[method], "500"));
+            format!("{} | {}", text(joints, 3), text(aperture, 3))
         };
         let parameters = cells.first().and_then(|cell| cell["parameters"].as_u64()).unwrap_or(0);
         vec![network.name.to_owned(), parameters.to_string(), at(0), at(1)]
@@ -261,9 +292,12 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
     let rivals = [2, 3, 4].map(|method: usize| {
         let found = over_seeds(&study.published, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64());
         let found = found.map(|(mean, _)| (mean, None));
-        vec![METHODS[method].to_owned(), "-".to_owned(), "-".to_owned(), text(found, 3)]
+        let aperture = over_seeds(&study.published, &|cell| aperture_error(cell, METHODS[method], "500"));
+        let aperture = aperture.map(|(mean, _)| (mean, None));
+        let cell = format!("{} | {}", text(found, 3), text(aperture, 3));
+        vec![METHODS[method].to_owned(), "-".to_owned(), "-".to_owned(), cell]
     });
-    let head = ["Network", "Parameters", "Recorded currents [deg]", "Pure simulation [deg]"];
+    let head = ["Network", "Parameters", "Recorded currents", "Pure simulation"];
     page.table(&head, NETWORKS.iter().zip(cells).map(row).chain(rivals));
     page.paragraph(
         "As printed, contact and no contact together, J1 / J2 / J3 / J4 [deg] | gripper [mm] | force [N]:",
