@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 use super::chain::N_JOINTS;
+use super::fault::Fault;
 use super::gripper::Gripper;
 use super::leader::Leader;
 use super::robot::VirtualArm;
@@ -76,6 +77,11 @@ impl Follower {
     /// The arm.
     pub fn world(&self) -> &ArmWorld {
         &self.world
+    }
+
+    /// What is wrong with a joint, if anything is.
+    pub fn fault(&self) -> Option<&Fault> {
+        self.course.faults.first()
     }
 }
 

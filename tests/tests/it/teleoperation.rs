@@ -72,6 +72,31 @@ fn a_recorder_that_is_killed_leaves_no_torque_and_its_rows_open() {
 }
 
 #[test]
+fn the_emulated_follower_has_the_fault_of_the_trajectory() {
+    let folder = tempfile::tempdir().unwrap();
+    let generate =
+        ["arm", "generate", "--subsets", "motor_faults", "--splits", "test", "--payloads-g", "200"];
+    let own = ["--trajectories", "1", "--seed", "5", "--out", "nad"];
+    run(folder.path(), &[&generate[..], &own].concat()).succeeded();
+    for (kind, found) in [("band", "rubber band"), ("friction", "dry friction"), ("lost_tooth", "backlash")] {
+        let name = format!("motor_faults/pick_place_200g_{kind}/test/001");
+        let recording = Recording::read(folder.path().join(format!("nad/{name}.parquet"))).unwrap();
+        let emulate =
+            ["arm", "emulate", "--dir", "arms", "--for-s", "0", "--seed", "5", "--trajectory", &name];
+        let stdout = run(folder.path(), &emulate).succeeded().stdout;
+        let fault = &recording.meta().extra["fault"];
+        assert!(fault.contains(found), "{fault}");
+        assert!(
+            stdout.contains(&format!("\nthe follower has joint 3: {}\n", &fault[9..])),
+            "{fault} {stdout}"
+        );
+    }
+    let healthy = "motor_faults/pick_place_200g_healthy/test/001";
+    let emulate = ["arm", "emulate", "--dir", "arms", "--for-s", "0", "--trajectory", healthy];
+    assert!(!run(folder.path(), &emulate).succeeded().stdout.contains("the follower has"));
+}
+
+#[test]
 fn wrong_arguments_are_told_before_a_port_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let emulate = |arguments: &[&str]| {

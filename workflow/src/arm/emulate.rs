@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
 use hysteron_rig::teleoperation::ARMS_FILE;
-use hysteron_rig::virtual_arm::{N_SERVOS, data_set};
+use hysteron_rig::virtual_arm::{Fault, N_SERVOS, data_set, fault_set};
 use serde_json::{Value, json};
 
 use super::generate::read_arm;
@@ -66,15 +66,17 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let end = options.for_s.map(|seconds| duration("--for-s", seconds)).transpose()?;
     let begins = duration("--begins-s", options.begins_s)?.as_secs_f64();
     let (general, _) = read_arm(&options.arm)?;
-    let planned = data_set().into_iter().find(|one| one.name() == options.trajectory).ok_or_else(|| {
+    let mut planned = data_set().into_iter().chain(fault_set());
+    let planned = planned.find(|one| one.name() == options.trajectory).ok_or_else(|| {
         let found = format!("\"{}\"", options.trajectory);
-        BadInput::new("--trajectory", "SUBSET/TASK/SPLIT/NUMBER of NAD", found).hint(
-            "as in weight/pick_place_object_200g/test/001; `hysteron arm generate --out DIR` makes them all",
+        BadInput::new("--trajectory", "SUBSET/TASK/SPLIT/NUMBER of NAD or of motor_faults", found).hint(
+            "as in weight/pick_place_object_200g/test/001; `hysteron arm generate --out DIR` makes NAD's, with --subsets motor_faults the others",
         )
     })?;
     let arm = general.individual(options.seed);
     let (leader, follower) = arm.arms(&planned.trial, options.seed, &options.trajectory, begins);
     let over = leader.end();
+    let fault = follower.fault().map(Fault::describe);
     let [leads, follows] = emulator_options(options)?;
     // The links, the file and the log in it are those of one emulator.
     let _folder = Lock::folder(&options.dir)?;
@@ -85,6 +87,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     file::write_bytes(&path, ARMS_FILE)?;
     for (name, emulator) in [("leader", leader.servo_port()), ("follower", follower.servo_port())] {
         caller.say(format_args!("{name} at {}, 1000000 baud", emulator.display()));
+    }
+    if let Some(fault) = fault {
+        caller.say(format_args!("the follower has {fault}"));
     }
     caller.say(format_args!(
         "the hand moves from {begins:.0} to {over:.0} s; log: {}/{TORQUE_LOG}",
