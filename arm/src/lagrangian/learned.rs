@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::network::Evaluator;
 use super::{Decomposition, NetworkShape, Samples, decompose};
+use crate::JointKind;
 
 /// A trained model of inverse dynamics.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +58,7 @@ impl LearnedDynamics {
     /// Torques of samples, and what they are spent on.
     ///
     /// # Errors
-    /// `BadInput` where the samples have another number of joints, or no momenta where the model needs them.
+    /// `BadInput` where the samples have another number of joints, or others that slide, or no momenta where the model needs them.
     pub fn decompose(&self, samples: &Samples) -> std::result::Result<Decomposition, BadInput> {
         let n = self.shape.n_joints();
         if samples.n_joints != n {
@@ -66,6 +67,12 @@ impl LearnedDynamics {
                 format!("{n} joints, as the model has"),
                 samples.n_joints.to_string(),
             ));
+        }
+        let slides = |j: &usize| samples.kinds[*j] == JointKind::Prismatic;
+        if let Some(j) = (0..n).find(|j| slides(j) != self.shape.lengths[*j].is_some()) {
+            let [expected, found] = if slides(&j) { ["rad", "m"] } else { ["m", "rad"] };
+            let of = |unit: &str| format!("q_{}_{unit}", j + 1);
+            return Err(BadInput::new("recording", format!("{}, as the model has", of(expected)), of(found)));
         }
         if self.shape.variant.is_hamiltonian() && samples.momenta[0].is_empty() {
             return Err(BadInput::new("recording", "momenta, which this model takes for velocities", "none"));

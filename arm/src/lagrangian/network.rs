@@ -147,7 +147,7 @@ impl Scales {
     /// A slope that is not positive leaves d_i as it was.
     fn with_mean_inertia(mut self, samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
         let n = samples.n_joints;
-        let mut block = Block::<f64>::new(inputs.features(vec![Coordinate::Angle; n]));
+        let mut block = Block::<f64>::new(inputs.features(coordinates(&samples.lengths())));
         let width = 1 + block.n_features() + n;
         let mut sums = NormalEquations::new(width, n);
         let motion = [&samples.q[..], &samples.dq, &samples.ddq];
@@ -295,9 +295,7 @@ impl NetworkShape {
     }
 
     pub(crate) fn features(&self) -> Features {
-        let coordinates =
-            self.lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length));
-        self.inputs.features(coordinates.collect())
+        self.inputs.features(coordinates(&self.lengths))
     }
 
     fn mlp(&self, inputs: usize, outputs: usize) -> Mlp {
@@ -369,6 +367,11 @@ impl NetworkShape {
             Kind::Friction => Box::new(Friction::new(speeds, torques)),
         }
     }
+}
+
+/// What every joint's coordinate enters as.
+fn coordinates(lengths: &[Option<f64>]) -> Vec<Coordinate> {
+    lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length)).collect()
 }
 
 /// A term and where its parameters stand.

@@ -15,7 +15,7 @@ use crate::{Quantity, Recorded};
 pub fn samples_of(recording: &Recording, cutoff: f64) -> Result<Samples, BadInput> {
     let recorded = Recorded::of(recording)?;
     let n = recorded.joints.len();
-    let mut samples = Samples::new(n);
+    let mut samples = Samples::of_joints(recorded.joints.iter().map(|joint| joint.kind).collect());
     let [q, dq, tau] =
         [Quantity::Position, Quantity::Velocity, Quantity::Torque].map(|of| recorded.require(of));
     let (q, dq, tau) = (q?, dq?, tau?);

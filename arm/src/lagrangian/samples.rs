@@ -4,11 +4,18 @@ use std::ops::Range;
 
 use hysteron_base::BadInput;
 
+use crate::JointKind;
+
+/// A length of one that hardly moves [m].
+const SHORTEST: f64 = 1e-6;
+
 /// States and torques of an arm, trajectory after trajectory. Arrays are [sample][joint].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     /// Joints.
     pub n_joints: usize,
+    /// Which of them turn, and which slide.
+    pub kinds: Vec<JointKind>,
     /// Positions [rad or m].
     pub q: Vec<f64>,
     /// Velocities.
@@ -24,9 +31,25 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// No samples yet.
+    /// No samples yet, of joints that turn.
     pub fn new(n_joints: usize) -> Self {
-        Self { n_joints, ..Self::default() }
+        Self::of_joints(vec![JointKind::Revolute; n_joints])
+    }
+
+    /// No samples yet.
+    pub fn of_joints(kinds: Vec<JointKind>) -> Self {
+        Self { n_joints: kinds.len(), kinds, ..Self::default() }
+    }
+
+    /// What networks need to know of every joint's coordinate ([`super::NetworkShape::lengths`]): nothing of an angle, of a length its
+    /// standard deviation [m].
+    pub fn lengths(&self) -> Vec<Option<f64>> {
+        let spreads = self.deviations(&self.q);
+        let of = |(kind, spread): (&JointKind, f64)| match kind {
+            JointKind::Revolute => None,
+            JointKind::Prismatic => Some(spread.max(SHORTEST)),
+        };
+        self.kinds.iter().zip(spreads).map(of).collect()
     }
 
     /// How many samples there are.
@@ -73,11 +96,20 @@ impl Samples {
     /// Adds all trajectories of `other`.
     ///
     /// # Errors
-    /// `BadInput` where it has another number of joints.
+    /// `BadInput` where it has another number of joints, or one slides that turns here.
     pub fn append(&mut self, other: &Self) -> Result<(), BadInput> {
         if other.n_joints != self.n_joints {
             let expected = format!("{} joints, as in the others", self.n_joints);
             return Err(BadInput::new("recording", expected, other.n_joints.to_string()));
+        }
+        if let Some(j) = (0..self.n_joints).find(|j| self.kinds[*j] != other.kinds[*j]) {
+            let unit = |kind| if kind == JointKind::Revolute { "rad" } else { "m" };
+            let expected = format!("q_{}_{}, as in the others", j + 1, unit(self.kinds[j]));
+            return Err(BadInput::new(
+                "recording",
+                expected,
+                format!("q_{}_{}", j + 1, unit(other.kinds[j])),
+            ));
         }
         let first = self.len();
         for (all, values) in [
@@ -113,7 +145,7 @@ impl Samples {
 
     /// The trajectories of these numbers, in this order.
     pub fn select(&self, trajectories: impl IntoIterator<Item = usize>) -> Self {
-        let mut found = Self::new(self.n_joints);
+        let mut found = Self::of_joints(self.kinds.clone());
         for t in trajectories {
             let Range { start, end } = self.trajectories[t];
             let part = self.n_joints * start..self.n_joints * end;
@@ -151,6 +183,7 @@ impl Samples {
         };
         Self {
             n_joints: n,
+            kinds: self.kinds.clone(),
             trajectories: std::iter::once(0..rows.len()).collect(),
             q: take(&self.q),
             dq: take(&self.dq),

@@ -32,7 +32,7 @@ pub struct Options {
     /// The network sees products of the sines and cosines of up to so many joints, with a linear path past its hidden layers; 0 for sines and cosines alone
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::number::up_to::<4>))]
     pub products: u32,
-    /// Squares in the kinetic energy beyond one for each joint; of a chain of turning joints two, or six out of a plane, for each hold it exactly, with --products
+    /// Squares in the kinetic energy beyond one for each joint; of a chain of turning joints two for each in a plane, or six, hold it exactly, with --products; up to 32
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::number::up_to::<32>))]
     pub squares: u32,
     /// Epochs of Adam at most
@@ -79,7 +79,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         activation: Activation::Softplus,
         epsilon: 1e-4,
         scales: Scales::of(&training, options.variant, inputs),
-        lengths: vec![None; samples.n_joints],
+        lengths: samples.lengths(),
         inputs,
         squares: options.squares as usize,
     };

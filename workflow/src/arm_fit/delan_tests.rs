@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::lagrangian::Variant;
+use hysteron_arm::lagrangian::{LearnedDynamics, Variant, samples_of};
 use hysteron_base::Recording;
 
 use super::{delan, estimate};
@@ -104,6 +104,48 @@ fn squares_and_a_second_order_method_find_digits_that_adam_does_not() {
     };
     let (rough, fine) = (fitted("rough.safetensors", 0, 0, 0), fitted("fine.safetensors", 2, 4, 40));
     assert!(fine < 0.5 * rough, "{fine} {rough}");
+}
+
+#[test]
+fn a_joint_that_slides_is_learned_as_a_length_and_no_model_takes_the_other_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let sliding = |text: &str| {
+        let units = [("q_2_rad", "q_2_m"), ("dq_2_rad_s", "dq_2_m_s"), ("tau_2_n_m", "tau_2_n")];
+        units.iter().fold(text.to_owned(), |text, (turning, sliding)| {
+            let columns = |line: &str| {
+                line.split(',')
+                    .map(|c| if c == *turning { *sliding } else { c })
+                    .collect::<Vec<_>>()
+                    .join(",")
+            };
+            text.lines().map(columns).collect::<Vec<_>>().join("\n")
+        })
+    };
+    // A spring of 1.24 N/m on the second joint, which goes 8 m to either side: no function of sin q and cos q.
+    let far = |i: usize, row: &mut Vec<String>| {
+        let t = 0.7 * i as f64 / 50.0;
+        let (q, dq) = (8.0 * t.sin(), 5.6 * t.cos());
+        (row[2], row[4], row[6]) = (q.to_string(), dq.to_string(), (0.75 * q).to_string());
+    };
+    let turns = write(folder.path(), "turns.csv", &text(2000, far));
+    let slides = write(folder.path(), "slides.csv", &sliding(&text(2000, far)));
+    let caller = Caller::silent("test");
+    let fitted = |recording: &PathBuf, name: &str| {
+        let out = folder.path().join(name);
+        let asked = delan::Options { epochs: 150, ..options(vec![recording.clone()], out.clone()) };
+        let found = delan::run(&asked, &caller).unwrap();
+        (out, found["validation"].as_f64().unwrap())
+    };
+    let ((angle, bad), (length, good)) = (fitted(&turns, "a.safetensors"), fitted(&slides, "b.safetensors"));
+    assert!(good < 0.1 * bad, "{good} {bad}");
+    for (model, recording, expected) in [(&angle, &slides, "q_2_rad"), (&length, &turns, "q_2_m")] {
+        let samples = samples_of(&Recording::read(recording).unwrap(), 10.0).unwrap();
+        let bad = LearnedDynamics::read(model).unwrap().decompose(&samples).unwrap_err();
+        assert!(bad.to_string().contains(&format!("expected {expected}, as the model has")), "{bad}");
+    }
+    let both = options(vec![turns, slides], folder.path().join("c.safetensors"));
+    let bad = delan::run(&both, &caller).unwrap_err();
+    assert!(bad.to_string().contains("expected q_2_rad, as in the others, got q_2_m"), "{bad}");
 }
 
 #[test]
