@@ -132,8 +132,8 @@ fn rollout(
     println!("    sum of all states {:.6e}", states.iter().sum::<f64>());
 }
 
-/// The torque of a structured Lagrangian (DeLaN) of seven joints and 2 × 128 units, one sample at a time; beside it what four passes
-/// over its weights take, which it cannot do without, and the torque of rigid bodies (`rnea/panda/single`).
+/// The torque of a structured Lagrangian (DeLaN) of seven joints and 2 × 128 units, one sample at a time; beside it what two passes
+/// over its weights take, forward and back, which it cannot do without, and the torque of rigid bodies (`rnea/panda/single`).
 fn learned_torque(criterion: &mut Criterion) {
     let n = 7;
     for activation in [Activation::Relu, Activation::Softplus, Activation::Tanh] {
@@ -161,7 +161,7 @@ fn learned_torque(criterion: &mut Criterion) {
             });
         });
         if activation == Activation::Relu {
-            criterion.bench_function("delan/7 joints/2x128/weights read four times", |bencher| {
+            criterion.bench_function("delan/7 joints/2x128/weights read twice", |bencher| {
                 bencher.iter(|| {
                     let pass = |at: f32| {
                         let mut sums = [at; 32];
@@ -170,7 +170,7 @@ fn learned_torque(criterion: &mut Criterion) {
                         }
                         sums.iter().sum::<f32>()
                     };
-                    black_box((0..4).fold(0.0, |sum, _| sum + pass(black_box(sum))))
+                    black_box((0..2).fold(0.0, |sum, _| sum + pass(black_box(sum))))
                 });
             });
         }
