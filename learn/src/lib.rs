@@ -29,7 +29,6 @@ mod normaliser;
 mod panels;
 mod product;
 mod regression;
-mod short_panels;
 mod transformer;
 
 pub use engine::{

@@ -2,13 +2,15 @@
 //!
 //! Results are the same on every instruction set.
 
+mod short;
+
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::short_panels::ShortPanels;
+use short::ShortPanels;
 
 /// Outputs that a product makes at a time.
-pub(crate) const PANEL: usize = 64;
+const PANEL: usize = 64;
 
 /// How what steps a network keeps the weights of its matrices. A network that does not stay in a core's own cache takes as long for a
 /// sample as its weights take to come from memory: half as many bits come in half the time.
@@ -153,8 +155,8 @@ impl WithSimd for Rows<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::short::LARGEST;
     use super::*;
-    use crate::short_panels::LARGEST;
 
     #[test]
     fn short_weights_are_off_by_half_a_unit_of_their_row_and_of_the_inputs() {

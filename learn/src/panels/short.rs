@@ -7,10 +7,10 @@ use pulp::{Arch, NullaryFnOnce};
 #[cfg(target_arch = "x86_64")]
 use pulp::{cast, x86};
 
-use crate::panels::PANEL;
+use super::PANEL;
 
 /// Largest whole number of an entry or an input.
-pub(crate) const LARGEST: f32 = 8191.0;
+pub(super) const LARGEST: f32 = 8191.0;
 /// Pairs of columns whose products are summed as whole numbers: 2 · 16 · 8191² < 2³¹.
 const PAIRS: usize = 16;
 /// Pairs of columns that are made whole numbers at a time.
