@@ -7,6 +7,9 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+/// The longest text of others that a message repeats [characters].
+const LONGEST_REPEATED: usize = 600;
+
 /// Input that cannot be used: `place: expected …, got … (hint: …)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BadInput {
@@ -21,9 +24,11 @@ pub struct BadInput {
 }
 
 impl BadInput {
-    /// An error without a hint; add one with [`BadInput::hint`].
+    /// An error without a hint; add one with [`BadInput::hint`]. Of a long place or finding, which files may make as
+    /// long as they are, the beginning and the end stay.
     pub fn new(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self { place: place.into(), expected: expected.into(), found: found.into(), hint: String::new() }
+        let [place, found] = [place.into(), found.into()].map(shortened);
+        Self { place, expected: expected.into(), found, hint: String::new() }
     }
 
     /// The same error with advice.
@@ -38,6 +43,16 @@ impl BadInput {
             if self.place.is_empty() { outer.to_string() } else { format!("{outer}: {}", self.place) };
         self
     }
+}
+
+fn shortened(text: String) -> String {
+    // No text has more characters than bytes.
+    if text.len() <= LONGEST_REPEATED || text.chars().nth(LONGEST_REPEATED).is_none() {
+        return text;
+    }
+    let begins: String = text.chars().take(LONGEST_REPEATED * 2 / 3).collect();
+    let ends = text.char_indices().rev().nth(LONGEST_REPEATED / 4).map_or(0, |(at, _)| at);
+    format!("{begins} … {}", &text[ends..])
 }
 
 impl std::fmt::Display for BadInput {
@@ -85,3 +100,18 @@ impl Error {
 
 /// Result of a function in `base`.
 pub type Result<T> = std::result::Result<T, Error>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_what_a_file_makes_long_beginning_and_end_are_told() {
+        let long = format!("begins{}ends", "ä".repeat(100_000));
+        let told = BadInput::new(&long, "few words", &long).within("a.toml").to_string();
+        assert!(told.starts_with("a.toml: begins") && told.ends_with("ends"), "{told}");
+        assert!(told.chars().count() < 3 * LONGEST_REPEATED, "{}", told.len());
+        let fits = "ä".repeat(LONGEST_REPEATED);
+        assert_eq!(BadInput::new("", "few words", &fits).found, fits);
+    }
+}

@@ -8,7 +8,7 @@ use hysteron_base::BadInput;
 use hysteron_fit::Spread;
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-use super::motion::JointMotion;
+use super::motion::{JointMotion, rms_left};
 use super::normal::{Columns, JointTerm, Normal};
 use super::pseudo_inertia::{Body, believable, divergence, matrix};
 use crate::Model;
@@ -168,12 +168,7 @@ impl BodyFit {
 
     /// Root mean square of what is left of every joint's torque on another motion [N m].
     pub fn rms_on(&self, motion: &JointMotion) -> Vec<f64> {
-        let n = motion.n_joints;
-        let mut squares = vec![0.0; n];
-        for (k, (found, measured)) in self.torques(motion).iter().zip(&motion.tau).enumerate() {
-            squares[k % n] += (found - measured).powi(2);
-        }
-        squares.iter().map(|square| (square / motion.n_samples() as f64).sqrt()).collect()
+        rms_left([motion], motion.n_joints, |motion| self.torques(motion))
     }
 
     /// Least eigenvalue of the pseudo-inertia of every body: above 0 where it can exist.

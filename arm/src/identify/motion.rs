@@ -146,6 +146,22 @@ impl JointMotion {
     }
 }
 
+/// Root mean square of what `torques` leave of every joint's torque in these motions [N m].
+pub(super) fn rms_left<'a>(
+    motions: impl IntoIterator<Item = &'a JointMotion>,
+    n_joints: usize,
+    torques: impl Fn(&JointMotion) -> Vec<f64>,
+) -> Vec<f64> {
+    let (mut squares, mut samples) = (vec![0.0; n_joints], 0);
+    for motion in motions {
+        for (k, (found, measured)) in torques(motion).iter().zip(&motion.tau).enumerate() {
+            squares[k % n_joints] += (found - measured).powi(2);
+        }
+        samples += motion.n_samples();
+    }
+    squares.iter().map(|square| (square / samples as f64).sqrt()).collect()
+}
+
 /// Torques of a recording, measured or from currents.
 fn torques(recorded: &Recorded, torque_constants: &[f64]) -> Result<Vec<Vec<f64>>, BadInput> {
     let of = |columns: Vec<&[f64]>, scale: &dyn Fn(usize) -> f64| -> Vec<Vec<f64>> {

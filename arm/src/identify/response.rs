@@ -6,7 +6,7 @@
 use hysteron_base::BadInput;
 
 use super::bodies::BodyFit;
-use super::motion::JointMotion;
+use super::motion::{JointMotion, rms_left};
 
 /// Motions have one rate if theirs differ by no more than this [-].
 const SAME_RATE: f64 = 1e-3;
@@ -81,15 +81,7 @@ impl TorqueResponse {
 
     /// Root mean square of what is left of every joint's torque in these motions [N m].
     pub fn rms_on(&self, fit: &BodyFit, motions: &[&JointMotion]) -> Vec<f64> {
-        let n = self.lead.len();
-        let (mut squares, mut samples) = (vec![0.0; n], 0);
-        for motion in motions {
-            for (k, (found, measured)) in self.torques(fit, motion).iter().zip(&motion.tau).enumerate() {
-                squares[k % n] += (found - measured).powi(2);
-            }
-            samples += motion.n_samples();
-        }
-        squares.iter().map(|square| (square / samples as f64).sqrt()).collect()
+        rms_left(motions.iter().copied(), self.lead.len(), |motion| self.torques(fit, motion))
     }
 }
 

@@ -170,13 +170,11 @@ impl TensorFile {
         let (_, header) = SafeTensors::read_metadata(&bytes).map_err(not_whole)?;
         let texts = header.metadata().clone().unwrap_or_default();
         let text = |name: &str| texts.get(name).map_or("nothing", |text| &text[..]);
-        // What stands in the place of a short word may be long.
-        let begins = |name: &str| text(name).chars().take(40).collect::<String>();
         if text("format") != format {
-            return Err(BadInput::new("format", format, begins("format")));
+            return Err(BadInput::new("format", format, text("format")));
         }
         if text("version") != version.to_string() {
-            return Err(BadInput::new("version", version.to_string(), begins("version"))
+            return Err(BadInput::new("version", version.to_string(), text("version"))
                 .hint("written by another version of the program"));
         }
         clear_checksum(&mut bytes, text("sha256"))?;

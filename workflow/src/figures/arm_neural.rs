@@ -79,6 +79,12 @@ fn without_traces(study: &NeuralStudy) -> Value {
     all
 }
 
+/// Errors of joints [deg] and of the aperture [mm], means of all tasks.
+fn joints_and_aperture(cells: &[Value], method: &str, steps: &str) -> String {
+    let mean = |key: &str| over_seeds(cells, &|cell| cell[key][method][steps].as_f64());
+    format!("{} | {}", text(mean("mean_deg"), 3), text(mean("mean_gripper_mm"), 3))
+}
+
 fn means(page: &mut Page, study: &NeuralStudy) {
     page.heading("Mean of tasks over the first steps: joints [deg] | aperture [mm]");
     let mut rows = Vec::new();
@@ -86,11 +92,7 @@ fn means(page: &mut Page, study: &NeuralStudy) {
     let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
     for (split, cells) in sets.into_iter().chain(left) {
         for method in METHODS {
-            let at = |steps: &'static str| {
-                let joints = over_seeds(cells, &|cell| cell["mean_deg"][method][steps].as_f64());
-                let aperture = over_seeds(cells, &|cell| aperture_error(cell, method, steps));
-                format!("{} | {}", text(joints, 3), text(aperture, 3))
-            };
+            let at = |steps: &str| joints_and_aperture(cells, method, steps);
             rows.push(vec![split.to_owned(), method.to_owned(), at("100"), at("300"), at("500"), at("600")]);
         }
     }
@@ -152,12 +154,6 @@ pub(crate) fn mean_of(values: impl ExactSizeIterator<Item = Option<f64>>) -> Opt
 /// Error of a joint [deg], or beyond the joints of the aperture [mm].
 fn pose_error(scores: &Value, joint: usize) -> Option<f64> {
     scores["joints_deg"].get(joint).unwrap_or(&scores["gripper_mm"]).as_f64()
-}
-
-/// Error of the aperture, mean of all tasks [mm].
-fn aperture_error(cell: &Value, method: &str, steps: &str) -> Option<f64> {
-    let tasks = cell["tasks"].as_array()?;
-    mean_of(tasks.iter().map(|task| task["poses"][method][steps]["gripper_mm"].as_f64()))
 }
 
 fn task_of<'a>(cell: &'a Value, name: &str) -> Option<&'a Value> {
@@ -281,20 +277,14 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
     );
     let cells = std::iter::once(&study.published).chain(&study.networks);
     let row = |(network, cells): (&hysteron_arm::study::neural::NetworkKind, &Vec<Value>)| {
-        let at = |method: usize| {
-            let joints = over_seeds(cells, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64());
-            let aperture = over_seeds(cells, &|cell| aperture_error(cell, METHODS[method], "500"));
-            format!("{} | {}", text(joints, 3), text(aperture, 3))
-        };
+        let at = |method: usize| joints_and_aperture(cells, METHODS[method], "500");
         let parameters = cells.first().and_then(|cell| cell["parameters"].as_u64()).unwrap_or(0);
         vec![network.name.to_owned(), parameters.to_string(), at(0), at(1)]
     };
+    // Rivals know no seed.
+    let once = study.published.get(..1).unwrap_or_default();
     let rivals = [2, 3, 4].map(|method: usize| {
-        let found = over_seeds(&study.published, &|cell| cell["mean_deg"][METHODS[method]]["500"].as_f64());
-        let found = found.map(|(mean, _)| (mean, None));
-        let aperture = over_seeds(&study.published, &|cell| aperture_error(cell, METHODS[method], "500"));
-        let aperture = aperture.map(|(mean, _)| (mean, None));
-        let cell = format!("{} | {}", text(found, 3), text(aperture, 3));
+        let cell = joints_and_aperture(once, METHODS[method], "500");
         vec![METHODS[method].to_owned(), "-".to_owned(), "-".to_owned(), cell]
     });
     let head = ["Network", "Parameters", "Recorded currents", "Pure simulation"];
