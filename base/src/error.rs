@@ -25,9 +25,12 @@ pub struct BadInput {
 
 impl BadInput {
     /// An error without a hint; add one with [`BadInput::hint`]. Of a long place or finding, which files may make as
-    /// long as they are, the beginning and the end stay.
+    /// long as they are, the beginning and the end stay; a finding without a letter is nothing.
     pub fn new(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        let [place, found] = [place.into(), found.into()].map(shortened);
+        let [place, mut found] = [place.into(), found.into()].map(shortened);
+        if found.trim().is_empty() {
+            "nothing".clone_into(&mut found);
+        }
         Self { place, expected: expected.into(), found, hint: String::new() }
     }
 
@@ -88,6 +91,9 @@ impl Error {
     /// so is a folder.
     pub fn io(path: &Path, refusal: std::io::Error) -> Self {
         let bad = |found: &str| BadInput::new(path.display().to_string(), "a file", found);
+        if path.as_os_str().as_encoded_bytes().contains(&0) {
+            return bad("a name with the character NUL").into();
+        }
         match refusal.kind() {
             ErrorKind::NotFound | ErrorKind::NotADirectory | ErrorKind::InvalidFilename => {
                 bad("nothing there").hint("check the path; it is taken relative to the current folder").into()
@@ -104,6 +110,20 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_that_no_file_can_have_are_bad_input() {
+        for name in ["none", "none/at/all", "a\0b", &"a".repeat(10_000)] {
+            let refusal = std::fs::File::open(name).expect_err("no such file");
+            let error = Error::io(Path::new(name), refusal);
+            assert!(matches!(error, Error::BadInput(_)), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_empty_is_told_in_a_word() {
+        assert_eq!(BadInput::new("version", "2", " ").to_string(), "version: expected 2, got nothing");
+    }
 
     #[test]
     fn of_what_a_file_makes_long_beginning_and_end_are_told() {

@@ -1,4 +1,4 @@
-//! `cargo run --release -p hysteron-bench`: the performance targets, or a study by name.
+//! `cargo run --profile bench -p hysteron-bench`: the performance targets, or a study by name.
 
 use std::path::{Path, PathBuf};
 

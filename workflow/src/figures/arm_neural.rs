@@ -346,3 +346,116 @@ fn chart(trace: &Value) -> Option<TimeChart> {
                    none: also while a table carries an object that is held.";
     Some(TimeChart::over_time(&name, &title, caption, &time, panels))
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::*;
+
+    /// The comparison of one seed: every number has a place of its own behind the point, and the seed before it.
+    fn cell(seed: f64) -> Value {
+        let by_method = |value: &dyn Fn(usize) -> Value| -> Value {
+            METHODS.iter().enumerate().map(|(m, name)| ((*name).to_owned(), value(m))).collect()
+        };
+        let steps = |value: f64| json!({ "100": value, "300": value, "500": value, "600": value });
+        let pose = |m: usize| {
+            let joints: Vec<f64> = (0..4).map(|j| seed + 0.1 * m as f64 + 0.01 * f64::from(j)).collect();
+            let at = json!({ "joints_deg": joints, "gripper_mm": seed + 0.09 });
+            json!({ "100": at, "300": at, "500": at, "600": at })
+        };
+        let force = json!({ "mean_of_axes_n": seed + 0.1, "loaded_mean_of_axes_n": seed + 0.2, "loaded_axis_n": seed + 0.3,
+            "loaded_norm_n": seed + 0.4, "false_contact": seed + 0.5, "missed_contact": seed + 0.6 });
+        let forces: Value = FORCES.iter().map(|(key, _)| ((*key).to_owned(), force.clone())).collect();
+        let subsets: [(&str, &[PosesRow]); 3] =
+            [("force_unlabeled", &FREE), ("force_sensor", &SENSOR), ("weight", &WEIGHT)];
+        let tasks = subsets
+            .iter()
+            .flat_map(|(subset, rows)| rows.iter().map(move |(task, _)| format!("{subset}/{task}")));
+        let task = |task| json!({ "task": task, "poses": by_method(&pose), "forces": forces });
+        let detectors = json!([{ "name": CONDITION[0].0, "accuracy": seed + 0.7, "area": seed + 0.8 }]);
+        json!({
+            "mean_deg": by_method(&|m| steps(seed + 0.1 * m as f64)),
+            "mean_gripper_mm": by_method(&|m| steps(seed + 0.01 * m as f64)),
+            "tasks": tasks.map(task).collect::<Vec<_>>(), "forces": forces, "detectors": detectors, "parameters": 1234,
+            "gradients": [{ "steps": 64, "by_torque": 1e-3, "by_weights": 2e-3, "cosine": 0.5 }],
+        })
+    }
+
+    fn page_of(study: &NeuralStudy) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), study, "about", &Metadata::default()).unwrap();
+        std::fs::read_to_string(folder.path().join("report.html")).unwrap()
+    }
+
+    /// Tables by their heading: rows of cells.
+    fn tables(page: &str) -> Vec<(String, Vec<Vec<String>>)> {
+        let texts = |row: &str, tag: &str| -> Vec<String> {
+            let begin = format!("<{tag}");
+            let pieces = row.split(&begin).skip(1);
+            pieces.map(|it| it.split_once('>').unwrap().1.split('<').next().unwrap().to_owned()).collect()
+        };
+        let table = |part: &str| {
+            let heading = part.split("</h2>").next().unwrap().rsplit('>').next().unwrap().to_owned();
+            let rows = part.split("<tr>").skip(1);
+            let cells = rows.map(|row| [texts(row, "th"), texts(row, "td")].concat()).collect();
+            (heading, cells)
+        };
+        page.split("<h2").skip(1).map(table).collect()
+    }
+
+    #[test]
+    fn every_cell_stands_below_its_heading_with_the_interval_of_its_mean() {
+        let seeds = vec![cell(1.0), cell(2.0)];
+        let detectors: Value = KINDS
+            .iter()
+            .chain(&["all"])
+            .map(|kind| ((*kind).to_owned(), json!([{ "name": "a", "area": 0.9 }])))
+            .collect();
+        let study = NeuralStudy {
+            published: seeds.clone(),
+            left_out: vec![seeds.clone(); LEFT_OUT.len()],
+            networks: vec![seeds; NETWORKS.len() - 1],
+            faults: vec![vec![json!({ "detectors": detectors })]; FAULT_SPLITS.len()],
+        };
+        let tables = tables(&page_of(&study));
+        for (heading, rows) in tables.iter().filter(|(_, rows)| !rows.is_empty()) {
+            let is_full = |row: &Vec<String>| row.len() == rows[0].len();
+            // Two tables stand below the heading of table X.
+            assert!(
+                rows.len() > 1 && (rows.iter().all(is_full) || heading.starts_with("Table X")),
+                "{heading}: {rows:?}"
+            );
+        }
+        let row = |heading: &str, of: &[&str]| -> Vec<String> {
+            let (_, rows) = tables.iter().find(|(it, _)| it.starts_with(heading)).unwrap();
+            rows.iter().find(|row| row.iter().zip(of).all(|(cell, of)| cell == of)).unwrap().clone()
+        };
+        // The half interval of the mean of two that differ by one: 12.71 times the half of one.
+        let own = row("Mean of tasks", &["published split", METHODS[1]]);
+        assert_eq!(own[2..], ["1.600 ± 6.355 | 1.510 ± 6.355"; 4]);
+        let own = row("Force on the tip", &["published split", FORCES[0].1]);
+        assert_eq!(
+            own[2..],
+            ["1.600", "1.700", "1.800", "1.900", "2.000", "2.100"].map(|it| format!("{it} ± 6.355"))
+        );
+        let own = row("Table V,", &["mean"]);
+        assert!(own[2].starts_with("1.60 / 1.61 / 1.62 / 1.63 | 1.59"), "{own:?}");
+        let own = row("Table VII", &["published split", CONDITION[0].0]);
+        assert!(own[2].starts_with("2.200 ± 6.355 (") && own[3].starts_with("2.300 ± 6.355 ("), "{own:?}");
+        let own = row("Table X", &[NETWORKS[1].name]);
+        assert_eq!(own[1..3], ["1234", "1.500 ± 6.355 | 1.500 ± 6.355"]);
+    }
+
+    #[test]
+    fn what_was_not_done_is_a_dash() {
+        let study = NeuralStudy {
+            published: Vec::new(),
+            left_out: vec![Vec::new(); LEFT_OUT.len()],
+            networks: vec![Vec::new(); NETWORKS.len() - 1],
+            faults: Vec::new(),
+        };
+        let page = page_of(&study);
+        assert!(page.contains("- | -") && !page.contains("NaN"), "{page}");
+    }
+}
