@@ -42,7 +42,10 @@ impl Simulation<'_> {
         let Source::Virtual { rig, robot, .. } = self.source else { return Ok(()) };
         let mut fresh = SimulatedRig::new(robot, rig, self.seed);
         let calibration = match given {
-            Some(calibration) => calibration,
+            Some(calibration) => {
+                calibration.check(rig, &fresh.prepare()?)?;
+                calibration
+            }
             None => {
                 let mut log = |line: &str| tracing::debug!("{line}");
                 calibrate(&mut fresh, rig, DATE.to_owned(), &|| caller.is_cancelled(), &mut log)?
