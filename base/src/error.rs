@@ -25,7 +25,7 @@ pub struct BadInput {
 
 impl BadInput {
     /// An error without a hint; add one with [`BadInput::hint`]. Of a long place or finding, which files may make as
-    /// long as they are, the beginning and the end stay; a finding without a letter is nothing.
+    /// long as they are, the beginning and the end stay; an empty finding is told as nothing.
     pub fn new(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let [place, mut found] = [place.into(), found.into()].map(shortened);
         if found.trim().is_empty() {
