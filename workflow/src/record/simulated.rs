@@ -41,16 +41,13 @@ impl Simulation<'_> {
     ) -> anyhow::Result<()> {
         let Source::Virtual { rig, robot, .. } = self.source else { return Ok(()) };
         let mut fresh = SimulatedRig::new(robot, rig, self.seed);
-        let calibration = match given {
-            Some(calibration) => {
-                calibration.check(rig, &fresh.prepare()?)?;
-                calibration
-            }
-            None => {
-                let mut log = |line: &str| tracing::debug!("{line}");
-                calibrate(&mut fresh, rig, DATE.to_owned(), &|| caller.is_cancelled(), &mut log)?
-            }
-        };
+        if let Some(calibration) = &given {
+            calibration.check(rig, &fresh.clone().prepare()?)?;
+        }
+        // Also a robot whose calibration is given has been calibrated once: a new one that never moved rests elsewhere.
+        let mut log = |line: &str| tracing::debug!("{line}");
+        let found = calibrate(&mut fresh, rig, DATE.to_owned(), &|| caller.is_cancelled(), &mut log)?;
+        let calibration = given.unwrap_or(found);
         if let Some(folder) = folder {
             source::keep_calibration(folder, &calibration)?;
         }
