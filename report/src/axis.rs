@@ -37,6 +37,19 @@ pub struct Axis {
 impl Axis {
     /// An axis over a finite range with about `most` ticks, and at least three.
     pub fn new(range: &Range<f64>, most: usize) -> Self {
+        Self::with_step(range, |low, high| step(low, high, most))
+    }
+
+    /// The same for what is counted: joints have no halves, and so few ticks there may be.
+    pub fn of_counts(range: &Range<f64>, most: usize) -> Self {
+        Self::with_step(range, |low, high| match step(low, high, most) {
+            (_, power) if power < 0 => (1, 0),
+            step => step,
+        })
+    }
+
+    /// An axis whose ticks are a step apart, a factor 1, 2 or 5 and a power of ten.
+    fn with_step(range: &Range<f64>, step: impl Fn(f64, f64) -> (u8, i32)) -> Self {
         let range = drawable(range);
         let span = range.end - range.start;
         let offset = if range.start.abs().max(range.end.abs()) > FAR * span {
@@ -46,7 +59,7 @@ impl Axis {
             0.0
         };
         let (low, high) = (range.start - offset, range.end - offset);
-        let (magnitude, power) = step(low, high, most);
+        let (magnitude, power) = step(low, high);
         let step = f64::from(magnitude) * 10f64.powi(power);
         let first = (low / step).ceil();
         let places: Vec<f64> = (0..count(low, high, step)).map(|k| (first + k as f64) * step).collect();
@@ -164,6 +177,17 @@ mod tests {
         let shown = Ranged::range(&axis);
         let inside = |tick: &f64| (shown.start..=shown.end).contains(tick);
         assert!(axis.ticks.iter().all(inside), "{range:?}, {:?} in {shown:?}", axis.ticks);
+    }
+
+    #[test]
+    fn joints_have_no_halves() {
+        let labels = |range: Range<f64>| -> Vec<String> {
+            let axis = Axis::of_counts(&range, 8);
+            axis.ticks.iter().map(|tick| axis.label(*tick)).collect()
+        };
+        assert_eq!(labels(0.95..2.05), ["1", "2"]);
+        assert_eq!(labels(0.7..7.3), ["1", "2", "3", "4", "5", "6", "7"]);
+        assert_eq!(labels(-1.5..31.5), ["0", "5", "10", "15", "20", "25", "30"]);
     }
 
     #[test]

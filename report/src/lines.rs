@@ -6,7 +6,7 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use crate::figure::{Entry, Figure};
-use crate::sheet::{BELOW, COLORS, LEFT, Sheet, padded};
+use crate::sheet::{BELOW, COLORS, LEFT, Sheet, are_counts, padded};
 use crate::simplify::simplified;
 
 /// Panels with a common horizontal axis.
@@ -163,7 +163,13 @@ impl TimeChart {
         let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
         let end = if last > first { last } else { first + 1.0 };
         let span = range.end - range.start;
-        let mut chart = part.chart(first..end, range.clone(), x_name, &panel.label)?;
+        let mut chart = part.chart_over(
+            first..end,
+            are_counts(self.x.iter().copied()),
+            range.clone(),
+            x_name,
+            &panel.label,
+        )?;
         for (shaded, color) in self.shaded.iter().zip(SHADES.iter().cycle()) {
             let corners = |[from, to]: &[f64; 2]| [(*from, range.start), (*to, range.end)];
             chart

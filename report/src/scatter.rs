@@ -4,7 +4,7 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use crate::figure::{Entry, Figure};
-use crate::sheet::{COLORS, Sheet, padded};
+use crate::sheet::{COLORS, Sheet, are_counts, padded};
 
 /// Tiles with axes of their own.
 pub struct ScatterChart {
@@ -96,7 +96,8 @@ impl Scatter {
     {
         let x = self.range(|[x, ..]| [*x; 2]);
         let y = self.range(|[_, y, half]| [y - half, y + half]);
-        let mut chart = sheet.chart(x, y, &self.x_name, &self.y_name)?;
+        let abscissas = self.marks.iter().flat_map(Marks::finite).map(|[x, ..]| *x);
+        let mut chart = sheet.chart_over(x, are_counts(abscissas), y, &self.x_name, &self.y_name)?;
         for marks in &self.marks {
             let dot = |point: &[f64; 3], px: f64| {
                 Circle::new((point[0], point[1]), sheet.px(px), marks.color.filled())

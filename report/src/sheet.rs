@@ -108,6 +108,18 @@ where
         x_name: &str,
         y_name: &str,
     ) -> anyhow::Result<Chart<'_, DB>> {
+        self.chart_over(x, false, y, x_name, y_name)
+    }
+
+    /// The same, where only whole numbers are abscissas if `is_count`.
+    pub fn chart_over(
+        &self,
+        x: std::ops::Range<f64>,
+        is_count: bool,
+        y: std::ops::Range<f64>,
+        x_name: &str,
+        y_name: &str,
+    ) -> anyhow::Result<Chart<'_, DB>> {
         for (name, range) in [(x_name, &x), (y_name, &y)] {
             let is_drawable = range.start.is_finite() && range.end.is_finite() && range.start < range.end;
             anyhow::ensure!(
@@ -120,7 +132,9 @@ where
         let (width, height) = self.size();
         let below = if x_name.is_empty() { 8.0 } else { BELOW };
         // A label is some 60 px wide and 16 px high.
-        let (x, y) = (Axis::new(&x, (width / 75.0) as usize), Axis::new(&y, (height / 30.0) as usize));
+        let most = (width / 75.0) as usize;
+        let x = if is_count { Axis::of_counts(&x, most) } else { Axis::new(&x, most) };
+        let y = Axis::new(&y, (height / 30.0) as usize);
         let mut chart = ChartBuilder::on(&self.area)
             .set_label_area_size(LabelAreaPosition::Left, self.px(LEFT))
             .set_label_area_size(LabelAreaPosition::Bottom, self.px(below))
@@ -206,6 +220,11 @@ pub fn padded(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
         _ => 0.5,
     };
     low - air..high + air
+}
+
+/// Whether all values are whole numbers, as those of joints and repeats are.
+pub fn are_counts(mut values: impl Iterator<Item = f64>) -> bool {
+    values.all(|value| value.fract() == 0.0)
 }
 
 /// A number of three or four digits.

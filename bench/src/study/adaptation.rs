@@ -5,7 +5,7 @@
 //! minute of it.
 //! What the twin misses on the unchanged robot is the least that knowing the change exactly would leave, and stands
 //! beside it.
-//! The plan of that minute (`quick`) is faster than the motion that the network learned from.
+//! The plan of that minute (`quick`) has other motion than what the network learned from.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -18,6 +18,7 @@ use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
 use serde_json::{Value, json};
 
 use super::chain::{Chain, FRICTION, scene_path};
+use super::population::recorded_plan;
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -51,32 +52,10 @@ const CHANGES: [Change; 5] = [
 /// Of a quick study.
 const N_QUICK: usize = 4;
 
-const TARGETS: [&str; 3] = ["circle:40", "diamond:60", "lissajous:60"];
+/// As far out as the recordings of a quick study go; the diamond's corners a little further.
+const TARGETS: [&str; 3] = ["circle:40", "diamond:50", "lissajous:40"];
 /// Where the servos wake up, so that one calibration is for all that is recorded of a robot.
 const SEED: &str = "2";
-
-/// What the network of a quick study learns from, for less time than the plan `paper`.
-const PLAN: &str = r#"format = "hysteron-plan"
-version = 1
-name = "adaptation"
-seed = 1
-rate_hz = 100
-tendon_angles_deg = [0, 90, 180, 270]
-release = 1.0
-scale = 1.3
-rest_before_s = 1.32
-rest_after_s = 2
-stroke_max_mm = 9
-stroke_rate_max_mm_s = 7
-"#;
-/// Its trajectories: name, family, amplitude [mm], frequency [Hz] and what else an entry says.
-const TRAJECTORIES: [(&str, &str, f64, f64, &str); 5] = [
-    ("sinusoid-1", "sinusoid", 4.8, 0.1, "orientation_deg = 20\n"),
-    ("sinusoid-2", "sinusoid", 4.4, 0.13, "orientation_deg = 110\n"),
-    ("circle-1", "circle", 4.8, 0.1, "phase_deg = 0\ndirection = \"counter_clockwise\"\n"),
-    ("circle-2", "circle", 3.6, 0.13, "phase_deg = 0\ndirection = \"clockwise\"\n"),
-    ("square-1", "square", 4.4, 0.1, "orientation_deg = 30\ndirection = \"counter_clockwise\"\n"),
-];
 
 /// How closely a tip followed its target.
 #[derive(Debug, Clone, Copy)]
@@ -94,7 +73,7 @@ struct Row {
     tips: [Option<Tip>; 2],
 }
 
-/// Runs the study; quick: a twin that has learned from two minutes, without the load.
+/// Runs the study; quick: a twin that has learned from the three minutes of `study population`, without the load.
 ///
 /// # Errors
 /// A stage fails.
@@ -198,14 +177,8 @@ impl Robot<'_> {
 }
 
 fn write_plan(chain: &Chain) -> Result<String> {
-    let entry = |(name, family, amplitude, frequency, own): (&str, &str, f64, f64, &str)| {
-        format!(
-            "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\namplitude_mm = {amplitude}\n\
-             frequency_hz = {frequency}\n{own}attack_s = 4\nsustain_s = 10\ndecay_s = 4\n"
-        )
-    };
     let path = chain.path("plan.toml")?;
-    file::write_bytes(Path::new(&path), PLAN.to_owned() + &TRAJECTORIES.map(entry).concat())?;
+    file::write_bytes(Path::new(&path), recorded_plan())?;
     Ok(path)
 }
 

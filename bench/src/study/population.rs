@@ -201,7 +201,8 @@ fn fit(chain: &Chain, nominal: &str, steps: &str) -> Result<String> {
     Ok(out)
 }
 
-fn recorded_plan() -> String {
+/// Plan of what is recorded of a robot.
+pub fn recorded_plan() -> String {
     let entry = |(name, family, own): &(&str, &str, &str)| {
         format!(
             "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\n\
