@@ -18,7 +18,7 @@ use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
 use serde_json::{Value, json};
 
 use super::chain::{Chain, FRICTION, scene_path};
-use super::population::recorded_plan;
+use super::population::write_recorded_plan;
 use super::write_metrics;
 use crate::table::print_cells;
 
@@ -104,7 +104,7 @@ struct Study {
 impl Study {
     fn new(folder: &Path, quick: bool) -> Result<Self> {
         let chain = if quick { Chain::new(folder)? } else { Chain::of_typical(folder)? };
-        let plan = if quick { write_plan(&chain)? } else { "paper".to_owned() };
+        let plan = if quick { write_recorded_plan(&chain)? } else { "paper".to_owned() };
         chain.record("typical", &plan, "data")?;
         let old = chain.calibrate(FRICTION.0, FRICTION.1, &chain.training_recordings()?, 1, None)?.remove(0);
         Ok(Self { chain, scene: scene_path(FRICTION.1), old: old.display().to_string() })
@@ -174,12 +174,6 @@ impl Robot<'_> {
             nrmse_percent: 100.0 * number("nrmse")?,
         }))
     }
-}
-
-fn write_plan(chain: &Chain) -> Result<String> {
-    let path = chain.path("plan.toml")?;
-    file::write_bytes(Path::new(&path), recorded_plan())?;
-    Ok(path)
 }
 
 /// What the twin misses on the unchanged robot along a target, at equal times [mm].

@@ -147,9 +147,7 @@ pub fn run(folder: &Path, quick: bool, robots: Option<u64>) -> Result<()> {
 fn known_from_recordings(folder: &Path, name: &str, effort: &Effort) -> Result<Vec<Row>> {
     let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
     let nominal = nominal_scene(&chain)?;
-    let plan = chain.path("plan.toml")?;
-    file::write_bytes(Path::new(&plan), recorded_plan())?;
-    chain.record(name, &plan, "data")?;
+    chain.record(name, &write_recorded_plan(&chain)?, "data")?;
     let recordings = chain.training_recordings()?;
     let fitted = fit(&chain, &nominal, effort.steps)?;
     chain.calibrate("twin", &fitted, &recordings, 1, effort.epochs)?;
@@ -201,8 +199,17 @@ fn fit(chain: &Chain, nominal: &str, steps: &str) -> Result<String> {
     Ok(out)
 }
 
-/// Plan of what is recorded of a robot.
-pub fn recorded_plan() -> String {
+/// Writes the plan of what is recorded of a robot; gives its path.
+///
+/// # Errors
+/// Refusals of the file system.
+pub fn write_recorded_plan(chain: &Chain) -> Result<String> {
+    let path = chain.path("plan.toml")?;
+    file::write_bytes(Path::new(&path), recorded_plan())?;
+    Ok(path)
+}
+
+fn recorded_plan() -> String {
     let entry = |(name, family, own): &(&str, &str, &str)| {
         format!(
             "\n[[trajectory]]\nname = \"{name}\"\nrole = \"training\"\nfamily = \"{family}\"\n{own}\n\
