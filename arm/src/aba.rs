@@ -36,40 +36,50 @@ pub fn forward_dynamics<T: Scalar>(
 /// Factor of M + armature from inertias that are placed, for [`solve_mass`].
 #[inline(always)]
 pub(crate) fn factor_mass<T: Scalar>(model: &Model, data: &mut Data<T>) {
-    for body in &mut data.bodies {
-        body.articulated = Articulated::rigid(&body.inertia);
-    }
-    for i in (0..model.n_joints()).rev() {
-        let body = &mut data.bodies[i];
-        body.reaction = body.articulated.mul(&body.axis);
-        body.inverse = (body.axis.dot(&body.reaction) + data.armature[i]).recip();
-        if let Some(p) = model.joints[i].parent {
-            let Body { articulated, inverse, reaction, .. } = data.bodies[i];
-            data.bodies[p].articulated =
-                data.bodies[p].articulated.plus_reduced(&articulated, inverse, &reaction);
-        }
-    }
+    data.apart(
+        #[inline(always)]
+        |data| {
+            for body in &mut data.bodies {
+                body.articulated = Articulated::rigid(&body.inertia);
+            }
+            for i in (0..model.n_joints()).rev() {
+                let body = &mut data.bodies[i];
+                body.reaction = body.articulated.mul(&body.axis);
+                body.inverse = (body.axis.dot(&body.reaction) + data.armature[i]).recip();
+                if let Some(p) = model.joints[i].parent {
+                    let Body { articulated, inverse, reaction, .. } = data.bodies[i];
+                    data.bodies[p].articulated =
+                        data.bodies[p].articulated.plus_reduced(&articulated, inverse, &reaction);
+                }
+            }
+        },
+    )
 }
 
 /// Solves M x = b with the factor of the last [`forward_dynamics`] or `factor_mass`; `x` holds b, then x.
 #[inline(always)]
 pub fn solve_mass<T: Scalar>(model: &Model, data: &mut Data<T>, x: &mut [T]) {
-    let like = data.base_acceleration.linear[0];
-    for body in &mut data.bodies {
-        body.load = Wrench::zero(like);
-    }
-    for i in (0..model.n_joints()).rev() {
-        let Body { axis, load, reaction, inverse, .. } = data.bodies[i];
-        // What the joint is left with, in units of its acceleration.
-        x[i] = (x[i] - axis.dot(&load)) * inverse;
-        if let Some(p) = model.joints[i].parent {
-            data.bodies[p].load = data.bodies[p].load.plus(&load).plus_scaled(x[i], &reaction);
-        }
-    }
-    for (i, joint) in model.joints.iter().enumerate() {
-        let carried = joint.parent.map_or(Motion::zero(like), |p| data.bodies[p].motion);
-        let body = &mut data.bodies[i];
-        x[i] = x[i] - carried.dot(&body.reaction) * body.inverse;
-        body.motion = carried.plus_scaled(x[i], &body.axis);
-    }
+    data.apart(
+        #[inline(always)]
+        |data| {
+            let like = data.base_acceleration.linear[0];
+            for body in &mut data.bodies {
+                body.load = Wrench::zero(like);
+            }
+            for i in (0..model.n_joints()).rev() {
+                let Body { axis, load, reaction, inverse, .. } = data.bodies[i];
+                // What the joint is left with, in units of its acceleration.
+                x[i] = (x[i] - axis.dot(&load)) * inverse;
+                if let Some(p) = model.joints[i].parent {
+                    data.bodies[p].load = data.bodies[p].load.plus(&load).plus_scaled(x[i], &reaction);
+                }
+            }
+            for (i, joint) in model.joints.iter().enumerate() {
+                let carried = joint.parent.map_or(Motion::zero(like), |p| data.bodies[p].motion);
+                let body = &mut data.bodies[i];
+                x[i] = x[i] - carried.dot(&body.reaction) * body.inverse;
+                body.motion = carried.plus_scaled(x[i], &body.axis);
+            }
+        },
+    )
 }

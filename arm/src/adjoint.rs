@@ -87,45 +87,51 @@ fn sweep<T: Scalar>(
     external: &[ExternalForce<T>],
     cotangent: &mut Cotangent<T>,
 ) {
-    find_wrenches(data);
-    find_momenta(data);
-    subtract(model, data, external);
-    let zero = data.base_acceleration.linear[0].splat(0.0);
-    // P in `load`, Q in `turned`; what forces that keep their direction bring, in `resisted`.
-    for body in &mut data.bodies {
-        body.load = body.inertia.mul(&body.motion);
-        body.turned = twice_b_transposed_of(body, &body.motion);
-        body.resisted = [zero; 3];
-    }
-    for (force, gradient) in external.iter().zip(&mut cotangent.external) {
-        *gradient = [[zero; 3]; 2];
-        if let Some((body, point)) = force.point(model, data) {
-            let body = &mut data.bodies[body];
-            *gradient = [body.motion.at(point), body.motion.angular];
-            body.resisted = add3(body.resisted, crate::derivatives::resisted(force, point, &body.motion));
-        }
-    }
-    for (i, joint) in model.joints.iter().enumerate().rev() {
-        let body = data.bodies[i];
-        let Body { axis, axis_rate, load, turned, wrench, resisted, .. } = &body;
-        let half = axis_rate.dot(load);
-        cotangent.dq[i] = -(dot3(axis.angular, *turned) + half + half);
-        let mut q = dot3(axis_rate.angular, *turned) + dot3(axis.angular, *resisted);
-        match joint.parent {
-            Some(p) => {
-                let parent = &mut data.bodies[p];
-                let axis_acceleration =
-                    parent.acceleration.cross(axis).plus(&parent.velocity.cross(axis_rate));
-                q = q + axis_acceleration.dot(load) + parent.motion.cross(axis).dot(wrench);
-                parent.load = parent.load.plus(load);
-                parent.wrench = parent.wrench.plus(wrench);
-                parent.turned = add3(parent.turned, *turned);
-                parent.resisted = add3(parent.resisted, *resisted);
+    data.apart(
+        #[inline(always)]
+        |data| {
+            find_wrenches(data);
+            find_momenta(data);
+            subtract(model, data, external);
+            let zero = data.base_acceleration.linear[0].splat(0.0);
+            // P in `load`, Q in `turned`; what forces that keep their direction bring, in `resisted`.
+            for body in &mut data.bodies {
+                body.load = body.inertia.mul(&body.motion);
+                body.turned = twice_b_transposed_of(body, &body.motion);
+                body.resisted = [zero; 3];
             }
-            None => q = q + data.base_acceleration.cross(axis).dot(load),
-        }
-        cotangent.q[i] = -q;
-    }
+            for (force, gradient) in external.iter().zip(&mut cotangent.external) {
+                *gradient = [[zero; 3]; 2];
+                if let Some((body, point)) = force.point(model, data) {
+                    let body = &mut data.bodies[body];
+                    *gradient = [body.motion.at(point), body.motion.angular];
+                    body.resisted =
+                        add3(body.resisted, crate::derivatives::resisted(force, point, &body.motion));
+                }
+            }
+            for (i, joint) in model.joints.iter().enumerate().rev() {
+                let body = data.bodies[i];
+                let Body { axis, axis_rate, load, turned, wrench, resisted, .. } = &body;
+                let half = axis_rate.dot(load);
+                cotangent.dq[i] = -(dot3(axis.angular, *turned) + half + half);
+                let mut q = dot3(axis_rate.angular, *turned) + dot3(axis.angular, *resisted);
+                match joint.parent {
+                    Some(p) => {
+                        let parent = &mut data.bodies[p];
+                        let axis_acceleration =
+                            parent.acceleration.cross(axis).plus(&parent.velocity.cross(axis_rate));
+                        q = q + axis_acceleration.dot(load) + parent.motion.cross(axis).dot(wrench);
+                        parent.load = parent.load.plus(load);
+                        parent.wrench = parent.wrench.plus(wrench);
+                        parent.turned = add3(parent.turned, *turned);
+                        parent.resisted = add3(parent.resisted, *resisted);
+                    }
+                    None => q = q + data.base_acceleration.cross(axis).dot(load),
+                }
+                cotangent.q[i] = -q;
+            }
+        },
+    )
 }
 
 /// Gradients of w·q̈ with respect to inertias and armatures; right after [`forward_dynamics_adjoint`], with q̈ at hand.

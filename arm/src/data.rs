@@ -57,6 +57,21 @@ pub(crate) struct Body<T> {
 }
 
 impl<T: Scalar> Data<T> {
+    /// Runs `kernel` as a function of its own ([`Scalar::apart`]).
+    #[inline(always)]
+    pub(crate) fn apart<R>(&mut self, kernel: impl FnOnce(&mut Self) -> R) -> R {
+        self.like().apart(
+            #[inline(always)]
+            || kernel(self),
+        )
+    }
+
+    /// A number of the kind that this is for.
+    #[inline(always)]
+    pub(crate) fn like(&self) -> T {
+        self.base_acceleration.linear[0]
+    }
+
     /// Scratch for `model`, of numbers like `like`.
     pub fn new(model: &Model, like: T) -> Self {
         let zero = like.splat(0.0);

@@ -65,43 +65,48 @@ fn differentiate<T: Scalar>(
     external: &[ExternalForce<T>],
     [by_q, by_dq, mass]: [&mut [T]; 3],
 ) {
-    let n = model.n_joints();
-    find_wrenches(data);
-    find_momenta(data);
-    subtract(model, data, external);
-    sum_wrenches(model, data);
-    find_axis_accelerations(model, data);
-    let zero = data.base_acceleration.linear[0].splat(0.0);
-    for matrix in [&mut *by_q, &mut *by_dq, &mut *mass] {
-        matrix.fill(zero);
-    }
-    for i in (0..n).rev() {
-        let body = data.bodies[i];
-        let (row, turned) = (body.inertia.mul(&body.axis), twice_b_transposed(&body));
-        let twice_rate = body.axis_rate.plus(&body.axis_rate);
-        let column_q = body
-            .inertia
-            .mul(&body.axis_acceleration)
-            .plus(&twice_b(&body, &body.axis_rate))
-            .plus(&body.axis.cross_wrench(&body.wrench));
-        let column_dq = body.inertia.mul(&twice_rate).plus(&twice_b(&body, &body.axis));
-        let mut next = Some(i);
-        while let Some(j) = next {
-            let Body { axis, axis_rate, axis_acceleration, .. } = &data.bodies[j];
-            let (here, across) = (n * i + j, n * j + i);
-            mass[here] = axis.dot(&row);
-            mass[across] = mass[here];
-            by_q[across] = axis.dot(&column_q);
-            by_dq[across] = axis.dot(&column_dq);
-            let half = axis_rate.dot(&row);
-            by_q[here] = axis_acceleration.dot(&row) + dot3(axis_rate.angular, turned);
-            by_dq[here] = half + half + dot3(axis.angular, turned);
-            next = model.joints[j].parent;
-        }
-        mass[n * i + i] = mass[n * i + i] + data.armature[i];
-        add_to_parent(model, data, i);
-    }
-    add_external(model, data, external, by_q);
+    data.apart(
+        #[inline(always)]
+        |data| {
+            let n = model.n_joints();
+            find_wrenches(data);
+            find_momenta(data);
+            subtract(model, data, external);
+            sum_wrenches(model, data);
+            find_axis_accelerations(model, data);
+            let zero = data.base_acceleration.linear[0].splat(0.0);
+            for matrix in [&mut *by_q, &mut *by_dq, &mut *mass] {
+                matrix.fill(zero);
+            }
+            for i in (0..n).rev() {
+                let body = data.bodies[i];
+                let (row, turned) = (body.inertia.mul(&body.axis), twice_b_transposed(&body));
+                let twice_rate = body.axis_rate.plus(&body.axis_rate);
+                let column_q = body
+                    .inertia
+                    .mul(&body.axis_acceleration)
+                    .plus(&twice_b(&body, &body.axis_rate))
+                    .plus(&body.axis.cross_wrench(&body.wrench));
+                let column_dq = body.inertia.mul(&twice_rate).plus(&twice_b(&body, &body.axis));
+                let mut next = Some(i);
+                while let Some(j) = next {
+                    let Body { axis, axis_rate, axis_acceleration, .. } = &data.bodies[j];
+                    let (here, across) = (n * i + j, n * j + i);
+                    mass[here] = axis.dot(&row);
+                    mass[across] = mass[here];
+                    by_q[across] = axis.dot(&column_q);
+                    by_dq[across] = axis.dot(&column_dq);
+                    let half = axis_rate.dot(&row);
+                    by_q[here] = axis_acceleration.dot(&row) + dot3(axis_rate.angular, turned);
+                    by_dq[here] = half + half + dot3(axis.angular, turned);
+                    next = model.joints[j].parent;
+                }
+                mass[n * i + i] = mass[n * i + i] + data.armature[i];
+                add_to_parent(model, data, i);
+            }
+            add_external(model, data, external, by_q);
+        },
+    )
 }
 
 /// Ψ̈ of every joint.

@@ -117,40 +117,46 @@ impl<T: Scalar> FrictionStep<T> {
     /// Velocities of the independent joints at the end of a substep that starts at `q`, `dq`.
     #[inline(always)]
     fn find_speeds(&mut self, at: &mut Substep<T>, [q, dq]: [&[T]; 2]) {
-        let (n, m, h) = (q.len(), self.speeds.len(), self.period);
-        bias_torque(at.model, at.data, [q, dq], at.external, &mut self.whole_pull);
-        fill_mass_matrix(at.model, at.data, &mut self.whole);
-        // A v_free = A v + h (…).
-        for i in 0..n {
-            let force = at.tau[i] - self.whole_pull[i] - at.damping[i] * dq[i];
-            self.whole_pull[i] = dot(&self.whole[n * i..n * (i + 1)], dq) + force.scale(h);
-        }
-        self.followers.reduce([&self.whole, &self.whole_pull], [&mut self.mass, &mut self.pull]);
-        self.dry.iter_mut().for_each(|dry| *dry = dry.splat(0.0));
-        for (dry, &(u, ratio, _)) in at.dry_friction.iter().zip(&self.followers.leaders) {
-            self.dry[u] = dry.mul_add(dry.splat(h * ratio.abs()), self.dry[u]);
-        }
-        for (speed, &i) in self.speeds.iter_mut().zip(&self.followers.independent) {
-            *speed = dq[i];
-        }
-        self.find_contacts(q);
-        // Rows of joints that do not slide say what their velocities are.
-        let one = q[0].splat(1.0);
-        for (u, &i) in self.followers.independent.iter().enumerate() {
-            self.speeds[u] = self.stopped[u] * (self.ends[u] - q[i]).scale(1.0 / h);
-        }
-        for u in 0..m {
-            let row = &self.mass[m * u..m * (u + 1)];
-            let force = self.pull[u] - self.signs[u] * self.dry[u] - dot(row, &self.speeds);
-            self.pull[u] = self.slides[u].mul_add(force, (one - self.slides[u]) * self.speeds[u]);
-            for w in 0..m {
-                self.factor[m * u + w] = self.slides[u] * self.slides[w] * row[w];
-            }
-            self.factor[m * u + u] = self.factor[m * u + u] + (one - self.slides[u]);
-        }
-        dense::factor(m, &mut self.factor);
-        self.speeds.copy_from_slice(&self.pull);
-        dense::solve_columns(m, &self.factor, &mut self.speeds);
+        let like = at.data.like();
+        like.apart(
+            #[inline(always)]
+            || {
+                let (n, m, h) = (q.len(), self.speeds.len(), self.period);
+                bias_torque(at.model, at.data, [q, dq], at.external, &mut self.whole_pull);
+                fill_mass_matrix(at.model, at.data, &mut self.whole);
+                // A v_free = A v + h (…).
+                for i in 0..n {
+                    let force = at.tau[i] - self.whole_pull[i] - at.damping[i] * dq[i];
+                    self.whole_pull[i] = dot(&self.whole[n * i..n * (i + 1)], dq) + force.scale(h);
+                }
+                self.followers.reduce([&self.whole, &self.whole_pull], [&mut self.mass, &mut self.pull]);
+                self.dry.iter_mut().for_each(|dry| *dry = dry.splat(0.0));
+                for (dry, &(u, ratio, _)) in at.dry_friction.iter().zip(&self.followers.leaders) {
+                    self.dry[u] = dry.mul_add(dry.splat(h * ratio.abs()), self.dry[u]);
+                }
+                for (speed, &i) in self.speeds.iter_mut().zip(&self.followers.independent) {
+                    *speed = dq[i];
+                }
+                self.find_contacts(q);
+                // Rows of joints that do not slide say what their velocities are.
+                let one = q[0].splat(1.0);
+                for (u, &i) in self.followers.independent.iter().enumerate() {
+                    self.speeds[u] = self.stopped[u] * (self.ends[u] - q[i]).scale(1.0 / h);
+                }
+                for u in 0..m {
+                    let row = &self.mass[m * u..m * (u + 1)];
+                    let force = self.pull[u] - self.signs[u] * self.dry[u] - dot(row, &self.speeds);
+                    self.pull[u] = self.slides[u].mul_add(force, (one - self.slides[u]) * self.speeds[u]);
+                    for w in 0..m {
+                        self.factor[m * u + w] = self.slides[u] * self.slides[w] * row[w];
+                    }
+                    self.factor[m * u + u] = self.factor[m * u + u] + (one - self.slides[u]);
+                }
+                dense::factor(m, &mut self.factor);
+                self.speeds.copy_from_slice(&self.pull);
+                dense::solve_columns(m, &self.factor, &mut self.speeds);
+            },
+        )
     }
 
     /// The active set of every lane, from the velocities before the substep.

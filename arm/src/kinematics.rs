@@ -51,32 +51,42 @@ fn splat_rows<T: Scalar>(like: T, m: &Mat3<f64>) -> Mat3<T> {
 /// Positions of all bodies at `q`.
 #[inline(always)]
 pub(crate) fn place_bodies<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) {
-    for (i, joint) in model.joints.iter().enumerate() {
-        let (done, rest) = data.bodies.split_at_mut(i);
-        place(joint, joint.parent.map(|p| &done[p]), q[i], &mut rest[0]);
-    }
+    data.apart(
+        #[inline(always)]
+        |data| {
+            for (i, joint) in model.joints.iter().enumerate() {
+                let (done, rest) = data.bodies.split_at_mut(i);
+                place(joint, joint.parent.map(|p| &done[p]), q[i], &mut rest[0]);
+            }
+        },
+    )
 }
 
 /// Positions and velocities of all bodies, and their accelerations where joints do not accelerate.
 #[inline(always)]
 pub(crate) fn move_bodies<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) {
-    let base = data.base_acceleration;
-    for (i, joint) in model.joints.iter().enumerate() {
-        let (done, rest) = data.bodies.split_at_mut(i);
-        let (parent, body) = (joint.parent.map(|p| &done[p]), &mut rest[0]);
-        place(joint, parent, q[i], body);
-        let step = body.axis.scaled(dq[i]);
-        match parent {
-            Some(p) => {
-                body.velocity = p.velocity.plus(&step);
-                body.acceleration = p.acceleration.plus(&body.velocity.cross(&step));
+    data.apart(
+        #[inline(always)]
+        |data| {
+            let base = data.base_acceleration;
+            for (i, joint) in model.joints.iter().enumerate() {
+                let (done, rest) = data.bodies.split_at_mut(i);
+                let (parent, body) = (joint.parent.map(|p| &done[p]), &mut rest[0]);
+                place(joint, parent, q[i], body);
+                let step = body.axis.scaled(dq[i]);
+                match parent {
+                    Some(p) => {
+                        body.velocity = p.velocity.plus(&step);
+                        body.acceleration = p.acceleration.plus(&body.velocity.cross(&step));
+                    }
+                    None => {
+                        body.velocity = step;
+                        body.acceleration = base;
+                    }
+                }
             }
-            None => {
-                body.velocity = step;
-                body.acceleration = base;
-            }
-        }
-    }
+        },
+    )
 }
 
 /// Adds to the accelerations what joints that accelerate bring.

@@ -96,6 +96,11 @@ impl<S: Simd> Scalar for Lanes<S> {
     }
 
     #[inline(always)]
+    fn apart<R>(self, kernel: impl FnOnce() -> R) -> R {
+        Lanes::apart(self, kernel)
+    }
+
+    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         Lanes::mul_add(self, b, c)
     }

@@ -65,13 +65,18 @@ fn collect_torques<T: Scalar>(
     external: &[ExternalForce<T>],
     tau: &mut [T],
 ) {
-    place_inertias(data);
-    find_wrenches(data);
-    subtract(model, data, external);
-    sum_wrenches(model, data);
-    for (tau, body) in tau.iter_mut().zip(&data.bodies) {
-        *tau = body.axis.dot(&body.wrench);
-    }
+    data.apart(
+        #[inline(always)]
+        |data| {
+            place_inertias(data);
+            find_wrenches(data);
+            subtract(model, data, external);
+            sum_wrenches(model, data);
+            for (tau, body) in tau.iter_mut().zip(&data.bodies) {
+                *tau = body.axis.dot(&body.wrench);
+            }
+        },
+    )
 }
 
 /// Inertias in the axes of the base.

@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use hysteron_base::lanes::LANES;
+use hysteron_base::lanes::{LANES, outlined};
 
 /// A number: `f64`, `f32`, one number for each lane of a register; dual and complex numbers in tests.
 pub trait Scalar:
@@ -37,6 +37,14 @@ pub trait Scalar:
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         self * b + c
+    }
+
+    /// Runs `kernel` as a function of its own, compiled for the registers of this number: once, whoever calls it.
+    ///
+    /// What is inlined into its callers alone is compiled again for each of them.
+    #[inline(always)]
+    fn apart<R>(self, kernel: impl FnOnce() -> R) -> R {
+        outlined(kernel)
     }
 
     /// `self * factor`.

@@ -138,28 +138,33 @@ impl<T: Scalar> Stepper<T> {
     /// Advances `q`, `dq` by one substep.
     #[inline(always)]
     fn substep(&mut self, model: &Model, [q, dq]: [&mut [T]; 2], tau: &[T], external: &[ExternalForce<T>]) {
-        match self.integrator {
-            Integrator::SemiImplicitEuler => {
-                self.run_stages(1, model, [&*q, &*dq], tau, external);
-                let acceleration = &self.stages[0][2];
-                for i in 0..q.len() {
-                    dq[i] = acceleration[i].mul_add(dq[i].splat(self.period), dq[i]);
-                    q[i] = dq[i].mul_add(q[i].splat(self.period), q[i]);
+        let like = self.data.like();
+        like.apart(
+            #[inline(always)]
+            || match self.integrator {
+                Integrator::SemiImplicitEuler => {
+                    self.run_stages(1, model, [&*q, &*dq], tau, external);
+                    let acceleration = &self.stages[0][2];
+                    for i in 0..q.len() {
+                        dq[i] = acceleration[i].mul_add(dq[i].splat(self.period), dq[i]);
+                        q[i] = dq[i].mul_add(q[i].splat(self.period), q[i]);
+                    }
                 }
-            }
-            Integrator::RungeKutta4 => {
-                self.run_stages(4, model, [&*q, &*dq], tau, external);
-                for ([_, velocity, acceleration], weight) in self.stages.iter().zip([1.0, 2.0, 2.0, 1.0]) {
-                    let h = weight * self.period / 6.0;
-                    add_scaled(q, velocity, h);
-                    add_scaled(dq, acceleration, h);
+                Integrator::RungeKutta4 => {
+                    self.run_stages(4, model, [&*q, &*dq], tau, external);
+                    for ([_, velocity, acceleration], weight) in self.stages.iter().zip([1.0, 2.0, 2.0, 1.0])
+                    {
+                        let h = weight * self.period / 6.0;
+                        add_scaled(q, velocity, h);
+                        add_scaled(dq, acceleration, h);
+                    }
                 }
-            }
-            Integrator::WithFriction(_) => {
-                let Self { data, damping, dry_friction, friction, .. } = self;
-                friction.advance(Substep { model, data, damping, dry_friction, tau, external }, [q, dq]);
-            }
-        }
+                Integrator::WithFriction(_) => {
+                    let Self { data, damping, dry_friction, friction, .. } = self;
+                    friction.advance(Substep { model, data, damping, dry_friction, tau, external }, [q, dq]);
+                }
+            },
+        )
     }
 
     /// States and accelerations of the stages of one substep from `q`, `dq`.
@@ -172,18 +177,24 @@ impl<T: Scalar> Stepper<T> {
         tau: &[T],
         external: &[ExternalForce<T>],
     ) {
-        for s in 0..n_stages {
-            let (done, rest) = self.stages.split_at_mut(s);
-            let stage = &mut rest[0];
-            stage[0].copy_from_slice(q);
-            stage[1].copy_from_slice(dq);
-            if let Some([_, velocity, acceleration]) = done.last() {
-                let h = if s == 3 { self.period } else { 0.5 * self.period };
-                add_scaled(&mut stage[0], velocity, h);
-                add_scaled(&mut stage[1], acceleration, h);
-            }
-            self.accelerate(model, s, tau, external);
-        }
+        let like = self.data.like();
+        like.apart(
+            #[inline(always)]
+            || {
+                for s in 0..n_stages {
+                    let (done, rest) = self.stages.split_at_mut(s);
+                    let stage = &mut rest[0];
+                    stage[0].copy_from_slice(q);
+                    stage[1].copy_from_slice(dq);
+                    if let Some([_, velocity, acceleration]) = done.last() {
+                        let h = if s == 3 { self.period } else { 0.5 * self.period };
+                        add_scaled(&mut stage[0], velocity, h);
+                        add_scaled(&mut stage[1], acceleration, h);
+                    }
+                    self.accelerate(model, s, tau, external);
+                }
+            },
+        )
     }
 
     /// Acceleration of a stage.

@@ -53,6 +53,23 @@ pub const LANES: usize = 8;
 #[repr(C, align(64))]
 pub struct Pack(pub [f64; LANES]);
 
+struct Apart<F>(F);
+
+impl<R, F: FnOnce() -> R> WithSimd for Apart<F> {
+    type Output = R;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> R {
+        (self.0)()
+    }
+}
+
+/// Calls `kernel` as a function that is not inlined.
+#[inline(never)]
+pub fn outlined<R>(kernel: impl FnOnce() -> R) -> R {
+    kernel()
+}
+
 /// A register of `f64`, with operators. `S` fixes how many lanes it has.
 #[derive(Debug, Clone, Copy)]
 pub struct Lanes<S: Simd> {
@@ -172,6 +189,12 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub fn load(self, pack: &Pack) -> Self {
         Self { simd: self.simd, value: S::as_simd_f64s(&pack.0).0[0] }
+    }
+
+    /// Runs `kernel` as a function of its own, compiled for the registers that this one is of; `kernel` has to be inlined always.
+    #[inline(always)]
+    pub fn apart<R>(self, kernel: impl FnOnce() -> R) -> R {
+        if S::IS_SCALAR { outlined(kernel) } else { self.simd.vectorize(Apart(kernel)) }
     }
 
     /// Natural logarithm, lane by lane: there is no instruction for it.

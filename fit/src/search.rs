@@ -1,8 +1,7 @@
 //! One search: Levenberg–Marquardt on a smooth parametrisation, with finite differences in parallel.
 //!
 //! A parameter p within its bounds is the angle u of p̃ = (1 + sin u)/2, where p̃ ∈ [0, 1] is its place between the
-//! bounds, on a logarithmic scale where asked. Only this module knows `levenberg-marquardt` and the `nalgebra` that it
-//! takes.
+//! bounds, on a logarithmic scale where asked. Only this module knows `levenberg-marquardt`.
 //!
 //! # Reference
 //! Moré (1978), the Levenberg–Marquardt algorithm, as in MINPACK; James and Roos (1975) for the sine.
@@ -12,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hysteron_base::BadInput;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
-use nalgebra_of_lm::{DMatrix, DVector, Dyn, Owned};
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
 use crate::Failure;
