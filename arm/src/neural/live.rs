@@ -109,6 +109,9 @@ impl<'m> Estimator<'m> {
             if let Some(servo) = &self.simulation.servo {
                 let (own, _) = servo.torque(k, inputs[k], [state[k], state[m + k]]);
                 *torque = (*torque + own).clamp(-limit, limit);
+                if servo.holds {
+                    *torque += servo.rubs(k, state[m + k]).0;
+                }
             }
         }
         self.sensing.update([inputs, state, voltage])

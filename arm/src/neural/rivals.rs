@@ -157,6 +157,7 @@ impl ServoModel {
             friction: values[m..2 * m].to_vec(),
             damping: values[2 * m],
             rms: 0.0,
+            holds: true,
         };
         let residuals = |values: &[f64]| -> Result<Vec<Vec<f64>>, BadInput> {
             let states = of(values).run(model, (features, period), &segments, horizon)?;

@@ -17,9 +17,12 @@ pub struct ServoModel {
     pub damping: f64,
     /// Root mean square of the rollouts' errors on what it was fitted to [rad].
     pub rms: f64,
+    /// True where friction holds a motor at rest exactly; false where it is F tanh(q̇/w), which lets a loaded motor creep.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub holds: bool,
 }
 
-/// Speed over which friction turns its sign [rad/s].
+/// Speed w over which friction turns its sign where it does not hold [rad/s].
 const FRICTION_WIDTH: f64 = 0.05;
 
 impl ServoModel {
@@ -40,10 +43,22 @@ impl ServoModel {
         Ok(())
     }
 
-    /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two.
+    /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two; without friction
+    /// where that [`Self::holds`], for it is the integrator's then.
     pub(super) fn torque(&self, k: usize, goal: f64, [position, speed]: [f64; 2]) -> (f64, [f64; 2]) {
+        let pull = self.stiffness[k] * (goal - position);
+        let (friction, by_speed) = if self.holds { (0.0, 0.0) } else { self.rubs(k, speed) };
+        (pull + friction, [-self.stiffness[k], by_speed])
+    }
+
+    /// Friction of motor `k` at this speed [N m], without rest, and its derivative.
+    pub(super) fn rubs(&self, k: usize, speed: f64) -> (f64, f64) {
         let sign = (speed / FRICTION_WIDTH).tanh();
-        let torque = self.stiffness[k] * (goal - position) - self.friction[k] * sign;
-        (torque, [-self.stiffness[k], -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign)])
+        (-self.friction[k] * sign, -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign))
+    }
+
+    /// Friction of motor `k` that the integrator has to hold [N m].
+    pub(super) fn held(&self, k: usize) -> f64 {
+        if self.holds { self.friction[k] } else { 0.0 }
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::features::Features;
 use super::servo::ServoModel;
 use crate::servo_force::TIP;
-use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts};
+use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts, Stops};
 
 /// Step, damping and limits of the simulation in training.
 ///
@@ -114,7 +114,7 @@ impl Simulation {
         let locked: Vec<(&str, f64)> =
             model.joints()[n..].iter().map(|joint| (joint.name.as_str(), 0.0)).collect();
         let mut model = if locked.is_empty() { model.clone() } else { model.with_locked(&locked)? };
-        for joint in &mut model.joints {
+        for (k, joint) in model.joints.iter_mut().enumerate() {
             if joint.kind == JointKind::Prismatic || joint.follows.is_some() {
                 return Err(BadInput::new(
                     format!("joint {}", joint.name),
@@ -124,6 +124,7 @@ impl Simulation {
                 .hint("name fewer joints"));
             }
             (joint.drive.armature, joint.drive.damping) = (options.armature, options.damping);
+            joint.drive.dry_friction = options.servo.as_ref().map_or(0.0, |servo| servo.held(k));
         }
         if options.payload > 0.0 {
             // Second moments of the mass, as xx, xy, yy, xz, yz, zz.
@@ -162,10 +163,18 @@ impl Simulation {
         }
     }
 
+    /// Friction of a motor that holds it at rest [N m].
+    fn dry_friction(&self, motor: usize) -> f64 {
+        self.options.servo.as_ref().map_or(0.0, |servo| servo.held(motor))
+    }
+
     fn rollouts(&self) -> Rollouts<'_> {
+        let holds = self.options.servo.as_ref().is_some_and(|servo| servo.holds);
+        let integrator =
+            if holds { Integrator::WithFriction(Stops::None) } else { Integrator::SemiImplicitEuler };
         Rollouts {
             model: &self.model,
-            integrator: Integrator::SemiImplicitEuler,
+            integrator,
             period: self.held(),
             n_steps: 1,
             frames: Vec::new(),
@@ -250,12 +259,14 @@ impl Simulation {
         let h = held / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
+            let dry = h * self.dry_friction(motor);
             let rows =
                 next.chunks_exact_mut(2 * m).zip(states.chunks_exact(2 * m)).zip(torques.chunks_exact(m));
             for ((next, state), torque) in rows {
                 let (mut angle, mut speed) = (state[motor], state[m + motor]);
                 for _ in 0..substeps {
-                    speed = (armature * speed + h * torque[motor]) / (armature + h * damping);
+                    let push = armature * speed + h * torque[motor];
+                    speed = push.signum() * (push.abs() - dry).max(0.0) / (armature + h * damping);
                     angle += h * speed;
                 }
                 (next[motor], next[m + motor]) = (angle, speed);
@@ -284,11 +295,15 @@ impl Simulation {
         let h = held / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
-            let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m));
-            for ((by_state, by_torque), weights) in rows.zip(weights.chunks_exact(2 * m)) {
+            // Where there is friction that holds, torques are held for one part only.
+            let dry = h * self.dry_friction(motor);
+            let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m)).enumerate();
+            for ((row, (by_state, by_torque)), weights) in rows.zip(weights.chunks_exact(2 * m)) {
                 let (by_angle, mut by_speed) = (weights[motor], weights[m + motor]);
+                let push = armature * states[2 * m * row + m + motor] + h * torques[m * row + motor];
+                let slides = if dry == 0.0 || push.abs() > dry { 1.0 } else { 0.0 };
                 for _ in 0..substeps {
-                    by_speed += h * by_angle;
+                    by_speed = slides * (by_speed + h * by_angle);
                     by_torque[motor] += by_speed * h / (armature + h * damping);
                     by_speed *= armature / (armature + h * damping);
                 }

@@ -27,11 +27,17 @@ fn simulation() -> Simulation {
 
 /// With a servo in the loop that is not quite the recorded one.
 fn with_servo() -> Simulation {
+    with_friction(true)
+}
+
+/// The same, with friction that holds or creeps.
+fn with_friction(holds: bool) -> Simulation {
     let servo = ServoModel {
         stiffness: vec![18.0, 22.0, 21.0, 14.0, 9.0],
         friction: vec![0.08; 5],
         damping: 1.2,
         rms: 0.0,
+        holds,
     };
     Simulation::new(&arm(), &features(), &SimulationOptions::with_servo(&servo, PERIOD)).unwrap()
 }
@@ -54,6 +60,7 @@ fn recording(seed: u64, rows: usize) -> Recording {
         friction: vec![0.1; m],
         damping: 1.0,
         rms: 0.0,
+        holds: true,
     };
     let mut inputs = vec![0.0; rows * features.len()];
     for (i, row) in inputs.chunks_exact_mut(features.len()).enumerate() {
@@ -154,11 +161,12 @@ fn the_gradient_of_the_closed_loop_is_that_of_differences() {
     let cases = [
         (Form::Window, simulation()),
         (Form::Streaming, simulation()),
-        (Form::Window, with_servo()),
-        (Form::Streaming, with_servo()),
+        (Form::Window, with_friction(false)),
+        (Form::Window, with_friction(true)),
+        (Form::Streaming, with_friction(true)),
     ];
     for (form, simulation) in cases {
-        let form = (form, simulation.options().servo.is_some());
+        let form = (form, simulation.options().servo.as_ref().map(|servo| servo.holds));
         let mut network = Transformer::<f64>::new(&shape(form.0), 5).unwrap();
         for (k, values) in network.parameters_mut().iter_mut().enumerate() {
             let mut stream = rng(2, &format!("{k}"));
@@ -402,6 +410,41 @@ fn a_servo_for_other_motors_or_out_of_range_is_refused() {
     assert!(found.contains("servo.stiffness: expected 5 finite numbers, zero or more"), "{found}");
     assert!(refused(&|servo| servo.friction[2] = f64::NAN).contains("servo.friction"));
     assert!(refused(&|servo| servo.damping = -1.0).contains("servo.damping"));
+}
+
+#[test]
+fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
+    let m = features().motors();
+    let mut options = with_servo().options().clone();
+    let servo = options.servo.as_mut().unwrap();
+    (servo.stiffness, servo.friction) = (vec![0.0; m], vec![2.0; m]);
+    (options.damping, servo.damping) = (0.0, 0.0);
+    let arm = Simulation::new(&arm(), &features(), &options).unwrap();
+    // Gravity moves no joint that its friction holds: not at all.
+    let mut still = vec![0.0; 2 * m];
+    still[1] = 0.8;
+    let (nothing, mut state, mut next) = (vec![0.0; m], still.clone(), vec![0.0; 2 * m]);
+    for _ in 0..100 {
+        arm.step(&state, [&nothing, &nothing], &mut next);
+        state.copy_from_slice(&next);
+    }
+    assert_eq!(state, still);
+    // The gripper's motor, which nothing else moves, loses F/A of its speed in a second, and then stands.
+    let (motor, slower) = (m - 1, options.period * 2.0 / options.armature);
+    let mut speed = 2.5 * slower;
+    state[m + motor] = speed;
+    for _ in 0..5 {
+        arm.step(&state, [&nothing, &nothing], &mut next);
+        state.copy_from_slice(&next);
+        speed = (speed - slower).max(0.0);
+        assert!((state[m + motor] - speed).abs() < 1e-12, "{} {speed}", state[m + motor]);
+    }
+    assert_eq!(state[m + motor], 0.0);
+    // Friction that creeps lets the arm sink.
+    options.servo.as_mut().unwrap().holds = false;
+    let creeps = Simulation::new(arm.model(), &features(), &options).unwrap();
+    creeps.step(&still, [&nothing, &nothing], &mut next);
+    assert!((next[1] - still[1]).abs() > 1e-4, "{}", next[1] - still[1]);
 }
 
 #[test]
