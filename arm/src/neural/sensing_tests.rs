@@ -114,6 +114,29 @@ fn options() -> SensingOptions {
 }
 
 #[test]
+fn a_condition_that_is_wrong_and_sure_outweighs_no_force_when_the_best_network_is_kept() {
+    let training = set(0..2);
+    let (model, features, options) = (arm(), features(), options());
+    let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
+    let known = identified(&observers, &training);
+    // All healthy, and a network that is sure of it, or of the contrary.
+    let healthy = [trajectory(4, Case::Free)];
+    let about = (&features, &known, PERIOD);
+    let mut task = SensingTask::new(&options, &model, about, [&training, &healthy]).unwrap();
+    let mut network = Transformer::<f32>::new(&options.shape(&features), 1).unwrap();
+    let mut loss_at = |bias: f32| {
+        // The last head has one output for each motor.
+        let at = Heads::new(&features).condition - (JOINTS + 4);
+        network.parameters_mut().last_mut().unwrap()[at] = bias;
+        hysteron_learn::Task::validate(&mut task, &network).unwrap()
+    };
+    let [right, wrong] = [60.0, -60.0].map(&mut loss_at);
+    // All of the weight for one of two conditions; a cross-entropy would be sixty times that.
+    let expected = 0.5 * options.loss.condition;
+    assert!((wrong - right - expected).abs() < 1e-6, "{right} {wrong} {expected}");
+}
+
+#[test]
 fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_for_bit() {
     let (training, validation, test) = (set(0..4), set(4..6), set(6..8));
     let (model, features, options) = (arm(), features(), options());

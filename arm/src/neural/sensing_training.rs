@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
 use super::features::{Features, InputScale};
-use super::loss::{Heads, LossParts, LossWeights, Totals, length};
+use super::loss::{Heads, LossParts, LossWeights, Totals, length, sigmoid};
 use super::observations::{IdentifiedArm, Observed, channels, floors, telemetry};
 use super::training::{GROUP, added};
 use super::warm_start::supervised;
@@ -224,16 +224,23 @@ impl<'a> SensingTask<'a> {
     }
 
     /// Force and gate over all labelled samples of a trajectory, and its condition, with their numbers of samples.
+    ///
+    /// The condition counts by its squared error (Brier): by its cross-entropy, one trajectory of which the network is sure and wrong
+    /// outweighs every force.
     fn losses(&self, network: &Transformer<f32>, observed: &Observed<'_>) -> (LossParts, Totals) {
         let trajectory = observed.trajectory;
         let sensed = super::sensing::outputs(network, &self.scale, observed);
         let heads = Heads::new(&self.features);
         let one = Totals { poses: 1.0, forces: 1.0, conditions: 1.0 };
-        let mut parts = LossParts::default();
+        let (mut parts, mut brier) = (LossParts::default(), 0.0);
         let mut unused = vec![0.0; network.shape().outputs()];
         for (row, outputs) in sensed.chunks_exact(unused.len()).enumerate() {
             parts.add(&self.options.loss.labels((trajectory, row), &heads, outputs, &one, &mut unused));
+            if let Some(is_healthy) = trajectory.is_healthy {
+                brier += (sigmoid(outputs[heads.condition]) - f64::from(u8::from(is_healthy))).powi(2);
+            }
         }
+        parts.condition = self.options.loss.condition * brier;
         (parts, Totals::of_rows([(trajectory, 0..trajectory.len())].into_iter()))
     }
 }
