@@ -125,9 +125,10 @@ fn a_condition_that_is_wrong_and_sure_outweighs_no_force_when_the_best_network_i
     let mut task = SensingTask::new(&options, &model, about, [&training, &healthy]).unwrap();
     let mut network = Transformer::<f32>::new(&options.shape(&features), 1).unwrap();
     let mut loss_at = |bias: f32| {
-        // The last head has one output for each motor.
-        let at = Heads::new(&features).condition - (JOINTS + 4);
-        network.parameters_mut().last_mut().unwrap()[at] = bias;
+        // The last numbers of all are the biases of the last head, one for each motor.
+        let heads = network.parameters_mut().last_mut().unwrap();
+        let first = heads.len() - JOINTS;
+        heads[first + Heads::new(&features).condition - (JOINTS + 4)] = bias;
         hysteron_learn::Task::validate(&mut task, &network).unwrap()
     };
     let [right, wrong] = [60.0, -60.0].map(&mut loss_at);
