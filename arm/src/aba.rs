@@ -62,7 +62,7 @@ pub fn solve_mass<T: Scalar>(model: &Model, data: &mut Data<T>, x: &mut [T]) {
     data.apart(
         #[inline(always)]
         |data| {
-            let like = data.base_acceleration.linear[0];
+            let like = data.like();
             for body in &mut data.bodies {
                 body.load = Wrench::zero(like);
             }

@@ -70,7 +70,7 @@ pub(crate) fn inverse_dynamics_adjoint<T: Scalar>(
     external: &[ExternalForce<T>],
     cotangent: &mut Cotangent<T>,
 ) {
-    let still = Motion::zero(data.base_acceleration.linear[0]);
+    let still = Motion::zero(data.like());
     for (i, joint) in model.joints.iter().enumerate() {
         let carried = joint.parent.map_or(still, |p| data.bodies[p].motion);
         let body = &mut data.bodies[i];
@@ -93,7 +93,7 @@ fn sweep<T: Scalar>(
             find_wrenches(data);
             find_momenta(data);
             subtract(model, data, external);
-            let zero = data.base_acceleration.linear[0].splat(0.0);
+            let zero = data.like().splat(0.0);
             // P in `load`, Q in `turned`; what forces that keep their direction bring, in `resisted`.
             for body in &mut data.bodies {
                 body.load = body.inertia.mul(&body.motion);

@@ -74,7 +74,7 @@ fn differentiate<T: Scalar>(
             subtract(model, data, external);
             sum_wrenches(model, data);
             find_axis_accelerations(model, data);
-            let zero = data.base_acceleration.linear[0].splat(0.0);
+            let zero = data.like().splat(0.0);
             for matrix in [&mut *by_q, &mut *by_dq, &mut *mass] {
                 matrix.fill(zero);
             }

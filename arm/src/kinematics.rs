@@ -119,7 +119,7 @@ pub fn forward_velocities<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T],
 #[inline(always)]
 pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pose<T> {
     let frame = &model.frames[frame];
-    let like = data.base_acceleration.linear[0];
+    let like = data.like();
     match frame.joint {
         Some(body) => {
             let Body { rotation, position, .. } = data.bodies[body];

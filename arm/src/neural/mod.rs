@@ -22,6 +22,8 @@ mod sensing;
 pub(crate) mod sensing_tests;
 mod sensing_training;
 mod servo;
+#[cfg(test)]
+mod servo_tests;
 mod simulation;
 #[cfg(test)]
 mod tests;

@@ -69,6 +69,11 @@ impl SimulationOptions {
         }
     }
 
+    /// Friction of a motor that holds it at rest [N m].
+    fn dry_friction(&self, motor: usize) -> f64 {
+        self.servo.as_ref().map_or(0.0, |servo| servo.held(motor))
+    }
+
     /// # Errors
     /// `BadInput` naming what is out of range, or not for these motors.
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
@@ -124,7 +129,7 @@ impl Simulation {
                 .hint("name fewer joints"));
             }
             (joint.drive.armature, joint.drive.damping) = (options.armature, options.damping);
-            joint.drive.dry_friction = options.servo.as_ref().map_or(0.0, |servo| servo.held(k));
+            joint.drive.dry_friction = options.dry_friction(k);
         }
         if options.payload > 0.0 {
             // Second moments of the mass, as xx, xy, yy, xz, yz, zz.
@@ -161,11 +166,6 @@ impl Simulation {
             None => (period, substeps),
             Some(_) => (period / substeps as f64, 1),
         }
-    }
-
-    /// Friction of a motor that holds it at rest [N m].
-    fn dry_friction(&self, motor: usize) -> f64 {
-        self.options.servo.as_ref().map_or(0.0, |servo| servo.held(motor))
     }
 
     fn rollouts(&self) -> Rollouts<'_> {
@@ -259,7 +259,7 @@ impl Simulation {
         let h = held / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
-            let dry = h * self.dry_friction(motor);
+            let dry = h * self.options.dry_friction(motor);
             let rows =
                 next.chunks_exact_mut(2 * m).zip(states.chunks_exact(2 * m)).zip(torques.chunks_exact(m));
             for ((next, state), torque) in rows {
@@ -296,7 +296,7 @@ impl Simulation {
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             // Where there is friction that holds, torques are held for one part only.
-            let dry = h * self.dry_friction(motor);
+            let dry = h * self.options.dry_friction(motor);
             let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m)).enumerate();
             for ((row, (by_state, by_torque)), weights) in rows.zip(weights.chunks_exact(2 * m)) {
                 let (by_angle, mut by_speed) = (weights[motor], weights[m + motor]);
