@@ -48,7 +48,11 @@ impl Features {
         2 * self.motors()
     }
 
-    fn positions(&self) -> usize {
+    /// Where the goals begin.
+    pub const GOALS: usize = 0;
+
+    /// Where the positions begin.
+    pub(super) fn positions(&self) -> usize {
         self.motors()
     }
 

@@ -183,9 +183,10 @@ impl Heads {
         [m, 3, 1, m]
     }
 
-    /// Adds another estimate of the force to the raw force.
-    pub(super) fn add_force(&self, outputs: &mut [f64], force: &[f64; 3]) {
-        outputs[self.force..self.force + 3].iter_mut().zip(force).for_each(|(to, f)| *to += f);
+    /// Makes another raw force of it, or of the gradient by it.
+    pub(super) fn map_force(&self, outputs: &mut [f64], to: impl Fn([f64; 3]) -> [f64; 3]) {
+        let own = &mut outputs[self.force..self.force + 3];
+        own.copy_from_slice(&to([own[0], own[1], own[2]]));
     }
 
     /// The force that the outputs say [N]: gate times raw force.

@@ -11,6 +11,7 @@ mod data;
 mod evaluate;
 mod features;
 mod fit;
+mod heading;
 mod health;
 mod live;
 mod loss;

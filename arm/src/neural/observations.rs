@@ -8,14 +8,20 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
 use super::features::Features;
+use super::heading::Heading;
 use super::health::{Health, HealthModel, HealthSample};
 use super::loss::{Heads, watched_motor};
 use crate::Model;
-use crate::observer::TipForce;
-use crate::servo_force::{DriveObserver, GAIN, ServoDrive, Telemetry, tip_force};
+use crate::observer::{ForceFilter, TipForce};
+use crate::servo_force::{DriveObserver, GAIN, STANDS, ServoDrive, Telemetry, tip_force};
 
 /// Gains of observers beside that whose force is added to [1/s]: what comes and goes within a second is seen sooner, with more noise.
 const FASTER: [f64; 2] = [30.0, 60.0];
+/// Times of forces that are remembered while joints stand [s], and their deviation [N].
+const MEMORY: [f64; 2] = [0.3, 2.0];
+const DEVIATION: f64 = 5.0;
+/// Samples of an external torque with one error in common, where the joint moves, and where it stands.
+const ALIKE: [f64; 2] = [16.0, 60.0];
 /// Time over which the force's slow part is taken, and torques of a motor's condition [s].
 const SLOW: [f64; 2] = [1.0, 0.5];
 /// Speed over which friction turns its sign [rad/s].
@@ -43,8 +49,8 @@ pub(super) fn channels(features: &Features) -> usize {
 /// Channels beside the telemetry, and their least spreads.
 fn parts(features: &Features) -> [(usize, f64); 4] {
     let n = features.joints;
-    let forces = 3 * (FASTER.len() + 2);
-    [(forces, FLOORS[0]), (3 * n, FLOORS[1]), (n, FLOORS[2]), (Health::CHANNELS, FLOORS[3])]
+    let forces = 3 * (2 + FASTER.len() + MEMORY.len());
+    [(forces, FLOORS[0]), (4 * n, FLOORS[1]), (n, FLOORS[2]), (Health::CHANNELS, FLOORS[3])]
 }
 
 /// Least spreads of all channels.
@@ -63,6 +69,10 @@ struct Observers<'m> {
     faster: [DriveObserver<'m>; FASTER.len()],
     /// Force by all joints but the watched one.
     others: TipForce<'m>,
+    /// Forces that are remembered.
+    filters: [ForceFilter; MEMORY.len()],
+    period: f64,
+    drive: ServoDrive,
     /// Forces of the faster observers.
     forces: [[f64; 3]; FASTER.len()],
 }
@@ -84,6 +94,9 @@ impl<'m> Observers<'m> {
             observer: of(GAIN)?,
             faster: [of(FASTER[0])?, of(FASTER[1])?],
             others: tip_force(model, &noise)?,
+            filters: MEMORY.map(|time| ForceFilter::new(time, DEVIATION)),
+            period,
+            drive: drive.clone(),
             forces: [[0.0; 3]; FASTER.len()],
         })
     }
@@ -96,6 +109,7 @@ impl<'m> Observers<'m> {
         for (force, observer) in self.forces.iter_mut().zip(&mut self.faster) {
             *force = observer.update(position, velocity, voltage);
         }
+        self.remember(velocity);
         self.others.update(position, &self.observer.external);
         let [of_force, variance] = self.others.torque(self.watched);
         let k = self.watched;
@@ -103,12 +117,31 @@ impl<'m> Observers<'m> {
         let motor = self.observer.motor(k);
         (force, HealthSample { position: position[k], velocity: velocity[k], motor, torque, variance })
     }
+
+    /// Takes the joints' external torques to the forces that are remembered: at rest friction may be anything up to what breaks it loose.
+    fn remember(&mut self, velocity: &[f64]) {
+        let observer = &self.faster[0];
+        for filter in &mut self.filters {
+            filter.advance(self.period);
+            for (k, velocity) in velocity.iter().enumerate() {
+                let noise = self.drive.noise[k] * self.drive.noise[k];
+                let dry = self.drive.dry_friction(k, observer.motor(k));
+                let variance = if velocity.abs() > STANDS {
+                    noise * ALIKE[0]
+                } else {
+                    (noise + dry * dry / 3.0) * ALIKE[1]
+                };
+                filter.update(observer.lever(k), observer.external[k], variance);
+            }
+        }
+    }
 }
 
 /// The estimators of one arm, sample by sample.
 #[derive(Debug, Clone)]
 pub(super) struct Observations<'m> {
     features: Features,
+    heading: Heading,
     observers: Observers<'m>,
     health: Health,
     /// Part of the way to a new value in a sample, for force and torques.
@@ -128,6 +161,7 @@ impl<'m> Observations<'m> {
     ) -> Result<Self, BadInput> {
         Ok(Self {
             features: *features,
+            heading: Heading::of(model),
             observers: Observers::new(model, (features, &known.drive, period))?,
             health: Health::new(&known.health, (period, GAIN)),
             shares: SLOW.map(|time| period / (time + period)),
@@ -138,6 +172,11 @@ impl<'m> Observations<'m> {
     /// Evidence for a healthy watched joint, up to the last sample.
     pub fn evidence(&self) -> f64 {
         self.health.evidence()
+    }
+
+    /// Axes that turn with the arm.
+    pub fn heading(&self) -> Heading {
+        self.heading
     }
 
     /// Takes a sample's inputs, state and voltages on the motors; writes its channels and gives the observer's force [N].
@@ -155,9 +194,18 @@ impl<'m> Observations<'m> {
         for (k, (slow, now)) in self.slow.iter_mut().zip(now).enumerate() {
             *slow += self.shares[usize::from(k >= 3)] * (now - *slow);
         }
-        let forces = force.iter().chain(&self.slow[..3]).chain(self.observers.forces.iter().flatten());
-        let more = forces.chain(external).chain(&self.slow[3..]).copied().chain(self.health.channels());
+        let slow = [self.slow[0], self.slow[1], self.slow[2]];
+        let all = [force, slow]
+            .into_iter()
+            .chain(self.observers.forces)
+            .chain(self.observers.filters.iter().map(|one| one.force));
+        let forces = all.flat_map(|f| self.heading.to_arm(state[0], f));
+        let (slow_torque, slow_friction) = self.slow[3..].split_at(n);
+        let friction = (0..n).map(|k| self.observers.observer.friction(k));
+        let torques = external.iter().chain(slow_torque).copied().chain(friction);
+        let more = forces.chain(torques).chain(slow_friction.iter().copied()).chain(self.health.channels());
         to.iter_mut().zip(inputs.iter().copied().chain(more)).for_each(|(to, from)| *to = from);
+        self.heading.forget(&self.features, to);
         force
     }
 }
@@ -203,6 +251,8 @@ pub struct Observed<'a> {
     pub evidence: Vec<f64>,
     /// Which output is what.
     pub(super) heads: Heads,
+    /// Axes that turn with the arm: those of the network's forces.
+    heading: Heading,
 }
 
 impl<'a> Observed<'a> {
@@ -224,7 +274,20 @@ impl<'a> Observed<'a> {
             force.push(observations.next([inputs, state, &voltage[row * n..][..n]], to));
             evidence.push(observations.evidence());
         }
-        Ok(Self { trajectory, rows, force, evidence, heads: Heads::new(features) })
+        let heading = observations.heading();
+        Ok(Self { trajectory, rows, force, evidence, heads: Heads::new(features), heading })
+    }
+
+    /// Makes of the network's raw force at a row that of base's axes, the observer's added.
+    pub(super) fn complete(&self, row: usize, outputs: &mut [f64]) {
+        let angle = self.trajectory.state_at(row)[0];
+        self.heading.add_force(&self.heads, (angle, &self.force[row]), outputs);
+    }
+
+    /// Makes of the gradient by that force the one by the network's.
+    pub(super) fn turn_gradient(&self, row: usize, by_outputs: &mut [f64]) {
+        let angle = self.trajectory.state_at(row)[0];
+        self.heads.map_force(by_outputs, |g| self.heading.to_arm(angle, g));
     }
 
     /// Channels of a row; before the first, those of the first.

@@ -116,8 +116,8 @@ pub(super) fn outputs(network: &Transformer<f32>, scale: &InputScale, observed: 
         .collect();
     let found = tape.forward(network, 0..rows, &tokens);
     let mut all: Vec<f64> = found.iter().map(|y| f64::from(*y)).collect();
-    for (outputs, force) in all.chunks_exact_mut(shape.outputs()).zip(&observed.force) {
-        observed.heads.add_force(outputs, force);
+    for (row, outputs) in all.chunks_exact_mut(shape.outputs()).enumerate() {
+        observed.complete(row, outputs);
     }
     all
 }
@@ -181,7 +181,8 @@ impl<'m> SensingRunner<'m> {
         }
         let said = self.runner.step(&self.token);
         self.outputs.iter_mut().zip(said).for_each(|(to, y)| *to = f64::from(*y));
-        self.heads.add_force(&mut self.outputs, &force);
+        let heading = self.observations.heading();
+        heading.add_force(&self.heads, (sample[1][0], &force), &mut self.outputs);
         let outputs = &self.outputs;
         if self.recent.len() == WINDOW {
             self.recent.pop_front();

@@ -2,7 +2,7 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Block, Decay, Form, Penalty, Schedule, Task, Training, Transformer, TransformerShape,
+    Adam, Block, Decay, Form, Penalty, Schedule, TapePool, Task, Training, Transformer, TransformerShape,
     warm_up_cosine,
 };
 use rand::RngExt;
@@ -133,6 +133,7 @@ pub struct SensingTask<'a> {
     validation: Vec<Observed<'a>>,
     /// Training trajectories by what they teach: contacts, absence of contact, healthy and degraded motors; as many stretches from each.
     pools: Vec<Vec<usize>>,
+    tapes: TapePool<f32>,
 }
 
 impl<'a> SensingTask<'a> {
@@ -175,7 +176,15 @@ impl<'a> SensingTask<'a> {
             let expected = "labels of force or of a degraded motor";
             return Err(BadInput::new("training recordings", expected, "none"));
         }
-        Ok(Self { options, features: *features, scale, training, validation, pools })
+        Ok(Self {
+            options,
+            features: *features,
+            scale,
+            training,
+            validation,
+            pools,
+            tapes: TapePool::default(),
+        })
     }
 
     /// How the network's inputs are scaled.
@@ -211,11 +220,12 @@ impl<'a> SensingTask<'a> {
                 };
                 let weigh = |step: usize, row: usize, outputs: &mut [f64], by_outputs: &mut [f64]| {
                     let (one, start) = group[row];
-                    heads.add_force(outputs, &one.force[start + step]);
+                    one.complete(start + step, outputs);
                     let at = (one.trajectory, start + step);
                     parts.add(&self.options.loss.labels(at, &heads, outputs, &totals, by_outputs));
+                    one.turn_gradient(start + step, by_outputs);
                 };
-                supervised(network, (group.len(), span), token, weigh, &mut gradient);
+                supervised((network, &self.tapes), (group.len(), span), token, weigh, &mut gradient);
                 (parts.sum(), gradient)
             })
             .collect();

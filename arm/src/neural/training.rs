@@ -1,7 +1,9 @@
 //! `NeuralTask`: the warm start and the closed loop as a task of the engine.
 
 use hysteron_base::{BadInput, rng};
-use hysteron_learn::{Adam, Decay, Penalty, Real, Schedule, Task, Training, Transformer, warm_up_cosine};
+use hysteron_learn::{
+    Adam, Decay, Penalty, Real, Schedule, TapePool, Task, Training, Transformer, warm_up_cosine,
+};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -136,6 +138,7 @@ pub struct NeuralTask<'a> {
     torques: Vec<Vec<f64>>,
     /// Steps of rollouts and samples of the warm start that were simulated, for a throughput.
     pub steps: u64,
+    tapes: TapePool<f32>,
 }
 
 impl<'a> NeuralTask<'a> {
@@ -160,7 +163,8 @@ impl<'a> NeuralTask<'a> {
             .iter()
             .map(|one| torques_of(one, simulation, options.cutoff_hz))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { options, simulation, scale, currents, training, validation, torques, steps: 0 })
+        let (steps, tapes) = (0, TapePool::default());
+        Ok(Self { options, simulation, scale, currents, training, validation, torques, steps, tapes })
     }
 
     /// One update of the warm start or the closed loop: its loss and gradient.
@@ -235,7 +239,8 @@ impl<'a> NeuralTask<'a> {
                 let mut gradient = network.zeros();
                 let about = (&self.options.loss, &totals, n_torques);
                 let setting = (self.simulation, self.scale);
-                let (parts, torques) = warm_start::gradient(network, setting, group, about, &mut gradient);
+                let (parts, torques) =
+                    warm_start::gradient((network, &self.tapes), setting, group, about, &mut gradient);
                 (parts.sum() + torques, gradient)
             })
             .collect();

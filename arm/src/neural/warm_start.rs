@@ -2,7 +2,7 @@
 
 use hysteron_actuator::filter::LowPass;
 use hysteron_base::BadInput;
-use hysteron_learn::{Form, Real, Transformer, TransformerTape};
+use hysteron_learn::{Form, Real, TapePool, Transformer};
 
 use super::data::Trajectory;
 use super::features::InputScale;
@@ -35,7 +35,7 @@ pub(super) fn span(form: Form) -> usize {
 /// The loss of some stretches with recorded inputs; adds its gradient. `n_torques` is how many torques there are over all stretches of
 /// the update.
 pub(super) fn gradient<T: Real>(
-    network: &Transformer<T>,
+    (network, tapes): (&Transformer<T>, &TapePool<T>),
     (simulation, scale): (&Simulation, &InputScale),
     stretches: &[Stretch<'_>],
     (weights, totals, n_torques): (&LossWeights, &Totals, f64),
@@ -63,14 +63,14 @@ pub(super) fn gradient<T: Real>(
         }
         parts.add(&weights.labels((stretch.trajectory, sample), &heads, found, totals, by_outputs));
     };
-    supervised(network, (stretches.len(), span), token, weigh, gradient);
+    supervised((network, tapes), (stretches.len(), span), token, weigh, gradient);
     (parts, torque_loss)
 }
 
 /// One pass forward and back over `rows` stretches of `span` samples, all at once: `token` writes what the network sees at a step (before
-/// the stretch below zero), `weigh` takes outputs at a step and writes the gradient of the loss by them. Adds to `gradient`.
+/// the stretch below zero), `weigh` takes outputs at a step and adds the gradient of the loss by them. Adds to `gradient`.
 pub(super) fn supervised<T: Real>(
-    network: &Transformer<T>,
+    (network, tapes): (&Transformer<T>, &TapePool<T>),
     (rows, span): (usize, usize),
     token: impl Fn(isize, usize, &mut [T]),
     mut weigh: impl FnMut(usize, usize, &mut [f64], &mut [f64]),
@@ -79,29 +79,28 @@ pub(super) fn supervised<T: Real>(
     let shape = network.shape();
     let (inputs, n, before) = (shape.inputs, shape.outputs(), shape.tokens - 1);
     let steps = before + span;
-    let mut tape = TransformerTape::new(shape, steps, rows);
     let mut tokens = vec![T::default(); steps * rows * inputs];
     for (at, to) in tokens.chunks_exact_mut(inputs).enumerate() {
         token((at / rows) as isize - before as isize, at % rows, to);
     }
-    let outputs = tape.forward(network, 0..steps, &tokens).to_vec();
     // In a window all results belong to its last step.
     let first = if shape.form == Form::Window { 0 } else { before };
-    let mut weights_of_outputs = vec![T::default(); outputs.len()];
-    for step in 0..span {
-        for row in 0..rows {
+    let (mut found, mut by_outputs) = (vec![0.0; n], vec![0.0; n]);
+    tapes.with(shape, (steps, rows), |tape| {
+        let outputs = tape.forward(network, 0..steps, &tokens);
+        let mut weights_of_outputs = vec![T::default(); outputs.len()];
+        for (step, row) in (0..span).flat_map(|step| (0..rows).map(move |row| (step, row))) {
             let at = ((first + step) * rows + row) * n;
-            let mut found: Vec<f64> = outputs[at..at + n].iter().map(|y| y.to_f64()).collect();
-            let mut by_outputs = vec![0.0; n];
+            found.iter_mut().zip(&outputs[at..at + n]).for_each(|(to, y)| *to = y.to_f64());
+            by_outputs.fill(0.0);
             weigh(step, row, &mut found, &mut by_outputs);
-            for (to, from) in weights_of_outputs[at..at + n].iter_mut().zip(by_outputs) {
-                *to = T::of(from);
-            }
+            let to = &mut weights_of_outputs[at..at + n];
+            to.iter_mut().zip(&by_outputs).for_each(|(to, from)| *to = T::of(*from));
         }
-    }
-    tape.clear_gradients();
-    tape.backward(network, 0..steps, &weights_of_outputs, gradient);
-    tape.weight_gradients(network, steps, gradient);
+        tape.clear_gradients();
+        tape.backward(network, 0..steps, &weights_of_outputs, gradient);
+        tape.weight_gradients(network, steps, gradient);
+    });
 }
 
 /// Torques that would have moved the simulated arm as recorded (rows × m) [N m], from poses filtered without delay below `cutoff`

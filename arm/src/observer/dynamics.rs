@@ -114,6 +114,11 @@ impl<D: Dynamics> Tracked<D> {
         }
     }
 
+    /// Torque against positive motion that friction was taken to have in the last sample [N m].
+    pub fn friction(&self, joint: usize) -> f64 {
+        self.friction.last(joint)
+    }
+
     pub fn reset(&mut self) {
         self.is_started = false;
         self.friction.reset();

@@ -83,6 +83,11 @@ impl FrictionModel {
         friction
     }
 
+    /// What [`Self::follow`] gave for a joint's last sample; zero before the first [N m].
+    pub(super) fn last(&self, joint: usize) -> f64 {
+        self.last[joint].map_or(0.0, |[friction, _]| friction)
+    }
+
     /// Forgets all samples.
     pub(super) fn reset(&mut self) {
         self.last.fill(None);

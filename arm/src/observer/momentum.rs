@@ -27,6 +27,11 @@ impl<D: Dynamics> MomentumObserver<D> {
         let residual = vec![0.0; gains.len()];
         Self { tracked: Tracked::new(dynamics, friction), gains: gains.to_vec(), residual }
     }
+
+    /// Torque against positive motion that friction of `joint` was taken to have in the last sample [N m].
+    pub fn friction(&self, joint: usize) -> f64 {
+        self.tracked.friction(joint)
+    }
 }
 
 impl<D: Dynamics> Observer for MomentumObserver<D> {

@@ -84,10 +84,15 @@ impl<'m> TipForce<'m> {
         dense::invert(m, &self.information, &mut self.covariance);
     }
 
+    /// Torque of a unit force along axis `i` at a joint [m].
+    pub fn lever(&self, i: usize, joint: usize) -> f64 {
+        self.jacobian[self.model.n_joints() * i + joint]
+    }
+
     /// What the force does at a joint, and the variance of that [N m], [N² m²].
     pub fn torque(&self, joint: usize) -> [f64; 2] {
-        let (m, n) = (self.prior.len(), self.model.n_joints());
-        let lever = |i: usize| self.jacobian[n * i + joint];
+        let m = self.prior.len();
+        let lever = |i: usize| self.lever(i, joint);
         let mean = (0..m).map(|i| lever(i) * self.force[i]).sum();
         let row = |i: usize| (0..m).map(|k| self.covariance[m * i + k] * lever(k)).sum::<f64>();
         [mean, (0..m).map(|i| lever(i) * row(i)).sum()]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
 
 /// Below this a joint stands: half a step of the register is the least that is not zero [rad/s].
-pub(super) const STANDS: f64 = 0.02;
+pub(crate) const STANDS: f64 = 0.02;
 
 /// How a method takes motor torque and friction.
 #[derive(Debug, Clone)]
@@ -56,6 +56,11 @@ impl ServoDrive {
             }
         }
         Ok(())
+    }
+
+    /// Friction that a joint at rest has against its motor's torque [N m] at most [N m].
+    pub(crate) fn dry_friction(&self, joint: usize, motor: f64) -> f64 {
+        self.dry[joint] + self.load_share[joint] * motor.abs()
     }
 
     /// As estimators take it.

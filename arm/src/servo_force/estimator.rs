@@ -188,6 +188,16 @@ impl<'m> DriveObserver<'m> {
         [self.tip.force[0], self.tip.force[1], self.tip.force[2]]
     }
 
+    /// Torque of a unit force along each axis at a joint [m].
+    pub fn lever(&self, joint: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.tip.lever(axis, joint))
+    }
+
+    /// Torque that friction of a joint was taken to have against positive motion [N m].
+    pub fn friction(&self, joint: usize) -> f64 {
+        self.observer.friction(joint)
+    }
+
     /// Torque of a motor, mean since the sample before [N m].
     pub fn motor(&self, joint: usize) -> f64 {
         self.torque[2][joint]

@@ -7,6 +7,7 @@ mod identify;
 mod rivals;
 mod telemetry;
 
+pub(crate) use drive::STANDS;
 pub use drive::ServoDrive;
 pub use rivals::{LinearDrive, Observers};
 pub use telemetry::Telemetry;

@@ -13,6 +13,7 @@ mod network;
 mod runner;
 mod shape;
 mod tape;
+mod tape_pool;
 #[cfg(test)]
 mod tests;
 
@@ -21,3 +22,4 @@ pub use network::Transformer;
 pub use runner::TransformerRunner;
 pub use shape::{Block, Form, TransformerShape};
 pub use tape::TransformerTape;
+pub use tape_pool::TapePool;

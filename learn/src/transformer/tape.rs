@@ -76,6 +76,11 @@ impl<T: Real> TransformerTape<T> {
         }
     }
 
+    /// True where [`Self::new`] would make one of this size.
+    pub(super) fn fits(&self, shape: &TransformerShape, size: (usize, usize)) -> bool {
+        self.size == size && self.shape == *shape
+    }
+
     /// Sequences side by side.
     pub fn rows(&self) -> usize {
         self.size.1

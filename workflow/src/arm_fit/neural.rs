@@ -69,7 +69,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "FROM", default_value = "loop", value_parser = sensing))]
     pub sensing: SensingForm,
     /// Updates of that second network
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3000, value_parser = crate::number::count::<1_000_000>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 12_000, value_parser = crate::number::count::<1_000_000>))]
     pub sensing_updates: usize,
     /// Part of the rollouts, and of the error in validation, in pure simulation: currents by the model of the drives
     #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 0.0))]

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::lagrangian::Variant;
 use hysteron_arm::study::StudyProgress;
+use hysteron_arm::study::neural::NeuralScope;
 use hysteron_learn::Progress;
 use serde_json::Value;
 
@@ -113,6 +114,8 @@ pub enum SetName {
     Force,
     /// Actuators of the virtual arm learned from telemetry (NeuralActuator)
     Neural,
+    /// Networks in their loop alone, of equal size: the ablation of the study above
+    NeuralNetworks,
     /// Policies that handle an object of unknown mass on the virtual arm, cloned with and without a force
     Cloning,
 }
@@ -164,7 +167,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         SetName::Identification => estimation::identification(options, &mut listener, caller)?,
         SetName::Force => force::run(options, &mut listener, caller)?,
         SetName::Cloning => cloning::run(options, caller)?,
-        SetName::Neural => neural::run(options, &mut listener, caller)?,
+        SetName::Neural => neural::run(options, NeuralScope::Whole, &mut listener, caller)?,
+        SetName::NeuralNetworks => neural::run(options, NeuralScope::Networks, &mut listener, caller)?,
         _ => learned::run(options, &mut listener, caller)?,
     };
     bar.clear();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
 use hysteron_arm::study::Listener;
-use hysteron_arm::study::neural::{NeuralData, NeuralSize, Sample, Split, neural_study};
+use hysteron_arm::study::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
 use hysteron_arm::{Columns, ImportOptions, Model, import};
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
@@ -26,6 +26,7 @@ type Recorded = Vec<(String, Split, Recording)>;
 /// Carries out the study with as many seeds of networks; `None` where it was interrupted.
 pub(super) fn run(
     options: &Options,
+    scope: NeuralScope,
     listener: Listener<'_>,
     caller: &Caller,
 ) -> anyhow::Result<Option<Value>> {
@@ -45,7 +46,7 @@ pub(super) fn run(
     let data = data(&recordings)?;
     let model = Model::builtin(ARM)?;
     let about = (&model, &data, &identity);
-    let found = neural_study(&options.out.join("cells"), about, (size, seeds), listener)?;
+    let found = neural_study(&options.out.join("cells"), about, (size, scope, seeds), listener)?;
     match found {
         Some(study) if !caller.is_cancelled() => {
             let meta = arm::meta(caller, "study of learned actuators");

@@ -53,10 +53,12 @@ pub fn write(folder: &Path, study: &NeuralStudy, about: &str, meta: &Metadata) -
     );
     means(&mut page, study);
     poses(&mut page, study);
-    forces(&mut page, study);
-    table_vi(&mut page, study);
-    conditions(&mut page, study);
-    faults(&mut page, study);
+    if study.published.iter().any(|cell| !cell["forces"]["force_gmo_drive"].is_null()) {
+        forces(&mut page, study);
+        table_vi(&mut page, study);
+        conditions(&mut page, study);
+        faults(&mut page, study);
+    }
     networks(&mut page, study);
     gradients(&mut page, study);
     for trace in study.published.first().and_then(|cell| cell["traces"].as_array()).into_iter().flatten() {
@@ -90,7 +92,7 @@ fn means(page: &mut Page, study: &NeuralStudy) {
     let mut rows = Vec::new();
     let sets = [("published split", &study.published)];
     let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
-    for (split, cells) in sets.into_iter().chain(left) {
+    for (split, cells) in sets.into_iter().chain(left).filter(|(_, cells)| !cells.is_empty()) {
         for method in METHODS {
             let at = |steps: &str| joints_and_aperture(cells, method, steps);
             rows.push(vec![split.to_owned(), method.to_owned(), at("100"), at("300"), at("500"), at("600")]);
@@ -279,15 +281,26 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
     let row = |(network, cells): (&hysteron_arm::study::neural::NetworkKind, &Vec<Value>)| {
         let at = |method: usize| joints_and_aperture(cells, METHODS[method], "500");
         let parameters = cells.first().and_then(|cell| cell["parameters"].as_u64()).unwrap_or(0);
-        vec![network.name.to_owned(), parameters.to_string(), at(0), at(1)]
+        let more = [0, 1].map(|method: usize| difference(cells, &study.published, METHODS[method]));
+        [network.name.to_owned(), parameters.to_string(), at(0), at(1)]
+            .into_iter()
+            .chain(more)
+            .collect::<Vec<_>>()
     };
     // Rivals know no seed.
     let once = study.published.get(..1).unwrap_or_default();
     let rivals = [2, 3, 4].map(|method: usize| {
         let cell = joints_and_aperture(once, METHODS[method], "500");
-        vec![METHODS[method].to_owned(), "-".to_owned(), "-".to_owned(), cell]
+        [METHODS[method], "-", "-", &cell, "-", "-"].map(str::to_owned).to_vec()
     });
-    let head = ["Network", "Parameters", "Recorded currents", "Pure simulation"];
+    let head = [
+        "Network",
+        "Parameters",
+        "Recorded currents",
+        "Pure simulation",
+        "Joints less those of the first, recorded currents [deg]",
+        "Pure simulation [deg]",
+    ];
     page.table(&head, NETWORKS.iter().zip(cells).map(row).chain(rivals));
     page.paragraph(
         "As printed, contact and no contact together, J1 / J2 / J3 / J4 [deg] | gripper [mm] | force [N]:",
@@ -297,6 +310,14 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
         vec![(*name).to_owned(), text]
     });
     page.table(&["Network", "Published"], published);
+}
+
+/// Error of the joints [deg] less that of the first network with the same seed.
+fn difference(cells: &[Value], first: &[Value], method: &str) -> String {
+    let of = |cell: &Value| cell["mean_deg"][method]["500"].as_f64();
+    let pairs = cells.iter().zip(first).map(|(own, first)| json!(of(own).zip(of(first)).map(|(a, b)| a - b)));
+    let pairs: Vec<Value> = pairs.collect();
+    text(over_seeds(&pairs, &Value::as_f64), 3)
 }
 
 fn gradients(page: &mut Page, study: &NeuralStudy) {

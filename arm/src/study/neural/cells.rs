@@ -16,6 +16,15 @@ pub enum NeuralSize {
     Full,
 }
 
+/// Which cells are done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NeuralScope {
+    /// All.
+    Whole,
+    /// Networks in the loop on the published split, without forces and conditions: the ablation alone.
+    Networks,
+}
+
 /// A network in the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NetworkKind {
@@ -104,7 +113,7 @@ impl NeuralSize {
     fn numbers(self) -> (usize, usize, u64, u64, &'static [usize]) {
         match self {
             Self::Quick => (24, 1, 60, 300, &[32, 64]),
-            Self::Full => (64, 2, 1000, 3000, &[64, 128]),
+            Self::Full => (64, 2, 1000, 12_000, &[64, 128]),
         }
     }
 

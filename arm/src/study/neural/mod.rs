@@ -11,7 +11,7 @@ mod run;
 #[cfg(test)]
 mod tests;
 
-pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralSize};
+pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize};
 pub use faults::{FAULT_SPLITS, KINDS};
 pub use run::{NeuralStudy, neural_study};
 

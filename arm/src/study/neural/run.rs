@@ -7,7 +7,7 @@ use hysteron_learn::{Error, Progress, Result};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralSize, Protocol};
+use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize, Protocol};
 use super::faults::{FAULT_SPLITS, fault_cell};
 use super::gradients::by_horizon;
 use super::{NeuralData, Split};
@@ -18,9 +18,9 @@ use crate::study::{Listener, StudyProgress, cell, make_folder};
 /// The study: every cell is a comparison as `Comparison::summary` has it.
 #[derive(Debug, Clone, Serialize)]
 pub struct NeuralStudy {
-    /// The published split, seed by seed.
+    /// The first network of [`NETWORKS`] on the published split, seed by seed.
     pub published: Vec<Value>,
-    /// Splits of [`LEFT_OUT`], seed by seed.
+    /// Splits of [`LEFT_OUT`], seed by seed; empty where networks alone are compared, as are faults.
     pub left_out: Vec<Vec<Value>>,
     /// Networks of [`NETWORKS`] but the first, seed by seed.
     pub networks: Vec<Vec<Value>>,
@@ -40,22 +40,25 @@ struct Plan {
     has_sensing: bool,
 }
 
-fn plans(seeds: u64, has_faults: bool) -> Vec<Plan> {
+fn plans(seeds: u64, scope: NeuralScope, has_faults: bool) -> Vec<Plan> {
     let mut all = Vec::new();
     let first = &NETWORKS[0];
+    let is_whole = scope == NeuralScope::Whole;
     for seed in 0..seeds {
         let plan = |name: &str, protocol| Plan {
             name: format!("{name}-{seed}"),
             network: first,
             protocol,
             seed,
-            has_sensing: true,
+            has_sensing: is_whole,
         };
-        all.push(plan("published", Protocol::Published));
-        if has_faults {
-            all.extend(FAULT_SPLITS.map(|(name, left_out)| plan(name, Protocol::Faults(left_out))));
+        all.push(plan(published(scope), Protocol::Published));
+        if is_whole {
+            if has_faults {
+                all.extend(FAULT_SPLITS.map(|(name, left_out)| plan(name, Protocol::Faults(left_out))));
+            }
+            all.extend(LEFT_OUT.map(|(name, text)| plan(name, Protocol::LeaveOut(text))));
         }
-        all.extend(LEFT_OUT.map(|(name, text)| plan(name, Protocol::LeaveOut(text))));
         all.extend(NETWORKS[1..].iter().map(|network| Plan {
             name: format!("{}-{seed}", network.file),
             network,
@@ -67,6 +70,14 @@ fn plans(seeds: u64, has_faults: bool) -> Vec<Plan> {
     all
 }
 
+/// Cells of the first network on the published split.
+fn published(scope: NeuralScope) -> &'static str {
+    match scope {
+        NeuralScope::Whole => "published",
+        NeuralScope::Networks => NETWORKS[0].file,
+    }
+}
+
 /// Trains and compares actuators of `model` with as many seeds; `identity` says what the data is. `None` where the listener ended it;
 /// what is done is found again below `folder`, and a training goes on from its file there.
 ///
@@ -75,26 +86,26 @@ fn plans(seeds: u64, has_faults: bool) -> Vec<Plan> {
 pub fn neural_study(
     folder: &Path,
     about: (&Model, &NeuralData, &Value),
-    (size, seeds): (NeuralSize, u64),
+    (size, scope, seeds): (NeuralSize, NeuralScope, u64),
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     let period = about.1.period;
     let asked = |network: &NetworkKind, seed: u64| size.actuator(network, seed, period);
-    study_with(folder, about, (&asked, seeds), listener)
+    study_with(folder, about, (&asked, scope, seeds), listener)
 }
 
 /// Actuators of the cells, by network and seed.
-type Asked<'a> = &'a dyn Fn(&NetworkKind, u64) -> ActuatorOptions;
+pub(super) type Asked<'a> = &'a dyn Fn(&NetworkKind, u64) -> ActuatorOptions;
 
 /// The study with these actuators.
 pub(super) fn study_with(
     folder: &Path,
     (model, data, identity): (&Model, &NeuralData, &Value),
-    (asked, seeds): (Asked<'_>, u64),
+    (asked, scope, seeds): (Asked<'_>, NeuralScope, u64),
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     make_folder(folder)?;
-    let plans = plans(seeds, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
+    let plans = plans(seeds, scope, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
     let mut done: BTreeMap<&str, Value> = BTreeMap::new();
     for (k, plan) in plans.iter().enumerate() {
         let progress = |training| StudyProgress { cell: &plan.name, done: [k, plans.len()], training };
@@ -121,7 +132,7 @@ pub(super) fn study_with(
         (0..seeds).filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
     };
     Ok(Some(NeuralStudy {
-        published: rows("published"),
+        published: rows(published(scope)),
         left_out: LEFT_OUT.iter().map(|(name, _)| rows(name)).collect(),
         networks: NETWORKS[1..].iter().map(|network| rows(network.file)).collect(),
         faults: FAULT_SPLITS.iter().map(|(name, _)| rows(name)).collect(),

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::cells::{NETWORKS, NetworkKind, NeuralSize};
-use super::run::study_with;
+use super::cells::{NETWORKS, NetworkKind, NeuralScope, NeuralSize};
+use super::run::{Asked, study_with};
 use super::{NeuralData, NeuralStudy, Sample, Split};
 use crate::Model;
 use crate::neural::sensing_tests::{Case, PERIOD, features, trajectory};
@@ -62,7 +62,8 @@ fn run(folder: &Path, data: &NeuralData, identity: &Value, last: usize) -> (Opti
         reports += usize::from(p.training.is_some());
         reports < last
     };
-    let found = study_with(folder, (&model, data, identity), (&tiny, 1), &mut listener).unwrap();
+    let found =
+        study_with(folder, (&model, data, identity), (&tiny, NeuralScope::Whole, 1), &mut listener).unwrap();
     (found, reports)
 }
 
@@ -122,8 +123,17 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
     assert!(left.is_empty(), "{left:?}");
 
     let model = Model::builtin("open-manipulator-x").unwrap();
+    let networks = (&tiny as Asked<'_>, NeuralScope::Networks, 1);
+    // The ablation alone has the same cells, and its own of the first network, which knows no force.
+    let about = (&model, &data, &identity);
+    let alone = study_with(folders[0].path(), about, networks, &mut |_| true).unwrap().unwrap();
+    assert!(json!(alone.networks) == json!(whole.networks));
+    assert_eq!(alone.published[0]["mean_deg"], whole.published[0]["mean_deg"]);
+    assert!(alone.published[0]["forces"]["force_gmo_drive"].is_null());
+    assert!(alone.left_out.iter().chain(&alone.faults).all(Vec::is_empty));
+
     let other = json!("another");
     let about = (&model, &data, &other);
-    let refused = study_with(folders[0].path(), about, (&tiny, 1), &mut |_| true).unwrap_err().to_string();
+    let refused = study_with(folders[0].path(), about, networks, &mut |_| true).unwrap_err().to_string();
     assert!(refused.contains("a cell of this study"), "{refused}");
 }

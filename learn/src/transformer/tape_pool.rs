@@ -1,0 +1,87 @@
+//! `TapePool`: tapes that are used again, for passes whose sizes repeat.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::shape::TransformerShape;
+use super::tape::TransformerTape;
+use crate::Real;
+
+/// Tapes of finished passes. A tape has megabytes: to allocate and clear one for each of a training's updates takes a third of its time.
+#[derive(Debug)]
+pub struct TapePool<T>(Mutex<Vec<TransformerTape<T>>>);
+
+impl<T> Default for TapePool<T> {
+    fn default() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+}
+
+impl<T: Real> TapePool<T> {
+    /// What `pass` makes of a tape with room for `rows` sequences of up to `steps` steps; what stands on it may be of another pass.
+    ///
+    /// # Panics
+    /// As [`TransformerTape::new`].
+    pub fn with<R>(
+        &self,
+        shape: &TransformerShape,
+        (steps, rows): (usize, usize),
+        pass: impl FnOnce(&mut TransformerTape<T>) -> R,
+    ) -> R {
+        let kept = {
+            let mut tapes = self.tapes();
+            let fitting = tapes.iter().position(|tape| tape.fits(shape, (steps, rows)));
+            fitting.map(|at| tapes.swap_remove(at))
+        };
+        let mut tape = kept.unwrap_or_else(|| TransformerTape::new(shape, steps, rows));
+        let result = pass(&mut tape);
+        self.tapes().push(tape);
+        result
+    }
+
+    fn tapes(&self) -> MutexGuard<'_, Vec<TransformerTape<T>>> {
+        // A tape stands in the list only while no pass writes it.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::super::{Form, Transformer};
+    use super::*;
+
+    #[test]
+    fn a_tape_is_used_again_and_what_stood_on_it_changes_nothing() {
+        let shape = TransformerShape {
+            width: 8,
+            layers: 2,
+            tokens: 4,
+            ..TransformerShape::published(3, &[2, 1], Form::Streaming)
+        };
+        let network = Transformer::<f64>::new(&shape, 5).unwrap();
+        let (steps, rows) = (7, 2);
+        let inputs = |phase: f64| -> Vec<f64> {
+            (0..steps * rows * shape.inputs).map(|k| (0.7 * k as f64 + phase).sin()).collect()
+        };
+        let pass = |tape: &mut TransformerTape<f64>, phase: f64| {
+            let mut gradient = network.zeros();
+            let outputs = tape.forward(&network, 0..steps, &inputs(phase)).to_vec();
+            tape.clear_gradients();
+            tape.backward(&network, 0..steps, &outputs, &mut gradient);
+            tape.weight_gradients(&network, steps, &mut gradient);
+            (outputs, gradient)
+        };
+        let pool = TapePool::default();
+        let size = (steps, rows);
+        let first = pool.with(&shape, size, |tape| pass(tape, 0.0));
+        let second = pool.with(&shape, size, |tape| pass(tape, 1.0));
+        assert_eq!(pool.tapes().len(), 1);
+        let fresh = || TransformerTape::new(&shape, steps, rows);
+        assert_eq!([first, second], [pass(&mut fresh(), 0.0), pass(&mut fresh(), 1.0)]);
+        // Two passes at the same time have two; another size has one of its own.
+        pool.with(&shape, size, |_| pool.with(&shape, size, |_| ()));
+        pool.with(&shape, (steps, 1), |tape| assert_eq!(tape.rows(), 1));
+        assert_eq!(pool.tapes().len(), 3);
+    }
+}
