@@ -26,7 +26,7 @@ const WIDTH: f64 = 0.05;
 /// Below this speed friction may be anything up to its dry part, and a sample says nothing [rad/s].
 const STANDS: f64 = 0.05;
 /// Samples in a row that count as one: errors of friction last about as long as a motion of the joint in one direction.
-const ALIKE: f64 = 16.0;
+pub(super) const ALIKE: f64 = 16.0;
 /// Shares of the samples below either knot.
 const KNOTS: [f64; 2] = [1.0 / 3.0, 2.0 / 3.0];
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::data::Trajectory;
 use super::features::Features;
 use super::heading::Heading;
-use super::health::{Health, HealthModel, HealthSample};
+use super::health::{ALIKE, Health, HealthModel, HealthSample};
 use super::loss::{Heads, watched_motor};
 use crate::Model;
 use crate::observer::{ForceFilter, TipForce};
@@ -20,8 +20,8 @@ const FASTER: [f64; 2] = [30.0, 60.0];
 /// Times of forces that are remembered while joints stand [s], and their deviation [N].
 const MEMORY: [f64; 2] = [0.3, 2.0];
 const DEVIATION: f64 = 5.0;
-/// Samples of an external torque with one error in common, where the joint moves, and where it stands.
-const ALIKE: [f64; 2] = [16.0, 60.0];
+/// As [`ALIKE`] of a joint that stands, whose friction may stay for a second.
+const ALIKE_AT_REST: f64 = 60.0;
 /// Time over which the force's slow part is taken, and torques of a motor's condition [s].
 const SLOW: [f64; 2] = [1.0, 0.5];
 /// Speed over which friction turns its sign [rad/s].
@@ -121,18 +121,17 @@ impl<'m> Observers<'m> {
     /// Takes the joints' external torques to the forces that are remembered: at rest friction may be anything up to what breaks it loose.
     fn remember(&mut self, velocity: &[f64]) {
         let observer = &self.faster[0];
-        for filter in &mut self.filters {
-            filter.advance(self.period);
-            for (k, velocity) in velocity.iter().enumerate() {
-                let noise = self.drive.noise[k] * self.drive.noise[k];
+        self.filters.iter_mut().for_each(|filter| filter.advance(self.period));
+        for (k, velocity) in velocity.iter().enumerate() {
+            let noise = self.drive.noise[k] * self.drive.noise[k];
+            let variance = if velocity.abs() > STANDS {
+                noise * ALIKE
+            } else {
                 let dry = self.drive.dry_friction(k, observer.motor(k));
-                let variance = if velocity.abs() > STANDS {
-                    noise * ALIKE[0]
-                } else {
-                    (noise + dry * dry / 3.0) * ALIKE[1]
-                };
-                filter.update(observer.lever(k), observer.external[k], variance);
-            }
+                (noise + dry * dry / 3.0) * ALIKE_AT_REST
+            };
+            let lever = observer.lever(k);
+            self.filters.iter_mut().for_each(|one| one.update(lever, observer.external[k], variance));
         }
     }
 }

@@ -87,12 +87,16 @@ fn joints_and_aperture(cells: &[Value], method: &str, steps: &str) -> String {
     format!("{} | {}", text(mean("mean_deg"), 3), text(mean("mean_gripper_mm"), 3))
 }
 
+/// Splits that have been done, with their cells.
+fn splits(study: &NeuralStudy) -> impl Iterator<Item = (&'static str, &Vec<Value>)> {
+    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
+    std::iter::once(("published split", &study.published)).chain(left).filter(|(_, cells)| !cells.is_empty())
+}
+
 fn means(page: &mut Page, study: &NeuralStudy) {
     page.heading("Mean of tasks over the first steps: joints [deg] | aperture [mm]");
     let mut rows = Vec::new();
-    let sets = [("published split", &study.published)];
-    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
-    for (split, cells) in sets.into_iter().chain(left).filter(|(_, cells)| !cells.is_empty()) {
+    for (split, cells) in splits(study) {
         for method in METHODS {
             let at = |steps: &str| joints_and_aperture(cells, method, steps);
             rows.push(vec![split.to_owned(), method.to_owned(), at("100"), at("300"), at("500"), at("600")]);
@@ -187,9 +191,7 @@ fn forces(page: &mut Page, study: &NeuralStudy) {
         "Missed contact",
     ];
     let mut rows = Vec::new();
-    let sets = [("published split", &study.published)];
-    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
-    for (split, cells) in sets.into_iter().chain(left) {
+    for (split, cells) in splits(study) {
         for (key, name) in FORCES {
             if cells.iter().all(|cell| cell["forces"][key].is_null()) {
                 continue;
@@ -226,9 +228,7 @@ fn table_vi(page: &mut Page, study: &NeuralStudy) {
 fn conditions(page: &mut Page, study: &NeuralStudy) {
     page.heading("Table VII: condition of the third motor, windows of 64 samples");
     let mut rows = Vec::new();
-    let sets = [("published split", &study.published)];
-    let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
-    for (split, cells) in sets.into_iter().chain(left) {
+    for (split, cells) in splits(study) {
         let Some(found) = cells.first().and_then(|cell| cell["detectors"].as_array()) else { continue };
         for (k, detector) in found.iter().enumerate() {
             let name = detector["name"].as_str().unwrap_or_default();
