@@ -1,18 +1,15 @@
-//! Gradients of a trained actuator by horizon (table II of NeuralActuator), and the speed of training at the published sizes.
+//! Gradients of a trained actuator by horizon (table II of NeuralActuator).
 //!
 //!     cargo run --release -p hysteron-arm --example neural_gradients -- ACTUATOR REC...
 #![allow(clippy::print_stdout)] // an example prints
 
 use std::path::PathBuf;
-use std::time::Instant;
 
 use hysteron_arm::Model;
 use hysteron_arm::neural::{
-    Heads, LossWeights, NeuralActuator, Segment, Simulation, Trajectory, Unlabelled, horizon_gradient,
-    trajectory_of,
+    LossWeights, NeuralActuator, Segment, Trajectory, Unlabelled, horizon_gradient, trajectory_of,
 };
 use hysteron_base::Recording;
-use hysteron_learn::{Form, Transformer, TransformerShape};
 
 /// Horizons of the table [steps]; directions are compared with that of the second.
 const HORIZONS: [usize; 5] = [64, 128, 256, 320, 500];
@@ -36,12 +33,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let segments: Vec<Segment<'_>> =
         (0..ROLLOUTS).map(|k| Segment::recorded(&trajectories[k % trajectories.len()], 0)).collect();
     let initial: Vec<f64> = segments.iter().flat_map(|one| one.trajectory.state_at(0)).copied().collect();
-    let of = |network: &Transformer<f32>, simulation: &Simulation, horizon: usize| {
-        let setting = (simulation, &actuator.scale);
-        horizon_gradient(setting, network, &segments, (&initial, horizon), &LossWeights::PUBLISHED)
+    let of = |horizon: usize| {
+        let setting = (&simulation, &actuator.scale);
+        horizon_gradient(setting, &actuator.network, &segments, (&initial, horizon), &LossWeights::PUBLISHED)
     };
-    let found: Vec<_> =
-        HORIZONS.map(|horizon| of(&actuator.network, &simulation, horizon)).into_iter().collect();
+    let found = HORIZONS.map(of);
     let flat =
         |gradient: &[Vec<f32>]| -> Vec<f64> { gradient.iter().flatten().map(|x| f64::from(*x)).collect() };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -52,15 +48,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let [size, other] = [&own, &reference].map(|g| dot(g, g).sqrt());
         let cosine = dot(&own, &reference) / (size * other);
         println!("{horizon:7}  {:20.3e}  {size:21.3}  {cosine:19.3}", about.torque);
-    }
-    for form in [Form::Streaming, Form::Window] {
-        let features = &actuator.features;
-        let shape = TransformerShape::published(features.len(), &Heads::sizes(features), form);
-        let network = Transformer::<f32>::new(&shape, 1)?;
-        let start = Instant::now();
-        of(&network, &simulation, HORIZONS[0]);
-        let rate = (ROLLOUTS * HORIZONS[0]) as f64 / start.elapsed().as_secs_f64();
-        println!("{form:?}, published sizes, forward and back: {rate:.0} simulated steps a second");
     }
     Ok(())
 }

@@ -4,7 +4,55 @@ use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use pulp::Simd;
+
 use crate::product::Field;
+
+/// Numbers side by side in registers.
+pub trait Registers: Copy {
+    /// A register of an instruction set.
+    type Of<S: Simd>: Copy;
+
+    /// `values`, a multiple of a register's numbers, register by register.
+    fn split<S: Simd>(values: &[Self]) -> &[Self::Of<S>];
+    /// The same, to be written.
+    fn split_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Of<S>];
+    /// The same number in all places.
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Of<S>;
+    /// a b + c, rounded once.
+    fn mul_add<S: Simd>(simd: S, a: Self::Of<S>, b: Self::Of<S>, c: Self::Of<S>) -> Self::Of<S>;
+}
+
+macro_rules! registers {
+    ($t:ty, $of:ident, $split:ident, $split_mut:ident, $splat:ident, $mul_add:ident) => {
+        impl Registers for $t {
+            type Of<S: Simd> = S::$of;
+
+            #[inline(always)]
+            fn split<S: Simd>(values: &[Self]) -> &[S::$of] {
+                S::$split(values).0
+            }
+
+            #[inline(always)]
+            fn split_mut<S: Simd>(values: &mut [Self]) -> &mut [S::$of] {
+                S::$split_mut(values).0
+            }
+
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, value: Self) -> S::$of {
+                simd.$splat(value)
+            }
+
+            #[inline(always)]
+            fn mul_add<S: Simd>(simd: S, a: S::$of, b: S::$of, c: S::$of) -> S::$of {
+                simd.$mul_add(a, b, c)
+            }
+        }
+    };
+}
+
+registers!(f32, f32s, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_add_f32s);
+registers!(f64, f64s, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_add_f64s);
 
 /// `f32`, for training, or `f64`, for checks and for the last digits.
 ///
@@ -12,6 +60,7 @@ use crate::product::Field;
 /// are the same operations on every instruction set.
 pub trait Real:
     Field
+    + Registers
     + Copy
     + Default
     + Debug

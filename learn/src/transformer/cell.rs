@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use super::kernels::{add_scaled, sigmoid};
-use super::linear::{linear, linear_back, linear_gradient};
+use super::linear::{Linear, linear_gradient};
 use super::shape::{Block, TransformerShape};
 use crate::Real;
 
@@ -87,39 +87,29 @@ impl<T: Real> CellTape<T> {
 #[derive(Clone, Copy)]
 pub(super) struct Cell<'a, T> {
     pub shape: &'a TransformerShape,
-    /// Weight and bias of the token's projection and of the state's; the others are empty.
-    pub linear: &'a [[Range<usize>; 2]; 4],
-    pub parameters: &'a [T],
+    /// Projections of the token and of the state before.
+    pub token: Linear<'a, T>,
+    pub state: Linear<'a, T>,
     /// Sequences side by side.
     pub rows: usize,
 }
 
 impl<T: Real> Cell<'_, T> {
-    fn pair(&self, k: usize) -> [&[T]; 2] {
-        self.linear[k].clone().map(|range| &self.parameters[range])
-    }
-
     /// From the tokens `x` of all steps to hidden states `y`, at these steps.
     pub fn forward(&self, steps: Range<usize>, x: &[T], t: &mut CellTape<T>, y: &mut [T]) {
         let (d, rows) = (self.shape.width, self.rows);
         let wide = self.shape.projected();
-        let [by_token, by_state] = [0, 1].map(|k| self.pair(k));
         let all = steps.start * rows * d..steps.end * rows * d;
         t.seen[all.clone()].copy_from_slice(&x[all]);
         let tokens = &x[steps.start * rows * d..steps.end * rows * d];
-        linear(
-            tokens,
-            by_token[0],
-            by_token[1],
-            &mut t.token[steps.start * rows * wide..steps.end * rows * wide],
-        );
+        self.token.forward(tokens, &mut t.token[steps.start * rows * wide..steps.end * rows * wide]);
         for s in steps {
             let (now, of_gates) = (s * rows * d..(s + 1) * rows * d, s * rows * wide..(s + 1) * rows * wide);
             if s > 0 {
                 let past = (s - 1) * rows * d..s * rows * d;
                 t.before[now.clone()].copy_from_slice(&t.hidden[past]);
             }
-            linear(&t.before[now.clone()], by_state[0], by_state[1], &mut t.state[of_gates]);
+            self.state.forward(&t.before[now.clone()], &mut t.state[of_gates]);
             for row in s * rows..(s + 1) * rows {
                 self.cell(row, t);
             }
@@ -153,7 +143,6 @@ impl<T: Real> Cell<'_, T> {
     /// back through.
     pub fn backward(&self, steps: Range<usize>, t: &mut CellTape<T>, dy: &mut [T]) {
         let (d, rows, wide) = (self.shape.width, self.rows, self.shape.projected());
-        let [by_token, by_state] = [0, 1].map(|k| self.pair(k)[0]);
         let mut by_before = vec![T::default(); rows * d];
         for s in steps.clone().rev() {
             let (now, of_gates) = (s * rows * d..(s + 1) * rows * d, s * rows * wide..(s + 1) * rows * wide);
@@ -165,11 +154,11 @@ impl<T: Real> Cell<'_, T> {
             if s > 0 {
                 let past = &mut t.d_hidden[(s - 1) * rows * d..s * rows * d];
                 add_scaled(past, T::of(1.0), &by_before);
-                linear_back(&t.d_state[of_gates], by_state, wide, &mut by_before);
+                self.state.back(&t.d_state[of_gates], &mut by_before);
                 add_scaled(past, T::of(1.0), &by_before);
             }
         }
-        linear_back(&t.d_token[steps.start * rows * wide..steps.end * rows * wide], by_token, wide, dy);
+        self.token.back(&t.d_token[steps.start * rows * wide..steps.end * rows * wide], dy);
     }
 
     /// By the projections of one row, from that by its hidden state; into `by_before` what goes to the hidden state before past all gates.
@@ -208,11 +197,17 @@ impl<T: Real> Cell<'_, T> {
         }
     }
 
-    /// Adds what belongs to the matrices, of all `steps`.
-    pub fn gradient(&self, steps: usize, t: &CellTape<T>, gradient: &mut [T]) {
+    /// Adds what belongs to the matrices, whose weights and biases stand at `layout`, of all `steps`.
+    pub fn gradient(
+        &self,
+        steps: usize,
+        t: &CellTape<T>,
+        layout: &[[Range<usize>; 2]; 4],
+        gradient: &mut [T],
+    ) {
         let n = |width: usize| steps * self.rows * width;
         let (d, wide) = (self.shape.width, self.shape.projected());
-        linear_gradient([&t.seen[..n(d)], &t.d_token[..n(wide)]], &self.linear[0], gradient);
-        linear_gradient([&t.before[..n(d)], &t.d_state[..n(wide)]], &self.linear[1], gradient);
+        linear_gradient([&t.seen[..n(d)], &t.d_token[..n(wide)]], &layout[0], gradient);
+        linear_gradient([&t.before[..n(d)], &t.d_state[..n(wide)]], &layout[1], gradient);
     }
 }

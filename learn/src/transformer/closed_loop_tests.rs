@@ -90,7 +90,7 @@ fn a_constant_input_to_a_linear_plant_has_the_gradient_in_closed_form() {
     for form in [Form::Window, Form::Streaming] {
         let mut network = network(form);
         let [weight, bias] = network.layout.heads[0].clone();
-        let head = network.parameters.last_mut().unwrap();
+        let head = network.parameters_mut().last_mut().unwrap();
         head[weight].fill(0.0);
         head[bias.clone()].fill(0.7);
         let initial = uniform("initial", 2 * ROWS);
@@ -170,7 +170,7 @@ fn gradients_through_network_and_plant_are_derivatives() {
             let along = gradient[part].iter().zip(&direction).map(|(g, d)| g * d).sum();
             let [above, below] = [STEP, -STEP].map(|step| {
                 let mut moved = network.clone();
-                moved.parameters[part].iter_mut().zip(&direction).for_each(|(p, d)| *p += step * d);
+                moved.parameters_mut()[part].iter_mut().zip(&direction).for_each(|(p, d)| *p += step * d);
                 weighted(&moved, &initial).0
             });
             check(&format!("parameters {part}"), along, above, below);

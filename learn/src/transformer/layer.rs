@@ -7,10 +7,10 @@ use std::ops::Range;
 
 use super::cell::{Cell, CellTape};
 use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
-use super::linear::{linear, linear_back, linear_gradient};
+use super::linear::{Linear, Packed, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
-use crate::Real;
+use crate::{Model, Real};
 
 /// What a layer computes on the way forward and back, for every token.
 #[derive(Debug, Clone, Default)]
@@ -49,23 +49,29 @@ pub(super) struct Layer<'a, T> {
     pub shape: &'a TransformerShape,
     pub layout: &'a LayerLayout,
     pub parameters: &'a [T],
+    pub packed: &'a [Packed<T>],
     /// Sequences side by side.
     pub rows: usize,
 }
 
 impl<'a, T: Real> Layer<'a, T> {
     pub fn of(network: &'a Transformer<T>, layer: usize, rows: usize) -> Self {
-        let parameters = &network.parameters[1 + layer];
-        Self { shape: network.shape(), layout: &network.layout.layer, parameters, rows }
+        let (parameters, packed) = (&network.parameters()[1 + layer], &network.packed()[1 + layer]);
+        Self { shape: network.shape(), layout: &network.layout.layer, parameters, packed, rows }
     }
 
     /// What stands in for all of it where the layer remembers by itself.
     fn cell(&self) -> Cell<'a, T> {
-        Cell { shape: self.shape, linear: &self.layout.linear, parameters: self.parameters, rows: self.rows }
+        let [token, state] = [0, 1].map(|k| self.linear(k));
+        Cell { shape: self.shape, token, state, rows: self.rows }
     }
 
     fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
         [&self.parameters[weight.clone()], &self.parameters[bias.clone()]]
+    }
+
+    fn linear(&self, k: usize) -> Linear<'a, T> {
+        Linear::of(self.parameters, self.packed, &self.layout.linear[k])
     }
 
     /// γ of attention and feed-forward network.
@@ -104,7 +110,7 @@ impl<'a, T: Real> Layer<'a, T> {
         let (tokens, wide, one) = (part(d), part(f), part(1));
         let is_pre = self.shape.block == Block::GatedPreNorm;
         let [first, second] = [0, 1].map(|k: usize| self.pair(&self.layout.norm[k]));
-        let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k: usize| self.pair(&self.layout.linear[k]));
+        let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k| self.linear(k));
         let x = &x[tokens.clone()];
         let t = tape;
         let seen = &mut t.seen[tokens.clone()];
@@ -113,10 +119,10 @@ impl<'a, T: Real> Layer<'a, T> {
         } else {
             seen.copy_from_slice(x);
         }
-        linear(seen, w_in[0], w_in[1], &mut t.projections[part(p)]);
+        w_in.forward(seen, &mut t.projections[part(p)]);
         self.attend(steps, t);
         let attended = &mut t.attended[tokens.clone()];
-        linear(&t.gated[tokens.clone()], w_out[0], w_out[1], attended);
+        w_out.forward(&t.gated[tokens.clone()], attended);
         let [by_attention, by_feed_forward] = self.scales();
         let (sum, middle) = (&mut t.sum[tokens.clone()], &mut t.middle[tokens.clone()]);
         sum.copy_from_slice(x);
@@ -125,12 +131,12 @@ impl<'a, T: Real> Layer<'a, T> {
         let weights = if is_pre { second } else { first };
         norm(sum, weights, &mut t.unit[which][tokens.clone()], &mut t.rate[which][one.clone()], middle);
         let (hidden, slope) = (&mut t.hidden[wide.clone()], &mut t.slope[wide]);
-        linear(middle, w_up[0], w_up[1], hidden);
+        w_up.forward(middle, hidden);
         for (h, slope) in hidden.iter_mut().zip(slope) {
             [*h, *slope] = if is_pre { gelu(*h) } else { silu(*h) };
         }
         let added = &mut t.added[tokens.clone()];
-        linear(hidden, w_down[0], w_down[1], added);
+        w_down.forward(hidden, added);
         if is_pre {
             y[tokens.clone()].copy_from_slice(sum);
             add_scaled(&mut y[tokens], T::of(1.0), added);
@@ -179,7 +185,7 @@ impl<'a, T: Real> Layer<'a, T> {
         let (tokens, wide, one) = (part(d), part(f), part(1));
         let n = dy.len();
         let is_pre = self.shape.block == Block::GatedPreNorm;
-        let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k: usize| self.pair(&self.layout.linear[k])[0]);
+        let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k| self.linear(k));
         let norms = [0, 1].map(|k: usize| self.pair(&self.layout.norm[k])[0]);
         let norm_part = |k: usize| self.layout.norm[k][0].start..self.layout.norm[k][1].end;
         let scales = self.scales();
@@ -201,11 +207,11 @@ impl<'a, T: Real> Layer<'a, T> {
             gradient[range.start + 1] += dot(by_sum, &t.added[tokens.clone()]);
         }
         let d_hidden = &mut t.d_hidden[wide.clone()];
-        linear_back(d_added, w_down, d, d_hidden);
+        w_down.back(d_added, d_hidden);
         for (d, slope) in d_hidden.iter_mut().zip(&t.slope[wide]) {
             *d *= *slope;
         }
-        linear_back(d_hidden, w_up, f, scratch);
+        w_up.back(d_hidden, scratch);
         // By the first sum, and by what attention has added to it.
         if is_pre {
             let at = [&t.unit[1][tokens.clone()], &t.rate[1][one.clone()], &*scratch];
@@ -222,7 +228,7 @@ impl<'a, T: Real> Layer<'a, T> {
         if let Some(range) = &self.layout.scales {
             gradient[range.start] += dot(by_sum, &t.attended[tokens.clone()]);
         }
-        linear_back(d_attended, w_out, d, scratch);
+        w_out.back(d_attended, scratch);
         self.attend_back(
             steps.clone(),
             [&t.weights, &t.context, &t.projections],
@@ -231,7 +237,7 @@ impl<'a, T: Real> Layer<'a, T> {
             gradient,
         );
         dy.copy_from_slice(by_sum);
-        linear_back(&t.d_projections[part(p)], w_in, p, scratch);
+        w_in.back(&t.d_projections[part(p)], scratch);
         if is_pre {
             let at = [&t.unit[0][tokens], &t.rate[0][one], &*scratch];
             norm_back(at, norms[0], dy, &mut gradient[norm_part(0)]);
@@ -279,7 +285,7 @@ impl<'a, T: Real> Layer<'a, T> {
     /// Adds what belongs to the matrices, of all `steps`.
     pub fn gradient(&self, steps: usize, tape: &LayerTape<T>, gradient: &mut [T]) {
         if self.shape.block.gates().is_some() {
-            return self.cell().gradient(steps, &tape.cell, gradient);
+            return self.cell().gradient(steps, &tape.cell, &self.layout.linear, gradient);
         }
         let n = |width: usize| steps * self.rows * width;
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());

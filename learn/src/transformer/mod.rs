@@ -6,6 +6,7 @@ mod cell;
 mod closed_loop;
 #[cfg(test)]
 mod closed_loop_tests;
+mod few;
 mod kernels;
 mod layer;
 mod linear;

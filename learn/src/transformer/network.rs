@@ -1,9 +1,12 @@
 //! `Transformer`: shape and weights as plain arrays, and how they begin.
 
+use std::sync::OnceLock;
+
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 use serde_json::{Value, json};
 
+use super::linear::Packed;
 use super::shape::{Layout, TransformerShape};
 use crate::{Model, Real, TensorShape};
 
@@ -13,7 +16,8 @@ pub struct Transformer<T> {
     shape: TransformerShape,
     pub(super) layout: Layout,
     /// Embedding, every layer, heads.
-    pub(super) parameters: Vec<Vec<T>>,
+    parameters: Vec<Vec<T>>,
+    packed: OnceLock<Vec<Vec<Packed<T>>>>,
 }
 
 impl<T: Real> Transformer<T> {
@@ -44,7 +48,11 @@ impl<T: Real> Transformer<T> {
         };
         let parameters =
             shape.tensors().iter().map(|vector| vector.iter().flat_map(begin).collect()).collect();
-        Ok(Self { shape: shape.clone(), layout: Layout::new(shape), parameters })
+        Ok(Self::from_parts(shape, Layout::new(shape), parameters))
+    }
+
+    fn from_parts(shape: &TransformerShape, layout: Layout, parameters: Vec<Vec<T>>) -> Self {
+        Self { shape: shape.clone(), layout, parameters, packed: OnceLock::new() }
     }
 
     /// Sizes and kind.
@@ -61,17 +69,32 @@ impl<T: Real> Transformer<T> {
         if let Some(values) = self.parameters.last_mut() {
             own.into_iter().for_each(|range| values[range].fill(T::default()));
         }
+        self.packed = OnceLock::new();
         self
+    }
+
+    /// The matrices of every vector of parameters for products with a few rows; made once for each change of the parameters.
+    pub(super) fn packed(&self) -> &[Vec<Packed<T>>] {
+        let of_vector = |(tensors, values): (&Vec<TensorShape>, &Vec<T>)| -> Vec<Packed<T>> {
+            let mut start = 0;
+            let mut next = |tensor: &TensorShape| {
+                start += tensor.len();
+                let begin = start - tensor.len();
+                match tensor.shape[..] {
+                    [_, outputs] => Some(Packed::new(begin, &values[begin..start], outputs)),
+                    _ => None,
+                }
+            };
+            tensors.iter().filter_map(&mut next).collect()
+        };
+        self.packed.get_or_init(|| self.shape.tensors().iter().zip(&self.parameters).map(of_vector).collect())
     }
 
     /// The same weights in other numbers.
     pub fn converted<U: Real>(&self) -> Transformer<U> {
         let convert = |values: &Vec<T>| values.iter().map(|v| U::of(v.to_f64())).collect();
-        Transformer {
-            shape: self.shape.clone(),
-            layout: self.layout.clone(),
-            parameters: self.parameters.iter().map(convert).collect(),
-        }
+        let parameters = self.parameters.iter().map(convert).collect();
+        Transformer::from_parts(&self.shape, self.layout.clone(), parameters)
     }
 
     /// Zeros of the shape of the parameters.
@@ -94,6 +117,7 @@ impl<T: Real> Model for Transformer<T> {
     }
 
     fn parameters_mut(&mut self) -> &mut [Vec<T>] {
+        self.packed = OnceLock::new();
         &mut self.parameters
     }
 

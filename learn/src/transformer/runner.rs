@@ -6,8 +6,8 @@ use super::cell::{gru, lstm};
 use super::kernels::{Attention, add_scaled, gelu, norm, sigmoid, silu};
 use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
-use crate::WeightFormat;
 use crate::panels::{Panels, padded};
+use crate::{Model, WeightFormat};
 
 /// Steps of the streaming form between two moves of its kept tokens to the front.
 const STRETCH: usize = 64;
@@ -94,7 +94,7 @@ impl TransformerRunner {
     /// A runner that has seen nothing.
     pub fn new(network: &Transformer<f32>, format: WeightFormat) -> Self {
         let shape = network.shape().clone();
-        let (layout, parameters) = (&network.layout, &network.parameters);
+        let (layout, parameters) = (&network.layout, network.parameters());
         let linear = |values: &[f32], [weight, bias]: &[std::ops::Range<usize>; 2]| {
             Linear::new([&values[weight.clone()], &values[bias.clone()]], format)
         };

@@ -6,10 +6,10 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::kernels::{add_scaled, norm, norm_back, silu};
 use super::layer::{Layer, LayerTape};
-use super::linear::{linear, linear_back, linear_gradient};
+use super::linear::{Linear, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Form, TransformerShape};
-use crate::Real;
+use crate::{Model, Real};
 
 /// What passes through a network compute, for up to so many steps of some sequences side by side.
 ///
@@ -121,11 +121,10 @@ impl<T: Real> TransformerTape<T> {
 
     fn embed(&mut self, network: &Transformer<T>, steps: &Range<usize>) {
         let (rows, d, n) = (self.size.1, self.shape.width, self.shape.inputs);
-        let parameters = &network.parameters[0];
-        let [weight, bias] = &network.layout.input;
+        let parameters = &network.parameters()[0];
         let tokens = &mut self.tokens[0][steps.start * rows * d..steps.end * rows * d];
         let inputs = &self.inputs[steps.start * rows * n..steps.end * rows * n];
-        linear(inputs, &parameters[weight.clone()], &parameters[bias.clone()], tokens);
+        input_of(network).forward(inputs, tokens);
         if let Some(positions) = &network.layout.positions {
             let positions = parameters[positions.clone()].chunks_exact(d);
             for (position, tokens) in positions.zip(tokens.chunks_exact_mut(rows * d)) {
@@ -138,7 +137,7 @@ impl<T: Real> TransformerTape<T> {
     #[inline(always)]
     fn read_out(&mut self, network: &Transformer<T>, steps: &Range<usize>) {
         let (rows, d) = (self.size.1, self.shape.width);
-        let parameters = network.parameters.last().map_or(&[][..], Vec::as_slice);
+        let parameters = network.parameters().last().map_or(&[][..], Vec::as_slice);
         let pair =
             |[weight, bias]: &[Range<usize>; 2]| [&parameters[weight.clone()], &parameters[bias.clone()]];
         let tokens = steps.start * rows * d..steps.end * rows * d;
@@ -162,10 +161,9 @@ impl<T: Real> TransformerTape<T> {
             }
         }
         let hidden = self.shape.heads.len() * self.shape.latent;
-        let [weight, bias] = pair(&network.layout.latent);
         let part = |width: usize| results.start * width..results.end * width;
         let latent = &mut self.latent[part(hidden)];
-        linear(&self.pooled[part(d)], weight, bias, latent);
+        latent_of(network).forward(&self.pooled[part(d)], latent);
         for (h, slope) in latent.iter_mut().zip(&mut self.slope[part(hidden)]) {
             [*h, *slope] = silu(*h);
         }
@@ -211,15 +209,14 @@ impl<T: Real> TransformerTape<T> {
         let tokens = steps.start * rows * d..steps.end * rows * d;
         Isa::detect().run(Backward { tape: self, network, steps: &steps, gradient });
         let d_inputs = &mut self.d_inputs[steps.start * rows * n..steps.end * rows * n];
-        let weight = &network.parameters[0][network.layout.input[0].clone()];
-        linear_back(&self.d_embedded[tokens], weight, d, d_inputs);
+        input_of(network).back(&self.d_embedded[tokens], d_inputs);
         d_inputs
     }
 
     #[inline(always)]
     fn read_out_back(&mut self, network: &Transformer<T>, steps: &Range<usize>, gradient: &mut [Vec<T>]) {
         let (rows, d, latent) = (self.size.1, self.shape.width, self.shape.latent);
-        let parameters = network.parameters.last().map_or(&[][..], Vec::as_slice);
+        let parameters = network.parameters().last().map_or(&[][..], Vec::as_slice);
         let (results, hidden) = (self.results(steps), self.shape.heads.len() * latent);
         let n = self.shape.outputs();
         for row in results.clone() {
@@ -236,8 +233,7 @@ impl<T: Real> TransformerTape<T> {
             }
         }
         let part = |width: usize| results.start * width..results.end * width;
-        let weight = &parameters[network.layout.latent[0].clone()];
-        linear_back(&self.d_latent[part(hidden)], weight, hidden, &mut self.d_pooled[part(d)]);
+        latent_of(network).back(&self.d_latent[part(hidden)], &mut self.d_pooled[part(d)]);
         for row in results.clone() {
             let pool = self.pool(row / rows);
             let per = T::of(1.0 / pool.len() as f64);
@@ -295,6 +291,17 @@ impl<T: Real> TransformerTape<T> {
             }
         }
     }
+}
+
+/// The first projection.
+fn input_of<T: Real>(network: &Transformer<T>) -> Linear<'_, T> {
+    Linear::of(&network.parameters()[0], &network.packed()[0], &network.layout.input)
+}
+
+/// That of the latent numbers, before the heads.
+fn latent_of<T: Real>(network: &Transformer<T>) -> Linear<'_, T> {
+    let last = network.shape().layers + 1;
+    Linear::of(&network.parameters()[last], &network.packed()[last], &network.layout.latent)
 }
 
 /// A pass compiled for each instruction set, with all loops within it.
