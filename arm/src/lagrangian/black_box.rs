@@ -19,13 +19,56 @@ fn join<T: Real>(features: &[T], width: usize, columns: &[(&[T], &[T])], out: &m
     }
 }
 
+/// What an energy sees of velocities or momenta v: every one in units of its spread, and, where it has products, those of every two.
+#[derive(Debug)]
+struct Speeds<T> {
+    /// 1/σ of every one.
+    per_speed: Vec<T>,
+    has_products: bool,
+}
+
+impl<T: Real> Speeds<T> {
+    /// Calls with i, j and 1/(σ_i σ_j) of every product.
+    fn products(&self, mut call: impl FnMut(usize, usize, T)) {
+        let n = if self.has_products { self.per_speed.len() } else { 0 };
+        for i in 0..n {
+            for j in i..n {
+                call(i, j, self.per_speed[i] * self.per_speed[j]);
+            }
+        }
+    }
+
+    fn append(&self, v: &[T], out: &mut Vec<T>) {
+        out.extend(v.iter().zip(&self.per_speed).map(|(v, f)| *v * *f));
+        self.products(|i, j, factor| out.push(v[i] * v[j] * factor));
+    }
+
+    /// Their derivatives at `v` along `dv`.
+    fn append_along(&self, v: &[T], dv: &[T], out: &mut Vec<T>) {
+        out.extend(dv.iter().zip(&self.per_speed).map(|(v, f)| *v * *f));
+        self.products(|i, j, factor| out.push((v[i] * dv[j] + dv[i] * v[j]) * factor));
+    }
+
+    /// The derivatives by `v` of what has these by what is seen of them.
+    fn back(&self, v: &[T], by_seen: &[T], out: &mut [T]) {
+        for (out, (by, f)) in out.iter_mut().zip(by_seen.iter().zip(&self.per_speed)) {
+            *out = *by * *f;
+        }
+        let mut by_products = by_seen[self.per_speed.len()..].iter();
+        self.products(|i, j, factor| {
+            let by = by_products.next().map_or(T::default(), |by| *by * factor);
+            out[i] += by * v[j];
+            out[j] += by * v[i];
+        });
+    }
+}
+
 /// An energy of (q, v) and what it needs for its derivatives.
 #[derive(Debug)]
 struct Energy<T> {
     tape: MlpTape<T>,
     width: usize,
-    /// 1/σ of every velocity or momentum.
-    per_speed: Vec<T>,
+    speeds: Speeds<T>,
     /// Of the energy [J].
     scale: T,
     inputs: Vec<T>,
@@ -35,13 +78,13 @@ struct Energy<T> {
 }
 
 impl<T: Real> Energy<T> {
-    fn new(mlp: &Mlp, speeds: &[f64], scale: f64) -> Self {
+    fn new(mlp: &Mlp, (speeds, has_products): (&[f64], bool), scale: f64) -> Self {
         let [inputs, along, cotangents, zeros] = std::array::from_fn(|_| Vec::new());
         let per_speed = speeds.iter().map(|s| T::of(1.0 / s)).collect();
         Self {
             tape: MlpTape::new(mlp),
             width: mlp.inputs,
-            per_speed,
+            speeds: Speeds { per_speed, has_products },
             scale: T::of(scale),
             inputs,
             along,
@@ -51,14 +94,25 @@ impl<T: Real> Energy<T> {
     }
 
     fn forward(&mut self, parameters: &[T], block: &Block<T>) {
-        join(&block.features, block.n_features(), &[(&block.v, &self.per_speed)], &mut self.inputs);
+        let rows = block.features.chunks_exact(block.n_features()).zip(block.v.chunks_exact(block.n_joints));
+        self.inputs.clear();
+        for (features, v) in rows {
+            self.inputs.extend_from_slice(features);
+            self.speeds.append(v, &mut self.inputs);
+        }
         self.tape.forward(parameters, &self.inputs);
     }
 
     /// One more stream along (dq, dv).
     fn push(&mut self, parameters: &[T], block: &Block<T>, dq: &[T], dv: &[T]) {
         block.features_along(dq, &mut self.along);
-        join(&self.along, block.n_features(), &[(dv, &self.per_speed)], &mut self.inputs);
+        let n = block.n_joints;
+        let motion = block.v.chunks_exact(n).zip(dv.chunks_exact(n));
+        self.inputs.clear();
+        for (along, (v, dv)) in self.along.chunks_exact(block.n_features()).zip(motion) {
+            self.inputs.extend_from_slice(along);
+            self.speeds.append_along(v, dv, &mut self.inputs);
+        }
         self.tape.push_tangent(parameters, &self.inputs);
     }
 
@@ -78,7 +132,7 @@ pub(crate) struct BlackBoxLagrangian<T>(Energy<T>);
 
 impl<T: Real> BlackBoxLagrangian<T> {
     pub fn new(mlp: &Mlp, speeds: &[f64], scale: f64) -> Self {
-        Self(Energy::new(mlp, speeds, scale))
+        Self(Energy::new(mlp, (speeds, false), scale))
     }
 }
 
@@ -94,11 +148,9 @@ impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
         e.push(parameters, block, &block.v, &block.a);
         e.cotangents(block.n_rows, &[0.0, 1.0]);
         let by_inputs = e.tape.reverse_inputs(parameters, &e.cotangents);
-        let first = block.n_features();
-        for (tau, by_inputs) in out.chunks_exact_mut(n).zip(by_inputs.chunks_exact(e.width)) {
-            for j in 0..n {
-                tau[j] = by_inputs[first + j] * e.per_speed[j];
-            }
+        let rows = by_inputs.chunks_exact(e.width).zip(block.v.chunks_exact(n));
+        for (tau, (by_inputs, v)) in out.chunks_exact_mut(n).zip(rows) {
+            e.speeds.back(v, &by_inputs[block.n_features()..], tau);
         }
         e.cotangents(block.n_rows, &[1.0]);
         let by_inputs = e.tape.reverse_inputs(parameters, &e.cotangents);
@@ -124,8 +176,9 @@ impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
 pub(crate) struct BlackBoxHamiltonian<T>(Energy<T>);
 
 impl<T: Real> BlackBoxHamiltonian<T> {
-    pub fn new(mlp: &Mlp, momenta: &[f64], scale: f64) -> Self {
-        Self(Energy::new(mlp, momenta, scale))
+    /// It sees the products of every two momenta where it `has_products`.
+    pub fn new(mlp: &Mlp, (momenta, has_products): (&[f64], bool), scale: f64) -> Self {
+        Self(Energy::new(mlp, (momenta, has_products), scale))
     }
 }
 
@@ -146,9 +199,8 @@ impl<T: Real> Term<T> for BlackBoxHamiltonian<T> {
             let (tau, speed) = out.split_at_mut(n);
             tau.copy_from_slice(&block.a[row * n..(row + 1) * n]);
             block.add_row_by_q(row, by_inputs, T::of(1.0), tau);
-            for j in 0..n {
-                speed[j] = by_inputs[block.n_features() + j] * e.per_speed[j];
-            }
+            let v = &block.v[row * n..(row + 1) * n];
+            e.speeds.back(v, &by_inputs[block.n_features()..], speed);
         }
     }
 

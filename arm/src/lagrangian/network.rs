@@ -311,9 +311,17 @@ impl NetworkShape {
         }
     }
 
+    /// Whether a network sees the products of every two momenta: with products of sines and cosines a Hamiltonian's does, for its kinetic
+    /// energy ½ pᵀH⁻¹p is a sum of them times what depends on q alone.
+    fn has_products_of_momenta(&self) -> bool {
+        self.variant == Variant::BlackBoxHamiltonian && self.inputs != InputForm::SinesAndCosines
+    }
+
     /// The network of a black box's energy: of the features and velocities or momenta.
     fn energy(&self) -> Mlp {
-        self.mlp(self.features().len() + self.n_joints(), 1)
+        let n = self.n_joints();
+        let products = if self.has_products_of_momenta() { n * (n + 1) / 2 } else { 0 };
+        self.mlp(self.features().len() + n + products, 1)
     }
 
     /// The network of torques: of the features, velocities and accelerations.
@@ -362,7 +370,10 @@ impl NetworkShape {
                 Box::new(StructuredHamiltonian::new(&self.energies(), &self.energy_scales()))
             }
             Kind::BlackBoxLagrangian => Box::new(BlackBoxLagrangian::new(&self.energy(), speeds, *energy)),
-            Kind::BlackBoxHamiltonian => Box::new(BlackBoxHamiltonian::new(&self.energy(), speeds, *energy)),
+            Kind::BlackBoxHamiltonian => {
+                let momenta = (&speeds[..], self.has_products_of_momenta());
+                Box::new(BlackBoxHamiltonian::new(&self.energy(), momenta, *energy))
+            }
             Kind::FeedForward => Box::new(FeedForward::new(&self.torque(), [speeds, accelerations, torques])),
             Kind::Friction => Box::new(Friction::new(speeds, torques)),
         }

@@ -135,8 +135,10 @@ fn hamiltonians_conserve_energy_in_free_motion() {
     // τ = 0 means ṗ = −∂ℋ/∂q; then q̇ and ṗ are orthogonal to the gradient: power of q̇ᵀ τ is the rate of ℋ.
     // ∮ q̇(q, p)ᵀ (ṗ + ∂_q ℋ) dt = ∮ ℋ̇ dt = 0 needs q̇ to be that of the model: with p(t) given, take q' = dq/dt of the
     // closed curve and check ∮ (∂_q ℋ · q' + q̇ · p') dt = 0.
-    for variant in [Variant::StructuredHamiltonian, Variant::BlackBoxHamiltonian] {
-        let shape = shape(variant);
+    let variants = [Variant::StructuredHamiltonian, Variant::BlackBoxHamiltonian];
+    let forms = [InputForm::SinesAndCosines, InputForm::Products(2)];
+    for (variant, inputs) in variants.into_iter().flat_map(|variant| forms.map(|form| (variant, form))) {
+        let shape = NetworkShape { inputs, ..shape(variant) };
         let params = parameters(&shape);
         let steps = 400;
         let (mut sum, mut size) = (0.0, 0.0);
@@ -150,7 +152,7 @@ fn hamiltonians_conserve_energy_in_free_motion() {
             sum += rate;
             size += rate.abs();
         }
-        assert!(sum.abs() < 1e-10 * size && size > 1.0, "{variant:?}: {sum} of {size}");
+        assert!(sum.abs() < 1e-10 * size && size > 1.0, "{variant:?} {inputs:?}: {sum} of {size}");
     }
 }
 
