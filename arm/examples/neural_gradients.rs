@@ -10,6 +10,7 @@ use hysteron_arm::neural::{
     LossWeights, NeuralActuator, Segment, Trajectory, Unlabelled, horizon_gradient, trajectory_of,
 };
 use hysteron_base::Recording;
+use hysteron_learn::TapePool;
 
 /// Horizons of the table [steps]; directions are compared with that of the second.
 const HORIZONS: [usize; 5] = [64, 128, 256, 320, 500];
@@ -33,9 +34,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let segments: Vec<Segment<'_>> =
         (0..ROLLOUTS).map(|k| Segment::recorded(&trajectories[k % trajectories.len()], 0)).collect();
     let initial: Vec<f64> = segments.iter().flat_map(|one| one.trajectory.state_at(0)).copied().collect();
+    let tapes = TapePool::default();
     let of = |horizon: usize| {
-        let setting = (&simulation, &actuator.scale);
-        horizon_gradient(setting, &actuator.network, &segments, (&initial, horizon), &LossWeights::PUBLISHED)
+        let (setting, network) = ((&simulation, &actuator.scale), (&actuator.network, &tapes));
+        horizon_gradient(setting, network, &segments, (&initial, horizon), &LossWeights::PUBLISHED)
     };
     let found = HORIZONS.map(of);
     let flat =

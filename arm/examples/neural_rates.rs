@@ -13,7 +13,7 @@ use hysteron_arm::neural::{
     Features, GripperAxis, Heads, InputScale, LossWeights, Segment, Simulation, SimulationOptions,
     Trajectory, horizon_gradient,
 };
-use hysteron_learn::{Form, Transformer, TransformerShape};
+use hysteron_learn::{Form, Model as _, TapePool, Transformer, TransformerShape};
 use rustix::time::{ClockId, clock_gettime};
 
 /// Arms side by side, and the steps that each of them goes.
@@ -67,12 +67,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let initial = trajectory.state_at(0).repeat(ROLLOUTS);
     let rate = |form| -> Result<f64, Box<dyn std::error::Error>> {
         let shape = TransformerShape::published(features.len(), &Heads::sizes(&features), form);
-        let network = Transformer::<f32>::new(&shape, 1)?;
+        let (mut network, tapes) = (Transformer::<f32>::new(&shape, 1)?, TapePool::default());
         let mut best = f64::INFINITY;
         for _ in 0..ROUNDS {
             let start = now();
+            // As after every update: what is made of the parameters once is made anew.
+            network.parameters_mut();
             let setting = (&simulation, &scale);
-            horizon_gradient(setting, &network, &segments, (&initial, HORIZON), &LossWeights::PUBLISHED);
+            horizon_gradient(
+                setting,
+                (&network, &tapes),
+                &segments,
+                (&initial, HORIZON),
+                &LossWeights::PUBLISHED,
+            );
             best = best.min(now() - start);
         }
         Ok((ROLLOUTS * HORIZON) as f64 / best)

@@ -160,7 +160,12 @@ def gradient(jax, mjx, model, network, form, inputs, is_recomputed):
             return ((data, gripper), memory), jnp.append(data.qpos, gripper[0])
 
         data = start.replace(qpos=initial[:JOINTS], qvel=initial[MOTORS : MOTORS + JOINTS])
-        carry = ((data, initial[jnp.array([JOINTS, -1])]), network.fresh(form, inputs))
+        memory = network.fresh(form, inputs)
+        if form == "streaming":
+            # What it has seen before the rollout begins; the published form's window holds it as it is.
+            past = 0.1 * jnp.ones((TOKENS - 1, inputs))
+            memory, _ = jax.lax.scan(lambda memory, token: (network.step(form, p, token, memory)[1], None), memory, past)
+        carry = ((data, initial[jnp.array([JOINTS, -1])]), memory)
         _, positions = jax.lax.scan(jax.checkpoint(step) if is_recomputed else step, carry, goals)
         return jnp.sum((positions - goals) ** 2)
 

@@ -122,7 +122,7 @@ impl NeuralActuator {
         let residuals = |values: &[f64]| -> std::result::Result<Vec<Vec<f64>>, BadInput> {
             let simulation = self.with_servo(&of(values)).simulation(model)?;
             let mut closed =
-                ClosedLoop::new((&simulation, &self.scale), &self.network, segments.clone(), horizon);
+                ClosedLoop::new((&simulation, &self.scale), (&self.network, None), segments.clone(), horizon);
             closed.run(&closed.recorded_start());
             let rows = closed.states().chunks_exact(self.features.state()).enumerate();
             let off = |(i, state): (usize, &[f64])| -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! The network in a loop with the simulated arm, forward and back through time.
 
-use hysteron_learn::{Plant, Real, Transformer};
+use hysteron_learn::{Plant, Real, TapePool, Transformer};
 
 use super::features::InputScale;
 use super::loss::{Heads, LossParts, LossWeights, Totals};
@@ -128,13 +128,13 @@ impl<T: Real> Plant<T> for Arms<'_> {
 }
 
 impl<'a, T: Real> ClosedLoop<'a, T> {
-    /// Rollouts of `horizon` steps along `segments`.
+    /// Rollouts of `horizon` steps along `segments`, on a tape from `tapes` where there are any.
     ///
     /// # Panics
     /// Where a trajectory ends before the horizon.
     pub fn new(
         (simulation, scale): (&'a Simulation, &'a InputScale),
-        network: &'a Transformer<T>,
+        (network, tapes): (&'a Transformer<T>, Option<&'a TapePool<T>>),
         segments: Vec<Segment<'a>>,
         horizon: usize,
     ) -> Self {
@@ -143,7 +143,7 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
         }
         let n_outputs = network.shape().outputs();
         let arms = Arms { simulation, scale, segments, n_outputs, torque_gradients: Vec::new() };
-        Self { rollouts: hysteron_learn::ClosedLoop::new(arms, network, horizon) }
+        Self { rollouts: hysteron_learn::ClosedLoop::new(arms, (network, tapes), horizon) }
     }
 
     /// Recorded states at the segments' beginnings.

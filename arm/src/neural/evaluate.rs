@@ -33,7 +33,7 @@ pub fn roll_out(
     let horizon = trajectory.len() - 1;
     let segment = Segment { trajectory, start: 0, telemetry };
     let mut closed =
-        ClosedLoop::new((simulation, &actuator.scale), &actuator.network, vec![segment], horizon);
+        ClosedLoop::new((simulation, &actuator.scale), (&actuator.network, None), vec![segment], horizon);
     closed.run(&closed.recorded_start());
     let m = actuator.features.motors();
     let positions = closed.states().chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect();

@@ -3,7 +3,7 @@
 
 use hysteron_base::{Channel, Metadata, Recording, rng};
 use hysteron_learn::{
-    Block, Form, Model as _, Session, Task as _, Training, Transformer, TransformerShape, fit,
+    Block, Form, Model as _, Session, TapePool, Task as _, Training, Transformer, TransformerShape, fit,
 };
 use rand::RngExt;
 use serde_json::json;
@@ -182,8 +182,15 @@ fn the_gradient_of_the_closed_loop_is_that_of_differences() {
         let initial: Vec<f64> =
             segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).map(|x| x + 0.02).collect();
         let weights = LossWeights::PUBLISHED;
+        let tapes = TapePool::default();
         let run = |network: &Transformer<f64>, initial: &[f64]| {
-            horizon_gradient((&simulation, &scale), network, &segments, (initial, horizon), &weights)
+            horizon_gradient(
+                (&simulation, &scale),
+                (network, &tapes),
+                &segments,
+                (initial, horizon),
+                &weights,
+            )
         };
         let loss = |network: &Transformer<f64>, initial: &[f64]| run(network, initial).0.loss.sum();
         let (found, gradient) = run(&network, &initial);

@@ -178,9 +178,9 @@ impl<'a> NeuralTask<'a> {
             let segments = self.draw(update, horizon);
             let initial = self.initial(update, &segments);
             self.steps += (segments.len() * horizon) as u64;
-            let setting = (self.simulation, self.scale);
+            let (setting, on_tapes) = ((self.simulation, self.scale), (network, &self.tapes));
             let (loss, gradient) =
-                horizon_gradient(setting, network, &segments, (&initial, horizon), &self.options.loss);
+                horizon_gradient(setting, on_tapes, &segments, (&initial, horizon), &self.options.loss);
             (loss.loss.sum(), gradient)
         }
     }
@@ -269,7 +269,7 @@ pub(super) fn added<T: Real>(mut parts: Vec<Vec<Vec<T>>>) -> Vec<Vec<T>> {
 /// Without segments, or where a trajectory ends before the horizon.
 pub fn horizon_gradient<T: Real>(
     (simulation, scale): (&Simulation, &InputScale),
-    network: &Transformer<T>,
+    (network, tapes): (&Transformer<T>, &TapePool<T>),
     segments: &[Segment<'_>],
     (initial, horizon): (&[f64], usize),
     weights: &LossWeights,
@@ -280,7 +280,8 @@ pub fn horizon_gradient<T: Real>(
         .par_chunks(GROUP)
         .zip(initial.par_chunks(GROUP * width))
         .map(|(segments, initial)| {
-            let mut closed = ClosedLoop::new((simulation, scale), network, segments.to_vec(), horizon);
+            let network_on = (network, Some(tapes));
+            let mut closed = ClosedLoop::new((simulation, scale), network_on, segments.to_vec(), horizon);
             closed.run(initial);
             let mut gradient = network.zeros();
             (closed.pull_back(weights, &totals, &mut gradient), gradient)
@@ -342,7 +343,7 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
             let horizon = self.options.validation_horizon.min(trajectory.len() - 1);
             let setting = (self.simulation, self.scale);
             let segment = Segment { trajectory, start: 0, telemetry };
-            let mut closed = ClosedLoop::new(setting, model, vec![segment], horizon);
+            let mut closed = ClosedLoop::new(setting, (model, None), vec![segment], horizon);
             closed.run(&closed.recorded_start());
             let states = closed.states().chunks_exact(self.simulation.features().state());
             let off = states.enumerate().skip(1).map(|(i, state)| {

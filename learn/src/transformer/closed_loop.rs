@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::network::Transformer;
 use super::shape::Form;
-use super::tape::TransformerTape;
+use super::tape_pool::{Lent, TapePool};
 use crate::Real;
 
 /// What a network drives: some systems of one kind side by side, each with a state, and what the network sees of them.
@@ -52,7 +52,7 @@ pub struct ClosedLoop<'a, P, T> {
     horizon: usize,
     /// Steps before the first that the streaming form has seen.
     context: usize,
-    tape: TransformerTape<T>,
+    tape: Lent<'a, T>,
     /// ((horizon + 1) × rows × state).
     states: Vec<f64>,
     /// (horizon × rows × outputs).
@@ -61,15 +61,19 @@ pub struct ClosedLoop<'a, P, T> {
 }
 
 impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
-    /// Rollouts of `horizon` steps.
-    pub fn new(plant: P, network: &'a Transformer<T>, horizon: usize) -> Self {
+    /// Rollouts of `horizon` steps, on a tape from `tapes` where there are any.
+    pub fn new(
+        plant: P,
+        (network, tapes): (&'a Transformer<T>, Option<&'a TapePool<T>>),
+        horizon: usize,
+    ) -> Self {
         let (shape, rows) = (network.shape(), plant.rows());
         let (context, room) = match shape.form {
             Form::Window => (0, shape.tokens),
             Form::Streaming => (shape.tokens - 1, shape.tokens - 1 + horizon),
         };
         Self {
-            tape: TransformerTape::new(shape, room, rows),
+            tape: Lent::of(tapes, shape, (room, rows)),
             states: vec![0.0; (horizon + 1) * rows * plant.state_len()],
             outputs: vec![T::default(); horizon * rows * shape.outputs()],
             tokens: vec![T::default(); shape.tokens * rows * shape.inputs],

@@ -94,7 +94,7 @@ fn a_constant_input_to_a_linear_plant_has_the_gradient_in_closed_form() {
         head[weight].fill(0.0);
         head[bias.clone()].fill(0.7);
         let initial = uniform("initial", 2 * ROWS);
-        let mut rollouts = ClosedLoop::new(Linear, &network, HORIZON);
+        let mut rollouts = ClosedLoop::new(Linear, (&network, None), HORIZON);
         rollouts.run(&initial);
         // Half the square of the last state, whose gradient is that state.
         let mut loss = |(step, _): (usize, usize), x: &[f64], _: &[f64], [by_state, _]: [&mut [f64]; 2]| {
@@ -129,7 +129,8 @@ fn assert_near(found: f64, expected: f64) {
 
 /// Σ w·(x, y) over all steps and rows, and its gradient by parameters and initial states.
 fn weighted(network: &Transformer<f64>, initial: &[f64]) -> (f64, Vec<Vec<f64>>, Vec<f64>) {
-    let mut rollouts = ClosedLoop::new(Linear, network, HORIZON);
+    let tapes = TapePool::default();
+    let mut rollouts = ClosedLoop::new(Linear, (network, Some(&tapes)), HORIZON);
     rollouts.run(initial);
     let weights = uniform("weights", HORIZON * ROWS * 3);
     let mut value = 0.0;

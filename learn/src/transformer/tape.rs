@@ -76,9 +76,9 @@ impl<T: Real> TransformerTape<T> {
         }
     }
 
-    /// True where [`Self::new`] would make one of this size.
-    pub(super) fn fits(&self, shape: &TransformerShape, size: (usize, usize)) -> bool {
-        self.size == size && self.shape == *shape
+    /// Whether as many sequences of such a network stand side by side, and if so, for how many steps there is room.
+    pub(super) fn room(&self, shape: &TransformerShape, rows: usize) -> Option<usize> {
+        (self.size.1 == rows && self.shape == *shape).then_some(self.size.0)
     }
 
     /// Sequences side by side.

@@ -1,5 +1,6 @@
 //! `TapePool`: tapes that are used again, for passes whose sizes repeat.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::shape::TransformerShape;
@@ -16,28 +17,83 @@ impl<T> Default for TapePool<T> {
     }
 }
 
+/// A tape for one pass; goes back to its pool, where it has one.
+#[derive(Debug)]
+pub(super) struct Lent<'a, T> {
+    /// There until it is dropped.
+    tape: Option<TransformerTape<T>>,
+    pool: Option<&'a TapePool<T>>,
+}
+
+impl<'a, T: Real> Lent<'a, T> {
+    /// From `pool`, or a new one.
+    pub fn of(
+        pool: Option<&'a TapePool<T>>,
+        shape: &TransformerShape,
+        (steps, rows): (usize, usize),
+    ) -> Self {
+        match pool {
+            Some(pool) => pool.lend(shape, (steps, rows)),
+            None => Self { tape: Some(TransformerTape::new(shape, steps, rows)), pool: None },
+        }
+    }
+}
+
+impl<T> Deref for Lent<'_, T> {
+    type Target = TransformerTape<T>;
+
+    fn deref(&self) -> &TransformerTape<T> {
+        self.tape.as_ref().unwrap_or_else(|| unreachable!("there until it is dropped"))
+    }
+}
+
+impl<T> DerefMut for Lent<'_, T> {
+    fn deref_mut(&mut self) -> &mut TransformerTape<T> {
+        self.tape.as_mut().unwrap_or_else(|| unreachable!("there until it is dropped"))
+    }
+}
+
+impl<T> Drop for Lent<'_, T> {
+    fn drop(&mut self) {
+        if let (Some(pool), Some(tape)) = (self.pool, self.tape.take()) {
+            pool.tapes().push(tape);
+        }
+    }
+}
+
 impl<T: Real> TapePool<T> {
-    /// What `pass` makes of a tape with room for `rows` sequences of up to `steps` steps; what stands on it may be of another pass.
+    /// A tape with room for `rows` sequences of up to `steps` steps; what stands on it may be of another pass.
+    ///
+    /// # Panics
+    /// As [`TransformerTape::new`].
+    pub(super) fn lend(&self, shape: &TransformerShape, (steps, rows): (usize, usize)) -> Lent<'_, T> {
+        let kept = {
+            let mut tapes = self.tapes();
+            let room = |tape: &TransformerTape<T>| tape.room(shape, rows).unwrap_or(0);
+            let longest = (0..tapes.len()).max_by_key(|at| room(&tapes[*at]));
+            let alike = longest.filter(|at| room(&tapes[*at]) > 0).map(|at| tapes.swap_remove(at));
+            // One that is too short goes: passes become longer as a training goes on.
+            alike.filter(|tape| room(tape) >= steps)
+        };
+        let tape = kept.unwrap_or_else(|| TransformerTape::new(shape, steps, rows));
+        Lent { tape: Some(tape), pool: Some(self) }
+    }
+
+    /// What `pass` makes of such a tape.
     ///
     /// # Panics
     /// As [`TransformerTape::new`].
     pub fn with<R>(
         &self,
         shape: &TransformerShape,
-        (steps, rows): (usize, usize),
+        size: (usize, usize),
         pass: impl FnOnce(&mut TransformerTape<T>) -> R,
     ) -> R {
-        let kept = {
-            let mut tapes = self.tapes();
-            let fitting = tapes.iter().position(|tape| tape.fits(shape, (steps, rows)));
-            fitting.map(|at| tapes.swap_remove(at))
-        };
-        let mut tape = kept.unwrap_or_else(|| TransformerTape::new(shape, steps, rows));
-        let result = pass(&mut tape);
-        self.tapes().push(tape);
-        result
+        pass(&mut self.lend(shape, size))
     }
+}
 
+impl<T> TapePool<T> {
     fn tapes(&self) -> MutexGuard<'_, Vec<TransformerTape<T>>> {
         // A tape stands in the list only while no pass writes it.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
@@ -76,6 +132,10 @@ mod tests {
         let size = (steps, rows);
         let first = pool.with(&shape, size, |tape| pass(tape, 0.0));
         let second = pool.with(&shape, size, |tape| pass(tape, 1.0));
+        assert_eq!(pool.tapes().len(), 1);
+        // One with more room serves too, one with less is given up.
+        pool.with(&shape, (steps - 1, rows), |tape| assert_eq!(tape.room(&shape, rows), Some(steps)));
+        pool.with(&shape, (steps + 1, rows), |tape| assert_eq!(tape.room(&shape, rows), Some(steps + 1)));
         assert_eq!(pool.tapes().len(), 1);
         let fresh = || TransformerTape::new(&shape, steps, rows);
         assert_eq!([first, second], [pass(&mut fresh(), 0.0), pass(&mut fresh(), 1.0)]);

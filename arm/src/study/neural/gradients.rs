@@ -1,5 +1,6 @@
 //! Table II: gradients of the loss by horizon.
 
+use hysteron_learn::TapePool;
 use serde_json::{Value, json};
 
 use crate::Model;
@@ -28,11 +29,11 @@ pub(super) fn by_horizon(
     let segments: Vec<Segment<'_>> =
         (0..ROLLOUTS).map(|k| Segment::recorded(long[k % long.len()], 0)).collect();
     let initial: Vec<f64> = segments.iter().flat_map(|one| one.trajectory.state_at(0)).copied().collect();
+    let tapes = TapePool::default();
     let found = HORIZONS.map(|horizon| {
-        let setting = (&simulation, &actuator.scale);
+        let (setting, network) = ((&simulation, &actuator.scale), (&actuator.network, &tapes));
         let about = (&initial[..], horizon);
-        let (loss, gradient) =
-            horizon_gradient(setting, &actuator.network, &segments, about, &LossWeights::PUBLISHED);
+        let (loss, gradient) = horizon_gradient(setting, network, &segments, about, &LossWeights::PUBLISHED);
         let flat: Vec<f64> = gradient.iter().flatten().map(|x| f64::from(*x)).collect();
         (loss.torque, flat)
     });
