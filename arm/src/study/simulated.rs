@@ -142,9 +142,9 @@ fn hidden_units(variant: Variant) -> usize {
     }
 }
 
-/// Steps after Adam, over those of the other variants: a black box learns an inverse mass matrix slowly, and its error still falls then.
-fn more_steps(variant: Variant) -> usize {
-    if variant == Variant::BlackBoxHamiltonian { 2 } else { 1 }
+/// Steps after Adam, where the other variants have so many: a black box learns an inverse mass matrix slowly, and its error still falls then.
+fn steps(variant: Variant, others: usize) -> usize {
+    if variant == Variant::BlackBoxHamiltonian { others * 4 / 3 } else { others }
 }
 
 type Sets = Vec<(Samples, Decomposition)>;
@@ -216,7 +216,7 @@ impl SimulatedStudy {
     }
 
     fn training_of(&self, variant: Variant) -> TrainingOptions {
-        TrainingOptions { polish: more_steps(variant) * self.training.polish, ..self.training.clone() }
+        TrainingOptions { polish: steps(variant, self.training.polish), ..self.training.clone() }
     }
 
     /// All rows; those that are done are found in `folder`.
