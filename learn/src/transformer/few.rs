@@ -8,7 +8,7 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use crate::Real;
 
-/// Rows up to which this is faster than a general product.
+/// Rows up to which products are made so; with more a general product has its panels used often enough.
 pub(super) const FEW: usize = 24;
 /// Rows at a time, and registers of a panel's width: eight registers of sums hide the latency of an addition, and with twelve the compiler
 /// runs out of AVX2's sixteen and keeps one in memory, which takes twice as long.
