@@ -1,37 +1,35 @@
 //! Products of tokens and matrices, forward and backward.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::few::{FEW, Panels};
 use super::kernels::add_scaled;
 use crate::Real;
 use crate::product::{multiply, multiply_add, rows};
 
-/// A matrix as products with a few rows take it, one way and back.
+/// A matrix as products with a few rows take it, one way and back; made when the first such product asks for it.
 #[derive(Debug, Clone)]
 pub(super) struct Packed<T> {
     /// Where the matrix begins in its vector of parameters.
     start: usize,
-    forward: Panels<T>,
-    back: Panels<T>,
+    forward: OnceLock<Panels<T>>,
+    back: OnceLock<Panels<T>>,
 }
 
-impl<T: Real> Packed<T> {
-    /// Of W (inputs × outputs) that begins at `start`.
-    pub fn new(start: usize, weight: &[T], outputs: usize) -> Self {
-        let inputs = weight.len() / outputs;
-        let forward = Panels::new([inputs, outputs], |k, output| weight[k * outputs + output]);
-        let back = Panels::new([outputs, inputs], |k, input| weight[input * outputs + k]);
-        Self { start, forward, back }
+impl<T> Packed<T> {
+    /// Of a matrix that begins at `start`.
+    pub fn new(start: usize) -> Self {
+        Self { start, forward: OnceLock::new(), back: OnceLock::new() }
     }
 }
 
 /// x W + b, with W (inputs × outputs).
 #[derive(Clone, Copy)]
 pub(super) struct Linear<'a, T> {
-    pub weight: &'a [T],
-    pub bias: &'a [T],
-    pub packed: &'a Packed<T>,
+    weight: &'a [T],
+    bias: &'a [T],
+    packed: &'a Packed<T>,
 }
 
 impl<'a, T: Real> Linear<'a, T> {
@@ -45,23 +43,31 @@ impl<'a, T: Real> Linear<'a, T> {
         Self { weight: &parameters[weight.clone()], bias: &parameters[bias.clone()], packed: &packed[at] }
     }
 
+    /// Inputs and outputs.
+    fn size(&self) -> [usize; 2] {
+        let outputs = self.bias.len();
+        [self.weight.len() / outputs, outputs]
+    }
+
     /// y = x W + b.
     pub fn forward(&self, x: &[T], y: &mut [T]) {
-        let outputs = self.bias.len();
+        let [inputs, outputs] = self.size();
         y.chunks_exact_mut(outputs).for_each(|row| row.copy_from_slice(self.bias));
         if y.len() <= FEW * outputs {
-            self.packed.forward.multiply_add(x, y);
+            let entry = |input: usize, output: usize| self.weight[input * outputs + output];
+            self.packed.forward.get_or_init(|| Panels::new([inputs, outputs], entry)).multiply_add(x, y);
         } else {
-            multiply_add(y, rows(x, self.weight.len() / outputs), rows(self.weight, outputs));
+            multiply_add(y, rows(x, inputs), rows(self.weight, outputs));
         }
     }
 
     /// dx = dy Wᵀ.
     pub fn back(&self, dy: &[T], dx: &mut [T]) {
-        let outputs = self.bias.len();
+        let [inputs, outputs] = self.size();
         if dy.len() <= FEW * outputs {
             dx.fill(T::default());
-            self.packed.back.multiply_add(dy, dx);
+            let entry = |output: usize, input: usize| self.weight[input * outputs + output];
+            self.packed.back.get_or_init(|| Panels::new([outputs, inputs], entry)).multiply_add(dy, dx);
         } else {
             multiply(dx, rows(dy, outputs), rows(self.weight, outputs).transpose());
         }

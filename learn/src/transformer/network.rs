@@ -1,7 +1,5 @@
 //! `Transformer`: shape and weights as plain arrays, and how they begin.
 
-use std::sync::OnceLock;
-
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 use serde_json::{Value, json};
@@ -17,7 +15,8 @@ pub struct Transformer<T> {
     pub(super) layout: Layout,
     /// Embedding, every layer, heads.
     parameters: Vec<Vec<T>>,
-    packed: OnceLock<Vec<Vec<Packed<T>>>>,
+    /// Of these parameters: every change of them empties it.
+    packed: Vec<Vec<Packed<T>>>,
 }
 
 impl<T: Real> Transformer<T> {
@@ -52,7 +51,7 @@ impl<T: Real> Transformer<T> {
     }
 
     fn from_parts(shape: &TransformerShape, layout: Layout, parameters: Vec<Vec<T>>) -> Self {
-        Self { shape: shape.clone(), layout, parameters, packed: OnceLock::new() }
+        Self { shape: shape.clone(), layout, parameters, packed: unpacked(shape) }
     }
 
     /// Sizes and kind.
@@ -69,25 +68,13 @@ impl<T: Real> Transformer<T> {
         if let Some(values) = self.parameters.last_mut() {
             own.into_iter().for_each(|range| values[range].fill(T::default()));
         }
-        self.packed = OnceLock::new();
+        self.packed = unpacked(&self.shape);
         self
     }
 
-    /// The matrices of every vector of parameters for products with a few rows; made once for each change of the parameters.
+    /// The matrices of every vector of parameters for products with a few rows.
     pub(super) fn packed(&self) -> &[Vec<Packed<T>>] {
-        let of_vector = |(tensors, values): (&Vec<TensorShape>, &Vec<T>)| -> Vec<Packed<T>> {
-            let mut start = 0;
-            let mut next = |tensor: &TensorShape| {
-                start += tensor.len();
-                let begin = start - tensor.len();
-                match tensor.shape[..] {
-                    [_, outputs] => Some(Packed::new(begin, &values[begin..start], outputs)),
-                    _ => None,
-                }
-            };
-            tensors.iter().filter_map(&mut next).collect()
-        };
-        self.packed.get_or_init(|| self.shape.tensors().iter().zip(&self.parameters).map(of_vector).collect())
+        &self.packed
     }
 
     /// The same weights in other numbers.
@@ -101,6 +88,19 @@ impl<T: Real> Transformer<T> {
     pub fn zeros(&self) -> Vec<Vec<T>> {
         self.parameters.iter().map(|values| vec![T::default(); values.len()]).collect()
     }
+}
+
+/// Nothing yet of every matrix.
+fn unpacked<T>(shape: &TransformerShape) -> Vec<Vec<Packed<T>>> {
+    let of_vector = |tensors: &Vec<TensorShape>| {
+        let mut start = 0;
+        let mut begin = |tensor: &TensorShape| {
+            start += tensor.len();
+            (tensor.shape.len() == 2).then(|| Packed::new(start - tensor.len()))
+        };
+        tensors.iter().filter_map(&mut begin).collect()
+    };
+    shape.tensors().iter().map(of_vector).collect()
 }
 
 impl<T: Real> Model for Transformer<T> {
@@ -117,7 +117,7 @@ impl<T: Real> Model for Transformer<T> {
     }
 
     fn parameters_mut(&mut self) -> &mut [Vec<T>] {
-        self.packed = OnceLock::new();
+        self.packed = unpacked(&self.shape);
         &mut self.parameters
     }
 
