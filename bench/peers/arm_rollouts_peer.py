@@ -28,6 +28,17 @@ def arguments():
     return parser.parse_args()
 
 
+def arm(mujoco, period):
+    """The arm alone, with its gripper locked, as a specification with steps of `period` [s]: no contacts, semi-implicit Euler."""
+    spec = mujoco.MjSpec.from_file(str(ROBOT))
+    for part in [*spec.equalities, *spec.geoms, *(joint for joint in spec.joints if joint.name in LOCKED)]:
+        spec.delete(part)
+    spec.option.timestep = period
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    return spec
+
+
 def theirs():
     """MJX's data steps per second, without and with gradient; None where it cannot be had."""
     os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
@@ -40,13 +51,7 @@ def theirs():
         print("skipped: MJX (pip install jax mujoco-mjx)")
         return None
     jax.config.update("jax_enable_x64", True)
-    spec = mujoco.MjSpec.from_file(str(ROBOT))
-    for part in [*spec.equalities, *spec.geoms, *(joint for joint in spec.joints if joint.name in LOCKED)]:
-        spec.delete(part)
-    spec.option.timestep = PERIOD / PARTS
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    model = mjx.put_model(spec.compile())
+    model = mjx.put_model(arm(mujoco, PERIOD / PARTS).compile())
     start = mjx.make_data(model)
 
     def rollout(initial, torques):

@@ -18,9 +18,8 @@ import pathlib
 import subprocess
 import time
 
-HERE = pathlib.Path(__file__).resolve().parent
-ROBOT = HERE.parent.parent / "arm/robots/open_manipulator_x.urdf"
-LOCKED = ["gripper_left_joint", "gripper_right_joint"]
+from arm_rollouts_peer import arm
+
 HORIZON, PARTS, PERIOD, ROUNDS = 64, 4, 0.017, 7
 ARMATURE, DAMPING, LIMITS = 0.1, 1.0, [5.0, 5.0, 5.0, 5.0, 1.5]
 WIDTH, LAYERS, ATTENTION, FEED_FORWARD, LATENT, TOKENS = 192, 4, 4, 384, 96, 9
@@ -35,15 +34,10 @@ def arguments():
     return parser.parse_args()
 
 
-def arm(mujoco, mjx):
-    spec = mujoco.MjSpec.from_file(str(ROBOT))
-    for part in [*spec.equalities, *spec.geoms, *(joint for joint in spec.joints if joint.name in LOCKED)]:
-        spec.delete(part)
+def damped_arm(mujoco, mjx):
+    spec = arm(mujoco, PERIOD / PARTS)
     for joint in spec.joints:
         joint.armature, joint.damping[0] = ARMATURE, DAMPING
-    spec.option.timestep = PERIOD / PARTS
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     return mjx.put_model(spec.compile())
 
 
@@ -183,7 +177,7 @@ def theirs(inputs, rollouts):
     except ImportError:
         print("skipped: neural_training_peer: MJX (pip install jax mujoco-mjx)")
         return None
-    model, network, rates = arm(mujoco, mjx), Network(jax, inputs), {}
+    model, network, rates = damped_arm(mujoco, mjx), Network(jax, inputs), {}
     for form in ["streaming", "published"]:
         for arms in rollouts:
             initial = 0.3 * jax.random.uniform(jax.random.PRNGKey(2), (arms, 2 * MOTORS))
