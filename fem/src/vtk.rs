@@ -176,7 +176,7 @@ fn check_word(path: &Path, word: &str) -> Result<()> {
 
 fn write(path: &Path, data: DataSet) -> Result<()> {
     let vtk = Vtk {
-        version: Version::new((1, 0)),
+        version: Version::new_xml(1, 0),
         title: String::new(),
         byte_order: ByteOrder::LittleEndian,
         data,
