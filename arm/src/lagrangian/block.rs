@@ -48,15 +48,26 @@ impl Features {
         self.factors.len()
     }
 
-    /// Numbers of a joint at `q`, and their derivatives.
-    fn numbers(&self, joint: usize, q: f64) -> [[f64; 2]; 2] {
+    /// The two numbers of a joint at `q`.
+    fn numbers(&self, joint: usize, q: f64) -> [f64; 2] {
         match self.coordinates[joint] {
-            Coordinate::Angle => {
-                let (sin, cos) = q.sin_cos();
-                [[sin, cos], [cos, -sin]]
-            }
-            Coordinate::Length(scale) => [[q / scale, 1.0], [1.0 / scale, 0.0]],
+            Coordinate::Angle => q.sin_cos().into(),
+            Coordinate::Length(scale) => [q / scale, 1.0],
         }
+    }
+
+    /// Their derivatives by q.
+    fn slopes(&self, joint: usize, [first, second]: [f64; 2]) -> [f64; 2] {
+        match self.coordinates[joint] {
+            Coordinate::Angle => [second, -first],
+            Coordinate::Length(scale) => [1.0 / scale, 0.0],
+        }
+    }
+
+    /// The two numbers of every joint in every row of `q` ([row][joint]): for [`Block::gather_known`].
+    pub fn all_numbers(&self, q: &[f64]) -> Vec<[f64; 2]> {
+        let joints = (0..self.coordinates.len()).cycle();
+        joints.zip(q).map(|(joint, q)| self.numbers(joint, *q)).collect()
     }
 }
 
@@ -91,6 +102,27 @@ impl<T: Real> Block<T> {
 
     /// Takes these rows of `motion` (q, q̇, q̈, each [row][joint]).
     pub fn gather(&mut self, motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
+        self.take(motion, rows, |inputs, joint, at| inputs.numbers(joint, motion[0][at]));
+    }
+
+    /// The same with [`Features::all_numbers`] of the positions: a training that sees its samples again and again takes their
+    /// sines once.
+    pub fn gather_known(
+        &mut self,
+        motion: [&[f64]; 3],
+        numbers: &[[f64; 2]],
+        rows: impl Iterator<Item = usize>,
+    ) {
+        self.take(motion, rows, |_, _, at| numbers[at]);
+    }
+
+    /// Takes rows; `numbers` gives the two numbers of a joint at a place in `motion`.
+    fn take(
+        &mut self,
+        motion: [&[f64]; 3],
+        rows: impl Iterator<Item = usize>,
+        numbers: impl Fn(&Features, usize, usize) -> [f64; 2],
+    ) {
         let n = self.n_joints;
         for values in [&mut self.q, &mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
             values.clear();
@@ -98,21 +130,21 @@ impl<T: Real> Block<T> {
         self.n_rows = 0;
         for row in rows {
             let part = row * n..(row + 1) * n;
-            let q = &motion[0][part.clone()];
-            self.q.extend(q.iter().map(|v| T::of(*v)));
-            self.v.extend(motion[1][part.clone()].iter().map(|v| T::of(*v)));
-            self.a.extend(motion[2][part].iter().map(|v| T::of(*v)));
-            let mut numbers = [[[0.0; 2]; 2]; super::MOST];
-            for (j, q) in q.iter().enumerate() {
-                numbers[j] = self.inputs.numbers(j, *q);
+            for (to, from) in [&mut self.q, &mut self.v, &mut self.a].into_iter().zip(motion) {
+                to.extend(from[part.clone()].iter().map(|v| T::of(*v)));
+            }
+            let mut of_joints = [[[0.0; 2]; 2]; super::MOST];
+            for (j, both) in of_joints.iter_mut().enumerate().take(n) {
+                let found = numbers(&self.inputs, j, row * n + j);
+                *both = [found, self.inputs.slopes(j, found)];
             }
             for product in &self.inputs.factors {
-                let all: f64 = product.iter().map(|(j, part)| numbers[*j][0][*part]).product();
+                let all: f64 = product.iter().map(|(j, part)| of_joints[*j][0][*part]).product();
                 self.features.push(T::of(all));
                 for (k, (j, part)) in product.iter().enumerate() {
                     let others = product.iter().enumerate().filter(|(other, _)| *other != k);
-                    let others: f64 = others.map(|(_, (j, part))| numbers[*j][0][*part]).product();
-                    self.slopes.push(T::of(numbers[*j][1][*part] * others));
+                    let others: f64 = others.map(|(_, (j, part))| of_joints[*j][0][*part]).product();
+                    self.slopes.push(T::of(of_joints[*j][1][*part] * others));
                 }
             }
             self.n_rows += 1;

@@ -434,6 +434,21 @@ impl<T: Real> Evaluator<T> {
     /// Outputs of these rows of a motion.
     pub fn evaluate(&mut self, parameters: &[T], motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
         self.block.gather(motion, rows);
+        self.evaluate_block(parameters);
+    }
+
+    /// The same with [`Features::all_numbers`] of the positions.
+    pub fn evaluate_known(
+        &mut self,
+        parameters: &[T],
+        (motion, numbers): ([&[f64]; 3], &[[f64; 2]]),
+        rows: impl Iterator<Item = usize>,
+    ) {
+        self.block.gather_known(motion, numbers, rows);
+        self.evaluate_block(parameters);
+    }
+
+    fn evaluate_block(&mut self, parameters: &[T]) {
         let len = self.block.n_rows * self.n_outputs;
         self.outputs.clear();
         self.outputs.resize(len, T::default());

@@ -16,6 +16,8 @@ pub struct TorqueObjective<'a, T> {
     shape: &'a NetworkShape,
     training: &'a Samples,
     validation: &'a Samples,
+    /// What networks see of the positions of both, taken once.
+    numbers: [Vec<[f64; 2]>; 2],
     /// Of every squared error of an output, over the number of outputs.
     weights: Vec<f64>,
     penalty: f64,
@@ -64,7 +66,9 @@ impl<'a, T: Real> TorqueObjective<'a, T> {
         let lanes =
             (0..LANES).map(|_| (Evaluator::new(shape), vec![T::default(); shape.n_parameters()])).collect();
         let weights = per_variance.iter().map(of).collect();
-        Self { shape, training, validation, weights, penalty, per_variance, lanes }
+        let features = shape.features();
+        let numbers = [training, validation].map(|samples| features.all_numbers(&samples.q));
+        Self { shape, training, validation, numbers, weights, penalty, per_variance, lanes }
     }
 
     /// Rows of a batch that a lane takes.
@@ -85,7 +89,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
 
     fn gradient(&mut self, parameters: &[T], samples: &[usize], gradient: &mut [T]) -> f64 {
         let per_row = 1.0 / samples.len() as f64;
-        let motion = motion(self.training, self.shape.variant);
+        let known = (motion(self.training, self.shape.variant), &self.numbers[0][..]);
         let targets = Targets {
             values: [&self.training.tau, &self.training.dq],
             weights: &self.weights,
@@ -99,7 +103,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
                 gradient.fill(T::default());
                 let mut loss = 0.0;
                 for rows in blocks {
-                    evaluator.evaluate(parameters, motion, rows.iter().copied());
+                    evaluator.evaluate_known(parameters, known, rows.iter().copied());
                     loss += evaluator.add_loss(parameters, &targets, rows, per_row, gradient);
                 }
                 loss
@@ -117,7 +121,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
     fn validate(&mut self, parameters: &[T]) -> f64 {
         let n = self.shape.n_joints();
         let rows: Vec<usize> = (0..self.validation.len()).collect();
-        let motion = motion(self.validation, self.shape.variant);
+        let known = (motion(self.validation, self.shape.variant), &self.numbers[1][..]);
         let targets = [&self.validation.tau, &self.validation.dq];
         let weights = &self.per_variance;
         let sums: Vec<f64> = self
@@ -127,7 +131,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
             .map(|((evaluator, _), blocks)| {
                 let mut sum = 0.0;
                 for rows in blocks {
-                    evaluator.evaluate(parameters, motion, rows.iter().copied());
+                    evaluator.evaluate_known(parameters, known, rows.iter().copied());
                     let outputs = evaluator.outputs.chunks_exact(weights.len());
                     for (outputs, row) in outputs.zip(rows) {
                         for (j, y) in outputs.iter().enumerate() {
@@ -151,14 +155,14 @@ impl LeastSquares for TorqueObjective<'_, f64> {
     fn jacobian(&mut self, parameters: &[f64], samples: &[usize], jacobian: &mut [f64]) {
         let rows = samples.len().div_ceil(LANES).max(1);
         let width = self.n_residuals() * parameters.len();
-        let motion = motion(self.training, self.shape.variant);
+        let known = (motion(self.training, self.shape.variant), &self.numbers[0][..]);
         let (weights, penalty) = (&self.weights, self.penalty);
         self.lanes
             .par_iter_mut()
             .zip(samples.par_chunks(rows))
             .zip(jacobian.par_chunks_mut(rows * width))
             .for_each(|(((evaluator, _), rows), jacobian)| {
-                evaluator.evaluate(parameters, motion, rows.iter().copied());
+                evaluator.evaluate_known(parameters, known, rows.iter().copied());
                 evaluator.jacobian(parameters, weights, penalty, jacobian);
             });
     }

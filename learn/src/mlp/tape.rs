@@ -42,7 +42,7 @@ enum Stream {
     Mixed(usize, usize),
 }
 
-/// Every array is [stream][row][unit], `d` and `dd` are [row][unit].
+/// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; behind the streams at hand may stand those of a larger pass.
 #[derive(Debug, Clone, Default)]
 struct Layer<T> {
     /// What enters.
@@ -52,6 +52,14 @@ struct Layer<T> {
     /// f' and f'' at the values of `sum`; empty in the last layer.
     d: Vec<T>,
     dd: Vec<T>,
+}
+
+/// The first `len` numbers of scratch that only grows: what is written next need not be cleared.
+fn room<T: Clone + Default>(scratch: &mut Vec<T>, len: usize) -> &mut [T] {
+    if scratch.len() < len {
+        scratch.resize(len, T::default());
+    }
+    &mut scratch[..len]
 }
 
 /// The part of an array that belongs to one stream.
@@ -155,8 +163,7 @@ impl<T: Real> MlpTape<T> {
             let len = n_rows * shape.outputs;
             let (here, after) = self.layers.split_at_mut(l + 1);
             let layer = &mut here[l];
-            layer.sum.resize(n_streams * len, T::default());
-            let out = &mut layer.sum[first * len..];
+            let out = &mut room(&mut layer.sum, n_streams * len)[first * len..];
             let x = &layer.input[first * n_rows * shape.inputs..][..more.len() * n_rows * shape.inputs];
             match self.transposed.get(l) {
                 Some(transposed) if more.len() * n_rows <= FEW => {
@@ -173,8 +180,7 @@ impl<T: Real> MlpTape<T> {
                 }
             }
             if l < last {
-                let next = &mut after[0].input;
-                next.resize(n_streams * len, T::default());
+                let next = room(&mut after[0].input, n_streams * len);
                 for (s, stream) in (first..).zip(more) {
                     let next = &mut next[s * len..(s + 1) * len];
                     layer.activate(self.mlp.activation, s, *stream, len, next);
@@ -195,7 +201,8 @@ impl<T: Real> MlpTape<T> {
         let entered = std::mem::take(&mut self.layers[0].input);
         let x = &entered[first * self.n_rows * inputs..];
         let matrix = self.past(parameters);
-        let out = &mut self.layers[last].sum[first * self.n_rows * outputs..];
+        let len = self.n_rows * outputs;
+        let out = &mut self.layers[last].sum[first * len..self.streams.len() * len];
         match self.transposed.last() {
             Some(transposed) if x.len() <= FEW * inputs => times(out, x, transposed, outputs, true),
             _ => multiply_add(out, rows(x, inputs), rows(matrix, inputs).transpose()),
@@ -240,8 +247,7 @@ impl<T: Real> MlpTape<T> {
             "cotangents of streams"
         );
         let [here, before] = &mut self.cotangents;
-        here.clear();
-        here.extend_from_slice(cotangents);
+        room(here, cotangents.len()).copy_from_slice(cotangents);
         if let (true, Some(into)) = (self.mlp.skip, &mut into) {
             let n_inputs = n_streams * self.n_rows * self.mlp.inputs;
             let shape = LayerShape {
@@ -249,23 +255,24 @@ impl<T: Real> MlpTape<T> {
                 outputs: self.mlp.outputs,
                 start: self.mlp.skip_start(),
             };
-            into.add_weights(&shape, self.n_rows, here, &self.layers[0].input[..n_inputs]);
+            into.add_weights(&shape, self.n_rows, cotangents, &self.layers[0].input[..n_inputs]);
         }
         for l in (0..self.layers.len()).rev() {
             let shape = &self.shapes[l];
             let len_in = n_streams * self.n_rows * shape.inputs;
+            let above = &here[..n_streams * self.n_rows * shape.outputs];
             if let Some(into) = &mut into {
-                into.add_layer(shape, self.n_rows, here, &self.layers[l].input[..len_in]);
+                into.add_layer(shape, self.n_rows, above, &self.layers[l].input[..len_in]);
                 if l == 0 {
                     return;
                 }
             }
-            before.resize(len_in, T::default());
+            let below = room(before, len_in);
             let weights = shape.split(parameters).0;
             if n_streams * self.n_rows <= FEW {
-                times(before, here, weights, shape.inputs, false);
+                times(below, above, weights, shape.inputs, false);
             } else {
-                multiply(before, rows(here, shape.outputs), rows(weights, shape.inputs));
+                multiply(below, rows(above, shape.outputs), rows(weights, shape.inputs));
             }
             if l > 0 {
                 let (layers, after) = self.layers.split_at_mut(l);
@@ -277,7 +284,7 @@ impl<T: Real> MlpTape<T> {
                     activation,
                     streams,
                     y,
-                    cotangents: before,
+                    cotangents: below,
                 });
             }
             std::mem::swap(here, before);
