@@ -132,6 +132,35 @@ fn the_reverse_pass_is_the_derivative_of_every_stream() {
     }
 }
 
+/// Outputs, and derivatives by parameters and inputs, of values and one tangent over two rows.
+fn of_two_rows(tape: &mut MlpTape<f64>, p: &[f64]) -> [Vec<f64>; 4] {
+    let (x, a, w) = (numbers(6, 0.2), numbers(6, 0.6), numbers(2 * 4, 0.8));
+    tape.forward(p, &x);
+    tape.push_tangent(p, &a);
+    let outputs = [0, 1].map(|s| tape.outputs(s).to_vec());
+    let mut by_parameters = vec![0.0; p.len()];
+    tape.reverse_parameters(p, &w, ByParameters::Sum(&mut by_parameters));
+    let by_inputs = tape.reverse_inputs(p, &w).to_vec();
+    let [values, tangents] = outputs;
+    [values, tangents, by_parameters, by_inputs]
+}
+
+#[test]
+fn what_a_larger_pass_left_on_a_tape_changes_nothing() {
+    for activation in [Activation::Relu, Activation::Softplus] {
+        let (mlp, p) = network(activation);
+        let fresh = of_two_rows(&mut MlpTape::new(&mlp), &p);
+        let mut tape = MlpTape::new(&mlp);
+        // Nine rows and four streams, which go through other products than two rows do.
+        tape.forward(&p, &numbers(27, 0.0));
+        tape.push_tangent(&p, &numbers(27, 0.3));
+        tape.push_tangent(&p, &numbers(27, 0.9));
+        tape.push_mixed(&p, 1, 2);
+        tape.reverse_inputs(&p, &numbers(4 * 18, 0.5));
+        assert_eq!(of_two_rows(&mut tape, &p), fresh);
+    }
+}
+
 /// The same streams as a graph of candle, whose derivatives it finds itself.
 fn candle_gradient(mlp: &Mlp, p: &[f64], x: &[f64], a: &[f64], w: &[f64]) -> Vec<f64> {
     let n_rows = x.len() / mlp.inputs;
