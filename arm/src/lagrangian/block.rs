@@ -64,10 +64,26 @@ impl Features {
         }
     }
 
-    /// The two numbers of every joint in every row of `q` ([row][joint]): for [`Block::gather_known`].
+    /// The two numbers of every joint in every row of `q` ([row][joint]), for [`Motion::numbers`].
     pub fn all_numbers(&self, q: &[f64]) -> Vec<[f64; 2]> {
         let joints = (0..self.coordinates.len()).cycle();
         joints.zip(q).map(|(joint, q)| self.numbers(joint, *q)).collect()
+    }
+}
+
+/// What a block takes its rows from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion<'a> {
+    /// q, q̇, q̈, or of a Hamiltonian q, p, ṗ: each [row][joint].
+    pub series: [&'a [f64]; 3],
+    /// [`Features::all_numbers`] of the positions where they are known: a training that sees its samples again and again takes their
+    /// sines once.
+    pub numbers: Option<&'a [[f64; 2]]>,
+}
+
+impl<'a> From<[&'a [f64]; 3]> for Motion<'a> {
+    fn from(series: [&'a [f64]; 3]) -> Self {
+        Self { series, numbers: None }
     }
 }
 
@@ -100,29 +116,9 @@ impl<T: Real> Block<T> {
         self.inputs.len()
     }
 
-    /// Takes these rows of `motion` (q, q̇, q̈, each [row][joint]).
-    pub fn gather(&mut self, motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
-        self.take(motion, rows, |inputs, joint, at| inputs.numbers(joint, motion[0][at]));
-    }
-
-    /// The same with [`Features::all_numbers`] of the positions: a training that sees its samples again and again takes their
-    /// sines once.
-    pub fn gather_known(
-        &mut self,
-        motion: [&[f64]; 3],
-        numbers: &[[f64; 2]],
-        rows: impl Iterator<Item = usize>,
-    ) {
-        self.take(motion, rows, |_, _, at| numbers[at]);
-    }
-
-    /// Takes rows; `numbers` gives the two numbers of a joint at a place in `motion`.
-    fn take(
-        &mut self,
-        motion: [&[f64]; 3],
-        rows: impl Iterator<Item = usize>,
-        numbers: impl Fn(&Features, usize, usize) -> [f64; 2],
-    ) {
+    /// Takes these rows of a motion.
+    pub fn gather<'a>(&mut self, motion: impl Into<Motion<'a>>, rows: impl Iterator<Item = usize>) {
+        let Motion { series, numbers } = motion.into();
         let n = self.n_joints;
         for values in [&mut self.q, &mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
             values.clear();
@@ -130,12 +126,13 @@ impl<T: Real> Block<T> {
         self.n_rows = 0;
         for row in rows {
             let part = row * n..(row + 1) * n;
-            for (to, from) in [&mut self.q, &mut self.v, &mut self.a].into_iter().zip(motion) {
+            for (to, from) in [&mut self.q, &mut self.v, &mut self.a].into_iter().zip(series) {
                 to.extend(from[part.clone()].iter().map(|v| T::of(*v)));
             }
             let mut of_joints = [[[0.0; 2]; 2]; super::MOST];
             for (j, both) in of_joints.iter_mut().enumerate().take(n) {
-                let found = numbers(&self.inputs, j, row * n + j);
+                let at = row * n + j;
+                let found = numbers.map_or_else(|| self.inputs.numbers(j, series[0][at]), |known| known[at]);
                 *both = [found, self.inputs.slopes(j, found)];
             }
             for product in &self.inputs.factors {

@@ -60,7 +60,7 @@ fn of_hamiltonian(
         |outputs: &[f64]| outputs.chunks_exact(2 * n).flat_map(|y| y[..n].to_vec()).collect::<Vec<_>>();
     let torque = torques(&evaluator.outputs);
     let zeros = vec![0.0; samples.q.len()];
-    evaluator.evaluate(parameters, [&samples.q, &zeros, &zeros], 0..samples.len());
+    evaluator.evaluate(parameters, [&samples.q[..], &zeros, &zeros], 0..samples.len());
     let gravity = torques(&evaluator.outputs);
     // A_j = ∂q̇/∂p_j by central differences: exact where ℋ is quadratic in p.
     let columns: Vec<Vec<f64>> = (0..n)
@@ -69,7 +69,7 @@ fn of_hamiltonian(
             let mut at = |h: f64| {
                 let mut p = samples.momenta[0].clone();
                 p.iter_mut().skip(j).step_by(n).for_each(|p| *p += h);
-                evaluator.evaluate(parameters, [&samples.q, &p, &zeros], 0..samples.len());
+                evaluator.evaluate(parameters, [&samples.q[..], &p, &zeros], 0..samples.len());
                 evaluator.outputs.clone()
             };
             at(h).iter().zip(at(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()

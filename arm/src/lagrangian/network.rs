@@ -7,7 +7,7 @@ use hysteron_learn::{Activation, ByParameters, Mlp, Real};
 use serde::{Deserialize, Serialize};
 
 use super::black_box::{BlackBoxHamiltonian, BlackBoxLagrangian, FeedForward};
-use super::block::{Block, Coordinate, Features, Term};
+use super::block::{Block, Coordinate, Features, Motion, Term};
 use super::factor::packed;
 use super::friction::{Friction, PER_JOINT};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
@@ -432,23 +432,13 @@ impl<T: Real> Evaluator<T> {
     }
 
     /// Outputs of these rows of a motion.
-    pub fn evaluate(&mut self, parameters: &[T], motion: [&[f64]; 3], rows: impl Iterator<Item = usize>) {
-        self.block.gather(motion, rows);
-        self.evaluate_block(parameters);
-    }
-
-    /// The same with [`Features::all_numbers`] of the positions.
-    pub fn evaluate_known(
+    pub fn evaluate<'a>(
         &mut self,
         parameters: &[T],
-        (motion, numbers): ([&[f64]; 3], &[[f64; 2]]),
+        motion: impl Into<Motion<'a>>,
         rows: impl Iterator<Item = usize>,
     ) {
-        self.block.gather_known(motion, numbers, rows);
-        self.evaluate_block(parameters);
-    }
-
-    fn evaluate_block(&mut self, parameters: &[T]) {
+        self.block.gather(motion, rows);
         let len = self.block.n_rows * self.n_outputs;
         self.outputs.clear();
         self.outputs.resize(len, T::default());

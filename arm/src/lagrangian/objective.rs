@@ -3,6 +3,7 @@
 use hysteron_learn::{LeastSquares, Objective, Real};
 use rayon::prelude::*;
 
+use super::block::Motion;
 use super::network::{Evaluator, NetworkShape, Targets};
 use super::{Samples, Variant};
 
@@ -43,6 +44,11 @@ pub(crate) fn motion(samples: &Samples, variant: Variant) -> [&[f64]; 3] {
     } else {
         [&samples.q, &samples.dq, &samples.ddq]
     }
+}
+
+/// The same with what networks see of the positions.
+fn known_motion<'a>(samples: &'a Samples, variant: Variant, numbers: &'a [[f64; 2]]) -> Motion<'a> {
+    Motion { series: motion(samples, variant), numbers: Some(numbers) }
 }
 
 impl<'a, T: Real> TorqueObjective<'a, T> {
@@ -89,7 +95,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
 
     fn gradient(&mut self, parameters: &[T], samples: &[usize], gradient: &mut [T]) -> f64 {
         let per_row = 1.0 / samples.len() as f64;
-        let known = (motion(self.training, self.shape.variant), &self.numbers[0][..]);
+        let motion = known_motion(self.training, self.shape.variant, &self.numbers[0]);
         let targets = Targets {
             values: [&self.training.tau, &self.training.dq],
             weights: &self.weights,
@@ -103,7 +109,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
                 gradient.fill(T::default());
                 let mut loss = 0.0;
                 for rows in blocks {
-                    evaluator.evaluate_known(parameters, known, rows.iter().copied());
+                    evaluator.evaluate(parameters, motion, rows.iter().copied());
                     loss += evaluator.add_loss(parameters, &targets, rows, per_row, gradient);
                 }
                 loss
@@ -121,7 +127,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
     fn validate(&mut self, parameters: &[T]) -> f64 {
         let n = self.shape.n_joints();
         let rows: Vec<usize> = (0..self.validation.len()).collect();
-        let known = (motion(self.validation, self.shape.variant), &self.numbers[1][..]);
+        let motion = known_motion(self.validation, self.shape.variant, &self.numbers[1]);
         let targets = [&self.validation.tau, &self.validation.dq];
         let weights = &self.per_variance;
         let sums: Vec<f64> = self
@@ -131,7 +137,7 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
             .map(|((evaluator, _), blocks)| {
                 let mut sum = 0.0;
                 for rows in blocks {
-                    evaluator.evaluate_known(parameters, known, rows.iter().copied());
+                    evaluator.evaluate(parameters, motion, rows.iter().copied());
                     let outputs = evaluator.outputs.chunks_exact(weights.len());
                     for (outputs, row) in outputs.zip(rows) {
                         for (j, y) in outputs.iter().enumerate() {
@@ -155,14 +161,14 @@ impl LeastSquares for TorqueObjective<'_, f64> {
     fn jacobian(&mut self, parameters: &[f64], samples: &[usize], jacobian: &mut [f64]) {
         let rows = samples.len().div_ceil(LANES).max(1);
         let width = self.n_residuals() * parameters.len();
-        let known = (motion(self.training, self.shape.variant), &self.numbers[0][..]);
+        let motion = known_motion(self.training, self.shape.variant, &self.numbers[0]);
         let (weights, penalty) = (&self.weights, self.penalty);
         self.lanes
             .par_iter_mut()
             .zip(samples.par_chunks(rows))
             .zip(jacobian.par_chunks_mut(rows * width))
             .for_each(|(((evaluator, _), rows), jacobian)| {
-                evaluator.evaluate_known(parameters, known, rows.iter().copied());
+                evaluator.evaluate(parameters, motion, rows.iter().copied());
                 evaluator.jacobian(parameters, weights, penalty, jacobian);
             });
     }
