@@ -22,6 +22,11 @@ impl<T> Packed<T> {
     pub fn new(start: usize) -> Self {
         Self { start, forward: OnceLock::new(), back: OnceLock::new() }
     }
+
+    /// The matrix has changed.
+    pub fn forget(&mut self) {
+        *self = Self::new(self.start);
+    }
 }
 
 /// x W + b, with W (inputs × outputs).

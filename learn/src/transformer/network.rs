@@ -65,10 +65,9 @@ impl<T: Real> Transformer<T> {
     /// If there is no such head.
     pub fn with_silent_head(mut self, head: usize) -> Self {
         let own = self.layout.heads[head].clone();
-        if let Some(values) = self.parameters.last_mut() {
+        if let Some(values) = self.parameters_mut().last_mut() {
             own.into_iter().for_each(|range| values[range].fill(T::default()));
         }
-        self.packed = unpacked(&self.shape);
         self
     }
 
@@ -117,7 +116,7 @@ impl<T: Real> Model for Transformer<T> {
     }
 
     fn parameters_mut(&mut self) -> &mut [Vec<T>] {
-        self.packed = unpacked(&self.shape);
+        self.packed.iter_mut().flatten().for_each(Packed::forget);
         &mut self.parameters
     }
 
