@@ -136,6 +136,11 @@ impl<T: Real> Block<T> {
                 *both = [found, self.inputs.slopes(j, found)];
             }
             for product in &self.inputs.factors {
+                if let [(j, part)] = product[..] {
+                    self.features.push(T::of(of_joints[j][0][part]));
+                    self.slopes.push(T::of(of_joints[j][1][part]));
+                    continue;
+                }
                 let all: f64 = product.iter().map(|(j, part)| of_joints[*j][0][*part]).product();
                 self.features.push(T::of(all));
                 for (k, (j, part)) in product.iter().enumerate() {

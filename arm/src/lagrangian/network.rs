@@ -410,6 +410,25 @@ pub(crate) struct Targets<'a> {
     pub penalty: f64,
 }
 
+impl Targets<'_> {
+    /// Every error of outputs ([row][output]) with its weight.
+    fn errors<T: Real>(
+        &self,
+        n_joints: usize,
+        outputs: &[T],
+        rows: &[usize],
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let n = n_joints;
+        outputs.chunks_exact(self.weights.len()).zip(rows).flat_map(move |(outputs, row)| {
+            let kinds = outputs.chunks_exact(n).zip(self.values).zip(self.weights.chunks_exact(n));
+            kinds.flat_map(move |((outputs, values), weights)| {
+                let targets = &values[row * n..][..n];
+                outputs.iter().zip(targets).zip(weights).map(|((y, target), w)| (y.to_f64() - target, *w))
+            })
+        })
+    }
+}
+
 impl<T: Real> Evaluator<T> {
     pub fn new(shape: &NetworkShape) -> Self {
         let terms: Vec<_> =
@@ -468,17 +487,12 @@ impl<T: Real> Evaluator<T> {
         per_row: f64,
         gradient: &mut [T],
     ) -> f64 {
-        let (n, m) = (self.block.n_joints, self.n_outputs);
         let mut loss = 0.0;
         self.w.clear();
-        for (outputs, row) in self.outputs.chunks_exact(m).zip(rows) {
-            for (j, y) in outputs.iter().enumerate() {
-                let target = targets.values[j / n][row * n + j % n];
-                let error = y.to_f64() - target;
-                loss += per_row * targets.weights[j] * error * error;
-                self.w.push(T::of(2.0 * per_row * targets.weights[j] * error));
-            }
-        }
+        targets.errors(self.block.n_joints, &self.outputs, rows).for_each(|(error, weight)| {
+            loss += per_row * weight * error * error;
+            self.w.push(T::of(2.0 * per_row * weight * error));
+        });
         let is_augmented = self.terms.len() > 1 && targets.penalty > 0.0;
         for ((kind, range, term), part) in self.terms.iter_mut().zip(&self.parts) {
             let (parameters, gradient) = (&parameters[range.clone()], &mut gradient[range.clone()]);
@@ -495,6 +509,12 @@ impl<T: Real> Evaluator<T> {
             }
         }
         loss
+    }
+
+    /// Σ_j W_j e_j² of these rows, which [`Evaluator::evaluate`] has been through.
+    pub fn squared_error(&self, targets: &Targets<'_>, rows: &[usize]) -> f64 {
+        let errors = targets.errors(self.block.n_joints, &self.outputs, rows);
+        errors.map(|(error, weight)| weight * error * error).sum()
     }
 
     /// Residuals of a row: errors of outputs, and what is asked to be small of the network for what rigid bodies do not explain.

@@ -11,6 +11,8 @@ use super::{Samples, Variant};
 const ROWS: usize = 128;
 /// Parts of a batch that may run at the same time. Fixed, so that sums do not depend on the number of threads.
 const LANES: usize = 8;
+/// Parameters whose gradients a thread sums at once.
+const SUMMED: usize = 4096;
 
 /// The weighted mean squared error of a model on training samples, and its error on validation samples.
 pub struct TorqueObjective<'a, T> {
@@ -24,7 +26,10 @@ pub struct TorqueObjective<'a, T> {
     penalty: f64,
     /// Weights of validation: 1/variance of the training's torques.
     per_variance: Vec<f64>,
-    lanes: Vec<(Evaluator<T>, Vec<T>)>,
+    /// One for every thread that takes lanes: what a pass remembers of the lane before is still near the processor.
+    evaluators: Vec<Evaluator<T>>,
+    /// Of every lane.
+    gradients: Vec<Vec<T>>,
 }
 
 /// How the errors of joints are weighed.
@@ -69,12 +74,17 @@ impl<'a, T: Real> TorqueObjective<'a, T> {
             Weights::Equal => 1.0,
             Weights::InverseVariance => v / n,
         };
-        let lanes =
-            (0..LANES).map(|_| (Evaluator::new(shape), vec![T::default(); shape.n_parameters()])).collect();
+        let n_evaluators = rayon::current_num_threads().min(LANES);
+        let evaluators = (0..n_evaluators).map(|_| Evaluator::new(shape)).collect();
+        let gradients = vec![vec![T::default(); shape.n_parameters()]; LANES];
         let weights = per_variance.iter().map(of).collect();
         let features = shape.features();
         let numbers = [training, validation].map(|samples| features.all_numbers(&samples.q));
-        Self { shape, training, validation, numbers, weights, penalty, per_variance, lanes }
+        Self { shape, training, validation, numbers, weights, penalty, per_variance, evaluators, gradients }
+    }
+
+    fn lanes_of_a_thread(&self) -> usize {
+        LANES.div_ceil(self.evaluators.len())
     }
 
     /// Rows of a batch that a lane takes.
@@ -101,61 +111,65 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
             weights: &self.weights,
             penalty: self.penalty,
         };
+        let shares = Self::shares(samples);
+        let lanes = self.lanes_of_a_thread();
         let losses: Vec<f64> = self
-            .lanes
+            .evaluators
             .par_iter_mut()
-            .zip(Self::shares(samples))
-            .map(|((evaluator, gradient), blocks)| {
-                gradient.fill(T::default());
-                let mut loss = 0.0;
-                for rows in blocks {
-                    evaluator.evaluate(parameters, motion, rows.iter().copied());
-                    loss += evaluator.add_loss(parameters, &targets, rows, per_row, gradient);
-                }
-                loss
+            .zip(self.gradients.par_chunks_mut(lanes).zip(shares.par_chunks(lanes)))
+            .flat_map_iter(|(evaluator, (gradients, shares))| {
+                gradients.iter_mut().zip(shares).map(|(gradient, blocks)| {
+                    gradient.fill(T::default());
+                    let mut loss = 0.0;
+                    for rows in blocks {
+                        evaluator.evaluate(parameters, motion, rows.iter().copied());
+                        loss += evaluator.add_loss(parameters, &targets, rows, per_row, gradient);
+                    }
+                    loss
+                })
             })
             .collect();
-        gradient.fill(T::default());
-        for (_, part) in &self.lanes {
-            for (sum, g) in gradient.iter_mut().zip(part) {
-                *sum += *g;
+        let parts: Vec<&[T]> = self.gradients.iter().map(Vec::as_slice).collect();
+        gradient.par_chunks_mut(SUMMED).enumerate().for_each(|(k, gradient)| {
+            gradient.fill(T::default());
+            for part in &parts {
+                for (sum, g) in gradient.iter_mut().zip(&part[k * SUMMED..]) {
+                    *sum += *g;
+                }
             }
-        }
+        });
         losses.iter().sum()
     }
 
     fn validate(&mut self, parameters: &[T]) -> f64 {
-        let n = self.shape.n_joints();
         let rows: Vec<usize> = (0..self.validation.len()).collect();
         let motion = known_motion(self.validation, self.shape.variant, &self.numbers[1]);
-        let targets = [&self.validation.tau, &self.validation.dq];
-        let weights = &self.per_variance;
+        let targets = Targets {
+            values: [&self.validation.tau, &self.validation.dq],
+            weights: &self.per_variance,
+            penalty: 0.0,
+        };
+        let shares = Self::shares(&rows);
+        let lanes = self.lanes_of_a_thread();
         let sums: Vec<f64> = self
-            .lanes
+            .evaluators
             .par_iter_mut()
-            .zip(Self::shares(&rows))
-            .map(|((evaluator, _), blocks)| {
-                let mut sum = 0.0;
-                for rows in blocks {
+            .zip(shares.par_chunks(lanes))
+            .flat_map_iter(|(evaluator, shares)| {
+                let mut of_block = |rows: &&[usize]| {
                     evaluator.evaluate(parameters, motion, rows.iter().copied());
-                    let outputs = evaluator.outputs.chunks_exact(weights.len());
-                    for (outputs, row) in outputs.zip(rows) {
-                        for (j, y) in outputs.iter().enumerate() {
-                            let error = y.to_f64() - targets[j / n][row * n + j % n];
-                            sum += weights[j] * error * error;
-                        }
-                    }
-                }
-                sum
+                    evaluator.squared_error(&targets, rows)
+                };
+                shares.iter().map(move |blocks| blocks.iter().map(&mut of_block).sum::<f64>())
             })
             .collect();
-        (sums.iter().sum::<f64>() / (rows.len() * weights.len()) as f64).sqrt()
+        (sums.iter().sum::<f64>() / (rows.len() * self.per_variance.len()) as f64).sqrt()
     }
 }
 
 impl LeastSquares for TorqueObjective<'_, f64> {
     fn n_residuals(&self) -> usize {
-        self.lanes[0].0.n_residuals(self.penalty)
+        self.evaluators[0].n_residuals(self.penalty)
     }
 
     fn jacobian(&mut self, parameters: &[f64], samples: &[usize], jacobian: &mut [f64]) {
@@ -163,13 +177,16 @@ impl LeastSquares for TorqueObjective<'_, f64> {
         let width = self.n_residuals() * parameters.len();
         let motion = known_motion(self.training, self.shape.variant, &self.numbers[0]);
         let (weights, penalty) = (&self.weights, self.penalty);
-        self.lanes
+        let of_a_thread = rows * self.lanes_of_a_thread();
+        self.evaluators
             .par_iter_mut()
-            .zip(samples.par_chunks(rows))
-            .zip(jacobian.par_chunks_mut(rows * width))
-            .for_each(|(((evaluator, _), rows), jacobian)| {
-                evaluator.evaluate(parameters, motion, rows.iter().copied());
-                evaluator.jacobian(parameters, weights, penalty, jacobian);
+            .zip(samples.par_chunks(of_a_thread))
+            .zip(jacobian.par_chunks_mut(of_a_thread * width))
+            .for_each(|((evaluator, samples), jacobian)| {
+                for (rows, jacobian) in samples.chunks(rows).zip(jacobian.chunks_mut(rows * width)) {
+                    evaluator.evaluate(parameters, motion, rows.iter().copied());
+                    evaluator.jacobian(parameters, weights, penalty, jacobian);
+                }
             });
     }
 }

@@ -16,36 +16,35 @@
 
 use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
 
+use super::MOST_WIDTH;
 use super::block::{Block, Term};
-use super::factor::{Factor, add_outer, add_times, transposed_times};
+use super::factor::{Factor, add_times, outer_products, transposed_times};
 
 /// A potential energy V(q) [J].
 #[derive(Debug)]
 struct Potential<T> {
     tape: MlpTape<T>,
     scale: T,
-    ones: Vec<T>,
+    /// A number for every row.
+    cotangents: Vec<T>,
 }
 
 impl<T: Real> Potential<T> {
     /// Adds ∂_q V to the first numbers of every row of `out` ([row][width]).
     fn add_gradient(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         self.tape.forward(parameters, &block.features);
-        self.ones.clear();
-        self.ones.resize(block.n_rows, T::of(1.0));
-        let by_features = self.tape.reverse_inputs(parameters, &self.ones);
-        block.add_by_q(by_features, block.n_features(), self.scale, out);
+        self.cotangents.clear();
+        self.cotangents.resize(block.n_rows, self.scale);
+        let by_features = self.tape.reverse_inputs(parameters, &self.cotangents);
+        block.add_by_q(by_features, block.n_features(), T::of(1.0), out);
     }
 
-    /// Adds the derivatives of D_w V by the parameters; `along` are the features' derivatives along w.
+    /// Adds the derivatives of D_w V by the parameters, after the gradient; `along` are the features' derivatives along w.
     fn derivatives(&mut self, parameters: &[T], along: &[T], into: ByParameters<'_, T>) {
         self.tape.keep(1);
         self.tape.push_tangent(parameters, along);
-        let n_rows = self.ones.len();
-        self.ones.fill(T::default());
-        self.ones.resize(2 * n_rows, self.scale);
-        self.tape.reverse_parameters(parameters, &self.ones, into);
-        self.ones.truncate(n_rows);
+        self.cotangents.fill(T::default());
+        self.tape.reverse_parameters_repeating(parameters, &self.cotangents, into);
     }
 }
 
@@ -76,17 +75,22 @@ struct Energies<T> {
     /// ε d_i².
     diagonal: Vec<T>,
     along: Vec<T>,
-    by_l: Vec<T>,
+    /// Lᵀ v of every row, v the velocities or momenta.
+    pulled: Vec<T>,
+    /// Derivatives of ± ½ |Lᵀ v|² by L.
+    by_kinetic: Vec<T>,
+    /// Derivatives of what is learned from, by L and by its tangent along v.
+    by_l: [Vec<T>; 2],
     by_q: Vec<T>,
 }
 
 impl<T: Real> Energies<T> {
     fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
-        let [along, by_l, by_q] = std::array::from_fn(|_| Vec::new());
+        let [along, pulled, by_kinetic, by_q] = std::array::from_fn(|_| Vec::new());
         let potential = Potential {
             tape: MlpTape::new(&shapes.potential),
             scale: T::of(scales.potential),
-            ones: Vec::new(),
+            cotangents: Vec::new(),
         };
         Self {
             factor: Factor::new(&shapes.mass, &scales.factor),
@@ -94,7 +98,9 @@ impl<T: Real> Energies<T> {
             n_mass: shapes.mass.n_parameters(),
             diagonal: scales.factor.iter().map(|d| T::of(scales.epsilon * d * d)).collect(),
             along,
-            by_l,
+            pulled,
+            by_kinetic,
+            by_l: [Vec::new(), Vec::new()],
             by_q,
         }
     }
@@ -107,19 +113,23 @@ impl<T: Real> Energies<T> {
 
     /// Adds `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`, which is set to zero first.
     fn by_q(&mut self, parameters: &[T], block: &Block<T>, sign: T) {
-        let (n, m, columns) = (block.n_joints, self.factor.len(), self.factor.columns());
-        self.by_l.clear();
-        self.by_l.resize(block.n_rows * m, T::default());
-        let mut c = [T::default(); super::MOST_COLUMNS];
-        for (row, by_l) in self.by_l.chunks_exact_mut(m).enumerate() {
+        let (n, len, width) = (block.n_joints, self.factor.len(), self.factor.width());
+        self.pulled.resize(block.n_rows * width, T::default());
+        self.by_kinetic.resize(block.n_rows * len, T::default());
+        let mut signed = [T::default(); MOST_WIDTH];
+        let rows = self.pulled.chunks_exact_mut(width).zip(self.by_kinetic.chunks_exact_mut(len));
+        for (row, (pulled, by_l)) in rows.enumerate() {
             let v = &block.v[row * n..(row + 1) * n];
-            transposed_times(self.factor.row(0, row), v, &mut c[..columns]);
-            add_outer(by_l, sign, v, &c[..columns]);
+            transposed_times(self.factor.row(0, row), v, pulled);
+            for (signed, c) in signed.iter_mut().zip(&*pulled) {
+                *signed = sign * *c;
+            }
+            outer_products(by_l, [(v, &signed[..width])]);
         }
         self.by_q.clear();
         self.by_q.resize(block.n_rows * n, T::default());
         let (mass, potential) = parameters.split_at(self.n_mass);
-        let by_features = self.factor.reverse_features(mass, &self.by_l);
+        let by_features = self.factor.reverse_features(mass, &self.by_kinetic);
         block.add_by_q(by_features, block.n_features(), T::of(1.0), &mut self.by_q);
         self.potential.add_gradient(potential, block, &mut self.by_q);
     }
@@ -127,103 +137,94 @@ impl<T: Real> Energies<T> {
 
 /// τ of a structured Lagrangian.
 #[derive(Debug)]
-pub(crate) struct StructuredLagrangian<T>(Energies<T>);
+pub(crate) struct StructuredLagrangian<T> {
+    energies: Energies<T>,
+    /// Lᵀq̈ + L̇ᵀq̇ of every row.
+    accelerated: Vec<T>,
+}
 
 impl<T: Real> StructuredLagrangian<T> {
     pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
-        Self(Energies::new(shapes, scales))
+        Self { energies: Energies::new(shapes, scales), accelerated: Vec::new() }
     }
 
     /// Writes p = H q̇ and ½ ∂_q(q̇ᵀ H q̇) − ∂_q V of every row, [row][joint].
     pub fn momentum(&mut self, parameters: &[T], block: &Block<T>, momentum: &mut [T], rate: &mut [T]) {
-        let e = &mut self.0;
-        let (n, columns) = (block.n_joints, e.factor.columns());
+        let e = &mut self.energies;
+        let (n, width) = (block.n_joints, e.factor.width());
         e.factor.forward(&parameters[..e.n_mass], &block.features);
         e.by_q(parameters, block, T::of(-1.0));
-        let mut c = [T::default(); super::MOST_COLUMNS];
         for (row, momentum) in momentum.chunks_exact_mut(n).enumerate() {
-            let part = row * n..(row + 1) * n;
-            let l = e.factor.row(0, row);
-            transposed_times(l, &block.v[part.clone()], &mut c[..columns]);
+            let begin = row * n;
             for j in 0..n {
-                momentum[j] = e.diagonal[j] * block.v[part.start + j];
-                rate[part.start + j] = -e.by_q[part.start + j];
+                momentum[j] = e.diagonal[j] * block.v[begin + j];
+                rate[begin + j] = -e.by_q[begin + j];
             }
-            add_times(l, &c[..columns], momentum);
+            add_times(e.factor.row(0, row), &e.pulled[row * width..][..width], momentum);
         }
     }
 }
 
 impl<T: Real> Term<T> for StructuredLagrangian<T> {
     fn prepare(&mut self, parameters: &[T]) {
-        self.0.prepare(parameters);
+        self.energies.prepare(parameters);
     }
 
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
-        let e = &mut self.0;
-        let (n, columns) = (block.n_joints, e.factor.columns());
+        let e = &mut self.energies;
+        let (n, width) = (block.n_joints, e.factor.width());
         block.features_along(&block.v, &mut e.along);
         e.factor.forward_along(&parameters[..e.n_mass], &block.features, &e.along);
         e.by_q(parameters, block, T::of(-1.0));
-        let [mut sum, mut c, mut rate] = [[T::default(); super::MOST_COLUMNS]; 3];
-        for (row, tau) in out.chunks_exact_mut(n).enumerate() {
+        self.accelerated.resize(block.n_rows * width, T::default());
+        let mut rate = [T::default(); MOST_WIDTH];
+        let rows = out.chunks_exact_mut(n).zip(self.accelerated.chunks_exact_mut(width));
+        for (row, (tau, accelerated)) in rows.enumerate() {
             let part = row * n..(row + 1) * n;
             let (v, a) = (&block.v[part.clone()], &block.a[part.clone()]);
             let (l, l_rate) = (e.factor.row(0, row), e.factor.row(1, row));
-            transposed_times(l, a, &mut sum[..columns]);
-            transposed_times(l, v, &mut c[..columns]);
-            transposed_times(l_rate, v, &mut rate[..columns]);
-            for k in 0..columns {
-                sum[k] += rate[k];
+            transposed_times(l, a, accelerated);
+            transposed_times(l_rate, v, &mut rate[..width]);
+            for (sum, rate) in accelerated.iter_mut().zip(&rate) {
+                *sum += *rate;
             }
             for j in 0..n {
                 tau[j] = e.by_q[part.start + j] + e.diagonal[j] * a[j];
             }
-            add_times(l, &sum[..columns], tau);
-            add_times(l_rate, &c[..columns], tau);
+            add_times(l, accelerated, tau);
+            add_times(l_rate, &e.pulled[row * width..][..width], tau);
         }
     }
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
-        let e = &mut self.0;
-        let (n, m, columns) = (block.n_joints, e.factor.len(), e.factor.columns());
+        let e = &mut self.energies;
+        let (n, len, width) = (block.n_joints, e.factor.len(), e.factor.width());
         let (mass, potential) = parameters.split_at(e.n_mass);
         block.features_along(w, &mut e.along);
         e.factor.keep(2);
         e.factor.push(mass, &e.along);
-        let len = block.n_rows * m;
-        e.by_l.clear();
-        e.by_l.resize(3 * len, T::default());
-        let (value, tangents) = e.by_l.split_at_mut(len);
-        let (along_v, along_w) = tangents.split_at_mut(len);
-        let one = T::of(1.0);
-        let [mut lw, mut la, mut lv, mut rate_w, mut rate_v, mut w_v] =
-            [[T::default(); super::MOST_COLUMNS]; 6];
-        for row in 0..block.n_rows {
-            let part = row * n..(row + 1) * n;
-            let (v, a, w) = (&block.v[part.clone()], &block.a[part.clone()], &w[part]);
-            let [l, l_rate, l_w] = [0, 1, 2].map(|s| e.factor.row(s, row));
-            transposed_times(l, w, &mut lw[..columns]);
-            transposed_times(l, a, &mut la[..columns]);
-            transposed_times(l, v, &mut lv[..columns]);
-            transposed_times(l_rate, w, &mut rate_w[..columns]);
-            transposed_times(l_rate, v, &mut rate_v[..columns]);
-            transposed_times(l_w, v, &mut w_v[..columns]);
-            let packed_row = row * m..(row + 1) * m;
-            let by_l = &mut value[packed_row.clone()];
-            for k in 0..columns {
-                la[k] += rate_v[k];
-                rate_w[k] -= w_v[k];
-            }
-            add_outer(by_l, one, w, &la[..columns]);
-            add_outer(by_l, one, a, &lw[..columns]);
-            add_outer(by_l, one, v, &rate_w[..columns]);
-            let by_rate = &mut along_v[packed_row.clone()];
-            add_outer(by_rate, one, w, &lv[..columns]);
-            add_outer(by_rate, one, v, &lw[..columns]);
-            add_outer(&mut along_w[packed_row], -one, v, &lv[..columns]);
+        for by_l in &mut e.by_l {
+            by_l.resize(block.n_rows * len, T::default());
         }
-        e.factor.reverse_parameters(mass, &e.by_l, into.from(0));
+        let [by_values, by_rates] = &mut e.by_l;
+        let [mut lw, mut rate_w, mut w_v] = [[T::default(); MOST_WIDTH]; 3];
+        let [lw, rate_w, w_v] = [&mut lw[..width], &mut rate_w[..width], &mut w_v[..width]];
+        let rows = by_values.chunks_exact_mut(len).zip(by_rates.chunks_exact_mut(len));
+        for (row, (by_values, by_rates)) in rows.enumerate() {
+            let [v, a, w] = [&block.v, &block.a, w].map(|values| &values[row * n..(row + 1) * n]);
+            let [lv, accelerated] = [&e.pulled, &self.accelerated].map(|c| &c[row * width..][..width]);
+            let [l, l_rate, l_w] = [0, 1, 2].map(|s| e.factor.row(s, row));
+            transposed_times(l, w, lw);
+            transposed_times(l_rate, w, rate_w);
+            transposed_times(l_w, v, w_v);
+            for (sum, w_v) in rate_w.iter_mut().zip(&*w_v) {
+                *sum -= *w_v;
+            }
+            outer_products(by_values, [(w, accelerated), (a, lw), (v, rate_w)]);
+            outer_products(by_rates, [(w, lv), (v, lw)]);
+        }
+        // −v (Lᵀv)ᵀ, the derivative by L_w, is that of −½ |Lᵀv|² by L.
+        e.factor.reverse_parameters(mass, [by_values, by_rates], &e.by_kinetic, into.from(0));
         e.potential.derivatives(potential, &e.along, into.from(e.n_mass));
     }
 }
@@ -246,54 +247,46 @@ impl<T: Real> Term<T> for StructuredHamiltonian<T> {
 
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let e = &mut self.0;
-        let (n, columns) = (block.n_joints, e.factor.columns());
+        let (n, width) = (block.n_joints, e.factor.width());
         e.factor.forward(&parameters[..e.n_mass], &block.features);
         e.by_q(parameters, block, T::of(1.0));
-        let mut c = [T::default(); super::MOST_COLUMNS];
         for (row, out) in out.chunks_exact_mut(2 * n).enumerate() {
             let part = row * n..(row + 1) * n;
             let p = &block.v[part.clone()];
-            let l = e.factor.row(0, row);
-            transposed_times(l, p, &mut c[..columns]);
             let (tau, speed) = out.split_at_mut(n);
             for j in 0..n {
                 tau[j] = block.a[part.start + j] + e.by_q[part.start + j];
                 speed[j] = e.diagonal[j] * p[j];
             }
-            add_times(l, &c[..columns], speed);
+            add_times(e.factor.row(0, row), &e.pulled[row * width..][..width], speed);
         }
     }
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
         let e = &mut self.0;
-        let (n, m, columns) = (block.n_joints, e.factor.len(), e.factor.columns());
+        let (n, len, width) = (block.n_joints, e.factor.len(), e.factor.width());
         let (mass, potential) = parameters.split_at(e.n_mass);
         let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
         block.features_along(&torques, &mut e.along);
         e.factor.keep(1);
         e.factor.push(mass, &e.along);
-        let len = block.n_rows * m;
-        e.by_l.clear();
-        e.by_l.resize(2 * len, T::default());
-        let (value, along_w) = e.by_l.split_at_mut(len);
-        let one = T::of(1.0);
-        let [mut c, mut c_w, mut c_u] = [[T::default(); super::MOST_COLUMNS]; 3];
-        for row in 0..block.n_rows {
+        let by_l = &mut e.by_l[0];
+        by_l.resize(block.n_rows * len, T::default());
+        let [mut c_w, mut c_u] = [[T::default(); MOST_WIDTH]; 2];
+        let [c_w, c_u] = [&mut c_w[..width], &mut c_u[..width]];
+        for (row, by_l) in by_l.chunks_exact_mut(len).enumerate() {
             let p = &block.v[row * n..(row + 1) * n];
             let u = &w[row * 2 * n + n..(row + 1) * 2 * n];
             let (l, l_w) = (e.factor.row(0, row), e.factor.row(1, row));
-            transposed_times(l, p, &mut c[..columns]);
-            transposed_times(l_w, p, &mut c_w[..columns]);
-            transposed_times(l, u, &mut c_u[..columns]);
-            for k in 0..columns {
-                c_w[k] += c_u[k];
+            transposed_times(l_w, p, c_w);
+            transposed_times(l, u, c_u);
+            for (sum, c_u) in c_w.iter_mut().zip(&*c_u) {
+                *sum += *c_u;
             }
-            let by_l = &mut value[row * m..(row + 1) * m];
-            add_outer(by_l, one, p, &c_w[..columns]);
-            add_outer(by_l, one, u, &c[..columns]);
-            add_outer(&mut along_w[row * m..(row + 1) * m], one, p, &c[..columns]);
+            outer_products(by_l, [(p, c_w), (u, &e.pulled[row * width..][..width])]);
         }
-        e.factor.reverse_parameters(mass, &e.by_l, into.from(0));
+        // p (Lᵀp)ᵀ, the derivative by L_w, is that of ½ |Lᵀp|² by L.
+        e.factor.reverse_parameters(mass, [by_l], &e.by_kinetic, into.from(0));
         e.potential.derivatives(potential, &e.along, into.from(e.n_mass));
     }
 }

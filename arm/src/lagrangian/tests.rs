@@ -295,3 +295,26 @@ fn the_jacobian_of_the_residuals_gives_the_gradient_of_their_squares() {
         }
     }
 }
+
+#[test]
+fn a_training_is_the_same_on_any_number_of_threads() {
+    let shape = NetworkShape { squares: 1, ..shape(Variant::StructuredLagrangian) };
+    let (p, samples) = (parameters(&shape), samples(45));
+    let rows: Vec<usize> = (0..45).collect();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut objective =
+                TorqueObjective::<f64>::new(&shape, [&samples, &samples], Weights::Equal, 0.0);
+            let mut gradient = vec![0.0; p.len()];
+            let loss = objective.gradient(&p, &rows, &mut gradient);
+            let mut jacobian = vec![0.0; rows.len() * objective.n_residuals() * p.len()];
+            objective.jacobian(&p, &rows, &mut jacobian);
+            (loss, objective.validate(&p), gradient, jacobian)
+        })
+    };
+    let alone = on(1);
+    for threads in [2, 3, 8, 20] {
+        assert_eq!(on(threads), alone, "{threads} threads");
+    }
+}

@@ -18,6 +18,11 @@ pub enum Activation {
 }
 
 impl Activation {
+    /// Whether the second derivative is more than zero anywhere.
+    pub(crate) fn is_curved(self) -> bool {
+        self != Self::Relu
+    }
+
     /// Value, first and second derivative.
     #[inline(always)]
     pub fn at<T: Real>(self, x: T) -> [T; 3] {
@@ -55,7 +60,7 @@ impl Activation {
     }
 
     /// y, f'(x) and f''(x) for every x.
-    pub(crate) fn apply<T: Real>(self, x: &[T], y: &mut [T], d: &mut [T], dd: &mut [T]) {
+    pub fn apply<T: Real>(self, x: &[T], y: &mut [T], d: &mut [T], dd: &mut [T]) {
         let inputs = Inputs { x, y, d, dd };
         match self {
             Self::Relu => Isa::detect().run(ReluArrays(inputs)),

@@ -42,9 +42,8 @@ impl<T: Real> ByParameters<'_, T> {
         }
     }
 
-    /// Adds those of one layer: `cotangents` of its sums, `inputs` of it, both [stream][row][unit]; biases see the first stream alone.
-    pub(super) fn add_layer(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T], inputs: &[T]) {
-        self.add_weights(shape, n_rows, cotangents, inputs);
+    /// Adds those of the biases of a layer: `cotangents` of its sums, of which those of the values come first, [stream][row][unit].
+    pub(super) fn add_biases(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T]) {
         let biases = shape.start + shape.outputs * shape.inputs;
         for (row, cotangents) in cotangents.chunks_exact(shape.outputs).take(n_rows).enumerate() {
             for (o, d) in cotangents.iter().enumerate() {
@@ -53,7 +52,7 @@ impl<T: Real> ByParameters<'_, T> {
         }
     }
 
-    /// Adds those of a matrix of weights alone.
+    /// Adds those of the weights of a layer: `cotangents` of its sums, `inputs` of it, both [stream][row][unit].
     pub(super) fn add_weights(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T], inputs: &[T]) {
         match self {
             Self::Sum(values) => multiply_add(

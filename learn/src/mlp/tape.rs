@@ -10,6 +10,9 @@
 //! ```
 //!
 //! Derivatives of a torque that is itself a derivative of an energy need no Jacobians so: see the crate `arm`.
+//!
+//! A number's derivative along a direction has the number's own cotangents ȳ = f' ... on every layer of that tangent: where those
+//! have just been found by the number's gradient, they are not computed again.
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
@@ -32,6 +35,8 @@ pub struct MlpTape<T> {
     transposed: Vec<Vec<T>>,
     /// Cotangents of the layer at hand, and of the one before it: [stream][row][unit].
     cotangents: [Vec<T>; 2],
+    /// Cotangents of the outputs in the last `reverse_inputs` of values alone, [row][output]; empty where there was none.
+    seeds: Vec<T>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +57,8 @@ struct Layer<T> {
     /// f' and f'' at the values of `sum`; empty in the last layer.
     d: Vec<T>,
     dd: Vec<T>,
+    /// Cotangents of what enters, in the last `reverse_inputs` of values alone: [row][unit].
+    by_input: Vec<T>,
 }
 
 /// The first `len` numbers of scratch that only grows: what is written next need not be cleared.
@@ -71,10 +78,11 @@ impl<T: Real> MlpTape<T> {
     /// Scratch for networks of this shape.
     pub fn new(mlp: &Mlp) -> Self {
         let shapes = mlp.layers();
-        let layers = shapes
-            .iter()
-            .map(|_| Layer { input: Vec::new(), sum: Vec::new(), d: Vec::new(), dd: Vec::new() })
-            .collect();
+        let layer = |_| {
+            let [input, sum, d, dd, by_input] = std::array::from_fn(|_| Vec::new());
+            Layer { input, sum, d, dd, by_input }
+        };
+        let layers = shapes.iter().map(layer).collect();
         Self {
             mlp: mlp.clone(),
             shapes,
@@ -83,6 +91,7 @@ impl<T: Real> MlpTape<T> {
             layers,
             transposed: Vec::new(),
             cotangents: [Vec::new(), Vec::new()],
+            seeds: Vec::new(),
         }
     }
 
@@ -140,6 +149,7 @@ impl<T: Real> MlpTape<T> {
     fn begin(&mut self, inputs: &[T]) {
         self.n_rows = inputs.len() / self.mlp.inputs;
         self.streams.clear();
+        self.seeds.clear();
         self.enter(0, inputs);
     }
 
@@ -213,7 +223,7 @@ impl<T: Real> MlpTape<T> {
     /// The derivatives of some number by the inputs of stream 0 ([row][input]), from those by the outputs of the first
     /// streams, `cotangents` ([stream][row][output]); the other streams do not count.
     pub fn reverse_inputs(&mut self, parameters: &[T], cotangents: &[T]) -> &[T] {
-        self.reverse(parameters, cotangents, None);
+        self.reverse(parameters, cotangents, false, None);
         if self.mlp.skip {
             let (inputs, outputs) = (self.mlp.inputs, self.mlp.outputs);
             let matrix = self.past(parameters);
@@ -231,7 +241,19 @@ impl<T: Real> MlpTape<T> {
     /// Adds the derivatives of some number by the parameters, from those by the outputs of the first streams,
     /// `cotangents` ([stream][row][output]); the other streams do not count.
     pub fn reverse_parameters(&mut self, parameters: &[T], cotangents: &[T], into: ByParameters<'_, T>) {
-        self.reverse(parameters, cotangents, Some(into));
+        self.reverse(parameters, cotangents, false, Some(into));
+    }
+
+    /// The same with one more stream, whose cotangents are those of the values in the last [`Self::reverse_inputs`] of this pass, which
+    /// was of values alone: they are known on every layer.
+    pub fn reverse_parameters_repeating(
+        &mut self,
+        parameters: &[T],
+        cotangents: &[T],
+        into: ByParameters<'_, T>,
+    ) {
+        assert_eq!(self.seeds.len(), self.n_rows * self.mlp.outputs, "no gradient of values to repeat");
+        self.reverse(parameters, cotangents, true, Some(into));
     }
 
     /// Forgets all streams but the first `n`.
@@ -239,53 +261,79 @@ impl<T: Real> MlpTape<T> {
         self.streams.truncate(n);
     }
 
-    fn reverse(&mut self, parameters: &[T], cotangents: &[T], mut into: Option<ByParameters<'_, T>>) {
-        let len_out = self.n_rows * self.mlp.outputs;
-        let n_streams = cotangents.len() / len_out;
+    fn reverse(
+        &mut self,
+        parameters: &[T],
+        cotangents: &[T],
+        repeats: bool,
+        mut into: Option<ByParameters<'_, T>>,
+    ) {
+        let (n_rows, len_out) = (self.n_rows, self.n_rows * self.mlp.outputs);
+        let n_given = cotangents.len() / len_out;
+        let n_streams = n_given + usize::from(repeats);
         assert!(
-            n_streams * len_out == cotangents.len() && n_streams <= self.streams.len(),
+            n_given * len_out == cotangents.len() && n_streams <= self.streams.len(),
             "cotangents of streams"
         );
+        assert!(!repeats || self.streams[n_given] == Stream::Tangent, "a tangent repeats");
+        let remembers = into.is_none() && n_streams == 1;
+        if remembers {
+            self.seeds.clear();
+            self.seeds.extend_from_slice(cotangents);
+        }
+        let activation = self.mlp.activation;
+        // Without f'' nothing comes from the tangents to values that have no cotangents of their own.
+        let are_idle = into.is_some()
+            && !activation.is_curved()
+            && cotangents[..len_out].iter().all(|c| *c == T::default());
+        let first = usize::from(are_idle);
         let [here, before] = &mut self.cotangents;
-        room(here, cotangents.len()).copy_from_slice(cotangents);
+        let outputs = room(here, n_streams * len_out);
+        outputs[..cotangents.len()].copy_from_slice(cotangents);
+        outputs[cotangents.len()..].copy_from_slice(if repeats { &self.seeds } else { &[] });
         if let (true, Some(into)) = (self.mlp.skip, &mut into) {
-            let n_inputs = n_streams * self.n_rows * self.mlp.inputs;
+            let n_inputs = n_streams * n_rows * self.mlp.inputs;
             let shape = LayerShape {
                 inputs: self.mlp.inputs,
                 outputs: self.mlp.outputs,
                 start: self.mlp.skip_start(),
             };
-            into.add_weights(&shape, self.n_rows, cotangents, &self.layers[0].input[..n_inputs]);
+            into.add_weights(&shape, n_rows, outputs, &self.layers[0].input[..n_inputs]);
         }
         for l in (0..self.layers.len()).rev() {
             let shape = &self.shapes[l];
-            let len_in = n_streams * self.n_rows * shape.inputs;
-            let above = &here[..n_streams * self.n_rows * shape.outputs];
+            let [len_above, len_below] = [shape.outputs, shape.inputs].map(|units| n_rows * units);
+            let above = &here[first * len_above..n_streams * len_above];
             if let Some(into) = &mut into {
-                into.add_layer(shape, self.n_rows, above, &self.layers[l].input[..len_in]);
+                let input = &self.layers[l].input[first * len_below..n_streams * len_below];
+                into.add_weights(shape, n_rows, above, input);
+                if !are_idle {
+                    into.add_biases(shape, n_rows, above);
+                }
                 if l == 0 {
                     return;
                 }
             }
-            let below = room(before, len_in);
+            let below = &mut room(before, n_streams * len_below)[first * len_below..];
+            let by_input = &mut self.layers[l].by_input;
+            let computed = match l {
+                0 => &mut *below,
+                _ if remembers => room(by_input, len_below),
+                _ => &mut below[..(n_given - first) * len_below],
+            };
+            let above = &above[..(n_given - first) * len_above];
             let weights = shape.split(parameters).0;
-            if n_streams * self.n_rows <= FEW {
-                times(below, above, weights, shape.inputs, false);
-            } else {
-                multiply(below, rows(above, shape.outputs), rows(weights, shape.inputs));
+            if n_given * n_rows <= FEW {
+                times(computed, above, weights, shape.inputs, false);
+            } else if !computed.is_empty() {
+                multiply(computed, rows(above, shape.outputs), rows(weights, shape.inputs));
             }
             if l > 0 {
-                let (layers, after) = self.layers.split_at_mut(l);
+                let (layers, after) = self.layers.split_at(l);
+                let last = if remembers || repeats { Some(&after[0].by_input[..len_below]) } else { None };
                 let streams = &self.streams[..n_streams];
-                let y = &after[0].input;
-                let activation = self.mlp.activation;
-                Isa::detect().run(Through {
-                    layer: &layers[l - 1],
-                    activation,
-                    streams,
-                    y,
-                    cotangents: below,
-                });
+                let (layer, y) = (&layers[l - 1], &after[0].input);
+                Isa::detect().run(Through { layer, activation, streams, y, last, cotangents: below });
             }
             std::mem::swap(here, before);
         }
@@ -342,13 +390,15 @@ impl<T: Real> WithSimd for Along<'_, T> {
     }
 }
 
-/// The reverse pass through an activation, in place.
+/// The reverse pass through an activation; through one without f'' of any streams.
 struct Through<'a, T> {
     layer: &'a Layer<T>,
     activation: Activation,
     streams: &'a [Stream],
     /// Values after the activation come first in it.
     y: &'a [T],
+    /// What enters for the last stream; what enters for the others stands where their results go.
+    last: Option<&'a [T]>,
     cotangents: &'a mut [T],
 }
 
@@ -360,36 +410,53 @@ impl<T: Real> WithSimd for Through<'_, T> {
         let n = self.layer.d.len();
         let (d, dd, y) = (&self.layer.d[..n], &self.layer.dd[..n], &self.y[..n]);
         let sum = |s: usize| part(&self.layer.sum, s, n);
-        let (value, others) = self.cotangents.split_at_mut(n);
-        for i in 0..n {
-            value[i] *= d[i];
-        }
-        for (s, stream) in self.streams.iter().enumerate().skip(1) {
-            let (g, x) = (part(others, s - 1, n), sum(s));
+        let n_in_place = self.cotangents.len() / n - usize::from(self.last.is_some());
+        let (in_place, of_last) = self.cotangents.split_at_mut(n_in_place * n);
+        if self.activation.is_curved() && !in_place.is_empty() {
+            let (value, others) = in_place.split_at_mut(n);
             for i in 0..n {
-                value[i] += dd[i] * x[i] * g[i];
+                value[i] *= d[i];
             }
-            if let Stream::Mixed(a, b) = *stream {
-                let (a, b) = (sum(a), sum(b));
+            for (s, stream) in self.streams.iter().enumerate().skip(1) {
+                let g = if s == n_in_place { self.last.unwrap_or_default() } else { part(others, s - 1, n) };
+                let (g, x) = (&g[..n], sum(s));
                 for i in 0..n {
-                    value[i] += self.activation.third([y[i], d[i], dd[i]]) * a[i] * b[i] * g[i];
+                    value[i] += dd[i] * x[i] * g[i];
                 }
-            }
-        }
-        for s in 1..self.streams.len() {
-            let (tangents, rest) = others.split_at_mut((s - 1) * n);
-            let own = &mut rest[..n];
-            if let Stream::Mixed(a, b) = self.streams[s] {
-                let mixed = &own[..n];
-                for (along, other) in [(a, sum(b)), (b, sum(a))] {
-                    let along = &mut tangents[(along - 1) * n..][..n];
+                if let Stream::Mixed(a, b) = *stream {
+                    let (a, b) = (sum(a), sum(b));
                     for i in 0..n {
-                        along[i] += dd[i] * other[i] * mixed[i];
+                        value[i] += self.activation.third([y[i], d[i], dd[i]]) * a[i] * b[i] * g[i];
                     }
                 }
             }
+            for s in 1..n_in_place {
+                let (tangents, rest) = others.split_at_mut((s - 1) * n);
+                let own = &mut rest[..n];
+                if let Stream::Mixed(a, b) = self.streams[s] {
+                    let mixed = &own[..n];
+                    for (along, other) in [(a, sum(b)), (b, sum(a))] {
+                        let along = &mut tangents[(along - 1) * n..][..n];
+                        for i in 0..n {
+                            along[i] += dd[i] * other[i] * mixed[i];
+                        }
+                    }
+                }
+                for i in 0..n {
+                    own[i] *= d[i];
+                }
+            }
+        } else {
+            for own in in_place.chunks_exact_mut(n) {
+                for i in 0..n {
+                    own[i] *= d[i];
+                }
+            }
+        }
+        if let Some(last) = self.last {
+            let (own, last) = (&mut of_last[..n], &last[..n]);
             for i in 0..n {
-                own[i] *= d[i];
+                own[i] = d[i] * last[i];
             }
         }
     }

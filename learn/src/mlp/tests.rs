@@ -161,6 +161,88 @@ fn what_a_larger_pass_left_on_a_tape_changes_nothing() {
     }
 }
 
+/// The derivatives by parameters of w · values + w_a · tangents + D_b (c · values), the last by repeating the way back of c · values,
+/// where `repeats`, or else by going it again.
+fn with_a_gradient_along(
+    mlp: &Mlp,
+    p: &[f64],
+    (n_rows, given): (usize, &[f64]),
+    (row_by_row, repeats): (bool, bool),
+) -> Vec<f64> {
+    let [x, a, b] = [0.2, 0.6, 0.4].map(|seed| numbers(n_rows * mlp.inputs, seed));
+    let c = numbers(n_rows * mlp.outputs, 0.9);
+    let mut tape = MlpTape::new(mlp);
+    tape.forward_along(p, &x, &a);
+    tape.reverse_inputs(p, &c);
+    // Where only values are given, the direction that stands behind them is the one of the gradient.
+    if given.len() == c.len() {
+        tape.keep(1);
+    }
+    tape.push_tangent(p, &b);
+    let width = p.len();
+    let mut found = vec![0.0; if row_by_row { n_rows * width } else { width }];
+    let into = if row_by_row {
+        ByParameters::Rows { values: &mut found, width, start: 0 }
+    } else {
+        ByParameters::Sum(&mut found)
+    };
+    if repeats {
+        tape.reverse_parameters_repeating(p, given, into);
+    } else {
+        tape.reverse_parameters(p, &[given, &c].concat(), into);
+    }
+    found
+}
+
+#[test]
+fn a_gradient_whose_way_back_is_known_has_the_same_derivatives() {
+    // Sums of some tens of products of order 1 in another order.
+    let tol = 1e-13;
+    for activation in [Activation::Relu, Activation::Tanh, Activation::Softplus] {
+        for (n_rows, skip) in [(2, false), (2, true), (9, false), (9, true)] {
+            let (mut mlp, _) = network(activation);
+            mlp.skip = skip;
+            let p = numbers(mlp.n_parameters(), 0.2);
+            let len = n_rows * mlp.outputs;
+            for given in [numbers(2 * len, 0.8), numbers(len, 0.8), vec![0.0; len], vec![0.0; 2 * len]] {
+                for row_by_row in [false, true] {
+                    let find =
+                        |repeats| with_a_gradient_along(&mlp, &p, (n_rows, &given), (row_by_row, repeats));
+                    let what = format!("{activation:?}, {n_rows} rows, {} given", given.len());
+                    assert_near(&find(true), &find(false), tol, &what);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn values_without_cotangents_are_left_out_and_change_nothing() {
+    // Derivatives are linear in the cotangents: those without any are the mean of those with some and with their negatives.
+    for activation in [Activation::Relu, Activation::Softplus] {
+        let (mlp, p) = network(activation);
+        let given = numbers(9 * mlp.outputs, 0.8);
+        let find = |factor: f64| {
+            let given: Vec<f64> = given.iter().map(|g| factor * g).collect();
+            with_a_gradient_along(&mlp, &p, (9, &given), (false, true))
+        };
+        let mean: Vec<f64> = find(1.0).iter().zip(find(-1.0)).map(|(a, b)| 0.5 * (a + b)).collect();
+        assert!(mean.iter().any(|g| g.abs() > 0.1));
+        assert_near(&find(0.0), &mean, 1e-13, &format!("{activation:?}"));
+    }
+}
+
+#[test]
+#[should_panic(expected = "no gradient of values to repeat")]
+fn what_a_pass_before_left_is_not_repeated() {
+    let (mlp, p) = network(Activation::Tanh);
+    let mut tape = MlpTape::new(&mlp);
+    tape.forward(&p, &numbers(6, 0.2));
+    tape.reverse_inputs(&p, &numbers(4, 0.9));
+    tape.forward_along(&p, &numbers(6, 0.3), &numbers(6, 0.6));
+    tape.reverse_parameters_repeating(&p, &numbers(4, 0.8), ByParameters::Sum(&mut vec![0.0; p.len()]));
+}
+
 /// The same streams as a graph of candle, whose derivatives it finds itself.
 fn candle_gradient(mlp: &Mlp, p: &[f64], x: &[f64], a: &[f64], w: &[f64]) -> Vec<f64> {
     let n_rows = x.len() / mlp.inputs;
