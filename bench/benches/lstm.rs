@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hysteron_bench::learn::{Stepped, Training, runner, transformer};
+use hysteron_bench::learn::{Stepped, Training, TransformerPasses, runner, transformer};
 use hysteron_learn::{Form, Outputs, WeightFormat};
 
 fn training(criterion: &mut Criterion) {
@@ -42,6 +42,20 @@ fn transformers(criterion: &mut Criterion) {
         let mut runner = transformer(form, format).unwrap();
         criterion.bench_function(name, |bencher| bencher.iter(|| runner.step(&[0.1; 36])[0]));
         println!("    output {:.6}", runner.step(&[0.1; 36])[0]);
+    }
+    for (name, form) in [("published", Form::Window), ("streaming", Form::Streaming)] {
+        let mut one = TransformerPasses::new(form, 1).unwrap();
+        let window = format!("transformer/window/{name}");
+        criterion.bench_function(&format!("{window}/fused"), |bencher| bencher.iter(|| one.fused()[0]));
+        criterion
+            .bench_function(&format!("{window}/candle"), |bencher| bencher.iter(|| one.by_candle().unwrap()));
+        let mut many = TransformerPasses::new(form, 64).unwrap();
+        println!("    derivatives apart by {:.1e}", many.apart().unwrap());
+        let mut group = criterion.benchmark_group(format!("transformer/64 windows and back/{name}"));
+        group.sample_size(10);
+        group.bench_function("fused", |bencher| bencher.iter(|| many.fused_and_back()[0][0]));
+        group.bench_function("candle", |bencher| bencher.iter(|| many.by_candle_and_back().unwrap()));
+        group.finish();
     }
 }
 

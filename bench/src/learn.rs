@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 use hysteron_learn::{
     Adam, Architecture, Batch, Form, Head, Memory, Network, Outputs, Runner, Trainer, Transformer,
-    TransformerRunner, TransformerShape, WeightFormat,
+    TransformerGraph, TransformerRunner, TransformerShape, TransformerTape, WeightFormat,
 };
 
 use crate::measure::{shortest, shortest_of_both};
@@ -109,13 +109,17 @@ pub fn runner(stepped: Stepped) -> Result<Runner> {
     Ok(Runner::new(&Network::new(&architecture, 1)?))
 }
 
-/// NeuralActuator's published sizes, with nothing remembered: 36 inputs, and heads for torques, force, contact and condition.
+/// NeuralActuator's published sizes: 36 inputs, and heads for torques, force, contact and condition.
+fn published(form: Form) -> Result<Transformer<f32>> {
+    Ok(Transformer::new(&TransformerShape::published(36, &[5, 3, 1, 5], form), 1)?)
+}
+
+/// The same with nothing remembered.
 ///
 /// # Errors
 /// None: the sizes are legal.
 pub fn transformer(form: Form, format: WeightFormat) -> Result<TransformerRunner> {
-    let shape = TransformerShape::published(36, &[5, 3, 1, 5], form);
-    Ok(TransformerRunner::new(&Transformer::new(&shape, 1)?, format))
+    Ok(TransformerRunner::new(&published(form)?, format))
 }
 
 /// Time of one sample of a Transformer on one core [ms].
@@ -127,6 +131,131 @@ fn transformer_ms(form: Form, format: WeightFormat) -> Result<f64> {
         });
     };
     Ok(1e3 * shortest(100, hundred) / 100.0)
+}
+
+/// A pass of NeuralActuator's Transformer over windows side by side and back, fused and by candle's operations.
+pub struct TransformerPasses {
+    network: Transformer<f32>,
+    tape: TransformerTape<f32>,
+    graph: TransformerGraph,
+    gradient: Vec<Vec<f32>>,
+    inputs: Vec<f32>,
+    weights: Vec<f32>,
+}
+
+impl TransformerPasses {
+    /// Of `rows` windows.
+    ///
+    /// # Errors
+    /// None: the sizes are legal.
+    pub fn new(form: Form, rows: usize) -> Result<Self> {
+        let network = published(form)?;
+        let shape = network.shape();
+        let tape = TransformerTape::new(shape, shape.tokens, rows);
+        let graph = TransformerGraph::new(&network, rows)?;
+        let numbers = |n: usize| (0..n).map(|i| (0.37 * i as f32).sin()).collect::<Vec<_>>();
+        let n_results = if form == Form::Window { 1 } else { shape.tokens };
+        let (inputs, weights) =
+            (numbers(shape.tokens * rows * shape.inputs), numbers(n_results * rows * shape.outputs()));
+        Ok(Self { gradient: network.zeros(), network, tape, graph, inputs, weights })
+    }
+
+    /// Outputs of the fused pass.
+    pub fn fused(&mut self) -> &[f32] {
+        let steps = 0..self.network.shape().tokens;
+        self.tape.forward(&self.network, steps, &self.inputs)
+    }
+
+    /// The fused pass and back: the derivatives by the parameters.
+    pub fn fused_and_back(&mut self) -> &[Vec<f32>] {
+        let n = self.network.shape().tokens;
+        self.gradient.iter_mut().for_each(|values| values.fill(0.0));
+        self.fused();
+        self.tape.clear_gradients();
+        self.tape.backward(&self.network, 0..n, &self.weights, &mut self.gradient);
+        self.tape.weight_gradients(&self.network, n, &mut self.gradient);
+        &self.gradient
+    }
+
+    /// Outputs by candle's operations.
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn by_candle(&mut self) -> Result<Vec<f32>> {
+        Ok(self.graph.forward(&self.inputs)?)
+    }
+
+    /// The same and back: the derivatives by the parameters, then those by the inputs.
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn by_candle_and_back(&mut self) -> Result<Vec<Vec<f32>>> {
+        self.by_candle()?;
+        Ok(self.graph.backward(&self.weights)?)
+    }
+
+    /// How far the derivatives of both are apart, over the largest: the proof of equal work.
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn apart(&mut self) -> Result<f64> {
+        let theirs = self.by_candle_and_back()?;
+        let ours = self.fused_and_back();
+        let (mut apart, mut largest) = (0.0f32, 0.0f32);
+        for (ours, theirs) in ours.iter().flatten().zip(theirs.iter().flatten()) {
+            (apart, largest) = (apart.max((ours - theirs).abs()), largest.max(theirs.abs()));
+        }
+        Ok(f64::from(apart / largest))
+    }
+}
+
+/// Times of windows of NeuralActuator's Transformer beside candle's operations.
+fn transformer_rows() -> Result<Vec<Row>> {
+    const THEIRS: &str = "candle's own operations on the same window";
+    let by_candle = |form| -> Result<f64> {
+        let mut passes = TransformerPasses::new(form, 1)?;
+        passes.by_candle()?;
+        Ok(1e3 * shortest(30, || drop(black_box(passes.by_candle()))))
+    };
+    let (window, streamed) = (by_candle(Form::Window)?, by_candle(Form::Streaming)?);
+    let mut passes = TransformerPasses::new(Form::Window, ROWS)?;
+    let apart = passes.apart()?;
+    let [fast, slow] = shortest_of_both(10, |_| -> Result<[f64; 2]> {
+        let start = Instant::now();
+        black_box(passes.fused_and_back());
+        let fast = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        black_box(passes.by_candle_and_back()?);
+        Ok([fast, start.elapsed().as_secs_f64()])
+    })?;
+    let name = "NeuralActuator's Transformer";
+    Ok(vec![
+        Row::new(
+            format!(
+                "{name}, published form: one sample (the authors' release, as its notes print it: 2.6 ms)"
+            ),
+            transformer_ms(Form::Window, WeightFormat::Float32)?,
+            "ms",
+        )
+        .against(window, THEIRS)
+        .goal(Goal::AtMost(0.5)),
+        Row::new(
+            format!("{name}, streaming form: one sample"),
+            transformer_ms(Form::Streaming, WeightFormat::Float32)?,
+            "ms",
+        )
+        .against(streamed, THEIRS),
+        Row::new(
+            format!("{name}, streaming form, 16-bit weights: one sample"),
+            transformer_ms(Form::Streaming, WeightFormat::Int16)?,
+            "ms",
+        )
+        .against(streamed, THEIRS)
+        .goal(Goal::AtMost(0.06)),
+        Row::new(format!("{name}: {ROWS} windows and back"), 1e3 * fast, "ms").against(1e3 * slow, THEIRS),
+        // Rounding of sums over all windows and tokens.
+        Row::new(format!("{name}: derivatives of both apart"), apart, "-").goal(Goal::AtMost(1e-4)),
+    ])
 }
 
 /// Time of one sample on one core [s].
@@ -161,7 +290,7 @@ pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
         Ok([fast, slow])
     })?;
     let name = format!("LSTM 2 × 512, batch of {ROWS} × {steps}");
-    Ok(vec![
+    let mut rows = vec![
         Row::new(format!("{name}: step of training"), fast, "s")
             .against(slow, "candle's own cells, unrolled")
             .goal(Goal::AtMost(3.0)),
@@ -172,23 +301,7 @@ pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
             .goal(Goal::AtMost(30.0)),
         Row::new("LSTM 2 × 512: one sample", 1e3 * sample_seconds(Stepped::Controller)?, "ms")
             .goal(Goal::AtMost(0.3)),
-        Row::new(
-            "NeuralActuator's Transformer, published form: one sample",
-            transformer_ms(Form::Window, WeightFormat::Float32)?,
-            "ms",
-        )
-        .against(2.6, "the authors' release on a CPU, as its notes print it")
-        .goal(Goal::AtMost(0.5)),
-        Row::new(
-            "NeuralActuator's Transformer, streaming form: one sample",
-            transformer_ms(Form::Streaming, WeightFormat::Float32)?,
-            "ms",
-        ),
-        Row::new(
-            "NeuralActuator's Transformer, streaming form, 16-bit weights: one sample",
-            transformer_ms(Form::Streaming, WeightFormat::Int16)?,
-            "ms",
-        )
-        .goal(Goal::AtMost(0.06)),
-    ])
+    ];
+    rows.extend(transformer_rows()?);
+    Ok(rows)
 }

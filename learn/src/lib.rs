@@ -49,6 +49,6 @@ pub use regression::{
     WindowedSequence, restore_bounded, windows,
 };
 pub use transformer::{
-    Block, ClosedLoop, Form, Plant, StepLoss, TapePool, Transformer, TransformerRunner, TransformerShape,
-    TransformerTape,
+    Block, ClosedLoop, Form, Plant, StepLoss, TapePool, Transformer, TransformerGraph, TransformerRunner,
+    TransformerShape, TransformerTape,
 };

@@ -97,33 +97,33 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// `R` rows from row `first` on, two registers of outputs at a time: enough sums that none waits for the one before.
+    /// Panel `p` for `R` rows from row `first` on, `C` registers of outputs at a time: enough sums that none waits for the one before.
     #[inline(always)]
-    fn some<S: Simd, const R: usize>(&mut self, simd: S, first: usize) {
+    fn some<S: Simd, const R: usize, const C: usize>(&mut self, simd: S, p: usize, first: usize) {
         let (n, lanes) = (self.inputs, S::F32_LANES);
         let width = self.out.len() / (self.x.len() / n);
         let mut x: [&[f32]; R] = [&[]; R];
         for r in 0..R {
             x[r] = &self.x[(first + r) * n..][..n];
         }
-        for (p, panel) in self.panels.chunks_exact(n).enumerate() {
-            for at in (0..PANEL / lanes).step_by(2) {
-                let mut sums = [[simd.splat_f32s(0.0); 2]; R];
-                for k in 0..n {
-                    let (weights, _) = S::as_simd_f32s(&panel[k]);
-                    for r in 0..R {
-                        let x = simd.splat_f32s(x[r][k]);
-                        sums[r][0] = simd.mul_add_f32s(weights[at], x, sums[r][0]);
-                        sums[r][1] = simd.mul_add_f32s(weights[at + 1], x, sums[r][1]);
+        let panel = &self.panels[p * n..][..n];
+        for at in (0..PANEL / lanes).step_by(C) {
+            let mut sums = [[simd.splat_f32s(0.0); C]; R];
+            for k in 0..n {
+                let (weights, _) = S::as_simd_f32s(&panel[k]);
+                for r in 0..R {
+                    let x = simd.splat_f32s(x[r][k]);
+                    for c in 0..C {
+                        sums[r][c] = simd.mul_add_f32s(weights[at + c], x, sums[r][c]);
                     }
                 }
-                for r in 0..R {
-                    for c in 0..2 {
-                        let start = (first + r) * width + p * PANEL + (at + c) * lanes;
-                        let out = &mut self.out[start..][..lanes];
-                        let sum = simd.add_f32s(simd.partial_load_f32s(out), sums[r][c]);
-                        simd.partial_store_f32s(out, sum);
-                    }
+            }
+            for r in 0..R {
+                for c in 0..C {
+                    let start = (first + r) * width + p * PANEL + (at + c) * lanes;
+                    let out = &mut self.out[start..][..lanes];
+                    let sum = simd.add_f32s(simd.partial_load_f32s(out), sums[r][c]);
+                    simd.partial_store_f32s(out, sum);
                 }
             }
         }
@@ -133,22 +133,33 @@ impl Rows<'_> {
 impl WithSimd for Rows<'_> {
     type Output = ();
 
+    /// A panel comes from memory once, in the order in which it stands there, and is near the processor for all rows after the first.
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let n_rows = self.x.len() / self.inputs;
-        let mut row = 0;
-        // As many sums as there are registers for: 18 of 32 with AVX-512, 6 of 16 else.
-        while S::F32_LANES == 16 && n_rows - row >= 9 {
-            self.some::<S, 9>(simd, row);
-            row += 9;
-        }
-        while n_rows - row >= 3 {
-            self.some::<S, 3>(simd, row);
-            row += 3;
-        }
-        while row < n_rows {
-            self.some::<S, 1>(simd, row);
-            row += 1;
+        for p in 0..self.panels.len() / self.inputs {
+            let mut row = 0;
+            while row < n_rows {
+                // As many sums as there are registers for: 20 of 32 with AVX-512, 6 of 16 else.
+                row += match n_rows - row {
+                    5.. if S::F32_LANES == 16 => {
+                        self.some::<S, 5, 4>(simd, p, row);
+                        5
+                    }
+                    4 if S::F32_LANES == 16 => {
+                        self.some::<S, 4, 4>(simd, p, row);
+                        4
+                    }
+                    3.. => {
+                        self.some::<S, 3, 2>(simd, p, row);
+                        3
+                    }
+                    _ => {
+                        self.some::<S, 1, 2>(simd, p, row);
+                        1
+                    }
+                };
+            }
         }
     }
 }

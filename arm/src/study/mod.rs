@@ -17,7 +17,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 pub use published::{PublishedRow, published, published_parts};
-pub use real::{RealOptions, RealRow, real_study};
+pub use real::{RealOptions, RealRow, real_study, shown_samples};
 pub use simulated::{
     Parts, SimulatedRow, SimulatedStudy, Units, characters_study, simulated_study, simulated_test,
 };

@@ -55,12 +55,28 @@ pub struct RealRow {
     pub validation: f64,
     /// What was chosen, in words.
     pub choice: String,
+    /// Torques at [`shown_samples`] of the test, [sample][joint] [N m].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shown: Vec<f32>,
+}
+
+/// Samples of a figure at most.
+const SHOWN: usize = 400;
+
+/// Samples of the first test trajectory that figures show, evenly spaced.
+pub fn shown_samples(test: &Samples) -> impl Iterator<Item = usize> {
+    let first = test.trajectories.first().cloned().unwrap_or_default();
+    let step = first.len().div_ceil(SHOWN).max(1);
+    first.step_by(step)
 }
 
 impl RealRow {
     fn new(name: &str, test: &Samples, predicted: &[f64], validation: f64, choice: String) -> Self {
         let scores = Scores::of(test.n_joints, &test.tau, predicted);
+        let n = test.n_joints;
+        let torques = shown_samples(test).flat_map(|sample| &predicted[n * sample..][..n]);
         Self {
+            shown: torques.map(|torque| *torque as f32).collect(),
             name: name.to_owned(),
             sum_mse: scores.sum_mse(),
             pooled_r2: scores.pooled_r2,

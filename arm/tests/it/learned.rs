@@ -6,7 +6,7 @@ use hysteron_arm::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant,
     decompose, sinusoids, train,
 };
-use hysteron_arm::study::{RealOptions, SimulatedStudy, Units, real_study, simulated_study};
+use hysteron_arm::study::{RealOptions, SimulatedStudy, Units, real_study, shown_samples, simulated_study};
 use hysteron_arm::{Data, Model, mass_matrix};
 use hysteron_learn::{Activation, Progress, Session};
 use serde_json::json;
@@ -227,6 +227,10 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
     let arm = whole.with_locked(&[("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)]).unwrap();
     let rows = real_study(&set, &arm, &options, out.path(), &mut |_| true).unwrap();
     assert_eq!(rows.len(), 8);
+    // Figures show the first test trajectory of every row, thinned.
+    let n_shown = shown_samples(&set.test).count();
+    assert!((200..=400).contains(&n_shown), "{n_shown}");
+    assert!(rows.iter().all(|row| row.shown.len() == 7 * n_shown));
 }
 
 #[test]

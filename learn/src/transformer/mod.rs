@@ -7,6 +7,7 @@ mod closed_loop;
 #[cfg(test)]
 mod closed_loop_tests;
 mod few;
+mod graph;
 mod kernels;
 mod layer;
 mod linear;
@@ -19,6 +20,7 @@ mod tape_pool;
 mod tests;
 
 pub use closed_loop::{ClosedLoop, Plant, StepLoss};
+pub use graph::TransformerGraph;
 pub use network::Transformer;
 pub use runner::TransformerRunner;
 pub use shape::{Block, Form, TransformerShape};

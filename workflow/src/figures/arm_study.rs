@@ -7,7 +7,7 @@ use hysteron_arm::datasets::RealSet;
 use hysteron_arm::lagrangian::{Decomposition, LearnedDynamics, Sinusoids, Variant};
 use hysteron_arm::study::{
     Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published, published_parts,
-    simulated_test,
+    shown_samples, simulated_test,
 };
 use hysteron_base::Metadata;
 use serde::Serialize;
@@ -55,12 +55,21 @@ pub struct RealTable {
     rows: Vec<RealRow>,
     /// The same models as published, where they are.
     published: &'static [PublishedRow],
+    /// What figures show of the torques, [sample][joint]: numbers of the samples, measured torques, and those of every row where its
+    /// cell has them.
+    #[serde(skip)]
+    shown: (Vec<f64>, Vec<f64>, Vec<Vec<f32>>),
 }
 
 impl RealTable {
     /// Of these rows.
-    pub fn new(set: &RealSet, rows: Vec<RealRow>) -> Self {
+    pub fn new(set: &RealSet, mut rows: Vec<RealRow>) -> Self {
+        let (test, n) = (&set.test, set.test.n_joints);
+        let samples = shown_samples(test).map(|sample| sample as f64).collect();
+        let measured = shown_samples(test).flat_map(|sample| &test.tau[n * sample..][..n]).copied().collect();
+        let of_rows = rows.iter_mut().map(|row| std::mem::take(&mut row.shown)).collect();
         Self {
+            shown: (samples, measured, of_rows),
             set: set.name.clone(),
             training: [set.training.len(), set.training.trajectories.len()],
             test_samples: set.test.len(),
@@ -91,7 +100,12 @@ pub fn write(folder: &Path, study: &Study, meta: &Metadata) -> anyhow::Result<Va
     match study {
         Study::Simulated { study, rows } => simulated(folder, &mut page, study, rows)?,
         Study::Real { tables, left_out, .. } => {
-            tables.iter().for_each(|table| real(&mut page, table));
+            for (k, table) in tables.iter().enumerate() {
+                real(&mut page, table);
+                for chart in real_charts(k + 1, table) {
+                    page.figure(&save(folder, &chart, false)?);
+                }
+            }
             if !left_out.is_empty() {
                 page.heading("Not among the data");
                 page.list(left_out.iter().map(|why| ("Left out", why.clone())));
@@ -314,4 +328,99 @@ fn real(page: &mut Page, table: &RealTable) {
     page.list(best.map(|row| ("Least sum of errors on the test", row.name.clone())));
     let chosen = rows.iter().min_by(|a, b| a.validation.total_cmp(&b.validation));
     page.list(chosen.map(|row| ("Least error in validation", row.name.clone())));
+}
+
+/// Rows that figures show: the feasible body, what validation prefers, and the networks alone that papers compare.
+fn shown_rows(rows: &[RealRow]) -> Vec<usize> {
+    let chosen = (0..rows.len()).min_by(|a, b| rows[*a].validation.total_cmp(&rows[*b].validation));
+    let named = [Variant::StructuredLagrangian, Variant::FeedForward].map(Variant::label);
+    let networks = named.into_iter().filter_map(|name| rows.iter().position(|row| row.name == name));
+    // The second row is the feasible body.
+    let mut shown: Vec<usize> = (1..rows.len().min(2)).chain(chosen).chain(networks).collect();
+    shown.sort_unstable();
+    shown.dedup();
+    shown
+}
+
+/// Errors over the joints, and torques of every joint along a test trajectory, of table number `k`.
+fn real_charts(k: usize, table: &RealTable) -> Vec<TimeChart> {
+    let (samples, measured, of_rows) = &table.shown;
+    let shown = shown_rows(&table.rows);
+    let n = table.rows.first().map_or(0, |row| row.mse.len());
+    let curves = shown.iter().enumerate().map(|(c, row)| {
+        let row = &table.rows[*row];
+        Curve::new(&row.name, c + 1, row.mse.iter().map(|mse| mse.log10()).collect())
+    });
+    let joints: Vec<f64> = (1..=n).map(|joint| joint as f64).collect();
+    let caption = "Logarithm to base 10 of the mean squared error on the test: the feasible body, what validation prefers, and networks alone.";
+    let panel = TimePanel::new("log10 of [N² m²]", curves.collect());
+    let mut errors = TimeChart::over_time(
+        format!("joints-{k}"),
+        format!("{}: error over the joints", table.set),
+        caption,
+        &joints,
+        vec![panel],
+    );
+    errors.x_name = "joint [-]";
+    errors.scale = Scale::Own;
+    let of_joint = |joint: usize| {
+        let mut curves = vec![Curve {
+            width: 4.0,
+            ..Curve::new("measured", 0, measured.iter().skip(joint).step_by(n).copied().collect())
+        }];
+        for (c, row) in shown.iter().enumerate().filter(|(_, row)| !of_rows[**row].is_empty()) {
+            let torques = of_rows[*row].iter().skip(joint).step_by(n).map(|v| f64::from(*v));
+            curves.push(Curve::new(&table.rows[*row].name, c + 1, torques.collect()));
+        }
+        TimePanel::new(format!("joint {} [N m]", joint + 1), curves)
+    };
+    let mut torques = TimeChart::over_time(
+        format!("torques-{k}"),
+        format!("{}: torques", table.set),
+        "Along the first test trajectory, models over the wide line of what was measured. Panels have scales of their own.",
+        samples,
+        (0..n).map(of_joint).collect(),
+    );
+    torques.x_name = "sample of the test [-]";
+    vec![errors, torques]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(name: &str, validation: f64, shown: Vec<f32>) -> RealRow {
+        let (name, choice, mse) = (name.to_owned(), String::new(), vec![1.0, 0.1]);
+        RealRow { name, sum_mse: 1.1, pooled_r2: 0.9, mean_r2: 0.8, mse, validation, choice, shown }
+    }
+
+    #[test]
+    fn figures_show_the_body_what_validation_prefers_and_networks_alone() {
+        let networks = [Variant::StructuredLagrangian, Variant::FeedForward].map(Variant::label);
+        let rows = vec![
+            row("free", 0.3, vec![0.0; 4]),
+            row("feasible", 0.4, vec![0.0; 4]),
+            row("kernel", 0.1, vec![0.0; 4]),
+            row("another", 0.2, vec![0.0; 4]),
+            row(networks[0], 0.5, Vec::new()),
+            row(networks[1], 0.6, vec![0.0; 4]),
+        ];
+        assert_eq!(shown_rows(&rows), [1, 2, 4, 5]);
+        let of_rows = rows.iter().map(|row| row.shown.clone()).collect();
+        let table = RealTable {
+            set: "an arm".to_owned(),
+            training: [1, 1],
+            test_samples: 2,
+            cutoff_hz: 10.0,
+            rows,
+            published: &[],
+            shown: (vec![0.0, 3.0], vec![1.0, 2.0, 3.0, 4.0], of_rows),
+        };
+        let [errors, torques] = real_charts(1, &table).try_into().ok().expect("two charts");
+        assert_eq!(errors.panels[0].curves.len(), 4);
+        // A cell of before has no torques to show.
+        let names: Vec<&str> = torques.panels[1].curves.iter().map(|curve| curve.name.as_str()).collect();
+        assert_eq!(names, ["measured", "feasible", "kernel", networks[1]]);
+        assert_eq!(torques.panels[1].curves[0].values, [2.0, 4.0]);
+    }
 }
