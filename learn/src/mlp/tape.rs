@@ -47,6 +47,19 @@ enum Stream {
     Mixed(usize, usize),
 }
 
+/// Streams of a reverse pass.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// 1 where the values have no cotangents on any layer, else 0.
+    first: usize,
+    /// Streams whose cotangents are given; there is one more where the last one's are those of the gradient before.
+    n_given: usize,
+    n_streams: usize,
+    repeats: bool,
+    /// Whether cotangents on every layer are kept for a pass that repeats them.
+    remembers: bool,
+}
+
 /// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; behind the streams at hand may stand those of a larger pass.
 #[derive(Debug, Clone, Default)]
 struct Layer<T> {
@@ -261,6 +274,24 @@ impl<T: Real> MlpTape<T> {
         self.streams.truncate(n);
     }
 
+    /// Which streams go back, from the cotangents given; `by_parameters`: whether derivatives by the parameters are asked for.
+    fn way(&self, cotangents: &[T], repeats: bool, by_parameters: bool) -> Way {
+        let len = self.n_rows * self.mlp.outputs;
+        let n_given = cotangents.len() / len;
+        let n_streams = n_given + usize::from(repeats);
+        assert!(
+            n_given * len == cotangents.len() && n_streams <= self.streams.len(),
+            "cotangents of streams"
+        );
+        assert!(!repeats || self.streams[n_given] == Stream::Tangent, "a tangent repeats");
+        // Without f'' nothing comes from the tangents to values that have no cotangents of their own.
+        let are_idle = by_parameters
+            && !self.mlp.activation.is_curved()
+            && cotangents[..len].iter().all(|c| *c == T::default());
+        let remembers = !by_parameters && n_streams == 1;
+        Way { first: usize::from(are_idle), n_given, n_streams, repeats, remembers }
+    }
+
     fn reverse(
         &mut self,
         parameters: &[T],
@@ -268,74 +299,64 @@ impl<T: Real> MlpTape<T> {
         repeats: bool,
         mut into: Option<ByParameters<'_, T>>,
     ) {
-        let (n_rows, len_out) = (self.n_rows, self.n_rows * self.mlp.outputs);
-        let n_given = cotangents.len() / len_out;
-        let n_streams = n_given + usize::from(repeats);
-        assert!(
-            n_given * len_out == cotangents.len() && n_streams <= self.streams.len(),
-            "cotangents of streams"
-        );
-        assert!(!repeats || self.streams[n_given] == Stream::Tangent, "a tangent repeats");
-        let remembers = into.is_none() && n_streams == 1;
-        if remembers {
+        let way = self.way(cotangents, repeats, into.is_some());
+        let Way { first, n_streams, .. } = way;
+        let Mlp { inputs, outputs, .. } = self.mlp;
+        if way.remembers {
             self.seeds.clear();
             self.seeds.extend_from_slice(cotangents);
         }
-        let activation = self.mlp.activation;
-        // Without f'' nothing comes from the tangents to values that have no cotangents of their own.
-        let are_idle = into.is_some()
-            && !activation.is_curved()
-            && cotangents[..len_out].iter().all(|c| *c == T::default());
-        let first = usize::from(are_idle);
-        let [here, before] = &mut self.cotangents;
-        let outputs = room(here, n_streams * len_out);
-        outputs[..cotangents.len()].copy_from_slice(cotangents);
-        outputs[cotangents.len()..].copy_from_slice(if repeats { &self.seeds } else { &[] });
+        let here = room(&mut self.cotangents[0], n_streams * self.n_rows * outputs);
+        here[..cotangents.len()].copy_from_slice(cotangents);
+        here[cotangents.len()..].copy_from_slice(if repeats { &self.seeds } else { &[] });
         if let (true, Some(into)) = (self.mlp.skip, &mut into) {
-            let n_inputs = n_streams * n_rows * self.mlp.inputs;
-            let shape = LayerShape {
-                inputs: self.mlp.inputs,
-                outputs: self.mlp.outputs,
-                start: self.mlp.skip_start(),
-            };
-            into.add_weights(&shape, n_rows, outputs, &self.layers[0].input[..n_inputs]);
+            let shape = LayerShape { inputs, outputs, start: self.mlp.skip_start() };
+            let entered = &self.layers[0].input[..n_streams * self.n_rows * inputs];
+            into.add_weights(&shape, self.n_rows, here, entered);
         }
         for l in (0..self.layers.len()).rev() {
-            let shape = &self.shapes[l];
-            let [len_above, len_below] = [shape.outputs, shape.inputs].map(|units| n_rows * units);
-            let above = &here[first * len_above..n_streams * len_above];
             if let Some(into) = &mut into {
-                let input = &self.layers[l].input[first * len_below..n_streams * len_below];
-                into.add_weights(shape, n_rows, above, input);
-                if !are_idle {
-                    into.add_biases(shape, n_rows, above);
+                let shape = &self.shapes[l];
+                let of = |units: usize| first * self.n_rows * units..n_streams * self.n_rows * units;
+                let above = &self.cotangents[0][of(shape.outputs)];
+                into.add_weights(shape, self.n_rows, above, &self.layers[l].input[of(shape.inputs)]);
+                if first == 0 {
+                    into.add_biases(shape, self.n_rows, above);
                 }
                 if l == 0 {
                     return;
                 }
             }
-            let below = &mut room(before, n_streams * len_below)[first * len_below..];
-            let by_input = &mut self.layers[l].by_input;
-            let computed = match l {
-                0 => &mut *below,
-                _ if remembers => room(by_input, len_below),
-                _ => &mut below[..(n_given - first) * len_below],
-            };
-            let above = &above[..(n_given - first) * len_above];
-            let weights = shape.split(parameters).0;
-            if n_given * n_rows <= FEW {
-                times(computed, above, weights, shape.inputs, false);
-            } else if !computed.is_empty() {
-                multiply(computed, rows(above, shape.outputs), rows(weights, shape.inputs));
-            }
-            if l > 0 {
-                let (layers, after) = self.layers.split_at(l);
-                let last = if remembers || repeats { Some(&after[0].by_input[..len_below]) } else { None };
-                let streams = &self.streams[..n_streams];
-                let (layer, y) = (&layers[l - 1], &after[0].input);
-                Isa::detect().run(Through { layer, activation, streams, y, last, cotangents: below });
-            }
-            std::mem::swap(here, before);
+            self.reverse_layer(parameters, l, way);
+            self.cotangents.swap(0, 1);
+        }
+    }
+
+    /// From the cotangents of the sums of layer `l` to those of the sums of the layer before, or of the inputs.
+    fn reverse_layer(&mut self, parameters: &[T], l: usize, way: Way) {
+        let Way { first, n_given, n_streams, repeats, remembers } = way;
+        let shape = &self.shapes[l];
+        let [len_above, len_below] = [shape.outputs, shape.inputs].map(|units| self.n_rows * units);
+        let [here, before] = &mut self.cotangents;
+        let above = &here[first * len_above..n_given * len_above];
+        let below = &mut room(before, n_streams * len_below)[first * len_below..];
+        let computed = match l {
+            0 => &mut *below,
+            _ if remembers => room(&mut self.layers[l].by_input, len_below),
+            _ => &mut below[..(n_given - first) * len_below],
+        };
+        let weights = shape.split(parameters).0;
+        if n_given * self.n_rows <= FEW {
+            times(computed, above, weights, shape.inputs, false);
+        } else if !computed.is_empty() {
+            multiply(computed, rows(above, shape.outputs), rows(weights, shape.inputs));
+        }
+        if l > 0 {
+            let (layers, after) = self.layers.split_at(l);
+            let (layer, y, activation) = (&layers[l - 1], &after[0].input, self.mlp.activation);
+            let last = (remembers || repeats).then(|| &after[0].by_input[..len_below]);
+            let streams = &self.streams[..n_streams];
+            Isa::detect().run(Through { layer, activation, streams, y, last, cotangents: below });
         }
     }
 }
