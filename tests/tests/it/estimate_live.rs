@@ -3,7 +3,7 @@
 #![cfg(unix)]
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use hysteron_base::Recording;
 use hysteron_tests::emulated::{EmulatedArms, signal, wait_until};
@@ -64,23 +64,21 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
         assert!((live - after).abs() < 0.1 * live.abs() + 0.05, "{name}: {live} {after}");
     }
 
-    // Without a length, Ctrl-C is how it ends: whole.
-    let mut endless = Command::new(program())
-        .args([&live[..], &["--out", "endless.csv"]].concat())
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let journal = folder.join("endless.journal");
-    wait_until("rows", || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 20_000));
-    assert!(arms.is_under_torque());
-    signal(&endless, "INT");
-    assert_eq!(endless.wait().unwrap().code(), Some(0));
-    assert!(!arms.is_under_torque() && !journal.exists());
-    let endless = Recording::read(folder.join("endless.csv")).unwrap();
-    assert!(endless.n_samples() > 20 && endless.channel("healthy_ratio").is_some());
+    // Without a length, Ctrl-C or a polite request is how it ends: whole.
+    for (name, out) in [("INT", "endless.csv"), ("TERM", "asked.csv")] {
+        let mut endless = endless(&arms, &live, out);
+        signal(&endless, name);
+        assert_eq!(endless.wait().unwrap().code(), Some(0), "{name}");
+        assert!(!arms.is_under_torque() && !folder.join(out).with_extension("journal").exists(), "{name}");
+        let endless = Recording::read(folder.join(out)).unwrap();
+        assert!(endless.n_samples() > 20 && endless.channel("healthy_ratio").is_some(), "{name}");
+    }
+    // Killed, it leaves no torque, and its rows open.
+    let mut killed = endless(&arms, &live, "killed.csv");
+    signal(&killed, "KILL");
+    killed.wait().unwrap();
+    wait_until("released", || !arms.is_under_torque());
+    assert!(folder.join("killed.journal").exists() && !folder.join("killed.csv").exists());
     // Before its time, Ctrl-C leaves what there is under another name.
     let early = [&live[..], &["--seconds", "60", "--out", "early.parquet"]].concat();
     let early = hysteron_tests::interrupt(folder, &early, "early.journal");
@@ -89,6 +87,22 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
 
     refusals(folder, &live);
     assert!(!arms.is_under_torque());
+}
+
+/// Starts an estimate without an end; comes back when it has written rows, under torque.
+fn endless(arms: &EmulatedArms, live: &[&str], out: &str) -> Child {
+    let process = Command::new(program())
+        .args([live, &["--out", out]].concat())
+        .current_dir(arms.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let journal = arms.path().join(out).with_extension("journal");
+    wait_until("rows", || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 20_000));
+    assert!(arms.is_under_torque());
+    process
 }
 
 /// What is refused before anything moves.
