@@ -32,9 +32,12 @@ enum Verb {
     Study {
         /// Which
         name: Name,
-        /// How many robots of the population
-        #[arg(long, value_name = "N")]
+        /// How many robots of the population [default: all that are left]
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         robots: Option<u64>,
+        /// The first robot of the population: machines can share it
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        first: u64,
     },
 }
 
@@ -74,17 +77,17 @@ enum Name {
 
 fn main() -> Result<()> {
     let Program { verb, quick, out } = Program::parse();
-    let Some(Verb::Study { name, robots }) = verb else {
+    let Some(Verb::Study { name, robots, first }) = verb else {
         let effort = if quick { Effort::QUICK } else { Effort::FULL };
         let folder = out.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
         return targets::run(effort, &folder.join("targets.json"));
     };
     let folder = out.unwrap_or_else(|| PathBuf::from("out"));
     let value = name.to_possible_value();
-    study(name, &folder.join(value.as_ref().map_or("", |value| value.get_name())), quick, robots)
+    study(name, &folder.join(value.as_ref().map_or("", |value| value.get_name())), quick, (first, robots))
 }
 
-fn study(name: Name, folder: &Path, quick: bool, robots: Option<u64>) -> Result<()> {
+fn study(name: Name, folder: &Path, quick: bool, members: (u64, Option<u64>)) -> Result<()> {
     match name {
         Name::Sofa => sofa::run(folder),
         Name::Convergence => convergence::run(folder, quick),
@@ -96,7 +99,7 @@ fn study(name: Name, folder: &Path, quick: bool, robots: Option<u64>) -> Result<
         Name::Coreact => coreact::run(folder, quick),
         Name::Ladder => ladder::run(folder, quick),
         Name::Robots => robots::run(folder, quick),
-        Name::Population => population::run(folder, quick, robots),
+        Name::Population => population::run(folder, quick, members.0, members.1),
         Name::Layouts => layouts::run(folder, quick),
         Name::Sensing => sensing::run(folder, quick),
         Name::Edic => edic::run(folder, quick),

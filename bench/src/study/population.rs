@@ -92,24 +92,28 @@ const FIT: [&str; 8] = [
 /// What the calibrated twin does besides: its tip along curves drawn from ranges, as far out as the recordings go
 /// and back. Family, how many, and what else.
 const SYNTHETIC: [(&str, u32, &str); 4] = [
-    ("rose", 16, "swings = [0.4, 2.4]"),
-    ("circle", 4, ""),
-    ("square", 8, ""),
-    ("ellipse", 6, "aspect = [0.2, 0.8]"),
+    ("rose", 48, "swings = [0.4, 2.4]"),
+    ("circle", 12, ""),
+    ("square", 24, ""),
+    ("ellipse", 18, "aspect = [0.2, 0.8]"),
 ];
 
 /// How much is done for a robot.
 struct Effort {
     robots: u64,
     targets: &'static [&'static str],
-    /// Steps of an evaluation of the fit, and at most so many epochs of a training.
+    /// Steps of an evaluation of the fit.
     steps: &'static str,
-    epochs: Option<&'static str>,
+    /// At most so many epochs of the twin's network, and of the inverse networks.
+    twin_epochs: Option<&'static str>,
+    inverse_epochs: &'static str,
 }
 
-const FULL: Effort = Effort { robots: ROBOTS, targets: &TARGETS, steps: "1500", epochs: None };
+const FULL: Effort =
+    Effort { robots: ROBOTS, targets: &TARGETS, steps: "1500", twin_epochs: None, inverse_epochs: "90" };
 /// Shows that it runs.
-const QUICK: Effort = Effort { robots: 1, targets: &["circle:40"], steps: "300", epochs: Some("3") };
+const QUICK: Effort =
+    Effort { robots: 1, targets: &["circle:40"], steps: "300", twin_epochs: Some("3"), inverse_epochs: "3" };
 
 /// One robot: for every path what each method came to, none where the rig would not carry the strokes out; or why there
 /// is nothing.
@@ -120,14 +124,16 @@ struct Robot {
 
 type Row = [Option<Followed>; METHODS.len()];
 
-/// Runs the study on `robots` members; quick: one robot, one path, few steps and epochs.
+/// Runs the study on `robots` members from `first` on, or on all that are left; quick: one robot, one path, few steps
+/// and epochs.
 ///
 /// # Errors
 /// The program cannot be built, or refusals of the file system.
-pub fn run(folder: &Path, quick: bool, robots: Option<u64>) -> Result<()> {
+pub fn run(folder: &Path, quick: bool, first: u64, robots: Option<u64>) -> Result<()> {
     let effort = if quick { QUICK } else { FULL };
+    let last = robots.map_or(effort.robots.max(first), |robots| first.saturating_add(robots) - 1);
     let mut all = Vec::new();
-    for member in 1..=robots.unwrap_or(effort.robots) {
+    for member in first..=last {
         let name = format!("wide/{member}");
         eprintln!("{name}");
         let found = known_from_recordings(&folder.join(name.replace('/', "-")), &name, &effort);
@@ -150,11 +156,11 @@ fn known_from_recordings(folder: &Path, name: &str, effort: &Effort) -> Result<V
     chain.record(name, &write_recorded_plan(&chain)?, "data")?;
     let recordings = chain.training_recordings()?;
     let fitted = fit(&chain, &nominal, effort.steps)?;
-    chain.calibrate("twin", &fitted, &recordings, 1, effort.epochs)?;
+    chain.calibrate("twin", &fitted, &recordings, 1, effort.twin_epochs)?;
     let twin = chain.path("twin-1.safetensors")?;
     let mut both = recordings.clone();
     both.push(chain.generate(&fitted, &twin, &synthetic_plan(), "synthetic")?);
-    let options: Vec<&str> = effort.epochs.iter().flat_map(|epochs| ["--epochs", epochs]).collect();
+    let options = ["--epochs", effort.inverse_epochs];
     let recorded = chain.train_inverse("recorded", &recordings, &options)?;
     let hybrid = chain.train_inverse("hybrid", &both, &options)?;
     let steered = |scene, model| Strokes { scene: Some(scene), model };
