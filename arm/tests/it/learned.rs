@@ -229,7 +229,8 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
     assert_eq!(rows.len(), 8);
     // Figures show the first test trajectory of every row, thinned.
     let n_shown = shown_samples(&set.test).count();
-    assert!((200..=400).contains(&n_shown), "{n_shown}");
+    let of = set.test.trajectories[0].len();
+    assert!(n_shown <= 400 && 2 * n_shown > of.min(400), "{n_shown} of {of}");
     assert!(rows.iter().all(|row| row.shown.len() == 7 * n_shown));
 }
 
