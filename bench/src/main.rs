@@ -99,7 +99,7 @@ fn study(name: Name, folder: &Path, quick: bool, members: (u64, Option<u64>)) ->
         Name::Coreact => coreact::run(folder, quick),
         Name::Ladder => ladder::run(folder, quick),
         Name::Robots => robots::run(folder, quick),
-        Name::Population => population::run(folder, quick, members.0, members.1),
+        Name::Population => population::run(folder, quick, members),
         Name::Layouts => layouts::run(folder, quick),
         Name::Sensing => sensing::run(folder, quick),
         Name::Edic => edic::run(folder, quick),

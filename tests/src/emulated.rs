@@ -205,6 +205,16 @@ impl EmulatedArms {
         self.folder.path()
     }
 
+    /// Starts a command that works on the arms and writes to `out`; comes back when it has written rows, under torque.
+    pub fn at_work(&self, arguments: &[&str], out: &str) -> Child {
+        let mut command = crate::command(self.path(), &[arguments, &["--out", out]].concat());
+        let process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let journal = self.path().join(out).with_extension("journal");
+        wait_until("rows", || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 20_000));
+        assert!(self.is_under_torque());
+        process
+    }
+
     /// Whether any servo of the follower was under torque last.
     pub fn is_under_torque(&self) -> bool {
         let text = std::fs::read_to_string(self.path().join("arms/torque.jsonl")).unwrap();

@@ -36,6 +36,11 @@ pub(crate) fn packed(n: usize, squares: usize) -> usize {
     n * (n + 1) / 2 + n * squares
 }
 
+/// The output that is element i of the diagonal.
+fn on_diagonal(i: usize, squares: usize) -> usize {
+    packed(i, squares) + i
+}
+
 impl<T: Real> Factor<T> {
     /// `scale` holds d_i of every joint; the outputs of the network are the elements.
     pub fn new(mlp: &Mlp, scale: &[f64]) -> Self {
@@ -88,20 +93,13 @@ impl<T: Real> Factor<T> {
         self.take_tangent(self.n_streams);
     }
 
-    /// The output that is element i of the diagonal.
-    fn on_diagonal(&self, i: usize) -> usize {
-        packed(i, self.squares) + i
-    }
-
     fn take_values(&mut self) {
-        let (n, width) = (self.n, self.width);
-        let mut at = std::mem::take(&mut self.diagonal[0]);
-        at.clear();
-        for raw in self.tape.outputs(0).chunks_exact(self.scale.len()) {
-            at.extend((0..n).map(|i| raw[self.on_diagonal(i)] + T::of(SHIFT)));
-        }
+        let (n, squares, width) = (self.n, self.squares, self.width);
         let [x, y, d, dd] = &mut self.diagonal;
-        *x = at;
+        x.clear();
+        for raw in self.tape.outputs(0).chunks_exact(self.scale.len()) {
+            x.extend((0..n).map(|i| raw[on_diagonal(i, squares)] + T::of(SHIFT)));
+        }
         for values in [&mut *y, &mut *d, &mut *dd] {
             values.resize(x.len(), T::default());
         }
@@ -110,7 +108,7 @@ impl<T: Real> Factor<T> {
         let rows = self.streams[0].chunks_exact_mut(n * width).zip(self.diagonal[1].chunks_exact(n));
         for (l, softplus) in rows {
             for (i, y) in softplus.iter().enumerate() {
-                l[i * width + i] = self.scale[packed(i, self.squares)] * *y;
+                l[i * width + i] = self.scale[on_diagonal(i, squares)] * *y;
             }
         }
         self.n_streams = 1;
@@ -149,7 +147,7 @@ impl<T: Real> Factor<T> {
             self.cotangents.extend(self.places.iter().zip(&self.scale).map(|(place, d)| *d * by_l[*place]));
             let row = &mut self.cotangents[begin..begin + m];
             for (i, slope) in slopes.iter().enumerate() {
-                row[packed(i, self.squares) + i] *= *slope;
+                row[on_diagonal(i, self.squares)] *= *slope;
             }
         }
     }
@@ -185,9 +183,9 @@ impl<T: Real> Factor<T> {
             let raw = self.tape.outputs(s);
             for (row, curvatures) in self.diagonal[3].chunks_exact(n).enumerate() {
                 for (i, curvature) in curvatures.iter().enumerate() {
-                    let k = row * m + self.on_diagonal(i);
-                    let by_diagonal = self.scale[k - row * m] * by_l[row * len + i * self.width + i];
-                    self.cotangents[k] += *curvature * raw[k] * by_diagonal;
+                    let k = on_diagonal(i, self.squares);
+                    let by_diagonal = self.scale[k] * by_l[row * len + i * self.width + i];
+                    self.cotangents[row * m + k] += *curvature * raw[row * m + k] * by_diagonal;
                 }
             }
         }

@@ -129,7 +129,7 @@ type Row = [Option<Followed>; METHODS.len()];
 ///
 /// # Errors
 /// The program cannot be built, or refusals of the file system.
-pub fn run(folder: &Path, quick: bool, first: u64, robots: Option<u64>) -> Result<()> {
+pub fn run(folder: &Path, quick: bool, (first, robots): (u64, Option<u64>)) -> Result<()> {
     let effort = if quick { QUICK } else { FULL };
     let last = robots.map_or(effort.robots.max(first), |robots| first.saturating_add(robots) - 1);
     let mut all = Vec::new();

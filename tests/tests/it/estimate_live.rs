@@ -3,11 +3,10 @@
 #![cfg(unix)]
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
 
 use hysteron_base::Recording;
 use hysteron_tests::emulated::{EmulatedArms, signal, wait_until};
-use hysteron_tests::{program, run};
+use hysteron_tests::run;
 
 /// Fits an actuator for seconds: what it says is rough, that it says it is what is tested.
 fn fit(folder: &Path) {
@@ -66,7 +65,7 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
 
     // Without a length, Ctrl-C or a polite request is how it ends: whole.
     for (name, out) in [("INT", "endless.csv"), ("TERM", "asked.csv")] {
-        let mut endless = endless(&arms, &live, out);
+        let mut endless = arms.at_work(&live, out);
         signal(&endless, name);
         assert_eq!(endless.wait().unwrap().code(), Some(0), "{name}");
         assert!(!arms.is_under_torque() && !folder.join(out).with_extension("journal").exists(), "{name}");
@@ -74,7 +73,7 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
         assert!(endless.n_samples() > 20 && endless.channel("healthy_ratio").is_some(), "{name}");
     }
     // Killed, it leaves no torque, and its rows open.
-    let mut killed = endless(&arms, &live, "killed.csv");
+    let mut killed = arms.at_work(&live, "killed.csv");
     signal(&killed, "KILL");
     killed.wait().unwrap();
     wait_until("released", || !arms.is_under_torque());
@@ -87,22 +86,6 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
 
     refusals(folder, &live);
     assert!(!arms.is_under_torque());
-}
-
-/// Starts an estimate without an end; comes back when it has written rows, under torque.
-fn endless(arms: &EmulatedArms, live: &[&str], out: &str) -> Child {
-    let process = Command::new(program())
-        .args([live, &["--out", out]].concat())
-        .current_dir(arms.path())
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let journal = arms.path().join(out).with_extension("journal");
-    wait_until("rows", || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 20_000));
-    assert!(arms.is_under_torque());
-    process
 }
 
 /// What is refused before anything moves.

@@ -2,11 +2,9 @@
 
 #![cfg(unix)]
 
-use std::process::{Command, Stdio};
-
 use hysteron_base::Recording;
 use hysteron_tests::emulated::{EmulatedArms, signal, wait_until};
-use hysteron_tests::{program, run};
+use hysteron_tests::run;
 
 #[test]
 fn a_recording_of_both_arms_has_what_other_verbs_read() {
@@ -48,17 +46,8 @@ fn a_recording_of_both_arms_has_what_other_verbs_read() {
 #[test]
 fn a_recorder_that_is_killed_leaves_no_torque_and_its_rows_open() {
     let arms = EmulatedArms::start(&[]);
-    let mut recorder = Command::new(program())
-        .args(["arm", "record", "--arms", "arms/patient.toml", "--seconds", "20", "--out", "out.parquet"])
-        .current_dir(arms.path())
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let journal = arms.path().join("out.journal");
-    wait_until("rows", || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 20_000));
-    assert!(arms.is_under_torque());
+    let long = ["arm", "record", "--arms", "arms/patient.toml", "--seconds", "20"];
+    let mut recorder = arms.at_work(&long, "out.parquet");
     signal(&recorder, "KILL");
     recorder.wait().unwrap();
     wait_until("released", || !arms.is_under_torque());
@@ -68,7 +57,7 @@ fn a_recorder_that_is_killed_leaves_no_torque_and_its_rows_open() {
     for name in ["out.crashed-1.parquet", "out.parquet"] {
         assert!(Recording::read(arms.path().join(name)).unwrap().n_samples() > 20, "{name}");
     }
-    assert!(!journal.exists() && !arms.is_under_torque());
+    assert!(!arms.path().join("out.journal").exists() && !arms.is_under_torque());
 }
 
 #[test]
