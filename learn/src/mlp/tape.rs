@@ -11,8 +11,8 @@
 //!
 //! Derivatives of a torque that is itself a derivative of an energy need no Jacobians so: see the crate `arm`.
 //!
-//! A number's derivative along a direction has the number's own cotangents ȳ = f' ... on every layer of that tangent: where those
-//! have just been found by the number's gradient, they are not computed again.
+//! The derivative of a number along a direction has, on every layer of that tangent, the cotangents that the number's gradient has of
+//! the values: where the gradient has just found them, they are not computed again ([`MlpTape::reverse_parameters_repeating`]).
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
