@@ -52,6 +52,7 @@ impl<T: Real> Term<T> for Friction<T> {
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
         let n = block.n_joints;
+        into.begin(0..PER_JOINT * n);
         for (i, w) in w.iter().enumerate() {
             let (row, j) = (i / n, i % n);
             let [u, sign, stribeck, width, by_raw] = self.parts(parameters, j, block.v[i]);

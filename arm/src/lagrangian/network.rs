@@ -475,7 +475,7 @@ impl<T: Real> Evaluator<T> {
         self.terms.iter().map(|(kind, ..)| *kind)
     }
 
-    /// Adds `per_row` times the loss of these rows' gradient to `gradient`; gives that part of the loss. Follows
+    /// The gradient of `per_row` times the loss of these rows goes `into` one of all parameters; gives that part of the loss. Follows
     /// [`Evaluator::evaluate`] of the same rows.
     ///
     /// The loss of a row is Σ_j W_j (e_j² + λ ε̂_j²), (10).
@@ -485,7 +485,7 @@ impl<T: Real> Evaluator<T> {
         targets: &Targets<'_>,
         rows: &[usize],
         per_row: f64,
-        gradient: &mut [T],
+        mut into: ByParameters<'_, T>,
     ) -> f64 {
         let mut loss = 0.0;
         self.w.clear();
@@ -495,7 +495,7 @@ impl<T: Real> Evaluator<T> {
         });
         let is_augmented = self.terms.len() > 1 && targets.penalty > 0.0;
         for ((kind, range, term), part) in self.terms.iter_mut().zip(&self.parts) {
-            let (parameters, gradient) = (&parameters[range.clone()], &mut gradient[range.clone()]);
+            let (parameters, into) = (&parameters[range.clone()], into.from(range.start));
             if is_augmented && *kind == Kind::FeedForward {
                 let weights = targets.weights.iter().cycle();
                 let mut w = self.w.clone();
@@ -503,9 +503,9 @@ impl<T: Real> Evaluator<T> {
                     loss += per_row * targets.penalty * weight * y.to_f64().powi(2);
                     *w += T::of(2.0 * per_row * targets.penalty * weight) * *y;
                 }
-                term.derivatives(parameters, &self.block, &w, ByParameters::Sum(gradient));
+                term.derivatives(parameters, &self.block, &w, into);
             } else {
-                term.derivatives(parameters, &self.block, &self.w, ByParameters::Sum(gradient));
+                term.derivatives(parameters, &self.block, &self.w, into);
             }
         }
         loss

@@ -1,6 +1,6 @@
 //! The loss of a model on samples and its gradient, on all threads.
 
-use hysteron_learn::{LeastSquares, Objective, Real};
+use hysteron_learn::{ByParameters, LeastSquares, Objective, Real};
 use rayon::prelude::*;
 
 use super::block::Motion;
@@ -119,11 +119,17 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
             .zip(self.gradients.par_chunks_mut(lanes).zip(shares.par_chunks(lanes)))
             .flat_map_iter(|(evaluator, (gradients, shares))| {
                 gradients.iter_mut().zip(shares).map(|(gradient, blocks)| {
-                    gradient.fill(T::default());
+                    if blocks.is_empty() {
+                        gradient.fill(T::default());
+                    }
                     let mut loss = 0.0;
-                    for rows in blocks {
+                    for (block, rows) in blocks.iter().enumerate() {
                         evaluator.evaluate(parameters, motion, rows.iter().copied());
-                        loss += evaluator.add_loss(parameters, &targets, rows, per_row, gradient);
+                        let into = match block {
+                            0 => ByParameters::First(gradient),
+                            _ => ByParameters::Sum(gradient),
+                        };
+                        loss += evaluator.add_loss(parameters, &targets, rows, per_row, into);
                     }
                     loss
                 })

@@ -1,6 +1,8 @@
 //! Adam on plain arrays.
 
 use hysteron_base::BadInput;
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::Real;
@@ -110,7 +112,7 @@ impl Adam {
         }
     }
 
-    /// Moves `weights` by the gradient times `scale`; `step` counts from 1.
+    /// Moves `weights` by the gradient times `scale`, on all threads; `step` counts from 1.
     pub(crate) fn update<T: Real>(
         &self,
         step: u64,
@@ -119,19 +121,71 @@ impl Adam {
         weights: &mut [T],
         moments: &mut Moments<T>,
     ) {
-        let factors = self.factors(step, scale);
-        let Factors { scale, decay, kept, rate, per_root, epsilon, mean, square } = factors;
+        let (factors, isa) = (self.factors(step, scale), Isa::detect());
+        let moments = moments.mean.par_chunks_mut(CHUNK).zip(moments.square.par_chunks_mut(CHUNK));
+        let weights = weights.par_chunks_mut(CHUNK).zip(gradient.par_chunks(CHUNK));
+        weights.zip(moments).for_each(|((weights, gradient), (mean, square))| {
+            isa.run(Step { factors, gradient, weights, mean, square });
+        });
+    }
+}
+
+/// Parameters that a thread takes at once.
+pub(super) const CHUNK: usize = 4096;
+
+/// [`Factors`] on some parameters.
+struct Step<'a, T> {
+    factors: Factors,
+    gradient: &'a [T],
+    weights: &'a mut [T],
+    mean: &'a mut [T],
+    square: &'a mut [T],
+}
+
+impl<T: Real> WithSimd for Step<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Factors { scale, decay, kept, rate, per_root, epsilon, mean, square } = self.factors;
         let [scale, decay, kept, rate, per_root, epsilon] =
             [scale, decay, kept, rate, per_root, epsilon].map(T::of);
         let [b1, b2] = [mean, square].map(|part| part.map(T::of));
-        let moments = moments.mean.iter_mut().zip(&mut moments.square);
-        for ((weight, gradient), (mean, square)) in weights.iter_mut().zip(gradient).zip(moments) {
+        let moments = self.mean.iter_mut().zip(self.square);
+        for ((weight, gradient), (mean, square)) in self.weights.iter_mut().zip(self.gradient).zip(moments) {
             let g = scale * *gradient + decay * *weight;
             *mean = b1[0] * *mean + b1[1] * g;
             *square = b2[0] * *square + b2[1] * g * g;
             *weight *= kept;
             *weight -= rate * *mean / (square.root() * per_root + epsilon);
         }
+    }
+}
+
+/// The sum of the squares of all numbers, on all threads; the same bits on any number of them.
+pub(super) fn sum_of_squares<T: Real>(values: &[T]) -> f64 {
+    let isa = Isa::detect();
+    let parts: Vec<f64> = values.par_chunks(CHUNK).map(|values| isa.run(SquaresOf(values))).collect();
+    parts.iter().sum()
+}
+
+struct SquaresOf<'a, T>(&'a [T]);
+
+impl<T: Real> WithSimd for SquaresOf<'_, T> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        /// Sums side by side.
+        const LANES: usize = 16;
+        let (groups, rest) = self.0.as_chunks::<LANES>();
+        let mut sums = [0.0; LANES];
+        for group in groups {
+            for (sum, value) in sums.iter_mut().zip(group) {
+                *sum += value.to_f64() * value.to_f64();
+            }
+        }
+        sums.iter().sum::<f64>() + rest.iter().map(|value| value.to_f64().powi(2)).sum::<f64>()
     }
 }
 

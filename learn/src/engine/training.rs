@@ -4,10 +4,11 @@
 use std::path::Path;
 
 use hysteron_base::BadInput;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::engine::adam::Moments;
+use crate::engine::adam::{CHUNK, Moments, sum_of_squares};
 use crate::files::TensorFile;
 use crate::{Adam, Error, Model, Real, Result};
 
@@ -103,8 +104,7 @@ impl<M: Model> Training<M> {
     /// `BadInput` for a step size out of range; `NotFinite` if the loss or the gradient is not finite. The weights are then as
     /// before.
     pub fn update<G: AsRef<[M::Value]>>(&mut self, loss: f64, gradients: &[G]) -> Result<()> {
-        let square = |values: &G| values.as_ref().iter().map(|v| v.to_f64().powi(2)).sum::<f64>();
-        let norm = gradients.iter().map(square).sum::<f64>().sqrt();
+        let norm = gradients.iter().map(|values| sum_of_squares(values.as_ref())).sum::<f64>().sqrt();
         let scale = self.scale(self.steps, loss, norm)?;
         self.steps += 1;
         let parameters = self.model.parameters_mut().iter_mut().zip(&mut self.moments);
@@ -280,8 +280,11 @@ impl<M: Model> Training<M> {
 /// Polyak, Juditsky (1992), Acceleration of stochastic approximation by averaging.
 fn move_towards<M: Model>(average: &mut M, model: &M, part: f32) {
     let part = M::Value::of(f64::from(part));
-    let own = average.parameters_mut().iter_mut().flatten();
-    for (own, other) in own.zip(model.parameters().iter().flatten()) {
-        *own += part * (*other - *own);
+    for (own, other) in average.parameters_mut().iter_mut().zip(model.parameters()) {
+        own.par_chunks_mut(CHUNK).zip(other.par_chunks(CHUNK)).for_each(|(own, other)| {
+            for (own, other) in own.iter_mut().zip(other) {
+                *own += part * (*other - *own);
+            }
+        });
     }
 }

@@ -1,16 +1,20 @@
 //! Where derivatives by parameters go: summed over the rows of a batch, or row by row.
 
+use std::ops::Range;
+
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::shape::LayerShape;
 use crate::Real;
-use crate::product::{multiply_add, rows};
+use crate::product::{multiply, multiply_add, rows};
 
-/// Derivatives by parameters, added to what is there.
+/// Derivatives by parameters: where they go.
 #[derive(Debug)]
 pub enum ByParameters<'a, T> {
-    /// Of the sum over all rows of a batch: [parameter].
+    /// Of the sum over all rows of a batch, added to what is there: [parameter].
     Sum(&'a mut [T]),
+    /// The same in place of what is there, which need not have been cleared; each of the parameters once.
+    First(&'a mut [T]),
     /// Of every row: a Jacobian [row][parameter].
     Rows {
         /// The Jacobian.
@@ -27,9 +31,17 @@ impl<T: Real> ByParameters<'_, T> {
     pub fn from(&mut self, first: usize) -> ByParameters<'_, T> {
         match self {
             Self::Sum(values) => ByParameters::Sum(&mut values[first..]),
+            Self::First(values) => ByParameters::First(&mut values[first..]),
             Self::Rows { values, width, start } => {
                 ByParameters::Rows { values, width: *width, start: *start + first }
             }
+        }
+    }
+
+    /// Before the first is added to any of these parameters.
+    pub fn begin(&mut self, parameters: Range<usize>) {
+        if let Self::First(values) = self {
+            values[parameters].fill(T::default());
         }
     }
 
@@ -37,14 +49,16 @@ impl<T: Real> ByParameters<'_, T> {
     #[inline]
     pub fn add(&mut self, row: usize, parameter: usize, value: T) {
         match self {
-            Self::Sum(values) => values[parameter] += value,
+            Self::Sum(values) | Self::First(values) => values[parameter] += value,
             Self::Rows { values, width, start } => values[row * *width + *start + parameter] += value,
         }
     }
 
-    /// Adds those of the biases of a layer: `cotangents` of its sums, of which those of the values come first, [stream][row][unit].
+    /// Adds those of the biases of a layer: `cotangents` of its sums, of which those of the values come first, [stream][row][unit];
+    /// none where values have none.
     pub(super) fn add_biases(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T]) {
         let biases = shape.start + shape.outputs * shape.inputs;
+        self.begin(biases..biases + shape.outputs);
         for (row, cotangents) in cotangents.chunks_exact(shape.outputs).take(n_rows).enumerate() {
             for (o, d) in cotangents.iter().enumerate() {
                 self.add(row, biases + o, *d);
@@ -54,12 +68,16 @@ impl<T: Real> ByParameters<'_, T> {
 
     /// Adds those of the weights of a layer: `cotangents` of its sums, `inputs` of it, both [stream][row][unit].
     pub(super) fn add_weights(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T], inputs: &[T]) {
+        let columns = || (rows(cotangents, shape.outputs).transpose(), rows(inputs, shape.inputs));
         match self {
-            Self::Sum(values) => multiply_add(
-                shape.weights_mut(values),
-                rows(cotangents, shape.outputs).transpose(),
-                rows(inputs, shape.inputs),
-            ),
+            Self::Sum(values) => {
+                let (cotangents, inputs) = columns();
+                multiply_add(shape.weights_mut(values), cotangents, inputs);
+            }
+            Self::First(values) => {
+                let (cotangents, inputs) = columns();
+                multiply(shape.weights_mut(values), cotangents, inputs);
+            }
             Self::Rows { values, width, start } => {
                 let values = &mut values[*start..];
                 Isa::detect().run(RowByRow { shape, n_rows, cotangents, inputs, values, width: *width });

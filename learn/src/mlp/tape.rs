@@ -320,9 +320,7 @@ impl<T: Real> MlpTape<T> {
                 let of = |units: usize| first * self.n_rows * units..n_streams * self.n_rows * units;
                 let above = &self.cotangents[0][of(shape.outputs)];
                 into.add_weights(shape, self.n_rows, above, &self.layers[l].input[of(shape.inputs)]);
-                if first == 0 {
-                    into.add_biases(shape, self.n_rows, above);
-                }
+                into.add_biases(shape, self.n_rows, if first == 0 { above } else { &[] });
                 if l == 0 {
                     return;
                 }

@@ -180,11 +180,14 @@ fn with_a_gradient_along(
     }
     tape.push_tangent(p, &b);
     let width = p.len();
-    let mut found = vec![0.0; if row_by_row { n_rows * width } else { width }];
-    let into = if row_by_row {
-        ByParameters::Rows { values: &mut found, width, start: 0 }
-    } else {
-        ByParameters::Sum(&mut found)
+    let is_first = repeats && !row_by_row;
+    // What stands there does not count where they are the first.
+    let mut found =
+        vec![if is_first { f64::NAN } else { 0.0 }; if row_by_row { n_rows * width } else { width }];
+    let into = match (row_by_row, is_first) {
+        (true, _) => ByParameters::Rows { values: &mut found, width, start: 0 },
+        (_, true) => ByParameters::First(&mut found),
+        _ => ByParameters::Sum(&mut found),
     };
     if repeats {
         tape.reverse_parameters_repeating(p, given, into);
