@@ -26,6 +26,7 @@ mod files;
 mod lstm;
 mod mlp;
 mod normaliser;
+mod on_device;
 mod panels;
 mod product;
 mod regression;
@@ -49,6 +50,6 @@ pub use regression::{
     WindowedSequence, restore_bounded, windows,
 };
 pub use transformer::{
-    Block, ClosedLoop, Form, Plant, StepLoss, TapePool, Transformer, TransformerGraph, TransformerRunner,
-    TransformerShape, TransformerTape,
+    Block, Card, CardUpdates, ClosedLoop, Form, Plant, StepLoss, TapePool, Transformer, TransformerGraph,
+    TransformerRunner, TransformerShape, TransformerTape,
 };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
-    Block, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
+    Block, Card, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -240,7 +240,8 @@ pub(crate) fn fit_sensing(
     session: &mut ActuatorSession<'_>,
 ) -> Result<(Sensing, FitResult<Transformer<f32>>)> {
     let known = IdentifiedArm::identify(arm, (features, &observers.drive, period), sets[0])?;
-    let mut task = SensingTask::new(options, arm, (features, &known, period), sets)?;
+    let task = SensingTask::new(options, arm, (features, &known, period), sets)?;
+    let mut task = task.on(Card::first()?);
     let network = Transformer::<f32>::new(&options.shape(features), options.seed)?;
     let identity = json!({
         "options": options, "features": features, "observers": observers, "recordings": session.recordings,

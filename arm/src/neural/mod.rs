@@ -26,6 +26,7 @@ mod servo;
 #[cfg(test)]
 mod servo_tests;
 mod simulation;
+mod supervised;
 #[cfg(test)]
 mod tests;
 mod training;

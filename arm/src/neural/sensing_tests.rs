@@ -3,7 +3,7 @@
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_learn::{Model as _, Progress, Session, Transformer, TransformerShape, fit};
+use hysteron_learn::{Card, Model as _, Progress, Session, Transformer, TransformerShape, fit};
 use serde_json::json;
 
 use super::*;
@@ -135,6 +135,31 @@ fn a_condition_that_is_wrong_and_sure_outweighs_no_force_when_the_best_network_i
     // All of the weight for one of two conditions; a cross-entropy would be sixty times that.
     let expected = 0.5 * options.loss.condition;
     assert!((wrong - right - expected).abs() < 1e-6, "{right} {wrong} {expected}");
+}
+
+/// On a card where the program is built for one, and else by the operations that one would carry out.
+#[test]
+fn a_card_learns_from_the_same_samples() {
+    let training = set(0..2);
+    let (model, features) = (arm(), features());
+    // Steps so small that the losses of all updates are those of the same weights.
+    let options = SensingOptions { learning_rate: (1e-9, 1), epoch: 20, updates: 20, ..options() };
+    let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
+    let known = identified(&observers, &training);
+    let network = Transformer::<f32>::new(&options.shape(&features), 1).unwrap();
+    let curve = |card: Option<Card>| {
+        let about = (&features, &known, PERIOD);
+        let mut task = SensingTask::new(&options, &model, about, [&training, &training]).unwrap().on(card);
+        let mut session = Session { file: None, progress: &mut |_| true };
+        let found = fit(&mut task, network.clone(), &json!({ "test": 3 }), &mut session).unwrap();
+        found.curve[0]
+    };
+    let host = curve(None);
+    let card = curve(Some(Card::first().unwrap().unwrap_or_else(Card::emulated)));
+    // Outputs are sums of some tens of products in single precision, and so are their inputs.
+    for (host, card) in host.iter().zip(card) {
+        assert!((host - card).abs() < 1e-5 * host, "{host} {card}");
+    }
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use hysteron_base::{BadInput, rng};
 use hysteron_learn::{
-    Adam, Block, Decay, Form, Penalty, Schedule, TapePool, Task, Training, Transformer, TransformerShape,
-    warm_up_cosine,
+    Adam, Block, Card, CardUpdates, Decay, Form, Penalty, Schedule, TapePool, Task, Training, Transformer,
+    TransformerShape, warm_up_cosine,
 };
 use rand::RngExt;
 use rayon::prelude::*;
@@ -13,8 +13,8 @@ use super::data::Trajectory;
 use super::features::{Features, InputScale};
 use super::loss::{Heads, LossParts, LossWeights, Totals, length, sigmoid};
 use super::observations::{IdentifiedArm, Observed, channels, floors, telemetry};
+use super::supervised::Stretches;
 use super::training::{GROUP, added};
-use super::warm_start::supervised;
 use crate::Model;
 use crate::servo_force::Observers;
 
@@ -134,6 +134,8 @@ pub struct SensingTask<'a> {
     /// Training trajectories by what they teach: contacts, absence of contact, healthy and degraded motors; as many stretches from each.
     pools: Vec<Vec<usize>>,
     tapes: TapePool<f32>,
+    /// What updates are computed on in place of the processor.
+    card: Option<Card>,
 }
 
 impl<'a> SensingTask<'a> {
@@ -184,7 +186,13 @@ impl<'a> SensingTask<'a> {
             validation,
             pools,
             tapes: TapePool::default(),
+            card: None,
         })
+    }
+
+    /// Updates are computed on a card, where there is one.
+    pub fn on(self, card: Option<Card>) -> Self {
+        Self { card, ..self }
     }
 
     /// How the network's inputs are scaled.
@@ -192,45 +200,19 @@ impl<'a> SensingTask<'a> {
         &self.scale
     }
 
-    fn gradient(&self, network: &Transformer<f32>, update: u64) -> (f64, Vec<Vec<f32>>) {
+    fn lesson(&self, update: u64) -> Lesson<'_, 'a> {
         let mut stream = rng(self.options.seed, &format!("sensing/{update}"));
         let span = self.options.span;
-        let stretches: Vec<(&Observed<'_>, usize)> = (0..self.options.stretches)
+        let stretches: Vec<(&Observed<'a>, usize)> = (0..self.options.stretches)
             .map(|k| {
                 let pool = &self.pools[k % self.pools.len()];
                 let one = &self.training[pool[stream.random_range(0..pool.len())]];
                 (one, stream.random_range(0..one.trajectory.len() - span))
             })
             .collect();
-        let totals =
-            Totals::of_rows(stretches.iter().map(|(one, start)| (one.trajectory, *start..start + span)));
-        let heads = Heads::new(&self.features);
-        let found: Vec<_> = stretches
-            .par_chunks(GROUP)
-            .map(|group| {
-                let mut gradient = network.zeros();
-                let mut parts = LossParts::default();
-                let token = |step: isize, row: usize, to: &mut [f32]| {
-                    let (one, start) = group[row];
-                    let own = one.row(start as isize + step);
-                    to.iter_mut()
-                        .zip(own)
-                        .enumerate()
-                        .for_each(|(k, (to, x))| *to = self.scale.at(k, *x).0 as f32);
-                };
-                let weigh = |step: usize, row: usize, outputs: &mut [f64], by_outputs: &mut [f64]| {
-                    let (one, start) = group[row];
-                    one.complete(start + step, outputs);
-                    let at = (one.trajectory, start + step);
-                    parts.add(&self.options.loss.labels(at, &heads, outputs, &totals, by_outputs));
-                    one.turn_gradient(start + step, by_outputs);
-                };
-                supervised((network, &self.tapes), (group.len(), span), token, weigh, &mut gradient);
-                (parts.sum(), gradient)
-            })
-            .collect();
-        let loss = found.iter().map(|(loss, _)| loss).sum();
-        (loss, added(found.into_iter().map(|(_, gradient)| gradient).collect()))
+        let rows = stretches.iter().map(|(one, start)| (one.trajectory, *start..start + span));
+        let totals = Totals::of_rows(rows);
+        Lesson { task: self, stretches, totals, heads: Heads::new(&self.features) }
     }
 
     /// Force and gate over all labelled samples of a trajectory, and its condition, with their numbers of samples.
@@ -252,6 +234,80 @@ impl<'a> SensingTask<'a> {
         }
         parts.condition = self.options.loss.condition * brier;
         (parts, Totals::of_rows([(trajectory, 0..trajectory.len())].into_iter()))
+    }
+}
+
+/// What an update learns from: stretches by their trajectories and first samples, and what their losses are divided by.
+struct Lesson<'t, 'a> {
+    task: &'t SensingTask<'a>,
+    stretches: Vec<(&'t Observed<'a>, usize)>,
+    totals: Totals,
+    heads: Heads,
+}
+
+impl Lesson<'_, '_> {
+    /// What the network sees of a stretch at a step.
+    fn token(&self, (one, start): (&Observed<'_>, usize), step: isize, to: &mut [f32]) {
+        let own = one.row(start as isize + step);
+        let scaled = own.iter().enumerate().map(|(k, x)| self.task.scale.at(k, *x).0 as f32);
+        to.iter_mut().zip(scaled).for_each(|(to, x)| *to = x);
+    }
+
+    /// The loss by the outputs at a step of a stretch; adds its derivatives.
+    fn loss(
+        &self,
+        (one, start): (&Observed<'_>, usize),
+        step: usize,
+        outputs: &mut [f64],
+        by_outputs: &mut [f64],
+    ) -> LossParts {
+        one.complete(start + step, outputs);
+        let at = (one.trajectory, start + step);
+        let parts = self.task.options.loss.labels(at, &self.heads, outputs, &self.totals, by_outputs);
+        one.turn_gradient(start + step, by_outputs);
+        parts
+    }
+
+    /// One update by the fused passes.
+    fn learn(&self, training: &mut Training<Transformer<f32>>) -> hysteron_learn::Result<f64> {
+        let (network, span) = (training.model(), self.task.options.span);
+        let found: Vec<_> = self
+            .stretches
+            .par_chunks(GROUP)
+            .map(|group| {
+                let mut gradient = network.zeros();
+                let mut parts = LossParts::default();
+                let token = |step: isize, row: usize, to: &mut [f32]| self.token(group[row], step, to);
+                let weigh = |step: usize, row: usize, outputs: &mut [f64], by_outputs: &mut [f64]| {
+                    parts.add(&self.loss(group[row], step, outputs, by_outputs));
+                };
+                let stretches = Stretches { shape: network.shape(), rows: group.len(), span };
+                stretches.pass((network, &self.task.tapes), token, weigh, &mut gradient);
+                (parts.sum(), gradient)
+            })
+            .collect();
+        let loss = found.iter().map(|(loss, _)| loss).sum();
+        training.update(loss, &added(found.into_iter().map(|(_, gradient)| gradient).collect()))?;
+        Ok(loss)
+    }
+
+    /// The same on a card.
+    fn learn_on(
+        &self,
+        updates: &mut CardUpdates,
+        training: &Training<Transformer<f32>>,
+    ) -> hysteron_learn::Result<f64> {
+        let (shape, span) = (training.model().shape(), self.task.options.span);
+        let mut parts = LossParts::default();
+        let token = |step: isize, row: usize, to: &mut [f32]| self.token(self.stretches[row], step, to);
+        let weigh = |step: usize, row: usize, outputs: &mut [f64], by_outputs: &mut [f64]| {
+            parts.add(&self.loss(self.stretches[row], step, outputs, by_outputs));
+        };
+        let stretches = Stretches { shape, rows: self.stretches.len(), span };
+        let by_outputs = stretches.pass_on_card(updates, token, weigh)?;
+        let loss = parts.sum();
+        updates.update(training, loss, &by_outputs)?;
+        Ok(loss)
     }
 }
 
@@ -278,16 +334,20 @@ impl Task<Transformer<f32>> for SensingTask<'_> {
         let (of, first) = (self.options.updates, training.steps());
         let n = self.options.epoch.min(of - first);
         let (full, warm_up) = self.options.learning_rate;
+        let mut on_card = self.card.as_ref().map(|card| card.updates(training)).transpose()?;
         let mut sum = 0.0;
         for update in first..first + n {
             training.set_learning_rate(full * warm_up_cosine(update, warm_up, of));
-            let (loss, gradient) = self.gradient(training.model(), update);
-            training.update(loss, &gradient)?;
-            sum += loss;
+            let lesson = self.lesson(update);
+            sum += match &mut on_card {
+                Some(updates) => lesson.learn_on(updates, training)?,
+                None => lesson.learn(training)?,
+            };
             if !on_step((update + 1 - first) as usize, n as usize) {
                 return Ok(None);
             }
         }
+        on_card.map_or(Ok(()), |updates| updates.finish(training))?;
         Ok(Some(sum / n.max(1) as f64))
     }
 

@@ -8,6 +8,7 @@ use super::data::Trajectory;
 use super::features::InputScale;
 use super::loss::{Heads, LossParts, LossWeights, Totals, huber};
 use super::simulation::Simulation;
+use super::supervised::Stretches;
 use crate::{Data, inverse_dynamics};
 
 /// Rows of a trajectory that are learned from together.
@@ -63,44 +64,9 @@ pub(super) fn gradient<T: Real>(
         }
         parts.add(&weights.labels((stretch.trajectory, sample), &heads, found, totals, by_outputs));
     };
-    supervised((network, tapes), (stretches.len(), span), token, weigh, gradient);
+    let stretches = Stretches { shape: network.shape(), rows: stretches.len(), span };
+    stretches.pass((network, tapes), token, weigh, gradient);
     (parts, torque_loss)
-}
-
-/// One pass forward and back over `rows` stretches of `span` samples, all at once: `token` writes what the network sees at a step (before
-/// the stretch below zero), `weigh` takes outputs at a step and adds the gradient of the loss by them. Adds to `gradient`.
-pub(super) fn supervised<T: Real>(
-    (network, tapes): (&Transformer<T>, &TapePool<T>),
-    (rows, span): (usize, usize),
-    token: impl Fn(isize, usize, &mut [T]),
-    mut weigh: impl FnMut(usize, usize, &mut [f64], &mut [f64]),
-    gradient: &mut [Vec<T>],
-) {
-    let shape = network.shape();
-    let (inputs, n, before) = (shape.inputs, shape.outputs(), shape.tokens - 1);
-    let steps = before + span;
-    let mut tokens = vec![T::default(); steps * rows * inputs];
-    for (at, to) in tokens.chunks_exact_mut(inputs).enumerate() {
-        token((at / rows) as isize - before as isize, at % rows, to);
-    }
-    // In a window all results belong to its last step.
-    let first = if shape.form == Form::Window { 0 } else { before };
-    let (mut found, mut by_outputs) = (vec![0.0; n], vec![0.0; n]);
-    tapes.with(shape, (steps, rows), |tape| {
-        let outputs = tape.forward(network, 0..steps, &tokens);
-        let mut weights_of_outputs = vec![T::default(); outputs.len()];
-        for (step, row) in (0..span).flat_map(|step| (0..rows).map(move |row| (step, row))) {
-            let at = ((first + step) * rows + row) * n;
-            found.iter_mut().zip(&outputs[at..at + n]).for_each(|(to, y)| *to = y.to_f64());
-            by_outputs.fill(0.0);
-            weigh(step, row, &mut found, &mut by_outputs);
-            let to = &mut weights_of_outputs[at..at + n];
-            to.iter_mut().zip(&by_outputs).for_each(|(to, from)| *to = T::of(*from));
-        }
-        tape.clear_gradients();
-        tape.backward(network, 0..steps, &weights_of_outputs, gradient);
-        tape.weight_gradients(network, steps, gradient);
-    });
 }
 
 /// Torques that would have moved the simulated arm as recorded (rows × m) [N m], from poses filtered without delay below `cutoff`

@@ -3,9 +3,9 @@
 use hysteron_base::rng;
 use rand::RngExt;
 
-use super::graph::{Gradients, Graph, Weights};
-use super::on_device::OnDevice;
-use crate::{Architecture, Batch, Error, Memory, Network, Result, Training};
+use super::graph::Graph;
+use crate::on_device::{Gradients, OnDevice, Weights};
+use crate::{Architecture, Batch, Error, Memory, Model, Network, Result, Training};
 
 /// What passes of networks of one architecture need, reused from batch to batch. Runs on the processor, or with the feature
 /// `cuda` on the first NVIDIA card there is.
@@ -37,16 +37,15 @@ impl Backprop {
         Ok(Self { graph, seed, home })
     }
 
-    /// As [`Backprop::new`], with candle's own cells on the processor: what other devices do, many times slower
-    /// here. The fused layers are measured and checked against it.
+    /// As [`Backprop::new`], with candle's own cells on the processor, many times slower: what layers are measured and checked against.
     pub fn unrolled(architecture: &Architecture, seed: u64) -> Self {
         Self { graph: Graph::unrolled(architecture), seed, home: Home::Host }
     }
 
-    /// As [`Backprop::unrolled`], with weights and the optimiser's state kept as a card keeps them.
+    /// What a card would do, on the processor.
     #[cfg(test)]
-    pub(super) fn unrolled_on_device(architecture: &Architecture, seed: u64) -> Self {
-        Self { home: Home::Device, ..Self::unrolled(architecture, seed) }
+    pub(super) fn as_on_card(architecture: &Architecture, seed: u64) -> Self {
+        Self { graph: Graph::as_on_card(architecture), seed, home: Home::Device }
     }
 
     /// Seed of dropout.
@@ -78,8 +77,12 @@ impl Backprop {
     /// # Errors
     /// `Tensors` if a card refuses.
     pub fn place<'a>(&'a self, network: &'a Network) -> Result<Placed<'a>> {
-        let weights = self.graph.weights(network)?;
+        let weights = self.weights(network)?;
         Ok(Placed { graph: &self.graph, architecture: network.architecture(), weights })
+    }
+
+    fn weights(&self, network: &Network) -> Result<Weights> {
+        Ok(Weights::new(self.graph.device(), network.parameters())?)
     }
 
     /// For many updates of a training; on a card, weights, moments and moving average stay there until [`Updates::finish`].
@@ -89,7 +92,7 @@ impl Backprop {
     pub fn updates<'a>(&'a self, training: &'a mut Training<Network>) -> Result<Updates<'a>> {
         let on_device = match self.home {
             Home::Host => None,
-            Home::Device => Some(OnDevice::new(&self.graph, training)?),
+            Home::Device => Some(OnDevice::new(self.graph.device(), training)?),
         };
         Ok(Updates { passes: self, training, on_device })
     }
@@ -127,7 +130,7 @@ impl Backprop {
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<(f64, Vec<Vec<f32>>)> {
-        let weights = self.graph.weights(network)?;
+        let weights = self.weights(network)?;
         let of = (network.architecture(), &weights);
         let (value, gradients) = self.gradient_at(of, step, batch, memory, loss)?;
         Ok((value, gradients.to_vecs()?))

@@ -1,7 +1,8 @@
-//! The network as a candle graph; with `on_device.rs` alone knows candle.
+//! The network on candle's tensors.
 //!
-//! On a processor an LSTM layer over a whole sequence is one operation with its own way back. On any other device
-//! it is candle's own cell, step by step.
+//! On a processor an LSTM layer over a whole sequence is one operation of a candle graph with its own way back; on any other device it is
+//! some operations for each step, and their way back by hand (`tensors.rs`). By candle's own cells, step by step, both are checked and
+//! measured.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -12,7 +13,9 @@ use candle_nn::{Module, VarBuilder};
 use super::batch::{Batch, Memory, Outputs};
 use super::layer::{self, Shape, Tape};
 use super::network::LayerWeights;
-use crate::{Architecture, Error, Head, Network};
+use super::tensors::{self, Kept};
+use crate::on_device::{Gradients, Weights, best_device};
+use crate::{Architecture, Error, Head};
 
 impl From<candle_core::Error> for Error {
     fn from(error: candle_core::Error) -> Self {
@@ -25,6 +28,8 @@ impl From<candle_core::Error> for Error {
 pub(crate) enum Cells {
     /// A layer over the whole sequence at once; on a processor only.
     Fused,
+    /// A layer on whole tensors.
+    Tensors,
     /// candle's own cell for every step.
     Unrolled,
 }
@@ -40,22 +45,33 @@ pub(crate) struct Graph {
     pub gradient_floor: f32,
 }
 
-/// The vectors of a network's parameters on the device.
-#[derive(Debug)]
-pub(crate) struct Weights(pub(super) Vec<Var>);
+/// One forward pass, on the device.
+pub(crate) struct Pass {
+    outputs: Tensor,
+    by_hand: Option<ByHand>,
+}
 
-/// The outputs of one forward pass, on the device.
-pub(crate) struct Pass(Tensor);
-
-/// Gradients by each vector of parameters, on the device.
-pub(crate) struct Gradients(pub(super) Vec<Tensor>);
+/// What a pass has kept whose layers candle knows no way back through.
+struct ByHand {
+    layers: Vec<Kept>,
+    /// What the sequences into the second layer and so on were multiplied by.
+    masks: Vec<Tensor>,
+    /// What came out of the last layer: where candle's derivatives end.
+    hidden: Var,
+}
 
 impl Graph {
     /// The best device there is, with what is fastest on it.
     pub fn new(architecture: &Architecture) -> candle_core::Result<Self> {
-        let device = Device::cuda_if_available(0)?;
-        let cells = if device.is_cpu() { Cells::Fused } else { Cells::Unrolled };
+        let device = best_device()?;
+        let cells = if device.is_cpu() { Cells::Fused } else { Cells::Tensors };
         Ok(Self::with_cells(architecture, device, cells))
+    }
+
+    /// The operations of a card on the processor.
+    #[cfg(test)]
+    pub fn as_on_card(architecture: &Architecture) -> Self {
+        Self::with_cells(architecture, Device::Cpu, Cells::Tensors)
     }
 
     /// candle's own cells on the processor.
@@ -73,15 +89,9 @@ impl Graph {
         !self.device.is_cpu()
     }
 
-    /// A vector of numbers, on the device.
-    pub fn place(&self, values: &[f32]) -> candle_core::Result<Tensor> {
-        Tensor::from_slice(values, values.len(), &self.device)
-    }
-
-    /// The parameters of a network, on the device.
-    pub fn weights(&self, network: &Network) -> candle_core::Result<Weights> {
-        let place = |values: &Vec<f32>| Var::from_slice(values, values.len(), &self.device);
-        Ok(Weights(network.parameters.iter().map(place).collect::<candle_core::Result<_>>()?))
+    /// Where passes are computed.
+    pub fn device(&self) -> &Device {
+        &self.device
     }
 
     /// Runs the batch; `memory` goes on. `masks` are what sequences are multiplied by on the way into the second
@@ -93,8 +103,9 @@ impl Graph {
         memory: &mut Memory,
         masks: &[Vec<f32>],
     ) -> candle_core::Result<Pass> {
-        let parameters = &weights.0;
+        let parameters = weights.vectors();
         let n = batch.steps * batch.rows;
+        let (mut layers, mut placed) = (Vec::new(), Vec::new());
         let mut x = Tensor::from_slice(batch.inputs, (n, architecture.inputs), &self.device)?;
         for layer in 0..architecture.layers {
             let shape = Shape {
@@ -104,7 +115,9 @@ impl Graph {
                 hidden: architecture.hidden,
             };
             if let Some(mask) = layer.checked_sub(1).and_then(|l| masks.get(l)) {
-                x = (x * Tensor::from_slice(mask, (n, architecture.hidden), &self.device)?)?;
+                let mask = Tensor::from_slice(mask, (n, architecture.hidden), &self.device)?;
+                x = (x * &mask)?;
+                placed.push(mask);
             }
             let state = [&mut memory.h[layer], &mut memory.c[layer]];
             x = match self.cells {
@@ -123,38 +136,53 @@ impl Graph {
                     };
                     fused(operation, &x, &parameters[layer], state)?
                 }
+                Cells::Tensors => {
+                    let own = parameters[layer].as_detached_tensor();
+                    let (h, kept) = tensors::forward(shape, &x, &own, state)?;
+                    layers.push(kept);
+                    h
+                }
                 Cells::Unrolled => unrolled(shape, &x, &parameters[layer], state)?,
             };
+        }
+        let mut by_hand = None;
+        if self.cells == Cells::Tensors {
+            let hidden = Var::from_tensor(&x)?;
+            x = hidden.as_tensor().clone();
+            by_hand = Some(ByHand { layers, masks: placed, hidden });
         }
         if batch.outputs == Outputs::Last {
             x = x.narrow(0, n - batch.rows, batch.rows)?;
         }
-        Ok(Pass(head(architecture, &x, &parameters[architecture.layers])?))
+        Ok(Pass { outputs: head(architecture, &x, &parameters[architecture.layers])?, by_hand })
     }
 }
 
 impl Pass {
     /// The outputs, row by row.
     pub fn outputs(&self) -> candle_core::Result<Vec<f32>> {
-        self.0.flatten_all()?.to_vec1()
+        self.outputs.flatten_all()?.to_vec1()
     }
 
     /// The gradient by each vector of parameters, from the one by the outputs.
     pub fn gradients(self, weights: &Weights, d_outputs: &[f32]) -> candle_core::Result<Gradients> {
-        let d_outputs = Tensor::from_slice(d_outputs, self.0.shape(), self.0.device())?;
-        let gradients = (self.0 * d_outputs)?.sum_all()?.backward()?;
-        let of = |parameter: &Var| match gradients.get(parameter) {
-            Some(gradient) => gradient.flatten_all(),
-            None => parameter.zeros_like(),
-        };
-        Ok(Gradients(weights.0.iter().map(of).collect::<candle_core::Result<_>>()?))
-    }
-}
-
-impl Gradients {
-    /// On the host.
-    pub fn to_vecs(&self) -> candle_core::Result<Vec<Vec<f32>>> {
-        self.0.iter().map(Tensor::to_vec1).collect()
+        let d_outputs = Tensor::from_slice(d_outputs, self.outputs.shape(), self.outputs.device())?;
+        let found = (self.outputs * d_outputs)?.sum_all()?.backward()?;
+        let mut gradients = weights.gradients(&found)?;
+        if let Some(ByHand { layers, masks, hidden }) = self.by_hand {
+            let by_hidden = found.get(&hidden).map_or_else(|| hidden.zeros_like(), |own| Ok(own.clone()));
+            let mut by_hidden = by_hidden?;
+            for (layer, kept) in layers.iter().enumerate().rev() {
+                let (own, by_inputs) = kept.backward(&by_hidden, layer > 0)?;
+                gradients.set(layer, own);
+                let Some(by_inputs) = by_inputs else { break };
+                by_hidden = match masks.get(layer - 1) {
+                    Some(mask) => (by_inputs * mask)?,
+                    None => by_inputs,
+                };
+            }
+        }
+        Ok(gradients)
     }
 }
 

@@ -10,8 +10,10 @@ mod graph;
 mod graph_tests;
 mod layer;
 mod network;
-mod on_device;
+#[cfg(test)]
+mod on_device_tests;
 mod runner;
+mod tensors;
 mod trainer;
 
 pub use architecture::{Architecture, Head};

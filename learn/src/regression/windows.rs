@@ -323,6 +323,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(feature = "cuda", ignore = "acts on the processor")]
     fn what_a_floor_takes_from_the_gradient_is_measured() {
         let lost = |gradient_floor: f32| {
             let options = WindowOptions { gradient_floor, ..OPTIONS };

@@ -1,19 +1,21 @@
 //! The network by candle's own operations, which finds its derivatives itself: what the fused passes are checked against and measured
 //! beside.
 
-use candle_core::{D, DType, Device, Result, Tensor, Var, WithDType};
+use candle_core::backprop::GradStore;
+use candle_core::{D, Device, Result, Tensor, Var, WithDType};
+use candle_nn::ops::sigmoid;
 
 use super::{Block, Form, Transformer, TransformerShape};
-use crate::{Error, Model, Real};
+use crate::on_device::{Gradients, Weights};
+use crate::{Error, Model, Real, TensorShape};
 
-/// A [`Transformer`] as a graph of candle.
+/// A [`Transformer`] as a graph of candle, on the processor.
 pub struct TransformerGraph {
     shape: TransformerShape,
     rows: usize,
-    kind: DType,
-    /// Parameters, as the network has them.
-    vars: Vec<Var>,
-    /// Inputs and outputs of the last pass, time-major.
+    leaves: Leaves,
+    times: Option<Times>,
+    /// Inputs of the last pass, and its outputs, time-major.
     pass: Option<(Var, Tensor)>,
 }
 
@@ -23,9 +25,9 @@ impl TransformerGraph {
     /// # Errors
     /// candle refuses.
     pub fn new<T: Real + WithDType>(network: &Transformer<T>, rows: usize) -> crate::Result<Self> {
-        let vars = network.parameters().iter().map(|v| Var::from_slice(v, v.len(), &Device::Cpu));
-        let vars = vars.collect::<Result<_>>()?;
-        Ok(Self { shape: network.shape().clone(), rows, kind: T::DTYPE, vars, pass: None })
+        let shape = network.shape().clone();
+        let leaves = Leaves::new(&shape, &Weights::new(&Device::Cpu, network.parameters())?)?;
+        Ok(Self { shape, rows, leaves, times: None, pass: None })
     }
 
     /// Outputs ([result][row][output]) for `inputs` ([step][row][input]).
@@ -35,9 +37,10 @@ impl TransformerGraph {
     pub fn forward<T: WithDType>(&mut self, inputs: &[T]) -> crate::Result<Vec<T>> {
         let n = inputs.len() / (self.rows * self.shape.inputs);
         let given = Var::from_slice(inputs, (n, self.rows, self.shape.inputs), &Device::Cpu)?;
-        let outputs = self.run(&given.transpose(0, 1)?.contiguous()?)?.transpose(0, 1)?.contiguous()?;
+        let times = Times::again(self.times.take(), &self.shape, n, &given)?;
+        let outputs = Operations { shape: &self.shape, leaves: &self.leaves, times: &times }.run(&given)?;
         let values = outputs.flatten_all()?.to_vec1()?;
-        self.pass = Some((given, outputs));
+        (self.times, self.pass) = (Some(times), Some((given, outputs)));
         Ok(values)
     }
 
@@ -50,28 +53,150 @@ impl TransformerGraph {
             return Err(Error::Tensors("no pass to go back through".to_owned()));
         };
         let weights = Tensor::from_slice(weights, outputs.shape(), &Device::Cpu)?;
-        let gradients = (outputs * weights)?.sum_all()?.backward()?;
-        let of = |var: &Var| match gradients.get(var) {
-            Some(gradient) => gradient.flatten_all()?.to_vec1(),
-            None => var.zeros_like()?.flatten_all()?.to_vec1(),
+        let found = (outputs * weights)?.sum_all()?.backward()?;
+        let mut all = self.leaves.gradients(&found)?.to_vecs()?;
+        let by_inputs = found.get(given).map_or_else(|| given.zeros_like(), |own| Ok(own.clone()))?;
+        all.push(by_inputs.flatten_all()?.to_vec1()?);
+        Ok(all)
+    }
+}
+
+/// The named arrays of a network as variables of their own, for one pass: the way back through a part of a vector would fill a whole one
+/// with zeros for each of its arrays.
+pub(super) struct Leaves(Vec<Vec<(String, Var)>>);
+
+impl Leaves {
+    /// Of weights as they are now.
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn new(shape: &TransformerShape, weights: &Weights) -> Result<Self> {
+        let of_vector = |(tensors, values): (&Vec<TensorShape>, &Var)| {
+            let values = values.as_detached_tensor();
+            let mut start = 0;
+            let own = tensors.iter().map(|tensor| {
+                let part = values.narrow(0, start, tensor.len())?.reshape(tensor.shape.clone())?;
+                start += tensor.len();
+                Ok((tensor.name.clone(), Var::from_tensor(&part)?))
+            });
+            own.collect::<Result<Vec<_>>>()
         };
-        Ok(self.vars.iter().chain([given]).map(of).collect::<Result<_>>()?)
+        let vectors = shape.tensors();
+        Ok(Self(vectors.iter().zip(weights.vectors()).map(of_vector).collect::<Result<_>>()?))
     }
 
-    fn find(&self, vector: usize, name: &str) -> Result<Option<Tensor>> {
-        let mut start = 0;
-        for tensor in &self.shape.tensors()[vector] {
-            if tensor.name.ends_with(name) {
-                let flat = self.vars[vector].narrow(0, start, tensor.len())?;
-                return flat.reshape(tensor.shape.clone()).map(Some);
+    /// The derivatives by every vector; zeros where there are none.
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn gradients(&self, found: &GradStore) -> Result<Gradients> {
+        let of_array = |(_, own): &(String, Var)| match found.get(own) {
+            Some(gradient) => gradient.flatten_all(),
+            None => own.zeros_like()?.flatten_all(),
+        };
+        let of_vector =
+            |own: &Vec<(String, Var)>| Tensor::cat(&own.iter().map(of_array).collect::<Result<Vec<_>>>()?, 0);
+        Ok(Gradients::new(self.0.iter().map(of_vector).collect::<Result<_>>()?))
+    }
+
+    fn find(&self, vector: usize, name: &str) -> Option<&Tensor> {
+        self.0[vector].iter().find(|(own, _)| own.ends_with(name)).map(|(_, var)| var.as_tensor())
+    }
+}
+
+/// What sequences of so many steps share, on the device.
+#[derive(Debug)]
+pub(super) struct Times {
+    /// Lag of every step before every step (n · n), and what is added to scores (n × n): a large negative number where a step may not be
+    /// seen. By definition, number by number.
+    lags: Tensor,
+    hidden: Tensor,
+    /// What every result takes of every token (results × n): the mean of those that count.
+    pooling: Tensor,
+}
+
+impl Times {
+    /// Those `before` for sequences of `n` steps, or new ones, where the inputs are.
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn again(before: Option<Self>, shape: &TransformerShape, n: usize, inputs: &Tensor) -> Result<Self> {
+        before.filter(|own| own.steps() == n).map_or_else(|| Self::new(shape, n, inputs), Ok)
+    }
+
+    fn new(shape: &TransformerShape, n: usize, inputs: &Tensor) -> Result<Self> {
+        let (kind, device) = (inputs.dtype(), inputs.device());
+        let sees = |q: usize, k: usize| k <= q && q - k < shape.tokens;
+        let table = |of: &dyn Fn(usize, usize) -> f64, rows: usize| {
+            let values: Vec<f64> = (0..rows * n).map(|i| of(i / n, i % n)).collect();
+            Tensor::from_vec(values, (rows, n), device)?.to_dtype(kind)
+        };
+        let lags: Vec<u32> =
+            (0..n * n).map(|i| if sees(i / n, i % n) { (i / n - i % n) as u32 } else { 0 }).collect();
+        let pooling = match shape.form {
+            Form::Window => table(&|_, _| 1.0 / n as f64, 1)?,
+            // A recurrent layer's last token knows of the others.
+            Form::Streaming if matches!(shape.block, Block::Gru | Block::Lstm) => {
+                table(&|q, k| f64::from(u8::from(q == k)), n)?
             }
-            start += tensor.len();
-        }
-        Ok(None)
+            Form::Streaming => {
+                let seen = |q: usize| (q + 1).min(shape.tokens) as f64;
+                table(&|q, k| if sees(q, k) { 1.0 / seen(q) } else { 0.0 }, n)?
+            }
+        };
+        Ok(Self {
+            lags: Tensor::from_vec(lags, n * n, device)?,
+            hidden: table(&|q, k| if sees(q, k) { 0.0 } else { -1e30 }, n)?,
+            pooling,
+        })
     }
 
-    fn tensor(&self, vector: usize, name: &str) -> Result<Tensor> {
-        self.find(vector, name)?.ok_or_else(|| candle_core::Error::Msg(format!("no tensor {name}")))
+    /// Steps of the sequences.
+    fn steps(&self) -> usize {
+        self.pooling.dims()[1]
+    }
+}
+
+/// The operations of a network over sequences of as many steps, where its weights are.
+pub(super) struct Operations<'a> {
+    pub shape: &'a TransformerShape,
+    pub leaves: &'a Leaves,
+    pub times: &'a Times,
+}
+
+impl Operations<'_> {
+    /// From inputs (steps × rows × inputs) to outputs (results × rows × outputs).
+    ///
+    /// # Errors
+    /// candle refuses.
+    pub fn run(&self, inputs: &Tensor) -> Result<Tensor> {
+        let shape = self.shape;
+        let last = shape.layers + 1;
+        let mut x = self.linear(0, "input", &inputs.transpose(0, 1)?.contiguous()?)?;
+        if let Some(position) = self.leaves.find(0, "position") {
+            x = x.broadcast_add(position)?;
+        }
+        for layer in 0..shape.layers {
+            x = self.layer(layer, &x)?;
+        }
+        if shape.block == Block::GatedPreNorm {
+            x = self.norm(last, "norm", &x)?;
+        }
+        // (width × rows · steps) times the transposed pooling: one product for all rows.
+        let (rows, n, d) = x.dims3()?;
+        let tokens = x.transpose(1, 2)?.reshape((rows * d, n))?;
+        let pooled = tokens.matmul(&self.times.pooling.t()?.contiguous()?)?.reshape((rows, d, ()))?;
+        let latent = self.linear(last, "latent", &pooled.transpose(1, 2)?.contiguous()?)?.silu()?;
+        let head = |k: usize| {
+            let own = latent.narrow(2, k * shape.latent, shape.latent)?.contiguous()?;
+            self.linear(last, &format!("head.{k}"), &own)
+        };
+        let heads = (0..shape.heads.len()).map(head).collect::<Result<Vec<_>>>()?;
+        Tensor::cat(&heads, 2)?.transpose(0, 1)?.contiguous()
+    }
+
+    fn tensor(&self, vector: usize, name: &str) -> Result<&Tensor> {
+        self.leaves.find(vector, name).ok_or_else(|| candle_core::Error::Msg(format!("no tensor {name}")))
     }
 
     fn linear(&self, vector: usize, name: &str, x: &Tensor) -> Result<Tensor> {
@@ -80,8 +205,8 @@ impl TransformerGraph {
         let inputs = sizes.pop().unwrap_or_default();
         sizes.push(weight.dim(1)?);
         // One product: to broadcast the weights would copy them for every row.
-        let y = x.reshape(((), inputs))?.matmul(&weight)?.reshape(sizes)?;
-        y.broadcast_add(&self.tensor(vector, &format!("{name}.bias"))?)
+        let y = x.reshape(((), inputs))?.matmul(weight)?.reshape(sizes)?;
+        y.broadcast_add(self.tensor(vector, &format!("{name}.bias"))?)
     }
 
     fn norm(&self, vector: usize, name: &str, x: &Tensor) -> Result<Tensor> {
@@ -89,22 +214,15 @@ impl TransformerGraph {
         let spread = (x.sqr()?.mean_keepdim(D::Minus1)? + 1e-5)?.sqrt()?;
         let weight = self.tensor(vector, &format!("{name}.weight"))?;
         let bias = self.tensor(vector, &format!("{name}.bias"))?;
-        x.broadcast_div(&spread)?.broadcast_mul(&weight)?.broadcast_add(&bias)
+        x.broadcast_div(&spread)?.broadcast_mul(weight)?.broadcast_add(bias)
     }
 
-    /// By definition, number by number of lags: added to the scores (heads × n × n), with what may not be seen far below. Nothing in
-    /// the published form.
-    fn mask(&self, layer: usize, n: usize) -> Result<Option<Tensor>> {
-        let heads = self.shape.attention_heads;
-        let Some(lags) = self.find(1 + layer, "attention.lags")? else { return Ok(None) };
-        // Row by row the lags in the order of the keys; unseen ones get a zero lag and a large negative number.
-        let sees = |q: usize, k: usize| k <= q && q - k < self.shape.tokens;
-        let index: Vec<u32> =
-            (0..n * n).map(|i| if sees(i / n, i % n) { (i / n - i % n) as u32 } else { 0 }).collect();
-        let hidden: Vec<f64> = (0..n * n).map(|i| if sees(i / n, i % n) { 0.0 } else { -1e30 }).collect();
-        let index = Tensor::from_vec(index, n * n, &Device::Cpu)?;
-        let hidden = Tensor::from_vec(hidden, (n, n), &Device::Cpu)?.to_dtype(self.kind)?;
-        lags.index_select(&index, 1)?.reshape((heads, n, n))?.broadcast_add(&hidden).map(Some)
+    /// Added to the scores (heads × n × n); nothing in the published form.
+    fn mask(&self, layer: usize) -> Result<Option<Tensor>> {
+        let Some(lags) = self.leaves.find(1 + layer, "attention.lags") else { return Ok(None) };
+        let n = self.times.steps();
+        let of_pairs = lags.index_select(&self.times.lags, 1)?.reshape((self.shape.attention_heads, n, n))?;
+        of_pairs.broadcast_add(&self.times.hidden).map(Some)
     }
 
     fn attention(&self, layer: usize, x: &Tensor) -> Result<Tensor> {
@@ -119,7 +237,7 @@ impl TransformerGraph {
         };
         let (q, k, v) = (part(0)?, part(first)?, part(first + d)?);
         let mut scores = (q.matmul(&k.t()?.contiguous()?)? * (1.0 / ((d / heads) as f64).sqrt()))?;
-        if let Some(mask) = self.mask(layer, n)? {
+        if let Some(mask) = self.mask(layer)? {
             scores = scores.broadcast_add(&mask)?;
         }
         let weights = scores.broadcast_sub(&scores.max_keepdim(D::Minus1)?.detach())?.exp()?;
@@ -154,7 +272,7 @@ impl TransformerGraph {
     /// Hidden states of a recurrent layer, step by step.
     fn remembered(&self, at: usize, x: &Tensor) -> Result<Tensor> {
         let (rows, n, d) = x.dims3()?;
-        let zero = Tensor::zeros((rows, d), self.kind, &Device::Cpu)?;
+        let zero = Tensor::zeros((rows, d), x.dtype(), x.device())?;
         let (mut h, mut c) = (zero.clone(), zero);
         let mut all = Vec::new();
         for s in 0..n {
@@ -175,43 +293,6 @@ impl TransformerGraph {
         }
         Tensor::cat(&all, 1)
     }
-
-    /// From inputs (rows × steps × inputs) to outputs (rows × results × outputs).
-    fn run(&self, inputs: &Tensor) -> Result<Tensor> {
-        let shape = &self.shape;
-        let last = shape.layers + 1;
-        let mut x = self.linear(0, "input", inputs)?;
-        if let Some(position) = self.find(0, "position")? {
-            x = x.broadcast_add(&position)?;
-        }
-        for layer in 0..shape.layers {
-            x = self.layer(layer, &x)?;
-        }
-        if shape.block == Block::GatedPreNorm {
-            x = self.norm(last, "norm", &x)?;
-        }
-        let n = x.dim(1)?;
-        let mean = |from: usize, to: usize| x.narrow(1, from, to - from)?.mean_keepdim(1);
-        // A recurrent layer's last token knows of the others.
-        let pooled = if matches!(shape.block, Block::Gru | Block::Lstm) { 1 } else { shape.tokens };
-        let pooled = match shape.form {
-            Form::Window => mean(0, n)?,
-            Form::Streaming => {
-                let all = (0..n).map(|s| mean((s + 1).saturating_sub(pooled), s + 1));
-                Tensor::cat(&all.collect::<Result<Vec<_>>>()?, 1)?
-            }
-        };
-        let latent = self.linear(last, "latent", &pooled)?.silu()?;
-        let head = |k: usize| {
-            let own = latent.narrow(2, k * shape.latent, shape.latent)?;
-            self.linear(last, &format!("head.{k}"), &own)
-        };
-        Tensor::cat(&(0..shape.heads.len()).map(head).collect::<Result<Vec<_>>>()?, 2)
-    }
-}
-
-fn sigmoid(x: &Tensor) -> Result<Tensor> {
-    (x.neg()?.exp()? + 1.0)?.recip()
 }
 
 /// Of its parts: the derivative of candle's own has constants of six digits.

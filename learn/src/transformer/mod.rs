@@ -2,6 +2,7 @@
 //! takes one sample at a time and keeps what it knows of those before; with recurrent layers in place of attention for comparison.
 //! Equations: `docs/learn.md`.
 
+mod card;
 mod cell;
 mod closed_loop;
 #[cfg(test)]
@@ -19,6 +20,7 @@ mod tape_pool;
 #[cfg(test)]
 mod tests;
 
+pub use card::{Card, CardUpdates};
 pub use closed_loop::{ClosedLoop, Plant, StepLoss};
 pub use graph::TransformerGraph;
 pub use network::Transformer;
