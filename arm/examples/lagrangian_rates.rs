@@ -20,6 +20,8 @@ use rustix::time::{ClockId, clock_gettime};
 const JOINTS: usize = 7;
 const BATCH: usize = 512;
 const STEPS: usize = 20;
+/// Rounds, one of them to warm up: as many as JAX has in the comparison.
+const EPOCHS: usize = 21;
 
 /// Processor time of this program [s].
 fn now() -> f64 {
@@ -59,7 +61,7 @@ fn torque(shape: &NetworkShape) -> f64 {
 fn step(shape: &NetworkShape, samples: &Samples) -> [f64; 2] {
     let adam = Adam { learning_rate: 1e-4, ..Adam::default() };
     let decay = Decay::Step { epochs: 1000, factor: 1.0 };
-    let schedule = Schedule { epochs: 6, patience: 6, adam, decay, ema: None };
+    let schedule = Schedule { epochs: EPOCHS, patience: EPOCHS, adam, decay, ema: None };
     let begin = shape.initial_parameters(1).into_iter().map(|p| p as f32).collect();
     let mut objective =
         NotEvaluated(TorqueObjective::<f32>::new(shape, [samples, samples], Weights::Equal, 0.0));

@@ -48,6 +48,11 @@ impl Features {
         self.factors.len()
     }
 
+    /// Whether they are the two numbers of every joint and no products of them.
+    fn is_plain(&self) -> bool {
+        self.factors.len() == 2 * self.coordinates.len()
+    }
+
     /// The two numbers of a joint at `q`.
     fn numbers(&self, joint: usize, q: f64) -> [f64; 2] {
         match self.coordinates[joint] {
@@ -93,8 +98,6 @@ pub(crate) struct Block<T> {
     pub n_joints: usize,
     pub n_rows: usize,
     inputs: Features,
-    /// Joint positions [rad or m].
-    pub q: Vec<T>,
     /// q̇, or the momentum p of a Hamiltonian.
     pub v: Vec<T>,
     /// q̈, or ṗ of a Hamiltonian.
@@ -107,8 +110,8 @@ pub(crate) struct Block<T> {
 
 impl<T: Real> Block<T> {
     pub fn new(inputs: Features) -> Self {
-        let [q, v, a, features, slopes] = std::array::from_fn(|_| Vec::new());
-        Self { n_joints: inputs.coordinates.len(), n_rows: 0, inputs, q, v, a, features, slopes }
+        let [v, a, features, slopes] = std::array::from_fn(|_| Vec::new());
+        Self { n_joints: inputs.coordinates.len(), n_rows: 0, inputs, v, a, features, slopes }
     }
 
     /// Features of a row.
@@ -120,36 +123,44 @@ impl<T: Real> Block<T> {
     pub fn gather<'a>(&mut self, motion: impl Into<Motion<'a>>, rows: impl Iterator<Item = usize>) {
         let Motion { series, numbers } = motion.into();
         let n = self.n_joints;
-        for values in [&mut self.q, &mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
+        for values in [&mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
             values.clear();
         }
         self.n_rows = 0;
+        let mut of_joints = [[[0.0; 2]; 2]; super::MOST];
         for row in rows {
             let part = row * n..(row + 1) * n;
-            for (to, from) in [&mut self.q, &mut self.v, &mut self.a].into_iter().zip(series) {
+            for (to, from) in [&mut self.v, &mut self.a].into_iter().zip(&series[1..]) {
                 to.extend(from[part.clone()].iter().map(|v| T::of(*v)));
             }
-            let mut of_joints = [[[0.0; 2]; 2]; super::MOST];
             for (j, both) in of_joints.iter_mut().enumerate().take(n) {
                 let at = row * n + j;
                 let found = numbers.map_or_else(|| self.inputs.numbers(j, series[0][at]), |known| known[at]);
                 *both = [found, self.inputs.slopes(j, found)];
             }
-            for product in &self.inputs.factors {
-                if let [(j, part)] = product[..] {
-                    self.features.push(T::of(of_joints[j][0][part]));
-                    self.slopes.push(T::of(of_joints[j][1][part]));
-                    continue;
-                }
-                let all: f64 = product.iter().map(|(j, part)| of_joints[*j][0][*part]).product();
-                self.features.push(T::of(all));
-                for (k, (j, part)) in product.iter().enumerate() {
-                    let others = product.iter().enumerate().filter(|(other, _)| *other != k);
-                    let others: f64 = others.map(|(_, (j, part))| of_joints[*j][0][*part]).product();
-                    self.slopes.push(T::of(of_joints[*j][1][*part] * others));
-                }
-            }
+            self.add_features(&of_joints[..n]);
             self.n_rows += 1;
+        }
+    }
+
+    /// Adds a row: of every joint its two numbers, and their derivatives by q.
+    fn add_features(&mut self, of_joints: &[[[f64; 2]; 2]]) {
+        let Self { inputs, features, slopes, .. } = self;
+        if inputs.is_plain() {
+            for part in 0..2 {
+                features.extend(of_joints.iter().map(|both| T::of(both[0][part])));
+                slopes.extend(of_joints.iter().map(|both| T::of(both[1][part])));
+            }
+            return;
+        }
+        for product in &inputs.factors {
+            let all: f64 = product.iter().map(|(j, part)| of_joints[*j][0][*part]).product();
+            features.push(T::of(all));
+            for (k, (j, part)) in product.iter().enumerate() {
+                let others = product.iter().enumerate().filter(|(other, _)| *other != k);
+                let others: f64 = others.map(|(_, (j, part))| of_joints[*j][0][*part]).product();
+                slopes.push(T::of(of_joints[*j][1][*part] * others));
+            }
         }
     }
 
@@ -162,6 +173,14 @@ impl<T: Real> Block<T> {
         let rows =
             self.slopes.chunks_exact(entries).zip(direction.chunks_exact(n)).zip(out.chunks_exact_mut(width));
         for ((slopes, direction), out) in rows {
+            if self.inputs.is_plain() {
+                for (slopes, out) in slopes.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+                    for j in 0..n {
+                        out[j] = slopes[j] * direction[j];
+                    }
+                }
+                continue;
+            }
             for (slope, (joint, feature)) in slopes.iter().zip(&self.inputs.entries) {
                 out[*feature] += *slope * direction[*joint];
             }
@@ -180,6 +199,14 @@ impl<T: Real> Block<T> {
     pub fn add_row_by_q(&self, row: usize, derivatives: &[T], factor: T, out: &mut [T]) {
         let entries = self.inputs.entries.len();
         let slopes = &self.slopes[row * entries..][..entries];
+        if self.inputs.is_plain() {
+            let n = self.n_joints;
+            let (first, second) = (&derivatives[..n], &derivatives[n..2 * n]);
+            for j in 0..n {
+                out[j] = out[j] + factor * first[j] * slopes[j] + factor * second[j] * slopes[n + j];
+            }
+            return;
+        }
         for (slope, (joint, feature)) in slopes.iter().zip(&self.inputs.entries) {
             out[*joint] += factor * derivatives[*feature] * *slope;
         }

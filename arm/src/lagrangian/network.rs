@@ -411,21 +411,17 @@ pub(crate) struct Targets<'a> {
 }
 
 impl Targets<'_> {
-    /// Every error of outputs ([row][output]) with its weight.
-    fn errors<T: Real>(
-        &self,
-        n_joints: usize,
-        outputs: &[T],
-        rows: &[usize],
-    ) -> impl Iterator<Item = (f64, f64)> {
-        let n = n_joints;
-        outputs.chunks_exact(self.weights.len()).zip(rows).flat_map(move |(outputs, row)| {
+    /// Calls `work` with every error of outputs ([row][output]) and its weight.
+    fn errors<T: Real>(&self, n: usize, outputs: &[T], rows: &[usize], mut work: impl FnMut(f64, f64)) {
+        for (outputs, row) in outputs.chunks_exact(self.weights.len()).zip(rows) {
             let kinds = outputs.chunks_exact(n).zip(self.values).zip(self.weights.chunks_exact(n));
-            kinds.flat_map(move |((outputs, values), weights)| {
+            for ((outputs, values), weights) in kinds {
                 let targets = &values[row * n..][..n];
-                outputs.iter().zip(targets).zip(weights).map(|((y, target), w)| (y.to_f64() - target, *w))
-            })
-        })
+                for ((y, target), weight) in outputs.iter().zip(targets).zip(weights) {
+                    work(y.to_f64() - target, *weight);
+                }
+            }
+        }
     }
 }
 
@@ -488,10 +484,11 @@ impl<T: Real> Evaluator<T> {
         mut into: ByParameters<'_, T>,
     ) -> f64 {
         let mut loss = 0.0;
-        self.w.clear();
-        targets.errors(self.block.n_joints, &self.outputs, rows).for_each(|(error, weight)| {
+        let w = &mut self.w;
+        w.clear();
+        targets.errors(self.block.n_joints, &self.outputs, rows, |error, weight| {
             loss += per_row * weight * error * error;
-            self.w.push(T::of(2.0 * per_row * weight * error));
+            w.push(T::of(2.0 * per_row * weight * error));
         });
         let is_augmented = self.terms.len() > 1 && targets.penalty > 0.0;
         for ((kind, range, term), part) in self.terms.iter_mut().zip(&self.parts) {
@@ -513,8 +510,10 @@ impl<T: Real> Evaluator<T> {
 
     /// Σ_j W_j e_j² of these rows, which [`Evaluator::evaluate`] has been through.
     pub fn squared_error(&self, targets: &Targets<'_>, rows: &[usize]) -> f64 {
-        let errors = targets.errors(self.block.n_joints, &self.outputs, rows);
-        errors.map(|(error, weight)| weight * error * error).sum()
+        let mut sum = 0.0;
+        targets
+            .errors(self.block.n_joints, &self.outputs, rows, |error, weight| sum += weight * error * error);
+        sum
     }
 
     /// Residuals of a row: errors of outputs, and what is asked to be small of the network for what rigid bodies do not explain.

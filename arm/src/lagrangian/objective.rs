@@ -98,6 +98,18 @@ impl<'a, T: Real> TorqueObjective<'a, T> {
     }
 }
 
+/// The sum of the gradients of all lanes, in their order.
+fn sum_up<T: Real>(of_lanes: &[Vec<T>], sum: &mut [T]) {
+    let Some((first, rest)) = of_lanes.split_first() else { return };
+    let chunks = sum.par_chunks_mut(SUMMED).zip(first.par_chunks(SUMMED)).enumerate();
+    chunks.for_each(|(k, (sum, first))| {
+        sum.copy_from_slice(first);
+        for part in rest {
+            sum.iter_mut().zip(&part[k * SUMMED..]).for_each(|(sum, g)| *sum += *g);
+        }
+    });
+}
+
 impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
     fn n_samples(&self) -> usize {
         self.training.len()
@@ -113,37 +125,28 @@ impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
         };
         let shares = Self::shares(samples);
         let lanes = self.lanes_of_a_thread();
-        let losses: Vec<f64> = self
-            .evaluators
+        let (evaluators, gradients) = (&mut self.evaluators, &mut self.gradients);
+        let lane = |evaluator: &mut Evaluator<T>, gradient: &mut [T], blocks: &[&[usize]]| {
+            if blocks.is_empty() {
+                gradient.fill(T::default());
+            }
+            let mut loss = 0.0;
+            for (block, rows) in blocks.iter().enumerate() {
+                evaluator.evaluate(parameters, motion, rows.iter().copied());
+                let into =
+                    if block == 0 { ByParameters::First(gradient) } else { ByParameters::Sum(gradient) };
+                loss += evaluator.add_loss(parameters, &targets, rows, per_row, into);
+            }
+            loss
+        };
+        let losses: Vec<f64> = evaluators
             .par_iter_mut()
-            .zip(self.gradients.par_chunks_mut(lanes).zip(shares.par_chunks(lanes)))
+            .zip(gradients.par_chunks_mut(lanes).zip(shares.par_chunks(lanes)))
             .flat_map_iter(|(evaluator, (gradients, shares))| {
-                gradients.iter_mut().zip(shares).map(|(gradient, blocks)| {
-                    if blocks.is_empty() {
-                        gradient.fill(T::default());
-                    }
-                    let mut loss = 0.0;
-                    for (block, rows) in blocks.iter().enumerate() {
-                        evaluator.evaluate(parameters, motion, rows.iter().copied());
-                        let into = match block {
-                            0 => ByParameters::First(gradient),
-                            _ => ByParameters::Sum(gradient),
-                        };
-                        loss += evaluator.add_loss(parameters, &targets, rows, per_row, into);
-                    }
-                    loss
-                })
+                gradients.iter_mut().zip(shares).map(|(own, blocks)| lane(evaluator, own, blocks))
             })
             .collect();
-        let parts: Vec<&[T]> = self.gradients.iter().map(Vec::as_slice).collect();
-        gradient.par_chunks_mut(SUMMED).enumerate().for_each(|(k, gradient)| {
-            gradient.fill(T::default());
-            for part in &parts {
-                for (sum, g) in gradient.iter_mut().zip(&part[k * SUMMED..]) {
-                    *sum += *g;
-                }
-            }
-        });
+        sum_up(gradients, gradient);
         losses.iter().sum()
     }
 

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::{FitResult, ParameterVector, Real, Result, Schedule, Session, Task, Training, fit};
 
 /// A mean over training samples that is to be minimised.
-pub trait Objective<T> {
+pub trait Objective<T>: Send {
     /// Samples of the training data.
     fn n_samples(&self) -> usize;
 
@@ -61,9 +61,12 @@ impl<T: Real> Task<ParameterVector<T>> for Minibatches<'_, T> {
         let order = shuffled(self.objective.n_samples(), self.seed, training.epochs());
         let (mut sum, of) = (0.0, order.len().div_ceil(self.batch));
         for (done, samples) in order.chunks(self.batch).enumerate() {
-            let values = training.model().values();
-            let loss = self.objective.gradient(values, samples, &mut self.gradient[0]);
-            training.update(loss, &self.gradient)?;
+            let (objective, gradient) = (&mut *self.objective, &mut self.gradient);
+            // As one task of the pool: from outside, every loop over all threads would be a change of threads and back.
+            let loss = rayon::scope(|_| {
+                let loss = objective.gradient(training.model().values(), samples, &mut gradient[0]);
+                training.update(loss, gradient).map(|()| loss)
+            })?;
             sum += loss * samples.len() as f64;
             if !on_step(done + 1, of) {
                 return Ok(None);

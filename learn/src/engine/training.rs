@@ -104,17 +104,23 @@ impl<M: Model> Training<M> {
     /// `BadInput` for a step size out of range; `NotFinite` if the loss or the gradient is not finite. The weights are then as
     /// before.
     pub fn update<G: AsRef<[M::Value]>>(&mut self, loss: f64, gradients: &[G]) -> Result<()> {
-        let norm = gradients.iter().map(|values| sum_of_squares(values.as_ref())).sum::<f64>().sqrt();
-        let scale = self.scale(self.steps, loss, norm)?;
-        self.steps += 1;
-        let parameters = self.model.parameters_mut().iter_mut().zip(&mut self.moments);
-        for ((weights, moments), gradient) in parameters.zip(gradients) {
-            self.adam.update(self.steps, scale, gradient.as_ref(), weights, moments);
-        }
-        if let (Some(average), Some(part)) = (&mut self.average, self.record.ema) {
-            move_towards(average, &self.model, part);
-        }
-        Ok(())
+        let Self { model, adam, steps, moments, average, record, .. } = self;
+        let gradients: Vec<&[M::Value]> = gradients.iter().map(AsRef::as_ref).collect();
+        let parameters = model.parameters_mut();
+        let average = average.as_mut().map(Model::parameters_mut).zip(record.ema);
+        // As one task of the pool, for the same reason as in `minimise`.
+        rayon::scope(|_| {
+            let norm = gradients.iter().map(|values| sum_of_squares(values)).sum::<f64>().sqrt();
+            let scale = scale_of(adam, *steps, loss, norm)?;
+            *steps += 1;
+            for ((weights, moments), gradient) in parameters.iter_mut().zip(moments).zip(gradients) {
+                adam.update(*steps, scale, gradient, weights, moments);
+            }
+            if let Some((average, part)) = average {
+                move_towards(average, parameters, part);
+            }
+            Ok(())
+        })
     }
 
     /// What the gradient of this norm is multiplied by after `step` updates.
@@ -122,13 +128,7 @@ impl<M: Model> Training<M> {
     /// # Errors
     /// As [`Training::update`].
     pub(crate) fn scale(&self, step: u64, loss: f64, norm: f64) -> Result<f64> {
-        self.adam.check()?;
-        for (what, value) in [("loss", loss), ("norm of the gradient", norm)] {
-            if !value.is_finite() {
-                return Err(Error::NotFinite { step, what, value });
-            }
-        }
-        Ok(self.adam.scale(norm))
+        scale_of(&self.adam, step, loss, norm)
     }
 
     /// The optimiser, and its moments for each vector of parameters.
@@ -278,13 +278,24 @@ impl<M: Model> Training<M> {
 ///
 /// # Reference
 /// Polyak, Juditsky (1992), Acceleration of stochastic approximation by averaging.
-fn move_towards<M: Model>(average: &mut M, model: &M, part: f32) {
-    let part = M::Value::of(f64::from(part));
-    for (own, other) in average.parameters_mut().iter_mut().zip(model.parameters()) {
+fn move_towards<T: Real>(average: &mut [Vec<T>], parameters: &[Vec<T>], part: f32) {
+    let part = T::of(f64::from(part));
+    for (own, other) in average.iter_mut().zip(parameters) {
         own.par_chunks_mut(CHUNK).zip(other.par_chunks(CHUNK)).for_each(|(own, other)| {
             for (own, other) in own.iter_mut().zip(other) {
                 *own += part * (*other - *own);
             }
         });
     }
+}
+
+/// See [`Training::scale`].
+fn scale_of(adam: &Adam, step: u64, loss: f64, norm: f64) -> Result<f64> {
+    adam.check()?;
+    for (what, value) in [("loss", loss), ("norm of the gradient", norm)] {
+        if !value.is_finite() {
+            return Err(Error::NotFinite { step, what, value });
+        }
+    }
+    Ok(adam.scale(norm))
 }

@@ -60,9 +60,11 @@ impl<T: Real> ByParameters<'_, T> {
         let biases = shape.start + shape.outputs * shape.inputs;
         self.begin(biases..biases + shape.outputs);
         for (row, cotangents) in cotangents.chunks_exact(shape.outputs).take(n_rows).enumerate() {
-            for (o, d) in cotangents.iter().enumerate() {
-                self.add(row, biases + o, *d);
-            }
+            let to = match self {
+                Self::Sum(values) | Self::First(values) => &mut values[biases..],
+                Self::Rows { values, width, start } => &mut values[row * *width + *start + biases..],
+            };
+            to.iter_mut().zip(cotangents).for_each(|(to, d)| *to += *d);
         }
     }
 
