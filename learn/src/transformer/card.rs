@@ -98,6 +98,7 @@ mod tests {
     use hysteron_base::rng;
     use rand::RngExt;
 
+    use super::super::tests::shape;
     use super::super::{Block, Form, TransformerTape};
     use super::*;
     use crate::{Adam, Model, Penalty, mean_squared_error};
@@ -116,16 +117,6 @@ mod tests {
     }
 
     fn training(block: Block, form: Form) -> Training<Transformer<f32>> {
-        let shape = TransformerShape {
-            width: 24,
-            layers: 2,
-            attention_heads: 3,
-            feed_forward: 40,
-            latent: 10,
-            tokens: 5,
-            block,
-            ..TransformerShape::published(7, &[5, 3, 1], form)
-        };
         let adam = Adam {
             learning_rate: RATE,
             epsilon: 1.0,
@@ -134,7 +125,7 @@ mod tests {
             clip_norm: Some(0.5),
             ..Adam::default()
         };
-        Training::new(Transformer::new(&shape, 5).unwrap(), adam, Some(0.3)).unwrap()
+        Training::new(Transformer::new(&shape(block, form), 5).unwrap(), adam, Some(0.3)).unwrap()
     }
 
     /// Inputs of an update, and its targets.

@@ -9,7 +9,7 @@ use crate::{Model, WeightFormat};
 
 const ROWS: usize = 3;
 
-fn shape(block: Block, form: Form) -> TransformerShape {
+pub(super) fn shape(block: Block, form: Form) -> TransformerShape {
     let heads = vec![5, 3, 1];
     TransformerShape {
         inputs: 7,
