@@ -45,23 +45,22 @@ impl Weights {
     /// # Errors
     /// The device refuses.
     pub fn gradients(&self, found: &GradStore) -> candle_core::Result<Gradients> {
-        let of = |own: &Var| match found.get(own) {
-            Some(gradient) => gradient.flatten_all(),
-            None => own.zeros_like(),
-        };
-        Ok(Gradients(self.0.iter().map(of).collect::<candle_core::Result<_>>()?))
+        Ok(Gradients(self.0.iter().map(|own| derivative(found, own)).collect::<candle_core::Result<_>>()?))
     }
+}
+
+/// What was found as the derivative by a variable, of its shape; zeros where it did not count.
+///
+/// # Errors
+/// The device refuses.
+pub(crate) fn derivative(found: &GradStore, by: &Var) -> candle_core::Result<Tensor> {
+    found.get(by).map_or_else(|| by.zeros_like(), |own| Ok(own.clone()))
 }
 
 impl Gradients {
     /// By each vector.
     pub fn new(gradients: Vec<Tensor>) -> Self {
         Self(gradients)
-    }
-
-    /// Replaces those by one vector.
-    pub fn set(&mut self, vector: usize, gradient: Tensor) {
-        self.0[vector] = gradient;
     }
 
     /// On the host.
@@ -124,9 +123,10 @@ impl OnDevice {
         let square = |gradient: &Tensor| gradient.to_dtype(DType::F64)?.sqr()?.sum_all();
         let squares = gradients.0.iter().map(square).collect::<candle_core::Result<Vec<_>>>()?;
         let norm = Tensor::stack(&squares, 0)?.sum_all()?.sqrt()?.to_scalar::<f64>()?;
-        let scale = training.scale(self.steps, loss, norm)?;
+        let (adam, _) = training.optimiser();
+        let scale = adam.checked_scale(self.steps, loss, norm)?;
         self.steps += 1;
-        let factors = training.optimiser().0.factors(self.steps, scale);
+        let factors = adam.factors(self.steps, scale);
         let moments = self.mean.iter_mut().zip(&mut self.square);
         for ((weights, gradient), moments) in self.weights.0.iter().zip(&gradients.0).zip(moments) {
             adam_step(&factors, gradient, weights, moments)?;

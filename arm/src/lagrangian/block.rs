@@ -201,9 +201,10 @@ impl<T: Real> Block<T> {
         let slopes = &self.slopes[row * entries..][..entries];
         if self.inputs.is_plain() {
             let n = self.n_joints;
-            let (first, second) = (&derivatives[..n], &derivatives[n..2 * n]);
-            for j in 0..n {
-                out[j] = out[j] + factor * first[j] * slopes[j] + factor * second[j] * slopes[n + j];
+            for (derivatives, slopes) in derivatives.chunks_exact(n).zip(slopes.chunks_exact(n)) {
+                for j in 0..n {
+                    out[j] += factor * derivatives[j] * slopes[j];
+                }
             }
             return;
         }

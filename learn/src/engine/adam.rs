@@ -5,7 +5,7 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::Real;
+use crate::{Error, Real, Result};
 
 /// How the weights' decay acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ impl Default for Adam {
 impl Adam {
     /// # Errors
     /// `BadInput` for a value out of its range, naming it.
-    pub(crate) fn check(&self) -> Result<(), BadInput> {
+    pub(crate) fn check(&self) -> std::result::Result<(), BadInput> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         let not_negative = |v: f64| v >= 0.0 && v.is_finite();
         let checks = [
@@ -87,8 +87,21 @@ impl Adam {
         Ok(())
     }
 
-    /// What the gradient of this norm is multiplied by.
-    pub(crate) fn scale(&self, norm: f64) -> f64 {
+    /// What the gradient of this norm is multiplied by after `step` updates.
+    ///
+    /// # Errors
+    /// `BadInput` for a setting out of its range; `NotFinite` if the loss or the norm is not finite.
+    pub(crate) fn checked_scale(&self, step: u64, loss: f64, norm: f64) -> Result<f64> {
+        self.check()?;
+        for (what, value) in [("loss", loss), ("norm of the gradient", norm)] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { step, what, value });
+            }
+        }
+        Ok(self.scale(norm))
+    }
+
+    fn scale(&self, norm: f64) -> f64 {
         self.clip_norm.map_or(1.0, |clip| (clip / (norm + 1e-6)).min(1.0))
     }
 

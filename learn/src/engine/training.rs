@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::engine::adam::{CHUNK, Moments, sum_of_squares};
 use crate::files::TensorFile;
-use crate::{Adam, Error, Model, Real, Result};
+use crate::{Adam, Model, Real, Result};
 
 const FORMAT: &str = "hysteron-training";
 const VERSION: u64 = 2;
@@ -111,7 +111,7 @@ impl<M: Model> Training<M> {
         // As one task of the pool, for the same reason as in `minimise`.
         rayon::scope(|_| {
             let norm = gradients.iter().map(|values| sum_of_squares(values)).sum::<f64>().sqrt();
-            let scale = scale_of(adam, *steps, loss, norm)?;
+            let scale = adam.checked_scale(*steps, loss, norm)?;
             *steps += 1;
             for ((weights, moments), gradient) in parameters.iter_mut().zip(moments).zip(gradients) {
                 adam.update(*steps, scale, gradient, weights, moments);
@@ -121,14 +121,6 @@ impl<M: Model> Training<M> {
             }
             Ok(())
         })
-    }
-
-    /// What the gradient of this norm is multiplied by after `step` updates.
-    ///
-    /// # Errors
-    /// As [`Training::update`].
-    pub(crate) fn scale(&self, step: u64, loss: f64, norm: f64) -> Result<f64> {
-        scale_of(&self.adam, step, loss, norm)
     }
 
     /// The optimiser, and its moments for each vector of parameters.
@@ -287,15 +279,4 @@ fn move_towards<T: Real>(average: &mut [Vec<T>], parameters: &[Vec<T>], part: f3
             }
         });
     }
-}
-
-/// See [`Training::scale`].
-fn scale_of(adam: &Adam, step: u64, loss: f64, norm: f64) -> Result<f64> {
-    adam.check()?;
-    for (what, value) in [("loss", loss), ("norm of the gradient", norm)] {
-        if !value.is_finite() {
-            return Err(Error::NotFinite { step, what, value });
-        }
-    }
-    Ok(adam.scale(norm))
 }

@@ -14,7 +14,7 @@ use super::batch::{Batch, Memory, Outputs};
 use super::layer::{self, Shape, Tape};
 use super::network::LayerWeights;
 use super::tensors::{self, Kept};
-use crate::on_device::{Gradients, Weights, best_device};
+use crate::on_device::{Gradients, Weights, best_device, derivative};
 use crate::{Architecture, Error, Head};
 
 impl From<candle_core::Error> for Error {
@@ -168,21 +168,24 @@ impl Pass {
     pub fn gradients(self, weights: &Weights, d_outputs: &[f32]) -> candle_core::Result<Gradients> {
         let d_outputs = Tensor::from_slice(d_outputs, self.outputs.shape(), self.outputs.device())?;
         let found = (self.outputs * d_outputs)?.sum_all()?.backward()?;
-        let mut gradients = weights.gradients(&found)?;
-        if let Some(ByHand { layers, masks, hidden }) = self.by_hand {
-            let by_hidden = found.get(&hidden).map_or_else(|| hidden.zeros_like(), |own| Ok(own.clone()));
-            let mut by_hidden = by_hidden?;
-            for (layer, kept) in layers.iter().enumerate().rev() {
-                let (own, by_inputs) = kept.backward(&by_hidden, layer > 0)?;
-                gradients.set(layer, own);
-                let Some(by_inputs) = by_inputs else { break };
-                by_hidden = match masks.get(layer - 1) {
-                    Some(mask) => (by_inputs * mask)?,
-                    None => by_inputs,
-                };
-            }
+        let Some(ByHand { layers, masks, hidden }) = self.by_hand else { return weights.gradients(&found) };
+        // From the head down.
+        let mut gradients = weights.vectors()[layers.len()..]
+            .iter()
+            .map(|own| derivative(&found, own))
+            .collect::<candle_core::Result<Vec<_>>>()?;
+        let mut by_hidden = derivative(&found, &hidden)?;
+        for (layer, kept) in layers.iter().enumerate().rev() {
+            let (own, by_inputs) = kept.backward(&by_hidden, layer > 0)?;
+            gradients.push(own);
+            let Some(by_inputs) = by_inputs else { break };
+            by_hidden = match masks.get(layer - 1) {
+                Some(mask) => (by_inputs * mask)?,
+                None => by_inputs,
+            };
         }
-        Ok(gradients)
+        gradients.reverse();
+        Ok(Gradients::new(gradients))
     }
 }
 

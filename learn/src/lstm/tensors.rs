@@ -13,11 +13,12 @@ use super::layer::Shape;
 pub(super) struct Kept {
     /// Inputs (steps · rows × inputs).
     inputs: Tensor,
-    /// σ of all gates (steps × rows × 4 × hidden): input, forget, candidate, output.
-    gates: Tensor,
-    /// Hidden states and cells before every step and after the last (steps + 1 × rows × hidden).
+    /// Hidden states before every step and after the last (steps + 1 × rows × hidden).
     hidden: Tensor,
-    cells: Tensor,
+    /// Of every step σ of all gates (rows × 4 × hidden): input, forget, candidate, output.
+    gates: Vec<Tensor>,
+    /// Cells before every step and after the last (rows × hidden).
+    cells: Vec<Tensor>,
     weights: LayerTensors,
 }
 
@@ -89,10 +90,10 @@ pub(super) fn forward(
     let [end_h, end_c] = state;
     *end_h = h.flatten_all()?.to_vec1()?;
     *end_c = c.flatten_all()?.to_vec1()?;
-    let (all_h, all_c) = (Tensor::stack(&all_h, 0)?, Tensor::stack(&all_c, 0)?);
+    let all_h = Tensor::stack(&all_h, 0)?;
     let outputs = all_h.narrow(0, 1, steps)?.reshape((steps * rows, hidden))?;
-    let inputs = inputs.clone();
-    Ok((outputs, Kept { inputs, gates: Tensor::stack(&all_gates, 0)?, hidden: all_h, cells: all_c, weights }))
+    let kept = Kept { inputs: inputs.clone(), hidden: all_h, gates: all_gates, cells: all_c, weights };
+    Ok((outputs, kept))
 }
 
 /// What derivatives by hidden states and cells after a step are multiplied by, for all steps at once.
@@ -107,16 +108,17 @@ struct Slopes {
 
 impl Slopes {
     fn new(kept: &Kept) -> Result<Self> {
-        let steps = kept.gates.dim(0)?;
+        let (gates, cells) = (Tensor::stack(&kept.gates, 0)?, Tensor::stack(&kept.cells, 0)?);
+        let steps = kept.gates.len();
         let [input, forget, candidate, output] =
-            [gate(&kept.gates, 0)?, gate(&kept.gates, 1)?, gate(&kept.gates, 2)?, gate(&kept.gates, 3)?];
-        let curved = kept.cells.narrow(0, 1, steps)?.tanh()?;
+            [gate(&gates, 0)?, gate(&gates, 1)?, gate(&gates, 2)?, gate(&gates, 3)?];
+        let curved = cells.narrow(0, 1, steps)?.tanh()?;
         let zero = curved.zeros_like()?;
-        let slope = (&kept.gates * kept.gates.affine(-1.0, 1.0)?)?;
+        let slope = (&gates * gates.affine(-1.0, 1.0)?)?;
         let by = |parts: [&Tensor; 4]| Tensor::stack(&parts, 2)? * &slope;
         let [tanh, twice] = [candidate.affine(2.0, -1.0)?, input.affine(2.0, 0.0)?];
         Ok(Self {
-            by_cells: by([&tanh, &kept.cells.narrow(0, 0, steps)?, &twice, &zero])?,
+            by_cells: by([&tanh, &cells.narrow(0, 0, steps)?, &twice, &zero])?,
             by_hidden: by([&zero, &zero, &zero, &curved])?,
             cells_by_hidden: (output * curved.sqr()?.affine(-1.0, 1.0)?)?,
             cells_by_next: forget.contiguous()?,
@@ -131,7 +133,8 @@ impl Kept {
     /// # Errors
     /// The device refuses.
     pub fn backward(&self, by_outputs: &Tensor, wants_inputs: bool) -> Result<(Tensor, Option<Tensor>)> {
-        let (steps, rows, _, hidden) = self.gates.dims4()?;
+        let (_, rows, hidden) = self.hidden.dims3()?;
+        let steps = self.gates.len();
         let slopes = Slopes::new(self)?;
         let of_step = |all: &Tensor, t: usize| all.narrow(0, t, 1)?.squeeze(0);
         let mut by_h = of_step(&by_outputs.reshape((steps, rows, hidden))?, steps - 1)?;

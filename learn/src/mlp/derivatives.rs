@@ -70,16 +70,10 @@ impl<T: Real> ByParameters<'_, T> {
 
     /// Adds those of the weights of a layer: `cotangents` of its sums, `inputs` of it, both [stream][row][unit].
     pub(super) fn add_weights(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T], inputs: &[T]) {
-        let columns = || (rows(cotangents, shape.outputs).transpose(), rows(inputs, shape.inputs));
+        let [by_sums, entered] = [rows(cotangents, shape.outputs), rows(inputs, shape.inputs)];
         match self {
-            Self::Sum(values) => {
-                let (cotangents, inputs) = columns();
-                multiply_add(shape.weights_mut(values), cotangents, inputs);
-            }
-            Self::First(values) => {
-                let (cotangents, inputs) = columns();
-                multiply(shape.weights_mut(values), cotangents, inputs);
-            }
+            Self::Sum(values) => multiply_add(shape.weights_mut(values), by_sums.transpose(), entered),
+            Self::First(values) => multiply(shape.weights_mut(values), by_sums.transpose(), entered),
             Self::Rows { values, width, start } => {
                 let values = &mut values[*start..];
                 Isa::detect().run(RowByRow { shape, n_rows, cotangents, inputs, values, width: *width });

@@ -6,7 +6,7 @@ use candle_core::{D, Device, Result, Tensor, Var, WithDType};
 use candle_nn::ops::sigmoid;
 
 use super::{Block, Form, Transformer, TransformerShape};
-use crate::on_device::{Gradients, Weights};
+use crate::on_device::{Gradients, Weights, derivative};
 use crate::{Error, Model, Real, TensorShape};
 
 /// A [`Transformer`] as a graph of candle, on the processor.
@@ -55,8 +55,7 @@ impl TransformerGraph {
         let weights = Tensor::from_slice(weights, outputs.shape(), &Device::Cpu)?;
         let found = (outputs * weights)?.sum_all()?.backward()?;
         let mut all = self.leaves.gradients(&found)?.to_vecs()?;
-        let by_inputs = found.get(given).map_or_else(|| given.zeros_like(), |own| Ok(own.clone()))?;
-        all.push(by_inputs.flatten_all()?.to_vec1()?);
+        all.push(derivative(&found, given)?.flatten_all()?.to_vec1()?);
         Ok(all)
     }
 }
@@ -90,10 +89,7 @@ impl Leaves {
     /// # Errors
     /// candle refuses.
     pub fn gradients(&self, found: &GradStore) -> Result<Gradients> {
-        let of_array = |(_, own): &(String, Var)| match found.get(own) {
-            Some(gradient) => gradient.flatten_all(),
-            None => own.zeros_like()?.flatten_all(),
-        };
+        let of_array = |(_, own): &(String, Var)| derivative(found, own)?.flatten_all();
         let of_vector =
             |own: &Vec<(String, Var)>| Tensor::cat(&own.iter().map(of_array).collect::<Result<Vec<_>>>()?, 0);
         Ok(Gradients::new(self.0.iter().map(of_vector).collect::<Result<_>>()?))
