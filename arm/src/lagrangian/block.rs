@@ -120,7 +120,7 @@ impl<T: Real> Block<T> {
     }
 
     /// Takes these rows of a motion.
-    pub fn gather<'a>(&mut self, motion: impl Into<Motion<'a>>, rows: impl Iterator<Item = usize>) {
+    pub fn gather<'a>(&mut self, motion: impl Into<Motion<'a>>, rows: impl Iterator<Item = usize> + Clone) {
         let Motion { series, numbers } = motion.into();
         let n = self.n_joints;
         for values in [&mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
@@ -128,11 +128,13 @@ impl<T: Real> Block<T> {
         }
         self.n_rows = 0;
         let mut of_joints = [[[0.0; 2]; 2]; super::MOST];
-        for row in rows {
-            let part = row * n..(row + 1) * n;
-            for (to, from) in [&mut self.v, &mut self.a].into_iter().zip(&series[1..]) {
-                to.extend(from[part.clone()].iter().map(|v| T::of(*v)));
+        // One series after the other: samples stand anywhere in memory, and short loops ask for several of them at a time.
+        for (to, from) in [&mut self.v, &mut self.a].into_iter().zip(&series[1..]) {
+            for row in rows.clone() {
+                to.extend(from[row * n..(row + 1) * n].iter().map(|v| T::of(*v)));
             }
+        }
+        for row in rows {
             for (j, both) in of_joints.iter_mut().enumerate().take(n) {
                 let at = row * n + j;
                 let found = numbers.map_or_else(|| self.inputs.numbers(j, series[0][at]), |known| known[at]);

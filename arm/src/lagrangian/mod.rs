@@ -17,6 +17,7 @@ mod objective;
 mod recordings;
 mod samples;
 mod scores;
+mod side;
 mod simulated;
 mod structured;
 #[cfg(test)]
@@ -38,5 +39,3 @@ pub use training::{Polish, StepDecay, Trained, TrainingOptions, train};
 pub(crate) const MOST: usize = 16;
 /// Columns of a mass matrix's factor at most: six for each joint of an arm of seven, and as many as it has joints.
 pub(crate) const MOST_COLUMNS: usize = 49;
-/// Numbers of a row of it at most.
-const MOST_WIDTH: usize = MOST_COLUMNS.next_multiple_of(factor::WIDE);

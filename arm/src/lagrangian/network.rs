@@ -451,7 +451,7 @@ impl<T: Real> Evaluator<T> {
         &mut self,
         parameters: &[T],
         motion: impl Into<Motion<'a>>,
-        rows: impl Iterator<Item = usize>,
+        rows: impl Iterator<Item = usize> + Clone,
     ) {
         self.block.gather(motion, rows);
         let len = self.block.n_rows * self.n_outputs;

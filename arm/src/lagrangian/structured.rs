@@ -16,9 +16,9 @@
 
 use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
 
-use super::MOST_WIDTH;
 use super::block::{Block, Term};
-use super::factor::{Factor, add_times, outer_products, transposed_times};
+use super::factor::Factor;
+use super::side::{Side, of_row, put_side_by_side};
 
 /// A potential energy V(q) [J].
 #[derive(Debug)]
@@ -75,18 +75,24 @@ struct Energies<T> {
     /// ε d_i².
     diagonal: Vec<T>,
     along: Vec<T>,
-    /// Lᵀ v of every row, v the velocities or momenta.
-    pulled: Vec<T>,
+    /// v, the velocities or momenta, and ± v, with the sign that the kinetic energy has.
+    v: Vec<Side<T>>,
+    signed_v: Vec<Side<T>>,
+    /// Lᵀ v.
+    pulled: Vec<Side<T>>,
     /// Derivatives of ± ½ |Lᵀ v|² by L.
-    by_kinetic: Vec<T>,
+    by_kinetic: Vec<Side<T>>,
     /// Derivatives of what is learned from, by L and by its tangent along v.
-    by_l: [Vec<T>; 2],
+    by_l: [Vec<Side<T>>; 2],
     by_q: Vec<T>,
+    /// L u of some u.
+    pushed: Vec<Side<T>>,
 }
 
 impl<T: Real> Energies<T> {
     fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
-        let [along, pulled, by_kinetic, by_q] = std::array::from_fn(|_| Vec::new());
+        let [along, by_q] = std::array::from_fn(|_| Vec::new());
+        let [v, signed_v, pulled, by_kinetic, pushed] = std::array::from_fn(|_| Vec::new());
         let potential = Potential {
             tape: MlpTape::new(&shapes.potential),
             scale: T::of(scales.potential),
@@ -98,10 +104,13 @@ impl<T: Real> Energies<T> {
             n_mass: shapes.mass.n_parameters(),
             diagonal: scales.factor.iter().map(|d| T::of(scales.epsilon * d * d)).collect(),
             along,
+            v,
+            signed_v,
             pulled,
             by_kinetic,
             by_l: [Vec::new(), Vec::new()],
             by_q,
+            pushed,
         }
     }
 
@@ -111,21 +120,14 @@ impl<T: Real> Energies<T> {
         self.potential.tape.prepare(potential);
     }
 
-    /// Adds `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`, which is set to zero first.
+    /// Writes `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`.
     fn by_q(&mut self, parameters: &[T], block: &Block<T>, sign: T) {
-        let (n, len, width) = (block.n_joints, self.factor.len(), self.factor.width());
-        self.pulled.resize(block.n_rows * width, T::default());
-        self.by_kinetic.resize(block.n_rows * len, T::default());
-        let mut signed = [T::default(); MOST_WIDTH];
-        let rows = self.pulled.chunks_exact_mut(width).zip(self.by_kinetic.chunks_exact_mut(len));
-        for (row, (pulled, by_l)) in rows.enumerate() {
-            let v = &block.v[row * n..(row + 1) * n];
-            transposed_times(self.factor.row(0, row), v, pulled);
-            for (signed, c) in signed.iter_mut().zip(&*pulled) {
-                *signed = sign * *c;
-            }
-            outer_products(by_l, [(v, &signed[..width])]);
-        }
+        let (n, form) = (block.n_joints, self.factor.form());
+        put_side_by_side(&block.v, n, &mut self.v);
+        self.signed_v.clear();
+        self.signed_v.extend(self.v.iter().map(|v| v.map(|v| sign * v)));
+        form.transposed_times([(self.factor.stream(0), &self.v)], &mut self.pulled);
+        form.outer_products([(&self.signed_v, &self.pulled)], &mut self.by_kinetic);
         self.by_q.clear();
         self.by_q.resize(block.n_rows * n, T::default());
         let (mass, potential) = parameters.split_at(self.n_mass);
@@ -139,28 +141,34 @@ impl<T: Real> Energies<T> {
 #[derive(Debug)]
 pub(crate) struct StructuredLagrangian<T> {
     energies: Energies<T>,
-    /// Lᵀq̈ + L̇ᵀq̇ of every row.
-    accelerated: Vec<T>,
+    /// q̈ and w.
+    a: Vec<Side<T>>,
+    w: Vec<Side<T>>,
+    /// Lᵀq̈ + L̇ᵀq̇.
+    accelerated: Vec<Side<T>>,
+    /// Lᵀw and L̇ᵀw − L_wᵀq̇.
+    by_w: [Vec<Side<T>>; 2],
 }
 
 impl<T: Real> StructuredLagrangian<T> {
     pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
-        Self { energies: Energies::new(shapes, scales), accelerated: Vec::new() }
+        let [a, w, accelerated] = std::array::from_fn(|_| Vec::new());
+        Self { energies: Energies::new(shapes, scales), a, w, accelerated, by_w: [Vec::new(), Vec::new()] }
     }
 
     /// Writes p = H q̇ and ½ ∂_q(q̇ᵀ H q̇) − ∂_q V of every row, [row][joint].
     pub fn momentum(&mut self, parameters: &[T], block: &Block<T>, momentum: &mut [T], rate: &mut [T]) {
         let e = &mut self.energies;
-        let (n, width) = (block.n_joints, e.factor.width());
+        let n = block.n_joints;
         e.factor.forward(&parameters[..e.n_mass], &block.features);
         e.by_q(parameters, block, T::of(-1.0));
+        e.factor.form().times([(e.factor.stream(0), &e.pulled)], &mut e.pushed);
         for (row, momentum) in momentum.chunks_exact_mut(n).enumerate() {
             let begin = row * n;
             for j in 0..n {
-                momentum[j] = e.diagonal[j] * block.v[begin + j];
+                momentum[j] = e.diagonal[j] * block.v[begin + j] + of_row(&e.pushed, n, row, j);
                 rate[begin + j] = -e.by_q[begin + j];
             }
-            add_times(e.factor.row(0, row), &e.pulled[row * width..][..width], momentum);
         }
     }
 }
@@ -172,57 +180,37 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
 
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         let e = &mut self.energies;
-        let (n, width) = (block.n_joints, e.factor.width());
+        let (n, form) = (block.n_joints, e.factor.form());
         block.features_along(&block.v, &mut e.along);
         e.factor.forward_along(&parameters[..e.n_mass], &block.features, &e.along);
         e.by_q(parameters, block, T::of(-1.0));
-        self.accelerated.resize(block.n_rows * width, T::default());
-        let mut rate = [T::default(); MOST_WIDTH];
-        let rows = out.chunks_exact_mut(n).zip(self.accelerated.chunks_exact_mut(width));
-        for (row, (tau, accelerated)) in rows.enumerate() {
-            let part = row * n..(row + 1) * n;
-            let (v, a) = (&block.v[part.clone()], &block.a[part.clone()]);
-            let (l, l_rate) = (e.factor.row(0, row), e.factor.row(1, row));
-            transposed_times(l, a, accelerated);
-            transposed_times(l_rate, v, &mut rate[..width]);
-            for (sum, rate) in accelerated.iter_mut().zip(&rate) {
-                *sum += *rate;
-            }
+        put_side_by_side(&block.a, n, &mut self.a);
+        let [l, l_rate] = [0, 1].map(|s| e.factor.stream(s));
+        form.transposed_times([(l, &self.a), (l_rate, &e.v)], &mut self.accelerated);
+        form.times([(l, &self.accelerated), (l_rate, &e.pulled)], &mut e.pushed);
+        for (row, tau) in out.chunks_exact_mut(n).enumerate() {
+            let begin = row * n;
             for j in 0..n {
-                tau[j] = e.by_q[part.start + j] + e.diagonal[j] * a[j];
+                let rigid = e.by_q[begin + j] + e.diagonal[j] * block.a[begin + j];
+                tau[j] = rigid + of_row(&e.pushed, n, row, j);
             }
-            add_times(l, accelerated, tau);
-            add_times(l_rate, &e.pulled[row * width..][..width], tau);
         }
     }
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
         let e = &mut self.energies;
-        let (n, len, width) = (block.n_joints, e.factor.len(), e.factor.width());
+        let form = e.factor.form();
         let (mass, potential) = parameters.split_at(e.n_mass);
         block.features_along(w, &mut e.along);
         e.factor.keep(2);
         e.factor.push(mass, &e.along);
-        for by_l in &mut e.by_l {
-            by_l.resize(block.n_rows * len, T::default());
-        }
+        put_side_by_side(w, block.n_joints, &mut self.w);
+        let ([l, l_rate, l_w], [lw, rate_w]) = ([0, 1, 2].map(|s| e.factor.stream(s)), &mut self.by_w);
+        form.transposed_times([(l, &self.w)], lw);
+        form.transposed_times([(l_rate, &self.w), (l_w, &e.signed_v)], rate_w);
         let [by_values, by_rates] = &mut e.by_l;
-        let [mut lw, mut rate_w, mut w_v] = [[T::default(); MOST_WIDTH]; 3];
-        let [lw, rate_w, w_v] = [&mut lw[..width], &mut rate_w[..width], &mut w_v[..width]];
-        let rows = by_values.chunks_exact_mut(len).zip(by_rates.chunks_exact_mut(len));
-        for (row, (by_values, by_rates)) in rows.enumerate() {
-            let [v, a, w] = [&block.v, &block.a, w].map(|values| &values[row * n..(row + 1) * n]);
-            let [lv, accelerated] = [&e.pulled, &self.accelerated].map(|c| &c[row * width..][..width]);
-            let [l, l_rate, l_w] = [0, 1, 2].map(|s| e.factor.row(s, row));
-            transposed_times(l, w, lw);
-            transposed_times(l_rate, w, rate_w);
-            transposed_times(l_w, v, w_v);
-            for (sum, w_v) in rate_w.iter_mut().zip(&*w_v) {
-                *sum -= *w_v;
-            }
-            outer_products(by_values, [(w, accelerated), (a, lw), (v, rate_w)]);
-            outer_products(by_rates, [(w, lv), (v, lw)]);
-        }
+        form.outer_products([(&self.w, &self.accelerated), (&self.a, lw), (&e.v, rate_w)], by_values);
+        form.outer_products([(&self.w, &e.pulled), (&e.v, lw)], by_rates);
         // −v (Lᵀv)ᵀ, the derivative by L_w, is that of −½ |Lᵀv|² by L.
         e.factor.reverse_parameters(mass, [by_values, by_rates], &e.by_kinetic, into.from(0));
         e.potential.derivatives(potential, &e.along, into.from(e.n_mass));
@@ -232,59 +220,60 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
 /// τ and q̇ of a structured Hamiltonian ½ pᵀ A p + V with A = L Lᵀ + ε I, the inverse of the mass matrix:
 /// τ = ṗ + ∂_q ½ |Lᵀ p|² + ∂_q V, q̇ = A p.
 #[derive(Debug)]
-pub(crate) struct StructuredHamiltonian<T>(Energies<T>);
+pub(crate) struct StructuredHamiltonian<T> {
+    energies: Energies<T>,
+    /// What multiplies τ, or q̇, in w · (τ, q̇): [row][joint]; and the latter.
+    of_w: Vec<T>,
+    by_speed: Vec<Side<T>>,
+    /// L_wᵀp + Lᵀu, u of the speeds.
+    pulled: Vec<Side<T>>,
+}
 
 impl<T: Real> StructuredHamiltonian<T> {
     pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
-        Self(Energies::new(shapes, scales))
+        let [by_speed, pulled] = std::array::from_fn(|_| Vec::new());
+        Self { energies: Energies::new(shapes, scales), of_w: Vec::new(), by_speed, pulled }
     }
 }
 
 impl<T: Real> Term<T> for StructuredHamiltonian<T> {
     fn prepare(&mut self, parameters: &[T]) {
-        self.0.prepare(parameters);
+        self.energies.prepare(parameters);
     }
 
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
-        let e = &mut self.0;
-        let (n, width) = (block.n_joints, e.factor.width());
+        let e = &mut self.energies;
+        let n = block.n_joints;
         e.factor.forward(&parameters[..e.n_mass], &block.features);
         e.by_q(parameters, block, T::of(1.0));
+        e.factor.form().times([(e.factor.stream(0), &e.pulled)], &mut e.pushed);
         for (row, out) in out.chunks_exact_mut(2 * n).enumerate() {
-            let part = row * n..(row + 1) * n;
-            let p = &block.v[part.clone()];
+            let begin = row * n;
             let (tau, speed) = out.split_at_mut(n);
             for j in 0..n {
-                tau[j] = block.a[part.start + j] + e.by_q[part.start + j];
-                speed[j] = e.diagonal[j] * p[j];
+                tau[j] = block.a[begin + j] + e.by_q[begin + j];
+                speed[j] = e.diagonal[j] * block.v[begin + j] + of_row(&e.pushed, n, row, j);
             }
-            add_times(e.factor.row(0, row), &e.pulled[row * width..][..width], speed);
         }
     }
 
     fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
-        let e = &mut self.0;
-        let (n, len, width) = (block.n_joints, e.factor.len(), e.factor.width());
+        let e = &mut self.energies;
+        let (n, form) = (block.n_joints, e.factor.form());
         let (mass, potential) = parameters.split_at(e.n_mass);
-        let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
-        block.features_along(&torques, &mut e.along);
+        let of_kind = |k: usize| w.chunks_exact(n).skip(k).step_by(2).flatten().copied();
+        self.of_w.clear();
+        self.of_w.extend(of_kind(0));
+        block.features_along(&self.of_w, &mut e.along);
         e.factor.keep(1);
         e.factor.push(mass, &e.along);
-        let by_l = &mut e.by_l[0];
-        by_l.resize(block.n_rows * len, T::default());
-        let [mut c_w, mut c_u] = [[T::default(); MOST_WIDTH]; 2];
-        let [c_w, c_u] = [&mut c_w[..width], &mut c_u[..width]];
-        for (row, by_l) in by_l.chunks_exact_mut(len).enumerate() {
-            let p = &block.v[row * n..(row + 1) * n];
-            let u = &w[row * 2 * n + n..(row + 1) * 2 * n];
-            let (l, l_w) = (e.factor.row(0, row), e.factor.row(1, row));
-            transposed_times(l_w, p, c_w);
-            transposed_times(l, u, c_u);
-            for (sum, c_u) in c_w.iter_mut().zip(&*c_u) {
-                *sum += *c_u;
-            }
-            outer_products(by_l, [(p, c_w), (u, &e.pulled[row * width..][..width])]);
-        }
+        self.of_w.clear();
+        self.of_w.extend(of_kind(1));
+        put_side_by_side(&self.of_w, n, &mut self.by_speed);
+        let [l, l_w] = [0, 1].map(|s| e.factor.stream(s));
+        form.transposed_times([(l_w, &e.v), (l, &self.by_speed)], &mut self.pulled);
+        let [by_l, _] = &mut e.by_l;
+        form.outer_products([(&e.v, &self.pulled), (&self.by_speed, &e.pulled)], by_l);
         // p (Lᵀp)ᵀ, the derivative by L_w, is that of ½ |Lᵀp|² by L.
         e.factor.reverse_parameters(mass, [by_l], &e.by_kinetic, into.from(0));
         e.potential.derivatives(potential, &e.along, into.from(e.n_mass));

@@ -61,7 +61,19 @@ impl Activation {
 
     /// y, f'(x) and f''(x) for every x.
     pub fn apply<T: Real>(self, x: &[T], y: &mut [T], d: &mut [T], dd: &mut [T]) {
-        let inputs = Inputs { x, y, d, dd };
+        self.apply_to_sums(x, &[], y, d, dd);
+    }
+
+    /// The same of x + b: `x` is [row][unit], `biases` b of every unit, or none of them.
+    pub(super) fn apply_to_sums<T: Real>(
+        self,
+        x: &[T],
+        biases: &[T],
+        y: &mut [T],
+        d: &mut [T],
+        dd: &mut [T],
+    ) {
+        let inputs = Inputs { x, biases, y, d, dd };
         match self {
             Self::Relu => Isa::detect().run(ReluArrays(inputs)),
             Self::Tanh => Isa::detect().run(TanhArrays(inputs)),
@@ -72,6 +84,7 @@ impl Activation {
 
 struct Inputs<'a, T> {
     x: &'a [T],
+    biases: &'a [T],
     y: &'a mut [T],
     d: &'a mut [T],
     dd: &'a mut [T],
@@ -82,8 +95,19 @@ impl<T: Real> Inputs<'_, T> {
     fn run(self, activation: Activation) {
         let n = self.x.len();
         let (x, y, d, dd) = (self.x, &mut self.y[..n], &mut self.d[..n], &mut self.dd[..n]);
-        for i in 0..n {
-            [y[i], d[i], dd[i]] = activation.at(x[i]);
+        if self.biases.is_empty() {
+            for i in 0..n {
+                [y[i], d[i], dd[i]] = activation.at(x[i]);
+            }
+            return;
+        }
+        let width = self.biases.len();
+        let rows = x.chunks_exact(width).zip(y.chunks_exact_mut(width));
+        let rows = rows.zip(d.chunks_exact_mut(width).zip(dd.chunks_exact_mut(width)));
+        for ((x, y), (d, dd)) in rows {
+            for i in 0..width {
+                [y[i], d[i], dd[i]] = activation.at(x[i] + self.biases[i]);
+            }
         }
     }
 }

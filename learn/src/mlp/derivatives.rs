@@ -59,13 +59,12 @@ impl<T: Real> ByParameters<'_, T> {
     pub(super) fn add_biases(&mut self, shape: &LayerShape, n_rows: usize, cotangents: &[T]) {
         let biases = shape.start + shape.outputs * shape.inputs;
         self.begin(biases..biases + shape.outputs);
-        for (row, cotangents) in cotangents.chunks_exact(shape.outputs).take(n_rows).enumerate() {
-            let to = match self {
-                Self::Sum(values) | Self::First(values) => &mut values[biases..],
-                Self::Rows { values, width, start } => &mut values[row * *width + *start + biases..],
-            };
-            to.iter_mut().zip(cotangents).for_each(|(to, d)| *to += *d);
-        }
+        let (values, width) = match self {
+            Self::Sum(values) | Self::First(values) => (&mut values[biases..], 0),
+            Self::Rows { values, width, start } => (&mut values[*start + biases..], *width),
+        };
+        let cotangents = &cotangents[..cotangents.len().min(n_rows * shape.outputs)];
+        Isa::detect().run(Biases { cotangents, n_units: shape.outputs, values, width });
     }
 
     /// Adds those of the weights of a layer: `cotangents` of its sums, `inputs` of it, both [stream][row][unit].
@@ -77,6 +76,28 @@ impl<T: Real> ByParameters<'_, T> {
             Self::Rows { values, width, start } => {
                 let values = &mut values[*start..];
                 Isa::detect().run(RowByRow { shape, n_rows, cotangents, inputs, values, width: *width });
+            }
+        }
+    }
+}
+
+/// Adds every row to what stands `width` numbers behind that of the row before.
+struct Biases<'a, T> {
+    cotangents: &'a [T],
+    n_units: usize,
+    values: &'a mut [T],
+    width: usize,
+}
+
+impl<T: Real> WithSimd for Biases<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (row, cotangents) in self.cotangents.chunks_exact(self.n_units).enumerate() {
+            let sums = &mut self.values[row * self.width..][..cotangents.len()];
+            for i in 0..cotangents.len() {
+                sums[i] += cotangents[i];
             }
         }
     }

@@ -65,9 +65,9 @@ struct Way {
 struct Layer<T> {
     /// What enters.
     input: Vec<T>,
-    /// W x + b, and its tangents.
+    /// W x, in the last layer W x + b, and its tangents.
     sum: Vec<T>,
-    /// f' and f'' at the values of `sum`; empty in the last layer.
+    /// f' and f'' at W x + b; empty in the last layer.
     d: Vec<T>,
     dd: Vec<T>,
     /// Cotangents of what enters, in the last `reverse_inputs` of values alone: [row][unit].
@@ -195,18 +195,17 @@ impl<T: Real> MlpTape<T> {
                 None if more.len() * n_rows <= FEW => times_transposed(out, x, weights, shape.inputs),
                 _ => multiply(out, rows(x, shape.inputs), rows(weights, shape.inputs).transpose()),
             }
-            if more[0] == Stream::Value {
-                for row in out[..len].chunks_exact_mut(shape.outputs) {
-                    for (y, b) in row.iter_mut().zip(biases) {
-                        *y += *b;
-                    }
-                }
-            }
             if l < last {
                 let next = room(&mut after[0].input, n_streams * len);
                 for (s, stream) in (first..).zip(more) {
                     let next = &mut next[s * len..(s + 1) * len];
-                    layer.activate(self.mlp.activation, s, *stream, len, next);
+                    layer.activate(self.mlp.activation, biases, s, *stream, len, next);
+                }
+            } else if more[0] == Stream::Value {
+                for row in out[..len].chunks_exact_mut(shape.outputs) {
+                    for (y, b) in row.iter_mut().zip(biases) {
+                        *y += *b;
+                    }
                 }
             }
         }
@@ -361,11 +360,19 @@ impl<T: Real> MlpTape<T> {
 
 impl<T: Real> Layer<T> {
     /// Writes the activations of stream `s` from its sums.
-    fn activate(&mut self, activation: Activation, s: usize, stream: Stream, len: usize, out: &mut [T]) {
+    fn activate(
+        &mut self,
+        activation: Activation,
+        biases: &[T],
+        s: usize,
+        stream: Stream,
+        len: usize,
+        out: &mut [T],
+    ) {
         if stream == Stream::Value {
             self.d.resize(len, T::default());
             self.dd.resize(len, T::default());
-            activation.apply(&self.sum[..len], out, &mut self.d, &mut self.dd);
+            activation.apply_to_sums(&self.sum[..len], biases, out, &mut self.d, &mut self.dd);
             return;
         }
         let first = match stream {

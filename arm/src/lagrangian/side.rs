@@ -1,0 +1,181 @@
+//! Rows of a batch side by side in registers, and products of them with the factor of a mass matrix.
+//!
+//! What a network gives stands row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
+//! [`SIDE`] rows go through registers together instead: every array is [group of rows][element], each element one number of each of
+//! those rows. Rows that the last group lacks are zeros.
+
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
+use hysteron_learn::Real;
+
+/// Rows of a group.
+pub(super) const SIDE: usize = 16;
+
+/// A number of every row of a group.
+pub(super) type Side<T> = [T; SIDE];
+
+/// The factors of a product.
+type Pair<'a, T> = (&'a [Side<T>], &'a [Side<T>]);
+
+/// Writes `values` ([row][`width`]) side by side.
+pub(super) fn put_side_by_side<T: Real>(values: &[T], width: usize, out: &mut Vec<Side<T>>) {
+    out.clear();
+    for rows in values.chunks(SIDE * width) {
+        let begin = out.len();
+        out.resize(begin + width, [T::default(); SIDE]);
+        for (r, row) in rows.chunks_exact(width).enumerate() {
+            for (out, value) in out[begin..].iter_mut().zip(row) {
+                out[r] = *value;
+            }
+        }
+    }
+}
+
+/// One number of a row: of [group][`width`].
+#[inline(always)]
+pub(super) fn of_row<T: Copy>(values: &[Side<T>], width: usize, row: usize, element: usize) -> T {
+    values[row / SIDE * width + element][row % SIDE]
+}
+
+/// The elements of L = [T | R] that a network gives: n rows of a lower triangle, each followed by its part of some dense columns.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Form {
+    pub n: usize,
+    /// Dense columns.
+    pub squares: usize,
+}
+
+impl Form {
+    /// Elements.
+    pub fn len(self) -> usize {
+        self.n * (self.n + 1) / 2 + self.n * self.squares
+    }
+
+    /// Columns.
+    pub fn width(self) -> usize {
+        self.n + self.squares
+    }
+
+    /// The element that stands on the diagonal in row `i`.
+    pub fn on_diagonal(self, i: usize) -> usize {
+        i * (i + 1) / 2 + i * self.squares + i
+    }
+
+    /// Elements of row `i`.
+    #[inline(always)]
+    fn row<V>(self, i: usize, elements: &[V]) -> &[V] {
+        &elements[self.on_diagonal(i) - i..][..i + 1 + self.squares]
+    }
+
+    /// Out of numbers of every column, those that row `i` has elements in.
+    #[inline(always)]
+    fn columns<V>(self, i: usize, values: &[V]) -> impl Iterator<Item = &V> {
+        let (triangle, dense) = values.split_at(self.n);
+        triangle[..=i].iter().chain(dense)
+    }
+
+    /// out = Σ Lᵀ v over pairs (L, v): [group][column].
+    pub fn transposed_times<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
+        out.clear();
+        out.resize(pairs[0].1.len() / self.n * self.width(), [T::default(); SIDE]);
+        for (l, v) in pairs {
+            Isa::detect().run(TransposedTimes { form: self, l, v, out });
+        }
+    }
+
+    /// out = Σ L u over pairs (L, u): [group][row of L].
+    pub fn times<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
+        out.clear();
+        out.resize(pairs[0].1.len() / self.width() * self.n, [T::default(); SIDE]);
+        for (l, u) in pairs {
+            Isa::detect().run(Times { form: self, l, u, out });
+        }
+    }
+
+    /// The derivatives of Σ wᵀ L u over pairs (w, u) by the elements of L: [group][element].
+    pub fn outer_products<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], by_l: &mut Vec<Side<T>>) {
+        by_l.clear();
+        by_l.resize(pairs[0].0.len() / self.n * self.len(), [T::default(); SIDE]);
+        for (w, u) in pairs {
+            Isa::detect().run(OuterProducts { form: self, w, u, by_l });
+        }
+    }
+}
+
+struct TransposedTimes<'a, T> {
+    form: Form,
+    l: &'a [Side<T>],
+    v: &'a [Side<T>],
+    out: &'a mut [Side<T>],
+}
+
+impl<T: Real> WithSimd for TransposedTimes<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let form = self.form;
+        let groups = self.l.chunks_exact(form.len()).zip(self.v.chunks_exact(form.n));
+        for ((l, v), out) in groups.zip(self.out.chunks_exact_mut(form.width())) {
+            let (triangle, dense) = out.split_at_mut(form.n);
+            for (i, v) in v.iter().enumerate() {
+                let out = triangle[..=i].iter_mut().chain(&mut *dense);
+                out.zip(form.row(i, l)).for_each(|(out, l)| add_products(out, l, v));
+            }
+        }
+    }
+}
+
+struct Times<'a, T> {
+    form: Form,
+    l: &'a [Side<T>],
+    u: &'a [Side<T>],
+    out: &'a mut [Side<T>],
+}
+
+impl<T: Real> WithSimd for Times<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let form = self.form;
+        let groups = self.l.chunks_exact(form.len()).zip(self.u.chunks_exact(form.width()));
+        for ((l, u), out) in groups.zip(self.out.chunks_exact_mut(form.n)) {
+            for (i, out) in out.iter_mut().enumerate() {
+                form.columns(i, u).zip(form.row(i, l)).for_each(|(u, l)| add_products(out, l, u));
+            }
+        }
+    }
+}
+
+struct OuterProducts<'a, T> {
+    form: Form,
+    w: &'a [Side<T>],
+    u: &'a [Side<T>],
+    by_l: &'a mut [Side<T>],
+}
+
+impl<T: Real> WithSimd for OuterProducts<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let form = self.form;
+        let groups = self.w.chunks_exact(form.n).zip(self.u.chunks_exact(form.width()));
+        for ((w, u), by_l) in groups.zip(self.by_l.chunks_exact_mut(form.len())) {
+            let mut rest = by_l;
+            for (i, w) in w.iter().enumerate() {
+                let (row, after) = rest.split_at_mut(i + 1 + form.squares);
+                form.columns(i, u).zip(row).for_each(|(u, by_l)| add_products(by_l, w, u));
+                rest = after;
+            }
+        }
+    }
+}
+
+/// sum += a b, number by number.
+#[inline(always)]
+fn add_products<T: Real>(sum: &mut Side<T>, a: &Side<T>, b: &Side<T>) {
+    for k in 0..SIDE {
+        sum[k] += a[k] * b[k];
+    }
+}
