@@ -75,101 +75,112 @@ impl Form {
 
     /// out = Σ Lᵀ v over pairs (L, v): [group][column].
     pub fn transposed_times<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
-        out.clear();
         out.resize(pairs[0].1.len() / self.n * self.width(), [T::default(); SIDE]);
-        for (l, v) in pairs {
-            Isa::detect().run(TransposedTimes { form: self, l, v, out });
-        }
+        Isa::detect().run(TransposedTimes { form: self, pairs, out });
     }
 
     /// out = Σ L u over pairs (L, u): [group][row of L].
     pub fn times<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
-        out.clear();
         out.resize(pairs[0].1.len() / self.width() * self.n, [T::default(); SIDE]);
-        for (l, u) in pairs {
-            Isa::detect().run(Times { form: self, l, u, out });
-        }
+        Isa::detect().run(Times { form: self, pairs, out });
     }
 
     /// The derivatives of Σ wᵀ L u over pairs (w, u) by the elements of L: [group][element].
     pub fn outer_products<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], by_l: &mut Vec<Side<T>>) {
-        by_l.clear();
         by_l.resize(pairs[0].0.len() / self.n * self.len(), [T::default(); SIDE]);
-        for (w, u) in pairs {
-            Isa::detect().run(OuterProducts { form: self, w, u, by_l });
-        }
+        Isa::detect().run(OuterProducts { form: self, pairs, by_l });
     }
 }
 
-struct TransposedTimes<'a, T> {
+struct TransposedTimes<'a, T, const N: usize> {
     form: Form,
-    l: &'a [Side<T>],
-    v: &'a [Side<T>],
+    pairs: [Pair<'a, T>; N],
     out: &'a mut [Side<T>],
 }
 
-impl<T: Real> WithSimd for TransposedTimes<'_, T> {
+impl<T: Real, const N: usize> WithSimd for TransposedTimes<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let form = self.form;
-        let groups = self.l.chunks_exact(form.len()).zip(self.v.chunks_exact(form.n));
-        for ((l, v), out) in groups.zip(self.out.chunks_exact_mut(form.width())) {
+        for (g, out) in self.out.chunks_exact_mut(form.width()).enumerate() {
+            out.fill([T::default(); SIDE]);
             let (triangle, dense) = out.split_at_mut(form.n);
-            for (i, v) in v.iter().enumerate() {
-                let out = triangle[..=i].iter_mut().chain(&mut *dense);
-                out.zip(form.row(i, l)).for_each(|(out, l)| add_products(out, l, v));
+            for (l, v) in self.pairs {
+                let (l, v) = (part(l, g, form.len()), part(v, g, form.n));
+                for (i, v) in v.iter().enumerate() {
+                    let out = triangle[..=i].iter_mut().chain(&mut *dense);
+                    out.zip(form.row(i, l)).for_each(|(out, l)| add_products(out, l, v));
+                }
             }
         }
     }
 }
 
-struct Times<'a, T> {
+struct Times<'a, T, const N: usize> {
     form: Form,
-    l: &'a [Side<T>],
-    u: &'a [Side<T>],
+    pairs: [Pair<'a, T>; N],
     out: &'a mut [Side<T>],
 }
 
-impl<T: Real> WithSimd for Times<'_, T> {
+impl<T: Real, const N: usize> WithSimd for Times<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let form = self.form;
-        let groups = self.l.chunks_exact(form.len()).zip(self.u.chunks_exact(form.width()));
-        for ((l, u), out) in groups.zip(self.out.chunks_exact_mut(form.n)) {
+        for (g, out) in self.out.chunks_exact_mut(form.n).enumerate() {
             for (i, out) in out.iter_mut().enumerate() {
-                form.columns(i, u).zip(form.row(i, l)).for_each(|(u, l)| add_products(out, l, u));
+                let mut sum = [T::default(); SIDE];
+                for (l, u) in self.pairs {
+                    let (l, u) = (part(l, g, form.len()), part(u, g, form.width()));
+                    form.columns(i, u).zip(form.row(i, l)).for_each(|(u, l)| add_products(&mut sum, l, u));
+                }
+                *out = sum;
             }
         }
     }
 }
 
-struct OuterProducts<'a, T> {
+struct OuterProducts<'a, T, const N: usize> {
     form: Form,
-    w: &'a [Side<T>],
-    u: &'a [Side<T>],
+    pairs: [Pair<'a, T>; N],
     by_l: &'a mut [Side<T>],
 }
 
-impl<T: Real> WithSimd for OuterProducts<'_, T> {
+impl<T: Real, const N: usize> WithSimd for OuterProducts<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let form = self.form;
-        let groups = self.w.chunks_exact(form.n).zip(self.u.chunks_exact(form.width()));
-        for ((w, u), by_l) in groups.zip(self.by_l.chunks_exact_mut(form.len())) {
+        for (g, by_l) in self.by_l.chunks_exact_mut(form.len()).enumerate() {
+            let pairs = self.pairs.map(|(w, u)| (part(w, g, form.n), part(u, g, form.width())));
             let mut rest = by_l;
-            for (i, w) in w.iter().enumerate() {
+            for i in 0..form.n {
                 let (row, after) = rest.split_at_mut(i + 1 + form.squares);
-                form.columns(i, u).zip(row).for_each(|(u, by_l)| add_products(by_l, w, u));
                 rest = after;
+                let (triangle, dense) = row.split_at_mut(i + 1);
+                for (begin, of_row) in [(0, triangle), (form.n, dense)] {
+                    let us = pairs.map(|(_, u)| &u[begin..][..of_row.len()]);
+                    for (k, by_l) in of_row.iter_mut().enumerate() {
+                        let mut sum = [T::default(); SIDE];
+                        for (u, (w, _)) in us.iter().zip(&pairs) {
+                            add_products(&mut sum, &w[i], &u[k]);
+                        }
+                        *by_l = sum;
+                    }
+                }
             }
         }
     }
+}
+
+/// The part of an array that belongs to one group.
+#[inline(always)]
+fn part<V>(values: &[V], group: usize, len: usize) -> &[V] {
+    &values[group * len..][..len]
 }
 
 /// sum += a b, number by number.
