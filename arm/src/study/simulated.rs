@@ -22,8 +22,10 @@ use crate::lagrangian::{
 pub struct SimulatedStudy {
     /// Rows of the table.
     pub variants: Vec<Variant>,
-    /// Seeds of initial parameters and of minibatches, from 0.
+    /// Seeds of initial parameters and of minibatches: how many.
     pub seeds: u64,
+    /// The first of them.
+    pub first_seed: u64,
     /// Trajectories that are learned from, validation among them.
     pub trajectories: Vec<usize>,
     /// Speeds of the test, over that of training.
@@ -232,7 +234,7 @@ impl SimulatedStudy {
         let total = sets.len() * self.variants.len() * self.seeds as usize;
         for all in sets {
             for variant in &self.variants {
-                for seed in 0..self.seeds {
+                for seed in self.first_seed..self.first_seed + self.seeds {
                     let count = all.trajectories.len();
                     let name = name(*variant, count, seed);
                     let done = [rows.len(), total];

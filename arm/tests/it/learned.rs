@@ -145,11 +145,12 @@ fn a_model_comes_back_from_its_file_and_streams_what_it_says() {
     assert_eq!(bad, "recording: expected 3 joints, as the model has, got 2");
 }
 
-#[test]
-fn a_study_that_was_ended_goes_on_to_the_same_rows() {
-    let study = SimulatedStudy {
+/// Small networks that learn from four trajectories.
+fn small_study() -> SimulatedStudy {
+    SimulatedStudy {
         variants: vec![Variant::StructuredLagrangian, Variant::FeedForward],
         seeds: 1,
+        first_seed: 0,
         trajectories: vec![4],
         speeds: vec![1.0, 2.0],
         hidden: Some(vec![6, 6]),
@@ -158,7 +159,35 @@ fn a_study_that_was_ended_goes_on_to_the_same_rows() {
         squares: 2,
         units: Units::Spread,
         training: TrainingOptions { polish: 30, polish_samples: 100, ..TrainingOptions::normalised(4) },
-    };
+    }
+}
+
+#[test]
+fn machines_can_share_the_seeds_of_a_study() {
+    let one = SimulatedStudy { variants: vec![Variant::FeedForward], ..small_study() };
+    let model = Model::builtin("three-link").unwrap();
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    for (folder, first_seed) in folders.iter().zip(0..) {
+        let own = SimulatedStudy { first_seed, ..one.clone() };
+        let rows = simulated_study(&own, &model, folder.path(), &mut |_| true).unwrap();
+        assert_eq!(rows.iter().map(|row| row.seed).collect::<Vec<_>>(), [first_seed]);
+    }
+    for entry in std::fs::read_dir(folders[1].path()).unwrap() {
+        let path = entry.unwrap().path();
+        std::fs::copy(&path, folders[0].path().join(path.file_name().unwrap())).unwrap();
+    }
+    let mut is_training = false;
+    let rows = simulated_study(&SimulatedStudy { seeds: 2, ..one }, &model, folders[0].path(), &mut |p| {
+        is_training |= p.training.is_some();
+        true
+    });
+    assert_eq!(rows.unwrap().iter().map(|row| row.seed).collect::<Vec<_>>(), [0, 1]);
+    assert!(!is_training, "cells of another machine are taken as they are");
+}
+
+#[test]
+fn a_study_that_was_ended_goes_on_to_the_same_rows() {
+    let study = small_study();
     let model = Model::builtin("three-link").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let whole = simulated_study(&study, &model, &folder.path().join("whole"), &mut |_| true).unwrap();

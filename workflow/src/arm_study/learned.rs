@@ -140,6 +140,7 @@ fn simulated(options: &Options) -> Result<SimulatedStudy, BadInput> {
     Ok(SimulatedStudy {
         variants: if options.variants.is_empty() { Variant::ALL.to_vec() } else { options.variants.clone() },
         seeds: options.seeds as u64,
+        first_seed: u64::from(options.first_seed),
         trajectories: options.trajectories.clone(),
         speeds: if options.set == SetName::Simulated { vec![1.0, 1.5, 2.0, 2.5] } else { vec![1.0] },
         hidden: options.hidden.or(units).map(|units| vec![units; 2]),

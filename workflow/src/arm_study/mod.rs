@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use hysteron_arm::lagrangian::Variant;
 use hysteron_arm::study::StudyProgress;
 use hysteron_arm::study::neural::NeuralScope;
+use hysteron_base::BadInput;
 use hysteron_learn::Progress;
 use serde_json::Value;
 
@@ -37,6 +38,9 @@ pub struct Options {
     /// Seeds of a row; of recorded arms, networks whose mean is taken [default: 5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 5, value_parser = crate::number::count::<32>))]
     pub seeds: usize,
+    /// The first of these seeds, so that machines can share a study whose rows have seeds of networks: put their cells into one DIR/cells
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SEED", default_value_t = 0, value_parser = crate::number::up_to::<10_000>))]
+    pub first_seed: u32,
     /// Trajectories of the simulated arm to learn from, one table for each
     #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = crate::number::count::<2000>))]
     pub trajectories: Vec<usize>,
@@ -142,6 +146,17 @@ pub enum PolishName {
     LevenbergMarquardt,
 }
 
+impl Options {
+    fn check(&self) -> Result<(), BadInput> {
+        use SetName::{Characters, Neural, NeuralNetworks, Simulated};
+        if self.first_seed == 0 || [Simulated, Characters, Neural, NeuralNetworks].contains(&self.set) {
+            return Ok(());
+        }
+        let expected = "0, or a set of simulated, characters, neural and neural-networks";
+        Err(BadInput::new("--first-seed", expected, self.first_seed.to_string()))
+    }
+}
+
 /// A model by the name that files have for it.
 ///
 /// # Errors
@@ -155,6 +170,7 @@ pub fn variant(text: &str) -> Result<Variant, String> {
 /// # Errors
 /// Bad input; files that cannot be read or written; an interruption.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    options.check()?;
     let outputs = Outputs::reading(options.data.iter().flat_map(|data| inputs(options.set, data)))
         .and(&options.actuator);
     let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;

@@ -23,7 +23,7 @@ const INDIVIDUAL: u64 = 1;
 /// Recordings with what they are for.
 type Recorded = Vec<(String, Split, Recording)>;
 
-/// Carries out the study with as many seeds of networks; `None` where it was interrupted.
+/// Carries out the study with these seeds of networks; `None` where it was interrupted.
 pub(super) fn run(
     options: &Options,
     scope: NeuralScope,
@@ -31,7 +31,8 @@ pub(super) fn run(
     caller: &Caller,
 ) -> anyhow::Result<Option<Value>> {
     let size = if options.quick { NeuralSize::Quick } else { NeuralSize::Full };
-    let seeds = if options.quick { 1 } else { options.seeds as u64 };
+    let first = u64::from(options.first_seed);
+    let seeds = first..first + if options.quick { 1 } else { options.seeds as u64 };
     let (recordings, identity) = match &options.data {
         Some(folder) => read(folder)?,
         None => {

@@ -1,6 +1,7 @@
 //! The study, cell by cell.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 use hysteron_learn::{Error, Progress, Result};
@@ -40,11 +41,11 @@ struct Plan {
     has_sensing: bool,
 }
 
-fn plans(seeds: u64, scope: NeuralScope, has_faults: bool) -> Vec<Plan> {
+fn plans(seeds: &Range<u64>, scope: NeuralScope, has_faults: bool) -> Vec<Plan> {
     let mut all = Vec::new();
     let first = &NETWORKS[0];
     let is_whole = scope == NeuralScope::Whole;
-    for seed in 0..seeds {
+    for seed in seeds.clone() {
         let plan = |name: &str, protocol| Plan {
             name: format!("{name}-{seed}"),
             network: first,
@@ -78,7 +79,7 @@ fn published(scope: NeuralScope) -> &'static str {
     }
 }
 
-/// Trains and compares actuators of `model` with as many seeds; `identity` says what the data is. `None` where the listener ended it;
+/// Trains and compares actuators of `model` with these seeds; `identity` says what the data is. `None` where the listener ended it;
 /// what is done is found again below `folder`, and a training goes on from its file there.
 ///
 /// # Errors
@@ -86,7 +87,7 @@ fn published(scope: NeuralScope) -> &'static str {
 pub fn neural_study(
     folder: &Path,
     about: (&Model, &NeuralData, &Value),
-    (size, scope, seeds): (NeuralSize, NeuralScope, u64),
+    (size, scope, seeds): (NeuralSize, NeuralScope, Range<u64>),
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     let period = about.1.period;
@@ -101,11 +102,11 @@ pub(super) type Asked<'a> = &'a dyn Fn(&NetworkKind, u64) -> ActuatorOptions;
 pub(super) fn study_with(
     folder: &Path,
     (model, data, identity): (&Model, &NeuralData, &Value),
-    (asked, scope, seeds): (Asked<'_>, NeuralScope, u64),
+    (asked, scope, seeds): (Asked<'_>, NeuralScope, Range<u64>),
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     make_folder(folder)?;
-    let plans = plans(seeds, scope, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
+    let plans = plans(&seeds, scope, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
     let mut done: BTreeMap<&str, Value> = BTreeMap::new();
     for (k, plan) in plans.iter().enumerate() {
         let progress = |training| StudyProgress { cell: &plan.name, done: [k, plans.len()], training };
@@ -129,7 +130,7 @@ pub(super) fn study_with(
         done.insert(&plan.name, row);
     }
     let rows = |name: &str| -> Vec<Value> {
-        (0..seeds).filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
+        seeds.clone().filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
     };
     Ok(Some(NeuralStudy {
         published: rows(published(scope)),

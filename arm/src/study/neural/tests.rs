@@ -63,7 +63,8 @@ fn run(folder: &Path, data: &NeuralData, identity: &Value, last: usize) -> (Opti
         reports < last
     };
     let found =
-        study_with(folder, (&model, data, identity), (&tiny, NeuralScope::Whole, 1), &mut listener).unwrap();
+        study_with(folder, (&model, data, identity), (&tiny, NeuralScope::Whole, 0..1), &mut listener)
+            .unwrap();
     (found, reports)
 }
 
@@ -123,10 +124,10 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
     assert!(left.is_empty(), "{left:?}");
 
     let model = Model::builtin("open-manipulator-x").unwrap();
-    let networks = (&tiny as Asked<'_>, NeuralScope::Networks, 1);
+    let networks = (&tiny as Asked<'_>, NeuralScope::Networks, 0..1);
     // The ablation alone has the same cells, and its own of the first network, which knows no force.
     let about = (&model, &data, &identity);
-    let alone = study_with(folders[0].path(), about, networks, &mut |_| true).unwrap().unwrap();
+    let alone = study_with(folders[0].path(), about, networks.clone(), &mut |_| true).unwrap().unwrap();
     assert!(json!(alone.networks) == json!(whole.networks));
     assert_eq!(alone.published[0]["mean_deg"], whole.published[0]["mean_deg"]);
     assert!(alone.published[0]["forces"]["force_gmo_drive"].is_null());
