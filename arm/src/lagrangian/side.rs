@@ -2,7 +2,7 @@
 //!
 //! What a network gives stands row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
 //! [`SIDE`] rows go through registers together instead: every array is [group of rows][element], each element one number of each of
-//! those rows. Rows that the last group lacks are zeros.
+//! those rows. What stands in the places of rows that the last group lacks is nobody's.
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use hysteron_learn::Real;
@@ -188,5 +188,63 @@ fn part<V>(values: &[V], group: usize, len: usize) -> &[V] {
 fn add_products<T: Real>(sum: &mut Side<T>, a: &Side<T>, b: &Side<T>) {
     for k in 0..SIDE {
         sum[k] += a[k] * b[k];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROWS: usize = SIDE + 3;
+
+    /// Numbers that differ, [row][`width`], and the same side by side.
+    fn numbers(width: usize, seed: usize) -> (Vec<f64>, Vec<Side<f64>>) {
+        let values: Vec<f64> = (0..ROWS * width).map(|i| ((7 * i + seed) as f64).sin()).collect();
+        let mut out = Vec::new();
+        put_side_by_side(&values, width, &mut out);
+        (values, out)
+    }
+
+    /// Rounding of sums of some products of numbers below one.
+    fn assert_near(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+    }
+
+    #[test]
+    fn products_are_those_of_matrices_with_zeros_above_the_diagonal() {
+        let form = Form { n: 4, squares: 3 };
+        let (n, width) = (form.n, form.width());
+        let ((l, l_side), (v, v_side), (u, u_side)) =
+            (numbers(form.len(), 1), numbers(n, 2), numbers(width, 3));
+        let mut matrices = vec![vec![vec![0.0; width]; n]; ROWS];
+        for (matrix, elements) in matrices.iter_mut().zip(l.chunks_exact(form.len())) {
+            let mut elements = elements.iter();
+            for (i, row) in matrix.iter_mut().enumerate() {
+                for c in (0..=i).chain(n..width) {
+                    row[c] = elements.next().copied().unwrap_or(f64::NAN);
+                }
+            }
+        }
+        let [mut pulled, mut pushed, mut by_l] = [(); 3].map(|()| Vec::new());
+        form.transposed_times([(&l_side, &v_side), (&l_side, &v_side)], &mut pulled);
+        form.times([(&l_side, &u_side), (&l_side, &u_side)], &mut pushed);
+        form.outer_products([(&v_side, &u_side), (&v_side, &u_side)], &mut by_l);
+        for (r, matrix) in matrices.iter().enumerate() {
+            let (v, u) = (&v[r * n..][..n], &u[r * width..][..width]);
+            for c in 0..width {
+                let expected: f64 = (0..n).map(|i| 2.0 * matrix[i][c] * v[i]).sum();
+                assert_near(of_row(&pulled, width, r, c), expected);
+            }
+            let mut k = 0;
+            for i in 0..n {
+                let expected: f64 = (0..width).map(|c| 2.0 * matrix[i][c] * u[c]).sum();
+                assert_near(of_row(&pushed, n, r, i), expected);
+                for c in (0..=i).chain(n..width) {
+                    assert_near(of_row(&by_l, form.len(), r, k), 2.0 * v[i] * u[c]);
+                    k += 1;
+                }
+                assert_eq!(form.on_diagonal(i), k - form.squares - 1);
+            }
+        }
     }
 }
