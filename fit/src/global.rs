@@ -16,6 +16,7 @@ use basin::{
 
 use hysteron_base::BadInput;
 
+use crate::aside::{Erased, Halt, aside};
 use crate::{Failure, Parameter};
 
 /// How a population is moved.
@@ -84,13 +85,13 @@ pub struct GlobalSearch {
 const NO_VALUE: f64 = f64::MAX;
 
 /// A cost over places between bounds, 0 to 1 each.
-struct Places<'a, F> {
+struct Places<'a> {
     parameters: &'a [Parameter],
-    cost: &'a F,
+    cost: Erased<'a, f64>,
     bounds: [Vec<f64>; 2],
 }
 
-impl<F> Places<'_, F> {
+impl Places<'_> {
     /// The same problem.
     fn again(&self) -> Self {
         Self { parameters: self.parameters, cost: self.cost, bounds: self.bounds.clone() }
@@ -101,7 +102,7 @@ impl<F> Places<'_, F> {
     }
 }
 
-impl<F> Constraints for Places<'_, F> {
+impl Constraints for Places<'_> {
     type Set = ConstraintSet<BoxBounds<Vec<f64>>>;
 
     fn constraints(&self) -> <Self::Set as basin::ConstraintDescription>::Borrowed<'_> {
@@ -110,13 +111,13 @@ impl<F> Constraints for Places<'_, F> {
     }
 }
 
-impl<F: Fn(&[f64]) -> Result<f64, E>, E: Failure> CostFunction for Places<'_, F> {
+impl CostFunction for Places<'_> {
     type Param = Vec<f64>;
     type Output = f64;
-    type Error = E;
+    type Error = Halt;
 
     /// Where the cost has no value it is [`NO_VALUE`].
-    fn cost(&self, places: &Vec<f64>) -> Result<f64, E> {
+    fn cost(&self, places: &Vec<f64>) -> Result<f64, Halt> {
         match (self.cost)(&self.values(places)) {
             Err(error) if error.is_local() => Ok(NO_VALUE),
             Ok(cost) if cost.is_nan() => Ok(NO_VALUE),
@@ -138,6 +139,14 @@ where
     F: Fn(&[f64]) -> Result<f64, E> + Sync,
     E: Failure,
 {
+    aside(cost, |cost| searched(parameters, options, cost))
+}
+
+fn searched(
+    parameters: &[Parameter],
+    options: &GlobalOptions,
+    cost: Erased<f64>,
+) -> Result<GlobalSearch, Halt> {
     parameters.iter().try_for_each(Parameter::check)?;
     let n = parameters.len();
     if n == 0 {
@@ -149,7 +158,7 @@ where
             is_converged: true,
         });
     }
-    let problem = Places { parameters, cost: &cost, bounds: [vec![0.0; n], vec![1.0; n]] };
+    let problem = Places { parameters, cost, bounds: [vec![0.0; n], vec![1.0; n]] };
     let members = (n * options.members_per_parameter).max(6);
     match options.method {
         GlobalMethod::DifferentialEvolution { weight, crossover } => {
@@ -205,11 +214,9 @@ impl GlobalSearch {
     }
 }
 
-fn evolve<F, E, S>(problem: Places<F>, solver: S, options: &GlobalOptions) -> Result<GlobalSearch, E>
+fn evolve<S>(problem: Places, solver: S, options: &GlobalOptions) -> Result<GlobalSearch, Halt>
 where
-    F: Fn(&[f64]) -> Result<f64, E> + Sync,
-    E: Failure,
-    for<'a> S: Solver<Places<'a, F>, PopulationProgress<Vec<f64>>, Error = ConstraintSolveError<E>>,
+    for<'a> S: Solver<Places<'a>, PopulationProgress<Vec<f64>>, Error = ConstraintSolveError<Halt>>,
 {
     let parameters = problem.parameters;
     let members =
@@ -235,7 +242,7 @@ where
     })
 }
 
-fn evaluation<E: Failure>(error: ConstraintSolveError<E>) -> E {
+fn evaluation(error: ConstraintSolveError<Halt>) -> Halt {
     match error {
         ConstraintSolveError::Evaluation(error) => error,
         // The bounds are ours: from 0 to 1.

@@ -6,9 +6,10 @@
 //! noise allows.
 
 use crate::Failure;
+use crate::aside::{Erased, Halt, aside};
 use crate::outcome::{Fit, Options};
 use crate::parameter::Parameter;
-use crate::search::{Problem, cost, prior_rows, rms};
+use crate::search::{Problem, Series, cost, prior_rows, rms};
 use crate::uncertainty::{self, Spread};
 
 /// Tolerance of a search whose end is the end [-].
@@ -29,7 +30,11 @@ where
     F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
     E: Failure,
 {
-    let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
+    aside(residuals, |residuals| fitted(parameters, options, residuals))
+}
+
+fn fitted(parameters: &[Parameter], options: &Options, residuals: Erased<Series>) -> Result<Fit, Halt> {
+    let (mut problem, first) = Problem::new(parameters, options, residuals)?;
     let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
     let home: Vec<f64> = parameters.iter().map(|p| p.place(p.home())).collect();
     let spread_of = |series: &[Vec<f64>], n: usize| Spread::new(series, n + options.n_nuisance);

@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
 use crate::Failure;
+use crate::aside::{Erased, Halt, aside};
 use crate::outcome::{Fit, Options};
 use crate::parameter::Parameter;
 use crate::uncertainty::{self, Spread, Standing};
@@ -36,11 +37,14 @@ const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
 const MOST_ROUNDS: usize = 3;
 const SAME_SPREAD: f64 = 0.7;
 
+/// Residuals that belong together, each beside its neighbours.
+pub type Series = Vec<Vec<f64>>;
+
 /// Residuals of parameters, and what is believed of these.
-pub struct Problem<'a, F> {
+pub struct Problem<'a, E> {
     parameters: &'a [Parameter],
     options: &'a Options<'a>,
-    residuals: &'a F,
+    residuals: &'a (dyn Fn(&[f64]) -> Result<Series, E> + Sync),
     n_residuals: usize,
     /// Standard deviation of an independent residual, which one of a prior counts as.
     pub noise: f64,
@@ -70,11 +74,7 @@ pub struct Found {
     pub is_converged: bool,
 }
 
-impl<'a, F, E> Problem<'a, F>
-where
-    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
-    E: Failure,
-{
+impl<'a, E: Failure> Problem<'a, E> {
     /// With the residuals at the start, which are given back; nothing is known of their spread yet.
     ///
     /// # Errors
@@ -82,8 +82,8 @@ where
     pub fn new(
         parameters: &'a [Parameter],
         options: &'a Options<'a>,
-        residuals: &'a F,
-    ) -> Result<(Self, Vec<Vec<f64>>), E> {
+        residuals: &'a (dyn Fn(&[f64]) -> Result<Series, E> + Sync),
+    ) -> Result<(Self, Series), E> {
         parameters.iter().try_for_each(Parameter::check)?;
         let first = residuals(&parameters.iter().map(|p| p.start).collect::<Vec<_>>())?;
         let n_residuals = first.iter().map(Vec::len).sum::<usize>();
@@ -154,7 +154,7 @@ where
     }
 
     /// The residuals with all parameters at `places`, bent by Huber's rule; none where they have no value.
-    pub fn evaluate(&self, places: &[f64]) -> Result<Option<Vec<Vec<f64>>>, E> {
+    pub fn evaluate(&self, places: &[f64]) -> Result<Option<Series>, E> {
         let values: Vec<f64> = self.parameters.iter().zip(places).map(|(p, place)| p.value(*place)).collect();
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         match (self.residuals)(&values) {
@@ -226,11 +226,11 @@ where
 }
 
 /// Parameters, and the residuals there by recording.
-type Evaluated = (Vec<f64>, Vec<Vec<f64>>);
+type Evaluated = (Vec<f64>, Series);
 
 /// The problem as `levenberg-marquardt` sees it: in angles, for the free parameters alone.
-struct Search<'a, F, E> {
-    problem: &'a Problem<'a, F>,
+struct Search<'a, E> {
+    problem: &'a Problem<'a, E>,
     start: &'a [f64],
     free: &'a [usize],
     angles: DVector<f64>,
@@ -240,11 +240,7 @@ struct Search<'a, F, E> {
     failure: Mutex<Option<E>>,
 }
 
-impl<F, E> Search<'_, F, E>
-where
-    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
-    E: Failure,
-{
+impl<E: Failure> Search<'_, E> {
     fn places(&self) -> Vec<f64> {
         let mut places = self.start.to_vec();
         for (&k, angle) in self.free.iter().zip(self.angles.iter()) {
@@ -274,11 +270,7 @@ where
     }
 }
 
-impl<F, E> LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_, F, E>
-where
-    F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
-    E: Failure,
-{
+impl<E: Failure> LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_, E> {
     type ResidualStorage = Owned<f64, Dyn>;
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
     type ParameterStorage = Owned<f64, Dyn>;
@@ -344,7 +336,15 @@ where
     F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
     E: Failure,
 {
-    let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
+    aside(residuals, |residuals| roughly(parameters, options, residuals))
+}
+
+fn roughly(
+    parameters: &[Parameter],
+    options: &Options,
+    residuals: Erased<Series>,
+) -> Result<(Vec<f64>, f64), Halt> {
+    let (mut problem, first) = Problem::new(parameters, options, residuals)?;
     problem.effort = Effort { tolerance: QUICK_TOLERANCE, jacobians: QUICK_JACOBIANS };
     problem.noise = rms(&first);
     let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
@@ -370,7 +370,16 @@ where
     F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
     E: Failure,
 {
-    let (mut problem, first) = Problem::new(parameters, options, &residuals)?;
+    aside(residuals, |residuals| corrected(parameters, options, residuals, fit))
+}
+
+fn corrected(
+    parameters: &[Parameter],
+    options: &Options,
+    residuals: Erased<Series>,
+    fit: &mut Fit,
+) -> Result<(), Halt> {
+    let (mut problem, first) = Problem::new(parameters, options, residuals)?;
     let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
     let is_free = |k: &usize| matches!(fit.estimates[*k].standing, Standing::Fitted | Standing::Vague);
     let free = uncertainty::inside(&(0..parameters.len()).filter(is_free).collect::<Vec<_>>(), &places);

@@ -4,12 +4,13 @@
 //! written inline gets the right line and a shorter key. `serde_path_to_error` would give the key without the line, and
 //! counts tables from 0 where a person counts them from 1; both are wanted here.
 
+use super::reader;
 use crate::BadInput;
 
 /// The error as place, expected, found, hint; the place has no file yet.
-pub(crate) fn bad_toml(error: &toml::de::Error, text: &str) -> BadInput {
-    let message = error.message().lines().next().unwrap_or_default();
-    let at = error.span().map_or(0, |span| span.start.min(text.len()));
+pub(super) fn bad_toml(error: &reader::Error, text: &str) -> BadInput {
+    let message = error.message.lines().next().unwrap_or_default();
+    let at = error.span.as_ref().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
     let (table, key) = key_at(text, line);
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();

@@ -4,6 +4,7 @@
 //! is refused comes back as [`BadInput`] with line, key, what was expected and what stood there.
 
 mod message;
+mod reader;
 
 use crate::BadInput;
 use crate::units::Unit;
@@ -16,7 +17,7 @@ type Check<T> = std::result::Result<T, BadInput>;
 /// # Errors
 /// `BadInput` naming line and key; prefix the file with [`BadInput::within`].
 pub fn parse<T: DeserializeOwned>(text: &str) -> Check<T> {
-    toml::from_str(text).map_err(|error| message::bad_toml(&error, text))
+    reader::read(text).map_err(|error| message::bad_toml(&error, text))
 }
 
 /// Accepts a file whose format and version (as typed) are those that are read here.

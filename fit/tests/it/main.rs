@@ -182,6 +182,9 @@ fn search_turns_back_where_the_residuals_have_no_value() {
     assert!((fit.estimates[0].value - 2.0).abs() < 1e-4, "{fit:?}");
     let error = least_squares(&parameters, &options, |_| Ok(vec![vec![0.0]]) as Result<_, Refusal>);
     assert!(matches!(error, Err(Refusal::Bad(bad)) if bad.place == "residuals"));
+    // The caller's own error comes back: that of a start without a value, and what ended a search that had met the wall.
+    let error = least_squares(&parameters, &options, |_| Err(Refusal::Wall));
+    assert!(matches!(error, Err(Refusal::Wall)), "{error:?}");
 }
 
 /// Rastrigin's function about (0.3, -0.2): 121 minima in ±5, one of them 0.
@@ -240,8 +243,12 @@ fn cost_without_value_is_passed_over_and_an_error_ends_the_search() {
     let walled = |p: &[f64]| if p[0] < 1.0 { Err(Refusal::Wall) } else { Ok(p[0]) };
     let found = search_globally(&parameters, &options, walled).unwrap();
     assert!((found.values[0] - 1.0).abs() < 1e-3, "{found:?}");
-    let broken = |_: &[f64]| Err(Refusal::Bad(BadInput::new("x", "a", "b")));
-    assert!(matches!(search_globally(&parameters, &options, broken), Err(Refusal::Bad(_))));
+    let broken = |p: &[f64]| {
+        if p[0] < 1.0 { Err(Refusal::Wall) } else { Err(Refusal::Bad(BadInput::new("x", "a", "b"))) }
+    };
+    assert!(
+        matches!(search_globally(&parameters, &options, broken), Err(Refusal::Bad(bad)) if bad.place == "x")
+    );
 }
 
 #[test]

@@ -143,6 +143,30 @@ fn a_study_of_estimators_is_reported_and_found_again() {
     assert_eq!(read("metrics.json"), metrics);
 }
 
+#[test]
+fn a_first_seed_is_refused_by_studies_whose_rows_share_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let sets = [
+        "baxter-circle",
+        "kuka",
+        "panda",
+        "recorded",
+        "scara",
+        "wrist",
+        "identification",
+        "force",
+        "cloning",
+    ];
+    for set in sets {
+        let study = run(place.path(), &["arm", "study", set, "--first-seed", "1", "--out", "out"]);
+        let error = study.error(2);
+        for part in ["--first-seed", "simulated, characters, neural and neural-networks", "1"] {
+            assert!(error.contains(part), "{set}: no {part:?} in {error}");
+        }
+        assert!(names_in(place.path()).is_empty(), "{set}");
+    }
+}
+
 const COLUMNS: &str = r#"
 format = "hysteron-columns"
 version = 1

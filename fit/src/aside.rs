@@ -1,0 +1,57 @@
+//! Searches are compiled once, for an error of their own; a caller's error is kept aside while they run.
+
+use std::sync::Mutex;
+
+use hysteron_base::BadInput;
+
+use crate::Failure;
+
+/// Why a model gave no value.
+#[derive(Debug)]
+pub(crate) enum Halt {
+    /// Our own.
+    Bad(BadInput),
+    /// The caller's, which is kept aside.
+    Kept { is_local: bool },
+}
+
+impl From<BadInput> for Halt {
+    fn from(bad: BadInput) -> Self {
+        Self::Bad(bad)
+    }
+}
+
+impl Failure for Halt {
+    fn is_local(&self) -> bool {
+        matches!(self, Self::Kept { is_local: true })
+    }
+}
+
+/// What a search sees of a model: its values at parameters.
+pub(crate) type Erased<'a, V> = &'a (dyn Fn(&[f64]) -> Result<V, Halt> + Sync);
+
+/// Runs a search on `model` and gives its result, or the error of `model` that ended it.
+pub(crate) fn aside<V, T, E: Failure>(
+    model: impl Fn(&[f64]) -> Result<V, E> + Sync,
+    search: impl FnOnce(Erased<V>) -> Result<T, Halt>,
+) -> Result<T, E> {
+    let kept = Mutex::new(None);
+    let erased = |at: &[f64]| {
+        model(at).map_err(|error| {
+            let is_local = error.is_local();
+            let mut kept = kept.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            // What ends a search is not replaced by a neighbour that merely has no value.
+            if !(is_local && kept.as_ref().is_some_and(|earlier: &E| !earlier.is_local())) {
+                *kept = Some(error);
+            }
+            Halt::Kept { is_local }
+        })
+    };
+    let found = search(&erased);
+    let kept = kept.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    found.map_err(|halt| match (halt, kept) {
+        (Halt::Bad(bad), _) => bad.into(),
+        (Halt::Kept { .. }, Some(error)) => error,
+        (Halt::Kept { .. }, None) => BadInput::new("residuals", "a value or an error", "neither").into(),
+    })
+}
