@@ -280,6 +280,8 @@ impl Expected for OneOf {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
     use super::*;
     use serde::Deserialize;
     use std::collections::BTreeMap;
@@ -345,10 +347,10 @@ mod tests {
         assert_eq!((file.part[0].at, &file.part[0].kind), ([1.0, 16.0, -2.5e-3], &Kind::VerySoft));
     }
 
-    /// The message, and the text that it points at.
-    fn refused<'a>(text: &'a str) -> (String, &'a str) {
-        let error = read::<File>(text).unwrap_err();
-        (error.message, &text[error.span.unwrap()])
+    /// The message, and the text that it points at; nothing where it is accepted.
+    fn refused(text: &str) -> Option<(String, &str)> {
+        let error = read::<File>(text).err()?;
+        Some((error.message, &text[error.span?]))
     }
 
     #[test]
@@ -390,12 +392,15 @@ mod tests {
             ("part = [{ kind = \"hard\", at = [0, 0, 0], of = [1] }]", "a number or a name", "[1]"),
         ] {
             let text = with(line);
-            let (found, place) = refused(&text);
-            assert!(found.starts_with(message), "{line}: {found}");
-            assert_eq!(place, at, "{line}");
+            let found = refused(&text);
+            let is_as_wanted =
+                found.as_ref().is_some_and(|(found, place)| found.starts_with(message) && *place == at);
+            assert!(is_as_wanted, "{line}: {found:?}");
         }
-        let mut day = with("");
-        day = day.replace("1.0", "1979-05-27");
-        assert_eq!(refused(&day), ("invalid type: date or time, expected f64".to_owned(), "1979-05-27"));
+        let day = with("").replace("1.0", "1979-05-27");
+        assert_eq!(
+            refused(&day),
+            Some(("invalid type: date or time, expected f64".to_owned(), "1979-05-27"))
+        );
     }
 }
