@@ -158,7 +158,8 @@ fn a_first_seed_is_refused_by_studies_whose_rows_share_nothing() {
         "cloning",
     ];
     for set in sets {
-        let study = run(place.path(), &["arm", "study", set, "--first-seed", "1", "--out", "out"]);
+        let study =
+            run(place.path(), &["arm", "study", set, "--first-seed", "1", "--data", ".", "--out", "out"]);
         let error = study.error(2);
         for part in ["--first-seed", "simulated, characters, neural and neural-networks", "1"] {
             assert!(error.contains(part), "{set}: no {part:?} in {error}");
