@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 use hysteron_fit::folds;
 use rayon::prelude::*;
 
-use super::selection::{Choice, FOLDS};
+use super::selection::{Choice, FOLDS, GoesOn};
 use super::states::StateUnits;
 use crate::lagrangian::{Samples, Scores};
 use crate::ridge::{predict, solve_positive_definite};
@@ -129,7 +129,8 @@ pub fn fit_gaussian_process(
     offset: &[f64],
     lengths: &[f64],
     most: usize,
-) -> Result<GaussianFit, BadInput> {
+    goes_on: GoesOn<'_>,
+) -> Result<Option<GaussianFit>, BadInput> {
     let n = training.n_joints;
     let spreads = training.deviations(&training.tau);
     // All joints share one kernel, so their torques are in units of their spread.
@@ -144,6 +145,9 @@ pub fn fit_gaussian_process(
     for length in lengths {
         let mut errors = [0.0; NOISES.len()];
         for fold in &folds {
+            if !goes_on() {
+                return Ok(None);
+            }
             let rows = spread(training, &fold.training, most);
             let processes =
                 GaussianProcess::conditioned((training, &targets), &rows, &units, *length, &NOISES);
@@ -176,7 +180,7 @@ pub fn fit_gaussian_process(
         mean: back(process.mean.clone()),
         ..process
     };
-    Ok(GaussianFit { process, choice, length })
+    Ok(Some(GaussianFit { process, choice, length }))
 }
 
 #[cfg(test)]
@@ -227,21 +231,22 @@ mod tests {
     fn what_validation_chooses_predicts_other_trajectories_as_fourier_features_do() {
         let (training, test) = (data(1), data(2));
         let zeros = vec![0.0; training.tau.len()];
-        let fit = fit_gaussian_process(&training, &zeros, &[2.0, 6.0], 400).unwrap();
+        let fit = fit_gaussian_process(&training, &zeros, &[2.0, 6.0], 400, &mut || true).unwrap().unwrap();
         assert_eq!(fit.process.n_points(), 400);
         let nmse = |tau: &[f64]| Scores::of(3, &test.tau, tau).sum_nmse();
-        let fourier = fit_fourier(&training, &zeros, &[2.0, 6.0], (400, 2, 0)).unwrap();
+        let fourier =
+            fit_fourier(&training, &zeros, &[2.0, 6.0], (400, 2, 0), &mut || true).unwrap().unwrap();
         let [process, features] =
             [nmse(&fit.process.predict(&test)), nmse(&fourier.features.predict(&fourier.weights, &test))];
         assert!(process < 2.0 * features, "{process} {features}");
         // Given the torques themselves nothing is left to learn.
-        let fit = fit_gaussian_process(&training, &training.tau, &[6.0], 100).unwrap();
+        let fit = fit_gaussian_process(&training, &training.tau, &[6.0], 100, &mut || true).unwrap().unwrap();
         assert!(fit.process.predict(&test).iter().all(|t| t.abs() < 1e-9));
     }
 
     #[test]
     fn a_single_trajectory_leaves_nothing_to_choose_by() {
         let one = data(1).select([0]);
-        assert!(fit_gaussian_process(&one, &vec![0.0; one.tau.len()], &[2.0], 10).is_err());
+        assert!(fit_gaussian_process(&one, &vec![0.0; one.tau.len()], &[2.0], 10, &mut || true).is_err());
     }
 }

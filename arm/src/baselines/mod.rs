@@ -11,4 +11,4 @@ pub use crate::ridge::{NormalEquations, predict};
 pub use fourier::FourierFeatures;
 pub use gaussian_process::{GaussianFit, GaussianProcess, MOST_POINTS, fit_gaussian_process};
 pub use rigid_body::RigidFeatures;
-pub use selection::{Choice, FourierFit, choose_penalty, fit_fourier, fit_rigid_body};
+pub use selection::{Choice, FourierFit, GoesOn, choose_penalty, fit_fourier, fit_rigid_body};

@@ -27,6 +27,9 @@ fn total(parts: &[NormalEquations], which: impl IntoIterator<Item = usize>) -> N
     sum
 }
 
+/// Asked between parts of a choice; false ends it, without one.
+pub type GoesOn<'a> = &'a mut dyn FnMut() -> bool;
+
 /// The penalty whose weights err least on trajectories that were left out. `errors(weights, test)` gives the normalised
 /// error on the trajectories of those numbers.
 ///
@@ -35,19 +38,23 @@ fn total(parts: &[NormalEquations], which: impl IntoIterator<Item = usize>) -> N
 pub fn choose_penalty(
     parts: &[NormalEquations],
     errors: &dyn Fn(&[f64], &[usize]) -> f64,
-) -> Result<Choice, BadInput> {
+    goes_on: GoesOn<'_>,
+) -> Result<Option<Choice>, BadInput> {
     let folds = folds(parts.len(), FOLDS.min(parts.len()))?;
     let mut best = Choice { penalty: PENALTIES[0], validation: f64::INFINITY };
     let sums: Vec<NormalEquations> =
         folds.iter().map(|fold| total(parts, fold.training.iter().copied())).collect();
     for penalty in PENALTIES {
+        if !goes_on() {
+            return Ok(None);
+        }
         let errors = folds.iter().zip(&sums).map(|(fold, sum)| errors(&sum.solve(penalty), &fold.test));
         let validation = errors.sum::<f64>() / folds.len() as f64;
         if validation < best.validation {
             best = Choice { penalty, validation };
         }
     }
-    Ok(best)
+    Ok(Some(best))
 }
 
 /// A rigid body's parameters from all training trajectories, with the penalty chosen on those left out; the sums too, from
@@ -59,15 +66,16 @@ pub fn fit_rigid_body(
     features: &RigidFeatures<'_>,
     training: &Samples,
     stride: usize,
-) -> Result<(Vec<f64>, Choice, NormalEquations), BadInput> {
+    goes_on: GoesOn<'_>,
+) -> Result<Option<(Vec<f64>, Choice, NormalEquations)>, BadInput> {
     let parts = features.normal_equations(training, stride);
     let errors = |weights: &[f64], test: &[usize]| {
         let part = training.select(test.iter().copied());
         1.0 - Scores::of(part.n_joints, &part.tau, &features.predict(weights, &part)).mean_r2()
     };
-    let choice = choose_penalty(&parts, &errors)?;
+    let Some(choice) = choose_penalty(&parts, &errors, goes_on)? else { return Ok(None) };
     let sums = total(&parts, 0..parts.len());
-    Ok((sums.solve(choice.penalty), choice, sums))
+    Ok(Some((sums.solve(choice.penalty), choice, sums)))
 }
 
 /// Fourier features with their weights.
@@ -93,7 +101,8 @@ pub fn fit_fourier(
     offset: &[f64],
     lengths: &[f64],
     (n_features, stride, seed): (usize, usize, u64),
-) -> Result<FourierFit, BadInput> {
+    goes_on: GoesOn<'_>,
+) -> Result<Option<FourierFit>, BadInput> {
     let n = training.n_joints;
     let targets: Vec<f64> = training.tau.iter().zip(offset).map(|(t, o)| t - o).collect();
     let mut best: Option<FourierFit> = None;
@@ -110,11 +119,11 @@ pub fn fit_fourier(
             let sum: Vec<f64> = found.iter().zip(offset).map(|(f, o)| f + o).collect();
             1.0 - Scores::of(n, &part.tau, &sum).mean_r2()
         };
-        let choice = choose_penalty(&parts, &errors)?;
+        let Some(choice) = choose_penalty(&parts, &errors, goes_on)? else { return Ok(None) };
         if best.as_ref().is_none_or(|best| choice.validation < best.choice.validation) {
             let weights = total(&parts, 0..parts.len()).solve(choice.penalty);
             best = Some(FourierFit { features, weights, choice, length: *length });
         }
     }
-    best.ok_or_else(|| BadInput::new("lengths", "one or more", "none"))
+    best.map(Some).ok_or_else(|| BadInput::new("lengths", "one or more", "none"))
 }

@@ -10,7 +10,9 @@ use serde_json::json;
 
 use super::{Listener, StudyProgress, cell, make_folder};
 use crate::Model;
-use crate::baselines::{MOST_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body};
+use crate::baselines::{
+    GoesOn, MOST_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body,
+};
 use crate::datasets::RealSet;
 use crate::identify::TorqueResponse;
 use crate::lagrangian::{
@@ -117,7 +119,10 @@ pub fn real_study(
     }
     set.training.check_variation()?;
     let features = RigidFeatures::new(model, &set.training);
-    let (free, choice, sums) = fit_rigid_body(&features, &set.training, options.stride)?;
+    let total = 8 + 2 * options.variants.len();
+    let begins = StudyProgress { cell: "Rigid body, friction, spring", done: [0, total], training: None };
+    let found = fit_rigid_body(&features, &set.training, options.stride, &mut || listener(&begins))?;
+    let Some((free, choice, sums)) = found else { return Ok(Vec::new()) };
     let body = features.feasible(&sums, choice.penalty, FEASIBLE_STEPS);
     let prior = [&set.training, &set.test].map(|samples| features.predict(&body, samples));
     let penalty = format!("penalty {:.0e}", choice.penalty);
@@ -139,7 +144,6 @@ pub fn real_study(
     ];
     let (responded, row) = responded(set, &prior);
     rows.push(row);
-    let total = 8 + 2 * options.variants.len();
     // A cell is the same whichever others stand beside it.
     let identity = json!({ "options": RealOptions { variants: Vec::new(), ..options.clone() }, "set": set.name, "samples": set.training.len() });
     let zeros = [&set.training, &set.test].map(|samples| vec![0.0; samples.tau.len()]);
@@ -149,12 +153,16 @@ pub fn real_study(
         let also = matches!(kind, Kernel::Fourier).then_some(with_response);
         for (prefix, of_key, offset) in bodies.into_iter().chain(also) {
             let name = format!("{prefix}{}", kind.label());
-            if !listener(&StudyProgress { cell: &name, done: [rows.len(), total], training: None }) {
+            let begins = StudyProgress { cell: &name, done: [rows.len(), total], training: None };
+            let mut goes_on = || listener(&begins);
+            if !goes_on() {
                 return Ok(rows);
             }
-            rows.extend(cell(folder, &format!("{of_key}{key}"), &identity, || {
-                Ok(Some(kernel(set, options, kind, &name, offset)?))
-            })?);
+            let row = cell(folder, &format!("{of_key}{key}"), &identity, || {
+                kernel(set, options, (kind, &name), offset, &mut goes_on)
+            })?;
+            let Some(row) = row else { return Ok(rows) };
+            rows.push(row);
         }
     }
     for (prefix, of_key, offset) in bodies {
@@ -220,26 +228,29 @@ impl Kernel {
 fn kernel(
     set: &RealSet,
     options: &RealOptions,
-    kind: Kernel,
-    name: &str,
+    (kind, name): (Kernel, &str),
     offset: &[Vec<f64>; 2],
-) -> Result<RealRow> {
+    goes_on: GoesOn<'_>,
+) -> Result<Option<RealRow>> {
     let lengths = &options.lengths;
     let (found, validation, choice) = match kind {
         Kernel::Fourier => {
-            let fit = fit_fourier(&set.training, &offset[0], lengths, (options.features, options.stride, 0))?;
+            let size = (options.features, options.stride, 0);
+            let fit = fit_fourier(&set.training, &offset[0], lengths, size, goes_on)?;
+            let Some(fit) = fit else { return Ok(None) };
             let choice = format!("length {}, penalty {:.0e}", fit.length, fit.choice.penalty);
             (fit.features.predict(&fit.weights, &set.test), fit.choice.validation, choice)
         }
         Kernel::GaussianProcess => {
-            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MOST_POINTS)?;
+            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MOST_POINTS, goes_on)?;
+            let Some(fit) = fit else { return Ok(None) };
             let [n, of] = [fit.process.n_points(), set.training.len()];
             let choice =
                 format!("length {}, noise {:.0e}, {n} of {of} samples", fit.length, fit.choice.penalty);
             (fit.process.predict(&set.test), fit.choice.validation, choice)
         }
     };
-    Ok(RealRow::new(name, &set.test, &sum(&found, &offset[1]), validation, choice))
+    Ok(Some(RealRow::new(name, &set.test, &sum(&found, &offset[1]), validation, choice)))
 }
 
 /// The mean of some networks on what `offset` (of training and test) leaves.

@@ -215,7 +215,7 @@ fn baxters_arm_is_identified_as_well_as_is_known() {
     assert_eq!((set.training.len(), set.test.len()), (5661 + 62_220, 5651));
     let model = Model::from_urdf(BAXTER_ARM, "baxter_arm.urdf").unwrap();
     let features = RigidFeatures::new(&model, &set.training);
-    let (parameters, ..) = fit_rigid_body(&features, &set.training, 16).unwrap();
+    let (parameters, ..) = fit_rigid_body(&features, &set.training, 16, &mut || true).unwrap().unwrap();
     let scores = Scores::of(7, &set.test.tau, &features.predict(&parameters, &set.test));
     // An independent fit of such a model leaves .88 N² m² and a mean R² of .832.
     assert!(scores.sum_mse() < 0.88 && scores.mean_r2() > 0.81, "{scores:?}");
@@ -261,6 +261,29 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
     let of = set.test.trajectories[0].len();
     assert!(n_shown <= 400 && 2 * n_shown > of.min(400), "{n_shown} of {of}");
     assert!(rows.iter().all(|row| row.shown.len() == 7 * n_shown));
+    // It can be ended within each of its parts, and goes on with what is done: nothing of a body, of features, of a process.
+    let ended = tempfile::tempdir().unwrap();
+    let left = |most: usize| {
+        let mut calls = 0;
+        let found = real_study(&set, &arm, &options, ended.path(), &mut |_| {
+            calls += 1;
+            calls <= most
+        });
+        found.unwrap()
+    };
+    assert!(left(4).is_empty());
+    let mut done = 3;
+    // A body asks nine times, features ten times and a process five times; what is done asks once.
+    for (most, rows_done) in [(9 + 15, 4), (9 + 1 + 15, 5), (9 + 2 + 10 + 3, 6)] {
+        let found = left(most);
+        assert_eq!(found.len(), rows_done, "{most}");
+        done = rows_done;
+    }
+    let found = left(usize::MAX);
+    assert!(done < found.len());
+    for (a, b) in rows.iter().zip(&found) {
+        assert_eq!((&a.name, a.sum_mse, a.validation), (&b.name, b.sum_mse, b.validation));
+    }
 }
 
 #[test]
