@@ -233,12 +233,9 @@ fn kuka_and_panda_are_read_in_blocks() {
     assert!(set.training.len() > 2 * set.test.len() && set.test.trajectories.len() == 8);
 }
 
-#[test]
-fn an_arm_with_other_joints_than_recorded_is_refused() {
-    let name = "an_arm_with_other_joints_than_recorded_is_refused";
-    let Some(folder) = data(name, "panda-gaz") else { return };
-    let set = panda(&folder).unwrap();
-    let options = RealOptions {
+/// Simple models alone, small ones.
+fn quick() -> RealOptions {
+    RealOptions {
         variants: Vec::new(),
         members: 1,
         hidden: vec![4],
@@ -247,22 +244,41 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
         features: 4,
         lengths: vec![4.0],
         stride: 50,
-    };
+    }
+}
+
+/// Panda without its fingers, which were not recorded.
+fn recorded_panda() -> Model {
+    let locked = [("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)];
+    Model::builtin("panda").unwrap().with_locked(&locked).unwrap()
+}
+
+#[test]
+fn an_arm_with_other_joints_than_recorded_is_refused() {
+    let name = "an_arm_with_other_joints_than_recorded_is_refused";
+    let Some(folder) = data(name, "panda-gaz") else { return };
+    let set = panda(&folder).unwrap();
+    let options = quick();
     let out = tempfile::tempdir().unwrap();
-    // Its fingers were not recorded.
     let whole = Model::builtin("panda").unwrap();
     let bad = real_study(&set, &whole, &options, out.path(), &mut |_| true).unwrap_err().to_string();
     assert!(bad.contains("expected 7 joints, as recorded, got 9"), "{bad}");
-    let arm = whole.with_locked(&[("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)]).unwrap();
-    let rows = real_study(&set, &arm, &options, out.path(), &mut |_| true).unwrap();
+    let rows = real_study(&set, &recorded_panda(), &options, out.path(), &mut |_| true).unwrap();
     assert_eq!(rows.len(), 8);
     // Figures show the first test trajectory of every row, thinned.
     let n_shown = shown_samples(&set.test).count();
     let of = set.test.trajectories[0].len();
     assert!(n_shown <= 400 && 2 * n_shown > of.min(400), "{n_shown} of {of}");
     assert!(rows.iter().all(|row| row.shown.len() == 7 * n_shown));
-    // It can be ended within each of its parts, and goes on with what is done: nothing of a body, of features, of a process.
-    let ended = tempfile::tempdir().unwrap();
+}
+
+#[test]
+fn a_study_of_a_recorded_arm_ends_within_its_simple_models_and_goes_on() {
+    let name = "a_study_of_a_recorded_arm_ends_within_its_simple_models_and_goes_on";
+    let Some(folder) = data(name, "panda-gaz") else { return };
+    let (set, arm, options) = (panda(&folder).unwrap(), recorded_panda(), quick());
+    let [whole, ended] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let rows = real_study(&set, &arm, &options, whole.path(), &mut |_| true).unwrap();
     let left = |most: usize| {
         let mut calls = 0;
         let found = real_study(&set, &arm, &options, ended.path(), &mut |_| {
@@ -272,15 +288,12 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
         found.unwrap()
     };
     assert!(left(4).is_empty());
-    let mut done = 3;
     // A body asks nine times, features ten times and a process five times; what is done asks once.
     for (most, rows_done) in [(9 + 15, 4), (9 + 1 + 15, 5), (9 + 2 + 10 + 3, 6)] {
-        let found = left(most);
-        assert_eq!(found.len(), rows_done, "{most}");
-        done = rows_done;
+        assert_eq!(left(most).len(), rows_done, "{most}");
     }
     let found = left(usize::MAX);
-    assert!(done < found.len());
+    assert_eq!(found.len(), rows.len());
     for (a, b) in rows.iter().zip(&found) {
         assert_eq!((&a.name, a.sum_mse, a.validation), (&b.name, b.sum_mse, b.validation));
     }

@@ -161,7 +161,7 @@ fn a_first_seed_is_refused_by_studies_whose_rows_share_nothing() {
         let study =
             run(place.path(), &["arm", "study", set, "--first-seed", "1", "--data", ".", "--out", "out"]);
         let error = study.error(2);
-        for part in ["--first-seed", "simulated, characters, neural and neural-networks", "1"] {
+        for part in ["--first-seed", "simulated, characters, neural and neural-networks", "got 1"] {
             assert!(error.contains(part), "{set}: no {part:?} in {error}");
         }
         assert!(names_in(place.path()).is_empty(), "{set}");
