@@ -21,6 +21,10 @@
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+// What tests share with another crate names this one as that does.
+#[cfg(test)]
+extern crate self as hysteron_arm;
+
 mod aba;
 mod adjoint;
 pub mod baselines;
@@ -34,6 +38,7 @@ pub mod datasets;
 mod dense;
 mod derivatives;
 pub mod detection;
+pub mod double;
 mod energy;
 mod excite;
 mod external;
@@ -62,7 +67,6 @@ mod simulator;
 pub mod spatial;
 mod step_gradient;
 mod stepper;
-pub mod study;
 
 pub use aba::{forward_dynamics, solve_mass};
 pub use adjoint::{Cotangent, forward_dynamics_adjoint, parameter_adjoint};

@@ -33,7 +33,7 @@ pub mod vectors;
 pub use error::{BadInput, Error, Result};
 pub use lock::Lock;
 pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
-pub use rng::rng;
+pub use rng::{normal, rng};
 pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
     TrackerFrame,

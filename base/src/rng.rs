@@ -4,7 +4,7 @@
 //! disturbs the others, streams do not depend on the order in which they are made, and ChaCha8 gives the same
 //! numbers on every machine.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
@@ -21,6 +21,11 @@ pub fn rng(seed: u64, name: &str) -> ChaCha8Rng {
     hasher.update(seed.to_le_bytes());
     hasher.update(name.as_bytes());
     ChaCha8Rng::from_seed(hasher.finalize().into())
+}
+
+/// A standard normal number as noise needs it: the sum of twelve uniform ones, never beyond six deviations.
+pub fn normal(stream: &mut ChaCha8Rng) -> f64 {
+    (0..12).map(|_| stream.random_range(-0.5..0.5)).sum()
 }
 
 #[cfg(test)]

@@ -1,17 +1,16 @@
 //! Pictures for ParaView: deformed meshes, tendons, and time series of both.
 //!
-//! Main decision: binary XML through the crate `vtkio`, which only this module names, one file per moment,
-//! and a `.pvd` file that lists them by time. A `.pvd` is rewritten whole while the run goes on, so a
-//! stopped run leaves a series that opens.
+//! Main decision: binary XML, one file per moment, and a `.pvd` file that lists them by time. A `.pvd` is rewritten whole
+//! while the run goes on, so a stopped run leaves a series that opens. The two kinds of file that are written here take fewer
+//! lines than their model in a crate, whose parsers would be a thirtieth of the program's first build; the tests read them
+//! through `vtkio`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use hysteron_base::{BadInput, file};
-use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells as VtkCells, DataArray, DataSet, IOBuffer,
-    PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk,
-};
 
 use crate::{Cells, Error, Result};
 
@@ -71,25 +70,24 @@ pub fn write_vtu(
         }
         offsets.push(connectivity.len() as u64);
     }
+    check_arrays(path, point_data, points.len(), "points")?;
+    check_arrays(path, cell_data, cells.len(), "cells")?;
+    // Names of the numbers in VTK's source: VTK_TETRA and VTK_QUADRATIC_TETRA.
     let kind = match cells {
-        Cells::Tet4(_) => CellType::Tetra,
-        Cells::Tet10(_) => CellType::QuadraticTetra,
+        Cells::Tet4(_) => 10,
+        Cells::Tet10(_) => 24,
     };
-    let data = Attributes {
-        point: attributes(path, point_data, points.len(), "points")?,
-        cell: attributes(path, cell_data, cells.len(), "cells")?,
-    };
-    write(
-        path,
-        DataSet::inline(UnstructuredGridPiece {
-            points: IOBuffer::F64(points.as_flattened().to_vec()),
-            cells: VtkCells {
-                cell_verts: VertexNumbers::XML { connectivity, offsets },
-                types: vec![kind; cells.len()],
-            },
-            data,
-        }),
-    )
+    let size = format!("NumberOfPoints=\"{}\" NumberOfCells=\"{}\"", points.len(), cells.len());
+    write(path, "UnstructuredGrid", &size, |out| {
+        write_attributes(out, "PointData", point_data)?;
+        write_attributes(out, "CellData", cell_data)?;
+        write_points(out, points)?;
+        write!(out, "<Cells>")?;
+        write_numbers(out, "connectivity", Numbers::Counts(&connectivity))?;
+        write_numbers(out, "offsets", Numbers::Counts(&offsets))?;
+        write_numbers(out, "types", Numbers::Bytes(&vec![kind; cells.len()]))?;
+        write!(out, "</Cells>")
+    })
 }
 
 /// Writes curves as `.vtp`.
@@ -114,19 +112,16 @@ pub fn write_polylines(path: &Path, curves: Polylines<'_>) -> Result<()> {
         end += line.len() as u64;
         offsets.push(end);
     }
-    let data = Attributes {
-        point: Vec::new(),
-        cell: attributes(path, curves.line_data, curves.lines.len(), "lines")?,
-    };
-    write(
-        path,
-        DataSet::inline(PolyDataPiece {
-            points: IOBuffer::F64(points.as_flattened().to_vec()),
-            lines: Some(VertexNumbers::XML { connectivity: (0..end).collect(), offsets }),
-            data,
-            ..PolyDataPiece::default()
-        }),
-    )
+    check_arrays(path, curves.line_data, curves.lines.len(), "lines")?;
+    let size = format!("NumberOfPoints=\"{}\" NumberOfLines=\"{}\"", points.len(), curves.lines.len());
+    write(path, "PolyData", &size, |out| {
+        write_attributes(out, "CellData", curves.line_data)?;
+        write_points(out, &points)?;
+        write!(out, "<Lines>")?;
+        write_numbers(out, "connectivity", Numbers::Counts(&(0..end).collect::<Vec<u64>>()))?;
+        write_numbers(out, "offsets", Numbers::Counts(&offsets))?;
+        write!(out, "</Lines>")
+    })
 }
 
 fn check_points(points: &[[f64; 3]]) -> Result<()> {
@@ -136,17 +131,12 @@ fn check_points(points: &[[f64; 3]]) -> Result<()> {
     }
 }
 
-fn attributes(path: &Path, arrays: &[Array<'_>], n: usize, of: &str) -> Result<Vec<Attribute>> {
-    let mut out = Vec::with_capacity(arrays.len());
+fn check_arrays(path: &Path, arrays: &[Array<'_>], n: usize, of: &str) -> Result<()> {
     for array in arrays {
         check_word(path, array.name)?;
-        let (len, values) = match array.values {
-            Values::Scalars(values) => {
-                (values.len(), DataArray::scalars(array.name, 1).with_data(values.to_vec()))
-            }
-            Values::Vectors(values) => {
-                (values.len(), DataArray::vectors(array.name).with_data(values.as_flattened().to_vec()))
-            }
+        let len = match array.values {
+            Values::Scalars(values) => values.len(),
+            Values::Vectors(values) => values.len(),
         };
         if len != n {
             return Err(BadInput::new(
@@ -156,9 +146,8 @@ fn attributes(path: &Path, arrays: &[Array<'_>], n: usize, of: &str) -> Result<V
             )
             .into());
         }
-        out.push(Attribute::DataArray(values));
     }
-    Ok(out)
+    Ok(())
 }
 
 /// Names go into XML as they are.
@@ -174,16 +163,86 @@ fn check_word(path: &Path, word: &str) -> Result<()> {
     Ok(())
 }
 
-fn write(path: &Path, data: DataSet) -> Result<()> {
-    let vtk = Vtk {
-        version: Version::new_xml(1, 0),
-        title: String::new(),
-        byte_order: ByteOrder::LittleEndian,
-        data,
-        file_path: None,
+/// A file of one piece, whose content `piece` writes.
+fn write(
+    path: &Path,
+    kind: &str,
+    size: &str,
+    piece: impl Fn(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<()> {
+    let content = |out: &mut dyn Write| {
+        write!(
+            out,
+            "<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"><{kind}><Piece {size}>"
+        )?;
+        piece(out)?;
+        write!(out, "</Piece></{kind}></VTKFile>")
     };
-    let content = |out: &mut dyn Write| vtk.write_xml(out).map_err(|e| std::io::Error::other(e.to_string()));
     Ok(file::write_with(path, content)?)
+}
+
+/// Arrays on points or cells; the first of scalars and the first of vectors are what ParaView shows.
+fn write_attributes(out: &mut dyn Write, element: &str, arrays: &[Array<'_>]) -> std::io::Result<()> {
+    if arrays.is_empty() {
+        return Ok(());
+    }
+    write!(out, "<{element}")?;
+    let is_vectors = |array: &&Array<'_>| matches!(array.values, Values::Vectors(_));
+    if let Some(first) = arrays.iter().find(|array| !is_vectors(array)) {
+        write!(out, " Scalars=\"{}\"", first.name)?;
+    }
+    if let Some(first) = arrays.iter().find(is_vectors) {
+        write!(out, " Vectors=\"{}\"", first.name)?;
+    }
+    write!(out, ">")?;
+    for array in arrays {
+        let numbers = match array.values {
+            Values::Scalars(values) => Numbers::Scalars(values),
+            Values::Vectors(values) => Numbers::Vectors(values),
+        };
+        write_numbers(out, array.name, numbers)?;
+    }
+    write!(out, "</{element}>")
+}
+
+fn write_points(out: &mut dyn Write, points: &[[f64; 3]]) -> std::io::Result<()> {
+    write!(out, "<Points>")?;
+    write_numbers(out, "Points", Numbers::Vectors(points))?;
+    write!(out, "</Points>")
+}
+
+/// What a `DataArray` can hold.
+enum Numbers<'a> {
+    Scalars(&'a [f64]),
+    Vectors(&'a [[f64; 3]]),
+    Counts(&'a [u64]),
+    Bytes(&'a [u8]),
+}
+
+/// A `DataArray`: the number of bytes and the bytes, in base 64.
+fn write_numbers(out: &mut dyn Write, name: &str, numbers: Numbers<'_>) -> std::io::Result<()> {
+    let (kind, components, bytes) = match numbers {
+        Numbers::Scalars(values) => ("Float64", "", little_endian(values.iter().map(|v| v.to_le_bytes()))),
+        Numbers::Vectors(values) => {
+            let values = values.as_flattened().iter();
+            ("Float64", " NumberOfComponents=\"3\"", little_endian(values.map(|v| v.to_le_bytes())))
+        }
+        Numbers::Counts(values) => ("UInt64", "", little_endian(values.iter().map(|v| v.to_le_bytes()))),
+        Numbers::Bytes(values) => ("UInt8", "", little_endian(values.iter().map(|v| [*v]))),
+    };
+    let text = STANDARD.encode(bytes);
+    write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"binary\">{text}</DataArray>")
+}
+
+/// Their number of bytes, and the bytes.
+fn little_endian<const N: usize>(values: impl ExactSizeIterator<Item = [u8; N]>) -> Vec<u8> {
+    let size = N * values.len();
+    let mut bytes = Vec::with_capacity(8 + size);
+    bytes.extend((size as u64).to_le_bytes());
+    for value in values {
+        bytes.extend_from_slice(&value);
+    }
+    bytes
 }
 
 /// A time series: lists files by time in a `.pvd` that ParaView opens as one animation.

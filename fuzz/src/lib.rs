@@ -6,7 +6,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
+mod recorded;
 pub mod text;
+
+pub use recorded::recorded;
 
 use hysteron_base::{BadInput, rng};
 use proptest::prelude::*;

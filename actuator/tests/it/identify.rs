@@ -1,7 +1,5 @@
 //! Drives identified by rollout: parameters that are known come back, and recordings of a real servo are met.
 
-use std::path::PathBuf;
-
 use hysteron_actuator::identify::{
     DriveFitOptions, FrictionMethod, Pendulum, PendulumRun, identify_drive, identify_friction,
     identify_friction_by, mean_error, rollout,
@@ -9,6 +7,7 @@ use hysteron_actuator::identify::{
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
 use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
 use hysteron_fit::Estimate;
+use hysteron_fuzz::recorded;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -128,14 +127,9 @@ fn recording_without_motion_is_refused() {
 
 #[test]
 fn pendulum_of_an_xl330_is_met_on_logs_that_were_not_fitted() {
-    let folder = std::env::var_os("HYSTERON_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let folder = folder.join("arms/bam/xl330");
-    let Ok(entries) = std::fs::read_dir(&folder) else {
-        eprintln!("pendulum_of_an_xl330: skipped, no {} (set HYSTERON_DATA)", folder.display());
-        return;
-    };
-    let logs: Vec<Value> = entries
+    let Some(folder) = recorded("pendulum_of_an_xl330", "arms/bam/xl330") else { return };
+    let logs: Vec<Value> = std::fs::read_dir(folder)
+        .unwrap()
         .map(|entry| serde_json::from_slice(&std::fs::read(entry.unwrap().path()).unwrap()).unwrap())
         .collect();
     let runs = |trajectory: &str| -> Vec<PendulumRun> {

@@ -94,6 +94,16 @@ impl Model {
         Self { gravity, ..self.clone() }
     }
 
+    /// The same robot with mass, first moments and inertia of every moving body `factor` times as large; rotors stay.
+    #[must_use]
+    pub fn with_scaled_bodies(&self, factor: f64) -> Self {
+        let mut model = self.clone();
+        for joint in &mut model.joints {
+            joint.inertia = Inertia::from_parameters(joint.inertia.parameters().map(|p| p * factor));
+        }
+        model
+    }
+
     /// The same robot with a rotor on a joint: inertia of rotor and gear train about the motor's axis [kg m²], and turns of
     /// the motor for one of the joint.
     ///

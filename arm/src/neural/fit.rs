@@ -231,8 +231,12 @@ pub fn fit_actuator(
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
 }
 
-/// Trains the network of force, contact and condition; `arm` is as `observed_arm` gives it.
-pub(crate) fn fit_sensing(
+/// Trains the network of force, contact and condition on `sets` (training, validation); `arm` is as
+/// [`crate::servo_force::observed_arm`] gives it, samples lie `period` apart [s].
+///
+/// # Errors
+/// `BadInput` where nothing can be learned from the sets, a damaged or foreign state of a training, or a card that does not answer.
+pub fn fit_sensing(
     (arm, features, period): (&Model, &Features, f64),
     observers: &Observers,
     sets: [&[Trajectory]; 2],

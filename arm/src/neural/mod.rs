@@ -20,13 +20,15 @@ mod rivals;
 mod segment;
 mod sensing;
 #[cfg(test)]
-pub(crate) mod sensing_tests;
+mod sensing_tests;
 mod sensing_training;
 mod servo;
 #[cfg(test)]
 mod servo_tests;
 mod simulation;
 mod supervised;
+#[cfg(test)]
+mod test_motion;
 #[cfg(test)]
 mod tests;
 mod training;
@@ -42,8 +44,9 @@ pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
 pub use features::{Features, GripperAxis, InputScale};
-pub(crate) use fit::fit_sensing;
-pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator};
+pub use fit::{
+    ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator, fit_sensing,
+};
 pub use health::HealthModel;
 pub use live::{Estimator, ServoTelemetry};
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};

@@ -25,7 +25,7 @@ enum Kind {
 
 /// A classical estimator, ready for trajectories.
 #[derive(Debug, Clone)]
-pub(crate) struct Estimator<'m> {
+pub struct Estimator<'m> {
     model: &'m Model,
     kind: Kind,
     known: Known,
@@ -37,10 +37,7 @@ pub(crate) struct Estimator<'m> {
 ///
 /// # Errors
 /// `BadInput` where a joint hardly moves.
-pub(crate) fn estimators<'m>(
-    model: &'m Model,
-    training: &[Telemetry],
-) -> Result<[Estimator<'m>; 4], BadInput> {
+pub fn estimators<'m>(model: &'m Model, training: &[Telemetry]) -> Result<[Estimator<'m>; 4], BadInput> {
     let ([linear, friction], drive) = identify(model, training)?;
     let of = |kind, known: &Known| Estimator::new(model, kind, known, training);
     Ok([
@@ -121,6 +118,9 @@ impl<'m> Estimator<'m> {
     }
 
     /// Forces at the tip, row by row [N].
+    ///
+    /// # Errors
+    /// `BadInput` where the model has no tip, or rows come too seldom for the filter.
     pub fn forces(&self, trajectory: &Telemetry) -> Result<Vec<[f64; 3]>, BadInput> {
         let n = self.model.n_joints();
         let frame = self.model.frame(TIP)?;

@@ -12,7 +12,8 @@ pub use drive::ServoDrive;
 pub use rivals::{LinearDrive, Observers};
 pub use telemetry::Telemetry;
 
-pub(crate) use estimator::{DriveObserver, GAIN, estimators, tip_force};
+pub(crate) use estimator::{DriveObserver, GAIN, tip_force};
+pub use estimator::{Estimator, estimators};
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_base::BadInput;

@@ -12,8 +12,7 @@ fn noise_threshold_is_three_deviations_of_the_filtered_noise() {
     let mut random = hysteron_base::rng(1, "noise");
     let n = 400_000;
     for _ in 0..n {
-        let normal: f64 = (0..12).map(|_| random.random_range(-0.5..0.5)).sum();
-        r = alpha * r + (1.0 - alpha) * normal;
+        r = alpha * r + (1.0 - alpha) * hysteron_base::normal(&mut random);
         sum += r * r;
     }
     let deviation = (sum / f64::from(n)).sqrt();

@@ -1,7 +1,5 @@
 //! Bodies come back from motions of known arms, can exist whatever the noise, and are as uncertain as they say.
 
-use std::path::PathBuf;
-
 use hysteron_arm::datasets::BAXTER_ARM;
 use hysteron_arm::identify::{
     BodyOptions, Determined, JointMotion, JointTerm, Smoothing, TorqueResponse, identify_bodies,
@@ -9,6 +7,7 @@ use hysteron_arm::identify::{
 };
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::{Metadata, rng};
+use hysteron_fuzz::recorded;
 use rand::RngExt;
 
 const TERMS: [JointTerm; 3] = [JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset];
@@ -204,15 +203,8 @@ fn wrong_options_are_refused() {
 }
 
 #[test]
-#[allow(clippy::print_stderr)] // says that it is skipped
 fn panda_is_predicted_where_it_was_not_fitted() {
-    let folder = std::env::var_os("HYSTERON_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let folder = folder.join("arms/panda-gaz");
-    if !folder.is_dir() {
-        eprintln!("panda_is_predicted: skipped, no {} (set HYSTERON_DATA)", folder.display());
-        return;
-    }
+    let Some(folder) = recorded("panda_is_predicted", "arms/panda-gaz") else { return };
     let columns = Some(Columns::named("panda-gaz").unwrap());
     let options = ImportOptions { columns, rate_hz: Some(1000.0), ..ImportOptions::default() };
     let imported = import(&folder, &options, Metadata::default()).unwrap();
@@ -232,15 +224,9 @@ fn panda_is_predicted_where_it_was_not_fitted() {
 }
 
 #[test]
-#[allow(clippy::print_stderr)] // says that it is skipped
 fn baxter_is_predicted_with_the_response_of_its_torques() {
-    let folder = std::env::var_os("HYSTERON_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let folder = folder.join("arms/baxter");
-    let Ok(files) = std::fs::read_dir(folder.join("train")) else {
-        eprintln!("baxter_is_predicted: skipped, no {} (set HYSTERON_DATA)", folder.display());
-        return;
-    };
+    let Some(folder) = recorded("baxter_is_predicted", "arms/baxter") else { return };
+    let files = std::fs::read_dir(folder.join("train")).unwrap();
     let read = |path: &std::path::Path| {
         let columns = Some(Columns::named("baxter").unwrap());
         let imported =
@@ -248,7 +234,7 @@ fn baxter_is_predicted_with_the_response_of_its_torques() {
         let recording = imported.unwrap().recording;
         JointMotion::of_recording(&Recorded::of(&recording).unwrap(), &[], 4, 10.0).unwrap()
     };
-    let mut paths: Vec<PathBuf> = files.map(|file| file.unwrap().path()).collect();
+    let mut paths: Vec<_> = files.map(|file| file.unwrap().path()).collect();
     paths.sort();
     let runs: Vec<JointMotion> = paths.iter().map(|path| read(path)).collect();
     let mut all = runs[0].clone();

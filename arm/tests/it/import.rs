@@ -1,10 +1,11 @@
 //! Files of other programs as recordings of arms, and those that cannot be.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use hysteron_arm::*;
 use hysteron_base::{Filter, Metadata, Recording};
+use hysteron_fuzz::recorded;
 use parquet::data_type::{FloatType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
@@ -375,21 +376,6 @@ fn garbage_is_refused_at_once() {
     }
 }
 
-/// Where recordings of real robots are, or nothing.
-pub(crate) fn data(name: &str, what: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("HYSTERON_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let path = folder.join("arms").join(what);
-    if !path.exists() {
-        #[allow(clippy::print_stderr, reason = "a person should see what is skipped")]
-        {
-            eprintln!("{name}: skipped, no arms/{what} in {} (set HYSTERON_DATA)", folder.display());
-        }
-        return None;
-    }
-    Some(path)
-}
-
 fn imported(path: &Path, columns: Option<&str>) -> Recording {
     let columns = columns.map(|name| Columns::named(name).unwrap());
     let imported =
@@ -411,11 +397,10 @@ fn public_recordings_are_read_as_they_are() {
         ("bam/data_raw_feetech/2024-10-26_12h23m27.json", None, 1, 48.68, 286),
         ("bam/atomic/data/friction_1.json", None, 1, 62.5, 313),
     ] {
-        let Some(path) = data(name, what) else { continue };
+        let Some(path) = recorded(name, &format!("arms/{what}")) else { continue };
         let recording = imported(&path, columns);
-        let recorded = Recorded::of(&recording).unwrap();
         let found = recording.rate_hz().unwrap();
-        assert_eq!(recorded.joints.len(), joints, "{what}");
+        assert_eq!(Recorded::of(&recording).unwrap().joints.len(), joints, "{what}");
         assert!((found - rate).abs() < 0.03 * rate, "{what}: {found} Hz");
         // As many as the time at that rate holds.
         let n = recording.n_samples() as f64;

@@ -12,7 +12,6 @@ mod derivatives;
 mod detection;
 mod excite;
 mod export;
-mod identification;
 mod identify;
 mod import;
 mod learned;

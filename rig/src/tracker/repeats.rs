@@ -151,7 +151,6 @@ fn is_same(a: &Pose, b: &Pose) -> bool {
 mod tests {
     use super::*;
     use hysteron_base::rng;
-    use rand::RngExt;
 
     const RATE: f64 = 80.0;
 
@@ -164,7 +163,7 @@ mod tests {
         is_frozen: impl Fn(f64) -> bool,
     ) -> Vec<Pose> {
         let mut rng = rng(5, "tests/repeats");
-        let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+        let mut normal = || hysteron_base::normal(&mut rng);
         let mut sent: Option<Pose> = None;
         let pose = |k: usize| {
             let time = k as f64 / RATE;

@@ -409,7 +409,6 @@ fn fresh(response: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::RngExt;
 
     const PERIOD: f64 = 0.01;
     /// As of the virtual rig's `typical`.
@@ -437,7 +436,7 @@ mod tests {
     /// A world that is as the filter believes: gaps and forces of `n` samples, with pushes of 2 s every 5 s, moving every other 4 s.
     fn world(n: usize, pushed: bool, seed: u64) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>, Vec<f64>) {
         let mut rng = hysteron_base::rng(seed, "tip-force");
-        let mut gaussian = move || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+        let mut gaussian = move || hysteron_base::normal(&mut rng);
         let (mut b, mut o) = ([0.0; 3], [0.0; 3]);
         let (mut gaps, mut forces, mut paths) = (Vec::new(), Vec::new(), Vec::new());
         let mut force = Vector3::zeros();

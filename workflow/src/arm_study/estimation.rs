@@ -1,8 +1,8 @@
 //! External torques and identification: simulated and recorded arms beside what is published.
 
-use hysteron_arm::study::Listener;
-use hysteron_arm::study::estimation::{ScaraOptions, scara_study, wrist_study};
-use hysteron_arm::study::identification::{IdentificationOptions, identification_study};
+use hysteron_studies::Listener;
+use hysteron_studies::estimation::{ScaraOptions, scara_study, wrist_study};
+use hysteron_studies::identification::{IdentificationOptions, identification_study};
 use serde_json::Value;
 
 use super::Options;

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::study::Listener;
-use hysteron_arm::study::force::{ForceData, TASKS, Telemetry, force_study};
 use hysteron_arm::{Columns, ImportOptions, import};
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_learn::Error;
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
+use hysteron_studies::Listener;
+use hysteron_studies::force::{ForceData, TASKS, Telemetry, force_study};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 

@@ -5,11 +5,11 @@ use std::path::Path;
 use hysteron_arm::Model;
 use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
 use hysteron_arm::lagrangian::{InputForm, TrainingOptions, Variant};
-use hysteron_arm::study::{
-    Listener, RealOptions, SimulatedStudy, Units, characters_study, real_study, simulated_study,
-};
 use hysteron_base::BadInput;
 use hysteron_learn::Activation;
+use hysteron_studies::{
+    Listener, RealOptions, SimulatedStudy, Units, characters_study, real_study, simulated_study,
+};
 use serde_json::Value;
 
 use super::{ActivationName, Options, PolishName, SetName};

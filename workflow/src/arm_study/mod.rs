@@ -9,10 +9,10 @@ mod neural;
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::lagrangian::Variant;
-use hysteron_arm::study::StudyProgress;
-use hysteron_arm::study::neural::NeuralScope;
 use hysteron_base::BadInput;
 use hysteron_learn::Progress;
+use hysteron_studies::StudyProgress;
+use hysteron_studies::neural::NeuralScope;
 use serde_json::Value;
 
 use crate::Caller;

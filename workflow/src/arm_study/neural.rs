@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
-use hysteron_arm::study::Listener;
-use hysteron_arm::study::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
 use hysteron_arm::{Columns, ImportOptions, Model, import};
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
+use hysteron_studies::Listener;
+use hysteron_studies::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 

@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use hysteron_arm::neural::{FORCES, METHODS};
-use hysteron_arm::study::force::PUBLISHED as TABLE_VI;
-use hysteron_arm::study::neural::published::{
-    CONDITION, FREE, GRADIENTS, NETWORKS as TABLE_X, PosesRow, SENSOR, WEIGHT,
-};
-use hysteron_arm::study::neural::{FAULT_SPLITS, KINDS, LEFT_OUT, NETWORKS, NeuralStudy};
 use hysteron_base::Metadata;
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_studies::force::PUBLISHED as TABLE_VI;
+use hysteron_studies::neural::published::{
+    CONDITION, FREE, GRADIENTS, NETWORKS as TABLE_X, PosesRow, SENSOR, WEIGHT,
+};
+use hysteron_studies::neural::{FAULT_SPLITS, KINDS, LEFT_OUT, NETWORKS, NeuralStudy};
 use serde_json::{Value, json};
 
 /// Half of the interval that holds the mean with 95 %, by seeds (Student's t): of 2 to 10.
@@ -206,7 +206,7 @@ fn forces(page: &mut Page, study: &NeuralStudy) {
 
 fn table_vi(page: &mut Page, study: &NeuralStudy) {
     page.heading("Table VI: mean of three axes over labelled samples | loaded axis [N]");
-    let tasks = hysteron_arm::study::force::TASKS;
+    let tasks = hysteron_studies::force::TASKS;
     let head: Vec<&str> = std::iter::once("By").chain(tasks).collect();
     let names = [("force", "NeuralActuator"), ("force_gmo_linear", "GMO-linear"), ("force_gmo_drive", "")];
     let row = |(key, published): (&str, &str)| {
@@ -278,7 +278,7 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
          inverse dynamics. A perceptron with residual layers sees one sample and stands for networks without history.",
     );
     let cells = std::iter::once(&study.published).chain(&study.networks);
-    let row = |(network, cells): (&hysteron_arm::study::neural::NetworkKind, &Vec<Value>)| {
+    let row = |(network, cells): (&hysteron_studies::neural::NetworkKind, &Vec<Value>)| {
         let at = |method: usize| joints_and_aperture(cells, METHODS[method], "500");
         let parameters = cells.first().and_then(|cell| cell["parameters"].as_u64()).unwrap_or(0);
         let more = [0, 1].map(|method: usize| difference(cells, &study.published, METHODS[method]));

@@ -5,11 +5,11 @@ use std::path::Path;
 use hysteron_arm::Model;
 use hysteron_arm::datasets::RealSet;
 use hysteron_arm::lagrangian::{Decomposition, LearnedDynamics, Sinusoids, Variant};
-use hysteron_arm::study::{
+use hysteron_base::Metadata;
+use hysteron_studies::{
     Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published, published_parts,
     shown_samples, simulated_test,
 };
-use hysteron_base::Metadata;
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -201,7 +201,6 @@ fn sliding_mode_follows_a_ramp_that_a_first_order_observer_lags_behind() {
 fn kalman_observer_states_its_own_error() {
     // At rest in one place, with noise on the speeds such that momentum has independent noise in every joint, and a random walk of
     // the external torque: the squared error over the stated variance is 1 in the mean.
-    use rand::RngExt;
     let model = Model::builtin("three-link").unwrap();
     let n = model.n_joints();
     let q = [0.3, -0.7, 0.4];
@@ -214,8 +213,7 @@ fn kalman_observer_states_its_own_error() {
     let period: f64 = 2e-3;
     let mut observer = KalmanObserver::new(RigidBody::new(&model), FrictionModel::none(n), &[noise; 3]);
     let mut random = hysteron_base::rng(7, "kalman");
-    // Sum of twelve uniform numbers.
-    let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+    let mut normal = || hysteron_base::normal(&mut random);
     let (mut truth, mut out) = (vec![0.0; n], vec![0.0; n]);
     let (mut sum, mut count) = (0.0, 0);
     for k in 0..20_000 {

@@ -57,14 +57,13 @@ fn a_singular_arm_says_that_it_does_not_know() {
 
 #[test]
 fn stated_covariance_is_that_of_the_errors() {
-    use rand::RngExt;
     let model = panda();
     let frame = model.frames().len() - 1;
     let q = [0.2, -0.5, 0.3, -1.9, 0.4, 1.6, 0.5];
     let (torque_deviation, force_deviation) = (0.3, 5.0);
     let mut tip = TipForce::new(&model, frame, &[torque_deviation; 7], Belief::Force(force_deviation));
     let mut random = hysteron_base::rng(3, "tip");
-    let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+    let mut normal = || hysteron_base::normal(&mut random);
     let (mut sum, n) = (0.0, 4000);
     for _ in 0..n {
         let force = [0; 3].map(|_| force_deviation * normal());

@@ -1,7 +1,7 @@
 //! The definition of the loop's width, applied to a real robot.
 
 use super::super::loop_width;
-use std::path::PathBuf;
+use hysteron_fuzz::recorded;
 
 /// Pull-and-release recordings of single tendons: per tendon the strokes [mm] and the tips [mm].
 fn pulls(text: &str) -> Vec<(String, Vec<f64>, Vec<[f64; 3]>)> {
@@ -30,13 +30,8 @@ fn pulls(text: &str) -> Vec<(String, Vec<f64>, Vec<[f64; 3]>)> {
 
 #[test]
 fn loops_of_a_recorded_robot_are_as_wide_as_its_description_says() {
-    let folder = std::env::var_os("HYSTERON_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let path = folder.join("ftdcr-v4/tendon_pull.csv");
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: no {}", path.display());
-        return;
-    };
+    let Some(path) = recorded("loops_of_a_recorded_robot", "ftdcr-v4/tendon_pull.csv") else { return };
+    let text = std::fs::read_to_string(path).unwrap();
     let (mut widths, mut means) = (Vec::new(), Vec::new());
     for (label, strokes, tips) in pulls(&text) {
         if let Some(found) = loop_width(&strokes, &tips) {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hysteron_arm::study::force::{ForceCell, ForceStudy, LoadedRow, METHODS, PUBLISHED, TASKS, Trace};
 use hysteron_base::Metadata;
+use hysteron_studies::force::{ForceCell, ForceStudy, LoadedRow, METHODS, PUBLISHED, TASKS, Trace};
 use serde_json::{Value, json};
 
 use hysteron_report::figure::{register_embedded_font, save};

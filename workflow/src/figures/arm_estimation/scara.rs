@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_arm::study::estimation::ScaraStudy;
-use hysteron_arm::study::estimation::scara_friction::{FrictionCell, TRUE, compensated, torque};
 use hysteron_base::Metadata;
+use hysteron_studies::estimation::ScaraStudy;
+use hysteron_studies::estimation::scara_friction::{FrictionCell, TRUE, compensated, torque};
 use serde_json::{Value, json};
 
 use hysteron_report::figure::{register_embedded_font, save};

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use hysteron_arm::study::estimation::wrist::{Load, METHODS, WristCell, published};
-use hysteron_arm::study::estimation::wrist_sweep::{SweepCell, TORQUES};
-use hysteron_arm::study::estimation::{DRIFTS, WristStudy, simulated_errors::Comparison};
 use hysteron_base::Metadata;
+use hysteron_studies::estimation::wrist::{Load, METHODS, WristCell, published};
+use hysteron_studies::estimation::wrist_sweep::{SweepCell, TORQUES};
+use hysteron_studies::estimation::{DRIFTS, WristStudy, simulated_errors::Comparison};
 use serde_json::{Value, json};
 
 use hysteron_report::figure::{register_embedded_font, save};

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_arm::study::identification::{FrankaCell, IdentificationStudy, SPEEDS, TARE};
 use hysteron_base::Metadata;
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_studies::identification::{FrankaCell, IdentificationStudy, SPEEDS, TARE};
 use serde_json::{Value, json};
 
 /// Table 2 of Wan et al. (2026): f_c+, f_c-, f_s+, f_s-, f_v by method and joint.
@@ -104,7 +104,7 @@ fn methods(study: &IdentificationStudy) -> Vec<Method> {
     let of = |joint: usize| {
         let cells: Vec<_> = study.scara.iter().filter(|cell| cell.joint == joint).collect();
         let names = cells.first().map_or(&[][..], |cell| &cell.rows);
-        let method = |(m, first): (usize, &hysteron_arm::study::estimation::scara_friction::FrictionRow)| {
+        let method = |(m, first): (usize, &hysteron_studies::estimation::scara_friction::FrictionRow)| {
             let n = cells.len() as f64;
             let (mut errors, mut folds) = ([0.0; 4], [0.0; 2]);
             for row in cells.iter().map(|cell| &cell.rows[m]) {

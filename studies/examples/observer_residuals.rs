@@ -1,0 +1,191 @@
+//! Residuals of the momentum observer on recordings of real arms that nobody touches, before and after identified friction.
+//!
+//!     HYSTERON_DATA=../shared/data cargo run --release -p hysteron-studies --example observer_residuals [-- metrics.json]
+//!
+//! Data: Panda of Gaz et al. (RA-L 2019); KUKA LWR4+ of FloBaRoID; UR10e of Mamedov and Mikhel (2020), whose torques are currents
+//! times the drive gains that come with the data. Bodies and friction are identified from one part, residuals are of another.
+#![allow(clippy::print_stdout)] // this program prints tables
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use hysteron_arm::datasets::kuka_arm;
+use hysteron_arm::detection::FreeMotion;
+use hysteron_arm::identify::{BodyOptions, JointMotion, identify_bodies};
+use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
+use hysteron_arm::{Columns, ImportOptions, Model, Quantity, Recorded, import};
+use hysteron_base::{Metadata, Recording};
+use hysteron_studies::estimation::{KnownArm, TERMS};
+use serde_json::{Value, json};
+
+type Fallible<T> = Result<T, Box<dyn Error>>;
+
+/// K of every joint [1/s].
+const GAIN: f64 = 25.0;
+/// Speed within which friction is a line through zero, and over which Coulomb friction changes its sign in the fit [rad/s].
+const WIDTH: f64 = 0.05;
+/// Drive gains of the UR10e [N m/A], from the file of parameters that comes with its data.
+const UR10E_GAINS: [f64; 6] = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232];
+
+fn main() -> Fallible<()> {
+    let folder =
+        std::env::var_os("HYSTERON_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
+    let folder = folder.join("arms");
+    if !folder.is_dir() {
+        println!("skipped: no recordings in {}", folder.display());
+        return Ok(());
+    }
+    let metrics = json!({
+        "format": "hysteron-metrics", "version": 1, "study": "observer_residuals", "gain_per_s": GAIN,
+        "metrics": {"panda": panda(&folder.join("panda-gaz"))?, "kuka": kuka(&folder.join("kuka-lwr4"))?,
+            "ur10e": ur10e(&folder.join("ur10e"))?},
+    });
+    if let Some(path) = std::env::args().nth(1) {
+        hysteron_base::file::write_bytes(Path::new(&path), serde_json::to_vec_pretty(&metrics)?)?;
+    }
+    Ok(())
+}
+
+/// Coordinates, speeds and torques of all joints as they were measured, column by column, and the samples per second.
+struct Measured {
+    columns: [Vec<Vec<f64>>; 3],
+    rate: f64,
+}
+
+impl Measured {
+    fn of(recording: &Recording, gains: &[f64]) -> Fallible<Self> {
+        let recorded = Recorded::of(recording)?;
+        let owned = |columns: Vec<&[f64]>| columns.into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>();
+        let q = owned(recorded.require(Quantity::Position)?);
+        let tau = if gains.is_empty() {
+            owned(recorded.require(Quantity::Torque)?)
+        } else {
+            let currents = recorded.require(Quantity::Current)?;
+            currents.iter().zip(gains).map(|(column, k)| column.iter().map(|i| k * i).collect()).collect()
+        };
+        let time = recorded.time;
+        let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
+        let differences = |column: &Vec<f64>| -> Vec<f64> {
+            (0..column.len()).map(|k| if k == 0 { 0.0 } else { (column[k] - column[k - 1]) * rate }).collect()
+        };
+        let dq = match recorded.require(Quantity::Velocity) {
+            Ok(columns) => owned(columns),
+            Err(_) => q.iter().map(differences).collect(),
+        };
+        Ok(Self { columns: [q, dq, tau], rate })
+    }
+
+    fn smoothed(&self, cutoff: f64) -> Fallible<JointMotion> {
+        let [q, dq, tau] = &self.columns;
+        let smoothing = hysteron_arm::identify::Smoothing { rate: self.rate, order: 4, cutoff };
+        Ok(JointMotion::smoothed([q, dq, tau], smoothing)?)
+    }
+
+    fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let part = |columns: &Vec<Vec<f64>>| columns.iter().map(|c| c[range.clone()].to_vec()).collect();
+        Self { columns: self.columns.each_ref().map(part), rate: self.rate }
+    }
+
+    fn len(&self) -> usize {
+        self.columns[0][0].len()
+    }
+
+    /// Residual of the momentum observer, from half a second on, row by row.
+    fn residual(&self, model: &Model, friction: FrictionModel) -> Vec<f64> {
+        let n = model.n_joints();
+        let rows = self.columns.each_ref().map(|columns| -> Vec<f64> {
+            (0..self.len()).flat_map(|k| columns.iter().map(move |column| column[k])).collect()
+        });
+        let mut observer = MomentumObserver::new(RigidBody::new(model), friction, &vec![GAIN; n]);
+        let periods = vec![1.0 / self.rate; self.len()];
+        let residual = estimate(&mut observer, &periods, [&rows[0], &rows[1], &rows[2]]);
+        residual[n * (0.5 * self.rate) as usize..].to_vec()
+    }
+}
+
+fn read(path: &Path, columns: &str, rate: Option<f64>) -> Fallible<Recording> {
+    let options =
+        ImportOptions { columns: Some(Columns::named(columns)?), rate_hz: rate, ..ImportOptions::default() };
+    Ok(import(path, &options, Metadata::default())?.recording)
+}
+
+fn rms(rows: &[f64], n: usize) -> Vec<f64> {
+    let free = FreeMotion::learn(rows, n);
+    free.mean.iter().zip(&free.deviation).map(|(m, s)| (m * m + s * s).sqrt()).collect()
+}
+
+/// Bodies and friction from `training`; residuals on `test`.
+fn compare(
+    name: &str,
+    model: &Model,
+    training: &Measured,
+    test: &Measured,
+    cutoff: f64,
+) -> Fallible<(KnownArm, Value)> {
+    let options = BodyOptions { terms: &TERMS, width: WIDTH, prior: 1.0 };
+    let fit = identify_bodies(model, &training.smoothed(cutoff)?, &options)?;
+    let known = KnownArm::of(&fit, WIDTH);
+    let n = model.n_joints();
+    let bodies = test.residual(&known.model, FrictionModel::none(n));
+    let friction = test.residual(&known.model, known.friction.clone());
+    let torque = rms(&rows(&test.columns[2]), n);
+    let before = test.residual(model, FrictionModel::none(n));
+    println!("\n{name}: root mean square of the residual without contact [N m]");
+    let mut table = serde_json::Map::new();
+    for (what, values) in [
+        ("motor_torque", torque),
+        ("nominal_bodies", rms(&before, n)),
+        ("identified_bodies", rms(&bodies, n)),
+        ("identified_bodies_and_friction", rms(&friction, n)),
+    ] {
+        println!("  {what:32} {values:.3?}");
+        table.insert(what.to_owned(), json!(values));
+    }
+    let free = FreeMotion::learn(&friction, n);
+    println!("  largest, with friction           {:.3?}", free.largest);
+    Ok((known, json!({"rms_n_m": table, "largest_n_m": free.largest})))
+}
+
+fn rows(columns: &[Vec<f64>]) -> Vec<f64> {
+    (0..columns[0].len()).flat_map(|k| columns.iter().map(move |column| column[k])).collect()
+}
+
+/// The first 70 % and the rest.
+fn panda(folder: &Path) -> Fallible<Value> {
+    let all = Measured::of(&read(folder, "panda-gaz", Some(1000.0))?, &[])?;
+    let model = Model::builtin("panda")?
+        .with_locked(&[("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)])?;
+    let cut = all.len() * 7 / 10;
+    Ok(compare("Panda", &model, &all.part(0..cut), &all.part(cut..all.len()), 8.0)?.1)
+}
+
+/// The first run and the second.
+fn kuka(folder: &Path) -> Fallible<Value> {
+    let measured = |k: u32| -> Fallible<Measured> {
+        Measured::of(&read(&folder.join(format!("measurements_{k}.npz")), "flobaroid", None)?, &[])
+    };
+    let model = kuka_arm(folder)?;
+    Ok(compare("KUKA LWR4+", &model, &measured(1)?, &measured(2)?, 8.0)?.1)
+}
+
+/// One exciting trajectory and another; then a run in which a hand pushes the arm where it stands.
+fn ur10e(folder: &Path) -> Fallible<Value> {
+    let measured = |name: &str| -> Fallible<Measured> {
+        Measured::of(&read(&folder.join(name), "ur10e", None)?, &UR10E_GAINS)
+    };
+    let model = Model::read(&folder.join("ur10e.urdf"))?;
+    let (training, test) =
+        (measured("ur-20_02_19_15harm50sec.csv")?, measured("ur-20_02_12-50sec_12harm.csv")?);
+    let (known, mut row) = compare("UR10e", &model, &training, &test, 5.0)?;
+    let pushed = measured("ur-20_01_22-push_pose_1.csv")?.residual(&known.model, known.friction);
+    let n = model.n_joints();
+    let pushes = FreeMotion::learn(&pushed, n);
+    let largest: Vec<f64> =
+        row["largest_n_m"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
+    let ratios: Vec<f64> = pushes.largest.iter().zip(&largest).map(|(push, free)| push / free).collect();
+    println!("  pushed at rest: largest          {:.3?}", pushes.largest);
+    println!("  over the largest without contact {ratios:.2?}");
+    row["push_largest_n_m"] = json!(pushes.largest);
+    row["push_over_free"] = json!(ratios);
+    Ok(row)
+}

@@ -1,0 +1,24 @@
+//! Force at the tip without a sensor, by the classical estimators of table VI of Dou et al. (NeuralActuator): `arm study force`.
+//!
+//! Everything that estimators need is identified on contact-free training trajectories of the same arm; thresholds are learned
+//! there too. Recordings come from whoever has them: the virtual arm, which shares no code with the estimators, or NAD itself.
+
+mod methods;
+mod run;
+mod score;
+
+pub use hysteron_arm::servo_force::Telemetry;
+pub use methods::{METHODS, PUBLISHED, TASKS};
+pub use run::{ForceCell, ForceStudy, force_study};
+pub use score::{FalseContacts, FreeRow, LoadedRow, Trace};
+
+/// Rows of the arm's joints that a study reads of a set of recordings.
+#[derive(Debug, Clone, Default)]
+pub struct ForceData {
+    /// Contact-free, to identify with.
+    pub training: Vec<Telemetry>,
+    /// Contact-free, to count false contacts on; with their tasks.
+    pub free: Vec<(String, Telemetry)>,
+    /// With objects; with their tasks.
+    pub loaded: Vec<(String, Telemetry)>,
+}

@@ -1,0 +1,189 @@
+//! What is trained in a cell, on what.
+
+use hysteron_learn::{Block, Form};
+use serde::{Deserialize, Serialize};
+
+use super::{Sample, Split};
+use hysteron_arm::neural::{ActuatorOptions, LossWeights, NeuralOptions, Prior, SensingOptions};
+
+/// How much is trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NeuralSize {
+    /// Some minutes for everything, to see that it works.
+    Quick,
+    /// Some minutes a network.
+    Full,
+}
+
+/// Which cells are done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NeuralScope {
+    /// All.
+    Whole,
+    /// Networks in the loop on the published split, without forces and conditions: the ablation alone.
+    Networks,
+}
+
+/// A network in the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NetworkKind {
+    /// In tables.
+    pub name: &'static str,
+    /// In files.
+    pub file: &'static str,
+    /// How its layers are put together.
+    pub block: Block,
+    /// How it meets time.
+    pub form: Form,
+    /// Samples that it sees.
+    pub tokens: usize,
+    /// What moves the motors beside it.
+    pub prior: Prior,
+}
+
+/// Networks of the ablation, of one size; the first is that of all other cells.
+pub const NETWORKS: [NetworkKind; 7] = [
+    NetworkKind {
+        name: "servo + streaming Transformer",
+        file: "servo-streaming",
+        block: Block::GatedPreNorm,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + published Transformer",
+        file: "servo-window",
+        block: Block::GatedPreNorm,
+        form: Form::Window,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + residual perceptron of one sample",
+        file: "servo-perceptron",
+        block: Block::GatedPreNorm,
+        form: Form::Streaming,
+        tokens: 1,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + GRU",
+        file: "servo-gru",
+        block: Block::Gru,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "servo + LSTM",
+        file: "servo-lstm",
+        block: Block::Lstm,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::Servo,
+    },
+    NetworkKind {
+        name: "streaming Transformer alone",
+        file: "streaming",
+        block: Block::GatedPreNorm,
+        form: Form::Streaming,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::None,
+    },
+    NetworkKind {
+        name: "published Transformer alone",
+        file: "window",
+        block: Block::GatedPreNorm,
+        form: Form::Window,
+        tokens: ActuatorOptions::TOKENS,
+        prior: Prior::None,
+    },
+];
+
+/// Splits beside the published one: name, and what a task's name contains that is left out of training and tested on.
+pub const LEFT_OUT: [(&str, &str); 2] = [("without-500g", "500g"), ("without-200g", "200g")];
+
+/// Forces above this are contacts: beyond the noise of the sensor that labels them [N].
+const CONTACT: f64 = 0.3;
+
+impl NeuralSize {
+    /// Width, layers, updates in the loop, updates of force and condition, horizons.
+    fn numbers(self) -> (usize, usize, u64, u64, &'static [usize]) {
+        match self {
+            Self::Quick => (24, 1, 60, 300, &[32, 64]),
+            Self::Full => (64, 2, 1000, 12_000, &[64, 128]),
+        }
+    }
+
+    /// The actuator of a cell.
+    pub(super) fn actuator(self, kind: &NetworkKind, seed: u64, period: f64) -> ActuatorOptions {
+        let (width, layers, updates, sensing, horizons) = self.numbers();
+        let has_servo = kind.prior == Prior::Servo;
+        let published = NeuralOptions::published(if has_servo { 0 } else { 2 * updates }, updates);
+        let part = updates.div_ceil(horizons.len() as u64);
+        let labels = |weight: f64| if has_servo { 0.0 } else { weight };
+        let loss = LossWeights::PUBLISHED;
+        let training = NeuralOptions {
+            horizons: horizons.iter().enumerate().map(|(k, h)| (k as u64 * part, *h)).collect(),
+            start_noise: if has_servo { 0.02 } else { 0.05 },
+            pure: if has_servo { 0.5 } else { 0.0 },
+            loss: LossWeights {
+                position_bend: if has_servo { LossWeights::SERVO_BEND } else { loss.position_bend },
+                force: labels(loss.force),
+                gate: labels(loss.gate),
+                condition: labels(loss.condition),
+                contact: CONTACT,
+                ..loss
+            },
+            learning_rate: (if has_servo { 2e-3 } else { 8e-4 }, (updates / 10).max(1)),
+            ema: 1e-2,
+            seed,
+            ..published
+        };
+        ActuatorOptions {
+            form: kind.form,
+            block: kind.block,
+            width,
+            layers,
+            tokens: kind.tokens,
+            prior: kind.prior,
+            training,
+            sensing: has_servo.then(|| SensingOptions::small(sensing, CONTACT, seed)),
+            period,
+        }
+    }
+}
+
+/// Subset of the data with faults that the published set does not have.
+pub const FAULTS: &str = "motor_faults";
+
+/// What a cell learns from and is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Protocol {
+    /// Tests of the same tasks.
+    Published,
+    /// Tasks whose name contains this are not learned from, and all of their trajectories are tests.
+    LeaveOut(&'static str),
+    /// Tests with faults that the published set does not have, learned from with all else; or, named by this, left out and all asked.
+    Faults(Option<&'static str>),
+}
+
+impl Protocol {
+    /// Whether a trajectory is for this.
+    pub fn uses(self, sample: &Sample, split: Split) -> bool {
+        let is_more = sample.task.starts_with(FAULTS);
+        match self {
+            Self::Faults(Some(text)) if sample.task.contains(text) => is_more && split == Split::Test,
+            Self::Faults(left_out) if split == Split::Test => {
+                is_more && left_out.is_none() && sample.split == split
+            }
+            Self::Faults(_) => sample.split == split,
+            _ if is_more => false,
+            Self::Published => sample.split == split,
+            Self::LeaveOut(text) if sample.task.contains(text) => split == Split::Test,
+            Self::LeaveOut(_) => split != Split::Test && sample.split == split,
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Faults that NAD does not have: detectors of a degraded motor by fault, with every payload.
+
+use hysteron_learn::{Error, Progress, Result};
+use serde_json::{Map, Value, json};
+
+use super::cells::Protocol;
+use super::{NeuralData, Sample, Split};
+use hysteron_arm::Model;
+use hysteron_arm::neural::{
+    ActuatorOptions, ActuatorSession, ConditionSaid, Stage, Trajectory, detectors, fit_sensing,
+    identified_observers,
+};
+use hysteron_arm::servo_force::observed_arm;
+
+/// Kinds, as names of tasks end.
+pub const KINDS: [&str; 3] = ["band", "friction", "lost_tooth"];
+/// Cells: name, and what a task's name contains that is not learned from and asked for.
+pub const FAULT_SPLITS: [(&str, Option<&str>); 2] = [("faults", None), ("faults-without-200g", Some("200g"))];
+
+/// Trains the network of force, contact and condition, and compares it and its rivals on every kind of fault, and on all together.
+pub(super) fn fault_cell(
+    (model, data): (&Model, &NeuralData),
+    protocol: Protocol,
+    options: &ActuatorOptions,
+    file: &std::path::Path,
+    listener: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Option<Value>> {
+    let of = |split: Split| -> Vec<Trajectory> {
+        let own = data.samples.iter().filter(|one| protocol.uses(one, split));
+        own.map(|one| one.trajectory.clone()).collect()
+    };
+    let [training, validation] = [Split::Training, Split::Validation].map(of);
+    let Some(sensing) = &options.sensing else { return Ok(None) };
+    let arm = observed_arm(model, data.features.joints)?;
+    let about = (&data.features, data.period);
+    let observers = identified_observers(&arm, about, &training)?;
+    let names: Vec<String> =
+        training.iter().chain(&validation).map(|one| format!("{} ({})", one.name, one.len())).collect();
+    let mut session = ActuatorSession {
+        recordings: &names,
+        files: [file, file],
+        progress: &mut |stage, p| stage != Stage::Sensing || listener(p),
+    };
+    let about_arm = (&arm, &data.features, data.period);
+    let found = fit_sensing(about_arm, &observers, [&training, &validation], sensing, &mut session);
+    let sensing = match found {
+        Ok((sensing, found)) if found.is_finished => sensing,
+        Ok(_) | Err(Error::NothingTrained) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let along = |trajectories: &[Trajectory]| -> Result<Vec<ConditionSaid>> {
+        trajectories.iter().map(|one| Ok(ConditionSaid::of(&sensing.along(&arm, about, one)?))).collect()
+    };
+    let known: Vec<Trajectory> = training.iter().filter(|one| one.is_healthy.is_some()).cloned().collect();
+    let tests: Vec<&Sample> = data.samples.iter().filter(|one| protocol.uses(one, Split::Test)).collect();
+    let asked: Vec<Trajectory> = tests.iter().map(|one| one.trajectory.clone()).collect();
+    let said = [along(&known)?, along(&asked)?];
+    let among = |kinds: &[&str]| -> Result<Value> {
+        let is = |one: &Sample| {
+            one.trajectory.is_healthy == Some(true) || kinds.iter().any(|kind| one.task.ends_with(kind))
+        };
+        let chosen: Vec<usize> = (0..tests.len()).filter(|k| is(tests[*k])).collect();
+        let test: Vec<Trajectory> = chosen.iter().map(|k| asked[*k].clone()).collect();
+        let own: Vec<ConditionSaid> = chosen.iter().map(|k| said[1][*k].clone()).collect();
+        Ok(json!(detectors((&arm, &data.features), [&known, &test], [&said[0], &own])?))
+    };
+    let mut by_kind = Map::new();
+    for kind in KINDS {
+        by_kind.insert(kind.to_owned(), among(&[kind])?);
+    }
+    by_kind.insert("all".to_owned(), among(&KINDS)?);
+    if file.exists() {
+        std::fs::remove_file(file).map_err(|e| hysteron_base::Error::io(file, e))?;
+    }
+    Ok(Some(json!({ "trained_on": training.len(), "tests": asked.len(), "detectors": by_kind })))
+}
