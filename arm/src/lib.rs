@@ -57,7 +57,6 @@ pub mod neural;
 pub mod observer;
 mod recorded;
 mod regressor;
-mod ridge;
 mod rnea;
 mod rollouts;
 mod sampling;

@@ -21,6 +21,7 @@ pub mod file;
 pub mod lanes;
 mod lock;
 mod panics;
+pub mod parallel;
 mod recording;
 mod rng;
 mod scene;

@@ -9,10 +9,9 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, parallel};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
-use rayon::prelude::*;
 
 use crate::Failure;
 use crate::aside::{Erased, Halt, aside};
@@ -182,7 +181,7 @@ impl<'a, E: Failure> Problem<'a, E> {
             let pairs = other.iter().flatten().zip(series.iter().flatten());
             Ok(pairs.map(|(other, here)| (other - here) / step).collect())
         };
-        free.par_iter().map(column).collect()
+        parallel::try_map(free, column)
     }
 
     /// The search from `start` with the parameters `free`.

@@ -30,6 +30,7 @@ mod on_device;
 mod panels;
 mod product;
 mod regression;
+pub mod ridge;
 mod transformer;
 
 pub use engine::{

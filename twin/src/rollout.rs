@@ -1,6 +1,6 @@
 //! Whole command sequences, one or many at a time.
 
-use rayon::prelude::*;
+use hysteron_base::parallel;
 
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
@@ -30,7 +30,7 @@ pub fn rollout(twin: &Twin, start: &TwinState, commands: &[Vec<Target>]) -> Resu
 /// result is the same to the last bit on any number of threads.
 pub fn rollouts(twin: &Twin, start: &TwinState, sequences: &[Vec<Vec<Target>>]) -> Vec<Result<Rollout>> {
     let fresh = Stepper::new(twin);
-    sequences.par_iter().map(|commands| run(twin, fresh.clone(), start, commands)).collect()
+    parallel::map(sequences, |commands| run(twin, fresh.clone(), start, commands))
 }
 
 fn run(twin: &Twin, mut stepper: Stepper, start: &TwinState, commands: &[Vec<Target>]) -> Result<Rollout> {

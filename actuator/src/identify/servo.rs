@@ -1,8 +1,7 @@
 //! The parameters of a drive by rollout: the simulated motion is brought to the measured one.
 
-use hysteron_base::{BadInput, Bounds};
+use hysteron_base::{BadInput, Bounds, parallel};
 use hysteron_fit::{Fit, Options, Parameter, Prior, Scale, least_squares, minimum};
-use rayon::prelude::*;
 
 use super::pendulum::{PendulumRun, rollout};
 use crate::Drive;
@@ -100,7 +99,7 @@ pub fn identify_drive(
             let simulated = rollout(&drive, offset, run, options.longest_step).position;
             simulated.iter().zip(&run.position).map(|(a, b)| a - b).collect::<Vec<f64>>()
         };
-        Ok::<_, BadInput>(runs.par_iter().map(of).collect::<Vec<_>>())
+        Ok::<_, BadInput>(parallel::map(runs, of))
     };
     let search = Options {
         huber: Some(options.huber),
@@ -155,5 +154,5 @@ pub fn mean_error(drive: &Drive, offset: f64, runs: &[PendulumRun], longest_step
         let simulated = rollout(drive, offset, run, longest_step).position;
         simulated.iter().zip(&run.position).map(|(a, b)| (a - b).abs()).sum::<f64>() / simulated.len() as f64
     };
-    runs.par_iter().map(of).collect::<Vec<f64>>().iter().sum::<f64>() / runs.len() as f64
+    parallel::map(runs, of).iter().sum::<f64>() / runs.len() as f64
 }

@@ -1,12 +1,12 @@
 //! Ridge regression on random Fourier features: a Gaussian kernel in finitely many terms.
 
-use hysteron_base::rng;
+use hysteron_base::{parallel, rng};
+use hysteron_learn::ridge::{NormalEquations, predict};
 use rand::RngExt;
 use rayon::prelude::*;
 
 use super::states::StateUnits;
 use crate::lagrangian::Samples;
-use crate::ridge::{NormalEquations, predict};
 
 /// Samples whose features stand in memory at a time.
 const ROWS: usize = 256;
@@ -78,7 +78,7 @@ impl FourierFeatures {
             }
             sums
         };
-        samples.trajectories.par_iter().map(of).collect()
+        parallel::map(&samples.trajectories, of)
     }
 
     /// Outputs [sample][joint] with these weights.

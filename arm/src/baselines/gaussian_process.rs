@@ -2,12 +2,12 @@
 
 use hysteron_base::BadInput;
 use hysteron_fit::folds;
+use hysteron_learn::ridge::{predict, solve_positive_definite};
 use rayon::prelude::*;
 
 use super::selection::{Choice, FOLDS, GoesOn};
 use super::states::StateUnits;
 use crate::lagrangian::{Samples, Scores};
-use crate::ridge::{predict, solve_positive_definite};
 
 /// Samples that the factorisation bears: n³/3 operations and 8 n² bytes.
 pub const MOST_POINTS: usize = 2000;

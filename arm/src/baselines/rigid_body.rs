@@ -3,11 +3,12 @@
 //! τ_j = (Y π)_j + armature q̈_j + C tanh(q̇_j/0.02 rad/s) + d q̇_j + offset + k q_j + a sin q_j + b cos q_j. The bodies are
 //! found twice: by least squares, and among those that can be (every pseudo-inertia positive definite), by P = L Lᵀ of each.
 
+use hysteron_base::parallel;
 use hysteron_learn::Lbfgs;
+use hysteron_learn::ridge::{NormalEquations, predict};
 use rayon::prelude::*;
 
 use crate::lagrangian::Samples;
-use crate::ridge::{NormalEquations, predict};
 use crate::{Data, Model, regressor};
 
 /// Features of a joint beside the bodies'.
@@ -80,7 +81,7 @@ impl<'m> RigidFeatures<'m> {
             }
             sums
         };
-        samples.trajectories.par_iter().map(of).collect()
+        parallel::map(&samples.trajectories, of)
     }
 
     /// Torques [sample][joint] of these parameters.

@@ -1,7 +1,7 @@
 //! The normal equations of the regression, joint by joint: made once, weighed later.
 
+use hysteron_base::parallel;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::motion::JointMotion;
 use crate::{Data, Model, regressor};
@@ -85,14 +85,11 @@ impl Columns<'_> {
         let n = self.model.n_joints();
         let width = CHUNK * n;
         let samples = motion.q.len().div_ceil(width);
-        let parts: Vec<Vec<Normal>> = (0..samples)
-            .into_par_iter()
-            .map(|part| {
-                let range = part * width..((part + 1) * width).min(motion.q.len());
-                let of = |rows| -> &[f64] { &Vec::as_slice(rows)[range.clone()] };
-                self.chunk([of(&motion.q), of(&motion.dq), of(&motion.ddq)], of(&motion.tau))
-            })
-            .collect();
+        let parts: Vec<Vec<Normal>> = parallel::map_indices(samples, |part| {
+            let range = part * width..((part + 1) * width).min(motion.q.len());
+            let of = |rows| -> &[f64] { &Vec::as_slice(rows)[range.clone()] };
+            self.chunk([of(&motion.q), of(&motion.dq), of(&motion.ddq)], of(&motion.tau))
+        });
         let empty = Normal {
             matrix: DMatrix::zeros(self.n(), self.n()),
             right: DVector::zeros(self.n()),

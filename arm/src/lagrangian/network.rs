@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use hysteron_base::BadInput;
+use hysteron_learn::ridge::NormalEquations;
 use hysteron_learn::{Activation, ByParameters, Mlp, Real};
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +13,6 @@ use super::factor::packed;
 use super::friction::{Friction, PER_JOINT};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
 use super::{MOST, MOST_COLUMNS, Samples};
-use crate::ridge::NormalEquations;
 
 /// Joints whose numbers are multiplied, at most.
 const MOST_DEGREE: usize = 4;

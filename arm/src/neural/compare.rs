@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_base::BadInput;
-use rayon::prelude::*;
+use hysteron_base::{BadInput, parallel};
 use serde_json::{Value, json};
 
 use super::actuator::NeuralActuator;
@@ -122,7 +121,7 @@ impl<'a> Comparison<'a> {
         let features = &actuator.features;
         let m = features.motors();
         let roll = |telemetry: Telemetry<'_>| -> Vec<Rollout> {
-            trajectories.par_iter().map(|one| roll_out(actuator, simulation, one, telemetry)).collect()
+            parallel::map(&trajectories, |one| roll_out(actuator, simulation, one, telemetry))
         };
         let rollouts = roll(Telemetry::Recorded);
         let pure = roll(Telemetry::Modelled(&actuator.currents));
@@ -140,18 +139,18 @@ impl<'a> Comparison<'a> {
                 .iter()
                 .map(|one| self.rivals.lag.positions(self.bare.model(), features, one))
                 .collect(),
-            trajectories.par_iter().map(servo).collect::<Result<_, _>>()?,
+            parallel::try_map(&trajectories, servo)?,
         ];
         let about = (features, actuator.simulation.period);
         let arm = actuator.observed_arm(self.model);
         let along = |sensing: &Sensing| -> Result<Vec<Sensed>, BadInput> {
             let arm = arm.clone()?;
-            trajectories.par_iter().map(|one| sensing.along(&arm, about, one)).collect()
+            parallel::try_map(&trajectories, |one| sensing.along(&arm, about, one))
         };
         let observe = |observers: &Observers| -> Result<Vec<[Vec<[f64; 3]>; 2]>, BadInput> {
             let arm = arm.clone()?;
             let one = |one: &Trajectory| observers.forces(&arm, &telemetry(features, about.1, one)?);
-            trajectories.par_iter().map(one).collect()
+            parallel::try_map(&trajectories, one)
         };
         let sensed = actuator.sensing.as_ref().map(along).transpose()?;
         let observed = self.rivals.observers.as_ref().map(observe).transpose()?;
@@ -236,7 +235,7 @@ impl<'a> Comparison<'a> {
             }
             None => Ok(said(&roll_out(actuator, simulation, one, Telemetry::Recorded))),
         };
-        let known = training.par_iter().map(of).collect::<Result<Vec<_>, BadInput>>()?;
+        let known = parallel::try_map::<_, _, BadInput>(&training, of)?;
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
         let asked: Vec<ConditionSaid> = tasks().flat_map(Task::conditions).collect();

@@ -4,6 +4,7 @@
 //! All look at windows of 64 samples that overlap by half, at the watched motor alone; what they need is fitted to training recordings.
 
 use hysteron_base::BadInput;
+use hysteron_learn::ridge::NormalEquations;
 use serde::Serialize;
 use smartcore::ensemble::random_forest_regressor::{RandomForestRegressor, RandomForestRegressorParameters};
 use smartcore::linalg::basic::matrix::DenseMatrix;
@@ -17,7 +18,6 @@ use super::loss::watched_motor;
 use super::rivals::{gravity_at, positions_of};
 use super::sensing::Sensed;
 use crate::Model;
-use crate::ridge::NormalEquations;
 
 /// Samples of a window, and from one to the next.
 const WINDOW: (usize, usize) = (64, 32);

@@ -1,11 +1,11 @@
 //! A model of the drives' currents, which makes a simulation pure.
 
 use hysteron_base::BadInput;
+use hysteron_learn::ridge::NormalEquations;
 use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
 use super::features::Features;
-use crate::ridge::NormalEquations;
 
 /// Keeps columns apart that the data does not tell apart; relative.
 pub(super) const PENALTY: f64 = 1e-9;

@@ -2,6 +2,7 @@
 
 use hysteron_base::{BadInput, Bounds};
 use hysteron_fit::{Options, Parameter, Scale, minimum};
+use hysteron_learn::ridge::NormalEquations;
 use serde::{Deserialize, Serialize};
 
 use super::current::PENALTY;
@@ -11,7 +12,6 @@ use super::loss::wrap;
 use super::segment::Segment;
 use super::servo::ServoModel;
 use super::simulation::{Simulation, SimulationOptions};
-use crate::ridge::NormalEquations;
 use crate::{Data, Model, gravity_torque};
 
 /// A guess of all motors' positions at every row (rows × m) [rad].

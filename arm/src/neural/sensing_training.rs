@@ -1,6 +1,6 @@
 //! `SensingTask`: the network of labels as a task of the engine. Recorded samples alone, no simulation.
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
     Adam, Block, Card, CardUpdates, Decay, Form, Penalty, Schedule, TapePool, Task, Training, Transformer,
     TransformerShape, warm_up_cosine,
@@ -152,7 +152,7 @@ impl<'a> SensingTask<'a> {
         options.check()?;
         let observed = |set: &'a [Trajectory]| {
             let one = |one: &'a Trajectory| Observed::new(model, (features, known, period), one);
-            set.par_iter().map(one).collect::<Result<Vec<_>, BadInput>>()
+            parallel::try_map(set, one)
         };
         let (training, validation) = (observed(sets[0])?, observed(sets[1])?);
         let scale = InputScale::with_floors(
@@ -353,7 +353,7 @@ impl Task<Transformer<f32>> for SensingTask<'_> {
 
     /// The loss on whole validation trajectories; both conditions count the same.
     fn validate(&mut self, model: &Transformer<f32>) -> hysteron_learn::Result<f64> {
-        let all: Vec<_> = self.validation.par_iter().map(|one| self.losses(model, one)).collect();
+        let all = parallel::map(&self.validation, |one| self.losses(model, one));
         let (mut loss, mut forces, mut by_condition) = (0.0, 0.0, [[0.0; 2]; 2]);
         for (one, (parts, totals)) in self.validation.iter().zip(&all) {
             loss += parts.force + parts.gate;

@@ -1,6 +1,6 @@
 //! `NeuralTask`: the warm start and the closed loop as a task of the engine.
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
     Adam, Decay, Penalty, Real, Schedule, TapePool, Task, Training, Transformer, warm_up_cosine,
 };
@@ -355,7 +355,7 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
         for (is_pure, part) in [(false, 1.0 - self.options.pure), (true, self.options.pure)] {
             if part > 0.0 {
                 let telemetry = self.telemetry(is_pure);
-                let all: Vec<f64> = self.validation.par_iter().map(|own| one(own, telemetry)).collect();
+                let all = parallel::map(self.validation, |own| one(own, telemetry));
                 mean += part * all.iter().sum::<f64>() / all.len() as f64;
             }
         }

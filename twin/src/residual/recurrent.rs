@@ -4,12 +4,11 @@
 //! the squared distance of that from the measured tip: what the network gets wrong counts by what it does, and no two
 //! strokes that do the same are told apart. All trajectories run side by side; see [`SequenceTask`].
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
     ChannelErrors, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions, SequenceTask,
 };
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -94,11 +93,8 @@ pub fn fit_recurrent(
     let architecture = options.learning.architecture(spec.len(), 3);
     architecture.check_training([options.learning.truncation, sequences.len()], n_networks)?;
     let setting = Setting { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
-    let members = held_out
-        .par_iter()
-        .enumerate()
-        .map(|(number, held_out)| setting.member(number, held_out))
-        .collect::<Result<Vec<Trained>>>()?;
+    let numbered: Vec<_> = held_out.iter().enumerate().collect();
+    let members = parallel::try_map(&numbered, |(number, held_out)| setting.member(*number, held_out))?;
     let parts = members.iter().map(|Trained { result, inputs, outputs, .. }| Member {
         network: &result.model,
         inputs,
@@ -173,7 +169,7 @@ impl Setting<'_> {
         };
         let inputs = input_ranges(training.iter().map(|&k| &sequences[k]), spec)?;
         let linearise = |sequence: &Sequence| Linearised::new(sequence, spec, self.decoder, &inputs);
-        let all: Vec<Linearised> = sequences.par_iter().map(linearise).collect();
+        let all: Vec<Linearised> = parallel::map(sequences, linearise);
         let linear = LinearPart::fit(
             spec.n_primary,
             spec.n_of_strokes(),

@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
-use hysteron_base::{BadInput, Metadata, Recording, file};
+use hysteron_base::{BadInput, Metadata, Recording, file, parallel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_rig::virtual_arm::{Planned, SPLITS, VirtualArm, data_set, fault_set};
-use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -114,23 +112,19 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     tracing::info!("{n_jobs} trajectories, {} of them are there already", rows.len());
     caller.listen()?;
     let bar = caller.progress("trajectories", n_jobs, rows.len());
-    let found = Mutex::new(rows);
-    missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+    let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<Row>> {
         if caller.is_cancelled() {
-            return Ok(());
+            return Ok(None);
         }
         let name = job.planned.name();
         let recording = arm.record(&job.planned.trial, options.seed, &name, job.meta.clone())?;
         recording.write(&job.out)?;
         let row = row(job, &recording)?;
-        if let Ok(mut found) = found.lock() {
-            found.push(row);
-        }
         bar.inc(1);
-        Ok(())
+        Ok(Some(row))
     })?;
     bar.finish();
-    let mut rows = found.into_inner().unwrap_or_default();
+    rows.extend(found.into_iter().flatten());
     if caller.is_cancelled() {
         anyhow::bail!(
             "interrupted; {} of {n_jobs} trajectories are done: the same command goes on",

@@ -6,9 +6,8 @@ use hysteron_arm::Model;
 use hysteron_arm::neural::{
     NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, parallel};
 use hysteron_learn::Progress;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::{Caller, arm};
@@ -82,6 +81,6 @@ fn error(actuator: &NeuralActuator, model: &Model, trajectories: &[Trajectory]) 
     let simulation = actuator.simulation(model)?;
     let telemetry = Telemetry::Modelled(&actuator.currents);
     let roll = |one: &Trajectory| roll_out(actuator, &simulation, one, telemetry).positions;
-    let positions: Vec<_> = trajectories.par_iter().map(roll).collect();
+    let positions = parallel::map(trajectories, roll);
     Ok(pose_scores(&actuator.features, trajectories, &positions, usize::MAX - 1).mean_deg())
 }

@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::{Columns, ImportOptions, import};
-use hysteron_base::{BadInput, Metadata, Recording, file};
+use hysteron_base::{BadInput, Metadata, Recording, file, parallel};
 use hysteron_learn::Error;
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
 use hysteron_studies::Listener;
 use hysteron_studies::force::{ForceData, TASKS, Telemetry, force_study};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Options;
@@ -79,7 +78,7 @@ fn recorded(general: &VirtualArm, seed: u64) -> Found<ForceData> {
                 arm.record(&one.trial, seed, &one.name(), Metadata::default()).map_err(refused)?;
             Ok((one.task.clone(), Telemetry::of(&recording, N_JOINTS)?))
         };
-        planned.par_iter().map(one).collect::<Found<Vec<_>>>()
+        parallel::try_map(&planned, one)
     };
     Ok(ForceData {
         training: telemetry(&is_training)?.into_iter().map(|(_, one)| one).collect(),
@@ -131,9 +130,9 @@ impl NadFiles {
     }
 
     fn read(&self) -> Found<ForceData> {
-        let each = |files: &[(String, PathBuf)]| {
+        let each = |files: &[(String, PathBuf)]| -> Found<Vec<_>> {
             let one = |(task, path): &(String, PathBuf)| Ok((task.clone(), telemetry(path)?));
-            files.par_iter().map(one).collect::<Found<Vec<_>>>()
+            parallel::try_map(files, one)
         };
         Ok(ForceData {
             training: each(&self.training)?.into_iter().map(|(_, one)| one).collect(),

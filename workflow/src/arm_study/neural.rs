@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
 use hysteron_arm::{Columns, ImportOptions, Model, import};
-use hysteron_base::{BadInput, Metadata, Recording, file};
+use hysteron_base::{BadInput, Metadata, Recording, file, parallel};
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
 use hysteron_studies::Listener;
 use hysteron_studies::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Options;
@@ -73,7 +72,7 @@ pub(super) fn run(
 /// All 350 trajectories of the virtual arm, and faults that NAD does not have.
 fn recorded(general: &VirtualArm) -> anyhow::Result<Recorded> {
     let arm = general.individual(INDIVIDUAL);
-    let one = |one: Planned| -> anyhow::Result<(String, Split, Recording)> {
+    let one = |one: &Planned| -> anyhow::Result<(String, Split, Recording)> {
         let split = match one.split {
             "train" => Split::Training,
             "validation" => Split::Validation,
@@ -82,7 +81,7 @@ fn recorded(general: &VirtualArm) -> anyhow::Result<Recorded> {
         let recording = arm.record(&one.trial, INDIVIDUAL, &one.name(), Metadata::default())?;
         Ok((format!("{}/{}", one.subset, one.task), split, recording))
     };
-    [data_set(), fault_set()].concat().into_par_iter().map(one).collect()
+    parallel::try_map(&[data_set(), fault_set()].concat(), one)
 }
 
 /// Recordings of NAD (CSV), or of `hysteron arm generate`, and what tells one set of them from another.
@@ -108,7 +107,7 @@ fn read(folder: &Path) -> anyhow::Result<(Recorded, Value)> {
         };
         Ok(Some((task, split, recording)))
     };
-    let found = paths.par_iter().map(one).collect::<anyhow::Result<Vec<_>>>()?;
+    let found = parallel::try_map(&paths, one)?;
     let found: Recorded = found.into_iter().flatten().collect();
     if found.is_empty() {
         let expected = "recordings in folders train, validation and test";
@@ -129,6 +128,6 @@ fn data(recordings: &Recorded) -> anyhow::Result<NeuralData> {
             trajectory_of(recording, &features, period, unlabelled).map_err(|bad| bad.within(task))?;
         Ok(Sample { task: task.clone(), split: *split, trajectory })
     };
-    let samples = recordings.par_iter().map(one).collect::<anyhow::Result<_>>()?;
+    let samples = parallel::try_map(recordings, one)?;
     Ok(NeuralData { features, period, samples })
 }

@@ -5,15 +5,13 @@ mod shard;
 mod steer;
 
 use std::path::PathBuf;
-use std::sync::Mutex;
 
-use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
+use hysteron_base::{BadInput, Metadata, Recording, Scene, file, parallel};
 use hysteron_control::Trajectory;
 use hysteron_control::plan::Space;
 use hysteron_twin::Error;
 use hysteron_twin::Twin;
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
-use rayon::prelude::*;
 
 pub use card::{Card, Row, tip_of};
 use shard::Shard;
@@ -96,8 +94,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     );
     caller.listen()?;
     let bar = caller.progress("samples", n_samples, 0);
-    let found = Mutex::new(Vec::new());
-    missing.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+    let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<Row>> {
         let rate = job.trajectory.rate_hz;
         let mut go_on = || {
             bar.inc(1);
@@ -116,25 +113,21 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
                 Err(other) => return Err(other.into()),
             },
         };
-        let row = match outcome {
-            Outcome::Ended => return Ok(()),
+        Ok(match outcome {
+            Outcome::Ended => None,
             Outcome::Made(recording) => {
                 recording.write(&job.out)?;
-                made(job, recording)?
+                Some(made(job, recording)?)
             }
             Outcome::Dropped(sample, why) => {
                 let why = format!("{why} at {:.2} s", sample as f64 / rate);
                 tracing::warn!("{}: left out: {why}", job.trajectory.name);
-                Row::dropped(job.trajectory, why)
+                Some(Row::dropped(job.trajectory, why))
             }
-        };
-        if let Ok(mut found) = found.lock() {
-            found.push(row);
-        }
-        Ok(())
+        })
     })?;
     bar.finish();
-    rows.extend(found.into_inner().unwrap_or_default());
+    rows.extend(found.into_iter().flatten());
     rows.sort_by(|a, b| a.name.cmp(&b.name));
     finish(options, (&scene, &plan.name, &text), rows, &real, n_jobs, caller)
 }

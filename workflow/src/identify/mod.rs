@@ -3,13 +3,11 @@
 pub mod summary;
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
-use hysteron_base::{BadInput, Metadata, Recording, Scene};
+use hysteron_base::{BadInput, Metadata, Recording, Scene, parallel};
 use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{DECODER, Design};
 use hysteron_twin::{Motion, Twin};
-use rayon::prelude::*;
 
 use serde_json::Value;
 
@@ -128,8 +126,7 @@ fn carry_out<'a>(
     caller: &Caller,
 ) -> anyhow::Result<Vec<summary::Row>> {
     let bar = caller.progress("samples", n_samples(jobs), 0);
-    let rows = Mutex::new(Vec::new());
-    jobs.par_iter().try_for_each(|job| -> anyhow::Result<()> {
+    let rows = parallel::try_map(jobs, |job| -> anyhow::Result<Option<summary::Row>> {
         let mut go_on = || {
             bar.inc(1);
             !caller.is_cancelled()
@@ -138,7 +135,7 @@ fn carry_out<'a>(
         let result = identify(twin, &mut *policy(&job.motion)?, &job.motion, job.meta.clone(), &mut go_on);
         let done = result
             .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
-        let Some(done) = done else { return Ok(()) };
+        let Some(done) = done else { return Ok(None) };
         tracing::debug!(
             "{}: {:.0} steps/s",
             job.input.name,
@@ -146,13 +143,10 @@ fn carry_out<'a>(
         );
         done.sensitivities.write(&job.sensitivity)?;
         done.recording.write(&job.out)?;
-        if let Ok(mut rows) = rows.lock() {
-            rows.push(summary::Row { name: job.input.name.clone(), summary: done.summary });
-        }
-        Ok(())
+        Ok(Some(summary::Row { name: job.input.name.clone(), summary: done.summary }))
     })?;
     bar.finish();
-    Ok(rows.into_inner().unwrap_or_default())
+    Ok(rows.into_iter().flatten().collect())
 }
 
 /// What is to be done, and why other recordings are left out.

@@ -4,12 +4,11 @@
 use std::path::Path;
 use std::sync::Mutex;
 
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, parallel};
 use hysteron_rig::Hardware;
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
 use hysteron_rig::virtual_rig::{Hand, SimulatedRig};
-use rayon::prelude::*;
 
 use super::Job;
 use super::partial_files::ended;
@@ -53,7 +52,7 @@ impl Simulation<'_> {
         }
         let bar = caller.progress("samples", jobs.iter().map(|job| job.commands.n_samples()).sum(), 0);
         let collected = Mutex::new(summary);
-        let recorded = jobs.par_iter().try_for_each(|job| {
+        let recorded = parallel::try_map(jobs, |job| {
             let mut hardware: SimulatedRig = fresh.clone();
             // The same rig on another day: its noise is another.
             hardware.world_mut().reseed(self.seed, &job.name);
@@ -89,6 +88,6 @@ impl Simulation<'_> {
             Ok(())
         });
         bar.finish();
-        recorded
+        recorded.map(|_| ())
     }
 }

@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Scene, file};
+use hysteron_base::{BadInput, Scene, file, parallel};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, KnownForce, Observed, fit_sensor};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::file::{Robot, value};
@@ -62,10 +61,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.listen()?;
     let (mut free, mut known) = (Vec::new(), Vec::new());
     let bar = caller.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
-    let observed: Vec<Observed> = recordings
-        .par_iter()
-        .map(|input| input.observe(&twin, network.as_ref(), caller, bar.as_ref()))
-        .collect::<anyhow::Result<_>>()?;
+    let observe = |input| Input::observe(input, &twin, network.as_ref(), caller, bar.as_ref());
+    let observed: Vec<Observed> = parallel::try_map(&recordings, observe)?;
     for (input, observed) in recordings.iter().zip(observed) {
         match &input.force {
             Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),

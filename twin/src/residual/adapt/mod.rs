@@ -13,8 +13,7 @@ mod ridge;
 mod rolled;
 mod whitening;
 
-use hysteron_base::{BadInput, Bounds};
-use rayon::prelude::*;
+use hysteron_base::{BadInput, Bounds, parallel};
 use serde::Serialize;
 
 use super::adaptation::Filter;
@@ -330,7 +329,7 @@ impl<'a> Search<'a> {
             };
             Kept::ALL.map(|kept| (kept, squares(kept))).into()
         };
-        let all: Vec<Vec<_>> = (0..self.blocks.len()).into_par_iter().map(of_block).collect();
+        let all: Vec<Vec<_>> = parallel::map_indices(self.blocks.len(), of_block);
         let error = |number: usize| -> Option<f64> {
             let sum =
                 all.iter().try_fold(Squares::default(), |sum, block| Some(sum.plus(block[number].1?)))?;

@@ -1,6 +1,6 @@
 //! Motions along which a twin was rolled out, as arrays of what it missed.
 
-use rayon::prelude::*;
+use hysteron_base::parallel;
 
 use crate::Result;
 use crate::coreact::Auxiliary;
@@ -43,7 +43,7 @@ pub(super) struct Rig<'a> {
 impl Rig<'_> {
     /// Makes rollouts in parallel; none where they were ended.
     pub fn roll(&self, tasks: &[Task]) -> Result<Option<Vec<Rolled>>> {
-        tasks.par_iter().map(|task| self.roll_one(task)).collect()
+        Ok(parallel::try_map(tasks, |task| self.roll_one(task))?.into_iter().collect())
     }
 
     fn roll_one(&self, task: &Task) -> Result<Option<Rolled>> {

@@ -1,8 +1,9 @@
-//! Linear least squares with a penalty from sums over samples; alone knows faer.
+//! Linear least squares with a penalty from sums over samples: what any network has to beat.
 
-use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::{Mat, Side};
+
+use crate::product::{multiply, multiply_add, rows};
 
 /// XᵀX, XᵀY and the number of rows: all that a fit needs of its samples, which can be added and left out in parts.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,14 +25,10 @@ impl NormalEquations {
     /// Adds rows of features ([row][feature]) and outputs ([row][output]).
     pub fn add(&mut self, features: &[f64], outputs: &[f64]) {
         let (p, m) = (self.n_features, self.n_outputs);
-        let rows = features.len() / p;
-        let x = MatRef::from_row_major_slice(features, rows, p);
-        let y = MatRef::from_row_major_slice(outputs, rows, m);
-        let gram = MatMut::from_row_major_slice_mut(&mut self.gram, p, p);
-        matmul(gram, Accum::Add, x.transpose(), x, 1.0, Par::Seq);
-        let moments = MatMut::from_row_major_slice_mut(&mut self.moments, p, m);
-        matmul(moments, Accum::Add, x.transpose(), y, 1.0, Par::Seq);
-        self.n_rows += rows;
+        let (x, y) = (rows(features, p), rows(outputs, m));
+        multiply_add(&mut self.gram, x.transpose(), x);
+        multiply_add(&mut self.moments, x.transpose(), y);
+        self.n_rows += x.nrows();
     }
 
     /// Adds `factor` (1 or −1) times the sums of other samples.
@@ -79,7 +76,7 @@ fn solved(matrix: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Weights ([row][output]) of (A + λ I) w = y for a symmetric matrix A of size `n` whose eigenvalues are not negative, and y [row][output].
-pub(super) fn solve_positive_definite(matrix: &[f64], n: usize, lambda: f64, right: &[f64]) -> Vec<f64> {
+pub fn solve_positive_definite(matrix: &[f64], n: usize, lambda: f64, right: &[f64]) -> Vec<f64> {
     let m = right.len() / n;
     let matrix = Mat::from_fn(n, n, |i, j| matrix[i * n + j] + if i == j { lambda } else { 0.0 });
     let right = Mat::from_fn(n, m, |i, k| right[i * m + k]);
@@ -89,12 +86,7 @@ pub(super) fn solve_positive_definite(matrix: &[f64], n: usize, lambda: f64, rig
 
 /// Outputs ([row][output]) for rows of features.
 pub fn predict(features: &[f64], weights: &[f64], n_features: usize, out: &mut [f64]) {
-    let m = weights.len() / n_features;
-    let rows = features.len() / n_features;
-    let x = MatRef::from_row_major_slice(features, rows, n_features);
-    let w = MatRef::from_row_major_slice(weights, n_features, m);
-    let out = MatMut::from_row_major_slice_mut(out, rows, m);
-    matmul(out, Accum::Replace, x, w, 1.0, Par::Seq);
+    multiply(out, rows(features, n_features), rows(weights, weights.len() / n_features));
 }
 
 #[cfg(test)]
