@@ -38,7 +38,6 @@ pub mod datasets;
 mod dense;
 mod derivatives;
 pub mod detection;
-pub mod double;
 mod energy;
 mod excite;
 mod external;

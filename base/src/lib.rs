@@ -29,7 +29,6 @@ pub mod schema;
 pub mod size;
 mod table;
 pub mod units;
-pub mod vectors;
 
 pub use error::{BadInput, Error, Result};
 pub use lock::Lock;

@@ -1,7 +1,7 @@
 //! Work on the items of a list side by side, on as many threads as the program has.
 //!
-//! Rayon's own adaptors are compiled for every closure, some thousand lines each; here only the shell around a closure is. For
-//! work that takes longer than a millisecond: every item costs an allocation's time beside it.
+//! Rayon's own adaptors are compiled anew for every closure, some thousand lines of machine code each; here only the shell around
+//! a closure is. An item costs a lock and a call through a pointer: what is shorter than some microseconds goes in larger parts.
 
 use std::convert::Infallible;
 use std::sync::Mutex;

@@ -24,6 +24,7 @@ pub fn rng(seed: u64, name: &str) -> ChaCha8Rng {
 }
 
 /// A standard normal number as noise needs it: the sum of twelve uniform ones, never beyond six deviations.
+#[inline] // where it is called, at the speed of that crate
 pub fn normal(stream: &mut ChaCha8Rng) -> f64 {
     (0..12).map(|_| stream.random_range(-0.5..0.5)).sum()
 }

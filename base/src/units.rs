@@ -4,6 +4,8 @@
 //! table here knows these endings. Numbers that come as text are converted by moving the decimal exponent
 //! of the text, so `4.5` in millimetres is the double nearest to 0.0045 and a value survives a CSV bit for bit.
 
+use std::fmt::Write;
+
 /// How a number in a unit becomes SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Scale {
@@ -122,8 +124,11 @@ impl Unit {
     /// Reads a number written in this unit and returns it in SI, rounded once. `None` if the text is no number;
     /// infinite or NaN if it says so or is too large.
     pub fn parse_si(&self, text: &str) -> Option<f64> {
+        let Scale::Ten(shift) = self.scale else { return Some(self.to_si(text.parse().ok()?)) };
+        if let Some(value) = exact_decimal(text, shift) {
+            return Some(value);
+        }
         let value: f64 = text.parse().ok()?;
-        let Scale::Ten(shift) = self.scale else { return Some(self.to_si(value)) };
         if !text.bytes().any(|b| b.is_ascii_digit()) {
             return Some(value); // inf, nan
         }
@@ -137,32 +142,80 @@ impl Unit {
         }
     }
 
-    /// Writes an SI value in this unit with as few digits as [`Unit::parse_si`] needs to return the same double
+    /// Writes an SI value in this unit behind `out`, with as few digits as [`Unit::parse_si`] needs to return the same double
     /// (powers of ten only; degrees are rounded).
-    pub fn format_si(&self, value: f64) -> String {
-        let Scale::Ten(shift) = self.scale else { return self.from_si(value).to_string() };
-        shifted_decimal(value, -shift)
+    pub fn write_si(&self, value: f64, out: &mut String) {
+        // A string takes all that is written.
+        let _ = match self.scale {
+            Scale::Ten(shift) => write_shifted(value, -shift, out),
+            _ => write!(out, "{}", self.from_si(value)),
+        };
     }
 }
 
-/// `value` times ten to the `shift`, exactly, as the shortest decimal text.
-fn shifted_decimal(value: f64, shift: i32) -> String {
-    let text = format!("{value:e}");
-    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
-    let Ok(exponent) = exponent.parse::<i32>() else { return text };
-    let (sign, mantissa) = mantissa.strip_prefix('-').map_or(("", mantissa), |rest| ("-", rest));
-    if value == 0.0 {
-        return format!("{sign}0");
+/// Decimal digits with a point times ten to the `shift`, where whole number and power of ten are both exact as doubles, so that
+/// one operation rounds once; none for any other text.
+///
+/// # Reference
+/// Clinger (1990), How to read floating point numbers accurately.
+fn exact_decimal(text: &str, shift: i32) -> Option<f64> {
+    const POWERS: [f64; 23] = [
+        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
+        1e18, 1e19, 1e20, 1e21, 1e22,
+    ];
+    let (digits, sign) = text.strip_prefix('-').map_or((text, 1.0), |digits| (digits, -1.0));
+    let (mut whole, mut power, mut is_behind_point) = (0_u64, shift, false);
+    for byte in digits.bytes() {
+        match byte {
+            b'0'..=b'9' => {
+                whole = 10 * whole + u64::from(byte - b'0');
+                power -= i32::from(is_behind_point);
+            }
+            b'.' if !is_behind_point => is_behind_point = true,
+            _ => return None,
+        }
+        if whole > 1 << f64::MANTISSA_DIGITS {
+            return None;
+        }
     }
-    let point = exponent + shift;
-    let digits: String = mantissa.chars().filter(|c| *c != '.').collect();
-    let n = digits.len() as i32;
-    match point {
+    let power_of_ten = *POWERS.get(power.unsigned_abs() as usize)?;
+    let has_digits = digits.len() > usize::from(is_behind_point);
+    let value = if power < 0 { whole as f64 / power_of_ten } else { whole as f64 * power_of_ten };
+    has_digits.then_some(sign * value)
+}
+
+/// `value` times ten to the `shift`, exactly, as the shortest decimal text behind `out`.
+fn write_shifted(value: f64, shift: i32, out: &mut String) -> std::fmt::Result {
+    let start = out.len();
+    write!(out, "{value:e}")?;
+    let Some((mantissa, exponent)) = out[start..].split_once('e') else { return Ok(()) };
+    let Ok(exponent) = exponent.parse::<i32>() else { return Ok(()) };
+    // Seventeen at most.
+    let (mut digits, mut n) = ([0; 24], 0);
+    for digit in mantissa.bytes().filter(u8::is_ascii_digit) {
+        digits[n] = digit;
+        n += 1;
+    }
+    let digits = str::from_utf8(&digits[..n]).unwrap_or_default();
+    out.truncate(start);
+    if value.is_sign_negative() {
+        out.push('-');
+    }
+    if value == 0.0 {
+        out.push('0');
+        return Ok(());
+    }
+    let whole = usize::try_from(exponent + shift + 1);
+    match (exponent + shift, whole) {
         // Far from one: scientific, the rest as people write it.
-        p if !(-6..=16).contains(&p) => format!("{sign}{mantissa}e{p}"),
-        p if p < 0 => format!("{sign}0.{}{digits}", "0".repeat((-p - 1) as usize)),
-        p if p + 1 >= n => format!("{sign}{digits}{}", "0".repeat((p + 1 - n) as usize)),
-        p => format!("{sign}{}.{}", &digits[..(p + 1) as usize], &digits[(p + 1) as usize..]),
+        (p, _) if !(-6..=16).contains(&p) => {
+            let (first, rest) = digits.split_at(1);
+            let point = if rest.is_empty() { "" } else { "." };
+            write!(out, "{first}{point}{rest}e{p}")
+        }
+        (_, Ok(whole)) if whole >= n => write!(out, "{digits}{:0<1$}", "", whole - n),
+        (_, Ok(whole)) if whole > 0 => write!(out, "{}.{}", &digits[..whole], &digits[whole..]),
+        (p, _) => write!(out, "0.{:0<1$}{digits}", "", p.unsigned_abs() as usize - 1),
     }
 }
 
@@ -242,6 +295,12 @@ mod tests {
         assert_eq!(Unit::from_suffix("deg").unwrap().to_si(180.0), std::f64::consts::PI);
     }
 
+    fn written(unit: &Unit, value: f64) -> String {
+        let mut text = String::new();
+        unit.write_si(value, &mut text);
+        text
+    }
+
     #[test]
     fn text_is_rounded_once() {
         let mm = Unit::from_suffix("mm").unwrap();
@@ -253,21 +312,33 @@ mod tests {
         assert!(mm.parse_si("nan").unwrap().is_nan());
         assert!(mm.parse_si("1e400").unwrap().is_infinite());
         assert_eq!(mm.parse_si("1e-99999999999999999999"), Some(0.0));
-        assert_eq!(mm.format_si(0.0045), "4.5");
-        assert_eq!(mm.format_si(-1.0), "-1000");
-        assert_eq!(mm.format_si(1e-7), "0.0001");
-        assert_eq!(mm.format_si(1.25e-12), "1.25e-9");
-        assert_eq!(mm.format_si(-0.0), "-0");
+        assert_eq!(written(mm, 0.0045), "4.5");
+        assert_eq!(written(mm, -1.0), "-1000");
+        assert_eq!(written(mm, 1e-7), "0.0001");
+        assert_eq!(written(mm, 1.25e-12), "1.25e-9");
+        assert_eq!(written(mm, -0.0), "-0");
     }
 
     proptest::proptest! {
+        #[test]
+        fn short_decimals_are_rounded_as_the_standard_library_does(
+            whole in 0_u64..=1 << 53, decimals in 0_usize..18, shift in -9_i32..=9, sign in proptest::bool::ANY,
+        ) {
+            let digits = format!("{whole:0>width$}", width = decimals + 1);
+            let (before, behind) = digits.split_at(digits.len() - decimals);
+            let text = format!("{}{before}.{behind}", if sign { "-" } else { "" });
+            let exact: f64 = format!("{text}e{shift}").parse().unwrap();
+            let is_within = (shift - decimals as i32).abs() <= 22;
+            proptest::prop_assert_eq!(exact_decimal(&text, shift), is_within.then_some(exact), "{}", text);
+        }
+
         #[test]
         fn text_in_millimetres_returns_the_same_double(bits in proptest::num::u64::ANY) {
             let value = f64::from_bits(bits);
             if value.is_finite() {
                 for suffix in ["m", "mm", "um", "gpa"] {
                     let unit = Unit::from_suffix(suffix).unwrap();
-                    let text = unit.format_si(value);
+                    let text = written(unit, value);
                     let back = unit.parse_si(&text).unwrap();
                     proptest::prop_assert_eq!(back.to_bits(), bits, "{} {}", suffix, text);
                 }

@@ -32,6 +32,7 @@ mod quality;
 mod simd;
 mod stiffness;
 mod tube;
+pub mod vectors;
 mod vtk;
 
 pub use elements::Tangent;

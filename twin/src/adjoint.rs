@@ -10,7 +10,7 @@
 //! held, its row times z. K is never assembled: along a direction it is the difference of the residual. The factor
 //! of the step, which is older and leaves the geometric terms out, makes a preconditioner of the same form.
 
-use hysteron_base::vectors::axpy;
+use hysteron_fem::vectors::axpy;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::balance::{Balance, Control, move_nodes};

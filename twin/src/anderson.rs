@@ -5,7 +5,7 @@
 //! Walker, Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, eq. 2.2.
 
 use hysteron_base::lanes::Isa;
-use hysteron_base::vectors::{combine_into, dot};
+use hysteron_fem::vectors::{combine_into, dot};
 
 /// Pairs kept.
 const WINDOW: usize = 6;

@@ -9,7 +9,7 @@
 //! Sci. Stat. Comput. 7.
 
 use hysteron_base::lanes::Isa;
-use hysteron_base::vectors::{axpy, dot};
+use hysteron_fem::vectors::{axpy, dot};
 use nalgebra::{DMatrix, DVector};
 
 /// Part of a new direction that counts as nothing new: the space is complete.

@@ -17,7 +17,7 @@
 
 use std::sync::Arc;
 
-use hysteron_base::vectors::{axpy, dot};
+use hysteron_fem::vectors::{axpy, dot};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use nalgebra::{DMatrix, DVector};
 

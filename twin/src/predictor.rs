@@ -13,7 +13,7 @@
 //! Schölkopf, Smola (2002), Learning with kernels, sec. 4.3 (kernel ridge regression).
 
 use hysteron_base::lanes::Isa;
-use hysteron_base::vectors::combine_into;
+use hysteron_fem::vectors::combine_into;
 
 /// States kept.
 const CAPACITY: usize = 12;

@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use hysteron_base::vectors::combine_into;
+use hysteron_fem::vectors::combine_into;
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 
 use crate::anderson::Anderson;

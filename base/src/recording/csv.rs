@@ -8,6 +8,7 @@ use super::names::Column;
 use super::{Channel, Check, Metadata, Recording, check_size, metadata, names, not_finite, not_later};
 use crate::BadInput;
 use crate::units::Unit;
+use std::fmt::Write as _;
 use std::io::Write;
 
 /// Characters of a cell that a message shows.
@@ -57,7 +58,7 @@ fn head(text: &str) -> Check<(Metadata, &str, u64)> {
 
 fn parse(text: &str) -> Check<Recording> {
     let (meta, body, lines_before) = head(text)?;
-    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_reader(body.as_bytes());
+    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::Headers).from_reader(body.as_bytes());
     let header = reader.headers().map_err(|e| bad_csv(&e, body, lines_before))?.clone();
     let (columns, mut channels) =
         columns(&header).map_err(|bad| bad.within(format!("line {}", lines_before + 1)))?;
@@ -69,6 +70,7 @@ fn parse(text: &str) -> Check<Recording> {
         let line = lines_before + line_of(row.position(), body);
         check_size(columns.len(), time.len() as u64 + 1).map_err(|bad| bad.within(format!("line {line}")))?;
         for ((cell, column), name) in row.iter().zip(&columns).zip(&header) {
+            let cell = cell.trim();
             let place = || format!("line {line}: {name}");
             match column {
                 Column::Gap => gap.push(match cell {
@@ -158,12 +160,13 @@ pub(super) fn write(recording: &Recording, out: &mut dyn Write) -> std::io::Resu
     writeln!(out, "{line},gap")?;
     for i in 0..recording.time.len() {
         line.clear();
-        line.push_str(&recording.time[i].to_string());
+        // A string takes all that is written.
+        let _ = write!(line, "{}", recording.time[i]);
         for (channel, unit) in recording.channels.iter().zip(&units) {
             line.push(',');
             match unit {
-                Some(unit) => line.push_str(&unit.format_si(channel.values[i])),
-                None => line.push_str(&channel.values[i].to_string()),
+                Some(unit) => unit.write_si(channel.values[i], &mut line),
+                None => _ = write!(line, "{}", channel.values[i]),
             }
         }
         writeln!(out, "{line},{}", u8::from(recording.gap[i]))?;

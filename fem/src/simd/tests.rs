@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use hysteron_base::vectors::{axpy, combine_into, dot};
+use crate::vectors::{axpy, combine_into, dot};
 use hysteron_base::{Law, Material, rng};
 use rand::RngExt;
 

@@ -1,8 +1,9 @@
 //! An arm as estimators find it: friction that gives way before it slides and drifts, encoders with steps, a motor constant that is
 //! not quite right. It knows nothing of the estimators: forward dynamics by ABA, friction by its own bristles.
 
-use hysteron_arm::double::{forward_dynamics, inverse_dynamics};
-use hysteron_arm::{Data, ExternalForce, Model, forward_kinematics, frame_jacobian};
+use hysteron_arm::{
+    Data, ExternalForce, Model, forward_dynamics, forward_kinematics, frame_jacobian, inverse_dynamics,
+};
 
 /// Size of steady friction at a speed, by direction [N m].
 pub type Curve = Box<dyn Fn(f64) -> f64 + Send + Sync>;

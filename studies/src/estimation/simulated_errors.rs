@@ -10,12 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use super::normal;
 use super::plant::Path;
-use hysteron_arm::double::{inverse_dynamics, mass_matrix};
 use hysteron_arm::observer::{
     DisturbanceObserver, Dynamics, FrictionModel, InverseDynamics, ObserverGain, RigidBody, estimate,
 };
 use hysteron_arm::spatial::Inertia;
-use hysteron_arm::{Data, Model};
+use hysteron_arm::{Data, Model, inverse_dynamics, mass_matrix};
 
 /// Dynamics with a constant added to every element of M, C and g.
 #[derive(Debug, Clone)]

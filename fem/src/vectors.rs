@@ -2,7 +2,7 @@
 //!
 //! Plain loops over independent partial sums; dispatch lets the compiler use wide registers for them.
 
-use crate::lanes::{Isa, Simd, WithSimd};
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 const PARTS: usize = 16;
 /// Numbers that stay in the nearest cache, or in registers, while columns are added to them.
