@@ -15,6 +15,7 @@ use hysteron_actuator::identify::{
 };
 use hysteron_actuator::law::{JointFriction, Law};
 use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
+use hysteron_fuzz::data_folder;
 use serde_json::{Value, json};
 
 /// K_P of an XL330 makes one PWM unit per tick from 256 on: measured, load over error of position.
@@ -22,9 +23,7 @@ const LOOP: LoopSpec = LoopSpec { gains: [256.0, 65536.0, 16.0], ..LoopSpec::XL4
 const STEP: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder =
-        std::env::var_os("HYSTERON_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let folder = folder.join("arms/bam");
+    let folder = data_folder().join("arms/bam");
     if !folder.join("xl330").is_dir() {
         println!("skipped: no recordings in {}", folder.display());
         return Ok(());

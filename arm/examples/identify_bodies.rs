@@ -13,6 +13,7 @@ use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::Metadata;
+use hysteron_fuzz::data_folder;
 use serde_json::{Value, json};
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
@@ -21,9 +22,7 @@ const TERMS: [JointTerm; 5] =
     [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
 
 fn main() -> Fallible<()> {
-    let folder =
-        std::env::var_os("HYSTERON_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let folder = folder.join("arms");
+    let folder = data_folder().join("arms");
     if !folder.is_dir() {
         println!("skipped: no recordings in {}", folder.display());
         return Ok(());

@@ -9,7 +9,7 @@
 mod recorded;
 pub mod text;
 
-pub use recorded::recorded;
+pub use recorded::{data_folder, recorded};
 
 use hysteron_base::{BadInput, rng};
 use proptest::prelude::*;

@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::detection::FreeMotion;
@@ -15,6 +15,7 @@ use hysteron_arm::identify::{BodyOptions, JointMotion, identify_bodies};
 use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
 use hysteron_arm::{Columns, ImportOptions, Model, Quantity, Recorded, import};
 use hysteron_base::{Metadata, Recording};
+use hysteron_fuzz::data_folder;
 use hysteron_studies::estimation::{KnownArm, TERMS};
 use serde_json::{Value, json};
 
@@ -28,9 +29,7 @@ const WIDTH: f64 = 0.05;
 const UR10E_GAINS: [f64; 6] = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232];
 
 fn main() -> Fallible<()> {
-    let folder =
-        std::env::var_os("HYSTERON_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let folder = folder.join("arms");
+    let folder = data_folder().join("arms");
     if !folder.is_dir() {
         println!("skipped: no recordings in {}", folder.display());
         return Ok(());

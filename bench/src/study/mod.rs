@@ -19,19 +19,14 @@ pub mod sofa;
 pub mod sorosim;
 pub mod tentacle;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use hysteron_base::file;
+pub use hysteron_fuzz::data_folder;
 use serde_json::{Value, json};
 
 use crate::measure::machine;
-
-/// The folder of recordings, `HYSTERON_DATA` or `../shared/data` beside the project.
-pub fn data_folder() -> PathBuf {
-    std::env::var_os("HYSTERON_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
-}
 
 /// Writes `folder/metrics.json`.
 fn write_metrics(folder: &Path, study: &str, metrics: Value) -> Result<()> {
