@@ -88,10 +88,24 @@ struct Inertia {
 impl Drive {
     /// Torque per angle of the position loop with gain `p`: what a load is held against [N m/rad].
     pub fn stiffness(&self, p: u16) -> f64 {
-        let LoopSpec { ticks_per_turn, pwm_full_scale, gains, .. } = self.position_loop;
-        let duty_per_radian =
-            f64::from(p) / gains[0] / pwm_full_scale * ticks_per_turn / std::f64::consts::TAU;
+        let duty_per_radian = self.position_loop.duty_per_radian(f64::from(p));
         duty_per_radian * self.motor.stall_torque * self.supply.voltage / self.motor.rated_voltage
+    }
+
+    /// Current of the motor where `bridge` meets `voltage` at the drive [V], i = (d V - k_t ω)/R within the drive's limit, for a speed of
+    /// the output [rad/s] and a temperature of the winding [°C]; negative where it brakes [A].
+    ///
+    /// ```
+    /// use hysteron_actuator::{Bridge, CatalogueDrive};
+    ///
+    /// let drive = CatalogueDrive::named("xl430-w250").unwrap().drive;
+    /// let stalled = drive.current(Bridge::Driven(0.5), 12.0, (0.0, drive.winding.reference));
+    /// assert!((stalled - 0.5 * 12.0 / drive.motor.resistance()).abs() < 1e-12);
+    /// ```
+    pub fn current(&self, bridge: Bridge, voltage: f64, (speed, temperature): (f64, f64)) -> f64 {
+        // What the supply loses on its way is lost before the voltage is measured.
+        let supply = Supply { voltage, resistance: 0.0 };
+        MotorLine::new(&self.motor, &supply, self.winding.factors(temperature), bridge).current(speed)
     }
 
     /// Lets `h` [s] pass.

@@ -72,6 +72,11 @@ impl LoopSpec {
         period: 1e-3,
         dead_band: 0.0,
     };
+
+    /// Part of the supply voltage per error of position, with gain `p` as the register has it [1/rad].
+    pub fn duty_per_radian(&self, p: f64) -> f64 {
+        p / self.gains[0] / self.pwm_full_scale * self.ticks_per_turn / TAU
+    }
 }
 
 /// The memory of profile generator and PID.

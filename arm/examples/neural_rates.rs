@@ -51,6 +51,7 @@ fn trajectory(features: &Features, period: f64) -> Trajectory {
         voltage: None,
         force: vec![None; rows],
         is_healthy: None,
+        position_gain: None,
         gap: vec![false; rows],
     }
 }

@@ -6,6 +6,8 @@ use std::path::Path;
 use hysteron_base::{BadInput, Column, Result, Table, file};
 use serde_json::{Map, Value};
 
+use super::drive::POSITION_GAIN;
+
 /// Largest log [byte]; an hour at 200 Hz has less.
 const MOST: u64 = 256 << 20;
 /// What the numbers beside the samples are called in a recording.
@@ -15,7 +17,7 @@ const NOTES: [(&str, &str); 8] = [
     ("arm_mass", "arm_mass_kg"),
     ("length", "length_m"),
     ("l", "length_m"),
-    ("kp", "position_gain"),
+    ("kp", POSITION_GAIN),
     ("vin", "supply_v"),
     ("motor", "motor"),
 ];

@@ -2,20 +2,25 @@
 //!
 //! A file is a table of numbers; a description of its columns says which of them are what, in which unit. Descriptions of
 //! known data sets are part of the program (`columns/`). Rows at uneven times are resampled onto a fixed rate, and what was
-//! missing is interpolated and marked as a gap. Nothing is filtered.
+//! missing is interpolated and marked as a gap. Nothing is filtered. Currents that a file leaves out come from the voltage equation of its
+//! drives, where these are known.
 
 mod assemble;
 mod bam;
 mod columns;
+mod drive;
 mod suspicion;
 
 use std::path::Path;
 
+use hysteron_actuator::CatalogueDrive;
 use hysteron_base::{BadInput, Filter, Metadata, Recording, Result, Table};
 
 use crate::Model;
 pub(crate) use assemble::MOST_LEFT_OUT;
 pub use columns::Columns;
+pub use drive::CURRENTS_BY;
+pub(crate) use drive::POSITION_GAIN;
 
 /// What becomes of rows that cannot be read: with a cell that is no number, with another number of cells, or with a time that is
 /// not later than the one before.
@@ -53,6 +58,8 @@ pub struct ImportOptions<'a> {
     pub bad_rows: BadRows,
     /// What becomes of numbers that look as if they had another unit.
     pub unit_check: UnitCheck,
+    /// The drive of every joint, by which currents are computed that the file leaves out.
+    pub drive: Option<&'a CatalogueDrive>,
 }
 
 /// A recording, and what was done to get it.
@@ -73,8 +80,8 @@ pub struct Imported {
 ///
 /// # Errors
 /// `BadInput` naming the file, the row and the column: a cell without a number, a time that goes back, joints that differ in
-/// number between quantities or from the model's, a column that is not there, or numbers that look as if they had another
-/// unit; `Io` if the file cannot be read.
+/// number between quantities or from the model's, a column that is not there, numbers that look as if they had another
+/// unit, or what currents of a drive need; `Io` if the file cannot be read.
 pub fn import(path: &Path, options: &ImportOptions, meta: Metadata) -> Result<Imported> {
     let place = path.display().to_string();
     let filtered = |table: Table| match &options.filter {
@@ -98,5 +105,9 @@ pub fn import(path: &Path, options: &ImportOptions, meta: Metadata) -> Result<Im
         meta.extra.extend(notes);
         (table, own.map_err(|bad| bad.within(&place))?)
     };
-    Ok(assemble::assemble(&table, &columns, options, meta).map_err(|bad| bad.within(place))?)
+    let assembled = assemble::assemble(&table, &columns, options, meta).and_then(|imported| {
+        let Some(drive) = options.drive else { return Ok(imported) };
+        Ok(Imported { recording: drive::with_currents(imported.recording, drive)?, ..imported })
+    });
+    Ok(assembled.map_err(|bad| bad.within(place))?)
 }

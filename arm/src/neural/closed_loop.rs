@@ -5,7 +5,7 @@ use hysteron_learn::{Plant, Real, TapePool, Transformer};
 use super::features::InputScale;
 use super::loss::{Heads, LossParts, LossWeights, Totals};
 use super::segment::{Segment, Telemetry};
-use super::simulation::Simulation;
+use super::simulation::{Asked, Simulation};
 
 /// Arms in simulation along segments of recorded trajectories, side by side.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ impl Arms<'_> {
             features.set_state(state, &mut raw);
             if let Telemetry::Modelled(currents) = telemetry {
                 let first = trajectory.inputs_at(start as isize);
-                currents.replace(features, first, &mut raw);
+                currents.replace(features, (first, trajectory.gain_over(currents.position_gain)), &mut raw);
             }
         }
         raw
@@ -55,6 +55,12 @@ impl Arms<'_> {
     fn goals(&self, step: usize) -> Vec<f64> {
         let m = self.simulation.features().motors();
         self.segments.iter().flat_map(|one| one.goals(step, m)).copied().collect()
+    }
+
+    /// Gains of the rows over that which the servo's stiffness holds for.
+    fn gains(&self) -> Vec<f64> {
+        let known = self.simulation.options().servo.as_ref().and_then(|servo| servo.position_gain);
+        self.segments.iter().map(|one| one.trajectory.gain_over(known)).collect()
     }
 
     /// The network's torques from its outputs y: limit · tanh(y/limit).
@@ -91,14 +97,15 @@ impl<T: Real> Plant<T> for Arms<'_> {
         let raw = self.raw(row, step as isize, Some(state));
         let mut by_raw: Vec<f64> =
             by_token.iter().enumerate().map(|(k, d)| d.to_f64() * self.scale.at(k, raw[k]).1).collect();
-        if let Telemetry::Modelled(currents) = self.segments[row].telemetry {
-            currents.pull_back(features, &mut by_raw);
+        if let Segment { trajectory, telemetry: Telemetry::Modelled(currents), .. } = self.segments[row] {
+            currents.pull_back(features, trajectory.gain_over(currents.position_gain), &mut by_raw);
         }
         features.state_gradient(&by_raw, by_state);
     }
 
     fn step(&mut self, step: usize, states: &[f64], outputs: &[T], next: &mut [f64]) {
-        self.simulation.step(states, [&self.goals(step), &self.torques(outputs)], next);
+        let (goals, gains, torques) = (self.goals(step), self.gains(), self.torques(outputs));
+        self.simulation.step(states, Asked { goals: &goals, gains: &gains, torques: &torques }, next);
     }
 
     fn step_back(
@@ -110,9 +117,9 @@ impl<T: Real> Plant<T> for Arms<'_> {
         by_outputs: &mut [f64],
     ) {
         let m = self.simulation.features().motors();
-        let torques = self.torques(outputs);
-        let [by_before, by_torque] =
-            self.simulation.step_back(states, [&self.goals(step), &torques], by_next);
+        let (goals, gains, torques) = (self.goals(step), self.gains(), self.torques(outputs));
+        let asked = Asked { goals: &goals, gains: &gains, torques: &torques };
+        let [by_before, by_torque] = self.simulation.step_back(states, asked, by_next);
         by_states.iter_mut().zip(&by_before).for_each(|(sum, part)| *sum += part);
         self.torque_gradients.push(by_torque.iter().map(|d| d * d).sum::<f64>().sqrt());
         let rows = by_outputs.chunks_exact_mut(self.n_outputs);

@@ -1,11 +1,12 @@
 //! Trajectories as the network learns from them.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use hysteron_base::{BadInput, Recording};
 
 use super::features::{Features, GripperAxis};
-use crate::import::MOST_LEFT_OUT;
+use crate::import::{MOST_LEFT_OUT, POSITION_GAIN};
 use crate::sampling::{STEP_SCATTER, Steps};
 use crate::{Quantity, Recorded};
 
@@ -24,6 +25,8 @@ pub struct Trajectory {
     pub force: Vec<Option<[f64; 3]>>,
     /// Whether the motors are as they should be, where that is known.
     pub is_healthy: Option<bool>,
+    /// Gain of the motors' position loops, as the register has it; `None` where the recording does not say it.
+    pub position_gain: Option<f64>,
     /// True where a sample was filled in.
     pub gap: Vec<bool>,
 }
@@ -57,6 +60,11 @@ impl Trajectory {
         self.voltage.as_deref().ok_or_else(missing)
     }
 
+    /// Gain of its position loops over another; 1 where either is not known.
+    pub fn gain_over(&self, other: Option<f64>) -> f64 {
+        gain_ratio(self.position_gain, other)
+    }
+
     /// Some of its samples, as a trajectory of their own.
     ///
     /// # Panics
@@ -73,6 +81,7 @@ impl Trajectory {
             voltage: self.voltage.as_deref().map(of),
             force: self.force[rows.clone()].to_vec(),
             is_healthy: self.is_healthy,
+            position_gain: self.position_gain,
             gap: self.gap[rows.clone()].to_vec(),
         }
     }
@@ -135,12 +144,31 @@ pub fn gripper_of(recordings: &[Recording]) -> Result<Option<GripperAxis>, BadIn
     Ok(Some(GripperAxis { slope, offset: y - slope * x }))
 }
 
+/// A gain of position loops over another; 1 where either is not known.
+pub(super) fn gain_ratio(own: Option<f64>, other: Option<f64>) -> f64 {
+    own.zip(other).map_or(1.0, |(own, other)| own / other)
+}
+
+/// Mean gain of the position loops; none where no recording says its own.
+///
+/// # Errors
+/// `BadInput` where some say it and others do not.
+pub(super) fn usual_gain(trajectories: &[Trajectory]) -> Result<Option<f64>, BadInput> {
+    let gains: Vec<f64> = trajectories.iter().filter_map(|one| one.position_gain).collect();
+    if !gains.is_empty() && gains.len() < trajectories.len() {
+        let found = format!("{} of {} do", gains.len(), trajectories.len());
+        return Err(BadInput::new("recordings", "all or none to say their position_gain", found));
+    }
+    Ok((!gains.is_empty()).then(|| gains.iter().sum::<f64>() / gains.len() as f64))
+}
+
 /// A recording as a trajectory at steps of `period` [s]; a recording at other times is resampled.
 ///
 /// `unlabelled` says what a row without label of force means.
 ///
 /// # Errors
-/// `BadInput` naming what is missing, has another number of joints, comes at another rate, or too unevenly.
+/// `BadInput` naming what is missing, has another number of joints, comes at another rate, or too unevenly, or where a motor's torque was
+/// switched off: it follows no goal there.
 pub fn trajectory_of(
     recording: &Recording,
     features: &Features,
@@ -157,6 +185,7 @@ pub fn trajectory_of(
         &resampled
     };
     check_gaps(recording.gap())?;
+    check_torque_on(recording, features.motors())?;
     let recorded = Recorded::of(recording)?;
     let m = features.motors();
     if recorded.joints.len() != m {
@@ -205,8 +234,31 @@ pub fn trajectory_of(
         voltage,
         force: forces(&recorded, n, unlabelled),
         is_healthy: extra.get("condition").map(|text| text == "healthy"),
+        position_gain: position_gain(extra)?,
         gap: recording.gap().to_vec(),
     })
+}
+
+fn position_gain(extra: &BTreeMap<String, String>) -> Result<Option<f64>, BadInput> {
+    let Some(text) = extra.get(POSITION_GAIN) else { return Ok(None) };
+    match text.parse::<f64>() {
+        Ok(gain) if gain > 0.0 && gain.is_finite() => Ok(Some(gain)),
+        _ => Err(BadInput::new(POSITION_GAIN, "a finite number above zero", format!("{text:?}"))),
+    }
+}
+
+fn check_torque_on(recording: &Recording, motors: usize) -> Result<(), BadInput> {
+    for name in (1..=motors).map(|k| format!("torque_on_{k}_ratio")) {
+        let Some(flags) = recording.channel(&name) else { continue };
+        if let Some(row) = flags.iter().position(|flag| *flag < 1.0) {
+            let found = format!("{} at {:.3} s", flags[row], recording.time()[row]);
+            return Err(BadInput::new(name, "1 at all times: a motor that is off follows no goal", found)
+                .hint(
+                    "hysteron arm import --where COLUMN=VALUE takes the rows in which a column has a value",
+                ));
+        }
+    }
+    Ok(())
 }
 
 fn forces(recorded: &Recorded, n: usize, unlabelled: Unlabelled) -> Vec<Option<[f64; 3]>> {

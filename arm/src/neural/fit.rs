@@ -19,7 +19,7 @@ use super::rivals::LagAndDroop;
 use super::sensing::Sensing;
 use super::sensing_training::{SensingOptions, SensingTask, identified_observers};
 use super::servo::ServoModel;
-use super::simulation::{Simulation, SimulationOptions};
+use super::simulation::{Motors, Simulation, SimulationOptions};
 use super::training::{NeuralOptions, NeuralTask};
 use crate::Model;
 use crate::servo_force::{Observers, observed_arm};
@@ -57,6 +57,9 @@ pub struct ActuatorOptions {
     pub sensing: Option<SensingOptions>,
     /// Step of the simulation [s].
     pub period: f64,
+    /// What the motors are taken to be.
+    #[serde(default, skip_serializing_if = "Motors::are_published")]
+    pub motors: Motors,
 }
 
 impl ActuatorOptions {
@@ -170,16 +173,17 @@ pub fn fit_actuator(
     session: &mut ActuatorSession<'_>,
 ) -> Result<ActuatorFit> {
     options.training.check()?;
+    options.motors.check()?;
     let [training, _] = sets;
-    let published = SimulationOptions { period: options.period, ..SimulationOptions::PUBLISHED };
-    let simulation = Simulation::new(model, features, &published)?;
+    let alone = SimulationOptions::without_servo(&options.motors, options.period);
+    let simulation = Simulation::new(model, features, &alone)?;
     let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
     let scale = InputScale::of(features, rows)?;
     let arm = options.sensing.as_ref().map(|_| observed_arm(model, features.joints)).transpose()?;
     let observe = |arm: &Model| identified_observers(arm, (features, options.period), training);
     let rivals = Rivals {
         lag: LagAndDroop::fit(simulation.model(), features, training)?,
-        servo: ServoModel::fit(model, (features, options.period), training, &|_, _| true)?,
+        servo: ServoModel::fit(model, (features, options.period, &options.motors), training, &|_, _| true)?,
         observers: arm.as_ref().map(observe).transpose()?,
     };
     let mut network = Transformer::<f32>::new(&options.shape(features), options.training.seed)?;

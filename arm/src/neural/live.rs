@@ -7,6 +7,7 @@ use hysteron_base::BadInput;
 use hysteron_learn::{TransformerRunner, WeightFormat};
 
 use super::actuator::NeuralActuator;
+use super::data::gain_ratio;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
 use super::sensing::{SensedNow, SensingRunner};
@@ -40,6 +41,7 @@ pub struct Estimator<'m> {
     features: Features,
     scale: InputScale,
     simulation: SimulationOptions,
+    position_gain: Option<f64>,
     network: TransformerRunner,
     sensing: SensingRunner<'m>,
     inputs: Vec<f64>,
@@ -67,6 +69,7 @@ impl<'m> Estimator<'m> {
             sensing: SensingRunner::new(sensing, model, (&features, actuator.simulation.period))?,
             scale: actuator.scale.clone(),
             simulation: actuator.simulation.clone(),
+            position_gain: None,
             inputs: zeros(features.len()),
             state: zeros(features.state()),
             voltage: zeros(features.joints),
@@ -74,6 +77,12 @@ impl<'m> Estimator<'m> {
             torque: zeros(features.motors()),
             features,
         })
+    }
+
+    /// Of servos whose position loops have this gain, as the register has it; that of the training where it is none.
+    #[must_use]
+    pub fn with_position_gain(self, position_gain: Option<f64>) -> Self {
+        Self { position_gain, ..self }
     }
 
     /// Takes a sample as servos report it.
@@ -107,7 +116,8 @@ impl<'m> Estimator<'m> {
             let limit = self.simulation.torque_limits[usize::from(k >= self.features.joints)];
             *torque = limit * (f64::from(*y) / limit).tanh();
             if let Some(servo) = &self.simulation.servo {
-                let (own, _) = servo.torque(k, inputs[k], [state[k], state[m + k]]);
+                let gain = gain_ratio(self.position_gain, servo.position_gain);
+                let (own, _) = servo.torque(k, (inputs[k], gain), [state[k], state[m + k]]);
                 *torque = (*torque + own).clamp(-limit, limit);
                 if servo.holds {
                     *torque += servo.rubs(k, state[m + k]).0;

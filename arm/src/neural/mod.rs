@@ -56,6 +56,6 @@ pub use segment::{Segment, Telemetry};
 pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};
 pub use sensing_training::{SensingOptions, SensingTask, identified_observers};
 pub use servo::ServoModel;
-pub use simulation::{Simulation, SimulationOptions};
+pub use simulation::{Asked, Motors, Simulation, SimulationOptions};
 pub use training::{NeuralOptions, NeuralTask, horizon_gradient};
 pub use warm_start::torques_of;

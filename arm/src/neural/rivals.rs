@@ -1,17 +1,17 @@
 //! What a learned actuator has to beat.
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{Options, Parameter, Scale, minimum};
+use hysteron_fit::{Options, Parameter, Scale, least_squares};
 use hysteron_learn::ridge::NormalEquations;
 use serde::{Deserialize, Serialize};
 
 use super::current::PENALTY;
-use super::data::Trajectory;
+use super::data::{Trajectory, usual_gain};
 use super::features::Features;
 use super::loss::wrap;
 use super::segment::Segment;
-use super::servo::ServoModel;
-use super::simulation::{Simulation, SimulationOptions};
+use super::servo::{ServoModel, USUAL_ARMATURE};
+use super::simulation::{Asked, Motors, Simulation, SimulationOptions};
 use crate::{Data, Model, gravity_torque};
 
 /// A guess of all motors' positions at every row (rows × m) [rad].
@@ -37,6 +37,9 @@ pub struct LagAndDroop {
     pub lag: Vec<(usize, f64)>,
     /// For each motor, droop per gravity torque [rad/(N m)] and at zero [rad].
     pub droop: Vec<[f64; 2]>,
+    /// Gain of the position loops for which the droop per torque holds, as the register has it; none where recordings did not say theirs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_gain: Option<f64>,
 }
 
 /// Longest delay tried [rows].
@@ -55,8 +58,12 @@ impl LagAndDroop {
         }
         let m = features.motors();
         let goals: Vec<Positions> = trajectories.iter().map(|one| copied_goal(features, one)).collect();
-        let gravity: Vec<Vec<f64>> = goals.iter().map(|goals| gravity_at(model, features, goals)).collect();
-        let mut fitted = Self { lag: vec![(0, 1.0); m], droop: vec![[0.0; 2]; m] };
+        let position_gain = usual_gain(trajectories)?;
+        let pulled = |(one, goals): (&Trajectory, &Positions)| {
+            pull_at(model, features, (goals, one.gain_over(position_gain)))
+        };
+        let gravity: Vec<Vec<f64>> = trajectories.iter().zip(&goals).map(pulled).collect();
+        let mut fitted = Self { lag: vec![(0, 1.0); m], droop: vec![[0.0; 2]; m], position_gain };
         for motor in 0..m {
             let mut best = f64::INFINITY;
             for lag in (0..=MOST_DELAY).flat_map(|delay| LAGS.map(|part| (delay, part))) {
@@ -87,7 +94,7 @@ impl LagAndDroop {
     pub fn positions(&self, model: &Model, features: &Features, trajectory: &Trajectory) -> Positions {
         let m = features.motors();
         let goals = copied_goal(features, trajectory);
-        let gravity = gravity_at(model, features, &goals);
+        let gravity = pull_at(model, features, (&goals, trajectory.gain_over(self.position_gain)));
         let mut all = vec![0.0; goals.len()];
         for motor in 0..m {
             let [per, zero] = self.droop[motor];
@@ -111,6 +118,11 @@ fn lagged(goals: &[f64], m: usize, motor: usize, (delay, part): (usize, f64), fi
         .collect()
 }
 
+/// Gravity torque at every row of positions over the gain that it is held with (rows × m).
+fn pull_at(model: &Model, features: &Features, (positions, gain): (&[f64], f64)) -> Vec<f64> {
+    gravity_at(model, features, positions).into_iter().map(|torque| torque / gain).collect()
+}
+
 /// Gravity torque at every row of positions (rows × m); zero for motors that are no joints.
 pub(super) fn gravity_at(model: &Model, features: &Features, positions: &[f64]) -> Vec<f64> {
     let (m, n) = (features.motors(), features.joints);
@@ -126,13 +138,14 @@ pub(super) fn gravity_at(model: &Model, features: &Features, positions: &[f64]) 
 const FITTED: (usize, usize) = (16, 200);
 
 impl ServoModel {
-    /// Fits stiffness, friction and damping so that rollouts stay close to the trajectories, with `model` as the arm.
+    /// Fits stiffness, friction and damping of these motors so that rollouts stay close to the trajectories, with `model` as the arm. The
+    /// search begins, and has its bounds, in proportion to their armature.
     ///
     /// # Errors
     /// Those of the simulation and of the fit.
     pub fn fit(
         model: &Model,
-        (features, period): (&Features, f64),
+        (features, period, motors): (&Features, f64, &Motors),
         trajectories: &[Trajectory],
         watch: &(dyn Fn(usize, f64) -> bool + Sync),
     ) -> Result<Self, BadInput> {
@@ -141,10 +154,12 @@ impl ServoModel {
             trajectories.iter().step_by(every).map(|trajectory| Segment::recorded(trajectory, 0)).collect();
         let horizon = segments.iter().map(|one| one.trajectory.len() - 1).min().unwrap_or(0).min(FITTED.1);
         let m = features.motors();
+        let position_gain = usual_gain(trajectories)?;
+        let size = motors.armature.unwrap_or(USUAL_ARMATURE) / USUAL_ARMATURE;
         let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
             name,
-            start,
-            bounds: Bounds { min, max },
+            start: size * start,
+            bounds: Bounds { min: size * min, max: size * max },
             scale: Scale::Logarithmic,
             prior: None,
         };
@@ -158,6 +173,8 @@ impl ServoModel {
             damping: values[2 * m],
             rms: 0.0,
             holds: true,
+            motors: *motors,
+            position_gain,
         };
         let residuals = |values: &[f64]| -> Result<Vec<Vec<f64>>, BadInput> {
             let states = of(values).run(model, (features, period), &segments, horizon)?;
@@ -170,7 +187,7 @@ impl ServoModel {
         };
         let search =
             Options { huber: Some(0.05), smallest_effect: 1e-6, n_nuisance: 0, tolerance: 1e-3, watch };
-        let (values, _) = minimum(&parameters, &search, residuals)?;
+        let values = least_squares(&parameters, &search, residuals)?.values();
         let all = residuals(&values)?;
         let n = all[0].len().max(1) as f64;
         let rms = (all[0].iter().map(|r| r * r).sum::<f64>() / n).sqrt();
@@ -195,9 +212,12 @@ impl ServoModel {
         let mut states: Vec<f64> =
             segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).copied().collect();
         let (mut next, alone) = (vec![0.0; width], vec![0.0; rows * m]);
+        let gains: Vec<f64> =
+            segments.iter().map(|one| one.trajectory.gain_over(self.position_gain)).collect();
         for step in 0..horizon {
             let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
-            simulation.step(&states[step * width..], [&goals, &alone], &mut next);
+            let asked = Asked { goals: &goals, gains: &gains, torques: &alone };
+            simulation.step(&states[step * width..], asked, &mut next);
             states.extend_from_slice(&next);
         }
         Ok(states)

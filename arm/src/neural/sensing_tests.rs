@@ -232,13 +232,15 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
 
     let refused = |change: &dyn Fn(&mut Rivals)| {
         let mut rivals = Rivals {
-            lag: LagAndDroop { lag: vec![(0, 1.0); 4], droop: vec![[0.0; 2]; 4] },
+            lag: LagAndDroop { lag: vec![(0, 1.0); 4], droop: vec![[0.0; 2]; 4], position_gain: None },
             servo: ServoModel {
                 stiffness: vec![9.0; 4],
                 friction: vec![0.1; 4],
                 damping: 1.0,
                 rms: 0.0,
                 holds: false,
+                motors: Motors::default(),
+                position_gain: None,
             },
             observers: Some(observers.clone()),
         };

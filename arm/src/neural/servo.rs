@@ -4,6 +4,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::features::Features;
+use super::simulation::Motors;
 
 /// A servo of which stiffness, friction and damping are found by rollout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,15 +21,30 @@ pub struct ServoModel {
     /// True where friction holds a motor at rest exactly; false where it is F tanh(q̇/w), which lets a loaded motor creep.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub holds: bool,
+    /// What its motors are taken to be.
+    #[serde(default, skip_serializing_if = "Motors::are_published")]
+    pub motors: Motors,
+    /// Gain of the position loops that the stiffness holds for, as the register has it; none where recordings did not say theirs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_gain: Option<f64>,
 }
+
+/// Rotor and gears of a motor of the OpenManipulator-X, at the output [kg m²].
+pub(super) const USUAL_ARMATURE: f64 = 0.02;
 
 /// Speed w over which friction turns its sign where it does not hold [rad/s].
 const FRICTION_WIDTH: f64 = 0.05;
 
 impl ServoModel {
+    /// Rotor and gears of its motors, at the output [kg m²].
+    pub(super) fn armature(&self) -> f64 {
+        self.motors.armature.unwrap_or(USUAL_ARMATURE)
+    }
+
     /// # Errors
     /// `BadInput` where it is for other motors, or a number is negative or not finite.
     pub(super) fn check(&self, features: &Features) -> Result<(), BadInput> {
+        self.motors.check().map_err(|bad| bad.within("servo.motors"))?;
         let m = features.motors();
         for (name, values) in [("servo.stiffness", &self.stiffness), ("servo.friction", &self.friction)] {
             if values.len() != m || values.iter().any(|value| !(*value >= 0.0 && value.is_finite())) {
@@ -44,11 +60,16 @@ impl ServoModel {
     }
 
     /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two; without friction
-    /// where that [`Self::holds`], for it is the integrator's then.
-    pub(super) fn torque(&self, k: usize, goal: f64, [position, speed]: [f64; 2]) -> (f64, [f64; 2]) {
-        let pull = self.stiffness[k] * (goal - position);
+    /// where that [`Self::holds`], for it is the integrator's then. `gain` is over that which the stiffness holds for.
+    pub(super) fn torque(
+        &self,
+        k: usize,
+        (goal, gain): (f64, f64),
+        [position, speed]: [f64; 2],
+    ) -> (f64, [f64; 2]) {
+        let stiffness = gain * self.stiffness[k];
         let (friction, by_speed) = if self.holds { (0.0, 0.0) } else { self.rubs(k, speed) };
-        (pull + friction, [-self.stiffness[k], by_speed])
+        (stiffness * (goal - position) + friction, [-stiffness, by_speed])
     }
 
     /// Friction of motor `k` at this speed [N m], without rest, and its derivative.

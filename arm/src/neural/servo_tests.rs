@@ -3,6 +3,7 @@
 
 use super::tests::{arm, features, with_servo};
 use super::*;
+use crate::Model;
 
 #[test]
 fn a_servo_for_other_motors_or_out_of_range_is_refused() {
@@ -31,8 +32,9 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     let mut still = vec![0.0; 2 * m];
     still[1] = 0.8;
     let (nothing, mut state, mut next) = (vec![0.0; m], still.clone(), vec![0.0; 2 * m]);
+    let asked = Asked { goals: &nothing, gains: &[1.0], torques: &nothing };
     for _ in 0..100 {
-        arm.step(&state, [&nothing, &nothing], &mut next);
+        arm.step(&state, asked, &mut next);
         state.copy_from_slice(&next);
     }
     assert_eq!(state, still);
@@ -41,7 +43,7 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     let mut speed = 2.5 * slower;
     state[m + motor] = speed;
     for _ in 0..5 {
-        arm.step(&state, [&nothing, &nothing], &mut next);
+        arm.step(&state, asked, &mut next);
         state.copy_from_slice(&next);
         speed = (speed - slower).max(0.0);
         assert!((state[m + motor] - speed).abs() < 1e-12, "{} {speed}", state[m + motor]);
@@ -50,6 +52,83 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     // Friction that creeps lets the arm sink.
     options.servo.as_mut().unwrap().holds = false;
     let creeps = Simulation::new(arm.model(), &features(), &options).unwrap();
-    creeps.step(&still, [&nothing, &nothing], &mut next);
+    creeps.step(&still, asked, &mut next);
     assert!((next[1] - still[1]).abs() > 1e-4, "{}", next[1] - still[1]);
+}
+
+/// A weight on a rod.
+const PENDULUM: &str = include_str!("../../tests/data/pendulum.urdf");
+
+/// One joint without a gripper.
+const ALONE: Features = Features { joints: 1, gripper: None };
+
+/// What a servo that swings the weight would report, at a gain of its position loop.
+fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
+    let (rows, period) = (300, 0.01);
+    let mut inputs = vec![0.0; rows * ALONE.len()];
+    for (row, to) in inputs.chunks_exact_mut(ALONE.len()).enumerate() {
+        let t = period * row as f64;
+        to[Features::GOALS] = 0.9 * (2.0 * t).sin() + 0.5 * (7.0 * t + gain).sin();
+    }
+    let still = Trajectory {
+        name: format!("gain {gain}"),
+        inputs,
+        states: vec![0.0; 2 * rows],
+        voltage: None,
+        force: vec![None; rows],
+        is_healthy: None,
+        position_gain: Some(gain),
+        gap: vec![false; rows],
+    };
+    let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
+    let segment = Segment::recorded(&still, 0);
+    let states = servo.run(&arm, (&ALONE, period), &[segment], rows - 1).unwrap();
+    Trajectory { states, ..still }
+}
+
+#[test]
+fn a_servo_is_found_from_recordings_at_several_gains_and_followed_at_another() {
+    let motors = Motors { armature: Some(0.0024), torque_limit: Some(0.6), ..Motors::default() };
+    let truth = ServoModel {
+        stiffness: vec![0.8],
+        friction: vec![0.02],
+        damping: 0.04,
+        rms: 0.0,
+        holds: true,
+        motors,
+        position_gain: Some(250.0),
+    };
+    let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
+    let known = [100.0, 400.0].map(|gain| swung(&truth, gain));
+    let found = ServoModel::fit(&arm, (&ALONE, 0.01, &motors), &known, &|_, _| true).unwrap();
+    assert_eq!(found.position_gain, Some(250.0));
+    // The recordings are exact: what is left is the tolerance of the search, 1e-3 of the residuals.
+    for (found, truth) in [
+        (found.stiffness[0], truth.stiffness[0]),
+        (found.friction[0], truth.friction[0]),
+        (found.damping, truth.damping),
+    ] {
+        assert!((found / truth - 1.0).abs() < 0.01, "{found} {truth}");
+    }
+    let other = swung(&truth, 800.0);
+    let segment = Segment::recorded(&other, 0);
+    let states = found.run(&arm, (&ALONE, 0.01), &[segment], other.len() - 1).unwrap();
+    let worst = states.iter().zip(&other.states).step_by(2).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 2e-3, "{worst}");
+    // A recording without its gain among others that say theirs is no recording of the usual gain.
+    let mixed = [known[0].clone(), Trajectory { position_gain: None, ..known[1].clone() }];
+    let error = ServoModel::fit(&arm, (&ALONE, 0.01, &motors), &mixed, &|_, _| true).unwrap_err().to_string();
+    assert!(error.contains("all or none to say their position_gain, got 1 of 2 do"), "{error}");
+}
+
+#[test]
+fn motors_that_cannot_be_are_refused() {
+    for (motors, place) in [
+        (Motors { armature: Some(0.0), ..Motors::default() }, "armature"),
+        (Motors { damping: Some(-1.0), ..Motors::default() }, "damping"),
+        (Motors { torque_limit: Some(f64::NAN), ..Motors::default() }, "torque limit"),
+    ] {
+        let error = motors.check().unwrap_err().to_string();
+        assert!(error.starts_with(place), "{error}");
+    }
 }

@@ -34,14 +34,48 @@ pub struct SimulationOptions {
     pub payload: f64,
 }
 
+/// What the simulation takes the motors of the joints to be, where they are not of the size of the release's arm.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motors {
+    /// Rotor and gears, at the output [kg m²]; otherwise 0.1 as published, 0.02 with a servo in the loop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub armature: Option<f64>,
+    /// Damping without a servo in the loop, whose own is identified [N m s/rad]; otherwise 1 as published.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Largest torque [N m]; otherwise 5 as published.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_limit: Option<f64>,
+}
+
+impl Motors {
+    /// Whether all are as published.
+    pub(super) fn are_published(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// # Errors
+    /// `BadInput` where a number is not finite, not above zero, or damping below it.
+    pub fn check(&self) -> Result<(), BadInput> {
+        for (name, value) in [("armature", self.armature), ("torque limit", self.torque_limit)] {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(BadInput::new(name, "a finite number above zero", value.to_string()));
+            }
+        }
+        match self.damping.filter(|value| !(*value >= 0.0 && value.is_finite())) {
+            Some(value) => Err(BadInput::new("damping", "a finite number, zero or more", value.to_string())),
+            None => Ok(()),
+        }
+    }
+}
+
 fn is_nothing(mass: &f64) -> bool {
     *mass == 0.0
 }
 
 /// Second moments of a payload's mass: a cube with sides of 24 mm [m²].
 const PAYLOAD_SHAPE: f64 = 0.024 * 0.024 / 12.0;
-/// Rotor and gears of a motor of this size, at the output [kg m²].
-const SERVO_ARMATURE: f64 = 0.02;
 /// Parts of a step for which the servo's torque is held.
 const SERVO_PARTS: usize = 4;
 
@@ -57,15 +91,26 @@ impl SimulationOptions {
         payload: 0.0,
     };
 
-    /// With this servo in the loop, its damping, and rotors of its size.
-    pub fn with_servo(servo: &ServoModel, period: f64) -> Self {
+    /// With these motors and no servo in the loop.
+    pub fn without_servo(motors: &Motors, period: f64) -> Self {
+        let Self { armature, damping, torque_limits: [limit, gripper], .. } = Self::PUBLISHED;
         Self {
             period,
+            armature: motors.armature.unwrap_or(armature),
+            damping: motors.damping.unwrap_or(damping),
+            torque_limits: [motors.torque_limit.unwrap_or(limit), gripper],
+            ..Self::PUBLISHED
+        }
+    }
+
+    /// With this servo in the loop, and its damping and motors.
+    pub fn with_servo(servo: &ServoModel, period: f64) -> Self {
+        Self {
             substeps: SERVO_PARTS,
-            armature: SERVO_ARMATURE,
+            armature: servo.armature(),
             damping: servo.damping,
             servo: Some(servo.clone()),
-            ..Self::PUBLISHED
+            ..Self::without_servo(&servo.motors, period)
         }
     }
 
@@ -95,6 +140,17 @@ impl SimulationOptions {
         }
         servo.as_ref().map_or(Ok(()), |servo| servo.check(features))
     }
+}
+
+/// What the motors of arms side by side are asked for in a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// Where the servo in the loop goes (trajectories × m) [rad]; of no meaning without one.
+    pub goals: &'a [f64],
+    /// Gains of the servo's position loops over the gain that its stiffness holds for (trajectories) [-].
+    pub gains: &'a [f64],
+    /// The network's torques (trajectories × m) [N m].
+    pub torques: &'a [f64],
 }
 
 /// An arm in simulation; motors that are no joints move on their own.
@@ -191,24 +247,25 @@ impl Simulation {
             .collect()
     }
 
-    /// States after a step from `states` (trajectories × 2m) under `torques` (trajectories × m) [N m]; with a servo in the loop, under its
-    /// torque towards `goals` (trajectories × m) [rad] too.
-    pub fn step(&self, states: &[f64], [goals, torques]: [&[f64]; 2], next: &mut [f64]) {
-        let Some(servo) = &self.options.servo else { return self.hold(states, torques, next) };
+    /// States after a step from `states` (trajectories × 2m) under the torques asked for; with a servo in the loop, under its torque
+    /// towards the goals too.
+    pub fn step(&self, states: &[f64], asked: Asked<'_>, next: &mut [f64]) {
+        let Some(servo) = &self.options.servo else { return self.hold(states, asked.torques, next) };
         let mut now = states.to_vec();
         for _ in 0..self.options.substeps {
-            let driven = self.driven(servo, &now, [goals, torques]);
+            let driven = self.driven(servo, &now, asked);
             self.hold(&now, &driven, next);
             now.copy_from_slice(next);
         }
     }
 
     /// Gradients by states and torques of a step from those by the states after it, `weights`.
-    pub fn step_back(&self, states: &[f64], [goals, torques]: [&[f64]; 2], weights: &[f64]) -> [Vec<f64>; 2] {
+    pub fn step_back(&self, states: &[f64], asked: Asked<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
+        let Asked { goals, gains, torques } = asked;
         let Some(servo) = &self.options.servo else { return self.hold_back(states, torques, weights) };
         let mut path = vec![states.to_vec()];
         for part in 1..self.options.substeps {
-            let driven = self.driven(servo, &path[part - 1], [goals, torques]);
+            let driven = self.driven(servo, &path[part - 1], asked);
             let mut next = vec![0.0; states.len()];
             self.hold(&path[part - 1], &driven, &mut next);
             path.push(next);
@@ -216,12 +273,13 @@ impl Simulation {
         let m = self.features.motors();
         let (mut by_state, mut by_torque) = (weights.to_vec(), vec![0.0; torques.len()]);
         for states in path.iter().rev() {
-            let driven = self.driven(servo, states, [goals, torques]);
+            let driven = self.driven(servo, states, asked);
             let [mut by_before, by_driven] = self.hold_back(states, &driven, &by_state);
             for (at, (by_driven, torque)) in by_driven.iter().zip(torques).enumerate() {
                 let (row, k) = (at / m, at % m);
                 let state = &states[row * 2 * m..][..2 * m];
-                let (free, [by_angle, by_speed]) = servo.torque(k, goals[at], [state[k], state[m + k]]);
+                let (free, [by_angle, by_speed]) =
+                    servo.torque(k, (goals[at], gains[row]), [state[k], state[m + k]]);
                 if (free + torque).abs() < self.limit(k) {
                     by_torque[at] += by_driven;
                     by_before[row * 2 * m + k] += by_angle * by_driven;
@@ -234,12 +292,13 @@ impl Simulation {
     }
 
     /// Torques of the servo and the network's together, as far as the motors' limits (trajectories × m) [N m].
-    fn driven(&self, servo: &ServoModel, states: &[f64], [goals, torques]: [&[f64]; 2]) -> Vec<f64> {
+    fn driven(&self, servo: &ServoModel, states: &[f64], asked: Asked<'_>) -> Vec<f64> {
+        let Asked { goals, gains, torques } = asked;
         let m = self.features.motors();
         let one = |(at, torque): (usize, &f64)| {
             let (row, k) = (at / m, at % m);
             let state = &states[row * 2 * m..][..2 * m];
-            let (free, _) = servo.torque(k, goals[at], [state[k], state[m + k]]);
+            let (free, _) = servo.torque(k, (goals[at], gains[row]), [state[k], state[m + k]]);
             (free + torque).clamp(-self.limit(k), self.limit(k))
         };
         torques.iter().enumerate().map(one).collect()

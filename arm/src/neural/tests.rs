@@ -38,6 +38,8 @@ fn with_friction(holds: bool) -> Simulation {
         damping: 1.2,
         rms: 0.0,
         holds,
+        motors: Motors::default(),
+        position_gain: Some(40.0),
     };
     Simulation::new(&arm(), &features(), &SimulationOptions::with_servo(&servo, PERIOD)).unwrap()
 }
@@ -61,6 +63,8 @@ fn recording(seed: u64, rows: usize) -> Recording {
         damping: 1.0,
         rms: 0.0,
         holds: true,
+        motors: Motors::default(),
+        position_gain: None,
     };
     let mut inputs = vec![0.0; rows * features.len()];
     for (i, row) in inputs.chunks_exact_mut(features.len()).enumerate() {
@@ -74,6 +78,7 @@ fn recording(seed: u64, rows: usize) -> Recording {
         voltage: None,
         force: vec![None; rows],
         is_healthy: None,
+        position_gain: None,
         gap: vec![false; rows],
     };
     let segment = Segment::recorded(&known, 0);
@@ -154,7 +159,10 @@ fn there_are_thirty_six_inputs_and_a_state_changes_those_it_says() {
 
 #[test]
 fn the_gradient_of_the_closed_loop_is_that_of_differences() {
-    let data = trajectories(0..3, 60);
+    let mut data = trajectories(0..3, 60);
+    for (one, gain) in data.iter_mut().zip([20.0, 30.0, 45.0]) {
+        one.position_gain = Some(gain);
+    }
     let scale = scale(&data);
     let horizon = 20;
     let currents = CurrentModel::fit(&features(), &data).unwrap();
@@ -413,7 +421,8 @@ fn rivals_follow_what_they_are_made_for() {
     let lag = LagAndDroop::fit(model.model(), &features, &data).unwrap();
     let lagged: Vec<Positions> =
         data.iter().map(|one| lag.positions(model.model(), &features, one)).collect();
-    let servo = ServoModel::fit(&arm(), (&features, PERIOD), &data, &|_, _| true).unwrap();
+    let servo =
+        ServoModel::fit(&arm(), (&features, PERIOD, &Motors::default()), &data, &|_, _| true).unwrap();
     let rolled: Vec<Positions> = data
         .iter()
         .map(|trajectory| {
@@ -441,7 +450,7 @@ fn torques_by_inverse_dynamics_move_the_simulated_arm_as_recorded() {
         for k in 0..m {
             worst = worst.max((state[k] - data[0].state_at(row)[k]).abs());
         }
-        simulation.step(&state, [&[], torques], &mut next);
+        simulation.step(&state, Asked { goals: &[], gains: &[], torques }, &mut next);
         std::mem::swap(&mut state, &mut next);
     }
     // Open loop for 1.7 s: filtering at its beginning and a torque held for 17 ms leave a few degrees.

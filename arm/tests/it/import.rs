@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use hysteron_actuator::{CatalogueDrive, Winding};
 use hysteron_arm::*;
 use hysteron_base::{Filter, Metadata, Recording};
 use hysteron_fuzz::recorded;
@@ -346,6 +347,48 @@ fn a_log_of_bam_holds_its_servo_and_its_pendulum() {
         let error = read().unwrap_err().to_string();
         assert!(error.contains(part) && error.contains("log.json"), "{part:?} in {error}");
     }
+}
+
+#[test]
+fn currents_that_a_log_leaves_out_follow_from_the_voltage_on_the_motor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.json");
+    let drive = CatalogueDrive::named("xl330-m288").unwrap();
+    let read = |log: String| {
+        std::fs::write(&path, log).unwrap();
+        let options = ImportOptions { drive: Some(&drive), ..Default::default() };
+        import(&path, &options, Metadata::default())
+    };
+    let (k, ohm) = (drive.drive.motor.torque_constant(), drive.drive.motor.resistance());
+    let Winding { reference, resistance_slope, magnet_slope, .. } = drive.drive.winding;
+    let warm = [magnet_slope, resistance_slope].map(|slope| slope * (28.0 - reference));
+    // The log's motor turns at 1 rad/s, at 28 °C.
+    let current = |volts: f64| (volts - k * (1.0 - warm[0])) / (ohm * (1.0 + warm[1]));
+    let imported = read(bam_log("xl330", &bam_entries().join(","))).unwrap().recording;
+    let found = imported.channel("current_1_a").unwrap();
+    // At full duty more would flow than the drive allows; at -1/885 the turning motor brakes.
+    assert_eq!(found[0], drive.drive.motor.current_limit);
+    assert!((found[3] - current(-7.3 / 885.0)).abs() < 1e-9, "{} {}", found[3], current(-7.3 / 885.0));
+    assert_eq!(imported.meta().extra["currents_by"], drive.name);
+    // Without a recorded duty that of the position loop: 100/256 PWM units of 885 per tick.
+    let imported = read(bam_log("sts3250", &bam_entries().join(","))).unwrap().recording;
+    let per_radian = 100.0 / 256.0 / 885.0 * 4096.0 / std::f64::consts::TAU;
+    let [goal, q, pwm, found] = ["goal_1_rad", "q_1_rad", "pwm_1_ratio", "current_1_a"]
+        .map(|name| imported.channel(name).unwrap().to_vec());
+    let duty = per_radian * (goal[10] - q[10]);
+    assert!((pwm[10] - duty).abs() < 1e-12 && duty > 0.1, "{} {duty}", pwm[10]);
+    assert!((found[10] - current(7.3 * duty)).abs() < 1e-9, "{} {}", found[10], current(7.3 * duty));
+    // With the torque off no current flows.
+    let off = bam_entries().join(",").replace("true", "false");
+    let imported = read(bam_log("xl330", &off)).unwrap().recording;
+    assert!(imported.channel("current_1_a").unwrap().iter().all(|current| *current == 0.0));
+    let error = read(bam_log("sts3250", &bam_entries().join(",")).replace("\"kp\"", "\"gain\"")).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.contains("log.json: pwm_1_ratio: expected this channel, got none")
+            && text.contains("position gain"),
+        "{text}"
+    );
 }
 
 #[test]

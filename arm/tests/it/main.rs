@@ -16,6 +16,7 @@ mod identify;
 mod import;
 mod learned;
 mod learned_body;
+mod measured_servo;
 mod models;
 mod motion;
 mod numbers;

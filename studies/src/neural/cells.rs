@@ -4,7 +4,7 @@ use hysteron_learn::{Block, Form};
 use serde::{Deserialize, Serialize};
 
 use super::{Sample, Split};
-use hysteron_arm::neural::{ActuatorOptions, LossWeights, NeuralOptions, Prior, SensingOptions};
+use hysteron_arm::neural::{ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions};
 
 /// How much is trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -152,6 +152,7 @@ impl NeuralSize {
             training,
             sensing: has_servo.then(|| SensingOptions::small(sensing, CONTACT, seed)),
             period,
+            motors: Motors::default(),
         }
     }
 }

@@ -117,7 +117,7 @@ pub(super) fn study_with(
         if !plan.has_sensing {
             options.sensing = None;
         }
-        let identity = json!({ "study": "neural", "version": 3, "data": identity, "options": options });
+        let identity = json!({ "study": "neural", "version": 4, "data": identity, "options": options });
         let row = cell(folder, &plan.name, &identity, || {
             let mut listener = |p: &Progress| listener(&progress(Some(*p)));
             if let Protocol::Faults(_) = plan.protocol {

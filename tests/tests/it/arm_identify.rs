@@ -233,8 +233,8 @@ fn bodies_are_identified_and_recordings_that_say_nothing_are_refused() {
     assert!((a - b).abs() < 0.1, "{a} {b}");
 }
 
-/// A log of bam: what the XL330 of the catalogue does with a weight on a rod when its goal swings, or stands.
-fn log(path: &Path, swings: bool) {
+/// A log of bam: what the XL330 of the catalogue does at this gain with a weight on a rod when its goal swings, or stands.
+fn log(path: &Path, swings: bool, gain: f64) {
     let entry = CatalogueDrive::named("xl330-m288").unwrap();
     let drive = Drive { supply: Supply { voltage: 7.3, ..entry.drive.supply }, ..entry.drive };
     let time: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
@@ -244,18 +244,19 @@ fn log(path: &Path, swings: bool) {
         position: vec![0.0; time.len()],
         torque_on: vec![true; time.len()],
         temperature: 28.0,
-        gain: 400.0,
+        gain,
         pendulum: Pendulum { mass: 0.49, length: 0.1, offset: 0.0 },
         time,
         goal,
     };
     let position = rollout(&drive, 0.0, &run, 1e-3).position;
     let entry = |k: usize| {
-        serde_json::json!({"position": position[k], "speed": 0.0, "load": 0, "input_volts": 7.3, "temp": 28,
+        let speed = (position[k] - position[k.saturating_sub(1)]) / 0.01;
+        serde_json::json!({"position": position[k], "speed": speed, "load": 0, "input_volts": 7.3, "temp": 28,
             "timestamp": run.time[k], "goal_position": run.goal[k], "torque_enable": true})
     };
     let entries: Vec<Value> = (0..run.time.len()).map(entry).collect();
-    let log = serde_json::json!({"mass": 0.49, "length": 0.1, "kp": 400, "vin": 7.4, "motor": "xl330", "entries": entries});
+    let log = serde_json::json!({"mass": 0.49, "length": 0.1, "kp": gain, "vin": 7.4, "motor": "xl330", "entries": entries});
     std::fs::write(path, log.to_string()).unwrap();
 }
 
@@ -263,8 +264,8 @@ fn log(path: &Path, swings: bool) {
 fn a_servo_is_identified_and_wrong_drives_are_refused() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
-    log(&at("swing.json"), true);
-    log(&at("still.json"), false);
+    log(&at("swing.json"), true, 400.0);
+    log(&at("still.json"), false, 400.0);
     let servo = |words: &[&str]| {
         let words = [&["arm", "identify", "servo"], words, &["--out", "servo.json"]].concat();
         measured(place.path(), &words).0
@@ -291,4 +292,46 @@ fn a_servo_is_identified_and_wrong_drives_are_refused() {
     {
         assert!(at("report").join(file).is_file(), "no {file}");
     }
+}
+
+const PENDULUM: &str = include_str!("../../../arm/tests/data/pendulum.urdf");
+
+#[test]
+fn logs_without_currents_at_two_gains_become_a_neural_actuator() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    std::fs::write(at("pendulum.urdf"), PENDULUM).unwrap();
+    let import = |name: &str, more: &[&str]| {
+        let (log, out) = (format!("{name}.json"), format!("{name}.csv"));
+        run(
+            place.path(),
+            &[&["arm", "import", &log, "--out", &out, "--columns", "bam-feetech"], more].concat(),
+        )
+    };
+    for (name, gain) in [("a", 200.0), ("b", 400.0), ("c", 300.0)] {
+        log(&at(&format!("{name}.json")), true, gain);
+    }
+    let fit = |more: &[&str]| {
+        let words = "arm fit neural a.csv b.csv --model pendulum.urdf --period-s 0.01 --prior servo --width 8 --layers 1 --warm-start 0 \
+                     --updates 2 --horizons 16 --rollouts 2 --torque-limit-n-m 0.63 --out servo.safetensors";
+        let words: Vec<&str> = words.split_whitespace().collect();
+        run(place.path(), &[&words[..], more].concat())
+    };
+    import("a", &[]).succeeded();
+    import("b", &[]).succeeded();
+    refused(&fit(&[]), &["a.csv", "current_1_a"]);
+    refused(&import("c", &["--drive", "xl999"]), &["--drive", "xl330-m288"]);
+    for name in ["a", "b", "c"] {
+        import(name, &["--drive", "xl330-m288", "--overwrite"]).succeeded();
+    }
+    refused(&fit(&["--armature-kg-m2", "0"]), &["armature", "above zero"]);
+    fit(&["--armature-kg-m2", "0.0024"]).succeeded();
+    let asked =
+        ["arm", "evaluate", "servo.safetensors", "c.csv", "--robot", "pendulum.urdf", "--out", "found.json"];
+    run(place.path(), &asked).succeeded();
+    let found = &json(&at("found.json"))["mean_deg"];
+    let error = |method: &str| found[method]["300"].as_f64().unwrap();
+    // A gain between those of the training: the servo knows what a third more of it does, the goal knows nothing.
+    let [servo, goal] = ["servo identified by rollout", "copy the goal"].map(error);
+    assert!(servo < 0.5 * goal, "{servo} {goal}");
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::{BadRows, Columns, ImportOptions, Quantity, Recorded, UnitCheck, import};
+use hysteron_arm::{BadRows, CURRENTS_BY, Columns, ImportOptions, Quantity, Recorded, UnitCheck, import};
 use hysteron_base::{BadInput, Filter};
 use serde_json::{Value, json};
 
@@ -36,6 +36,9 @@ pub struct Options {
     /// Take numbers that look as if they had another unit
     #[cfg_attr(feature = "clap", arg(long))]
     pub accept_units: bool,
+    /// Compute currents that the file leaves out by the voltage equation of this drive, a name or a file of TOML, which every joint has
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
+    pub drive: Option<String>,
 }
 
 /// Carries out the verb.
@@ -44,9 +47,12 @@ pub struct Options {
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let model = options.model.as_deref().map(super::model).transpose()?;
-    let outputs =
-        Outputs::reading([&options.source]).and(options.columns.as_deref().filter(|c| c.contains('.')));
+    let is_file = |text: &&str| text.contains('.');
+    let outputs = Outputs::reading([&options.source])
+        .and(options.columns.as_deref().filter(is_file))
+        .and(options.drive.as_deref().filter(is_file));
     let _claim = outputs.file("--out", &options.out).check(caller)?;
+    let drive = options.drive.as_deref().map(super::drive).transpose()?;
     let wanted = ImportOptions {
         columns: options.columns.as_deref().map(Columns::named).transpose()?,
         model: model.as_ref(),
@@ -54,12 +60,16 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         filter: options.filter.as_deref().map(filter).transpose()?,
         bad_rows: if options.leave_out_bad_rows { BadRows::LeaveOut } else { BadRows::Refuse },
         unit_check: if options.accept_units { UnitCheck::Accept } else { UnitCheck::Refuse },
+        drive: drive.as_ref(),
     };
     let imported = import(&options.source, &wanted, super::meta(caller, "imported recording of an arm"))?;
     let recording = &imported.recording;
     recording.write(&options.out)?;
     if let Some(first) = &imported.first_left_out {
         caller.say(format_args!("{} rows left out, the first: {first}", imported.n_left_out));
+    }
+    if drive.is_some() && !recording.meta().extra.contains_key(CURRENTS_BY) {
+        caller.say("the file has currents: they stay as they are, --drive changes nothing");
     }
     let recorded = Recorded::of(recording)?;
     let has = |quantity: &&Quantity| recorded.joints[0].of(**quantity).is_some();

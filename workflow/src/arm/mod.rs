@@ -13,8 +13,9 @@ pub mod simulate;
 
 use std::path::Path;
 
+use hysteron_actuator::CatalogueDrive;
 use hysteron_arm::Model;
-use hysteron_base::Metadata;
+use hysteron_base::{BadInput, Metadata, file};
 
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller};
@@ -28,6 +29,16 @@ pub fn model(text: &str) -> anyhow::Result<Model> {
         return Ok(Model::builtin(text)?);
     }
     Ok(Model::read(Path::new(text))?)
+}
+
+/// The drive of that name, else the one in that file.
+pub fn drive(text: &str) -> anyhow::Result<CatalogueDrive> {
+    let is_file = text.contains(['.', '/']);
+    if !is_file || CatalogueDrive::names().any(|name| name == text) {
+        return Ok(CatalogueDrive::named(text).map_err(|bad| BadInput { place: "--drive".into(), ..bad })?);
+    }
+    let read = file::read_text(Path::new(text))?;
+    Ok(CatalogueDrive::parse(&read).map_err(|bad| bad.within(text))?)
 }
 
 /// What a verb reads of a robot: its file, if it is not built in.

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hysteron_arm::Recorded;
 use hysteron_arm::neural::{
-    ActuatorOptions, ActuatorSession, Features, LossWeights, NeuralActuator, NeuralOptions, Prior,
+    ActuatorOptions, ActuatorSession, Features, LossWeights, Motors, NeuralActuator, NeuralOptions, Prior,
     SensingOptions, Stage, Trajectory, Unlabelled, fit_actuator, gripper_of, trajectory_of,
 };
 use hysteron_base::{BadInput, Recording};
@@ -89,6 +89,15 @@ pub struct Options {
     /// Step of the simulation [s]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = 0.017))]
     pub period_s: f64,
+    /// Rotor and gears of every joint's motor, at the output [default: 0.1 as published; 0.02 with --prior servo]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KG_M2", allow_negative_numbers = true))]
+    pub armature_kg_m2: Option<f64>,
+    /// Damping of every joint's motor [default: 1 as published; with --prior servo it is identified]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "D", allow_negative_numbers = true))]
+    pub damping_n_m_s_per_rad: Option<f64>,
+    /// Largest torque of a joint's motor [default: 5 as published]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N_M", allow_negative_numbers = true))]
+    pub torque_limit_n_m: Option<f64>,
     /// Of initial weights, batches and noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
@@ -180,6 +189,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         sensing: (options.sensing == SensingForm::Observer)
             .then(|| SensingOptions::small(options.sensing_updates as u64, options.contact_n, options.seed)),
         period: options.period_s,
+        motors: Motors {
+            armature: options.armature_kg_m2,
+            damping: options.damping_n_m_s_per_rad,
+            torque_limit: options.torque_limit_n_m,
+        },
     };
     let n_parameters = asked.shape(&features).n_parameters();
     say_data(&training, &validation, n_parameters, caller);

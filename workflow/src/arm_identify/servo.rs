@@ -2,19 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_actuator::Drive;
 use hysteron_actuator::identify::{
     DriveFitOptions, Pendulum, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
 };
 use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law};
-use hysteron_actuator::{CatalogueDrive, Drive};
 use hysteron_arm::{Quantity, Recorded};
-use hysteron_base::{BadInput, Recording, file};
+use hysteron_base::{BadInput, Recording};
 use serde_json::{Value, json};
 
 use super::{Results, Row, positive, read, rows_json, say_rows};
-use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
+use crate::{Caller, arm};
 
 /// Motor, supply, heat and friction of a servo that swings a weight
 #[derive(Debug, Clone)]
@@ -68,7 +68,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if !(1e-5..=0.02).contains(&options.step) {
         return Err(BadInput::new("--step", "0.00001 to 0.02 s", options.step.to_string()).into());
     }
-    let mut entry = catalogue(&options.drive)?;
+    let mut entry = arm::drive(&options.drive)?;
     if let Some(name) = &options.law {
         let law = Law::named(name).map_err(|bad| BadInput { place: "--law".into(), ..bad })?;
         let friction = vec![0.0; law.parameters().len()];
@@ -146,16 +146,6 @@ fn law_name(drive: &Drive) -> &'static str {
         Law::Capstan(_) => "capstan",
         Law::LearnedMap(_) => LEARNED_MAP,
     }
-}
-
-/// The drive of a name, or of a file.
-fn catalogue(text: &str) -> anyhow::Result<CatalogueDrive> {
-    let is_file = text.contains(['.', '/']);
-    if !is_file || CatalogueDrive::names().any(|name| name == text) {
-        return Ok(CatalogueDrive::named(text).map_err(|bad| BadInput { place: "--drive".into(), ..bad })?);
-    }
-    let read = file::read_text(Path::new(text))?;
-    Ok(CatalogueDrive::parse(&read).map_err(|bad| bad.within(text))?)
 }
 
 /// A recorded motion, and the supply's voltage at its start.

@@ -89,7 +89,7 @@ fn values<'a>(torque: &'a [f64], now: &SensedNow) -> impl Iterator<Item = f64> +
 fn along(
     (options, path): (&Options, &PathBuf),
     actuator: &NeuralActuator,
-    mut estimator: Estimator<'_>,
+    estimator: Estimator<'_>,
     caller: &Caller,
 ) -> anyhow::Result<Value> {
     let (features, period) = (&actuator.features, actuator.simulation.period);
@@ -97,6 +97,7 @@ fn along(
     let recording = Recording::read(path)?;
     let trajectory = trajectory_of(&recording, features, period, Unlabelled::Unknown).map_err(within)?;
     let voltage = trajectory.motor_voltage().map_err(within)?;
+    let mut estimator = estimator.with_position_gain(trajectory.position_gain);
     let (n, names) = (features.joints, names(features.motors()));
     let mut columns = vec![Vec::with_capacity(trajectory.len()); names.len()];
     let (mut contacts, mut healthy) = (0, f64::NAN);
