@@ -155,18 +155,6 @@ impl ServoModel {
         let horizon = segments.iter().map(|one| one.trajectory.len() - 1).min().unwrap_or(0).min(FITTED.1);
         let m = features.motors();
         let position_gain = usual_gain(trajectories)?;
-        let size = motors.armature.unwrap_or(USUAL_ARMATURE) / USUAL_ARMATURE;
-        let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
-            name,
-            start: size * start,
-            bounds: Bounds { min: size * min, max: size * max },
-            scale: Scale::Logarithmic,
-            prior: None,
-        };
-        let mut parameters: Vec<Parameter> = Vec::new();
-        parameters.extend((0..m).map(|k| parameter(format!("stiffness {}", k + 1), 15.0, 1.0, 100.0)));
-        parameters.extend((0..m).map(|k| parameter(format!("friction {}", k + 1), 0.1, 1e-3, 2.0)));
-        parameters.push(parameter("damping".to_owned(), 1.0, 0.05, 10.0));
         let of = |values: &[f64]| Self {
             stiffness: values[..m].to_vec(),
             friction: values[m..2 * m].to_vec(),
@@ -187,7 +175,7 @@ impl ServoModel {
         };
         let search =
             Options { huber: Some(0.05), smallest_effect: 1e-6, n_nuisance: 0, tolerance: 1e-3, watch };
-        let values = least_squares(&parameters, &search, residuals)?.values();
+        let values = least_squares(&parameters(m, motors), &search, residuals)?.values();
         let all = residuals(&values)?;
         let n = all[0].len().max(1) as f64;
         let rms = (all[0].iter().map(|r| r * r).sum::<f64>() / n).sqrt();
@@ -222,4 +210,20 @@ impl ServoModel {
         }
         Ok(states)
     }
+}
+
+/// Stiffness and friction of `m` motors, and their damping, with bounds in proportion to the armature.
+fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
+    let size = motors.armature.unwrap_or(USUAL_ARMATURE) / USUAL_ARMATURE;
+    let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
+        name,
+        start: size * start,
+        bounds: Bounds { min: size * min, max: size * max },
+        scale: Scale::Logarithmic,
+        prior: None,
+    };
+    let stiffness = (0..m).map(|k| parameter(format!("stiffness {}", k + 1), 15.0, 1.0, 100.0));
+    let friction = (0..m).map(|k| parameter(format!("friction {}", k + 1), 0.1, 1e-3, 2.0));
+    let damping = std::iter::once(parameter("damping".to_owned(), 1.0, 0.05, 10.0));
+    stiffness.chain(friction).chain(damping).collect()
 }

@@ -125,6 +125,7 @@ fn a_servo_is_found_from_recordings_at_several_gains_and_followed_at_another() {
 fn motors_that_cannot_be_are_refused() {
     for (motors, place) in [
         (Motors { armature: Some(0.0), ..Motors::default() }, "armature"),
+        (Motors { armature: Some(1e300), ..Motors::default() }, "armature"),
         (Motors { damping: Some(-1.0), ..Motors::default() }, "damping"),
         (Motors { torque_limit: Some(f64::NAN), ..Motors::default() }, "torque limit"),
     ] {

@@ -56,17 +56,19 @@ impl Motors {
     }
 
     /// # Errors
-    /// `BadInput` where a number is not finite, not above zero, or damping below it.
+    /// `BadInput` naming what no motor of an arm has.
     pub fn check(&self) -> Result<(), BadInput> {
-        for (name, value) in [("armature", self.armature), ("torque limit", self.torque_limit)] {
-            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-                return Err(BadInput::new(name, "a finite number above zero", value.to_string()));
+        let all = [
+            ("armature", self.armature, 1e-8..=100.0, "0.00000001 to 100 kg m²"),
+            ("damping", self.damping, 0.0..=1000.0, "0 to 1000 N m s/rad"),
+            ("torque limit", self.torque_limit, 1e-6..=10_000.0, "0.000001 to 10 000 N m"),
+        ];
+        for (name, value, range, expected) in all {
+            if let Some(value) = value.filter(|value| !range.contains(value)) {
+                return Err(BadInput::new(name, expected, value.to_string()));
             }
         }
-        match self.damping.filter(|value| !(*value >= 0.0 && value.is_finite())) {
-            Some(value) => Err(BadInput::new("damping", "a finite number, zero or more", value.to_string())),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 

@@ -324,7 +324,7 @@ fn logs_without_currents_at_two_gains_become_a_neural_actuator() {
     for name in ["a", "b", "c"] {
         import(name, &["--drive", "xl330-m288", "--overwrite"]).succeeded();
     }
-    refused(&fit(&["--armature-kg-m2", "0"]), &["armature", "above zero"]);
+    refused(&fit(&["--armature-kg-m2", "0"]), &["armature", "kg m²"]);
     fit(&["--armature-kg-m2", "0.0024"]).succeeded();
     let asked =
         ["arm", "evaluate", "servo.safetensors", "c.csv", "--robot", "pendulum.urdf", "--out", "found.json"];
