@@ -9,9 +9,10 @@ use super::current::PENALTY;
 use super::data::{Trajectory, usual_gain};
 use super::features::Features;
 use super::loss::wrap;
+use super::motors::Motors;
 use super::segment::Segment;
-use super::servo::{ServoModel, USUAL_ARMATURE};
-use super::simulation::{Asked, Motors, Simulation, SimulationOptions};
+use super::servo::ServoModel;
+use super::simulation::{Asked, Simulation, SimulationOptions};
 use crate::{Data, Model, gravity_torque};
 
 /// A guess of all motors' positions at every row (rows × m) [rad].
@@ -214,7 +215,7 @@ impl ServoModel {
 
 /// Stiffness and friction of `m` motors, and their damping, with bounds in proportion to the armature.
 fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
-    let size = motors.armature.unwrap_or(USUAL_ARMATURE) / USUAL_ARMATURE;
+    let size = motors.size();
     let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
         name,
         start: size * start,

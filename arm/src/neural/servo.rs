@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::features::Features;
-use super::simulation::Motors;
+use super::motors::Motors;
 
 /// A servo of which stiffness, friction and damping are found by rollout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,18 +29,10 @@ pub struct ServoModel {
     pub position_gain: Option<f64>,
 }
 
-/// Rotor and gears of a motor of the OpenManipulator-X, at the output [kg m²].
-pub(super) const USUAL_ARMATURE: f64 = 0.02;
-
 /// Speed w over which friction turns its sign where it does not hold [rad/s].
 const FRICTION_WIDTH: f64 = 0.05;
 
 impl ServoModel {
-    /// Rotor and gears of its motors, at the output [kg m²].
-    pub(super) fn armature(&self) -> f64 {
-        self.motors.armature.unwrap_or(USUAL_ARMATURE)
-    }
-
     /// # Errors
     /// `BadInput` where it is for other motors, or a number is negative or not finite.
     pub(super) fn check(&self, features: &Features) -> Result<(), BadInput> {

@@ -5,6 +5,7 @@ use hysteron_base::lanes::Isa;
 use serde::{Deserialize, Serialize};
 
 use super::features::Features;
+use super::motors::Motors;
 use super::servo::ServoModel;
 use crate::servo_force::TIP;
 use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts, Stops};
@@ -32,44 +33,6 @@ pub struct SimulationOptions {
     /// What the tip carries at all times [kg].
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub payload: f64,
-}
-
-/// What the simulation takes the motors of the joints to be, where they are not of the size of the release's arm.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Motors {
-    /// Rotor and gears, at the output [kg m²]; otherwise 0.1 as published, 0.02 with a servo in the loop.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub armature: Option<f64>,
-    /// Damping without a servo in the loop, whose own is identified [N m s/rad]; otherwise 1 as published.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub damping: Option<f64>,
-    /// Largest torque [N m]; otherwise 5 as published.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub torque_limit: Option<f64>,
-}
-
-impl Motors {
-    /// Whether all are as published.
-    pub(super) fn are_published(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// # Errors
-    /// `BadInput` naming what no motor of an arm has.
-    pub fn check(&self) -> Result<(), BadInput> {
-        let all = [
-            ("armature", self.armature, 1e-8..=100.0, "0.00000001 to 100 kg m²"),
-            ("damping", self.damping, 0.0..=1000.0, "0 to 1000 N m s/rad"),
-            ("torque limit", self.torque_limit, 1e-6..=10_000.0, "0.000001 to 10 000 N m"),
-        ];
-        for (name, value, range, expected) in all {
-            if let Some(value) = value.filter(|value| !range.contains(value)) {
-                return Err(BadInput::new(name, expected, value.to_string()));
-            }
-        }
-        Ok(())
-    }
 }
 
 fn is_nothing(mass: &f64) -> bool {
@@ -109,7 +72,7 @@ impl SimulationOptions {
     pub fn with_servo(servo: &ServoModel, period: f64) -> Self {
         Self {
             substeps: SERVO_PARTS,
-            armature: servo.armature(),
+            armature: servo.motors.servo_armature(),
             damping: servo.damping,
             servo: Some(servo.clone()),
             ..Self::without_servo(&servo.motors, period)
