@@ -1,14 +1,14 @@
 //! Duties and currents that a log leaves out, by what is known of its drives.
 
 use hysteron_actuator::{Bridge, CatalogueDrive};
-use hysteron_base::{BadInput, Channel, Recording};
+use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
 use crate::{JointKind, Quantity, Recorded};
 
 type Check<T> = Result<T, BadInput>;
 
-/// Names in the metadata of logs: the gain of the position loop as its register has it.
-pub(crate) const POSITION_GAIN: &str = "position_gain";
+/// Name in the metadata: the gain of the position loop as its register has it.
+pub(super) const POSITION_GAIN: &str = "position_gain";
 
 /// Name in the metadata: the drive that computed currents come from.
 pub const CURRENTS_BY: &str = "currents_by";
@@ -58,6 +58,18 @@ pub(super) fn with_currents(recording: Recording, drive: &CatalogueDrive) -> Che
     Recording::new(recording.time().to_vec(), channels, recording.gap().to_vec(), meta)
 }
 
+/// Gain of the position loops, where the recording says it.
+///
+/// # Errors
+/// `BadInput` for what is no gain.
+pub(crate) fn position_gain(meta: &Metadata) -> Check<Option<f64>> {
+    let Some(text) = meta.extra.get(POSITION_GAIN) else { return Ok(None) };
+    match text.parse::<f64>() {
+        Ok(gain) if gain > 0.0 && gain.is_finite() => Ok(Some(gain)),
+        _ => Err(BadInput::new(POSITION_GAIN, "a finite number above zero", format!("{text:?}"))),
+    }
+}
+
 /// Duties of a position loop that has the recorded gain alone, joint by joint.
 fn duties(
     recording: &Recording,
@@ -65,9 +77,8 @@ fn duties(
     drive: &CatalogueDrive,
     missing: BadInput,
 ) -> Check<Vec<Vec<f64>>> {
-    let gain = recording.meta().extra.get(POSITION_GAIN).and_then(|text| text.parse::<f64>().ok());
-    let goal = recorded.require(Quantity::Goal);
-    let (Some(gain), Ok(goal)) = (gain.filter(|gain| gain.is_finite() && *gain >= 0.0), goal) else {
+    let (gain, goal) = (position_gain(recording.meta())?, recorded.require(Quantity::Goal));
+    let (Some(gain), Ok(goal)) = (gain, goal) else {
         return Err(missing.hint("currents come from duties, or from goal_1_rad and the log's position gain"));
     };
     let position = recorded.require(Quantity::Position)?;

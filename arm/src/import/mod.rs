@@ -20,7 +20,7 @@ use crate::Model;
 pub(crate) use assemble::MOST_LEFT_OUT;
 pub use columns::Columns;
 pub use drive::CURRENTS_BY;
-pub(crate) use drive::POSITION_GAIN;
+pub(crate) use drive::position_gain;
 
 /// What becomes of rows that cannot be read: with a cell that is no number, with another number of cells, or with a time that is
 /// not later than the one before.

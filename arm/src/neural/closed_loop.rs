@@ -13,6 +13,8 @@ struct Arms<'a> {
     simulation: &'a Simulation,
     scale: &'a InputScale,
     segments: Vec<Segment<'a>>,
+    /// Gains of the rows over that which the servo's stiffness holds for.
+    gains: Vec<f64>,
     /// Outputs of the network for each arm, of which the first m are torques before their limit.
     n_outputs: usize,
     /// Of every step that was pulled back, length of the gradient by its torques, last step first.
@@ -57,12 +59,6 @@ impl Arms<'_> {
         self.segments.iter().flat_map(|one| one.goals(step, m)).copied().collect()
     }
 
-    /// Gains of the rows over that which the servo's stiffness holds for.
-    fn gains(&self) -> Vec<f64> {
-        let known = self.simulation.options().servo.as_ref().and_then(|servo| servo.position_gain);
-        self.segments.iter().map(|one| one.trajectory.gain_over(known)).collect()
-    }
-
     /// The network's torques from its outputs y: limit · tanh(y/limit).
     fn torques<T: Real>(&self, outputs: &[T]) -> Vec<f64> {
         let m = self.simulation.features().motors();
@@ -104,8 +100,8 @@ impl<T: Real> Plant<T> for Arms<'_> {
     }
 
     fn step(&mut self, step: usize, states: &[f64], outputs: &[T], next: &mut [f64]) {
-        let (goals, gains, torques) = (self.goals(step), self.gains(), self.torques(outputs));
-        self.simulation.step(states, Asked { goals: &goals, gains: &gains, torques: &torques }, next);
+        let (goals, torques) = (self.goals(step), self.torques(outputs));
+        self.simulation.step(states, Asked { goals: &goals, gains: &self.gains, torques: &torques }, next);
     }
 
     fn step_back(
@@ -117,8 +113,8 @@ impl<T: Real> Plant<T> for Arms<'_> {
         by_outputs: &mut [f64],
     ) {
         let m = self.simulation.features().motors();
-        let (goals, gains, torques) = (self.goals(step), self.gains(), self.torques(outputs));
-        let asked = Asked { goals: &goals, gains: &gains, torques: &torques };
+        let (goals, torques) = (self.goals(step), self.torques(outputs));
+        let asked = Asked { goals: &goals, gains: &self.gains, torques: &torques };
         let [by_before, by_torque] = self.simulation.step_back(states, asked, by_next);
         by_states.iter_mut().zip(&by_before).for_each(|(sum, part)| *sum += part);
         self.torque_gradients.push(by_torque.iter().map(|d| d * d).sum::<f64>().sqrt());
@@ -149,7 +145,9 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
             assert!(start + horizon < trajectory.len(), "{} ends before", trajectory.name);
         }
         let n_outputs = network.shape().outputs();
-        let arms = Arms { simulation, scale, segments, n_outputs, torque_gradients: Vec::new() };
+        let known = simulation.options().servo.as_ref().and_then(|servo| servo.position_gain);
+        let gains = segments.iter().map(|one| one.trajectory.gain_over(known)).collect();
+        let arms = Arms { simulation, scale, segments, gains, n_outputs, torque_gradients: Vec::new() };
         Self { rollouts: hysteron_learn::ClosedLoop::new(arms, (network, tapes), horizon) }
     }
 

@@ -1,12 +1,11 @@
 //! Trajectories as the network learns from them.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use hysteron_base::{BadInput, Recording};
 
 use super::features::{Features, GripperAxis};
-use crate::import::{MOST_LEFT_OUT, POSITION_GAIN};
+use crate::import::{MOST_LEFT_OUT, position_gain};
 use crate::sampling::{STEP_SCATTER, Steps};
 use crate::{Quantity, Recorded};
 
@@ -234,17 +233,9 @@ pub fn trajectory_of(
         voltage,
         force: forces(&recorded, n, unlabelled),
         is_healthy: extra.get("condition").map(|text| text == "healthy"),
-        position_gain: position_gain(extra)?,
+        position_gain: position_gain(recording.meta())?,
         gap: recording.gap().to_vec(),
     })
-}
-
-fn position_gain(extra: &BTreeMap<String, String>) -> Result<Option<f64>, BadInput> {
-    let Some(text) = extra.get(POSITION_GAIN) else { return Ok(None) };
-    match text.parse::<f64>() {
-        Ok(gain) if gain > 0.0 && gain.is_finite() => Ok(Some(gain)),
-        _ => Err(BadInput::new(POSITION_GAIN, "a finite number above zero", format!("{text:?}"))),
-    }
 }
 
 fn check_torque_on(recording: &Recording, motors: usize) -> Result<(), BadInput> {

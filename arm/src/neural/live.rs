@@ -41,7 +41,8 @@ pub struct Estimator<'m> {
     features: Features,
     scale: InputScale,
     simulation: SimulationOptions,
-    position_gain: Option<f64>,
+    /// Gain of the servos' position loops over that which the stiffness holds for.
+    gain: f64,
     network: TransformerRunner,
     sensing: SensingRunner<'m>,
     inputs: Vec<f64>,
@@ -69,7 +70,7 @@ impl<'m> Estimator<'m> {
             sensing: SensingRunner::new(sensing, model, (&features, actuator.simulation.period))?,
             scale: actuator.scale.clone(),
             simulation: actuator.simulation.clone(),
-            position_gain: None,
+            gain: 1.0,
             inputs: zeros(features.len()),
             state: zeros(features.state()),
             voltage: zeros(features.joints),
@@ -82,7 +83,8 @@ impl<'m> Estimator<'m> {
     /// Of servos whose position loops have this gain, as the register has it; that of the training where it is none.
     #[must_use]
     pub fn with_position_gain(self, position_gain: Option<f64>) -> Self {
-        Self { position_gain, ..self }
+        let known = self.simulation.servo.as_ref().and_then(|servo| servo.position_gain);
+        Self { gain: gain_ratio(position_gain, known), ..self }
     }
 
     /// Takes a sample as servos report it.
@@ -116,8 +118,7 @@ impl<'m> Estimator<'m> {
             let limit = self.simulation.torque_limits[usize::from(k >= self.features.joints)];
             *torque = limit * (f64::from(*y) / limit).tanh();
             if let Some(servo) = &self.simulation.servo {
-                let gain = gain_ratio(self.position_gain, servo.position_gain);
-                let (own, _) = servo.torque(k, (inputs[k], gain), [state[k], state[m + k]]);
+                let (own, _) = servo.torque(k, (inputs[k], self.gain), [state[k], state[m + k]]);
                 *torque = (*torque + own).clamp(-limit, limit);
                 if servo.holds {
                     *torque += servo.rubs(k, state[m + k]).0;

@@ -47,10 +47,8 @@ pub struct Options {
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let model = options.model.as_deref().map(super::model).transpose()?;
-    let is_file = |text: &&str| text.contains('.');
-    let outputs = Outputs::reading([&options.source])
-        .and(options.columns.as_deref().filter(is_file))
-        .and(options.drive.as_deref().filter(is_file));
+    let named = [&options.columns, &options.drive].into_iter().flatten();
+    let outputs = Outputs::reading([&options.source]).and(named.filter_map(|text| super::file_of(text)));
     let _claim = outputs.file("--out", &options.out).check(caller)?;
     let drive = options.drive.as_deref().map(super::drive).transpose()?;
     let wanted = ImportOptions {

@@ -41,9 +41,14 @@ pub fn drive(text: &str) -> anyhow::Result<CatalogueDrive> {
     Ok(CatalogueDrive::parse(&read).map_err(|bad| bad.within(text))?)
 }
 
+/// The file that `text` is, if it is no name of something built in.
+pub fn file_of(text: &str) -> Option<&str> {
+    Some(text).filter(|text| Path::new(text).exists())
+}
+
 /// What a verb reads of a robot: its file, if it is not built in.
 pub fn reads(text: &str) -> Outputs {
-    Outputs::reading(Some(text).filter(|text| Path::new(text).exists()))
+    Outputs::reading(file_of(text))
 }
 
 /// Who makes a recording, and what it is.

@@ -62,8 +62,7 @@ const STARTS: [f64; 3] = [0.05, 0.15, 0.3];
 /// # Errors
 /// `BadInput` for whatever is wrong with options or recordings; where it was interrupted.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let files = Some(&options.drive).filter(|drive| Path::new(drive).exists());
-    let inputs = Outputs::reading(&options.recordings).and(&options.test).and(files.map(PathBuf::from));
+    let inputs = Outputs::reading(&options.recordings).and(&options.test).and(arm::file_of(&options.drive));
     let _claim = options.results.claim(inputs, caller)?;
     if !(1e-5..=0.02).contains(&options.step) {
         return Err(BadInput::new("--step", "0.00001 to 0.02 s", options.step.to_string()).into());
