@@ -14,7 +14,7 @@ use super::features::{Features, InputScale};
 use super::loss::{Heads, LossParts, LossWeights, Totals, length, sigmoid};
 use super::observations::{IdentifiedArm, Observed, channels, floors, telemetry};
 use super::supervised::Stretches;
-use super::training::{GROUP, added};
+use super::training::GROUP;
 use crate::Model;
 use crate::servo_force::Observers;
 
@@ -275,7 +275,7 @@ impl Lesson<'_, '_> {
             .stretches
             .par_chunks(GROUP)
             .map(|group| {
-                let mut gradient = network.zeros();
+                let mut gradient = self.task.tapes.zeros(network);
                 let mut parts = LossParts::default();
                 let token = |step: isize, row: usize, to: &mut [f32]| self.token(group[row], step, to);
                 let weigh = |step: usize, row: usize, outputs: &mut [f64], by_outputs: &mut [f64]| {
@@ -287,7 +287,9 @@ impl Lesson<'_, '_> {
             })
             .collect();
         let loss = found.iter().map(|(loss, _)| loss).sum();
-        training.update(loss, &added(found.into_iter().map(|(_, gradient)| gradient).collect()))?;
+        let gradient = self.task.tapes.sum(found.into_iter().map(|(_, gradient)| gradient));
+        training.update(loss, &gradient)?;
+        self.task.tapes.give_back(gradient);
         Ok(loss)
     }
 

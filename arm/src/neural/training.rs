@@ -236,7 +236,7 @@ impl<'a> NeuralTask<'a> {
         let found: Vec<_> = stretches
             .par_chunks(GROUP)
             .map(|group| {
-                let mut gradient = network.zeros();
+                let mut gradient = self.tapes.zeros(network);
                 let about = (&self.options.loss, &totals, n_torques);
                 let setting = (self.simulation, self.scale);
                 let (parts, torques) =
@@ -246,20 +246,8 @@ impl<'a> NeuralTask<'a> {
             .collect();
         self.steps += (self.options.stretches * span) as u64;
         let loss = found.iter().map(|(loss, _)| loss).sum();
-        (loss, added(found.into_iter().map(|(_, gradient)| gradient).collect()))
+        (loss, self.tapes.sum(found.into_iter().map(|(_, gradient)| gradient)))
     }
-}
-
-/// Their sum, in order.
-pub(super) fn added<T: Real>(mut parts: Vec<Vec<Vec<T>>>) -> Vec<Vec<T>> {
-    let rest = parts.split_off(1);
-    let mut sum = parts.remove(0);
-    for part in rest {
-        for (sum, part) in sum.iter_mut().flatten().zip(part.iter().flatten()) {
-            *sum += *part;
-        }
-    }
-    sum
 }
 
 /// The loss of rollouts of `horizon` steps from `initial`, and its gradient by the network's parameters; on all threads, the same bytes
@@ -283,7 +271,7 @@ pub fn horizon_gradient<T: Real>(
             let network_on = (network, Some(tapes));
             let mut closed = ClosedLoop::new((simulation, scale), network_on, segments.to_vec(), horizon);
             closed.run(initial);
-            let mut gradient = network.zeros();
+            let mut gradient = tapes.zeros(network);
             (closed.pull_back(weights, &totals, &mut gradient), gradient)
         })
         .collect();
@@ -296,7 +284,7 @@ pub fn horizon_gradient<T: Real>(
         whole.torque += part.torque / n_groups;
         gradients.push(gradient);
     }
-    (whole, added(gradients))
+    (whole, tapes.sum(gradients))
 }
 
 impl Task<Transformer<f32>> for NeuralTask<'_> {
@@ -328,6 +316,7 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
             training.set_learning_rate(full * warm_up_cosine(update, warm_up, of));
             let (loss, gradient) = self.gradient(training.model(), update);
             training.update(loss, &gradient)?;
+            self.tapes.give_back(gradient);
             sum += loss;
             if !on_step((update + 1 - first) as usize, n as usize) {
                 return Ok(None);

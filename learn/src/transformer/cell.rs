@@ -198,6 +198,7 @@ impl<T: Real> Cell<'_, T> {
     }
 
     /// Adds what belongs to the matrices, whose weights and biases stand at `layout`, of all `steps`.
+    #[inline(always)]
     pub fn gradient(
         &self,
         steps: usize,

@@ -10,12 +10,10 @@ use crate::Real;
 
 /// Rows up to which products are made so; with more a general product has its panels used often enough.
 pub(super) const FEW: usize = 24;
-/// Rows at a time, and registers of a panel's width: eight registers of sums hide the latency of an addition, and with twelve the compiler
-/// runs out of AVX2's sixteen and keeps one in memory, which takes twice as long.
-const ROWS: usize = 4;
-const ACROSS: usize = 2;
+/// Registers of a panel's width.
+pub(super) const ACROSS: usize = 2;
 /// Numbers of two of the widest registers.
-const MOST: usize = ACROSS * 16;
+pub(super) const MOST: usize = ACROSS * 16;
 
 /// A matrix in panels as wide as two registers: for each panel, for each row of the matrix, the entries of its columns. The last panel is
 /// filled up with zeros.
@@ -26,14 +24,18 @@ pub(super) struct Panels<T> {
 }
 
 /// Columns of a panel.
-struct Wide<T>(PhantomData<T>);
+pub(super) const fn panel_width<S: Simd, T>() -> usize {
+    ACROSS * size_of::<S::f32s>() / size_of::<T>()
+}
 
-impl<T> WithSimd for Wide<T> {
+struct PanelWidth<T>(PhantomData<T>);
+
+impl<T> WithSimd for PanelWidth<T> {
     type Output = usize;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> usize {
-        ACROSS * size_of::<S::f32s>() / size_of::<T>()
+        panel_width::<S, T>()
     }
 }
 
@@ -41,7 +43,7 @@ impl<T: Real> Panels<T> {
     /// Of `size` rows and columns, `entry` by `entry`.
     pub fn new(size: [usize; 2], entry: impl Fn(usize, usize) -> T) -> Self {
         let [n_rows, n_columns] = size;
-        let wide = Isa::detect().run(Wide(PhantomData::<T>));
+        let wide = Isa::detect().run(PanelWidth(PhantomData::<T>));
         let mut entries = vec![T::default(); n_rows * n_columns.next_multiple_of(wide)];
         for (p, panel) in entries.chunks_exact_mut(n_rows * wide).enumerate() {
             let columns = p * wide..n_columns.min((p + 1) * wide);
@@ -99,17 +101,27 @@ impl<T: Real> WithSimd for MultiplyAdd<'_, T> {
     fn with_simd<S: Simd>(mut self, simd: S) {
         let [n, n_columns] = self.panels.size;
         let n_rows = self.x.len() / n;
-        let wide = Wide(PhantomData::<T>).with_simd(simd);
+        let wide = panel_width::<S, T>();
         let panels = self.panels.entries.chunks_exact(n * wide);
         for panel in (0..n_columns).step_by(wide).zip(panels) {
             let mut row = 0;
-            while row + ROWS <= n_rows {
-                self.some::<S, ROWS>(simd, row, panel);
-                row += ROWS;
-            }
             while row < n_rows {
-                self.some::<S, 1>(simd, row, panel);
-                row += 1;
+                // Eight registers of sums hide the latency of an addition; with twelve the compiler runs out of AVX2's sixteen and keeps
+                // one in memory, which takes twice as long. With AVX-512's 32 a panel, which comes from afar, is read half as often.
+                row += match n_rows - row {
+                    8.. if size_of::<S::f32s>() == 64 => {
+                        self.some::<S, 8>(simd, row, panel);
+                        8
+                    }
+                    4.. => {
+                        self.some::<S, 4>(simd, row, panel);
+                        4
+                    }
+                    _ => {
+                        self.some::<S, 1>(simd, row, panel);
+                        1
+                    }
+                };
             }
         }
     }

@@ -2,6 +2,8 @@
 //!
 //! Loops over plain arrays, compiled for each instruction set where they are called from ([`super::tape`]).
 
+use std::ops::Range;
+
 use crate::Real;
 
 /// Partial sums that a register holds side by side.
@@ -20,7 +22,20 @@ pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
             sums[l] += a[l] * b[l];
         }
     }
-    sums.into_iter().sum::<T>() + a_rest.iter().zip(b_rest).map(|(a, b)| *a * *b).sum::<T>()
+    folded(sums) + a_rest.iter().zip(b_rest).map(|(a, b)| *a * *b).sum::<T>()
+}
+
+/// The sum of partial sums, half onto half: one after the other each addition would wait for the one before.
+#[inline(always)]
+fn folded<T: Real>(mut sums: [T; WIDE]) -> T {
+    let mut n = WIDE / 2;
+    while n > 0 {
+        for l in 0..n {
+            sums[l] += sums[n + l];
+        }
+        n /= 2;
+    }
+    sums[0]
 }
 
 /// y += s x.
@@ -67,7 +82,7 @@ fn sum<T: Real>(x: &[T]) -> T {
             sums[l] += x[l];
         }
     }
-    sums.into_iter().sum::<T>() + rest.iter().copied().sum::<T>()
+    folded(sums) + rest.iter().copied().sum::<T>()
 }
 
 /// Adds to `dx` what `dy` gives through [`norm`], and to the gradients of its weight and bias.
@@ -98,8 +113,8 @@ pub(super) fn norm_back<T: Real>(
             rest[0] += g;
             rest[1] += g * unit[k];
         }
-        let mean = (sums[0].into_iter().sum::<T>() + rest[0]) * per;
-        let along = (sums[1].into_iter().sum::<T>() + rest[1]) * per;
+        let mean = (folded(sums[0]) + rest[0]) * per;
+        let along = (folded(sums[1]) + rest[1]) * per;
         for k in 0..d {
             d_weight[k] += dy[k] * unit[k];
             d_bias[k] += dy[k];
@@ -144,78 +159,106 @@ pub(super) struct Attention<'a, T> {
 }
 
 impl<T: Real> Attention<'_, T> {
+    /// Where the projections of token `s` of sequence `r` begin.
+    fn row(&self, s: usize, r: usize) -> usize {
+        (s * self.rows + r) * self.projected
+    }
+
     fn keys_at(&self) -> usize {
         self.projected - 2 * self.width
     }
 
-    /// What token `query` of sequence `r` sees in `head`, from the tokens `seen`: `weights` (as many as `seen`) and `out` (a head's part).
+    /// What token `query` of sequence `r` sees, from the tokens `seen`: `weights` (heads × window) and `out` (width).
+    ///
+    /// A token's keys of all heads stand side by side, and so do its values: each is gone through once, from one end to the other. Head
+    /// by head, rows of a few lines at the same place of pages would drive each other out of the nearest cache.
     #[inline(always)]
     pub fn look(
         &self,
         projections: &[T],
-        (query, r, head): (usize, usize, usize),
-        seen: std::ops::Range<usize>,
+        (query, r): (usize, usize),
+        seen: Range<usize>,
         weights: &mut [T],
         out: &mut [T],
     ) {
-        let n = self.width / self.heads;
+        let (n, window) = (self.width / self.heads, self.window);
         let scale = T::of(1.0 / (n as f64).sqrt());
-        let row = |s: usize| (s * self.rows + r) * self.projected + head * n;
-        let q = &projections[row(query)..][..n];
-        let mut most = T::of(f64::NEG_INFINITY);
-        for (s, weight) in seen.clone().zip(weights.iter_mut()) {
-            let key = &projections[row(s) + self.keys_at()..][..n];
-            let lag = self.lags.map_or(T::default(), |lags| lags[head * self.window + query - s]);
-            *weight = dot(q, key) * scale + lag;
-            most = most.larger(*weight);
+        let queries = &projections[self.row(query, r)..][..self.width];
+        for (k, s) in seen.clone().enumerate() {
+            let keys = &projections[self.row(s, r) + self.keys_at()..][..self.width];
+            for (head, (q, key)) in queries.chunks_exact(n).zip(keys.chunks_exact(n)).enumerate() {
+                let lag = self.lags.map_or(T::default(), |lags| lags[head * window + query - s]);
+                weights[head * window + k] = dot(q, key) * scale + lag;
+            }
         }
-        let weights = &mut weights[..seen.len()];
-        let mut total = T::default();
-        for weight in weights.iter_mut() {
-            *weight = (*weight - most).exponential();
-            total += *weight;
+        for weights in weights.chunks_exact_mut(window) {
+            soft_max(&mut weights[..seen.len()]);
         }
-        let per = T::of(1.0) / total;
         out.fill(T::default());
-        for (s, weight) in seen.zip(weights) {
-            *weight *= per;
-            add_scaled(out, *weight, &projections[row(s) + self.keys_at() + self.width..][..n]);
+        for (k, s) in seen.enumerate() {
+            let values = &projections[self.row(s, r) + self.keys_at() + self.width..][..self.width];
+            for (head, (out, value)) in out.chunks_exact_mut(n).zip(values.chunks_exact(n)).enumerate() {
+                add_scaled(out, weights[head * window + k], value);
+            }
         }
     }
 
-    /// Pulls `d_out` back through [`Self::look`]: adds to the gradients by query, keys and values, and by lag.
+    /// Pulls `d_out` back through [`Self::look`]: adds to the gradients by queries, keys and values, and by lag. `d_weights` (heads ×
+    /// window) is scratch.
     #[inline(always)]
     pub fn look_back(
         &self,
         [projections, weights, d_out]: [&[T]; 3],
-        (query, r, head): (usize, usize, usize),
-        seen: std::ops::Range<usize>,
+        (query, r): (usize, usize),
+        seen: Range<usize>,
         d_projections: &mut [T],
         d_lags: Option<&mut [T]>,
         d_weights: &mut [T],
     ) {
-        let n = self.width / self.heads;
+        let (n, window) = (self.width / self.heads, self.window);
         let scale = T::of(1.0 / (n as f64).sqrt());
-        let row = |s: usize| (s * self.rows + r) * self.projected + head * n;
-        let (keys, values) = (self.keys_at(), self.keys_at() + self.width);
-        let mut along = T::default();
         for (k, s) in seen.clone().enumerate() {
-            d_weights[k] = dot(d_out, &projections[row(s) + values..][..n]);
-            along += d_weights[k] * weights[k];
-            add_scaled(&mut d_projections[row(s) + values..][..n], weights[k], d_out);
+            let at = self.row(s, r) + self.keys_at() + self.width;
+            let values = projections[at..][..self.width].chunks_exact(n);
+            let d_values = d_projections[at..][..self.width].chunks_exact_mut(n);
+            for (head, ((d_out, value), d_value)) in
+                d_out.chunks_exact(n).zip(values).zip(d_values).enumerate()
+            {
+                d_weights[head * window + k] = dot(d_out, value);
+                add_scaled(d_value, weights[head * window + k], d_out);
+            }
         }
+        let heads = d_weights.chunks_exact_mut(window).zip(weights.chunks_exact(window));
+        for (d_weights, weights) in heads {
+            let d_weights = &mut d_weights[..seen.len()];
+            let along: T = d_weights.iter().zip(weights).map(|(d, weight)| *d * *weight).sum();
+            d_weights.iter_mut().zip(weights).for_each(|(d, weight)| *d = *weight * (*d - along));
+        }
+        let at = self.row(query, r);
         for (k, s) in seen.clone().enumerate() {
-            d_weights[k] = weights[k] * (d_weights[k] - along);
-            let d = d_weights[k] * scale;
-            for c in 0..n {
-                d_projections[row(query) + c] += d * projections[row(s) + keys + c];
-                d_projections[row(s) + keys + c] += d * projections[row(query) + c];
+            let of_keys = self.row(s, r) + self.keys_at();
+            for head in 0..self.heads {
+                let d = d_weights[head * window + k] * scale;
+                let [q, key] = [at + head * n, of_keys + head * n];
+                add_scaled(&mut d_projections[q..][..n], d, &projections[key..][..n]);
+                add_scaled(&mut d_projections[key..][..n], d, &projections[q..][..n]);
             }
         }
         if let Some(d_lags) = d_lags {
-            for (k, s) in seen.enumerate() {
-                d_lags[head * self.window + query - s] += d_weights[k];
+            for (d_lags, d_weights) in d_lags.chunks_exact_mut(window).zip(d_weights.chunks_exact(window)) {
+                for (s, d) in seen.clone().zip(d_weights) {
+                    d_lags[query - s] += *d;
+                }
             }
         }
     }
+}
+
+/// Scores become weights whose sum is one.
+#[inline(always)]
+fn soft_max<T: Real>(weights: &mut [T]) {
+    let most = weights.iter().fold(T::of(f64::NEG_INFINITY), |most, weight| most.larger(*weight));
+    weights.iter_mut().for_each(|weight| *weight = (*weight - most).exponential());
+    let per = T::of(1.0) / weights.iter().copied().sum::<T>();
+    weights.iter_mut().for_each(|weight| *weight *= per);
 }

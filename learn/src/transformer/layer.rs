@@ -39,7 +39,7 @@ pub(super) struct LayerTape<T> {
     /// Of a layer that remembers by itself.
     cell: CellTape<T>,
     /// Scratch of the way back.
-    d_wide: Vec<T>,
+    d_weights: Vec<T>,
     d_token: [Vec<T>; 2],
 }
 
@@ -151,23 +151,21 @@ impl<'a, T: Real> Layer<'a, T> {
     fn attend(&self, steps: Range<usize>, t: &mut LayerTape<T>) {
         let (d, p) = (self.shape.width, self.shape.projected());
         let attention = self.attention();
-        let (n_heads, window) = (attention.heads, attention.window);
-        let n = d / n_heads;
+        let of_row = attention.heads * attention.window;
         for s in steps {
             for r in 0..self.rows {
                 let row = s * self.rows + r;
-                for head in 0..n_heads {
-                    let weights = &mut t.weights[(row * n_heads + head) * window..][..window];
-                    let out = &mut t.context[row * d + head * n..][..n];
-                    attention.look(&t.projections, (s, r, head), self.seen(s), weights, out);
-                }
-                let gates = &mut t.projections[row * p + d..][..d];
-                for (k, gated) in t.gated[row * d..][..d].iter_mut().enumerate() {
-                    *gated = t.context[row * d + k];
-                    if self.shape.block == Block::GatedPreNorm {
-                        gates[k] = sigmoid(gates[k]);
-                        *gated *= gates[k];
+                let weights = &mut t.weights[row * of_row..][..of_row];
+                let (context, gated) = (&mut t.context[row * d..][..d], &mut t.gated[row * d..][..d]);
+                attention.look(&t.projections, (s, r), self.seen(s), weights, context);
+                if self.shape.block == Block::GatedPreNorm {
+                    let gates = &mut t.projections[row * p + d..][..d];
+                    for ((gated, gate), context) in gated.iter_mut().zip(gates).zip(context) {
+                        *gate = sigmoid(*gate);
+                        *gated = *gate * *context;
                     }
+                } else {
+                    gated.copy_from_slice(context);
                 }
             }
         }
@@ -233,7 +231,7 @@ impl<'a, T: Real> Layer<'a, T> {
             steps.clone(),
             [&t.weights, &t.context, &t.projections],
             scratch,
-            (&mut t.d_projections, &mut t.d_wide),
+            (&mut t.d_projections, &mut t.d_weights),
             gradient,
         );
         dy.copy_from_slice(by_sum);
@@ -258,8 +256,7 @@ impl<'a, T: Real> Layer<'a, T> {
     ) {
         let (d, p) = (self.shape.width, self.shape.projected());
         let attention = self.attention();
-        let (n_heads, window) = (attention.heads, attention.window);
-        let n = d / n_heads;
+        let of_row = attention.heads * attention.window;
         let first = steps.start * self.rows;
         for row in first..steps.end * self.rows {
             let (s, r) = (row / self.rows, row % self.rows);
@@ -267,22 +264,20 @@ impl<'a, T: Real> Layer<'a, T> {
             if self.shape.block == Block::GatedPreNorm {
                 let gates = &projections[row * p + d..][..d];
                 let d_gates = &mut d_projections[row * p + d..][..d];
-                for (k, d_context) in d_context.iter_mut().enumerate() {
-                    let by_gate = *d_context * context[row * d + k];
-                    d_gates[k] = by_gate * gates[k] * (T::of(1.0) - gates[k]);
-                    *d_context *= gates[k];
+                let at = gates.iter().zip(&context[row * d..][..d]);
+                for ((d_context, d_gate), (gate, context)) in d_context.iter_mut().zip(d_gates).zip(at) {
+                    *d_gate = *d_context * *context * *gate * (T::of(1.0) - *gate);
+                    *d_context *= *gate;
                 }
             }
-            for head in 0..n_heads {
-                let weights = &weights[(row * n_heads + head) * window..][..window];
-                let at = [projections, weights, &d_context[head * n..][..n]];
-                let d_lags = self.layout.lags.as_ref().map(|lags| &mut gradient[lags.clone()]);
-                attention.look_back(at, (s, r, head), self.seen(s), d_projections, d_lags, d_weights);
-            }
+            let at = [projections, &weights[row * of_row..][..of_row], d_context];
+            let d_lags = self.layout.lags.as_ref().map(|lags| &mut gradient[lags.clone()]);
+            attention.look_back(at, (s, r), self.seen(s), d_projections, d_lags, d_weights);
         }
     }
 
     /// Adds what belongs to the matrices, of all `steps`.
+    #[inline(always)]
     pub fn gradient(&self, steps: usize, tape: &LayerTape<T>, gradient: &mut [T]) {
         if self.shape.block.gates().is_some() {
             return self.cell().gradient(steps, &tape.cell, &self.layout.linear, gradient);
@@ -327,7 +322,7 @@ impl<T: Real> LayerTape<T> {
             d_hidden: zeros(f),
             d_added: zeros(d),
             cell,
-            d_wide: vec![T::default(); shape.tokens],
+            d_weights: vec![T::default(); shape.attention_heads * shape.tokens],
             d_token: [zeros(d), zeros(d)],
         }
     }

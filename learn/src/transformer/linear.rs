@@ -80,6 +80,7 @@ impl<'a, T: Real> Linear<'a, T> {
 }
 
 /// Adds xᵀ dy and Σ dy to the gradients of weight and bias.
+#[inline(always)]
 pub(super) fn linear_gradient<T: Real>(
     [x, dy]: [&[T]; 2],
     [weight, bias]: &[Range<usize>; 2],

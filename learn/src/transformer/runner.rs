@@ -140,7 +140,7 @@ impl TransformerRunner {
                 context: zeros(now * d),
                 unit: zeros(now * d),
                 rate: zeros(now),
-                weights: zeros(shape.tokens),
+                weights: zeros(shape.attention_heads * shape.tokens),
             },
             outputs: zeros(shape.outputs()),
             shape,
@@ -315,17 +315,13 @@ impl RunnerLayer {
             lags: layout.lags.clone().map(|range| &values[range]),
             window: shape.tokens,
         };
-        let n = d / shape.attention_heads;
         for (row, context) in context.chunks_exact_mut(d).take(now).enumerate() {
             let query = first + row;
             let among = match shape.form {
                 Form::Window => 0..shape.tokens,
                 Form::Streaming => (query + 1).saturating_sub(shape.tokens)..query + 1,
             };
-            for head in 0..shape.attention_heads {
-                let out = &mut context[head * n..][..n];
-                attention.look(&self.projections, (query, 0, head), among.clone(), weights, out);
-            }
+            attention.look(&self.projections, (query, 0), among, weights, context);
             if is_pre {
                 let gates = &self.projections[query * p + d..][..d];
                 context.iter_mut().zip(gates).for_each(|(c, gate)| *c *= sigmoid(*gate));

@@ -9,6 +9,7 @@ use super::layer::{Layer, LayerTape};
 use super::linear::{Linear, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Form, TransformerShape};
+use crate::product::{multiply_add, rows};
 use crate::{Model, Real};
 
 /// What passes through a network compute, for up to so many steps of some sequences side by side.
@@ -258,37 +259,42 @@ impl<T: Real> TransformerTape<T> {
 
     /// Adds the gradients by all matrices, of the first `steps` steps, through which all passes have gone back.
     pub fn weight_gradients(&self, network: &Transformer<T>, steps: usize, gradient: &mut [Vec<T>]) {
-        let rows = self.size.1;
-        let n = |width: usize| steps * rows * width;
+        Isa::detect().run(WeightGradients { tape: self, network, steps, gradient });
+    }
+
+    #[inline(always)]
+    fn add_weight_gradients(&self, network: &Transformer<T>, steps: usize, gradient: &mut [Vec<T>]) {
+        let side_by_side = self.size.1;
+        let n = |width: usize| steps * side_by_side * width;
         let (d, hidden) = (self.shape.width, self.shape.heads.len() * self.shape.latent);
         let layout = &network.layout;
         let embedded = &self.d_embedded[..n(d)];
         linear_gradient([&self.inputs[..n(self.shape.inputs)], embedded], &layout.input, &mut gradient[0]);
         if let Some(positions) = &layout.positions {
             let own = gradient[0][positions.clone()].chunks_exact_mut(d);
-            for (position, tokens) in own.zip(embedded.chunks_exact(rows * d)) {
+            for (position, tokens) in own.zip(embedded.chunks_exact(side_by_side * d)) {
                 tokens.chunks_exact(d).for_each(|token| add_scaled(position, T::of(1.0), token));
             }
         }
         for l in 0..self.shape.layers {
-            Layer::of(network, l, rows).gradient(steps, &self.layers[l], &mut gradient[1 + l]);
+            Layer::of(network, l, side_by_side).gradient(steps, &self.layers[l], &mut gradient[1 + l]);
         }
         let results = self.results(&(0..steps)).end;
         let head = &mut gradient[self.shape.layers + 1];
         let d_latent = &self.d_latent[..results * hidden];
         linear_gradient([&self.pooled[..results * d], d_latent], &layout.latent, head);
         let outputs = self.shape.outputs();
-        for row in 0..results {
-            let mut at = 0;
-            for (k, [weight, bias]) in layout.heads.iter().enumerate() {
-                let d_out = &self.d_outputs[row * outputs + at..][..bias.len()];
-                let latent = &self.latent[row * hidden + k * self.shape.latent..][..self.shape.latent];
-                for (latent, own) in latent.iter().zip(head[weight.clone()].chunks_exact_mut(bias.len())) {
-                    add_scaled(own, *latent, d_out);
-                }
-                add_scaled(&mut head[bias.clone()], T::of(1.0), d_out);
-                at += bias.len();
+        let d_outputs = &self.d_outputs[..results * outputs];
+        let mut at = 0;
+        for (k, [weight, bias]) in layout.heads.iter().enumerate() {
+            let latent = rows(&self.latent[..results * hidden], hidden);
+            let latent = latent.subcols(k * self.shape.latent, self.shape.latent);
+            let d_out = rows(d_outputs, outputs).subcols(at, bias.len());
+            multiply_add(&mut head[weight.clone()], latent.transpose(), d_out);
+            for d_outputs in d_outputs.chunks_exact(outputs) {
+                add_scaled(&mut head[bias.clone()], T::of(1.0), &d_outputs[at..][..bias.len()]);
             }
+            at += bias.len();
         }
     }
 }
@@ -348,5 +354,22 @@ impl<T: Real> WithSimd for Backward<'_, T> {
             let layer = Layer::of(network, l, tape.size.1);
             layer.backward(steps.clone(), &mut tape.layers[l], dy, &mut gradient[1 + l]);
         }
+    }
+}
+
+/// As [`Forward`], for the matrices.
+struct WeightGradients<'a, T> {
+    tape: &'a TransformerTape<T>,
+    network: &'a Transformer<T>,
+    steps: usize,
+    gradient: &'a mut [Vec<T>],
+}
+
+impl<T: Real> WithSimd for WeightGradients<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.tape.add_weight_gradients(self.network, self.steps, self.gradient);
     }
 }

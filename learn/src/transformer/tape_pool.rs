@@ -1,19 +1,24 @@
-//! `TapePool`: tapes that are used again, for passes whose sizes repeat.
+//! `TapePool`: tapes and gradients that are used again, for passes whose sizes repeat.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::network::Transformer;
 use super::shape::TransformerShape;
 use super::tape::TransformerTape;
-use crate::Real;
+use crate::{Model, Real};
 
-/// Tapes of finished passes. A tape has megabytes: to allocate and clear one for each of a training's updates takes a third of its time.
+/// Tapes of finished passes, and gradients that have been used. They have megabytes: to allocate and clear a tape for each of a
+/// training's updates takes a third of its time, a gradient a thirtieth.
 #[derive(Debug)]
-pub struct TapePool<T>(Mutex<Vec<TransformerTape<T>>>);
+pub struct TapePool<T> {
+    tapes: Mutex<Vec<TransformerTape<T>>>,
+    gradients: Mutex<Vec<Vec<Vec<T>>>>,
+}
 
 impl<T> Default for TapePool<T> {
     fn default() -> Self {
-        Self(Mutex::new(Vec::new()))
+        Self { tapes: Mutex::default(), gradients: Mutex::default() }
     }
 }
 
@@ -56,7 +61,7 @@ impl<T> DerefMut for Lent<'_, T> {
 impl<T> Drop for Lent<'_, T> {
     fn drop(&mut self) {
         if let (Some(pool), Some(tape)) = (self.pool, self.tape.take()) {
-            pool.tapes().push(tape);
+            held(&pool.tapes).push(tape);
         }
     }
 }
@@ -68,7 +73,7 @@ impl<T: Real> TapePool<T> {
     /// As [`TransformerTape::new`].
     pub(super) fn lend(&self, shape: &TransformerShape, (steps, rows): (usize, usize)) -> Lent<'_, T> {
         let kept = {
-            let mut tapes = self.tapes();
+            let mut tapes = held(&self.tapes);
             let room = |tape: &TransformerTape<T>| tape.room(shape, rows).unwrap_or(0);
             let longest = (0..tapes.len()).max_by_key(|at| room(&tapes[*at]));
             let alike = longest.filter(|at| room(&tapes[*at]) > 0).map(|at| tapes.swap_remove(at));
@@ -91,13 +96,37 @@ impl<T: Real> TapePool<T> {
     ) -> R {
         pass(&mut self.lend(shape, size))
     }
+
+    /// Zeros of the shape of the parameters, for a gradient that goes back by [`Self::give_back`].
+    pub fn zeros(&self, network: &Transformer<T>) -> Vec<Vec<T>> {
+        let fits =
+            |used: &Vec<Vec<T>>| used.iter().map(Vec::len).eq(network.parameters().iter().map(Vec::len));
+        let Some(mut used) = held(&self.gradients).pop().filter(fits) else { return network.zeros() };
+        used.iter_mut().for_each(|values| values.fill(T::default()));
+        used
+    }
+
+    /// A gradient from [`Self::zeros`] that nobody needs any more.
+    pub fn give_back(&self, gradient: Vec<Vec<T>>) {
+        held(&self.gradients).push(gradient);
+    }
+
+    /// The sum of gradients from [`Self::zeros`], in order.
+    pub fn sum(&self, parts: impl IntoIterator<Item = Vec<Vec<T>>>) -> Vec<Vec<T>> {
+        let add = |mut sum: Vec<Vec<T>>, part: Vec<Vec<T>>| {
+            for (sum, part) in sum.iter_mut().zip(&part) {
+                sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += *part);
+            }
+            self.give_back(part);
+            sum
+        };
+        parts.into_iter().reduce(add).unwrap_or_default()
+    }
 }
 
-impl<T> TapePool<T> {
-    fn tapes(&self) -> MutexGuard<'_, Vec<TransformerTape<T>>> {
-        // A tape stands in the list only while no pass writes it.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+/// What is in a list; it stands there only while no pass writes it.
+fn held<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
+    list.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -132,16 +161,42 @@ mod tests {
         let size = (steps, rows);
         let first = pool.with(&shape, size, |tape| pass(tape, 0.0));
         let second = pool.with(&shape, size, |tape| pass(tape, 1.0));
-        assert_eq!(pool.tapes().len(), 1);
+        assert_eq!(held(&pool.tapes).len(), 1);
         // One with more room serves too, one with less is given up.
         pool.with(&shape, (steps - 1, rows), |tape| assert_eq!(tape.room(&shape, rows), Some(steps)));
         pool.with(&shape, (steps + 1, rows), |tape| assert_eq!(tape.room(&shape, rows), Some(steps + 1)));
-        assert_eq!(pool.tapes().len(), 1);
+        assert_eq!(held(&pool.tapes).len(), 1);
         let fresh = || TransformerTape::new(&shape, steps, rows);
         assert_eq!([first, second], [pass(&mut fresh(), 0.0), pass(&mut fresh(), 1.0)]);
         // Two passes at the same time have two; another size has one of its own.
         pool.with(&shape, size, |_| pool.with(&shape, size, |_| ()));
         pool.with(&shape, (steps, 1), |tape| assert_eq!(tape.rows(), 1));
-        assert_eq!(pool.tapes().len(), 3);
+        assert_eq!(held(&pool.tapes).len(), 3);
+    }
+
+    #[test]
+    fn a_gradient_is_used_again_from_zero_on_and_never_for_another_network() {
+        let shape = TransformerShape {
+            width: 8,
+            layers: 1,
+            tokens: 2,
+            ..TransformerShape::published(3, &[2], Form::Streaming)
+        };
+        let network = Transformer::<f64>::new(&shape, 1).unwrap();
+        let pool = TapePool::default();
+        let filled = |value: f64| {
+            let mut gradient = pool.zeros(&network);
+            assert_eq!(gradient, network.zeros());
+            gradient.iter_mut().flatten().for_each(|d| *d = value);
+            gradient
+        };
+        let sum = pool.sum([filled(1.0), filled(2.0), filled(4.0)]);
+        assert!(sum.iter().flatten().all(|d| *d == 7.0));
+        pool.give_back(sum);
+        assert_eq!(held(&pool.gradients).len(), 3);
+        filled(1.0);
+        assert_eq!(held(&pool.gradients).len(), 2);
+        let wider = Transformer::<f64>::new(&TransformerShape { width: 16, ..shape }, 1).unwrap();
+        assert_eq!(pool.zeros(&wider), wider.zeros());
     }
 }
