@@ -114,10 +114,11 @@ fn line(of: &str, [from, to]: [u64; 2], length: Option<u64>, after: Duration, me
     line
 }
 
-/// A rate for people: `1 276/s`, and below ten with a digit.
+/// A rate for people: `1 276/s`, below ten with a digit, and what takes minutes by the hour.
 fn per_second(rate: f64) -> String {
     match rate {
         r if !r.is_finite() || r <= 0.0 => "0/s".to_owned(),
+        r if r < 0.05 => format!("{:.1}/h", 3600.0 * r),
         r if r < 9.95 => format!("{r:.1}/s"),
         r => format!("{}/s", grouped(r.round() as u64)),
     }
@@ -153,7 +154,10 @@ mod tests {
     fn numbers_are_in_groups_of_three() {
         let shown = [0, 7, 999, 1000, 1276, 258_000, 1_000_000].map(grouped);
         assert_eq!(shown, ["0", "7", "999", "1 000", "1 276", "258 000", "1 000 000"]);
-        assert_eq!([0.0, 0.25, 12.4, 1276.4].map(per_second), ["0/s", "0.2/s", "12/s", "1 276/s"]);
+        assert_eq!(
+            [0.0, 0.001, 0.25, 12.4, 1276.4].map(per_second),
+            ["0/s", "3.6/h", "0.2/s", "12/s", "1 276/s"]
+        );
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod learned;
 mod neural;
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use hysteron_arm::lagrangian::Variant;
 use hysteron_base::BadInput;
@@ -175,7 +176,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         .and(&options.actuator);
     let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;
     caller.listen()?;
-    let mut bar = Bar { bar: None, caller };
+    let mut bar = Bar::new(caller);
     let mut listener = |p: &StudyProgress<'_>| bar.show(p);
     let found = match options.set {
         SetName::Scara => estimation::scara(options, &mut listener, caller)?,
@@ -194,6 +195,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     })
 }
 
+/// Cells that are done sooner were computed by a study before.
+const FOUND_WITHIN: Duration = Duration::from_secs(1);
+
 /// Files that a set is read from.
 fn inputs(set: SetName, data: &Path) -> Vec<PathBuf> {
     match set {
@@ -209,12 +213,29 @@ fn inputs(set: SetName, data: &Path) -> Vec<PathBuf> {
 struct Bar<'a> {
     bar: Option<Box<dyn crate::Progress>>,
     caller: &'a Caller<'a>,
+    /// Cells done, and since when.
+    done: usize,
+    since: Instant,
 }
 
-impl Bar<'_> {
+impl<'a> Bar<'a> {
+    fn new(caller: &'a Caller<'a>) -> Self {
+        Self { bar: None, caller, done: 0, since: Instant::now() }
+    }
+
     fn show(&mut self, p: &StudyProgress<'_>) -> bool {
-        let bar = self.bar.get_or_insert_with(|| self.caller.progress("cells", p.done[1], p.done[0]));
-        bar.set_position(p.done[0] as u64);
+        let [done, of] = p.done;
+        if done > self.done {
+            let took = self.since.elapsed();
+            (self.done, self.since) = (done, Instant::now());
+            // What was found says nothing about how long others take: rate and remaining time begin anew.
+            if took < FOUND_WITHIN {
+                self.clear();
+                self.bar = None;
+            }
+        }
+        let bar = self.bar.get_or_insert_with(|| self.caller.progress("cells", of, done));
+        bar.set_position(done as u64);
         match p.training {
             Some(Progress::Epoch(epoch)) => {
                 bar.set_message(format!(
@@ -230,5 +251,45 @@ impl Bar<'_> {
 
     fn clear(&self) {
         self.bar.iter().for_each(|bar| bar.finish());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::{Monitor, Silent};
+
+    /// Where bars began.
+    #[derive(Default)]
+    struct Begins(Mutex<Vec<[usize; 2]>>);
+
+    impl Monitor for Begins {
+        fn progress(&self, _: &str, length: usize, done: usize) -> Box<dyn crate::Progress> {
+            self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push([done, length]);
+            Box::new(Silent)
+        }
+
+        fn is_cancelled(&self) -> bool {
+            false
+        }
+
+        fn say(&self, _: &str) {}
+    }
+
+    #[test]
+    fn cells_that_were_found_do_not_count_for_the_remaining_time() {
+        let begins = Begins::default();
+        let caller =
+            Caller { monitor: &begins, command: String::new(), may_overwrite: false, watchdog: None };
+        let mut bar = Bar::new(&caller);
+        for done in 0..3 {
+            bar.show(&StudyProgress { cell: "found", done: [done, 9], training: None });
+        }
+        // One that took longer goes on with the bar.
+        bar.since = Instant::now().checked_sub(2 * FOUND_WITHIN).unwrap_or_else(Instant::now);
+        bar.show(&StudyProgress { cell: "computed", done: [3, 9], training: None });
+        assert_eq!(begins.0.into_inner().unwrap_or_default(), [[0, 9], [1, 9], [2, 9]]);
     }
 }
