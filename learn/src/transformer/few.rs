@@ -11,9 +11,9 @@ use crate::Real;
 /// Rows up to which products are made so; with more a general product has its panels used often enough.
 pub(super) const FEW: usize = 24;
 /// Registers of a panel's width.
-pub(super) const ACROSS: usize = 2;
+const ACROSS: usize = 2;
 /// Numbers of two of the widest registers.
-pub(super) const MOST: usize = ACROSS * 16;
+const MOST: usize = ACROSS * 16;
 
 /// A matrix in panels as wide as two registers: for each panel, for each row of the matrix, the entries of its columns. The last panel is
 /// filled up with zeros.
@@ -24,7 +24,7 @@ pub(super) struct Panels<T> {
 }
 
 /// Columns of a panel.
-pub(super) const fn panel_width<S: Simd, T>() -> usize {
+const fn panel_width<S: Simd, T>() -> usize {
     ACROSS * size_of::<S::f32s>() / size_of::<T>()
 }
 
