@@ -98,8 +98,9 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     /// Panel `p` for `R` rows from row `first` on, `C` registers of outputs at a time: enough sums that none waits for the one before.
+    /// How many rows that were.
     #[inline(always)]
-    fn some<S: Simd, const R: usize, const C: usize>(&mut self, simd: S, p: usize, first: usize) {
+    fn some<S: Simd, const R: usize, const C: usize>(&mut self, simd: S, p: usize, first: usize) -> usize {
         let (n, lanes) = (self.inputs, S::F32_LANES);
         let width = self.out.len() / (self.x.len() / n);
         let mut x: [&[f32]; R] = [&[]; R];
@@ -127,6 +128,7 @@ impl Rows<'_> {
                 }
             }
         }
+        R
     }
 }
 
@@ -142,22 +144,10 @@ impl WithSimd for Rows<'_> {
             while row < n_rows {
                 // As many sums as there are registers for: 20 of 32 with AVX-512, 6 of 16 else.
                 row += match n_rows - row {
-                    5.. if S::F32_LANES == 16 => {
-                        self.some::<S, 5, 4>(simd, p, row);
-                        5
-                    }
-                    4 if S::F32_LANES == 16 => {
-                        self.some::<S, 4, 4>(simd, p, row);
-                        4
-                    }
-                    3.. => {
-                        self.some::<S, 3, 2>(simd, p, row);
-                        3
-                    }
-                    _ => {
-                        self.some::<S, 1, 2>(simd, p, row);
-                        1
-                    }
+                    5.. if S::F32_LANES == 16 => self.some::<S, 5, 4>(simd, p, row),
+                    4 if S::F32_LANES == 16 => self.some::<S, 4, 4>(simd, p, row),
+                    3.. => self.some::<S, 3, 2>(simd, p, row),
+                    _ => self.some::<S, 1, 2>(simd, p, row),
                 };
             }
         }

@@ -24,18 +24,14 @@ pub(super) struct Panels<T> {
 }
 
 /// Columns of a panel.
-const fn panel_width<S: Simd, T>() -> usize {
-    ACROSS * size_of::<S::f32s>() / size_of::<T>()
-}
+struct Wide<T>(PhantomData<T>);
 
-struct PanelWidth<T>(PhantomData<T>);
-
-impl<T> WithSimd for PanelWidth<T> {
+impl<T> WithSimd for Wide<T> {
     type Output = usize;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> usize {
-        panel_width::<S, T>()
+        ACROSS * size_of::<S::f32s>() / size_of::<T>()
     }
 }
 
@@ -43,7 +39,7 @@ impl<T: Real> Panels<T> {
     /// Of `size` rows and columns, `entry` by `entry`.
     pub fn new(size: [usize; 2], entry: impl Fn(usize, usize) -> T) -> Self {
         let [n_rows, n_columns] = size;
-        let wide = Isa::detect().run(PanelWidth(PhantomData::<T>));
+        let wide = Isa::detect().run(Wide(PhantomData::<T>));
         let mut entries = vec![T::default(); n_rows * n_columns.next_multiple_of(wide)];
         for (p, panel) in entries.chunks_exact_mut(n_rows * wide).enumerate() {
             let columns = p * wide..n_columns.min((p + 1) * wide);
@@ -67,9 +63,14 @@ struct MultiplyAdd<'a, T> {
 }
 
 impl<T: Real> MultiplyAdd<'_, T> {
-    /// `R` rows from `first` on, with one panel whose columns begin at `column`.
+    /// `R` rows from `first` on, with one panel whose columns begin at `column`; how many that were.
     #[inline(always)]
-    fn some<S: Simd, const R: usize>(&mut self, simd: S, first: usize, (column, panel): (usize, &[T])) {
+    fn some<S: Simd, const R: usize>(
+        &mut self,
+        simd: S,
+        first: usize,
+        (column, panel): (usize, &[T]),
+    ) -> usize {
         let [n, n_columns] = self.panels.size;
         let wide = panel.len() / n;
         let mut x: [&[T]; R] = [&[]; R];
@@ -91,6 +92,7 @@ impl<T: Real> MultiplyAdd<'_, T> {
             let out = &mut self.out[(first + r) * n_columns..][column..n_columns.min(column + wide)];
             out.iter_mut().zip(&stored).for_each(|(out, sum)| *out += *sum);
         }
+        R
     }
 }
 
@@ -101,7 +103,7 @@ impl<T: Real> WithSimd for MultiplyAdd<'_, T> {
     fn with_simd<S: Simd>(mut self, simd: S) {
         let [n, n_columns] = self.panels.size;
         let n_rows = self.x.len() / n;
-        let wide = panel_width::<S, T>();
+        let wide = Wide(PhantomData::<T>).with_simd(simd);
         let panels = self.panels.entries.chunks_exact(n * wide);
         for panel in (0..n_columns).step_by(wide).zip(panels) {
             let mut row = 0;
@@ -109,18 +111,9 @@ impl<T: Real> WithSimd for MultiplyAdd<'_, T> {
                 // Eight registers of sums hide the latency of an addition; with twelve the compiler runs out of AVX2's sixteen and keeps
                 // one in memory, which takes twice as long. With AVX-512's 32 a panel, which comes from afar, is read half as often.
                 row += match n_rows - row {
-                    8.. if size_of::<S::f32s>() == 64 => {
-                        self.some::<S, 8>(simd, row, panel);
-                        8
-                    }
-                    4.. => {
-                        self.some::<S, 4>(simd, row, panel);
-                        4
-                    }
-                    _ => {
-                        self.some::<S, 1>(simd, row, panel);
-                        1
-                    }
+                    8.. if size_of::<S::f32s>() == 64 => self.some::<S, 8>(simd, row, panel),
+                    4.. => self.some::<S, 4>(simd, row, panel),
+                    _ => self.some::<S, 1>(simd, row, panel),
                 };
             }
         }

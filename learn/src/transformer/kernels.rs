@@ -168,6 +168,10 @@ impl<T: Real> Attention<'_, T> {
         self.projected - 2 * self.width
     }
 
+    fn values_at(&self) -> usize {
+        self.projected - self.width
+    }
+
     /// What token `query` of sequence `r` sees, from the tokens `seen`: `weights` (heads × window) and `out` (width).
     ///
     /// A token's keys of all heads stand side by side, and so do its values: each is gone through once, from one end to the other. Head
@@ -196,7 +200,7 @@ impl<T: Real> Attention<'_, T> {
         }
         out.fill(T::default());
         for (k, s) in seen.enumerate() {
-            let values = &projections[self.row(s, r) + self.keys_at() + self.width..][..self.width];
+            let values = &projections[self.row(s, r) + self.values_at()..][..self.width];
             for (head, (out, value)) in out.chunks_exact_mut(n).zip(values.chunks_exact(n)).enumerate() {
                 add_scaled(out, weights[head * window + k], value);
             }
@@ -218,7 +222,7 @@ impl<T: Real> Attention<'_, T> {
         let (n, window) = (self.width / self.heads, self.window);
         let scale = T::of(1.0 / (n as f64).sqrt());
         for (k, s) in seen.clone().enumerate() {
-            let at = self.row(s, r) + self.keys_at() + self.width;
+            let at = self.row(s, r) + self.values_at();
             let values = projections[at..][..self.width].chunks_exact(n);
             let d_values = d_projections[at..][..self.width].chunks_exact_mut(n);
             for (head, ((d_out, value), d_value)) in

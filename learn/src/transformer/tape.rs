@@ -9,8 +9,7 @@ use super::layer::{Layer, LayerTape};
 use super::linear::{Linear, linear_gradient};
 use super::network::Transformer;
 use super::shape::{Form, TransformerShape};
-use crate::product::{multiply_add, rows};
-use crate::{Model, Real};
+use crate::{Model, Real, product};
 
 /// What passes through a network compute, for up to so many steps of some sequences side by side.
 ///
@@ -264,20 +263,20 @@ impl<T: Real> TransformerTape<T> {
 
     #[inline(always)]
     fn add_weight_gradients(&self, network: &Transformer<T>, steps: usize, gradient: &mut [Vec<T>]) {
-        let side_by_side = self.size.1;
-        let n = |width: usize| steps * side_by_side * width;
+        let rows = self.size.1;
+        let n = |width: usize| steps * rows * width;
         let (d, hidden) = (self.shape.width, self.shape.heads.len() * self.shape.latent);
         let layout = &network.layout;
         let embedded = &self.d_embedded[..n(d)];
         linear_gradient([&self.inputs[..n(self.shape.inputs)], embedded], &layout.input, &mut gradient[0]);
         if let Some(positions) = &layout.positions {
             let own = gradient[0][positions.clone()].chunks_exact_mut(d);
-            for (position, tokens) in own.zip(embedded.chunks_exact(side_by_side * d)) {
+            for (position, tokens) in own.zip(embedded.chunks_exact(rows * d)) {
                 tokens.chunks_exact(d).for_each(|token| add_scaled(position, T::of(1.0), token));
             }
         }
         for l in 0..self.shape.layers {
-            Layer::of(network, l, side_by_side).gradient(steps, &self.layers[l], &mut gradient[1 + l]);
+            Layer::of(network, l, rows).gradient(steps, &self.layers[l], &mut gradient[1 + l]);
         }
         let results = self.results(&(0..steps)).end;
         let head = &mut gradient[self.shape.layers + 1];
@@ -287,10 +286,10 @@ impl<T: Real> TransformerTape<T> {
         let d_outputs = &self.d_outputs[..results * outputs];
         let mut at = 0;
         for (k, [weight, bias]) in layout.heads.iter().enumerate() {
-            let latent = rows(&self.latent[..results * hidden], hidden);
+            let latent = product::rows(&self.latent[..results * hidden], hidden);
             let latent = latent.subcols(k * self.shape.latent, self.shape.latent);
-            let d_out = rows(d_outputs, outputs).subcols(at, bias.len());
-            multiply_add(&mut head[weight.clone()], latent.transpose(), d_out);
+            let d_out = product::rows(d_outputs, outputs).subcols(at, bias.len());
+            product::multiply_add(&mut head[weight.clone()], latent.transpose(), d_out);
             for d_outputs in d_outputs.chunks_exact(outputs) {
                 add_scaled(&mut head[bias.clone()], T::of(1.0), &d_outputs[at..][..bias.len()]);
             }
