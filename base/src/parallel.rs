@@ -9,6 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+/// Threads that the program has for this.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
 /// `f` of every item, in the order of the items.
 pub fn map<'a, T: Sync, R: Send>(items: &'a [T], f: impl Fn(&'a T) -> R + Sync) -> Vec<R> {
     map_indices(items.len(), |k| f(&items[k]))

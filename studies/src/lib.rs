@@ -6,6 +6,7 @@ pub mod identification;
 pub mod neural;
 mod published;
 mod real;
+mod side_by_side;
 mod simulated;
 
 use std::path::Path;

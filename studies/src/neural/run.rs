@@ -12,7 +12,8 @@ use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralS
 use super::faults::{FAULT_SPLITS, fault_cell};
 use super::gradients::by_horizon;
 use super::{NeuralData, Split};
-use crate::{Listener, StudyProgress, cell, make_folder};
+use crate::side_by_side::{at_once, side_by_side};
+use crate::{Listener, cell, make_folder};
 use hysteron_arm::Model;
 use hysteron_arm::neural::{ActuatorOptions, ActuatorSession, Comparison, Trajectory, fit_actuator};
 
@@ -96,7 +97,7 @@ pub fn neural_study(
 }
 
 /// Actuators of the cells, by network and seed.
-pub(super) type Asked<'a> = &'a dyn Fn(&NetworkKind, u64) -> ActuatorOptions;
+pub(super) type Asked<'a> = &'a (dyn Fn(&NetworkKind, u64) -> ActuatorOptions + Sync);
 
 /// The study with these actuators.
 pub(super) fn study_with(
@@ -107,28 +108,27 @@ pub(super) fn study_with(
 ) -> Result<Option<NeuralStudy>> {
     make_folder(folder)?;
     let plans = plans(&seeds, scope, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
-    let mut done: BTreeMap<&str, Value> = BTreeMap::new();
-    for (k, plan) in plans.iter().enumerate() {
-        let progress = |training| StudyProgress { cell: &plan.name, done: [k, plans.len()], training };
-        if !listener(&progress(None)) {
-            return Ok(None);
-        }
+    let options = |plan: &Plan| {
         let mut options = asked(plan.network, plan.seed);
         if !plan.has_sensing {
             options.sensing = None;
         }
+        options
+    };
+    let compute = |k: usize, progress: &mut dyn FnMut(&Progress) -> bool| {
+        let (plan, options) = (&plans[k], options(&plans[k]));
         let identity = json!({ "study": "neural", "version": 4, "data": identity, "options": options });
-        let row = cell(folder, &plan.name, &identity, || {
-            let mut listener = |p: &Progress| listener(&progress(Some(*p)));
+        cell(folder, &plan.name, &identity, || {
             if let Protocol::Faults(_) = plan.protocol {
                 let file = folder.join(format!("{}.training", plan.name));
-                return fault_cell((model, data), plan.protocol, &options, &file, &mut listener);
+                return fault_cell((model, data), plan.protocol, &options, &file, progress);
             }
-            compared(folder, (model, data), plan, &options, &mut listener)
-        })?;
-        let Some(row) = row else { return Ok(None) };
-        done.insert(&plan.name, row);
-    }
+            compared(folder, (model, data), plan, &options, progress)
+        })
+    };
+    let names: Vec<&str> = plans.iter().map(|plan| plan.name.as_str()).collect();
+    let Some(found) = side_by_side(at_once(), &names, listener, &compute)? else { return Ok(None) };
+    let done: BTreeMap<&str, Value> = names.iter().copied().zip(found).collect();
     let rows = |name: &str| -> Vec<Value> {
         seeds.clone().filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
     };
