@@ -7,6 +7,9 @@
 //! A joint that follows another moves with it exactly: q = G u + o with one row of G for each joint. Everything above is then said
 //! of u, with Gᵀ A G, Gᵀ A v_free and the frictions and ranges of all joints that u moves.
 //!
+//! Friction may grow with what a gear transmits, f_i = F_i + μ_i |τ_i + b_i|, with b of gravity, Coriolis and outside forces: the difference
+//! of what the motor and what the load put on it, as in bam's model m3 (Duclusaud et al. 2024). It is that of the state before the substep.
+//!
 //! The active set is found in every lane by itself; given it, the velocities are the solution of a linear system whose rows of standing
 //! joints are those of the identity. Gradients follow from that system with the active set fixed: with μ its solution for the cotangent of
 //! the velocities, those of −h μ·(τ(q, q̇, (v − q̇)/h) + …), which is one reverse sweep of inverse dynamics.
@@ -41,6 +44,9 @@ pub(crate) struct FrictionStep<T> {
     /// A of all joints (n × n), and A v_free.
     whole: Vec<T>,
     whole_pull: Vec<T>,
+    /// |τ + b| of all joints, and its signs; where friction grows with it.
+    through: Vec<T>,
+    through_signs: Vec<T>,
     /// From here on of the independent joints: A,
     mass: Vec<T>,
     factor: Vec<T>,
@@ -67,6 +73,8 @@ pub(crate) struct Substep<'a, T> {
     pub data: &'a mut Data<T>,
     pub damping: &'a [T],
     pub dry_friction: &'a [T],
+    /// Dry friction per torque through the gear; empty where it does not grow.
+    pub load_friction: &'a [T],
     pub tau: &'a [T],
     pub external: &'a [ExternalForce<T>],
 }
@@ -83,6 +91,8 @@ impl<T: Scalar> FrictionStep<T> {
             qp: BoxQp::new(m),
             followers,
             whole: vec![like.splat(0.0); n * n],
+            through: of_all.clone(),
+            through_signs: of_all.clone(),
             whole_pull: of_all,
             mass: vec![like.splat(0.0); m * m],
             factor: vec![like.splat(0.0); m * m],
@@ -124,16 +134,23 @@ impl<T: Scalar> FrictionStep<T> {
                 let (n, m, h) = (q.len(), self.speeds.len(), self.period);
                 bias_torque(at.model, at.data, [q, dq], at.external, &mut self.whole_pull);
                 fill_mass_matrix(at.model, at.data, &mut self.whole);
+                self.dry.iter_mut().for_each(|dry| *dry = dry.splat(0.0));
+                for (i, &(u, ratio, _)) in self.followers.leaders.iter().enumerate() {
+                    let mut dry = at.dry_friction[i];
+                    if let Some(share) = at.load_friction.get(i) {
+                        let through = at.tau[i] + self.whole_pull[i];
+                        self.through_signs[i] = through.constants(&through.values().map(f64::signum));
+                        self.through[i] = self.through_signs[i] * through;
+                        dry = share.mul_add(self.through[i], dry);
+                    }
+                    self.dry[u] = dry.mul_add(dry.splat(h * ratio.abs()), self.dry[u]);
+                }
                 // A v_free = A v + h (…).
                 for i in 0..n {
                     let force = at.tau[i] - self.whole_pull[i] - at.damping[i] * dq[i];
                     self.whole_pull[i] = dot(&self.whole[n * i..n * (i + 1)], dq) + force.scale(h);
                 }
                 self.followers.reduce([&self.whole, &self.whole_pull], [&mut self.mass, &mut self.pull]);
-                self.dry.iter_mut().for_each(|dry| *dry = dry.splat(0.0));
-                for (dry, &(u, ratio, _)) in at.dry_friction.iter().zip(&self.followers.leaders) {
-                    self.dry[u] = dry.mul_add(dry.splat(h * ratio.abs()), self.dry[u]);
-                }
                 for (speed, &i) in self.speeds.iter_mut().zip(&self.followers.independent) {
                     *speed = dq[i];
                 }
@@ -252,10 +269,53 @@ impl<T: Scalar> FrictionStep<T> {
             q[i] = q[i] + cotangent.q[i];
             dq[i] = dq[i] + cotangent.dq[i] - at.damping[i] * mu;
             gradient.damping[i] = gradient.damping[i] - mu * (velocity[i] + acceleration[i].scale(h));
-            let rubs = self.signs[u] * self.pull[u];
-            gradient.dry_friction[i] = gradient.dry_friction[i] - rubs.scale(h * ratio.abs());
+            gradient.dry_friction[i] = gradient.dry_friction[i] + self.by_friction(u, ratio);
+        }
+        if !at.load_friction.is_empty() {
+            acceleration.iter_mut().for_each(|a| *a = a.splat(0.0));
+            self.load_friction_back(
+                at,
+                [from, velocity, acceleration],
+                [&mut *q, &mut *dq],
+                cotangent,
+                gradient,
+            );
         }
         self.followers.follow_back(q, dq);
+    }
+
+    /// Gradient by the friction of a joint that follows `u`, from the multipliers.
+    #[inline(always)]
+    fn by_friction(&self, u: usize, ratio: f64) -> T {
+        (self.signs[u] * self.pull[u]).scale(-self.period * ratio.abs())
+    }
+
+    /// Adds what the gradients get through |τ + b|; `still` is the state before the substep, without acceleration.
+    #[inline(always)]
+    fn load_friction_back(
+        &mut self,
+        at: Substep<T>,
+        still: [&mut [T]; 3],
+        [q, dq]: [&mut [T]; 2],
+        cotangent: &mut Cotangent<T>,
+        gradient: &mut StepGradient<T>,
+    ) {
+        let [from, velocity, acceleration] = still;
+        for (i, &(u, ratio, _)) in self.followers.leaders.iter().enumerate() {
+            let by_friction = self.by_friction(u, ratio);
+            gradient.load_friction[i] = self.through[i].mul_add(by_friction, gradient.load_friction[i]);
+            let by_through = by_friction * at.load_friction[i] * self.through_signs[i];
+            gradient.tau[i] = gradient.tau[i] + by_through;
+            cotangent.tau[i] = -by_through;
+        }
+        let state = [&*from, &*velocity, &*acceleration];
+        inverse_dynamics(at.model, at.data, state, at.external, &mut self.whole_pull);
+        inverse_dynamics_adjoint(at.model, at.data, at.external, cotangent);
+        gradient.add_parameters(at.data, acceleration, cotangent);
+        for i in 0..q.len() {
+            q[i] = q[i] + cotangent.q[i];
+            dq[i] = dq[i] + cotangent.dq[i];
+        }
     }
 
     /// From gradients by the independent joints after a substep, μ to `pull` and what does not pass through the velocities to `q`.

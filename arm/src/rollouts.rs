@@ -8,7 +8,7 @@ use hysteron_base::lanes::{Isa, LANES, Lanes, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::batch::Register;
-use crate::{ExternalForce, Integrator, Model, StepGradient, Stepper};
+use crate::{ExternalForce, Integrator, Model, Scalar, StepGradient, Stepper};
 
 /// Force and torque, each of three components.
 const WRENCH: usize = 6;
@@ -28,6 +28,8 @@ pub struct Rollouts<'m> {
     pub n_steps: usize,
     /// Frames at which external forces act, by their numbers in [`Model::frames`].
     pub frames: Vec<usize>,
+    /// Dry friction of the joints per torque through the gear, as [`Stepper::with_load_friction`] takes it.
+    pub load_friction: Vec<f64>,
     /// Registers to use.
     pub isa: Isa,
 }
@@ -60,6 +62,8 @@ pub struct RolloutGradient {
     pub damping: Vec<f64>,
     /// By the dry friction.
     pub dry_friction: Vec<f64>,
+    /// By the dry friction per torque through the gear.
+    pub load_friction: Vec<f64>,
 }
 
 /// Numbers of a trajectory.
@@ -80,7 +84,7 @@ impl Rollouts<'_> {
             state: 2 * n,
             tau: n * self.n_steps,
             forces: WRENCH * self.frames.len() * self.n_steps,
-            parameters: (INERTIA + 3) * n,
+            parameters: (INERTIA + 4) * n,
         }
     }
 
@@ -140,7 +144,8 @@ impl Rollouts<'_> {
         }
         let (inertias, rest) = sum.split_at(INERTIA * w.joints);
         let (armature, rest) = rest.split_at(w.joints);
-        let (damping, dry_friction) = rest.split_at(w.joints);
+        let (damping, rest) = rest.split_at(w.joints);
+        let (dry_friction, load_friction) = rest.split_at(w.joints);
         let inertias = inertias.chunks(INERTIA).map(|body| std::array::from_fn(|k| body[k])).collect();
         RolloutGradient {
             initial,
@@ -150,11 +155,14 @@ impl Rollouts<'_> {
             armature: armature.to_vec(),
             damping: damping.to_vec(),
             dry_friction: dry_friction.to_vec(),
+            load_friction: load_friction.to_vec(),
         }
     }
 
     fn stepper<S: Simd>(&self, like: Lanes<S>) -> Stepper<Lanes<S>> {
+        let shares: Vec<_> = self.load_friction.iter().map(|share| like.splat(*share)).collect();
         Stepper::new(self.model, self.integrator, self.period, self.frames.len(), like)
+            .with_load_friction(&shares)
     }
 }
 
@@ -282,7 +290,8 @@ impl WithSimd for Backward<'_> {
             for (k, value) in by_state.iter().enumerate() {
                 register.store(*value, found.initial, start, w.state, k);
             }
-            let of_joints = gradient.armature.iter().chain(&gradient.damping).chain(&gradient.dry_friction);
+            let StepGradient { armature, damping, dry_friction, load_friction, .. } = &gradient;
+            let of_joints = armature.iter().chain(damping).chain(dry_friction).chain(load_friction);
             let parameters = gradient.inertias.iter().flatten().chain(of_joints);
             for (k, value) in parameters.enumerate() {
                 register.store(*value, found.parameters, start, w.parameters, k);

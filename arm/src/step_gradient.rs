@@ -18,21 +18,38 @@ pub struct StepGradient<T> {
     pub damping: Vec<T>,
     /// By the dry friction; every step adds to it.
     pub dry_friction: Vec<T>,
+    /// By the dry friction per torque through the gear; every step adds to it.
+    pub load_friction: Vec<T>,
 }
 
 impl<T: Scalar> StepGradient<T> {
     /// Zeros for `model` with `n_external` external forces, of numbers like `like`.
     pub fn new(model: &Model, n_external: usize, like: T) -> Self {
         let Cotangent { tau, inertias, armature, external, .. } = Cotangent::new(model, n_external, like);
-        Self { damping: tau.clone(), dry_friction: tau.clone(), tau, external, inertias, armature }
+        let [damping, dry_friction, load_friction] = [(); 3].map(|()| tau.clone());
+        Self { damping, dry_friction, load_friction, tau, external, inertias, armature }
     }
 
     /// Adds what a substep gives, with `acceleration` and the scratch of its adjoint.
     #[inline(always)]
     pub(crate) fn add(&mut self, data: &Data<T>, acceleration: &[T], cotangent: &mut Cotangent<T>) {
+        for (sum, part) in self.tau.iter_mut().zip(&cotangent.tau) {
+            *sum = *sum + *part;
+        }
+        self.add_parameters(data, acceleration, cotangent);
+    }
+
+    /// [`Self::add`] without the torques.
+    #[inline(always)]
+    pub(crate) fn add_parameters(
+        &mut self,
+        data: &Data<T>,
+        acceleration: &[T],
+        cotangent: &mut Cotangent<T>,
+    ) {
         parameter_adjoint(data, acceleration, cotangent);
-        let Cotangent { tau, inertias, armature, external, .. } = cotangent;
-        for (sum, part) in self.tau.iter_mut().zip(tau).chain(self.armature.iter_mut().zip(armature)) {
+        let Cotangent { inertias, armature, external, .. } = cotangent;
+        for (sum, part) in self.armature.iter_mut().zip(armature) {
             *sum = *sum + *part;
         }
         let bodies = self.inertias.iter_mut().flatten().zip(inertias.iter().flatten());

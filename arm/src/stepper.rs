@@ -36,6 +36,8 @@ pub struct Stepper<T> {
     damping: Vec<T>,
     /// Without effect unless the integrator has friction.
     dry_friction: Vec<T>,
+    /// The same per torque through the gear; empty where it does not grow.
+    load_friction: Vec<T>,
     friction: FrictionStep<T>,
     torque: Vec<T>,
     /// q, q̇ and q̈ of up to four stages.
@@ -68,6 +70,7 @@ impl<T: Scalar> Stepper<T> {
             substeps,
             damping: row(),
             dry_friction: row(),
+            load_friction: Vec::new(),
             friction: FrictionStep::new(model, period / substeps as f64, stops, like),
             torque: row(),
             stages: std::array::from_fn(|_| std::array::from_fn(|_| row())),
@@ -98,6 +101,14 @@ impl<T: Scalar> Stepper<T> {
         for ((whole, armature), damping) in self.data.armature.iter_mut().zip(armature).zip(damping) {
             *whole = *armature + damping.scale(implicit);
         }
+    }
+
+    /// Dry friction that grows with the torque through the gear, |τ + b| with b of gravity, Coriolis and outside forces, by these
+    /// shares μ (n) [-]; empty for none. Without effect unless the integrator has friction.
+    #[must_use]
+    pub fn with_load_friction(self, shares: &[T]) -> Self {
+        assert!(shares.is_empty() || shares.len() == self.damping.len(), "{} shares", shares.len());
+        Self { load_friction: shares.to_vec(), ..self }
     }
 
     /// Advances `q`, `dq` by one period under constant torques and external forces. Appends the state before every substep to
@@ -160,8 +171,9 @@ impl<T: Scalar> Stepper<T> {
                     }
                 }
                 Integrator::WithFriction(_) => {
-                    let Self { data, damping, dry_friction, friction, .. } = self;
-                    friction.advance(Substep { model, data, damping, dry_friction, tau, external }, [q, dq]);
+                    let Self { data, damping, dry_friction, load_friction, friction, .. } = self;
+                    let at = Substep { model, data, damping, dry_friction, load_friction, tau, external };
+                    friction.advance(at, [q, dq]);
                 }
             },
         )
@@ -236,12 +248,13 @@ impl<T: Scalar> Stepper<T> {
                     self.runge_kutta_back(model, tau, external, [q, dq], gradient);
                 }
                 Integrator::WithFriction(_) => {
-                    let Self { data, damping, dry_friction, friction, stages, cotangent, .. } = self;
-                    let [state, velocity, acceleration] = &mut stages[0];
+                    let Self { data, damping, dry_friction, load_friction, .. } = self;
+                    let [state, velocity, acceleration] = &mut self.stages[0];
                     state.copy_from_slice(before[0]);
                     velocity.copy_from_slice(before[1]);
-                    let at = Substep { model, data, damping, dry_friction, tau, external };
-                    friction.back(at, [state, velocity, acceleration], [q, dq], cotangent, gradient);
+                    let at = Substep { model, data, damping, dry_friction, load_friction, tau, external };
+                    let (state, cotangent) = ([&mut **state, velocity, acceleration], &mut self.cotangent);
+                    self.friction.back(at, state, [q, dq], cotangent, gradient);
                 }
             }
             tape.truncate(start);

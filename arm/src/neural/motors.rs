@@ -19,6 +19,9 @@ pub struct Motors {
     /// Largest torque [N m]; otherwise 5 as published.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_limit: Option<f64>,
+    /// Whether the friction of a servo in the loop grows with the torque through its gear, by a share that is identified with it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub load_friction: bool,
 }
 
 impl Motors {

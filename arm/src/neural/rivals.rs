@@ -11,7 +11,7 @@ use super::features::Features;
 use super::loss::wrap;
 use super::motors::Motors;
 use super::segment::Segment;
-use super::servo::ServoModel;
+use super::servo::{MOST_LOAD_FRICTION, ServoModel};
 use super::simulation::{Asked, Simulation, SimulationOptions};
 use crate::{Data, Model, gravity_torque};
 
@@ -160,6 +160,7 @@ impl ServoModel {
             stiffness: values[..m].to_vec(),
             friction: values[m..2 * m].to_vec(),
             damping: values[2 * m],
+            load_friction: values[2 * m + 1..].to_vec(),
             rms: 0.0,
             holds: true,
             motors: *motors,
@@ -213,7 +214,8 @@ impl ServoModel {
     }
 }
 
-/// Stiffness and friction of `m` motors, and their damping, with bounds in proportion to the armature.
+/// Stiffness and friction of `m` motors, and their damping, with bounds in proportion to the armature; then the growth of friction, where
+/// it is asked for.
 fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
     let size = motors.size();
     let parameter = |name: String, start: f64, min: f64, max: f64| Parameter {
@@ -226,5 +228,13 @@ fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
     let stiffness = (0..m).map(|k| parameter(format!("stiffness {}", k + 1), 15.0, 1.0, 100.0));
     let friction = (0..m).map(|k| parameter(format!("friction {}", k + 1), 0.1, 1e-3, 2.0));
     let damping = std::iter::once(parameter("damping".to_owned(), 1.0, 0.05, 10.0));
-    stiffness.chain(friction).chain(damping).collect()
+    let share = |k: usize| Parameter {
+        name: format!("load friction {}", k + 1),
+        start: 0.05,
+        bounds: Bounds { min: 0.0, max: MOST_LOAD_FRICTION },
+        scale: Scale::Linear,
+        prior: None,
+    };
+    let shares = (0..if motors.load_friction { m } else { 0 }).map(share);
+    stiffness.chain(friction).chain(damping).chain(shares).collect()
 }

@@ -236,6 +236,7 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
             servo: ServoModel {
                 stiffness: vec![9.0; 4],
                 friction: vec![0.1; 4],
+                load_friction: Vec::new(),
                 damping: 1.0,
                 rms: 0.0,
                 holds: false,

@@ -14,6 +14,9 @@ pub struct ServoModel {
     pub stiffness: Vec<f64>,
     /// Coulomb friction of each motor [N m].
     pub friction: Vec<f64>,
+    /// Further friction of each motor per torque through its gear [-]; empty where friction does not grow with that.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub load_friction: Vec<f64>,
     /// Of all motors [N m s/rad].
     pub damping: f64,
     /// Root mean square of the rollouts' errors on what it was fitted to [rad].
@@ -32,6 +35,9 @@ pub struct ServoModel {
 /// Speed w over which friction turns its sign where it does not hold [rad/s].
 const FRICTION_WIDTH: f64 = 0.05;
 
+/// Largest friction per torque through the gear: at one half a motor that lifts a load holds all of its torque by friction [-].
+pub(super) const MOST_LOAD_FRICTION: f64 = 0.45;
+
 impl ServoModel {
     /// # Errors
     /// `BadInput` where it is for other motors, or a number is negative or not finite.
@@ -43,6 +49,12 @@ impl ServoModel {
                 let expected = format!("{m} finite numbers, zero or more");
                 return Err(BadInput::new(name, expected, format!("{values:?}")));
             }
+        }
+        let shares = &self.load_friction;
+        let are_shares = shares.iter().all(|share| (0.0..=MOST_LOAD_FRICTION).contains(share));
+        if !(shares.is_empty() || self.holds && shares.len() == m && are_shares) {
+            let expected = format!("none, or {m} from 0 to {MOST_LOAD_FRICTION} of friction that holds");
+            return Err(BadInput::new("servo.load_friction", expected, format!("{shares:?}")));
         }
         if !(self.damping >= 0.0 && self.damping.is_finite()) {
             let expected = "a finite number, zero or more";
@@ -70,8 +82,9 @@ impl ServoModel {
         (-self.friction[k] * sign, -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign))
     }
 
-    /// Friction of motor `k` that the integrator has to hold [N m].
-    pub(super) fn held(&self, k: usize) -> f64 {
-        if self.holds { self.friction[k] } else { 0.0 }
+    /// Friction of motor `k` that the integrator has to hold [N m], and its growth per torque through the gear.
+    pub(super) fn held(&self, k: usize) -> [f64; 2] {
+        let friction = if self.holds { self.friction[k] } else { 0.0 };
+        [friction, self.load_friction.get(k).copied().unwrap_or(0.0)]
     }
 }

@@ -18,6 +18,12 @@ fn a_servo_for_other_motors_or_out_of_range_is_refused() {
     assert!(found.contains("servo.stiffness: expected 5 finite numbers, zero or more"), "{found}");
     assert!(refused(&|servo| servo.friction[2] = f64::NAN).contains("servo.friction"));
     assert!(refused(&|servo| servo.damping = -1.0).contains("servo.damping"));
+    for shares in [vec![0.1; 4], vec![0.5; 5], vec![f64::NAN; 5], vec![-0.1; 5]] {
+        let found = refused(&|servo| servo.load_friction.clone_from(&shares));
+        assert!(found.contains("servo.load_friction: expected none, or 5 from 0 to 0.45"), "{found}");
+    }
+    let creeps = refused(&|servo| (servo.holds, servo.load_friction) = (false, vec![0.1; 5]));
+    assert!(creeps.contains("of friction that holds"), "{creeps}");
 }
 
 #[test]
@@ -56,11 +62,46 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     assert!((next[1] - still[1]).abs() > 1e-4, "{}", next[1] - still[1]);
 }
 
+#[test]
+fn friction_under_load_holds_a_weight_between_the_torques_of_lifting_and_of_letting_go() {
+    let share = 0.15;
+    let servo = ServoModel { load_friction: vec![share], ..swings(0.0, 0.0) };
+    let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
+    let still = [0.7, 0.0];
+    let weight = super::rivals::gravity_at(&arm, &ALONE, &still[..1])[0];
+    let simulation = Simulation::new(&arm, &ALONE, &SimulationOptions::with_servo(&servo, 0.01)).unwrap();
+    let moved = |torque: f64| {
+        let mut next = [0.0; 2];
+        let asked = Asked { goals: &[0.7], gains: &[0.0], torques: &[torque] };
+        simulation.step(&still, asked, &mut next);
+        next[0] - still[0]
+    };
+    // |τ − b| = μ |τ + b|: the same factor (1 + μ)/(1 − μ) up and down.
+    let factor = (1.0 + share) / (1.0 - share);
+    let [lifts, lets_go] = [weight * factor, weight / factor];
+    assert!(moved(0.999 * lifts) == 0.0 && moved(1.001 * lifts) * weight > 0.0);
+    assert!(moved(1.001 * lets_go) == 0.0 && moved(0.999 * lets_go) * weight < 0.0);
+}
+
 /// A weight on a rod.
 const PENDULUM: &str = include_str!("../../tests/data/pendulum.urdf");
 
 /// One joint without a gripper.
 const ALONE: Features = Features { joints: 1, gripper: None };
+
+/// A servo that swings the weight, of this stiffness and friction.
+fn swings(stiffness: f64, friction: f64) -> ServoModel {
+    ServoModel {
+        stiffness: vec![stiffness],
+        friction: vec![friction],
+        load_friction: Vec::new(),
+        damping: 0.04,
+        rms: 0.0,
+        holds: true,
+        motors: Motors { armature: Some(0.0024), torque_limit: Some(0.6), ..Motors::default() },
+        position_gain: Some(250.0),
+    }
+}
 
 /// What a servo that swings the weight would report, at a gain of its position loop.
 fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
@@ -88,26 +129,25 @@ fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
 
 #[test]
 fn a_servo_is_found_from_recordings_at_several_gains_and_followed_at_another() {
-    let motors = Motors { armature: Some(0.0024), torque_limit: Some(0.6), ..Motors::default() };
-    let truth = ServoModel {
-        stiffness: vec![0.8],
-        friction: vec![0.02],
-        damping: 0.04,
-        rms: 0.0,
-        holds: true,
-        motors,
-        position_gain: Some(250.0),
-    };
+    is_found_and_followed(false);
+    is_found_and_followed(true);
+}
+
+fn is_found_and_followed(load_friction: bool) {
+    let motors =
+        Motors { armature: Some(0.0024), torque_limit: Some(0.6), load_friction, ..Motors::default() };
+    let load = vec![0.15; usize::from(load_friction)];
+    let truth = ServoModel { load_friction: load, motors, ..swings(0.8, 0.02) };
     let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
     let known = [100.0, 400.0].map(|gain| swung(&truth, gain));
     let found = ServoModel::fit(&arm, (&ALONE, 0.01, &motors), &known, &|_, _| true).unwrap();
     assert_eq!(found.position_gain, Some(250.0));
     // The recordings are exact: what is left is the tolerance of the search, 1e-3 of the residuals.
-    for (found, truth) in [
-        (found.stiffness[0], truth.stiffness[0]),
-        (found.friction[0], truth.friction[0]),
-        (found.damping, truth.damping),
-    ] {
+    let numbers = |servo: &ServoModel| {
+        [&servo.stiffness[..], &servo.friction, &servo.load_friction, &[servo.damping]].concat()
+    };
+    assert_eq!(numbers(&found).len(), 3 + usize::from(load_friction));
+    for (found, truth) in numbers(&found).into_iter().zip(numbers(&truth)) {
         assert!((found / truth - 1.0).abs() < 0.01, "{found} {truth}");
     }
     let other = swung(&truth, 800.0);

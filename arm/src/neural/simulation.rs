@@ -79,9 +79,9 @@ impl SimulationOptions {
         }
     }
 
-    /// Friction of a motor that holds it at rest [N m].
-    fn dry_friction(&self, motor: usize) -> f64 {
-        self.servo.as_ref().map_or(0.0, |servo| servo.held(motor))
+    /// Friction of a motor that holds it at rest [N m], and its growth per torque through the gear.
+    fn dry_friction(&self, motor: usize) -> [f64; 2] {
+        self.servo.as_ref().map_or([0.0; 2], |servo| servo.held(motor))
     }
 
     /// # Errors
@@ -150,7 +150,7 @@ impl Simulation {
                 .hint("name fewer joints"));
             }
             (joint.drive.armature, joint.drive.damping) = (options.armature, options.damping);
-            joint.drive.dry_friction = options.dry_friction(k);
+            joint.drive.dry_friction = options.dry_friction(k)[0];
         }
         if options.payload > 0.0 {
             // Second moments of the mass, as xx, xy, yy, xz, yz, zz.
@@ -190,7 +190,9 @@ impl Simulation {
     }
 
     fn rollouts(&self) -> Rollouts<'_> {
-        let holds = self.options.servo.as_ref().is_some_and(|servo| servo.holds);
+        let (n, servo) = (self.features.joints, self.options.servo.as_ref());
+        let holds = servo.is_some_and(|servo| servo.holds);
+        let load_friction = servo.map(|servo| servo.load_friction.iter().take(n).copied().collect());
         let integrator =
             if holds { Integrator::WithFriction(Stops::None) } else { Integrator::SemiImplicitEuler };
         Rollouts {
@@ -199,6 +201,7 @@ impl Simulation {
             period: self.held(),
             n_steps: 1,
             frames: Vec::new(),
+            load_friction: load_friction.unwrap_or_default(),
             isa: Isa::detect(),
         }
     }
@@ -283,11 +286,12 @@ impl Simulation {
         let h = held / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
-            let dry = h * self.options.dry_friction(motor);
+            let [friction, share] = self.options.dry_friction(motor);
             let rows =
                 next.chunks_exact_mut(2 * m).zip(states.chunks_exact(2 * m)).zip(torques.chunks_exact(m));
             for ((next, state), torque) in rows {
                 let (mut angle, mut speed) = (state[motor], state[m + motor]);
+                let dry = h * (friction + share * torque[motor].abs());
                 for _ in 0..substeps {
                     let push = armature * speed + h * torque[motor];
                     speed = push.signum() * (push.abs() - dry).max(0.0) / (armature + h * damping);
@@ -320,15 +324,19 @@ impl Simulation {
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             // Where there is friction that holds, torques are held for one part only.
-            let dry = h * self.options.dry_friction(motor);
+            let [friction, share] = self.options.dry_friction(motor);
             let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m)).enumerate();
             for ((row, (by_state, by_torque)), weights) in rows.zip(weights.chunks_exact(2 * m)) {
                 let (by_angle, mut by_speed) = (weights[motor], weights[m + motor]);
-                let push = armature * states[2 * m * row + m + motor] + h * torques[m * row + motor];
+                let torque = torques[m * row + motor];
+                let push = armature * states[2 * m * row + m + motor] + h * torque;
+                let dry = h * (friction + share * torque.abs());
                 let slides = if dry == 0.0 || push.abs() > dry { 1.0 } else { 0.0 };
+                // What more torque moves, less what it rubs.
+                let moved = 1.0 - share * torque.signum() * push.signum();
                 for _ in 0..substeps {
                     by_speed = slides * (by_speed + h * by_angle);
-                    by_torque[motor] += by_speed * h / (armature + h * damping);
+                    by_torque[motor] += moved * by_speed * h / (armature + h * damping);
                     by_speed *= armature / (armature + h * damping);
                 }
                 (by_state[motor], by_state[m + motor]) = (by_angle, by_speed);

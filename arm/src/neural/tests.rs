@@ -27,14 +27,15 @@ fn simulation() -> Simulation {
 
 /// With a servo in the loop that is not quite the recorded one.
 pub(crate) fn with_servo() -> Simulation {
-    with_friction(true)
+    with_friction(true, 0.0)
 }
 
-/// The same, with friction that holds or creeps.
-fn with_friction(holds: bool) -> Simulation {
+/// The same, with friction that holds or creeps, and grows with the torque through the gear.
+fn with_friction(holds: bool, share: f64) -> Simulation {
     let servo = ServoModel {
         stiffness: vec![18.0, 22.0, 21.0, 14.0, 9.0],
         friction: vec![0.08; 5],
+        load_friction: vec![share; if share > 0.0 { 5 } else { 0 }],
         damping: 1.2,
         rms: 0.0,
         holds,
@@ -60,6 +61,7 @@ fn recording(seed: u64, rows: usize) -> Recording {
     let servo = ServoModel {
         stiffness: vec![20.0, 25.0, 20.0, 15.0, 10.0],
         friction: vec![0.1; m],
+        load_friction: Vec::new(),
         damping: 1.0,
         rms: 0.0,
         holds: true,
@@ -169,12 +171,14 @@ fn the_gradient_of_the_closed_loop_is_that_of_differences() {
     let cases = [
         (Form::Window, simulation()),
         (Form::Streaming, simulation()),
-        (Form::Window, with_friction(false)),
-        (Form::Window, with_friction(true)),
-        (Form::Streaming, with_friction(true)),
+        (Form::Window, with_friction(false, 0.0)),
+        (Form::Window, with_friction(true, 0.0)),
+        (Form::Streaming, with_friction(true, 0.0)),
+        (Form::Streaming, with_friction(true, 0.1)),
     ];
     for (form, simulation) in cases {
-        let form = (form, simulation.options().servo.as_ref().map(|servo| servo.holds));
+        let servo = simulation.options().servo.as_ref();
+        let form = (form, servo.map(|servo| (servo.holds, servo.load_friction.clone())));
         let mut network = Transformer::<f64>::new(&shape(form.0), 5).unwrap();
         for (k, values) in network.parameters_mut().iter_mut().enumerate() {
             let mut stream = rng(2, &format!("{k}"));

@@ -28,6 +28,8 @@ struct Case {
     frame: usize,
     start: fn(usize) -> f64,
     dry_friction: f64,
+    /// Its growth per torque through the gear.
+    load_friction: f64,
     /// Size of the torques [N m].
     torque: f64,
 }
@@ -39,6 +41,7 @@ struct Parameters<T> {
     armature: Vec<T>,
     damping: Vec<T>,
     dry_friction: Vec<T>,
+    load_friction: Vec<T>,
     /// Added to every torque of the joint.
     torque: Vec<T>,
     /// The same in every step.
@@ -52,16 +55,25 @@ impl Case {
             .unwrap();
         let frame = model.frame("end_effector_link").unwrap();
         let start = |i| 0.2 - 0.1 * i as f64;
-        Self { model, integrator, substeps: 2, frame, start, dry_friction: 0.0, torque: 0.05 }
+        Self {
+            model,
+            integrator,
+            substeps: 2,
+            frame,
+            start,
+            dry_friction: 0.0,
+            load_friction: 0.0,
+            torque: 0.05,
+        }
     }
 
     /// A gripper one finger of which follows the other; it sticks, slides, and reaches the end of its range.
-    fn with_friction() -> Self {
+    fn with_friction(load_friction: f64) -> Self {
         let model = gripper(0.0);
         let frame = model.frame("right").unwrap();
         let start = |i| [0.7, 0.01, 0.3, 1.5, -0.2, 0.7][i];
         let integrator = Integrator::WithFriction(Stops::Rigid);
-        Self { model, integrator, substeps: 2, frame, start, dry_friction: 0.4, torque: 3.0 }
+        Self { model, integrator, substeps: 2, frame, start, dry_friction: 0.4, load_friction, torque: 3.0 }
     }
 
     fn parameters<T: Scalar>(&self, like: T) -> Parameters<T> {
@@ -74,6 +86,7 @@ impl Case {
             armature: vec![like.splat(0.01); n],
             damping: damping.collect(),
             dry_friction: vec![like.splat(self.dry_friction); n],
+            load_friction: vec![like.splat(self.load_friction); if self.load_friction > 0.0 { n } else { 0 }],
             torque: vec![like.splat(0.0); n],
             force: [0.3, -0.2, 0.4, 0.01, 0.02, -0.01].map(|x| like.splat(x)),
         }
@@ -82,7 +95,7 @@ impl Case {
     fn stepper<T: Scalar>(&self, p: &Parameters<T>) -> Stepper<T> {
         let mut stepper = Stepper::new(&self.model, self.integrator, (0.01, self.substeps), 1, p.state[0]);
         stepper.set_parameters(&p.inertias, &p.armature, [&p.damping, &p.dry_friction]);
-        stepper
+        stepper.with_load_friction(&p.load_friction)
     }
 
     fn external<T: Copy>(&self, f: &[T; 6]) -> [ExternalForce<T>; 1] {
@@ -149,6 +162,9 @@ fn check(case: &Case) {
     if case.dry_friction > 0.0 {
         close("friction", &gradient.dry_friction, &all(&|i| dual(&|p| &mut p.dry_friction[i])));
     }
+    if case.load_friction > 0.0 {
+        close("load friction", &gradient.load_friction, &all(&|i| dual(&|p| &mut p.load_friction[i])));
+    }
     let forces: Vec<f64> = (0..6).map(|i| dual(&|p| &mut p.force[i])).collect();
     close("force", &by_force, &forces);
     let masses = all(&|i| dual(&|p| &mut p.inertias[i].mass));
@@ -171,7 +187,8 @@ fn adjoint_of_runge_kutta_is_the_derivative() {
 
 #[test]
 fn adjoint_with_friction_stops_and_followers_is_the_derivative() {
-    let case = Case::with_friction();
+    check(&Case::with_friction(0.1));
+    let case = Case::with_friction(0.0);
     check(&case);
     // What the finger does before a substep: moves, stands, stands at an end of its range.
     let contacts = |tape: &[f64]| -> Vec<u8> {
@@ -228,8 +245,22 @@ fn many(integrator: Integrator) -> (Model, usize, [Vec<f64>; 5]) {
 
 const MANY_STEPS: usize = 20;
 
+/// Friction per torque through the gears.
+fn shares(model: &Model) -> Vec<f64> {
+    vec![0.1; model.n_joints()]
+}
+
 fn rollouts(model: &Model, frame: usize, isa: Isa, integrator: Integrator) -> Rollouts<'_> {
-    Rollouts { model, integrator, period: (0.01, 4), n_steps: MANY_STEPS, frames: vec![frame], isa }
+    let load_friction = shares(model);
+    Rollouts {
+        model,
+        integrator,
+        period: (0.01, 4),
+        n_steps: MANY_STEPS,
+        frames: vec![frame],
+        load_friction,
+        isa,
+    }
 }
 
 #[test]
@@ -247,7 +278,8 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
         let gradient = rollouts.pull_back(&inputs, &states, &weights);
         let mut sum = StepGradient::new(&model, 1, 0.0);
         for arm in 0..initial.len() / (2 * n) {
-            let mut stepper = Stepper::new(&model, integrator, (0.01, 4), 1, 0.0);
+            let stepper = Stepper::new(&model, integrator, (0.01, 4), 1, 0.0);
+            let mut stepper = stepper.with_load_friction(&shares(&model));
             let of_step = |rows: &[f64], width: usize, step: usize| -> Vec<f64> {
                 rows[width * (MANY_STEPS * arm + step)..][..width].to_vec()
             };
@@ -285,6 +317,7 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
         assert_close("armature", &gradient.armature, &sum.armature, TOLERANCE);
         assert_close("damping", &gradient.damping, &sum.damping, TOLERANCE);
         assert_close("friction", &gradient.dry_friction, &sum.dry_friction, TOLERANCE);
+        assert_close("load friction", &gradient.load_friction, &sum.load_friction, TOLERANCE);
     }
 }
 

@@ -98,6 +98,9 @@ pub struct Options {
     /// Largest torque of a joint's motor [default: 5 as published]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N_M", allow_negative_numbers = true))]
     pub torque_limit_n_m: Option<f64>,
+    /// Friction of the servo of --prior servo grows with the torque through the gear, by a share that is identified with it
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub load_friction: bool,
     /// Of initial weights, batches and noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
@@ -193,6 +196,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             armature: options.armature_kg_m2,
             damping: options.damping_n_m_s_per_rad,
             torque_limit: options.torque_limit_n_m,
+            load_friction: options.load_friction,
         },
     };
     let n_parameters = asked.shape(&features).n_parameters();

@@ -77,6 +77,7 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         start_noise: 0.02,
         contact_n: 0.01,
         period_s: PERIOD,
+        load_friction: false,
         armature_kg_m2: None,
         damping_n_m_s_per_rad: None,
         torque_limit_n_m: None,
