@@ -7,15 +7,16 @@ use std::collections::BTreeMap;
 
 use hysteron_base::schema::{finite, not_negative, positive};
 use hysteron_base::{BadInput, schema};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::drive::{Drive, Gear};
 use crate::law::{JointFriction, Law};
 use crate::motor::{Motor, Supply, Winding};
 use crate::position_loop::LoopSpec;
 
-/// A drive and where its numbers come from.
-#[derive(Debug, Clone, PartialEq)]
+/// A drive and where its numbers come from; other files hold it as the text of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct CatalogueDrive {
     /// Name of the product.
     pub name: String,
@@ -35,9 +36,12 @@ const FILES: [(&str, &str); 7] = [
     ("xm430-w350", include_str!("../drives/xm430-w350.toml")),
 ];
 
+/// Header of the files.
+const FORMAT: (&str, i64) = ("hysteron-drive", 1);
+
 type Check<T> = Result<T, BadInput>;
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DriveFile {
     format: String,
@@ -52,22 +56,23 @@ struct DriveFile {
     position_loop: LoopTable,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MotorTable {
     torque_constant_n_m_per_a: f64,
     resistance_ohm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
     current_limit_a: Option<f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SupplyTable {
     voltage_v: f64,
     resistance_ohm: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WindingTable {
     heat_capacity_j_per_k: f64,
@@ -80,17 +85,18 @@ struct WindingTable {
     air_degc: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GearTable {
     armature_kg_m2: f64,
     /// None where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
     backlash_deg: Option<f64>,
     law: String,
     friction: BTreeMap<String, f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LoopTable {
     ticks_per_turn: f64,
@@ -98,6 +104,7 @@ struct LoopTable {
     gain_units: [f64; 3],
     period_ms: f64,
     /// None where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
     dead_band_ticks: Option<f64>,
 }
 
@@ -127,7 +134,7 @@ impl CatalogueDrive {
     /// parameter that the law has not or lacks.
     pub fn parse(text: &str) -> Check<Self> {
         let typed: DriveFile = schema::parse(text)?;
-        schema::check_header((&typed.format, typed.version), ("hysteron-drive", 1))?;
+        schema::check_header((&typed.format, typed.version), FORMAT)?;
         let supply = Supply {
             voltage: positive("supply.voltage_v", typed.supply.voltage_v)?,
             resistance: not_negative("supply.resistance_ohm", typed.supply.resistance_ohm)?,
@@ -143,6 +150,59 @@ impl CatalogueDrive {
                 position_loop: position_loop(&typed.position_loop)?,
             },
         })
+    }
+}
+
+impl TryFrom<String> for CatalogueDrive {
+    type Error = BadInput;
+
+    fn try_from(text: String) -> Check<Self> {
+        Self::parse(&text)
+    }
+}
+
+/// The text of its file.
+impl From<CatalogueDrive> for String {
+    fn from(CatalogueDrive { name, source, drive }: CatalogueDrive) -> Self {
+        let Drive { motor, supply, winding, gear, position_loop } = drive;
+        let some = |value: f64| (value > 0.0 && value.is_finite()).then_some(value);
+        let names = gear.law.parameters().into_iter().map(|parameter| parameter.name.into_owned());
+        let file = DriveFile {
+            format: FORMAT.0.to_owned(),
+            version: FORMAT.1,
+            name,
+            source,
+            motor: MotorTable {
+                torque_constant_n_m_per_a: motor.torque_constant(),
+                resistance_ohm: motor.resistance(),
+                current_limit_a: some(motor.current_limit),
+            },
+            supply: SupplyTable { voltage_v: supply.voltage, resistance_ohm: supply.resistance },
+            winding: WindingTable {
+                heat_capacity_j_per_k: winding.heat_capacity,
+                to_case_k_per_w: winding.to_case,
+                case_heat_capacity_j_per_k: winding.case_heat_capacity,
+                to_air_k_per_w: winding.to_air,
+                resistance_slope_per_k: winding.resistance_slope,
+                magnet_slope_per_k: winding.magnet_slope,
+                reference_degc: winding.reference,
+                air_degc: winding.air,
+            },
+            gear: GearTable {
+                armature_kg_m2: gear.armature,
+                backlash_deg: some(gear.backlash.to_degrees()),
+                law: gear.law.name().to_owned(),
+                friction: names.zip(gear.friction).collect(),
+            },
+            position_loop: LoopTable {
+                ticks_per_turn: position_loop.ticks_per_turn,
+                pwm_full_scale: position_loop.pwm_full_scale,
+                gain_units: position_loop.gains,
+                period_ms: 1e3 * position_loop.period,
+                dead_band_ticks: some(position_loop.dead_band),
+            },
+        };
+        toml::to_string(&file).unwrap_or_default()
     }
 }
 
@@ -178,7 +238,7 @@ fn winding(typed: &WindingTable) -> Check<Winding> {
 
 fn gear(typed: GearTable) -> Check<Gear> {
     let armature = positive("gear.armature_kg_m2", typed.armature_kg_m2)?;
-    let backlash = not_negative("gear.backlash_deg", typed.backlash_deg.unwrap_or(0.0))?.to_radians();
+    let backlash = not_negative("gear.backlash_deg", typed.backlash_deg.unwrap_or(0.0))?;
     let law = Law::named(&typed.law).map_err(|bad| BadInput { place: "gear.law".to_owned(), ..bad })?;
     let parameters = law.parameters();
     let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
@@ -252,6 +312,34 @@ mod tests {
             let ratio = current * drive.motor.torque_constant() / torque;
             assert!((0.8..2.2).contains(&ratio), "{name}: {ratio} times the stall torque of the data sheet");
         }
+    }
+
+    #[test]
+    fn the_text_of_a_drive_is_that_drive() {
+        for (name, file) in FILES {
+            let one = CatalogueDrive::parse(file).unwrap();
+            let [there, back] = [
+                String::from(one.clone()),
+                String::from(CatalogueDrive::parse(&String::from(one.clone())).unwrap()),
+            ];
+            for (there, back) in there.lines().zip(back.lines()) {
+                let number =
+                    |line: &str| line.split(" = ").nth(1).and_then(|value| value.parse::<f64>().ok());
+                // What is divided and multiplied on the way is off by a rounding.
+                let is_same = match (number(there), number(back)) {
+                    (Some(a), Some(b)) => (a - b).abs() <= 1e-15 * a.abs(),
+                    _ => there == back,
+                };
+                assert!(is_same, "{name}: {there} is not {back}");
+            }
+            // Everything that a person types comes back.
+            for line in file.lines().filter(|line| line.contains(" = ") && !line.contains("version")) {
+                let key = line.split(" = ").next().unwrap_or_default();
+                assert!(there.lines().any(|there| there.starts_with(key)), "{name}: {line} in {there}");
+            }
+        }
+        let backlash = CatalogueDrive::named("xm430-w350").unwrap().drive.gear.backlash;
+        assert!((backlash - 0.25_f64.to_radians()).abs() < 1e-15, "{backlash} rad");
     }
 
     #[test]

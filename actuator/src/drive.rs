@@ -2,9 +2,15 @@
 //!
 //! The speed is found implicitly in every step, so that back EMF never makes a step unstable and friction holds exactly.
 
-use crate::law::{JointFriction, Law, Sliding};
+use hysteron_base::BadInput;
+
+use crate::law::{JointFriction, Law, LoadDependent, Sliding};
 use crate::motor::{Bridge, Motor, MotorLine, Supply, Winding};
+use crate::number::Real;
 use crate::position_loop::LoopSpec;
+
+/// Parameters of the largest law of [`Drive::check_load_friction`], m4.
+const MOST_PARAMETERS: usize = 7;
 
 /// A gear train.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,13 +131,71 @@ impl Drive {
         }
         state.angle += state.velocity * h;
         state.current = line.current(state.rotor_velocity);
+        let temperatures = [state.winding_temperature, state.case_temperature];
+        [state.winding_temperature, state.case_temperature] = self.warmed(temperatures, state.current, h);
+    }
+
+    /// Temperatures of winding and case after `h` [s] with this current [A], from those before [°C].
+    pub fn warmed(&self, [winding, case]: [f64; 2], current: f64, h: f64) -> [f64; 2] {
         let heat = &self.winding;
-        let out = (state.winding_temperature - state.case_temperature) / heat.to_case;
-        let lost = (state.case_temperature - heat.air) / heat.to_air;
-        let resistance = self.motor.resistance() * factors.1;
-        state.winding_temperature +=
-            h * (resistance * state.current * state.current - out) / heat.heat_capacity;
-        state.case_temperature += h * (out - lost) / heat.case_heat_capacity;
+        let (out, lost) = ((winding - case) / heat.to_case, (case - heat.air) / heat.to_air);
+        let resistance = self.motor.resistance() * heat.factors(winding).1;
+        [
+            winding + h * (resistance * current * current - out) / heat.heat_capacity,
+            case + h * (out - lost) / heat.case_heat_capacity,
+        ]
+    }
+
+    /// Torque [N m] and current [A] of the motor under a position loop with the proportional gain `p` of its register alone, at an error of
+    /// position [rad], a speed [rad/s] and a temperature of the winding [°C].
+    pub fn follow<T: Real>(&self, p: f64, [error, speed]: [T; 2], temperature: f64) -> [T; 2] {
+        let duty = (T::from(self.position_loop.duty_per_radian(p)) * error).clamp(-1.0, 1.0);
+        let factors = self.winding.factors(temperature);
+        let line = MotorLine::driven(&self.motor, &self.supply, factors, duty);
+        [line.torque(speed), line.current(speed)]
+    }
+
+    /// Dry friction of the unloaded gear at a speed [N m], and its growth per torque through the gear, |load − motor| [-], where the law
+    /// is of that form: [`Self::check_load_friction`].
+    pub fn load_friction<T: Real>(&self, speed: T) -> [T; 2] {
+        let mut parameters = [T::from(0.0); MOST_PARAMETERS];
+        let n = self.gear.friction.len().min(MOST_PARAMETERS);
+        for (to, value) in parameters.iter_mut().zip(&self.gear.friction) {
+            *to = T::from(*value);
+        }
+        let under = |torque: f64| {
+            let [motor_torque, load_torque] = [0.0, torque].map(T::from);
+            let at = Sliding { velocity: speed, motor_torque, load_torque };
+            self.gear.law.budget(&parameters[..n], &at).dry
+        };
+        let alone = under(0.0);
+        [alone, under(1.0) - alone]
+    }
+
+    /// Viscous friction of the gear [N m s/rad].
+    pub fn viscous(&self) -> f64 {
+        self.gear.law.budget(&self.gear.friction, &Sliding::at(0.0)).viscous
+    }
+
+    /// # Errors
+    /// `BadInput` where dry friction is no function of the speed that grows with |load − motor|, or the gear has backlash.
+    pub fn check_load_friction(&self) -> Result<(), BadInput> {
+        use LoadDependent::{M1, M2, M3, M4};
+        let is_one = match &self.gear.law {
+            Law::CoulombViscous(_) | Law::Stribeck(_) => true,
+            Law::LoadDependent(law) => [M1, M2, M3, M4].contains(law),
+            _ => false,
+        };
+        if !is_one {
+            let expected = "coulomb-viscous, stribeck, or m1 to m4";
+            return Err(BadInput::new("gear.law", expected, "another"));
+        }
+        if self.gear.backlash > 0.0 {
+            let found = self.gear.backlash.to_degrees().to_string();
+            return Err(BadInput::new("gear.backlash_deg", "a drive without backlash", found)
+                .hint("a copy of the file without it follows as if there were none"));
+        }
+        Ok(())
     }
 
     /// Speeds of rotor and output after a step, and where between the flanks they then are.
@@ -365,5 +429,30 @@ mod tests {
             drive.step(&mut state, Bridge::Driven(0.3 * (4e-3 * f64::from(k)).sin()), pushed, 1e-3);
             assert!(state.lead == -0.005 && (state.velocity - state.rotor_velocity).abs() < 1e-9, "step {k}");
         }
+    }
+
+    #[test]
+    fn torque_and_friction_said_apart_are_those_of_a_step() {
+        let mut drive = crate::CatalogueDrive::named("xl330-m288").expect("of the catalogue").drive;
+        drive.check_load_friction().expect("m4, no backlash");
+        // So heavy that a step changes no speed, and every torque is that of its beginning.
+        let (inertia, h, gain) = (1e6, 1e-3, 200.0);
+        for (error, speed, load) in [(0.1, 0.4, 0.1), (-0.3, -2.0, 0.05), (2.0, 0.3, -0.2), (0.2, -0.6, -0.1)]
+        {
+            let temperature = 60.0;
+            let [torque, current] = drive.follow(gain, [error, speed], temperature);
+            let [alone, share] = drive.load_friction(speed);
+            let rubs = (alone + share * (load - torque).abs()) * speed.signum() + drive.viscous() * speed;
+            let duty = (drive.position_loop.duty_per_radian(gain) * error).clamp(-1.0, 1.0);
+            let mut state = DriveState { velocity: speed, ..DriveState::resting(0.0, temperature) };
+            let load = Load { inertia, torque: load };
+            drive.step(&mut state, Bridge::Driven(duty), load, h);
+            let whole = (state.velocity - speed) * (inertia + drive.gear.armature) / h;
+            // A speed near 1 known to 1e-16 is a torque known to 1e-7.
+            assert!((whole - (torque + load.torque - rubs)).abs() < 1e-6, "{whole} {torque} {rubs}");
+            assert!((state.current - current).abs() < 1e-6, "{} {current}", state.current);
+        }
+        drive.gear.backlash = 0.01;
+        assert!(drive.check_load_friction().is_err());
     }
 }

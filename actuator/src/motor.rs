@@ -1,5 +1,7 @@
 //! What drives a gear: a DC motor on a supply, its winding warm or cold, through a bridge that is driven or open.
 
+use crate::number::Real;
+
 /// A DC motor, seen from the output of its gear, by what it does stalled at one voltage: so data sheets state it, and the rest is
 /// proportional.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,11 +118,11 @@ pub enum Bridge {
 
 /// What a motor gives over the speed of the output, in one step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct MotorLine {
+pub(crate) struct MotorLine<T = f64> {
     /// Torque at standstill, before any limit [N m].
-    pub stalled: f64,
+    pub stalled: T,
     /// By how much it falls with the speed [N m s/rad].
-    pub slope: f64,
+    pub slope: T,
     /// Largest torque that the current's limit allows [N m].
     pub limit: f64,
     /// Current per torque is `stall_current / stall_torque`, both at the winding's temperature [A, N m].
@@ -128,31 +130,36 @@ pub(crate) struct MotorLine {
 }
 
 impl MotorLine {
-    pub(crate) fn new(motor: &Motor, supply: &Supply, (magnet, ohmic): (f64, f64), bridge: Bridge) -> Self {
+    pub(crate) fn new(motor: &Motor, supply: &Supply, factors: (f64, f64), bridge: Bridge) -> Self {
+        match bridge {
+            Bridge::Driven(duty) => Self::driven(motor, supply, factors, duty),
+            Bridge::Open => Self { stalled: 0.0, slope: 0.0, ..Self::driven(motor, supply, factors, 0.0) },
+        }
+    }
+}
+
+impl<T: Real> MotorLine<T> {
+    /// Of a bridge with this duty, at the winding's factors of torque constant and resistance.
+    pub(crate) fn driven(motor: &Motor, supply: &Supply, (magnet, ohmic): (f64, f64), duty: T) -> Self {
         let stall_torque = motor.stall_torque * magnet;
-        let per_torque = [motor.stall_current, stall_torque];
-        let limit = motor.current_limit * stall_torque / motor.stall_current;
-        let Bridge::Driven(duty) = bridge else {
-            return Self { stalled: 0.0, slope: 0.0, limit, per_torque };
-        };
         // The supply gives d times the motor's current, and loses that much voltage: i = (d V - k ω)/(R + d² R_s).
-        let ohmic = ohmic + duty * duty * supply.resistance / motor.resistance();
+        let ohmic = T::from(ohmic) + duty * duty * T::from(supply.resistance / motor.resistance());
         Self {
-            stalled: duty * supply.voltage / motor.rated_voltage * stall_torque / ohmic,
-            slope: motor.back_emf_damping * magnet * magnet / ohmic,
-            limit,
-            per_torque,
+            stalled: duty * T::from(supply.voltage / motor.rated_voltage) * T::from(stall_torque) / ohmic,
+            slope: T::from(motor.back_emf_damping * magnet * magnet) / ohmic,
+            limit: motor.current_limit * stall_torque / motor.stall_current,
+            per_torque: [motor.stall_current, stall_torque],
         }
     }
 
     /// Torque at a speed [N m].
-    pub(crate) fn torque(&self, velocity: f64) -> f64 {
+    pub(crate) fn torque(&self, velocity: T) -> T {
         (self.stalled - self.slope * velocity).clamp(-self.limit, self.limit)
     }
 
     /// Current at a speed [A].
-    pub(crate) fn current(&self, velocity: f64) -> f64 {
+    pub(crate) fn current(&self, velocity: T) -> T {
         let [stall_current, stall_torque] = self.per_torque;
-        self.torque(velocity) / stall_torque * stall_current
+        self.torque(velocity) / T::from(stall_torque) * T::from(stall_current)
     }
 }

@@ -23,6 +23,15 @@ pub trait Real:
         if self.value() < 0.0 { -self } else { self }
     }
 
+    /// The nearest number from `least` to `most`, constant beyond them.
+    fn clamp(self, least: f64, most: f64) -> Self {
+        match self.value() {
+            x if x < least => Self::from(least),
+            x if x > most => Self::from(most),
+            _ => self,
+        }
+    }
+
     /// eˣ.
     fn exp(self) -> Self {
         let exp = self.value().exp();

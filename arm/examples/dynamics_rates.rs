@@ -122,18 +122,10 @@ const STEPS: usize = 25;
 /// Data steps per second of rollouts, there, and there and back.
 fn rollouts(model: &Model, states: &States, isa: Isa, integrator: Integrator) -> serde_json::Value {
     let n = model.n_joints();
-    let rollouts = Rollouts {
-        model,
-        integrator,
-        period: (0.01, 4),
-        n_steps: STEPS,
-        frames: Vec::new(),
-        load_friction: Vec::new(),
-        isa,
-    };
+    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
     let initial: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[..2].concat()).collect();
     let tau: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[2].repeat(STEPS)).collect();
-    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &[] };
     let mut found = vec![0.0; STATES * STEPS * 2 * n];
     let weights = vec![1.0; found.len()];
     let forwards = rate(|| rollouts.run(&inputs, &mut found));
@@ -169,17 +161,9 @@ fn speed_up(model: &Model) -> serde_json::Value {
     let batch = Batch::new(model);
     let mut forward = || batch.run(&ForwardDynamics, n_states, &[&q, &dq, &x], &mut [&mut out]);
     let (integrator, isa) = (Integrator::SemiImplicitEuler, Isa::detect());
-    let rollouts = Rollouts {
-        model,
-        integrator,
-        period: (0.01, 4),
-        n_steps: STEPS,
-        frames: Vec::new(),
-        load_friction: Vec::new(),
-        isa,
-    };
+    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
     let (initial, tau) = (draw(STATES * 2 * n), draw(STATES * STEPS * n));
-    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &[] };
     let mut found = vec![0.0; STATES * STEPS * 2 * n];
     let mut there_and_back = || {
         rollouts.run(&inputs, &mut found);

@@ -8,7 +8,7 @@ use hysteron_base::lanes::{Isa, LANES, Lanes, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::batch::Register;
-use crate::{ExternalForce, Integrator, Model, Scalar, StepGradient, Stepper};
+use crate::{ExternalForce, Integrator, Model, StepGradient, Stepper};
 
 /// Force and torque, each of three components.
 const WRENCH: usize = 6;
@@ -28,8 +28,6 @@ pub struct Rollouts<'m> {
     pub n_steps: usize,
     /// Frames at which external forces act, by their numbers in [`Model::frames`].
     pub frames: Vec<usize>,
-    /// Dry friction of the joints per torque through the gear, as [`Stepper::with_load_friction`] takes it.
-    pub load_friction: Vec<f64>,
     /// Registers to use.
     pub isa: Isa,
 }
@@ -43,6 +41,9 @@ pub struct RolloutInputs<'a> {
     pub tau: &'a [f64],
     /// Force [N] and torque [N m] in the axes of the base, at every frame (trajectories × steps × frames × 6).
     pub forces: &'a [f64],
+    /// Dry friction of all joints [N m], then its growth per torque through their gears [-] as [`Stepper::set_friction`] takes them
+    /// (trajectories × steps × 2n); empty where friction is the model's.
+    pub friction: &'a [f64],
 }
 
 /// Gradients of rollouts.
@@ -54,16 +55,16 @@ pub struct RolloutGradient {
     pub tau: Vec<f64>,
     /// As [`RolloutInputs::forces`].
     pub forces: Vec<f64>,
+    /// As [`RolloutInputs::friction`].
+    pub friction: Vec<f64>,
     /// By the inertial parameters of all joints, of all trajectories together.
     pub inertias: Vec<[f64; INERTIA]>,
     /// By the armatures.
     pub armature: Vec<f64>,
     /// By the damping.
     pub damping: Vec<f64>,
-    /// By the dry friction.
+    /// By the dry friction of the model.
     pub dry_friction: Vec<f64>,
-    /// By the dry friction per torque through the gear.
-    pub load_friction: Vec<f64>,
 }
 
 /// Numbers of a trajectory.
@@ -73,6 +74,7 @@ struct Widths {
     state: usize,
     tau: usize,
     forces: usize,
+    friction: usize,
     parameters: usize,
 }
 
@@ -84,7 +86,8 @@ impl Rollouts<'_> {
             state: 2 * n,
             tau: n * self.n_steps,
             forces: WRENCH * self.frames.len() * self.n_steps,
-            parameters: (INERTIA + 4) * n,
+            friction: 2 * n * self.n_steps,
+            parameters: (INERTIA + 3) * n,
         }
     }
 
@@ -98,6 +101,8 @@ impl Rollouts<'_> {
             found, expected,
             "numbers of initial states, torques, forces and states of {n} trajectories"
         );
+        let friction = inputs.friction.len();
+        assert!(friction == 0 || friction == w.friction * n, "{friction} of {} frictions", w.friction * n);
         n
     }
 
@@ -124,18 +129,17 @@ impl Rollouts<'_> {
         let w = self.widths();
         let [mut initial, mut tau, mut forces, mut parameters] =
             [w.state, w.tau, w.forces, w.parameters].map(|width| vec![0.0; width * n]);
+        let mut friction = vec![0.0; inputs.friction.len()];
         let parts = initial
             .par_chunks_mut(LANES * w.state)
             .zip(tau.par_chunks_mut((LANES * w.tau).max(1)))
             .zip(parameters.par_chunks_mut(LANES * w.parameters));
-        // Without frames there are no forces to share out.
-        let by_force: Vec<&mut [f64]> = match w.forces {
-            0 => (0..n.div_ceil(LANES)).map(|_| Default::default()).collect(),
-            width => forces.chunks_mut(LANES * width).collect(),
-        };
-        parts.zip(by_force).enumerate().for_each(|(part, (((initial, tau), parameters), forces))| {
+        let by_force = shared_out(&mut forces, LANES * w.forces, n.div_ceil(LANES));
+        let by_friction = shared_out(&mut friction, LANES * w.friction, n.div_ceil(LANES));
+        let parts = parts.zip(by_force).zip(by_friction);
+        parts.enumerate().for_each(|(part, ((((initial, tau), parameters), forces), friction))| {
             let rows = LANES * part..LANES * part + initial.len() / w.state;
-            let found = Found { initial, tau, forces, parameters };
+            let found = Found { initial, tau, forces, friction, parameters };
             self.isa.run(Backward { rollouts: self, inputs: *inputs, rows, states, weights, found });
         });
         let mut sum = vec![0.0; w.parameters];
@@ -144,45 +148,67 @@ impl Rollouts<'_> {
         }
         let (inertias, rest) = sum.split_at(INERTIA * w.joints);
         let (armature, rest) = rest.split_at(w.joints);
-        let (damping, rest) = rest.split_at(w.joints);
-        let (dry_friction, load_friction) = rest.split_at(w.joints);
+        let (damping, dry_friction) = rest.split_at(w.joints);
         let inertias = inertias.chunks(INERTIA).map(|body| std::array::from_fn(|k| body[k])).collect();
         RolloutGradient {
             initial,
             tau,
             forces,
+            friction,
             inertias,
             armature: armature.to_vec(),
             damping: damping.to_vec(),
             dry_friction: dry_friction.to_vec(),
-            load_friction: load_friction.to_vec(),
         }
     }
 
     fn stepper<S: Simd>(&self, like: Lanes<S>) -> Stepper<Lanes<S>> {
-        let shares: Vec<_> = self.load_friction.iter().map(|share| like.splat(*share)).collect();
         Stepper::new(self.model, self.integrator, self.period, self.frames.len(), like)
-            .with_load_friction(&shares)
+    }
+}
+
+/// Numbers in `n` parts of `width`; empty parts where there are none.
+fn shared_out(numbers: &mut [f64], width: usize, n: usize) -> Vec<&mut [f64]> {
+    match numbers.len() {
+        0 => (0..n).map(|_| Default::default()).collect(),
+        _ => numbers.chunks_mut(width).collect(),
     }
 }
 
 /// What acts in a step, in the lanes of a register.
 struct Acting<S: Simd> {
     tau: Vec<Lanes<S>>,
+    /// As a step takes it, where it is not the model's.
+    friction: Vec<Lanes<S>>,
     external: Vec<ExternalForce<Lanes<S>>>,
 }
 
 impl<S: Simd> Acting<S> {
-    fn new(rollouts: &Rollouts, zero: Lanes<S>) -> Self {
+    fn new(rollouts: &Rollouts, inputs: &RolloutInputs, zero: Lanes<S>) -> Self {
+        let n = rollouts.model.n_joints();
         let external = |frame: &usize| ExternalForce { frame: *frame, force: [zero; 3], torque: [zero; 3] };
         Self {
-            tau: vec![zero; rollouts.model.n_joints()],
+            tau: vec![zero; n],
+            friction: vec![zero; if inputs.friction.is_empty() { 0 } else { 2 * n }],
             external: rollouts.frames.iter().map(external).collect(),
         }
     }
 
+    /// Takes what acts in a step, and gives `stepper` its friction.
     #[inline(always)]
-    fn load(&mut self, w: Widths, inputs: &RolloutInputs, register: Register<S>, step: usize) {
+    fn load(
+        &mut self,
+        (w, inputs): (Widths, &RolloutInputs),
+        (register, step): (Register<S>, usize),
+        stepper: &mut Stepper<Lanes<S>>,
+    ) {
+        if !self.friction.is_empty() {
+            for (k, friction) in self.friction.iter_mut().enumerate() {
+                *friction = register.load(inputs.friction, w.friction, 2 * w.joints * step + k);
+            }
+            let (dry, shares) = self.friction.split_at(w.joints);
+            stepper.set_friction([dry, shares]);
+        }
         for (k, tau) in self.tau.iter_mut().enumerate() {
             *tau = register.load(inputs.tau, w.tau, w.joints * step + k);
         }
@@ -217,11 +243,11 @@ impl WithSimd for Forward<'_> {
         for register in Register::all(simd, rows) {
             let zero = register.zero();
             let (mut stepper, mut acting, mut tape) =
-                (rollouts.stepper(zero), Acting::new(rollouts, zero), Vec::new());
+                (rollouts.stepper(zero), Acting::new(rollouts, &inputs, zero), Vec::new());
             let mut state: Vec<Lanes<S>> =
                 (0..w.state).map(|k| register.load(inputs.initial, w.state, k)).collect();
             for step in 0..rollouts.n_steps {
-                acting.load(w, &inputs, register, step);
+                acting.load((w, &inputs), (register, step), &mut stepper);
                 let (q, dq) = state.split_at_mut(w.joints);
                 stepper.step(model, [q, dq], &acting.tau, &acting.external, &mut tape);
                 tape.clear();
@@ -238,6 +264,7 @@ struct Found<'a> {
     initial: &'a mut [f64],
     tau: &'a mut [f64],
     forces: &'a mut [f64],
+    friction: &'a mut [f64],
     parameters: &'a mut [f64],
 }
 
@@ -263,11 +290,11 @@ impl WithSimd for Backward<'_> {
         for register in Register::all(simd, rows) {
             let zero = register.zero();
             let (mut stepper, mut acting, mut tape) =
-                (rollouts.stepper(zero), Acting::new(rollouts, zero), Vec::new());
+                (rollouts.stepper(zero), Acting::new(rollouts, &inputs, zero), Vec::new());
             let mut gradient = StepGradient::new(model, rollouts.frames.len(), zero);
             let [mut before, mut by_state] = [(); 2].map(|()| vec![zero; w.state]);
             for step in (0..rollouts.n_steps).rev() {
-                acting.load(w, &inputs, register, step);
+                acting.load((w, &inputs), (register, step), &mut stepper);
                 for k in 0..w.state {
                     by_state[k] = by_state[k] + register.load(weights, width, w.state * step + k);
                     before[k] = match step {
@@ -282,6 +309,14 @@ impl WithSimd for Backward<'_> {
                 for (k, value) in gradient.tau.iter().enumerate() {
                     register.store(*value, found.tau, start, w.tau, w.joints * step + k);
                 }
+                if !acting.friction.is_empty() {
+                    let StepGradient { dry_friction, load_friction, .. } = &mut gradient;
+                    for (k, sum) in dry_friction.iter_mut().chain(load_friction).enumerate() {
+                        // Of this step alone: it is no parameter.
+                        let value = std::mem::replace(sum, zero);
+                        register.store(value, found.friction, start, w.friction, 2 * w.joints * step + k);
+                    }
+                }
                 let first = WRENCH * rollouts.frames.len() * step;
                 for (k, value) in gradient.external.iter().flatten().flatten().enumerate() {
                     register.store(*value, found.forces, start, w.forces, first + k);
@@ -290,8 +325,7 @@ impl WithSimd for Backward<'_> {
             for (k, value) in by_state.iter().enumerate() {
                 register.store(*value, found.initial, start, w.state, k);
             }
-            let StepGradient { armature, damping, dry_friction, load_friction, .. } = &gradient;
-            let of_joints = armature.iter().chain(damping).chain(dry_friction).chain(load_friction);
+            let of_joints = gradient.armature.iter().chain(&gradient.damping).chain(&gradient.dry_friction);
             let parameters = gradient.inertias.iter().flatten().chain(of_joints);
             for (k, value) in parameters.enumerate() {
                 register.store(*value, found.parameters, start, w.parameters, k);

@@ -70,7 +70,7 @@ impl<T: Scalar> Stepper<T> {
             substeps,
             damping: row(),
             dry_friction: row(),
-            load_friction: Vec::new(),
+            load_friction: Vec::with_capacity(model.n_joints()),
             friction: FrictionStep::new(model, period / substeps as f64, stops, like),
             torque: row(),
             stages: std::array::from_fn(|_| std::array::from_fn(|_| row())),
@@ -103,12 +103,15 @@ impl<T: Scalar> Stepper<T> {
         }
     }
 
-    /// Dry friction that grows with the torque through the gear, |τ + b| with b of gravity, Coriolis and outside forces, by these
-    /// shares μ (n) [-]; empty for none. Without effect unless the integrator has friction.
-    #[must_use]
-    pub fn with_load_friction(self, shares: &[T]) -> Self {
-        assert!(shares.is_empty() || shares.len() == self.damping.len(), "{} shares", shares.len());
-        Self { load_friction: shares.to_vec(), ..self }
+    /// Replaces the dry friction of all joints F and gives them what it grows by per torque through the gear μ (n each, or no μ): a joint
+    /// is rubbed by F + μ |τ + b|, b of gravity, Coriolis and outside forces. Without effect unless the integrator has friction.
+    #[inline(always)]
+    pub fn set_friction(&mut self, [dry, per_torque]: [&[T]; 2]) {
+        let n = self.damping.len();
+        assert!(per_torque.is_empty() || per_torque.len() == n, "{} of {n} shares", per_torque.len());
+        self.dry_friction.copy_from_slice(dry);
+        self.load_friction.clear();
+        self.load_friction.extend_from_slice(per_torque);
     }
 
     /// Advances `q`, `dq` by one period under constant torques and external forces. Appends the state before every substep to

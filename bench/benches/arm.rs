@@ -113,16 +113,8 @@ fn rollout(
         (0..length).map(|_| stream.random_range(-most..most)).collect()
     };
     let (initial, tau) = (draw(ARMS * 2 * n, 0.5), draw(ARMS * STEPS * n, 0.3));
-    let rollouts = Rollouts {
-        model,
-        integrator,
-        period: (0.01, 4),
-        n_steps: STEPS,
-        frames: Vec::new(),
-        load_friction: Vec::new(),
-        isa,
-    };
-    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &[] };
     let mut states = vec![0.0; ARMS * STEPS * 2 * n];
     let threads = pool.current_num_threads();
     let mut group = criterion.benchmark_group(format!("rollout/open-manipulator-x/{name}"));

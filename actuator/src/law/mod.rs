@@ -209,6 +209,19 @@ impl Law {
             })?),
         })
     }
+
+    /// Its name, as [`Law::for_speeds`] takes it where it knows the law.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::LoadDependent(law) => law.name(),
+            Self::CoulombViscous(_) => "coulomb-viscous",
+            Self::Stribeck(_) => "stribeck",
+            Self::DirectedStribeck(_) => "directed-stribeck",
+            Self::PiecewiseLinear(_) => "piecewise-linear",
+            Self::Capstan(_) => "capstan",
+            Self::LearnedMap(_) => LEARNED_MAP,
+        }
+    }
 }
 
 impl JointFriction for Law {

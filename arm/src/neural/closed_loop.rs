@@ -4,6 +4,7 @@ use hysteron_learn::{Plant, Real, TapePool, Transformer};
 
 use super::features::InputScale;
 use super::loss::{Heads, LossParts, LossWeights, Totals};
+use super::mover::Heat;
 use super::segment::{Segment, Telemetry};
 use super::simulation::{Asked, Simulation};
 
@@ -15,6 +16,7 @@ struct Arms<'a> {
     segments: Vec<Segment<'a>>,
     /// Gains of the rows over that which the servo's stiffness holds for.
     gains: Vec<f64>,
+    heat: Heat<'a>,
     /// Outputs of the network for each arm, of which the first m are torques before their limit.
     n_outputs: usize,
     /// Of every step that was pulled back, length of the gradient by its torques, last step first.
@@ -101,7 +103,11 @@ impl<T: Real> Plant<T> for Arms<'_> {
 
     fn step(&mut self, step: usize, states: &[f64], outputs: &[T], next: &mut [f64]) {
         let (goals, torques) = (self.goals(step), self.torques(outputs));
-        self.simulation.step(states, Asked { goals: &goals, gains: &self.gains, torques: &torques }, next);
+        self.heat.begin(step);
+        let windings = self.heat.at(step).to_vec();
+        let asked = Asked { goals: &goals, gains: &self.gains, windings: &windings, torques: &torques };
+        self.simulation.step(states, asked, next);
+        self.heat.pass(states, asked);
     }
 
     fn step_back(
@@ -114,7 +120,8 @@ impl<T: Real> Plant<T> for Arms<'_> {
     ) {
         let m = self.simulation.features().motors();
         let (goals, torques) = (self.goals(step), self.torques(outputs));
-        let asked = Asked { goals: &goals, gains: &self.gains, torques: &torques };
+        let windings = self.heat.at(step);
+        let asked = Asked { goals: &goals, gains: &self.gains, windings, torques: &torques };
         let [by_before, by_torque] = self.simulation.step_back(states, asked, by_next);
         by_states.iter_mut().zip(&by_before).for_each(|(sum, part)| *sum += part);
         self.torque_gradients.push(by_torque.iter().map(|d| d * d).sum::<f64>().sqrt());
@@ -145,9 +152,10 @@ impl<'a, T: Real> ClosedLoop<'a, T> {
             assert!(start + horizon < trajectory.len(), "{} ends before", trajectory.name);
         }
         let n_outputs = network.shape().outputs();
-        let known = simulation.options().servo.as_ref().and_then(|servo| servo.position_gain);
+        let known = simulation.options().position_gain();
         let gains = segments.iter().map(|one| one.trajectory.gain_over(known)).collect();
-        let arms = Arms { simulation, scale, segments, gains, n_outputs, torque_gradients: Vec::new() };
+        let heat = Heat::new(simulation.options(), simulation.features(), &segments);
+        let arms = Arms { simulation, scale, segments, gains, heat, n_outputs, torque_gradients: Vec::new() };
         Self { rollouts: hysteron_learn::ClosedLoop::new(arms, (network, tapes), horizon) }
     }
 

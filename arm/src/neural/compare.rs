@@ -14,7 +14,7 @@ use super::evaluate::{
 use super::fit::Rivals;
 use super::loss::length;
 use super::observations::telemetry;
-use super::rivals::{Positions, copied_goal, positions_of};
+use super::rivals::{Positions, copied_goal, positions_of, run_alone};
 use super::segment::{Segment, Telemetry};
 use super::sensing::{Sensed, Sensing};
 use super::simulation::{Simulation, SimulationOptions};
@@ -127,8 +127,11 @@ impl<'a> Comparison<'a> {
         let pure = roll(Telemetry::Modelled(&actuator.currents));
         let servo = |trajectory: &Trajectory| -> Result<Positions, BadInput> {
             let segment = Segment::recorded(trajectory, 0);
-            let about = (features, actuator.simulation.period);
-            let states = self.rivals.servo.run(model, about, &[segment], trajectory.len() - 1)?;
+            let (about, horizon) = ((features, actuator.simulation.period), trajectory.len() - 1);
+            let states = match &actuator.simulation.drive {
+                Some(_) => run_alone(&self.bare, &[segment], horizon),
+                None => self.rivals.servo.run(model, about, &[segment], horizon)?,
+            };
             Ok(states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect())
         };
         let positions = vec![

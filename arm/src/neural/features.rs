@@ -65,6 +65,11 @@ impl Features {
         3 * self.motors()
     }
 
+    /// Where the temperatures begin.
+    pub(super) fn temperatures(&self) -> usize {
+        5 * self.motors()
+    }
+
     fn aperture_goal(&self) -> usize {
         6 * self.motors()
     }
@@ -85,7 +90,7 @@ impl Features {
         to[..m].copy_from_slice(goals);
         to[self.currents()..][..m].copy_from_slice(currents);
         to[4 * m..][..m].copy_from_slice(voltages);
-        to[5 * m..][..m].copy_from_slice(temperatures);
+        to[self.temperatures()..][..m].copy_from_slice(temperatures);
         if self.gripper.is_some() {
             to[self.aperture_goal()] = aperture_goal;
         }

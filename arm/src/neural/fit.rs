@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hysteron_actuator::CatalogueDrive;
 use hysteron_base::BadInput;
 use hysteron_learn::{
     Block, Card, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
@@ -33,6 +34,8 @@ pub enum Prior {
     None,
     /// A position servo identified by rollout.
     Servo,
+    /// A drive that was identified before, in every motor.
+    Drive,
 }
 
 /// An actuator that is asked for.
@@ -61,6 +64,9 @@ pub struct ActuatorOptions {
     /// What the motors are taken to be.
     #[serde(default, skip_serializing_if = "Motors::are_published")]
     pub motors: Motors,
+    /// The drive of [`Prior::Drive`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<CatalogueDrive>,
 }
 
 impl ActuatorOptions {
@@ -188,9 +194,13 @@ pub fn fit_actuator(
         observers: arm.as_ref().map(observe).transpose()?,
     };
     let mut network = Transformer::<f32>::new(&options.shape(features), options.training.seed)?;
+    let driven = match options.prior {
+        Prior::None => None,
+        Prior::Servo => Some(SimulationOptions::with_servo(&rivals.servo, options.period)),
+        Prior::Drive => Some(with_drive(options, training)?),
+    };
     let mut simulation = simulation;
-    if options.prior == Prior::Servo {
-        let driven = SimulationOptions::with_servo(&rivals.servo, options.period);
+    if let Some(driven) = driven {
         simulation = Simulation::new(model, features, &driven)?;
         network = network.with_silent_head(Heads::TORQUE);
     }
@@ -234,6 +244,21 @@ pub fn fit_actuator(
     };
     let (validation, epochs, curve) = (found.validation, found.epochs, found.curve);
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
+}
+
+/// A simulation with the drive that was asked for in the loop.
+fn with_drive(
+    options: &ActuatorOptions,
+    training: &[Trajectory],
+) -> std::result::Result<SimulationOptions, BadInput> {
+    let drive = options.drive.as_ref();
+    let drive = drive.ok_or_else(|| BadInput::new("drive", "one, for a drive in the loop", "none"))?;
+    if let Some(one) = training.iter().find(|one| one.position_gain.is_none()) {
+        let place = format!("{}: position_gain", one.name);
+        return Err(BadInput::new(place, "the gain of the position loop, as its register has it", "none")
+            .hint("a servo in the loop needs no gain: --prior servo"));
+    }
+    Ok(SimulationOptions::with_drive(drive, &options.motors, options.period))
 }
 
 /// Trains the network of force, contact and condition on `sets` (training, validation); `arm` is as

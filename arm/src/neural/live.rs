@@ -50,6 +50,8 @@ pub struct Estimator<'m> {
     voltage: Vec<f64>,
     token: Vec<f32>,
     torque: Vec<f64>,
+    /// Winding and case of every motor [°C]; nothing before the first sample.
+    heat: Vec<[f64; 2]>,
 }
 
 impl<'m> Estimator<'m> {
@@ -76,14 +78,16 @@ impl<'m> Estimator<'m> {
             voltage: zeros(features.joints),
             token: vec![0.0; features.len()],
             torque: zeros(features.motors()),
+            heat: Vec::with_capacity(features.motors()),
             features,
         })
     }
 
-    /// Of servos whose position loops have this gain, as the register has it; that of the training where it is none.
+    /// Of servos whose position loops have this gain, as the register has it; that of the training where it is none. A drive in the loop is
+    /// of no use without it.
     #[must_use]
     pub fn with_position_gain(self, position_gain: Option<f64>) -> Self {
-        let known = self.simulation.servo.as_ref().and_then(|servo| servo.position_gain);
+        let known = self.simulation.position_gain();
         Self { gain: gain_ratio(position_gain, known), ..self }
     }
 
@@ -112,20 +116,32 @@ impl<'m> Estimator<'m> {
         for (k, (to, x)) in self.token.iter_mut().zip(inputs).enumerate() {
             *to = self.scale.at(k, *x).0 as f32;
         }
-        let outputs = &self.network.step(&self.token)[Heads::TORQUE..];
         let m = self.features.motors();
+        self.warm(inputs, state);
+        let outputs = &self.network.step(&self.token)[Heads::TORQUE..];
         for (k, (torque, y)) in self.torque.iter_mut().zip(outputs).enumerate() {
             let limit = self.simulation.torque_limits[usize::from(k >= self.features.joints)];
             *torque = limit * (f64::from(*y) / limit).tanh();
-            if let Some(servo) = &self.simulation.servo {
-                let (own, _) = servo.torque(k, (inputs[k], self.gain), [state[k], state[m + k]]);
-                *torque = (*torque + own).clamp(-limit, limit);
-                if servo.holds {
-                    *torque += servo.rubs(k, state[m + k]).0;
-                }
+            if let Some(mover) = self.simulation.mover() {
+                let at = [state[k], state[m + k]];
+                let (own, _) = mover.torque(k, (inputs[k], self.gain), at, self.heat[k][0]);
+                *torque = mover.left_by_friction(k, (*torque + own).clamp(-limit, limit), at[1]);
             }
         }
         self.sensing.update([inputs, state, voltage])
+    }
+
+    /// Windings and cases of drives in the loop since the last sample; as warm as the first says at the beginning.
+    fn warm(&mut self, inputs: &[f64], state: &[f64]) {
+        let (m, first) = (self.features.motors(), self.features.temperatures());
+        if self.heat.is_empty() {
+            self.heat.extend(inputs[first..][..m].iter().map(|temperature| [*temperature; 2]));
+        }
+        let Some(one) = &self.simulation.drive else { return };
+        for (k, now) in self.heat.iter_mut().enumerate() {
+            let [_, current] = one.drive.follow(self.gain, [inputs[k] - state[k], state[m + k]], now[0]);
+            *now = one.drive.warmed(*now, current, self.simulation.period);
+        }
     }
 
     /// Torques of all motors at the last sample (m) [N m], as the network in the loop gives them: those that move the simulated arm, with

@@ -16,6 +16,7 @@ mod health;
 mod live;
 mod loss;
 mod motors;
+mod mover;
 mod observations;
 mod rivals;
 mod segment;

@@ -10,6 +10,7 @@ use super::data::{Trajectory, usual_gain};
 use super::features::Features;
 use super::loss::wrap;
 use super::motors::Motors;
+use super::mover::Heat;
 use super::segment::Segment;
 use super::servo::{MOST_LOAD_FRICTION, ServoModel};
 use super::simulation::{Asked, Simulation, SimulationOptions};
@@ -197,21 +198,32 @@ impl ServoModel {
         horizon: usize,
     ) -> Result<Vec<f64>, BadInput> {
         let simulation = Simulation::new(model, features, &SimulationOptions::with_servo(self, period))?;
-        let (m, rows) = (features.motors(), segments.len());
-        let width = rows * 2 * m;
-        let mut states: Vec<f64> =
-            segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).copied().collect();
-        let (mut next, alone) = (vec![0.0; width], vec![0.0; rows * m]);
-        let gains: Vec<f64> =
-            segments.iter().map(|one| one.trajectory.gain_over(self.position_gain)).collect();
-        for step in 0..horizon {
-            let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
-            let asked = Asked { goals: &goals, gains: &gains, torques: &alone };
-            simulation.step(&states[step * width..], asked, &mut next);
-            states.extend_from_slice(&next);
-        }
-        Ok(states)
+        Ok(run_alone(&simulation, segments, horizon))
     }
+}
+
+/// States along `segments` ((horizon + 1) × trajectories × 2m), from the recorded ones at their beginnings, where no network adds to the servo
+/// or drive of the simulation; goals are the only thing that recordings give.
+pub(super) fn run_alone(simulation: &Simulation, segments: &[Segment<'_>], horizon: usize) -> Vec<f64> {
+    let (options, features) = (simulation.options(), simulation.features());
+    let (m, rows) = (features.motors(), segments.len());
+    let width = rows * 2 * m;
+    let mut states: Vec<f64> =
+        segments.iter().flat_map(|one| one.trajectory.state_at(one.start)).copied().collect();
+    let (mut next, alone) = (vec![0.0; width], vec![0.0; rows * m]);
+    let gains: Vec<f64> =
+        segments.iter().map(|one| one.trajectory.gain_over(options.position_gain())).collect();
+    let mut heat = Heat::new(options, features, segments);
+    for step in 0..horizon {
+        let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
+        heat.begin(step);
+        let windings = heat.at(step).to_vec();
+        let asked = Asked { goals: &goals, gains: &gains, windings: &windings, torques: &alone };
+        simulation.step(&states[step * width..], asked, &mut next);
+        heat.pass(&states[step * width..], asked);
+        states.extend_from_slice(&next);
+    }
+    states
 }
 
 /// Stiffness and friction of `m` motors, and their damping, with bounds in proportion to the armature; then the growth of friction, where

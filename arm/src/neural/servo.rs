@@ -33,7 +33,7 @@ pub struct ServoModel {
 }
 
 /// Speed w over which friction turns its sign where it does not hold [rad/s].
-const FRICTION_WIDTH: f64 = 0.05;
+pub(super) const FRICTION_WIDTH: f64 = 0.05;
 
 /// Largest friction per torque through the gear: at one half a motor that lifts a load holds all of its torque by friction [-].
 pub(super) const MOST_LOAD_FRICTION: f64 = 0.45;
@@ -72,14 +72,12 @@ impl ServoModel {
         [position, speed]: [f64; 2],
     ) -> (f64, [f64; 2]) {
         let stiffness = gain * self.stiffness[k];
-        let (friction, by_speed) = if self.holds { (0.0, 0.0) } else { self.rubs(k, speed) };
-        (stiffness * (goal - position) + friction, [-stiffness, by_speed])
-    }
-
-    /// Friction of motor `k` at this speed [N m], without rest, and its derivative.
-    pub(super) fn rubs(&self, k: usize, speed: f64) -> (f64, f64) {
-        let sign = (speed / FRICTION_WIDTH).tanh();
-        (-self.friction[k] * sign, -self.friction[k] / FRICTION_WIDTH * (1.0 - sign * sign))
+        let free = stiffness * (goal - position);
+        if self.holds {
+            return (free, [-stiffness, 0.0]);
+        }
+        let (sign, friction) = ((speed / FRICTION_WIDTH).tanh(), self.friction[k]);
+        (free - friction * sign, [-stiffness, -friction / FRICTION_WIDTH * (1.0 - sign * sign)])
     }
 
     /// Friction of motor `k` that the integrator has to hold [N m], and its growth per torque through the gear.

@@ -38,7 +38,7 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     let mut still = vec![0.0; 2 * m];
     still[1] = 0.8;
     let (nothing, mut state, mut next) = (vec![0.0; m], still.clone(), vec![0.0; 2 * m]);
-    let asked = Asked { goals: &nothing, gains: &[1.0], torques: &nothing };
+    let asked = Asked { goals: &nothing, gains: &[1.0], windings: &[], torques: &nothing };
     for _ in 0..100 {
         arm.step(&state, asked, &mut next);
         state.copy_from_slice(&next);
@@ -72,7 +72,7 @@ fn friction_under_load_holds_a_weight_between_the_torques_of_lifting_and_of_lett
     let simulation = Simulation::new(&arm, &ALONE, &SimulationOptions::with_servo(&servo, 0.01)).unwrap();
     let moved = |torque: f64| {
         let mut next = [0.0; 2];
-        let asked = Asked { goals: &[0.7], gains: &[0.0], torques: &[torque] };
+        let asked = Asked { goals: &[0.7], gains: &[0.0], windings: &[], torques: &[torque] };
         simulation.step(&still, asked, &mut next);
         next[0] - still[0]
     };

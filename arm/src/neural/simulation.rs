@@ -1,11 +1,14 @@
 //! The simulated arm that a network drives: rigid bodies with implicit damping, and the gripper's motor as an axis of its own.
 
+use hysteron_actuator::number::Dual;
+use hysteron_actuator::{CatalogueDrive, Drive};
 use hysteron_base::BadInput;
 use hysteron_base::lanes::Isa;
 use serde::{Deserialize, Serialize};
 
 use super::features::Features;
 use super::motors::Motors;
+use super::mover::Mover;
 use super::servo::ServoModel;
 use crate::servo_force::TIP;
 use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts, Stops};
@@ -30,6 +33,9 @@ pub struct SimulationOptions {
     /// A position servo in the loop, to whose torque the network's is added; none as published.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoModel>,
+    /// In place of that servo a drive, the same in every motor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<CatalogueDrive>,
     /// What the tip carries at all times [kg].
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub payload: f64,
@@ -53,6 +59,7 @@ impl SimulationOptions {
         damping: 1.0,
         torque_limits: [5.0, 1.5],
         servo: None,
+        drive: None,
         payload: 0.0,
     };
 
@@ -79,15 +86,25 @@ impl SimulationOptions {
         }
     }
 
-    /// Friction of a motor that holds it at rest [N m], and its growth per torque through the gear.
-    fn dry_friction(&self, motor: usize) -> [f64; 2] {
-        self.servo.as_ref().map_or([0.0; 2], |servo| servo.held(motor))
+    /// With this drive in the loop of every motor, and its armature, damping and stall torque where these motors do not say otherwise.
+    pub fn with_drive(drive: &CatalogueDrive, motors: &Motors, period: f64) -> Self {
+        let Drive { motor, supply, gear, .. } = &drive.drive;
+        let stall = motor.stall_torque * supply.voltage / motor.rated_voltage;
+        let limit = motors.torque_limit.unwrap_or(stall);
+        Self {
+            substeps: SERVO_PARTS,
+            armature: motors.armature.unwrap_or(gear.armature),
+            damping: motors.damping.unwrap_or_else(|| drive.drive.viscous()),
+            torque_limits: [limit; 2],
+            drive: Some(drive.clone()),
+            ..Self::without_servo(motors, period)
+        }
     }
 
     /// # Errors
     /// `BadInput` naming what is out of range, or not for these motors.
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
-        let Self { period, substeps, armature, damping, torque_limits, servo, payload } = self;
+        let Self { period, substeps, armature, damping, torque_limits, servo, drive, payload } = self;
         let ranges =
             [("period", *period), ("torque_limits", torque_limits[0]), ("torque_limits", torque_limits[1])];
         for (name, value) in ranges {
@@ -103,6 +120,15 @@ impl SimulationOptions {
         if *substeps == 0 || *substeps > 1000 {
             return Err(BadInput::new("substeps", "1 to 1000", substeps.to_string()));
         }
+        if let (Some(_), Some(drive)) = (servo, drive) {
+            return Err(BadInput::new(
+                "drive",
+                "a servo or a drive in the loop",
+                format!("both, {}", drive.name),
+            ));
+        }
+        let checked = drive.as_ref().map_or(Ok(()), |one| one.drive.check_load_friction());
+        checked.map_err(|bad| bad.within("drive"))?;
         servo.as_ref().map_or(Ok(()), |servo| servo.check(features))
     }
 }
@@ -110,10 +136,12 @@ impl SimulationOptions {
 /// What the motors of arms side by side are asked for in a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
-    /// Where the servo in the loop goes (trajectories × m) [rad]; of no meaning without one.
+    /// Where the servo or drive in the loop goes (trajectories × m) [rad]; of no meaning without one.
     pub goals: &'a [f64],
-    /// Gains of the servo's position loops over the gain that its stiffness holds for (trajectories) [-].
+    /// Gains of the servo's position loops over the gain that its stiffness holds for; of drives as their registers have them (trajectories).
     pub gains: &'a [f64],
+    /// Temperatures of the drives' windings (trajectories × m) [°C]; of no meaning without drives.
+    pub windings: &'a [f64],
     /// The network's torques (trajectories × m) [N m].
     pub torques: &'a [f64],
 }
@@ -150,7 +178,7 @@ impl Simulation {
                 .hint("name fewer joints"));
             }
             (joint.drive.armature, joint.drive.damping) = (options.armature, options.damping);
-            joint.drive.dry_friction = options.dry_friction(k)[0];
+            joint.drive.dry_friction = options.mover().map_or(0.0, |mover| mover.friction(k, 0.0)[0].value);
         }
         if options.payload > 0.0 {
             // Second moments of the mass, as xx, xy, yy, xz, yz, zz.
@@ -180,30 +208,50 @@ impl Simulation {
         self.options.torque_limits[usize::from(motor >= self.features.joints)]
     }
 
-    /// For how long torques are held [s], and the parts of that: a whole step, or one part of it with a servo in the loop.
+    /// For how long torques are held [s], and the parts of that: a whole step, or one part of it with a servo or drive in the loop.
     fn held(&self) -> (f64, usize) {
         let SimulationOptions { period, substeps, .. } = self.options;
-        match self.options.servo {
+        match self.options.mover() {
             None => (period, substeps),
             Some(_) => (period / substeps as f64, 1),
         }
     }
 
     fn rollouts(&self) -> Rollouts<'_> {
-        let (n, servo) = (self.features.joints, self.options.servo.as_ref());
-        let holds = servo.is_some_and(|servo| servo.holds);
-        let load_friction = servo.map(|servo| servo.load_friction.iter().take(n).copied().collect());
-        let integrator =
-            if holds { Integrator::WithFriction(Stops::None) } else { Integrator::SemiImplicitEuler };
+        let creeps = |mover: Mover<'_>| matches!(mover, Mover::Servo(servo) if !servo.holds);
+        let integrator = match self.options.mover() {
+            Some(mover) if !creeps(mover) => Integrator::WithFriction(Stops::None),
+            _ => Integrator::SemiImplicitEuler,
+        };
         Rollouts {
             model: &self.model,
             integrator,
             period: self.held(),
             n_steps: 1,
             frames: Vec::new(),
-            load_friction: load_friction.unwrap_or_default(),
             isa: Isa::detect(),
         }
+    }
+
+    /// Friction of motor `k` at a speed, as [`Mover::friction`] has it.
+    fn friction(&self, k: usize, speed: f64) -> [Dual; 2] {
+        self.options.mover().map_or([Dual::from(0.0); 2], |mover| mover.friction(k, speed))
+    }
+
+    /// Friction of the arm's joints in these states (trajectories × 2n), where it is not the model's.
+    fn friction_of_arm(&self, states: &[f64]) -> Vec<f64> {
+        if !self.options.mover().is_some_and(|mover| mover.friction_varies()) {
+            return Vec::new();
+        }
+        let (m, n) = (self.features.motors(), self.features.joints);
+        let of_row = |state: &[f64]| {
+            let all: Vec<[Dual; 2]> = (0..n).map(|k| self.friction(k, state[m + k])).collect();
+            [0, 1]
+                .into_iter()
+                .flat_map(|part| all.iter().map(move |one| one[part].value).collect::<Vec<f64>>())
+                .collect::<Vec<f64>>()
+        };
+        states.chunks_exact(2 * m).flat_map(of_row).collect()
     }
 
     /// Parts that belong to the arm, of rows of `width` numbers for each motor.
@@ -218,10 +266,10 @@ impl Simulation {
     /// States after a step from `states` (trajectories × 2m) under the torques asked for; with a servo in the loop, under its torque
     /// towards the goals too.
     pub fn step(&self, states: &[f64], asked: Asked<'_>, next: &mut [f64]) {
-        let Some(servo) = &self.options.servo else { return self.hold(states, asked.torques, next) };
+        let Some(mover) = self.options.mover() else { return self.hold(states, asked.torques, next) };
         let mut now = states.to_vec();
         for _ in 0..self.options.substeps {
-            let driven = self.driven(servo, &now, asked);
+            let driven = self.driven(mover, &now, asked);
             self.hold(&now, &driven, next);
             now.copy_from_slice(next);
         }
@@ -229,11 +277,11 @@ impl Simulation {
 
     /// Gradients by states and torques of a step from those by the states after it, `weights`.
     pub fn step_back(&self, states: &[f64], asked: Asked<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
-        let Asked { goals, gains, torques } = asked;
-        let Some(servo) = &self.options.servo else { return self.hold_back(states, torques, weights) };
+        let torques = asked.torques;
+        let Some(mover) = self.options.mover() else { return self.hold_back(states, torques, weights) };
         let mut path = vec![states.to_vec()];
         for part in 1..self.options.substeps {
-            let driven = self.driven(servo, &path[part - 1], asked);
+            let driven = self.driven(mover, &path[part - 1], asked);
             let mut next = vec![0.0; states.len()];
             self.hold(&path[part - 1], &driven, &mut next);
             path.push(next);
@@ -241,13 +289,11 @@ impl Simulation {
         let m = self.features.motors();
         let (mut by_state, mut by_torque) = (weights.to_vec(), vec![0.0; torques.len()]);
         for states in path.iter().rev() {
-            let driven = self.driven(servo, states, asked);
+            let driven = self.driven(mover, states, asked);
             let [mut by_before, by_driven] = self.hold_back(states, &driven, &by_state);
             for (at, (by_driven, torque)) in by_driven.iter().zip(torques).enumerate() {
                 let (row, k) = (at / m, at % m);
-                let state = &states[row * 2 * m..][..2 * m];
-                let (free, [by_angle, by_speed]) =
-                    servo.torque(k, (goals[at], gains[row]), [state[k], state[m + k]]);
+                let (free, [by_angle, by_speed]) = own_torque(mover, states, asked, (at, m));
                 if (free + torque).abs() < self.limit(k) {
                     by_torque[at] += by_driven;
                     by_before[row * 2 * m + k] += by_angle * by_driven;
@@ -259,17 +305,14 @@ impl Simulation {
         [by_state, by_torque]
     }
 
-    /// Torques of the servo and the network's together, as far as the motors' limits (trajectories × m) [N m].
-    fn driven(&self, servo: &ServoModel, states: &[f64], asked: Asked<'_>) -> Vec<f64> {
-        let Asked { goals, gains, torques } = asked;
+    /// Torques of servo or drive and the network's together, as far as the motors' limits (trajectories × m) [N m].
+    fn driven(&self, mover: Mover<'_>, states: &[f64], asked: Asked<'_>) -> Vec<f64> {
         let m = self.features.motors();
         let one = |(at, torque): (usize, &f64)| {
-            let (row, k) = (at / m, at % m);
-            let state = &states[row * 2 * m..][..2 * m];
-            let (free, _) = servo.torque(k, (goals[at], gains[row]), [state[k], state[m + k]]);
-            (free + torque).clamp(-self.limit(k), self.limit(k))
+            let (free, _) = own_torque(mover, states, asked, (at, m));
+            (free + torque).clamp(-self.limit(at % m), self.limit(at % m))
         };
-        torques.iter().enumerate().map(one).collect()
+        asked.torques.iter().enumerate().map(one).collect()
     }
 
     /// States after `torques` were held.
@@ -277,7 +320,9 @@ impl Simulation {
         let (m, n) = (self.features.motors(), self.features.joints);
         let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
         let mut found = vec![0.0; initial.len()];
-        self.rollouts().run(&RolloutInputs { initial: &initial, tau: &tau, forces: &[] }, &mut found);
+        let friction = self.friction_of_arm(states);
+        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &friction };
+        self.rollouts().run(&inputs, &mut found);
         for (next, found) in next.chunks_exact_mut(2 * m).zip(found.chunks_exact(2 * n)) {
             next[..n].copy_from_slice(&found[..n]);
             next[m..m + n].copy_from_slice(&found[n..]);
@@ -286,12 +331,12 @@ impl Simulation {
         let h = held / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
-            let [friction, share] = self.options.dry_friction(motor);
             let rows =
                 next.chunks_exact_mut(2 * m).zip(states.chunks_exact(2 * m)).zip(torques.chunks_exact(m));
             for ((next, state), torque) in rows {
                 let (mut angle, mut speed) = (state[motor], state[m + motor]);
-                let dry = h * (friction + share * torque[motor].abs());
+                let [friction, share] = self.friction(motor, speed);
+                let dry = h * (friction.value + share.value * torque[motor].abs());
                 for _ in 0..substeps {
                     let push = armature * speed + h * torque[motor];
                     speed = push.signum() * (push.abs() - dry).max(0.0) / (armature + h * damping);
@@ -307,7 +352,8 @@ impl Simulation {
         let (m, n) = (self.features.motors(), self.features.joints);
         let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
         let mut after = vec![0.0; initial.len()];
-        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[] };
+        let friction = self.friction_of_arm(states);
+        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &friction };
         let rollouts = self.rollouts();
         rollouts.run(&inputs, &mut after);
         let found = rollouts.pull_back(&inputs, &after, &self.of_arm(weights, 2));
@@ -319,29 +365,50 @@ impl Simulation {
             by_state[m..m + n].copy_from_slice(&initial[n..]);
             by_torque[..n].copy_from_slice(tau);
         }
+        for (row, by_friction) in found.friction.chunks_exact(2 * n).enumerate() {
+            for k in 0..n {
+                let at = row * 2 * m + m + k;
+                let [friction, share] = self.friction(k, states[at]);
+                by_state[at] += friction.slope * by_friction[k] + share.slope * by_friction[n + k];
+            }
+        }
         let (held, substeps) = self.held();
         let h = held / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             // Where there is friction that holds, torques are held for one part only.
-            let [friction, share] = self.options.dry_friction(motor);
             let rows = by_state.chunks_exact_mut(2 * m).zip(by_torque.chunks_exact_mut(m)).enumerate();
             for ((row, (by_state, by_torque)), weights) in rows.zip(weights.chunks_exact(2 * m)) {
                 let (by_angle, mut by_speed) = (weights[motor], weights[m + motor]);
-                let torque = torques[m * row + motor];
-                let push = armature * states[2 * m * row + m + motor] + h * torque;
-                let dry = h * (friction + share * torque.abs());
+                let (torque, before) = (torques[m * row + motor], states[2 * m * row + m + motor]);
+                let [friction, share] = self.friction(motor, before);
+                let push = armature * before + h * torque;
+                let dry = h * (friction.value + share.value * torque.abs());
                 let slides = if dry == 0.0 || push.abs() > dry { 1.0 } else { 0.0 };
-                // What more torque moves, less what it rubs.
-                let moved = 1.0 - share * torque.signum() * push.signum();
+                // What more torque and more speed move, less what they rub.
+                let moved = 1.0 - share.value * torque.signum() * push.signum();
+                let kept = armature - push.signum() * h * (friction.slope + share.slope * torque.abs());
                 for _ in 0..substeps {
                     by_speed = slides * (by_speed + h * by_angle);
                     by_torque[motor] += moved * by_speed * h / (armature + h * damping);
-                    by_speed *= armature / (armature + h * damping);
+                    by_speed *= kept / (armature + h * damping);
                 }
                 (by_state[motor], by_state[m + motor]) = (by_angle, by_speed);
             }
         }
         [by_state, by_torque]
     }
+}
+
+/// Torque and its derivatives, as [`Mover::torque`] has them, of motor `at` of all m in every row.
+fn own_torque(
+    mover: Mover<'_>,
+    states: &[f64],
+    asked: Asked<'_>,
+    (at, m): (usize, usize),
+) -> (f64, [f64; 2]) {
+    let (row, k) = (at / m, at % m);
+    let state = &states[row * 2 * m..][..2 * m];
+    let winding = asked.windings.get(at).copied().unwrap_or_default();
+    mover.torque(k, (asked.goals[at], asked.gains[row]), [state[k], state[m + k]], winding)
 }

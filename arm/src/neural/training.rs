@@ -157,7 +157,7 @@ impl<'a> NeuralTask<'a> {
                 return Err(BadInput::new(format!("{name} recordings"), "one or more", "none"));
             }
         }
-        let has_torques = options.warm_start > 0 && simulation.options().servo.is_none();
+        let has_torques = options.warm_start > 0 && simulation.options().mover().is_none();
         let with_torques = if has_torques { training } else { &[] };
         let torques = with_torques
             .iter()
@@ -299,7 +299,7 @@ impl Task<Transformer<f32>> for NeuralTask<'_> {
 
     /// With a servo in the loop a network that says nothing is that servo: what is kept is no worse in validation.
     fn keeps_the_first(&self) -> bool {
-        self.simulation.options().servo.is_some()
+        self.simulation.options().mover().is_some()
     }
 
     fn epoch(

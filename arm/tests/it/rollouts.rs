@@ -95,7 +95,8 @@ impl Case {
     fn stepper<T: Scalar>(&self, p: &Parameters<T>) -> Stepper<T> {
         let mut stepper = Stepper::new(&self.model, self.integrator, (0.01, self.substeps), 1, p.state[0]);
         stepper.set_parameters(&p.inertias, &p.armature, [&p.damping, &p.dry_friction]);
-        stepper.with_load_friction(&p.load_friction)
+        stepper.set_friction([&p.dry_friction, &p.load_friction]);
+        stepper
     }
 
     fn external<T: Copy>(&self, f: &[T; 6]) -> [ExternalForce<T>; 1] {
@@ -225,7 +226,7 @@ fn adjoint_with_friction_stops_and_followers_is_the_derivative() {
 }
 
 /// Rollouts of nineteen arms: two registers that are full and one that is not. Without friction the gripper is locked.
-fn many(integrator: Integrator) -> (Model, usize, [Vec<f64>; 5]) {
+fn many(integrator: Integrator) -> (Model, usize, [Vec<f64>; 6]) {
     const ARMS: usize = 19;
     let model = match integrator {
         Integrator::WithFriction(_) => Model::builtin("open-manipulator-x").unwrap(),
@@ -240,27 +241,15 @@ fn many(integrator: Integrator) -> (Model, usize, [Vec<f64>; 5]) {
             .map(|(width, size, rate)| series(ARMS * width, size, rate));
     let [states, weights] =
         [vec![0.0; ARMS * 2 * n * MANY_STEPS], series(ARMS * 2 * n * MANY_STEPS, 1.0, 0.13)];
-    (model, frame, [initial, tau, forces, states, weights])
+    let friction = series(ARMS * 2 * n * MANY_STEPS, 0.15, 0.53);
+    let friction = friction.into_iter().map(f64::abs).collect();
+    (model, frame, [initial, tau, forces, friction, states, weights])
 }
 
 const MANY_STEPS: usize = 20;
 
-/// Friction per torque through the gears.
-fn shares(model: &Model) -> Vec<f64> {
-    vec![0.1; model.n_joints()]
-}
-
 fn rollouts(model: &Model, frame: usize, isa: Isa, integrator: Integrator) -> Rollouts<'_> {
-    let load_friction = shares(model);
-    Rollouts {
-        model,
-        integrator,
-        period: (0.01, 4),
-        n_steps: MANY_STEPS,
-        frames: vec![frame],
-        load_friction,
-        isa,
-    }
+    Rollouts { model, integrator, period: (0.01, 4), n_steps: MANY_STEPS, frames: vec![frame], isa }
 }
 
 #[test]
@@ -269,17 +258,20 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
     let smooth = [Integrator::SemiImplicitEuler, Integrator::RungeKutta4].into_iter().cycle();
     let cases =
         Isa::all().into_iter().zip(smooth).chain(Isa::all().into_iter().map(|isa| (isa, with_friction)));
-    for (isa, integrator) in cases {
-        let (model, frame, [initial, tau, forces, mut states, weights]) = many(integrator);
+    let cases = cases.flat_map(|(isa, integrator)| [false, true].map(|varies| (isa, integrator, varies)));
+    for (isa, integrator, varies) in cases {
+        let (model, frame, [initial, tau, forces, mut friction, mut states, weights]) = many(integrator);
+        if !varies {
+            friction.clear();
+        }
         let n = model.n_joints();
-        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces };
+        let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces, friction: &friction };
         let rollouts = rollouts(&model, frame, isa, integrator);
         rollouts.run(&inputs, &mut states);
         let gradient = rollouts.pull_back(&inputs, &states, &weights);
         let mut sum = StepGradient::new(&model, 1, 0.0);
         for arm in 0..initial.len() / (2 * n) {
-            let stepper = Stepper::new(&model, integrator, (0.01, 4), 1, 0.0);
-            let mut stepper = stepper.with_load_friction(&shares(&model));
+            let mut stepper = Stepper::new(&model, integrator, (0.01, 4), 1, 0.0);
             let of_step = |rows: &[f64], width: usize, step: usize| -> Vec<f64> {
                 rows[width * (MANY_STEPS * arm + step)..][..width].to_vec()
             };
@@ -287,10 +279,17 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
                 let f = of_step(&forces, 6, step);
                 [ExternalForce { frame, force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] }]
             };
+            let rub = |stepper: &mut Stepper<f64>, step: usize| {
+                if varies {
+                    let own = of_step(&friction, 2 * n, step);
+                    stepper.set_friction([&own[..n], &own[n..]]);
+                }
+            };
             let mut state = initial[2 * n * arm..][..2 * n].to_vec();
             let mut tape = Vec::new();
             for step in 0..MANY_STEPS {
                 let (q, dq) = state.split_at_mut(n);
+                rub(&mut stepper, step);
                 stepper.step(&model, [q, dq], &of_step(&tau, n, step), &external(step), &mut tape);
                 assert_close("states", &of_step(&states, 2 * n, step), &state, TOLERANCE);
             }
@@ -298,6 +297,7 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
             for step in (0..MANY_STEPS).rev() {
                 by_state.iter_mut().zip(of_step(&weights, 2 * n, step)).for_each(|(sum, part)| *sum += part);
                 let (q, dq) = by_state.split_at_mut(n);
+                rub(&mut stepper, step);
                 stepper.step_back(
                     &model,
                     &mut tape,
@@ -306,6 +306,11 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
                     [q, dq],
                     &mut sum,
                 );
+                if varies {
+                    let own = [&mut sum.dry_friction, &mut sum.load_friction].map(std::mem::take).concat();
+                    assert_close("friction", &of_step(&gradient.friction, 2 * n, step), &own, TOLERANCE);
+                    [sum.dry_friction, sum.load_friction] = [(); 2].map(|()| vec![0.0; n]);
+                }
                 assert_close("torques", &of_step(&gradient.tau, n, step), &sum.tau, TOLERANCE);
                 let by_force: Vec<f64> = sum.external.iter().flatten().flatten().copied().collect();
                 assert_close("forces", &of_step(&gradient.forces, 6, step), &by_force, TOLERANCE);
@@ -317,7 +322,8 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
         assert_close("armature", &gradient.armature, &sum.armature, TOLERANCE);
         assert_close("damping", &gradient.damping, &sum.damping, TOLERANCE);
         assert_close("friction", &gradient.dry_friction, &sum.dry_friction, TOLERANCE);
-        assert_close("load friction", &gradient.load_friction, &sum.load_friction, TOLERANCE);
+        let moves = gradient.friction.iter().any(|x| *x != 0.0);
+        assert_eq!(moves, varies && integrator == with_friction, "{integrator:?}");
     }
 }
 
@@ -329,8 +335,8 @@ fn rollouts_are_the_same_bytes_on_any_number_of_threads() {
 }
 
 fn are_the_same_bytes_on_any_number_of_threads(integrator: Integrator) {
-    let (model, frame, [initial, tau, forces, states, weights]) = many(integrator);
-    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces };
+    let (model, frame, [initial, tau, forces, friction, states, weights]) = many(integrator);
+    let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &forces, friction: &friction };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {

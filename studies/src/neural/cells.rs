@@ -153,6 +153,7 @@ impl NeuralSize {
             sensing: has_servo.then(|| SensingOptions::small(sensing, CONTACT, seed)),
             period,
             motors: Motors::default(),
+            drive: None,
         }
     }
 }

@@ -48,10 +48,14 @@ pub struct Options {
     /// Layers of the network
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = crate::number::count::<16>))]
     pub layers: usize,
-    /// What moves the simulated motors beside the network: none (as published), or servo (stiffness, friction and damping
-    /// identified by rollout, to whose torque the network's is added)
+    /// What moves the simulated motors beside the network: none (as published), servo (stiffness, friction and damping
+    /// identified by rollout, to whose torque the network's is added), or drive (that of --drive, likewise)
     #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
     pub prior: Prior,
+    /// Drive of every motor for --prior drive, with its heat and its limits of voltage and current: a name, or a file of arm identify
+    /// servo --drive-out; recordings must say their position_gain
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE", required_if_eq("prior", "drive")))]
+    pub drive: Option<String>,
     /// Updates on torques by inverse dynamics, before the closed loop
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::up_to::<1_000_000>))]
     pub warm_start: u32,
@@ -89,13 +93,13 @@ pub struct Options {
     /// Step of the simulation [s]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = 0.017))]
     pub period_s: f64,
-    /// Rotor and gears of every joint's motor, at the output [default: 0.1 as published; 0.02 with --prior servo]
+    /// Rotor and gears of every joint's motor, at the output [default: 0.1 as published; 0.02 with --prior servo; the drive's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KG_M2", allow_negative_numbers = true))]
     pub armature_kg_m2: Option<f64>,
-    /// Damping of every joint's motor [default: 1 as published; with --prior servo it is identified]
+    /// Damping of every joint's motor [default: 1 as published; with --prior servo it is identified; the drive's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "D", allow_negative_numbers = true))]
     pub damping_n_m_s_per_rad: Option<f64>,
-    /// Largest torque of a joint's motor [default: 5 as published]
+    /// Largest torque of a joint's motor [default: 5 as published; what the drive stalls at]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N_M", allow_negative_numbers = true))]
     pub torque_limit_n_m: Option<f64>,
     /// Friction of the servo of --prior servo grows with the torque through the gear, by a share that is identified with it
@@ -114,7 +118,8 @@ pub fn prior(text: &str) -> Result<Prior, String> {
     match text {
         "none" => Ok(Prior::None),
         "servo" => Ok(Prior::Servo),
-        _ => Err("none or servo".to_owned()),
+        "drive" => Ok(Prior::Drive),
+        _ => Err("none, servo or drive".to_owned()),
     }
 }
 
@@ -171,9 +176,14 @@ pub fn block(text: &str) -> Result<Block, String> {
 /// `BadInput` for whatever is wrong with options or recordings; an interruption.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let files = files(&options.recordings, &options.leave_out)?;
-    let outputs = arm::reads(&options.model).and(&files).file("--out", &options.out);
+    let drive_file = options.drive.as_deref().and_then(arm::file_of);
+    let outputs = arm::reads(&options.model).and(&files).and(drive_file).file("--out", &options.out);
     let _claim = outputs.check(caller)?;
     let model = arm::model(&options.model)?;
+    let drive = options.drive.as_deref().map(arm::drive).transpose()?;
+    if drive.is_some() && options.prior != Prior::Drive {
+        return Err(BadInput::new("--drive", "--prior drive beside it", "another prior").into());
+    }
     caller.listen()?;
     let named = read(&files)?;
     let features = features_of(&named)?;
@@ -198,6 +208,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             torque_limit: options.torque_limit_n_m,
             load_friction: options.load_friction,
         },
+        drive,
     };
     let n_parameters = asked.shape(&features).n_parameters();
     say_data(&training, &validation, n_parameters, caller);
@@ -299,7 +310,7 @@ fn trained(options: &Options) -> NeuralOptions {
             contact: options.contact_n,
             position_bend: match options.prior {
                 Prior::None => LossWeights::PUBLISHED.position_bend,
-                Prior::Servo => LossWeights::SERVO_BEND,
+                Prior::Servo | Prior::Drive => LossWeights::SERVO_BEND,
             },
             ..LossWeights::PUBLISHED
         },

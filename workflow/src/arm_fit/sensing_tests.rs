@@ -48,6 +48,7 @@ fn options(recordings: PathBuf, out: PathBuf) -> neural::Options {
         contact_n: 0.3,
         period_s: 0.017,
         load_friction: false,
+        drive: None,
         armature_kg_m2: None,
         damping_n_m_s_per_rad: None,
         torque_limit_n_m: None,

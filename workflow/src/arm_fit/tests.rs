@@ -78,6 +78,7 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         contact_n: 0.01,
         period_s: PERIOD,
         load_friction: false,
+        drive: None,
         armature_kg_m2: None,
         damping_n_m_s_per_rad: None,
         torque_limit_n_m: None,

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_actuator::Drive;
+use hysteron_actuator::CatalogueDrive;
 use hysteron_actuator::identify::{
     DriveFitOptions, Pendulum, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
 };
-use hysteron_actuator::law::{JointFriction, LEARNED_MAP, Law};
+use hysteron_actuator::law::{JointFriction, Law};
 use hysteron_arm::{Quantity, Recorded};
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, file};
 use serde_json::{Value, json};
 
 use super::{Results, Row, positive, read, rows_json, say_rows};
@@ -47,6 +47,9 @@ pub struct Options {
         arg(long, value_name = "S", default_value_t = 1e-3, allow_negative_numbers = true)
     )]
     pub step: f64,
+    /// The drive with what was found, a file for --drive of this and other verbs
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub drive_out: Option<PathBuf>,
     /// Where the results go.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub results: Results,
@@ -62,8 +65,12 @@ const STARTS: [f64; 3] = [0.05, 0.15, 0.3];
 /// # Errors
 /// `BadInput` for whatever is wrong with options or recordings; where it was interrupted.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let inputs = Outputs::reading(&options.recordings).and(&options.test).and(arm::file_of(&options.drive));
-    let _claim = options.results.claim(inputs, caller)?;
+    let mut outputs =
+        Outputs::reading(&options.recordings).and(&options.test).and(arm::file_of(&options.drive));
+    if let Some(path) = &options.drive_out {
+        outputs = outputs.file("--drive-out", path);
+    }
+    let _claim = options.results.claim(outputs, caller)?;
     if !(1e-5..=0.02).contains(&options.step) {
         return Err(BadInput::new("--step", "0.00001 to 0.02 s", options.step.to_string()).into());
     }
@@ -114,11 +121,17 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.say(format_args!("the search ended before a minimum: {}", found.fit.ended));
     }
     let summary = json!({
-        "drive": entry.name, "law": law_name(&found.drive), "estimates": rows_json(&rows),
+        "drive": entry.name, "law": found.drive.gear.law.name(), "estimates": rows_json(&rows),
         "correlation": found.fit.correlation, "condition": found.fit.condition, "error_rad": fitted,
         "test_error_rad": tested, "supply_v": entry.drive.supply.voltage, "evaluations": found.fit.evaluations,
         "converged": found.fit.is_converged,
     });
+    if let Some(path) = &options.drive_out {
+        let source = format!("{}, from that of: {}", caller.command, entry.source);
+        let drive = CatalogueDrive { drive: found.drive.clone(), source, ..entry.clone() };
+        file::write_bytes(path, String::from(drive))?;
+        caller.wrote(path);
+    }
     if let Some(folder) = &options.results.figures {
         let shown = if test.is_empty() { &runs } else { &test };
         let simulated: Vec<_> =
@@ -133,18 +146,6 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         figures::servo::write(folder, &page, &summary, options.results.png, caller)?;
     }
     options.results.write(summary, caller)
-}
-
-fn law_name(drive: &Drive) -> &'static str {
-    match drive.gear.law {
-        Law::LoadDependent(law) => law.name(),
-        Law::CoulombViscous(_) => "coulomb-viscous",
-        Law::Stribeck(_) => "stribeck",
-        Law::DirectedStribeck(_) => "directed-stribeck",
-        Law::PiecewiseLinear(_) => "piecewise-linear",
-        Law::Capstan(_) => "capstan",
-        Law::LearnedMap(_) => LEARNED_MAP,
-    }
 }
 
 /// A recorded motion, and the supply's voltage at its start.
