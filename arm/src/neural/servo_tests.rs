@@ -1,6 +1,10 @@
 //! The servo in the loop: what it refuses, and friction that holds.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+use hysteron_actuator::CatalogueDrive;
+use hysteron_actuator::identify::{Pendulum, PendulumRun, rollout};
+
+use super::mover::Mover;
 use super::tests::{arm, features, with_servo};
 use super::*;
 use crate::Model;
@@ -103,15 +107,15 @@ fn swings(stiffness: f64, friction: f64) -> ServoModel {
     }
 }
 
-/// What a servo that swings the weight would report, at a gain of its position loop.
-fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
-    let (rows, period) = (300, 0.01);
+/// A recording of a servo that is sent to and fro at a gain of its position loop, and has not moved yet.
+fn sent(gain: f64, (rows, period): (usize, f64)) -> Trajectory {
     let mut inputs = vec![0.0; rows * ALONE.len()];
     for (row, to) in inputs.chunks_exact_mut(ALONE.len()).enumerate() {
         let t = period * row as f64;
         to[Features::GOALS] = 0.9 * (2.0 * t).sin() + 0.5 * (7.0 * t + gain).sin();
+        to[ALONE.temperatures()] = 28.0;
     }
-    let still = Trajectory {
+    Trajectory {
         name: format!("gain {gain}"),
         inputs,
         states: vec![0.0; 2 * rows],
@@ -120,7 +124,13 @@ fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
         is_healthy: None,
         position_gain: Some(gain),
         gap: vec![false; rows],
-    };
+    }
+}
+
+/// What a servo that swings the weight would report, at a gain of its position loop.
+fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
+    let (rows, period) = (300, 0.01);
+    let still = sent(gain, (rows, period));
     let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
     let segment = Segment::recorded(&still, 0);
     let states = servo.run(&arm, (&ALONE, period), &[segment], rows - 1).unwrap();
@@ -159,6 +169,74 @@ fn is_found_and_followed(load_friction: bool) {
     let mixed = [known[0].clone(), Trajectory { position_gain: None, ..known[1].clone() }];
     let error = ServoModel::fit(&arm, (&ALONE, 0.01, &motors), &mixed, &|_, _| true).unwrap_err().to_string();
     assert!(error.contains("all or none to say their position_gain, got 1 of 2 do"), "{error}");
+}
+
+/// How far a drive in the loop is from the bench of `hysteron_actuator` at most, over 3 s at this period [rad]; and how warm it gets [°C].
+fn off_the_bench(drive: &CatalogueDrive, gain: f64, period: f64) -> (f64, f64) {
+    let rows = (3.0 / period) as usize;
+    let still = sent(gain, (rows, period));
+    let options = SimulationOptions::with_drive(drive, &Motors::default(), period);
+    let arm = Simulation::new(&Model::from_urdf(PENDULUM, "pendulum").unwrap(), &ALONE, &options).unwrap();
+    let states = super::rivals::run_alone(&arm, &[Segment::recorded(&still, 0)], rows - 1);
+    // Inertia and weight of that file, at the bench's gravity.
+    let (inertia, weight) = (0.49 * 0.01 + 1e-5, 0.49 * 0.1 * 9.81 / 9.80665);
+    let run = PendulumRun {
+        name: still.name.clone(),
+        time: (0..rows).map(|row| period * row as f64).collect(),
+        goal: still.inputs.iter().step_by(ALONE.len()).copied().collect(),
+        position: vec![0.0; rows],
+        torque_on: vec![true; rows],
+        temperature: 28.0,
+        gain,
+        pendulum: Pendulum { mass: weight * weight / inertia, length: inertia / weight, offset: 0.0 },
+    };
+    let bench = rollout(&drive.drive, 0.0, &run, 2e-5);
+    let off = states.chunks_exact(2).zip(&bench.position).map(|(state, q)| (state[0] - q).abs());
+    (off.fold(0.0, f64::max), bench.winding_temperature)
+}
+
+#[test]
+fn a_drive_in_the_loop_swings_a_weight_as_it_does_on_its_bench() {
+    let mut drive = CatalogueDrive::named("xl330-m288").unwrap();
+    drive.drive.supply.voltage = 7.3;
+    for gain in [150.0, 600.0] {
+        let [(rough, warm), (fine, _)] = [0.004, 0.001].map(|period| off_the_bench(&drive, gain, period));
+        // Limits of current and heat take part.
+        assert!(warm > 33.0, "{warm}");
+        // First order: a quarter of the step, a quarter of the distance, up to how far second order and single reversals reach.
+        assert!(fine < 0.4 * rough && rough < 0.03, "gain {gain}: {rough} {fine}");
+    }
+}
+
+#[test]
+fn windings_are_as_warm_as_what_came_before_a_segment_made_them() {
+    let mut drive = CatalogueDrive::named("xl330-m288").unwrap();
+    drive.drive.supply.voltage = 7.3;
+    let period = 0.01;
+    let options = SimulationOptions::with_drive(&drive, &Motors::default(), period);
+    let arm = Simulation::new(&Model::from_urdf(PENDULUM, "pendulum").unwrap(), &ALONE, &options).unwrap();
+    let still = sent(400.0, (300, period));
+    let states = super::rivals::run_alone(&arm, &[Segment::recorded(&still, 0)], 299);
+    let whole = Trajectory { states, ..still };
+    // From its own states the rest of a rollout is that of the whole: no other memory than heat.
+    let rest = super::rivals::run_alone(&arm, &[Segment::recorded(&whole, 200)], 99);
+    let worst = rest.iter().zip(&whole.states[400..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-12, "{worst}");
+    let cold = whole.rows(200..300);
+    let begun = super::rivals::run_alone(&arm, &[Segment::recorded(&cold, 0)], 99);
+    let worst = begun.iter().zip(&whole.states[400..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst > 1e-4, "{worst}: heat is no part of this motion");
+}
+
+#[test]
+fn what_friction_leaves_is_what_balances_it() {
+    let servo = ServoModel { load_friction: vec![0.2], ..swings(1.0, 0.03) };
+    for (torque, speed) in [(0.3, 2.0), (0.3, -2.0), (-0.1, 2.0), (-0.1, -2.0)] {
+        let left = Mover::Servo(&servo).left_by_friction(0, torque, speed);
+        // τ − b = s (F + μ |τ + b|), where the sign of the motor's torque is that of what goes through the gear.
+        let rubs = 0.03 + 0.2 * (torque + left).abs();
+        assert!((torque - left - speed.signum() * rubs).abs() < 1e-12, "{torque} {speed}: {left}");
+    }
 }
 
 #[test]

@@ -172,7 +172,12 @@ fn compared(
         tasks.entry(&one.task).or_default().push(one.trajectory.clone());
     }
     let mut comparison = Comparison::new(&actuator, model)?;
-    for (task, trajectories) in tasks {
+    let n_tasks = tasks.len();
+    for (k, (task, trajectories)) in tasks.into_iter().enumerate() {
+        // A comparison is long: who ends the study does not wait for it. The networks stand in their files.
+        if !listener(&Progress::Step { epoch: found.epochs, done: k, of: n_tasks }) {
+            return Ok(None);
+        }
         comparison.add(task.to_owned(), trajectories)?;
     }
     let mut row = comparison.summary();

@@ -283,8 +283,13 @@ fn a_servo_is_identified_and_wrong_drives_are_refused() {
     check(&["swing.json", "--drive", "drive.toml"], &["drive.toml", "source"]);
     friction(&at("friction.csv"), 300, |v, _| v);
     check(&["friction.csv"], &["friction.csv", "goal_1_rad"]);
-    servo(&["swing.json", "--figures", "report"]).succeeded();
+    servo(&["swing.json", "--figures", "report", "--drive-out", "found.toml"]).succeeded();
     let found = json(&at("servo.json"));
+    // What is written is read, and is the drive that was found.
+    let written = CatalogueDrive::parse(&std::fs::read_to_string(at("found.toml")).unwrap()).unwrap();
+    let constant = value(&found, "torque_constant_n_m_per_a");
+    assert!((written.drive.motor.torque_constant() / constant - 1.0).abs() < 1e-12);
+    assert!(written.source.contains("arm identify servo swing.json"), "{}", written.source);
     // The fit starts at the drive that made the log.
     assert!(found["error_rad"].as_f64().unwrap() < 2e-3, "{found}");
     for file in
@@ -311,27 +316,48 @@ fn logs_without_currents_at_two_gains_become_a_neural_actuator() {
     for (name, gain) in [("a", 200.0), ("b", 400.0), ("c", 300.0)] {
         log(&at(&format!("{name}.json")), true, gain);
     }
-    let fit = |more: &[&str]| {
-        let words = "arm fit neural a.csv b.csv --model pendulum.urdf --period-s 0.01 --prior servo --width 8 --layers 1 --warm-start 0 \
-                     --updates 2 --horizons 16 --rollouts 2 --torque-limit-n-m 0.63 --out servo.safetensors";
+    let fit = |prior: &str, more: &[&str]| {
+        let words = format!(
+            "arm fit neural a.csv b.csv --model pendulum.urdf --period-s 0.01 --prior {prior} --width 8 --layers 1 --warm-start 0 \
+             --updates 2 --horizons 16 --rollouts 2 --torque-limit-n-m 0.63 --out {prior}.safetensors"
+        );
         let words: Vec<&str> = words.split_whitespace().collect();
         run(place.path(), &[&words[..], more].concat())
     };
     import("a", &[]).succeeded();
     import("b", &[]).succeeded();
-    refused(&fit(&[]), &["a.csv", "current_1_a"]);
+    refused(&fit("servo", &[]), &["a.csv", "current_1_a"]);
     refused(&import("c", &["--drive", "xl999"]), &["--drive", "xl330-m288"]);
     for name in ["a", "b", "c"] {
         import(name, &["--drive", "xl330-m288", "--overwrite"]).succeeded();
     }
-    refused(&fit(&["--armature-kg-m2", "0"]), &["armature", "kg m²"]);
-    fit(&["--armature-kg-m2", "0.0024"]).succeeded();
-    let asked =
-        ["arm", "evaluate", "servo.safetensors", "c.csv", "--robot", "pendulum.urdf", "--out", "found.json"];
-    run(place.path(), &asked).succeeded();
-    let found = &json(&at("found.json"))["mean_deg"];
-    let error = |method: &str| found[method]["300"].as_f64().unwrap();
+    refused(&fit("servo", &["--armature-kg-m2", "0"]), &["armature", "kg m²"]);
+    refused(&fit("servo", &["--drive", "xl330-m288"]), &["--drive", "--prior drive"]);
+    fit("servo", &["--armature-kg-m2", "0.0024"]).succeeded();
+    let errors = |actuator: &str| {
+        let out = format!("{actuator}.json");
+        let asked = ["arm", "evaluate", actuator, "c.csv", "--robot", "pendulum.urdf", "--out", &out];
+        run(place.path(), &asked).succeeded();
+        let found = &json(&at(&out))["mean_deg"];
+        ["servo identified by rollout", "copy the goal"].map(|method| found[method]["300"].as_f64().unwrap())
+    };
     // A gain between those of the training: the servo knows what a third more of it does, the goal knows nothing.
-    let [servo, goal] = ["servo identified by rollout", "copy the goal"].map(error);
+    let [servo, goal] = errors("servo.safetensors");
     assert!(servo < 0.5 * goal, "{servo} {goal}");
+
+    refused(&fit("drive", &[]), &["--drive"]);
+    refused(&fit("drive", &["--drive", "xm430-w350"]), &["gear.backlash_deg", "0.25"]);
+    let mut drive = CatalogueDrive::named("xl330-m288").unwrap();
+    drive.drive.supply.voltage = 7.3;
+    std::fs::write(at("drive.toml"), String::from(drive)).unwrap();
+    fit("drive", &["--drive", "drive.toml"]).succeeded();
+    // The drive that made the logs: what is left is steps and filters of the import.
+    let [drive, _] = errors("drive.safetensors");
+    assert!(drive < 0.1 * servo, "{drive} {servo}");
+    let told = std::fs::read_to_string(at("a.csv")).unwrap();
+    assert!(told.contains("position_gain"));
+    std::fs::write(at("a.csv"), told.replace("position_gain", "position_gone")).unwrap();
+    std::fs::remove_file(at("b.csv")).unwrap();
+    std::fs::copy(at("a.csv"), at("b.csv")).unwrap();
+    refused(&fit("drive", &["--drive", "drive.toml", "--overwrite"]), &["a.csv", "position_gain"]);
 }
