@@ -3,8 +3,8 @@
 use hysteron_learn::{Plant, Real, TapePool, Transformer};
 
 use super::features::InputScale;
+use super::heat::Heat;
 use super::loss::{Heads, LossParts, LossWeights, Totals};
-use super::mover::Heat;
 use super::segment::{Segment, Telemetry};
 use super::simulation::{Asked, Simulation};
 

@@ -13,6 +13,7 @@ mod features;
 mod fit;
 mod heading;
 mod health;
+mod heat;
 mod live;
 mod loss;
 mod motors;

@@ -101,6 +101,20 @@ impl SimulationOptions {
         }
     }
 
+    /// What moves the motors beside the network.
+    pub(super) fn mover(&self) -> Option<Mover<'_>> {
+        let drive = self.drive.as_ref().map(|one| Mover::Drive(&one.drive));
+        self.servo.as_ref().map(Mover::Servo).or(drive)
+    }
+
+    /// Gain of the position loops that gains are told over; none where they are not known.
+    pub(super) fn position_gain(&self) -> Option<f64> {
+        match self.mover()? {
+            Mover::Servo(servo) => servo.position_gain,
+            Mover::Drive(_) => Some(1.0),
+        }
+    }
+
     /// # Errors
     /// `BadInput` naming what is out of range, or not for these motors.
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
@@ -244,14 +258,13 @@ impl Simulation {
             return Vec::new();
         }
         let (m, n) = (self.features.motors(), self.features.joints);
-        let of_row = |state: &[f64]| {
-            let all: Vec<[Dual; 2]> = (0..n).map(|k| self.friction(k, state[m + k])).collect();
-            [0, 1]
-                .into_iter()
-                .flat_map(|part| all.iter().map(move |one| one[part].value).collect::<Vec<f64>>())
-                .collect::<Vec<f64>>()
-        };
-        states.chunks_exact(2 * m).flat_map(of_row).collect()
+        let mut all = vec![0.0; states.len() / m * n];
+        for (row, state) in all.chunks_exact_mut(2 * n).zip(states.chunks_exact(2 * m)) {
+            for k in 0..n {
+                [row[k], row[n + k]] = self.friction(k, state[m + k]).map(|one| one.value);
+            }
+        }
+        all
     }
 
     /// Parts that belong to the arm, of rows of `width` numbers for each motor.

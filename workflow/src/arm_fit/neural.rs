@@ -54,7 +54,7 @@ pub struct Options {
     pub prior: Prior,
     /// Drive of every motor for --prior drive, with its heat and its limits of voltage and current: a name, or a file of arm identify
     /// servo --drive-out; recordings must say their position_gain
-    #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE", required_if_eq("prior", "drive")))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
     pub drive: Option<String>,
     /// Updates on torques by inverse dynamics, before the closed loop
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::number::up_to::<1_000_000>))]
@@ -181,8 +181,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = outputs.check(caller)?;
     let model = arm::model(&options.model)?;
     let drive = options.drive.as_deref().map(arm::drive).transpose()?;
-    if drive.is_some() && options.prior != Prior::Drive {
-        return Err(BadInput::new("--drive", "--prior drive beside it", "another prior").into());
+    if drive.is_some() != (options.prior == Prior::Drive) {
+        let (expected, found) = match drive {
+            Some(_) => ("--prior drive beside it", "another prior"),
+            None => ("a name or a file, for --prior drive", "none"),
+        };
+        return Err(BadInput::new("--drive", expected, found).into());
     }
     caller.listen()?;
     let named = read(&files)?;
