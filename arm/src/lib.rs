@@ -81,7 +81,7 @@ pub use excite::{
 };
 pub use external::ExternalForce;
 pub use friction_step::Stops;
-pub use import::{BadRows, CURRENTS_BY, Columns, ImportOptions, Imported, UnitCheck, import};
+pub use import::{BadRows, CURRENTS_BY, Columns, ImportOptions, Imported, POSITION_GAIN, UnitCheck, import};
 pub use joint_series::{ForceSeries, JointSeries, Recorded};
 pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,

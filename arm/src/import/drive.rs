@@ -8,7 +8,7 @@ use crate::{JointKind, Quantity, Recorded};
 type Check<T> = Result<T, BadInput>;
 
 /// Name in the metadata: the gain of the position loop as its register has it.
-pub(super) const POSITION_GAIN: &str = "position_gain";
+pub const POSITION_GAIN: &str = "position_gain";
 
 /// Name in the metadata: the drive that computed currents come from.
 pub const CURRENTS_BY: &str = "currents_by";

@@ -19,8 +19,8 @@ use hysteron_base::{BadInput, Filter, Metadata, Recording, Result, Table};
 use crate::Model;
 pub(crate) use assemble::MOST_LEFT_OUT;
 pub use columns::Columns;
-pub use drive::CURRENTS_BY;
 pub(crate) use drive::position_gain;
+pub use drive::{CURRENTS_BY, POSITION_GAIN};
 
 /// What becomes of rows that cannot be read: with a cell that is no number, with another number of cells, or with a time that is
 /// not later than the one before.

@@ -118,6 +118,9 @@ impl<'a> Comparison<'a> {
     /// `BadInput` where they lack what a method needs.
     pub fn add(&mut self, name: String, trajectories: Vec<Trajectory>) -> Result<(), BadInput> {
         let Self { actuator, model, simulation, .. } = self;
+        for one in &trajectories {
+            actuator.simulation.check_gain(&one.name, one.position_gain)?;
+        }
         let features = &actuator.features;
         let m = features.motors();
         let roll = |telemetry: Telemetry<'_>| -> Vec<Rollout> {

@@ -197,7 +197,11 @@ pub fn fit_actuator(
     let driven = match options.prior {
         Prior::None => None,
         Prior::Servo => Some(SimulationOptions::with_servo(&rivals.servo, options.period)),
-        Prior::Drive => Some(with_drive(options, training)?),
+        Prior::Drive => {
+            let missing = || BadInput::new("drive", "one, for a drive in the loop", "none");
+            let drive = options.drive.as_ref().ok_or_else(missing)?;
+            Some(SimulationOptions::with_drive(drive, &options.motors, options.period))
+        }
     };
     let mut simulation = simulation;
     if let Some(driven) = driven {
@@ -244,21 +248,6 @@ pub fn fit_actuator(
     };
     let (validation, epochs, curve) = (found.validation, found.epochs, found.curve);
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
-}
-
-/// A simulation with the drive that was asked for in the loop.
-fn with_drive(
-    options: &ActuatorOptions,
-    training: &[Trajectory],
-) -> std::result::Result<SimulationOptions, BadInput> {
-    let drive = options.drive.as_ref();
-    let drive = drive.ok_or_else(|| BadInput::new("drive", "one, for a drive in the loop", "none"))?;
-    if let Some(one) = training.iter().find(|one| one.position_gain.is_none()) {
-        let place = format!("{}: position_gain", one.name);
-        return Err(BadInput::new(place, "the gain of the position loop, as its register has it", "none")
-            .hint("a servo in the loop needs no gain: --prior servo"));
-    }
-    Ok(SimulationOptions::with_drive(drive, &options.motors, options.period))
 }
 
 /// Trains the network of force, contact and condition on `sets` (training, validation); `arm` is as

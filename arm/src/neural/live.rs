@@ -83,12 +83,14 @@ impl<'m> Estimator<'m> {
         })
     }
 
-    /// Of servos whose position loops have this gain, as the register has it; that of the training where it is none. A drive in the loop is
-    /// of no use without it.
-    #[must_use]
-    pub fn with_position_gain(self, position_gain: Option<f64>) -> Self {
+    /// Of servos whose position loops have this gain, as the register has it; that of the training where it is none.
+    ///
+    /// # Errors
+    /// `BadInput` without a gain where a drive is in the loop.
+    pub fn with_position_gain(self, position_gain: Option<f64>) -> Result<Self, BadInput> {
+        self.simulation.check_gain("recording", position_gain)?;
         let known = self.simulation.position_gain();
-        Self { gain: gain_ratio(position_gain, known), ..self }
+        Ok(Self { gain: gain_ratio(position_gain, known), ..self })
     }
 
     /// Takes a sample as servos report it.

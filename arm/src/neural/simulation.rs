@@ -116,6 +116,17 @@ impl SimulationOptions {
     }
 
     /// # Errors
+    /// `BadInput` where a drive in the loop is not told the gain of its position loop by what `place` names.
+    pub(super) fn check_gain(&self, place: &str, gain: Option<f64>) -> Result<(), BadInput> {
+        if self.drive.is_none() || gain.is_some() {
+            return Ok(());
+        }
+        let expected = "the gain of the position loop, as its register has it, for the drive in the loop";
+        let bad = BadInput::new(format!("{place}: position_gain"), expected, "none");
+        Err(bad.hint("a servo in the loop needs no gain: --prior servo"))
+    }
+
+    /// # Errors
     /// `BadInput` naming what is out of range, or not for these motors.
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
         let Self { period, substeps, armature, damping, torque_limits, servo, drive, payload } = self;

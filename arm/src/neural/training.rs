@@ -156,6 +156,9 @@ impl<'a> NeuralTask<'a> {
             if part.is_empty() {
                 return Err(BadInput::new(format!("{name} recordings"), "one or more", "none"));
             }
+            for one in part {
+                simulation.options().check_gain(&one.name, one.position_gain)?;
+            }
         }
         let has_torques = options.warm_start > 0 && simulation.options().mover().is_none();
         let with_torques = if has_torques { training } else { &[] };

@@ -15,6 +15,7 @@ fn a_recording_of_both_arms_has_what_other_verbs_read() {
     let recording = Recording::read(arms.path().join("out.parquet")).unwrap();
     assert!(recording.n_samples() > 90, "{}", recording.n_samples());
     assert_eq!(recording.meta().extra["payload_kg"], "0.2");
+    assert_eq!(recording.meta().extra["position_gain"], "800");
     // Once more to the same name: a measurement is never overwritten.
     let again = run(arms.path(), &[&record[..], &["--seconds", "2", "--out", "out.parquet"]].concat());
     assert!(again.error(2).contains("one that exists"));

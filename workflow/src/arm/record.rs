@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hysteron_arm::POSITION_GAIN;
 use hysteron_base::{BadInput, Lock, Metadata};
 use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
 use serde_json::{Value, json};
@@ -136,6 +137,10 @@ fn metadata(options: &Options, config: &ArmsConfig, caller: &Caller) -> Metadata
         ("condition", condition.to_owned()),
     ] {
         meta.extra.insert(key.to_owned(), value);
+    }
+    // Without proportional part there is no gain to tell.
+    if let gain @ 1.. = config.follower.gains[0] {
+        meta.extra.insert(POSITION_GAIN.to_owned(), gain.to_string());
     }
     meta
 }

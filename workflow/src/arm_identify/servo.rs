@@ -7,7 +7,7 @@ use hysteron_actuator::identify::{
     DriveFitOptions, Pendulum, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
 };
 use hysteron_actuator::law::{JointFriction, Law};
-use hysteron_arm::{Quantity, Recorded};
+use hysteron_arm::{POSITION_GAIN, Quantity, Recorded};
 use hysteron_base::{BadInput, Recording, file};
 use serde_json::{Value, json};
 
@@ -186,7 +186,7 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
         position: need(Quantity::Position)?,
         torque_on,
         temperature: first(Quantity::Temperature).unwrap_or(ROOM),
-        gain: noted("position_gain", "--gain", options.gain)?,
+        gain: noted(POSITION_GAIN, "--gain", options.gain)?,
         pendulum: Pendulum {
             mass: noted("mass_kg", "--mass-kg", options.mass_kg)?,
             length: noted("length_m", "--length-m", options.length_m)?,

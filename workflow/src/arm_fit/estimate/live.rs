@@ -83,6 +83,7 @@ pub(super) fn run(
     let config = ArmsConfig::read(arms)?;
     check(&config, actuator).map_err(|bad| bad.within(arms.display()))?;
     let motors = actuator.features.motors();
+    let estimator = estimator.with_position_gain(Some(f64::from(config.follower.gains[0])))?;
     let live = RefCell::new(Live {
         estimator,
         motors,

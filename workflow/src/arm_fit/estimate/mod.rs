@@ -97,7 +97,7 @@ fn along(
     let recording = Recording::read(path)?;
     let trajectory = trajectory_of(&recording, features, period, Unlabelled::Unknown).map_err(within)?;
     let voltage = trajectory.motor_voltage().map_err(within)?;
-    let mut estimator = estimator.with_position_gain(trajectory.position_gain);
+    let mut estimator = estimator.with_position_gain(trajectory.position_gain).map_err(within)?;
     let (n, names) = (features.joints, names(features.motors()));
     let mut columns = vec![Vec::with_capacity(trajectory.len()); names.len()];
     let (mut contacts, mut healthy) = (0, f64::NAN);
