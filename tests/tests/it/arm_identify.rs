@@ -283,7 +283,14 @@ fn a_servo_is_identified_and_wrong_drives_are_refused() {
     check(&["swing.json", "--drive", "drive.toml"], &["drive.toml", "source"]);
     friction(&at("friction.csv"), 300, |v, _| v);
     check(&["friction.csv"], &["friction.csv", "goal_1_rad"]);
-    servo(&["swing.json", "--figures", "report", "--drive-out", "found.toml"]).succeeded();
+    let whole = ["swing.json", "--figures", "report", "--drive-out", "found.toml"];
+    servo(&whole).succeeded();
+    // The same command makes the same again; another leaves the file alone.
+    servo(&whole).succeeded();
+    refused(
+        &servo(&["swing.json", "--step", "0.002", "--drive-out", "found.toml"]),
+        &["found.toml", "made by"],
+    );
     let found = json(&at("servo.json"));
     // What is written is read, and is the drive that was found.
     let written = CatalogueDrive::parse(&std::fs::read_to_string(at("found.toml")).unwrap()).unwrap();

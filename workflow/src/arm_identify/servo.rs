@@ -9,6 +9,7 @@ use hysteron_actuator::identify::{
 use hysteron_actuator::law::{JointFriction, Law};
 use hysteron_arm::{POSITION_GAIN, Quantity, Recorded};
 use hysteron_base::{BadInput, Recording, file};
+use hysteron_report::maker::MADE_BY;
 use serde_json::{Value, json};
 
 use super::{Results, Row, positive, read, rows_json, say_rows};
@@ -129,7 +130,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(path) = &options.drive_out {
         let source = format!("{}, from that of: {}", caller.command, entry.source);
         let drive = CatalogueDrive { drive: found.drive.clone(), source, ..entry.clone() };
-        file::write_bytes(path, String::from(drive))?;
+        file::write_bytes(path, format!("{MADE_BY}{}\n{}", caller.command, String::from(drive)))?;
         caller.wrote(path);
     }
     if let Some(folder) = &options.results.figures {
