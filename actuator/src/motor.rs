@@ -143,9 +143,11 @@ impl<T: Real> MotorLine<T> {
     pub(crate) fn driven(motor: &Motor, supply: &Supply, (magnet, ohmic): (f64, f64), duty: T) -> Self {
         let stall_torque = motor.stall_torque * magnet;
         // The supply gives d times the motor's current, and loses that much voltage: i = (d V - k ω)/(R + d² R_s).
-        let ohmic = T::from(ohmic) + duty * duty * T::from(supply.resistance / motor.resistance());
+        let lost = duty * duty * T::from(supply.resistance) / T::from(motor.resistance());
+        let ohmic = T::from(ohmic) + lost;
+        let share = duty * T::from(supply.voltage) / T::from(motor.rated_voltage);
         Self {
-            stalled: duty * T::from(supply.voltage / motor.rated_voltage) * T::from(stall_torque) / ohmic,
+            stalled: share * T::from(stall_torque) / ohmic,
             slope: T::from(motor.back_emf_damping * magnet * magnet) / ohmic,
             limit: motor.current_limit * stall_torque / motor.stall_current,
             per_torque: [motor.stall_current, stall_torque],
