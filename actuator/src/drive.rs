@@ -135,8 +135,20 @@ impl Drive {
         [state.winding_temperature, state.case_temperature] = self.warmed(temperatures, state.current, h);
     }
 
+    /// Temperatures of winding and case after `h` [s] in which the motor follows as [`Self::follow`] has it, from those before [°C].
+    pub fn warmed_by_following(
+        &self,
+        p: f64,
+        error_and_speed: [f64; 2],
+        temperatures: [f64; 2],
+        h: f64,
+    ) -> [f64; 2] {
+        let [_, current] = self.follow(p, error_and_speed, temperatures[0]);
+        self.warmed(temperatures, current, h)
+    }
+
     /// Temperatures of winding and case after `h` [s] with this current [A], from those before [°C].
-    pub fn warmed(&self, [winding, case]: [f64; 2], current: f64, h: f64) -> [f64; 2] {
+    fn warmed(&self, [winding, case]: [f64; 2], current: f64, h: f64) -> [f64; 2] {
         let heat = &self.winding;
         let (out, lost) = ((winding - case) / heat.to_case, (case - heat.air) / heat.to_air);
         let resistance = self.motor.resistance() * heat.factors(winding).1;

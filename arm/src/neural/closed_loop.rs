@@ -104,10 +104,10 @@ impl<T: Real> Plant<T> for Arms<'_> {
     fn step(&mut self, step: usize, states: &[f64], outputs: &[T], next: &mut [f64]) {
         let (goals, torques) = (self.goals(step), self.torques(outputs));
         self.heat.begin(step);
-        let windings = self.heat.at(step).to_vec();
-        let asked = Asked { goals: &goals, gains: &self.gains, windings: &windings, torques: &torques };
+        let windings = self.heat.at(step);
+        let asked = Asked { goals: &goals, gains: &self.gains, windings, torques: &torques };
         self.simulation.step(states, asked, next);
-        self.heat.pass(states, asked);
+        self.heat.pass(states, [&goals, &self.gains]);
     }
 
     fn step_back(

@@ -5,7 +5,7 @@ use hysteron_actuator::Drive;
 use super::data::Trajectory;
 use super::features::Features;
 use super::segment::Segment;
-use super::simulation::{Asked, SimulationOptions};
+use super::simulation::SimulationOptions;
 
 /// Temperatures of drives along rollouts. Torques follow from them, and gradients take them as given: windings warm in seconds.
 #[derive(Debug, Clone)]
@@ -48,15 +48,14 @@ impl<'a> Heat<'a> {
         self.windings.extend(self.now.iter().map(|[winding, _]| winding));
     }
 
-    /// Lets a step from `states` pass.
-    pub fn pass(&mut self, states: &[f64], asked: Asked<'_>) {
+    /// Lets a step from `states` towards `goals` pass, with these gains of the rows; all as a simulation is asked.
+    pub fn pass(&mut self, states: &[f64], [goals, gains]: [&[f64]; 2]) {
         let (Some(drive), m) = (self.drive, self.motors) else { return };
         for (at, now) in self.now.iter_mut().enumerate() {
             let (row, k) = (at / m, at % m);
             let state = &states[row * 2 * m..][..2 * m];
-            let [_, current] =
-                drive.follow(asked.gains[row], [asked.goals[at] - state[k], state[m + k]], now[0]);
-            *now = drive.warmed(*now, current, self.period);
+            let off = [goals[at] - state[k], state[m + k]];
+            *now = drive.warmed_by_following(gains[row], off, *now, self.period);
         }
     }
 }
@@ -74,8 +73,7 @@ fn warmed(
         let first = trajectory.inputs_at(0)[features.temperatures() + k];
         (0..row).fold([first; 2], |now, row| {
             let (state, goal) = (trajectory.state_at(row), trajectory.inputs_at(row as isize)[k]);
-            let [_, current] = drive.follow(gain, [goal - state[k], state[m + k]], now[0]);
-            drive.warmed(now, current, period)
+            drive.warmed_by_following(gain, [goal - state[k], state[m + k]], now, period)
         })
     };
     (0..m).map(of).collect()

@@ -141,8 +141,8 @@ impl<'m> Estimator<'m> {
         }
         let Some(one) = &self.simulation.drive else { return };
         for (k, now) in self.heat.iter_mut().enumerate() {
-            let [_, current] = one.drive.follow(self.gain, [inputs[k] - state[k], state[m + k]], now[0]);
-            *now = one.drive.warmed(*now, current, self.simulation.period);
+            let off = [inputs[k] - state[k], state[m + k]];
+            *now = one.drive.warmed_by_following(self.gain, off, *now, self.simulation.period);
         }
     }
 

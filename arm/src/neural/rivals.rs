@@ -217,10 +217,10 @@ pub(super) fn run_alone(simulation: &Simulation, segments: &[Segment<'_>], horiz
     for step in 0..horizon {
         let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
         heat.begin(step);
-        let windings = heat.at(step).to_vec();
-        let asked = Asked { goals: &goals, gains: &gains, windings: &windings, torques: &alone };
-        simulation.step(&states[step * width..], asked, &mut next);
-        heat.pass(&states[step * width..], asked);
+        let now = &states[step * width..];
+        let asked = Asked { goals: &goals, gains: &gains, windings: heat.at(step), torques: &alone };
+        simulation.step(now, asked, &mut next);
+        heat.pass(now, [&goals, &gains]);
         states.extend_from_slice(&next);
     }
     states
