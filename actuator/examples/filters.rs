@@ -5,11 +5,12 @@ use std::error::Error;
 use std::io::BufRead;
 
 use hysteron_actuator::filter::{LowPass, Median, SavitzkyGolay, Specification, median_of};
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 fn main() -> Result<(), Box<dyn Error>> {
     for line in std::io::stdin().lock().lines() {
-        println!("{}", answer(&serde_json::from_str(&line?)?)?);
+        println!("{}", answer(&json::from_text(&line?)?)?);
     }
     Ok(())
 }
@@ -17,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn answer(asked: &Value) -> Result<Value, Box<dyn Error>> {
     let number = |key: &str| asked[key].as_f64().ok_or_else(|| format!("no number {key}"));
     let count = |key: &str| asked[key].as_u64().map(|n| n as usize).ok_or_else(|| format!("no count {key}"));
-    let signal: Vec<f64> = serde_json::from_value(asked["signal"].clone())?;
+    let signal: Vec<f64> = json::from_value(&asked["signal"].clone())?;
     let causal = |filter: &LowPass| {
         let mut state = filter.start(0.0);
         signal.iter().map(|x| state.next(*x)).collect::<Vec<f64>>()

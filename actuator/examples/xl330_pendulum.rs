@@ -15,8 +15,9 @@ use hysteron_actuator::identify::{
 };
 use hysteron_actuator::law::{JointFriction, Law};
 use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
+use hysteron_base::json;
 use hysteron_fuzz::data_folder;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// K_P of an XL330 makes one PWM unit per tick from 256 on: measured, load over error of position.
 const LOOP: LoopSpec = LoopSpec { gains: [256.0, 65536.0, 16.0], ..LoopSpec::XL430 };
@@ -77,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(path) = std::env::args().nth(1) {
         let metrics = json!({"format": "hysteron-metrics", "version": 1, "study": "xl330_pendulum",
             "metrics": {"splits": rows, "held_out_mean_rad": held_out}});
-        hysteron_base::file::write_bytes(Path::new(&path), serde_json::to_vec_pretty(&metrics)?)?;
+        hysteron_base::file::write_bytes(Path::new(&path), json::to_text(&metrics)?)?;
     }
     Ok(())
 }
@@ -141,7 +142,7 @@ fn number(value: &Value) -> Result<f64, Box<dyn Error>> {
 }
 
 fn read_log(path: &Path) -> Result<Log, Box<dyn Error>> {
-    let log: Value = serde_json::from_slice(&std::fs::read(path)?)?;
+    let log: Value = json::from_text(&std::fs::read(path)?)?;
     let entries = log["entries"].as_array().ok_or("no entries")?;
     let column = |key: &str| entries.iter().map(|entry| number(&entry[key])).collect::<Result<Vec<f64>, _>>();
     let run = PendulumRun {
@@ -159,7 +160,7 @@ fn read_log(path: &Path) -> Result<Log, Box<dyn Error>> {
 
 /// A published model: no current limit, no heat, the nominal 7.4 V.
 fn published(path: &Path) -> Result<(Drive, f64), Box<dyn Error>> {
-    let p: Value = serde_json::from_slice(&std::fs::read(path)?)?;
+    let p: Value = json::from_text(&std::fs::read(path)?)?;
     let law = Law::named(p["model"].as_str().unwrap_or_default())?;
     let friction = law.parameters().iter().map(|q| number(&p[q.name.as_ref()])).collect::<Result<_, _>>()?;
     let drive = Drive {

@@ -92,7 +92,7 @@ fn single(model: &Model, states: &States) -> serde_json::Value {
             black_box(&gradient);
         }
     });
-    serde_json::json!({
+    hysteron_base::json!({
         "inverse_dynamics": inverse, "forward_dynamics": forward, "mass_matrix": composite,
         "inverse_derivatives": inverse_derivatives, "forward_derivatives": forward_derivatives,
         "forward_and_adjoint": adjoint,
@@ -110,7 +110,7 @@ fn batches(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
     let derivatives = rate(|| {
         batch.run(&ForwardDerivatives, STATES, &[q, dq, x], &mut [&mut out, &mut a, &mut b, &mut c]);
     });
-    serde_json::json!({
+    hysteron_base::json!({
         "inverse_dynamics": inverse, "forward_dynamics": forward, "mass_matrix": composite,
         "forward_derivatives": derivatives,
     })
@@ -134,7 +134,7 @@ fn rollouts(model: &Model, states: &States, isa: Isa, integrator: Integrator) ->
         black_box(rollouts.pull_back(&inputs, &found, &weights));
     });
     let steps = STEPS as f64;
-    serde_json::json!({ "rollout": steps * forwards, "rollout_and_adjoint": steps * both })
+    hysteron_base::json!({ "rollout": steps * forwards, "rollout_and_adjoint": steps * both })
 }
 
 /// Least wall-clock time that `run` takes on `threads` threads, of many short runs with pauses: other programs leave some of them alone [s].
@@ -169,7 +169,7 @@ fn speed_up(model: &Model) -> serde_json::Value {
         rollouts.run(&inputs, &mut found);
         black_box(rollouts.pull_back(&inputs, &found, &found));
     };
-    serde_json::json!({
+    hysteron_base::json!({
         "forward_dynamics": fastest(1, &mut forward) / fastest(2, &mut forward),
         "rollout_and_adjoint": fastest(1, &mut there_and_back) / fastest(2, &mut there_and_back),
     })
@@ -186,7 +186,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let inputs = [0; 3].map(|_| (0..STATES * n).map(|_| stream.random_range(-1.0..1.0)).collect());
     let states = States { n, inputs };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let mut report = serde_json::json!({ "joints": n, "single": single(&model, &states) });
+    let mut report = hysteron_base::json!({ "joints": n, "single": single(&model, &states) });
     pool.install(|| {
         let ways = [
             ("lanes", Some(Isa::detect())),

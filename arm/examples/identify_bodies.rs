@@ -12,9 +12,9 @@ use std::time::Instant;
 use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
 use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_fuzz::data_folder;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
 
@@ -33,7 +33,7 @@ fn main() -> Fallible<()> {
             "ur10e": ur10e(&folder.join("ur10e"))?},
     });
     if let Some(path) = std::env::args().nth(1) {
-        hysteron_base::file::write_bytes(Path::new(&path), serde_json::to_vec_pretty(&metrics)?)?;
+        hysteron_base::file::write_bytes(Path::new(&path), json::to_text(&metrics)?)?;
     }
     Ok(())
 }

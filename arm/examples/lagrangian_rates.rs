@@ -114,10 +114,10 @@ fn main() {
     });
     let of = |k: usize| {
         let (activation, torque, [step, by_clock]) = report[k];
-        serde_json::json!({
+        hysteron_base::json!({
             "activation": activation, "torque_us": torque,
             "training_step_ms": step, "training_step_by_clock_ms": by_clock,
         })
     };
-    println!("{}", serde_json::json!({ "joints": JOINTS, "batch": BATCH, "models": [of(0), of(1)] }));
+    println!("{}", hysteron_base::json!({ "joints": JOINTS, "batch": BATCH, "models": [of(0), of(1)] }));
 }

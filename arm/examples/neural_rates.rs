@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Ok((ROLLOUTS * HORIZON) as f64 / best)
     };
     let asked = std::env::args().nth(1);
-    let mut rates = serde_json::json!({ "inputs": features.len() });
+    let mut rates = hysteron_base::json!({ "inputs": features.len() });
     for (name, form) in [("streaming", Form::Streaming), ("published", Form::Window)] {
         if asked.as_ref().is_none_or(|asked| asked == name) {
             rates[name] = rate(form)?.into();

@@ -83,6 +83,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         black_box(&tip.force);
     });
     times.insert("tip_force".to_owned(), step.into());
-    println!("{}", serde_json::json!({ "robot": "panda", "joints": n, "step_ns": times }));
+    println!("{}", hysteron_base::json!({ "robot": "panda", "joints": n, "step_ns": times }));
     Ok(())
 }

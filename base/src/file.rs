@@ -6,9 +6,11 @@
 
 use crate::{BadInput, Error, Result};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// So begin and end the names of files that are being written; each is locked by the program that writes it.
 const TEMPORARY: (&str, &str) = (".hysteron-", ".tmp");
@@ -42,7 +44,9 @@ fn write_and_rename(
     let there = folder.ancestors().position(is_there).unwrap_or(0);
     std::fs::create_dir_all(folder)?;
     // Removed when dropped, so an early return leaves nothing behind.
-    let mut out = BufWriter::new(temporary_in(folder)?);
+    let temporary = temporary_in(folder)?;
+    let _unfinished = Unfinished(temporary.path().to_owned());
+    let mut out = BufWriter::new(temporary);
     content(&mut out)?;
     let temporary = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
     temporary.as_file().sync_all()?;
@@ -59,7 +63,51 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A new file with a temporary name, locked.
+/// Longest name of a file that is written [byte]: of the 255 that file systems have, it leaves room for the names that are
+/// made from it, of its lock, journal and events.
+const MAX_NAME: usize = 240;
+
+/// Accepts the name of a file that is to be written.
+///
+/// # Errors
+/// `BadInput` for one that leaves no room for names that are made from it.
+pub fn check_name(path: &Path) -> std::result::Result<(), BadInput> {
+    let length = path.file_name().map_or(0, |name| name.as_encoded_bytes().len());
+    if length <= MAX_NAME {
+        return Ok(());
+    }
+    let shown = path.display().to_string();
+    Err(BadInput::new(shown, format!("a name of at most {MAX_NAME} bytes"), format!("{length} bytes"))
+        .hint("choose a shorter name: files that are kept next to it are named after it"))
+}
+
+/// Files of this process that have their temporary names.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One of them, until it is dropped.
+struct Unfinished(PathBuf);
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        unfinished().remove(&self.0);
+    }
+}
+
+/// Removes the temporary files of this process, which then has to end: whoever writes a file from here on waits.
+pub(crate) fn abandon() {
+    let files = unfinished();
+    for path in &*files {
+        // It may have its final name by now.
+        let _ = std::fs::remove_file(path);
+    }
+    std::mem::forget(files);
+}
+
+/// A new file with a temporary name, locked, and among those that are unfinished.
 fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
@@ -69,11 +117,13 @@ fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
+    let mut unfinished = unfinished();
     loop {
         let temporary = builder.tempfile_in(folder)?;
         temporary.as_file().lock()?;
         // `clear_temporary` of another program may have come before the lock.
         if temporary.path().exists() {
+            unfinished.insert(temporary.path().to_owned());
             return Ok(temporary);
         }
     }

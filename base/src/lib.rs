@@ -18,6 +18,7 @@
 
 mod error;
 pub mod file;
+pub mod json;
 pub mod lanes;
 mod lock;
 mod panics;
@@ -31,7 +32,7 @@ mod table;
 pub mod units;
 
 pub use error::{BadInput, Error, Result};
-pub use lock::Lock;
+pub use lock::{Lock, abandon_outputs};
 pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
 pub use rng::{normal, rng};
 pub use scene::{

@@ -4,7 +4,7 @@
 //! however that ends; a file that a killed process has left is taken over. Within a process a lock may be taken
 //! again.
 
-use crate::file::{clear_temporary, folder_of};
+use crate::file::{check_name, clear_temporary, folder_of};
 use crate::{BadInput, Error, Result};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -56,6 +56,7 @@ impl Lock {
         let Some(name) = path.file_name() else {
             return Err(BadInput::new(path.display().to_string(), "the name of a file", "none").into());
         };
+        check_name(path)?;
         Self::take(path, folder_of(path), format!(".{}.lock", name.to_string_lossy()))
     }
 
@@ -97,6 +98,19 @@ impl Lock {
     }
 }
 
+/// Removes the temporary files and the locks of this process, for it is about to end before its time: whoever writes a
+/// file, or takes or gives up a lock, waits from here on.
+pub fn abandon_outputs() {
+    crate::file::abandon();
+    let all = held();
+    for lock in all.values().filter_map(Weak::upgrade) {
+        lock.remove();
+        // Not removed again when it is dropped.
+        std::mem::forget(lock);
+    }
+    std::mem::forget(all);
+}
+
 /// Whether the open file still is the one of that name.
 fn is_named(file: &File, path: &Path) -> bool {
     #[cfg(unix)]
@@ -136,14 +150,20 @@ impl Drop for Lock {
     }
 }
 
-impl Drop for Held {
-    fn drop(&mut self) {
+impl Held {
+    fn remove(&self) {
         // While the lock still holds. What cannot be removed is taken over by the next one.
         let _ = std::fs::remove_file(&self.path);
         if let Some(folder) = &self.created {
             // Only if it is empty.
             let _ = std::fs::remove_dir(folder);
         }
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.remove();
     }
 }
 
@@ -222,5 +242,16 @@ mod tests {
         std::fs::write(&path, "").unwrap();
         assert!(refused(Lock::folder(&path)).contains("expected a folder, got a file"));
         assert!(refused(Lock::file(Path::new("/"))).contains("the name of a file"));
+    }
+
+    #[test]
+    fn a_name_leaves_room_for_those_that_are_made_from_it() {
+        let place = tempfile::tempdir().unwrap();
+        let named = |n: usize| place.path().join("n".repeat(n));
+        assert!(Lock::file(&named(240)).is_ok());
+        for n in [241, 245, 251, 255, 256, 4000] {
+            let found = refused(Lock::file(&named(n)));
+            assert!(found.contains(&format!("a name of at most 240 bytes, got {n} bytes")), "{found}");
+        }
     }
 }

@@ -4,9 +4,9 @@
 #![allow(clippy::print_stdout)] // a peer reads it
 
 use anyhow::{Context, Result, bail};
+use hysteron_base::json;
 use hysteron_bench::learn::Training;
 use hysteron_learn::Outputs;
-use serde_json::json;
 
 const USAGE: &str = "usage: lstm_training_step STEPS REPETITIONS all|last";
 

@@ -124,7 +124,7 @@ pub fn machine() -> serde_json::Value {
         .lines()
         .find_map(|line| line.strip_prefix("model name"))
         .map(|rest| rest.trim_start_matches(['\t', ' ', ':']).to_owned());
-    serde_json::json!({
+    hysteron_base::json!({
         "cpu": model,
         "threads": std::thread::available_parallelism().map_or(1, usize::from),
         // `Isa(V4(V4 { … }))`: the name of the set.

@@ -12,10 +12,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
-use hysteron_base::file;
+use hysteron_base::{file, json};
 use hysteron_fem::{FactorKind, FemModel, Order, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::{Stepper, Target, Twin};
-use serde_json::json;
 
 use crate::coreact;
 use crate::drive::{self, N_CIRCLE, N_RAMP};
@@ -178,7 +177,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
         "targets": rows,
         "details": details,
     });
-    file::write_bytes(path, serde_json::to_vec_pretty(&report)?)?;
+    file::write_bytes(path, json::to_text(&report)?)?;
     println!("\nwritten to {}", path.display());
     Ok(())
 }

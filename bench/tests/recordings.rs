@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use hysteron_base::json;
 use hysteron_bench::study::{data_folder, sorosim, tentacle};
 use serde_json::Value;
 
@@ -18,7 +19,7 @@ fn metrics(name: &str, data: &str, run: impl FnOnce(&Path)) -> Option<Value> {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path());
     let text = std::fs::read(folder.path().join("metrics.json")).unwrap();
-    Some(serde_json::from_slice::<Value>(&text).unwrap()["metrics"].clone())
+    Some(json::from_text::<Value>(&text).unwrap()["metrics"].clone())
 }
 
 #[test]

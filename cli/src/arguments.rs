@@ -1,6 +1,7 @@
 //! The command line: verbs, options for all of them, and the help that goes with them.
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -143,8 +144,12 @@ impl Program {
                 let again = Self::try_parse_from(std::env::args_os().map(shown));
                 let error = again.err().unwrap_or(error);
                 // Help and version are no errors, and go to stdout.
-                let _ = error.print();
-                ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+                let printed = error.print();
+                if error.use_stderr() {
+                    return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+                }
+                terminal::keep_first(printed.and_then(|()| std::io::stdout().flush()));
+                terminal::exit_code_of_printing()
             }
         })
     }

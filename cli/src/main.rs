@@ -7,6 +7,7 @@ mod arguments;
 mod arm;
 mod failure;
 mod interrupt;
+mod limits;
 mod manual;
 mod progress;
 mod rig;
@@ -31,10 +32,10 @@ fn main() -> ExitCode {
         terminal::use_json();
     }
     let caller = terminal::caller(program.may_overwrite());
-    match program.use_threads().and_then(|()| carry_out(&program, &caller)) {
+    match prepare(&program).and_then(|()| carry_out(&program, &caller)) {
         Ok(summary) => {
             terminal::conclude(&summary);
-            ExitCode::SUCCESS
+            terminal::exit_code_of_printing()
         }
         Err(error) => {
             if failure::is_told(&error) {
@@ -45,6 +46,16 @@ fn main() -> ExitCode {
             ExitCode::from(failure::exit_code(&error))
         }
     }
+}
+
+/// Before any verb.
+fn prepare(program: &Program) -> anyhow::Result<()> {
+    limits::outlive_file_sizes()?;
+    // The watchdog ends with the program that it watches, and not before.
+    if !matches!(program.verb, Verb::Watchdog { .. }) {
+        interrupt::start()?;
+    }
+    program.use_threads()
 }
 
 /// Carries out the verb; what it came to is the value that `--json` prints.
@@ -78,7 +89,7 @@ fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
             manual::completions(arguments, Program::command());
             Ok(nothing(()))
         }
-        Verb::Man(arguments) => manual::man(arguments, Program::command()),
+        Verb::Man(arguments) => manual::man(arguments, Program::command(), caller),
         Verb::Watchdog { rig } => watchdog::watch(rig).map(nothing),
     }
 }

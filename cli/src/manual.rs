@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use hysteron_base::file;
+use hysteron_base::{file, json};
+use hysteron_workflow::Caller;
+use hysteron_workflow::outputs::{Outputs, SIGNATURE};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -58,22 +60,33 @@ pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) 
 }
 
 /// Carries out the verb `man` for the command line `program`.
-pub fn man(arguments: &ManArguments, mut program: clap::Command) -> anyhow::Result<Value> {
+pub fn man(arguments: &ManArguments, mut program: clap::Command, caller: &Caller) -> anyhow::Result<Value> {
     program.build();
-    let mut pages = Vec::new();
-    write_pages(&arguments.out, &program, &mut pages)?;
-    pages.sort();
+    let mut written = Vec::new();
+    render_pages(&arguments.out, &program, &mut written)?;
+    written.sort();
+    let outputs = Outputs::default().folder("--out", &arguments.out);
+    let outputs = written.iter().fold(outputs, |outputs, (path, _)| outputs.file("--out", path));
+    let _claim = outputs.check(caller)?;
+    for (path, page) in &written {
+        file::write_bytes(path, page)?;
+    }
+    let pages: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
     terminal::say(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
-    Ok(serde_json::to_value(Pages { pages })?)
+    Ok(json::to_value(Pages { pages })?)
 }
 
-fn write_pages(folder: &Path, command: &clap::Command, pages: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+/// The pages of a command and its verbs, each with the file it is for.
+fn render_pages(
+    folder: &Path,
+    command: &clap::Command,
+    pages: &mut Vec<(PathBuf, Vec<u8>)>,
+) -> anyhow::Result<()> {
     let manual = clap_mangen::Man::new(command.clone());
-    let mut page = Vec::new();
+    // A comment of the page: it says whose it is, so that the next one may replace it.
+    let mut page = format!(".\\\" {SIGNATURE}\n").into_bytes();
     manual.render(&mut page).context("a manual page")?;
-    let path = folder.join(manual.get_filename());
-    file::write_bytes(&path, &page)?;
-    pages.push(path);
+    pages.push((folder.join(manual.get_filename()), page));
     let verbs = command.get_subcommands().filter(|verb| !verb.is_hide_set() && verb.get_name() != "help");
-    verbs.into_iter().try_for_each(|verb| write_pages(folder, verb, pages))
+    verbs.into_iter().try_for_each(|verb| render_pages(folder, verb, pages))
 }

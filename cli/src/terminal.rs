@@ -3,11 +3,14 @@
 //! What a verb comes to is one value: with `--json` it is all that stands on stdout, without it the verb's own lines
 //! do.
 
-use std::io::{IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
+use hysteron_base::json;
 use hysteron_workflow::{Caller, Monitor, Progress};
-use serde_json::{Value, json};
+use serde_json::Value;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
@@ -48,8 +51,12 @@ impl Monitor for Terminal {
         interrupt::is_asked()
     }
 
-    fn listen(&self) -> anyhow::Result<()> {
-        interrupt::listen()
+    fn listen(&self) {
+        interrupt::listen();
+    }
+
+    fn listen_on_rig(&self) {
+        interrupt::listen_on_rig();
     }
 
     fn say(&self, line: &str) {
@@ -72,16 +79,42 @@ pub fn conclude(summary: &Value) {
     }
 }
 
-/// Prints a text that is itself the result, whoever reads it.
+/// The first thing that went wrong with stdout.
+static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// Prints a text that is itself the result, whoever reads it. What stdout does not take is an error at the end: the files
+/// of a verb are worth more than its lines.
 pub fn print(text: impl std::fmt::Display) {
-    // Whoever closed the pipe, as `head` does, has read enough.
-    let _ = writeln!(std::io::stdout(), "{text}");
+    keep_first(writeln!(io::stdout(), "{text}").and_then(|()| io::stdout().flush()));
 }
 
+/// Keeps the first error of printing.
+pub fn keep_first(printed: io::Result<()>) {
+    if let Err(error) = printed {
+        UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+}
+
+/// 0 where all that was printed has arrived. Where it has not, 1 and why; where whoever read it has closed the pipe, as
+/// `head` does when it has read enough, the program is quiet and ends as others do that the signal of it ends.
+pub fn exit_code_of_printing() -> ExitCode {
+    match UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        None => ExitCode::SUCCESS,
+        Some(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::from(CLOSED_PIPE),
+        Some(error) => {
+            complain(&anyhow::Error::new(error).context("stdout"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// 128 + SIGPIPE, as shells say it.
+const CLOSED_PIPE: u8 = 141;
+
 /// Prints why the program failed.
-#[expect(clippy::print_stderr, reason = "the one place that writes errors")]
 pub fn complain(error: &anyhow::Error) {
-    eprintln!("error: {}", escaped(&format!("{error:#}")));
+    // Where nobody can read it, the exit code says it.
+    let _ = writeln!(io::stderr(), "error: {}", escaped(&format!("{error:#}")));
 }
 
 /// A text on one line: characters that would move the cursor, colour the terminal, ring its bell or turn the

@@ -1,6 +1,7 @@
 //! Metrics of pairs of curves, for other programs to check (`tests/peers/tracking_metrics_peer.py`): one JSON object
 //! `{"a": [[x, y], …], "b": …}` a line comes in, one with the metrics goes out.
 
+use hysteron_base::json;
 use std::io::{BufRead, Write};
 
 use hysteron_control::tracking::{Point, chamfer, frechet, hausdorff, iou};
@@ -14,8 +15,8 @@ struct Pair {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut out = std::io::stdout().lock();
     for line in std::io::stdin().lock().lines() {
-        let Pair { a, b } = serde_json::from_str(&line?)?;
-        let metrics = serde_json::json!({
+        let Pair { a, b } = json::from_text(&line?)?;
+        let metrics = hysteron_base::json!({
             "iou": iou(&a, &b), "hausdorff": hausdorff(&a, &b), "chamfer": chamfer(&a, &b), "frechet": frechet(&a, &b),
         });
         writeln!(out, "{metrics}")?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, Recording, file};
+use hysteron_base::{BadInput, Recording, file, json};
 
 /// Bytes at the beginning of a file in which its maker is looked for.
 const HEAD: usize = 1 << 16;
@@ -64,8 +64,8 @@ fn json(path: &Path, head: &[u8]) -> Option<serde_json::Value> {
         return None;
     }
     let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let line = serde_json::from_slice(line).ok();
-    line.or_else(|| serde_json::from_slice(&file::read_up_to(path, MOST_JSON).ok()?).ok())
+    let line = json::from_text(line).ok();
+    line.or_else(|| json::from_text(&file::read_up_to(path, MOST_JSON).ok()?).ok())
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! No template engine: a page is headings, tables and figures in the order in which code adds them, one function escapes
 //! text, and a template would be a second place that knows what a verb reports.
 
+use hysteron_base::json;
 use std::path::Path;
 
 use plotters::style::RGBColor;
@@ -14,10 +15,8 @@ use crate::maker::replace;
 
 /// Writes `metrics.json` to `folder`, and gives it back as a value: what a verb came to.
 pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<Value> {
-    let value = serde_json::to_value(metrics)?;
-    let mut json = serde_json::to_string_pretty(metrics)?;
-    json.push('\n');
-    replace(&folder.join("metrics.json"), json)?;
+    let value = json::to_value(metrics)?;
+    replace(&folder.join("metrics.json"), json::to_text(metrics)?)?;
     Ok(value)
 }
 

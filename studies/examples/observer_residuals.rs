@@ -14,10 +14,10 @@ use hysteron_arm::detection::FreeMotion;
 use hysteron_arm::identify::{BodyOptions, JointMotion, identify_bodies};
 use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
 use hysteron_arm::{Columns, ImportOptions, Model, Quantity, Recorded, import};
-use hysteron_base::{Metadata, Recording};
+use hysteron_base::{Metadata, Recording, json};
 use hysteron_fuzz::data_folder;
 use hysteron_studies::estimation::{KnownArm, TERMS};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
 
@@ -40,7 +40,7 @@ fn main() -> Fallible<()> {
             "ur10e": ur10e(&folder.join("ur10e"))?},
     });
     if let Some(path) = std::env::args().nth(1) {
-        hysteron_base::file::write_bytes(Path::new(&path), serde_json::to_vec_pretty(&metrics)?)?;
+        hysteron_base::file::write_bytes(Path::new(&path), json::to_text(&metrics)?)?;
     }
     Ok(())
 }

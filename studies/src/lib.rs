@@ -11,11 +11,11 @@ mod simulated;
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use hysteron_learn::{Error, Progress, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 pub use published::{PublishedRow, published, published_parts};
 pub use real::{RealOptions, RealRow, real_study, shown_samples};
@@ -52,7 +52,7 @@ fn cell<R: Serialize + DeserializeOwned>(
         BadInput::new(path.display().to_string(), "a cell of this study", e.to_string())
     };
     if path.exists() {
-        let found: Value = serde_json::from_str(&file::read_text(&path)?).map_err(damaged)?;
+        let found: Value = json::from_text(&file::read_text(&path)?).map_err(damaged)?;
         if found["identity"] != *identity {
             return Err(BadInput::new(
                 path.display().to_string(),
@@ -62,10 +62,10 @@ fn cell<R: Serialize + DeserializeOwned>(
             .hint("remove the folder to begin anew")
             .into());
         }
-        return Ok(Some(serde_json::from_value(found["row"].clone()).map_err(damaged)?));
+        return Ok(Some(json::from_value(&found["row"].clone()).map_err(damaged)?));
     }
     let Some(row) = compute()? else { return Ok(None) };
-    let text = serde_json::to_vec_pretty(&json!({ "identity": identity, "row": row })).map_err(damaged)?;
+    let text = json::to_text(&json!({ "identity": identity, "row": row })).map_err(damaged)?;
     file::write_bytes(&path, text)?;
     Ok(Some(row))
 }
@@ -74,4 +74,24 @@ fn cell<R: Serialize + DeserializeOwned>(
 /// If the folder cannot be made.
 fn make_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(path).map_err(|e| Error::from(hysteron_base::Error::io(path, e)))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+
+    #[test]
+    fn a_cell_reads_back_whatever_its_numbers_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let identity = json!({ "seed": 1 });
+        let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 5e-324, f64::MAX, 0.1];
+        let row = (numbers, Some(f64::NAN), vec![[f64::INFINITY; 2]]);
+        let of = |compute: &mut dyn FnMut() -> Result<Option<([f64; 7], Option<f64>, Vec<[f64; 2]>)>>| {
+            cell(folder.path(), "a", &identity, compute).unwrap().unwrap()
+        };
+        let computed = of(&mut || Ok(Some(row.clone())));
+        let read = of(&mut || panic!("the cell is there"));
+        assert_eq!(format!("{computed:?}"), format!("{read:?}"));
+    }
 }

@@ -3,10 +3,9 @@
 use std::ops::Range;
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{Activation, Result, Session};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::{Listener, StudyProgress, cell, make_folder};
 use hysteron_arm::Model;

@@ -4,11 +4,10 @@
 use std::path::Path;
 use std::time::Instant;
 
-use hysteron_base::rng;
+use hysteron_base::{json, rng};
 use hysteron_learn::{Activation, Result, Session};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::{Listener, StudyProgress, cell, make_folder};
 use hysteron_arm::Model;

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             [0, 1].map(|end| qp.bounds.iter().map(|pair| pair[end]).collect::<Vec<f64>>());
         solver.set_matrix(&qp.hessian);
         let (status, _) = solver.solve(&right, &lowest, &highest, &mut answer);
-        let line = serde_json::json!({
+        let line = hysteron_base::json!({
             "hessian": qp.hessian, "linear": qp.linear, "bounds": open(&qp.bounds), "rows": qp.rows,
             "row_bounds": open(&qp.row_bounds), "answer": answer, "status": format!("{status:?}"),
         });

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Result;
 use crate::model::Twin;
@@ -80,7 +80,7 @@ impl TwinState {
         let end = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
         let not_ours =
             |error: serde_json::Error| bad("header", "a state by hysteron".into(), error.to_string());
-        let header: Value = serde_json::from_slice(&bytes[..end]).map_err(not_ours)?;
+        let header: Value = json::from_text(&bytes[..end]).map_err(not_ours)?;
         let (format, version) = (header["format"].as_str().unwrap_or_default(), &header["version"]);
         if !version.is_u64() {
             let found = "a line of JSON without version".into();
@@ -91,7 +91,7 @@ impl TwinState {
                 .hint("what another version of the program wrote has to be made again")
                 .into());
         }
-        let header: Header = serde_json::from_value(header).map_err(not_ours)?;
+        let header: Header = json::from_value(&header).map_err(not_ours)?;
         if header.scene_hash != scene_hash {
             return Err(bad("scene_hash", scene_hash.into(), header.scene_hash)
                 .hint("a state belongs to the scene and mesh that it was made with; make it again")

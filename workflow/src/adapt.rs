@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::Scene;
+use hysteron_base::{Scene, json};
 use hysteron_twin::residual::{AdaptOptions, Adapted, Kept, adapt, n_samples};
 use hysteron_twin::{Motion, Twin};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::network::Network;
 use crate::outputs::Outputs;
@@ -53,8 +53,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;
     }
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path)).and([&options.checkpoint]);
-    let _claim = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(caller)?;
-    caller.listen()?;
+    let folder = paths::beside(&options.out, options.figures.as_deref());
+    let outputs = outputs.scene(&options.scene, &scene).file("--out", &options.out);
+    let _claim = outputs.report("--figures", Some(&folder)).check(caller)?;
+    caller.listen();
     let bar = caller.progress("samples", n_samples(&twin, &motions), 0);
     let on_sample = || {
         bar.inc(1);
@@ -69,7 +71,6 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     adapted.model.training["adapted_kept"] = json!(adapted.kept);
     caller.sign(&mut adapted.model.training);
     adapted.model.write(&options.out)?;
-    let folder = paths::beside(&options.out, options.figures.as_deref());
     let value = write_metrics(&folder, &Metrics::new(&adapted, &settings, caller))?;
     print(&adapted, caller);
     caller.wrote(&options.out);

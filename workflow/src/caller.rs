@@ -3,7 +3,8 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 /// Hears how far a verb is, and may stop it.
 pub trait Monitor: Sync {
@@ -13,13 +14,12 @@ pub trait Monitor: Sync {
     /// True once the verb is to stop at the next good moment.
     fn is_cancelled(&self) -> bool;
 
-    /// From here on a request to stop is heard by [`Monitor::is_cancelled`].
-    ///
-    /// # Errors
-    /// If it cannot be.
-    fn listen(&self) -> anyhow::Result<()> {
-        Ok(())
-    }
+    /// From here on a request to stop is heard by [`Monitor::is_cancelled`]. A verb that then goes on for more than a
+    /// second may be ended where it is: all that it must not lose is in files by then.
+    fn listen(&self) {}
+
+    /// As [`Monitor::listen`], but the verb drives a rig, and is given the time to switch its torque off.
+    fn listen_on_rig(&self) {}
 
     /// A line of the result, for a person.
     fn say(&self, line: &str);
@@ -95,11 +95,13 @@ impl Caller<'_> {
     }
 
     /// See [`Monitor::listen`].
-    ///
-    /// # Errors
-    /// If a request to stop cannot be heard.
-    pub fn listen(&self) -> anyhow::Result<()> {
-        self.monitor.listen()
+    pub fn listen(&self) {
+        self.monitor.listen();
+    }
+
+    /// See [`Monitor::listen_on_rig`].
+    pub fn listen_on_rig(&self) {
+        self.monitor.listen_on_rig();
     }
 
     /// See [`Monitor::say`].

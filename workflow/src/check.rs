@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use hysteron_base::{Drive, Scene};
+use hysteron_base::{Drive, Scene, json};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
 use hysteron_twin::Twin;
 
@@ -49,7 +49,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     print_friction(&twin, caller);
     caller.say("");
     let factor = print_equations(&twin, caller)?;
-    Ok(serde_json::to_value(Summary {
+    Ok(json::to_value(Summary {
         robot: &scene.name,
         scene_sha256: &scene.hash,
         mesh: mesh::Summary::new(&body, &quality),

@@ -68,7 +68,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let inputs = inputs::read(&options.recordings)?;
     let scene_hash = common_scene(&inputs)?;
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
-    let _claim = outputs.file("--out", &options.out).check(caller)?;
+    let figures = paths::beside(&options.out, options.figures.as_deref());
+    let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
+    let _claim = outputs.check(caller)?;
     let usable: Vec<&Input> = inputs
         .iter()
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
@@ -86,7 +88,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let names: Vec<&str> = held_out.iter().map(|&k| usable[k].name.as_str()).collect();
         caller.say(format_args!("a network is validated on: {}", names.join(", ")));
     }
-    caller.listen()?;
+    caller.listen();
     // What a network with feedback has seen of itself is in no file.
     let n_files = if options.feedback { 0 } else { members };
     let files = (1..=n_files).map(|k| options.out.with_extension(format!("training-{k}"))).collect();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use hysteron_base::{BadInput, LengthUnit, file};
+use hysteron_base::{BadInput, LengthUnit, file, json};
 use hysteron_fem::{
     Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, write_mesh,
     write_vtu,
@@ -109,7 +109,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     caller.wrote(&options.out);
     print_quality(&mesh, &quality, caller);
-    Ok(serde_json::to_value(Meshed { out: &options.out, mesh: Summary::new(&mesh, &quality) })?)
+    Ok(json::to_value(Meshed { out: &options.out, mesh: Summary::new(&mesh, &quality) })?)
 }
 
 /// What the verb came to.

@@ -90,6 +90,7 @@ impl Outputs {
             self.check_pictures(option, folder)?;
         }
         for (option, path) in &self.files {
+            file::check_name(path).map_err(|bad| bad.within(option))?;
             check_folder(option, path.parent().unwrap_or(Path::new("")))?;
         }
         let claim = self.claim()?;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, json};
 use hysteron_control::path::is_recording;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::command::{Given, Way};

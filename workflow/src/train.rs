@@ -84,9 +84,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let inputs = inputs::read(&options.recordings)?;
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
-    let _claim = outputs.file("--out", &options.out).check(caller)?;
+    let figures = paths::beside(&options.out, options.figures.as_deref());
+    let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
+    let _claim = outputs.check(caller)?;
     let data = dataset(options, &inputs, caller)?;
-    caller.listen()?;
+    caller.listen();
     let unfinished = Unfinished::new(&options.out, vec![options.out.with_extension("training")]);
     let mut display = Display { bar: None, caller };
     let mut progress = |progress: &Progress| display.show(progress);

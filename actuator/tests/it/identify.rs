@@ -6,6 +6,7 @@ use hysteron_actuator::identify::{
 };
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
 use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
+use hysteron_base::json;
 use hysteron_fit::Estimate;
 use hysteron_fuzz::recorded;
 use rand::RngExt;
@@ -130,7 +131,7 @@ fn pendulum_of_an_xl330_is_met_on_logs_that_were_not_fitted() {
     let Some(folder) = recorded("pendulum_of_an_xl330", "arms/bam/xl330") else { return };
     let logs: Vec<Value> = std::fs::read_dir(folder)
         .unwrap()
-        .map(|entry| serde_json::from_slice(&std::fs::read(entry.unwrap().path()).unwrap()).unwrap())
+        .map(|entry| json::from_text(&std::fs::read(entry.unwrap().path()).unwrap()).unwrap())
         .collect();
     let runs = |trajectory: &str| -> Vec<PendulumRun> {
         logs.iter().filter(|log| log["trajectory"] == trajectory).map(read).collect()

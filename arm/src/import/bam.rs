@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_base::{BadInput, Column, Result, Table, file};
+use hysteron_base::{BadInput, Column, Result, Table, file, json};
 use serde_json::{Map, Value};
 
 use super::drive::POSITION_GAIN;
@@ -29,7 +29,7 @@ pub(super) fn read(path: &Path) -> Result<(Table, Vec<(String, String)>)> {
 }
 
 fn parse(bytes: &[u8]) -> std::result::Result<(Table, Vec<(String, String)>), BadInput> {
-    let log: Map<String, Value> = serde_json::from_slice(bytes).map_err(|error| {
+    let log: Map<String, Value> = json::from_text(bytes).map_err(|error| {
         BadInput::new(format!("line {}", error.line()), "a log of bam (a JSON object)", error.to_string())
     })?;
     let columns = match log.get("entries") {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{Result, read_parameters, write_parameters};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::network::Evaluator;
 use super::{Decomposition, NetworkShape, Samples, decompose};
@@ -45,7 +45,7 @@ impl LearnedDynamics {
     pub fn read(path: &Path) -> Result<Self> {
         let (mut details, parameters) = read_parameters(path, Self::KIND)?;
         let within = |bad: BadInput| bad.within(path.display());
-        let shape: NetworkShape = serde_json::from_value(details["shape"].take())
+        let shape: NetworkShape = json::from_value(&details["shape"].take())
             .map_err(|e| within(BadInput::new("shape", "a model of inverse dynamics", e.to_string())))?;
         shape.check().map_err(within)?;
         if shape.n_parameters() != parameters.len() {

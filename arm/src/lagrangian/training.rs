@@ -1,11 +1,11 @@
 //! Training: minibatches of Adam in single precision, then L-BFGS over many samples in double precision.
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{
     Adam, Decay, Epoch, Lbfgs, LevenbergMarquardt, Objective, Progress, Result, Schedule, Session, minimise,
 };
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{NetworkShape, Samples, TorqueObjective, Weights};
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{Model as _, Result, Transformer, TransformerShape, read_parameters, write_parameters};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::current::CurrentModel;
 use super::features::{Features, InputScale};
@@ -90,7 +90,7 @@ impl NeuralActuator {
     }
 
     fn from_parts(header: Value, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
-        let header: Header = serde_json::from_value(header)
+        let header: Header = json::from_value(&header)
             .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
         let Header { shape, features, scale, simulation, joints, currents, sensing, contact, details } =
             header;
@@ -104,6 +104,8 @@ impl NeuralActuator {
             && scale.is_for(features.len())
             && joints.len() == features.joints
             && contact >= 0.0
+            && contact.is_finite()
+            && currents.coefficients.iter().flatten().all(|coefficient| coefficient.is_finite())
             && currents.coefficients.len() == features.motors();
         if !fits {
             return Err(BadInput::new("shape", "sizes that belong together", "others"));

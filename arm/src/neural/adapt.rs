@@ -4,10 +4,9 @@
 //! are found by rollouts with the network in the loop: it corrects the servo that it was trained with, and goes on correcting. Then
 //! updates of the network. Either step is kept if it does better on the end of every trajectory, which neither has learned from.
 
-use hysteron_base::{BadInput, Bounds};
+use hysteron_base::{BadInput, Bounds, json};
 use hysteron_fit::{Options, Parameter, Scale, minimum};
 use hysteron_learn::{Progress, Result, Session, Task, fit};
-use serde_json::json;
 
 use super::actuator::NeuralActuator;
 use super::closed_loop::ClosedLoop;

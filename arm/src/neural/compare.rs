@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_base::{BadInput, parallel};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, json, parallel};
+use serde_json::Value;
 
 use super::actuator::NeuralActuator;
 use super::condition::{ConditionSaid, DetectorScores, detectors};
@@ -100,6 +100,23 @@ pub struct Comparison<'a> {
     tasks: Vec<Task>,
 }
 
+/// Accepts what a method says of a trajectory, `n` values of a quantity a sample.
+///
+/// # Errors
+/// `BadInput` naming the first sample where it is not finite.
+fn check_finite(
+    trajectory: &Trajectory,
+    method: &str,
+    (quantity, n): (&str, usize),
+    values: &[f64],
+) -> Result<(), BadInput> {
+    let Some(k) = values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    let number = if n > 1 { format!(" {}", k % n + 1) } else { String::new() };
+    let place = format!("{}: sample {}: {quantity}{number}", trajectory.name, k / n + 1);
+    Err(BadInput::new(place, format!("a finite number from the method \"{method}\""), values[k].to_string())
+        .hint("the model diverges on this recording: train it again, or compare over motion like that of its training"))
+}
+
 impl<'a> Comparison<'a> {
     /// Of an actuator for `model`, with no task yet.
     ///
@@ -147,6 +164,16 @@ impl<'a> Comparison<'a> {
                 .collect(),
             parallel::try_map(&trajectories, servo)?,
         ];
+        for (method, of_method) in METHODS.iter().zip(&positions) {
+            for (one, values) in trajectories.iter().zip(of_method) {
+                check_finite(one, method, ("position of motor", m), values)?;
+            }
+        }
+        for (one, rollout) in trajectories.iter().chain(&trajectories).zip(rollouts.iter().chain(&pure)) {
+            check_finite(one, METHODS[0], ("force on axis", 3), rollout.force.as_flattened())?;
+            check_finite(one, METHODS[0], ("probability", 1), &rollout.gate)?;
+            check_finite(one, METHODS[0], ("probability", 1), &rollout.condition)?;
+        }
         let about = (features, actuator.simulation.period);
         let arm = actuator.observed_arm(self.model);
         let along = |sensing: &Sensing| -> Result<Vec<Sensed>, BadInput> {

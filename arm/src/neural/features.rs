@@ -189,9 +189,12 @@ impl InputScale {
         Ok(Self { mean, spread })
     }
 
-    /// Whether it is for so many inputs, with spreads above zero.
+    /// Whether it is for so many inputs, with finite means and spreads above zero.
     pub fn is_for(&self, n: usize) -> bool {
-        self.mean.len() == n && self.spread.len() == n && self.spread.iter().all(|s| *s > 0.0)
+        self.mean.len() == n
+            && self.spread.len() == n
+            && self.mean.iter().all(|mean| mean.is_finite())
+            && self.spread.iter().all(|spread| *spread > 0.0 && spread.is_finite())
     }
 
     /// What the network gets of input `k`, and its derivative.

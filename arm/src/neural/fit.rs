@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{
     Block, Card, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
 };
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::actuator::NeuralActuator;
 use super::current::CurrentModel;
@@ -116,7 +115,7 @@ impl Rivals {
     /// `BadInput` where its file has none, or such as are for other motors.
     pub fn of(actuator: &NeuralActuator) -> std::result::Result<Self, BadInput> {
         let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
-        let rivals: Self = serde_json::from_value(actuator.details["rivals"].clone()).map_err(bad)?;
+        let rivals: Self = json::from_value(&actuator.details["rivals"].clone()).map_err(bad)?;
         let features = &actuator.features;
         let m = features.motors();
         if [rivals.lag.lag.len(), rivals.lag.droop.len()] != [m; 2] {

@@ -1,8 +1,8 @@
 //! Force and condition beside a momentum observer: learning, streaming, files, refusals, on motion by inverse dynamics.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+use hysteron_base::json;
 use hysteron_learn::{Card, Model as _, Progress, Session, Transformer, TransformerShape, fit};
-use serde_json::json;
 
 use super::test_motion::{Case, JOINTS, PERIOD, arm, features, trajectory};
 use super::*;
@@ -269,5 +269,5 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     assert!(found.contains("x.csv: expected channels pwm_k_ratio"), "{found}");
     let three = Model::builtin("three-link").unwrap();
     assert!(observed_arm(&three, 4).unwrap_err().to_string().contains("4 joints or more"));
-    let _: Observers = serde_json::from_str(&serde_json::to_string(&observers).unwrap()).unwrap();
+    let _: Observers = json::from_text(&json::to_line(&observers).unwrap()).unwrap();
 }

@@ -3,12 +3,11 @@
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_actuator::law::Law;
-use hysteron_base::{Channel, Metadata, Recording, rng};
+use hysteron_base::{Channel, Metadata, Recording, json, rng};
 use hysteron_learn::{
     Block, Form, Model as _, Session, TapePool, Task as _, Training, Transformer, TransformerShape, fit,
 };
 use rand::RngExt;
-use serde_json::json;
 
 use super::*;
 use crate::Model;

@@ -216,6 +216,8 @@ pub(crate) fn tip_force<'m>(model: &'m Model, noise: &[f64]) -> Result<TipForce<
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+    use hysteron_base::json;
+
     use super::*;
     use crate::servo_force::{Observers, observed_arm};
 
@@ -249,7 +251,7 @@ mod tests {
         let observers = Observers::identify(&model, &training).unwrap();
         let drive = observers.drive.clone();
         drive.check(4).unwrap();
-        let read: ServoDrive = serde_json::from_str(&serde_json::to_string(&drive).unwrap()).unwrap();
+        let read: ServoDrive = json::from_text(&json::to_line(&drive).unwrap()).unwrap();
         assert_eq!(read, drive);
         let [_, _, linear, whole] = estimators(&model, &training).unwrap();
         let asked = motion(200);

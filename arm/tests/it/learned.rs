@@ -7,9 +7,9 @@ use hysteron_arm::lagrangian::{
     decompose, sinusoids, train,
 };
 use hysteron_arm::{Data, Model, mass_matrix};
+use hysteron_base::json;
 use hysteron_fuzz::recorded;
 use hysteron_learn::{Activation, Progress, Session};
-use serde_json::json;
 
 fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
     NetworkShape {

@@ -6,8 +6,8 @@ use hysteron_arm::lagrangian::{
 use hysteron_arm::lagrangian::{Samples, Scales};
 use hysteron_arm::observer::{Dynamics, FrictionModel, MomentumObserver, Observer, RigidBody, Sample};
 use hysteron_arm::{ComputedTorque, Data, Model, Simulator, Stops, forward_dynamics};
+use hysteron_base::json;
 use hysteron_learn::{Activation, Session};
-use serde_json::json;
 
 const N: usize = 3;
 

@@ -1,5 +1,6 @@
 //! The five robots, their reference states, and how numbers are compared.
 
+use hysteron_base::json;
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::Model;
@@ -52,7 +53,7 @@ pub struct Reference {
 
 pub fn reference(name: &str) -> Reference {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(format!("{name}.json"));
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    json::from_text(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
 /// Every state of every robot.

@@ -6,8 +6,8 @@
 
 use super::names::Column;
 use super::{Channel, Check, Metadata, Recording, check_size, metadata, names, not_finite, not_later};
-use crate::BadInput;
 use crate::units::Unit;
+use crate::{BadInput, json};
 use std::fmt::Write as _;
 use std::io::Write;
 
@@ -192,5 +192,5 @@ fn quoted(value: &str) -> String {
 }
 
 fn unquoted(value: &str) -> Option<String> {
-    if value.starts_with('"') { serde_json::from_str(value).ok() } else { Some(value.to_owned()) }
+    if value.starts_with('"') { json::from_text(value).ok() } else { Some(value.to_owned()) }
 }

@@ -274,8 +274,8 @@ fn header(names: &[String], meta: &Metadata) -> Check<Vec<u8>> {
         channels: names.to_vec(),
         metadata: meta.to_pairs(),
     };
-    let json = serde_json::to_vec(&header).map_err(|e| BadInput::new("header", "text", e.to_string()))?;
-    Ok([&[HEADER], &json[..]].concat())
+    let json = crate::json::to_line(&header).map_err(|e| BadInput::new("header", "text", e.to_string()))?;
+    Ok([&[HEADER], json.as_bytes()].concat())
 }
 
 /// Appends a frame around what `payload` appends.
@@ -329,7 +329,7 @@ fn parse(bytes: &[u8]) -> Check<Journal> {
     let Some((HEADER, json)) = frame(&mut rest) else {
         return Err(not_one("a torn or damaged one".into()));
     };
-    let header: Header = serde_json::from_slice(json).map_err(|e| not_one(e.to_string()))?;
+    let header: Header = crate::json::from_text(json).map_err(|e| not_one(e.to_string()))?;
     if header.format != FORMAT || header.version != VERSION {
         return Err(BadInput::new(
             "header",

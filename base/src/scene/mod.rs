@@ -279,7 +279,7 @@ impl Scene {
 
     /// SHA-256 of the values in SI, each in the fewest digits that give it back, and of the version of the equations.
     fn hash_of_values(&self) -> String {
-        let values = serde_json::json!({ "equations": EQUATIONS, "scene": self });
+        let values = crate::json!({ "equations": EQUATIONS, "scene": self });
         file::sha256_hex(values.to_string().as_bytes())
     }
 }

@@ -11,11 +11,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::file;
+use hysteron_base::{file, json};
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chain::{Chain, FRICTION, scene_path};
 use super::population::write_recorded_plan;
@@ -148,9 +148,8 @@ struct Robot<'a> {
 impl Robot<'_> {
     /// What `adapt` kept, by its name in `metrics.json`.
     fn kept(&self) -> Result<String> {
-        let metrics: Value = serde_json::from_slice(&std::fs::read(
-            Path::new(&self.new).with_extension("").join("metrics.json"),
-        )?)?;
+        let metrics: Value =
+            json::from_text(&std::fs::read(Path::new(&self.new).with_extension("").join("metrics.json"))?)?;
         Ok(metrics["kept"].as_str().context("nothing kept in metrics.json")?.to_owned())
     }
 
@@ -164,7 +163,7 @@ impl Robot<'_> {
         if !metrics.exists() && chain.hysteron(&arguments).is_err() {
             return Ok(None);
         }
-        let found: Value = serde_json::from_slice(&std::fs::read(metrics)?)?;
+        let found: Value = json::from_text(&std::fs::read(metrics)?)?;
         let number = |key: &str| {
             found["recordings"][0][key].as_f64().with_context(|| format!("no {key} in metrics.json"))
         };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use hysteron_base::file;
+use hysteron_base::{file, json};
 use hysteron_rig::virtual_rig::VirtualRobot;
 use serde_json::Value;
 
@@ -243,7 +243,7 @@ impl Chain {
         if !metrics.exists() && self.hysteron(&arguments).is_err() {
             return Ok(None);
         }
-        let found: Value = serde_json::from_slice(&std::fs::read(metrics)?)?;
+        let found: Value = json::from_text(&std::fs::read(metrics)?)?;
         let rows = found["recordings"].as_array().context("no recordings in metrics.json")?;
         let row = |row: &Value| -> Result<Followed> {
             let number = |key: &str| row[key].as_f64().with_context(|| format!("no {key} in metrics.json"));

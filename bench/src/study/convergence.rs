@@ -5,10 +5,10 @@
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::Law;
+use hysteron_base::{Law, json};
 use hysteron_fem::{Cells, Mesh, Order};
 use hysteron_twin::Stepper;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{distance, write_metrics};
 use crate::drive::one_sided;

@@ -9,11 +9,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use hysteron_base::{Recording, rng};
+use hysteron_base::{Recording, json, rng};
 use hysteron_control::score::score;
 use rand::RngExt;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chain::{Chain, FRICTION, TESTS, scene_path};
 use super::{rms, write_metrics};
@@ -228,7 +228,7 @@ impl Study {
         if !metrics.exists() {
             self.chain.hysteron(&arguments)?;
         }
-        Ok(serde_json::from_slice(&std::fs::read(metrics)?)?)
+        Ok(json::from_text(&std::fs::read(metrics)?)?)
     }
 
     /// Rollouts on random plans, half of them within the amplitudes of training and half up to 20 % beyond.

@@ -9,8 +9,9 @@
 use std::path::Path;
 
 use anyhow::Result;
+use hysteron_base::json;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chain::{Chain, FRICTION, Strokes, scene_path};
 use super::followed::{Followed, HEADING, spreads};

@@ -1,7 +1,8 @@
 //! How closely a tip followed its target, in the numbers that every table of tracking shows: error in space and at
 //! equal times, overlap, lag. A method that is late looks good in space alone.
 
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 /// What [`means`] tells, for the first cell of a table.
 pub const HEADING: &str = "NRMSE [%], IoU, at equal times [mm], lag [ms]";

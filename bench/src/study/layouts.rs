@@ -7,9 +7,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::Recording;
+use hysteron_base::{Recording, json};
 use nalgebra::Matrix3xX;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chain::{Chain, FRICTION, TESTS};
 use super::coreact::{Rung, Study};
@@ -72,7 +72,7 @@ fn write_scene(chain: &Chain, segments: usize, length: f64) -> Result<String> {
 }
 
 fn reach(identified: &Path, n_tendons: usize) -> Result<Reach> {
-    let metrics: Value = serde_json::from_slice(&std::fs::read(identified.join("metrics.json"))?)?;
+    let metrics: Value = json::from_text(&std::fs::read(identified.join("metrics.json"))?)?;
     let rows = metrics["recordings"].as_array().context("no recordings in metrics.json")?;
     let mean = |key: &str| -> Result<f64> {
         let values = rows.iter().map(|row| row.pointer(key).and_then(Value::as_f64));

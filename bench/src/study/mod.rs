@@ -22,9 +22,9 @@ pub mod tentacle;
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::file;
+use hysteron_base::{file, json};
 pub use hysteron_fuzz::data_folder;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::measure::machine;
 
@@ -37,7 +37,7 @@ fn write_metrics(folder: &Path, study: &str, metrics: Value) -> Result<()> {
         "machine": machine(),
         "metrics": metrics,
     });
-    Ok(file::write_bytes(&folder.join("metrics.json"), serde_json::to_vec_pretty(&report)?)?)
+    Ok(file::write_bytes(&folder.join("metrics.json"), json::to_text(&report)?)?)
 }
 
 /// Distance of two points.

@@ -10,8 +10,8 @@
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::file;
-use serde_json::{Value, json};
+use hysteron_base::{file, json};
+use serde_json::Value;
 
 use super::chain::{Chain, Strokes};
 use super::followed::{Followed, HEADING, means, to_json};

@@ -9,12 +9,12 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use hysteron_base::{Recording, file};
+use hysteron_base::{Recording, file, json};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot};
 use hysteron_rig::{Hardware, LiveRig};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::write_metrics;
 use crate::table::{Goal, Row, print_rows};
@@ -108,7 +108,7 @@ fn measure(folder: &Path, seconds: f64) -> Result<Measured> {
     Ok(Measured {
         n_rows: recording.n_samples(),
         n_filled: recording.gap().iter().filter(|gap| **gap).count(),
-        stats: serde_json::from_str(text)?,
+        stats: json::from_text(text)?,
     })
 }
 

@@ -5,8 +5,9 @@
 use std::path::Path;
 
 use anyhow::Result;
+use hysteron_base::json;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chain::{Chain, TESTS};
 use super::coreact::{Ladder, LadderRow, Rung, Study};

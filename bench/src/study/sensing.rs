@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::{file, rng};
+use hysteron_base::{file, json, rng};
 use rand::RngExt;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chain::{Chain, FRICTION, scene_path};
 use super::write_metrics;
@@ -107,7 +107,7 @@ fn sense(folder: &Path, robot: &str, effort: &Effort) -> Result<Value> {
         let out = ["--sensor", &sensor, "--out", &told, "--figures", &figures];
         chain.hysteron(&[&["sense", &twin, recording][..], &with, &out].concat())?;
         let text = file::read_text(&Path::new(&figures).join("metrics.json"))?;
-        serde_json::from_str(&text).context("the metrics of a sensed recording")
+        json::from_text(&text).context("the metrics of a sensed recording")
     };
     let metrics = tell(&pushed, "pushed")?;
     let contacts = |(k, recording): (usize, &String)| -> Result<[f64; 2]> {

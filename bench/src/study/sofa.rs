@@ -4,10 +4,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::Law;
+use hysteron_base::{Law, json};
 use hysteron_fem::Mesh;
 use hysteron_twin::{Stepper, Target, Twin, TwinState};
-use serde_json::json;
 
 use super::{distance, write_metrics};
 use crate::columns::read_columns;

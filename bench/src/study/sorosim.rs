@@ -12,11 +12,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use hysteron_base::{Law, Material};
+use hysteron_base::{Law, Material, json};
 use hysteron_fem::{Cells, Embedding, Layers, Mesh, Order, Tube};
 use hysteron_twin::{Couple, Stepper, Twin};
 use rayon::prelude::*;
-use serde_json::json;
 
 use super::{data_folder, distance, write_metrics};
 use crate::measure::percentile;

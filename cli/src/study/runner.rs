@@ -61,7 +61,7 @@ impl<'a> Runner<'a> {
 
     /// Brings all stages to their end.
     pub fn run(mut self, stages: &[Stage]) -> anyhow::Result<()> {
-        interrupt::count()?;
+        interrupt::count();
         for (k, stage) in stages.iter().enumerate() {
             let of = format!("[{}/{}] {}", k + 1, stages.len(), stage.name);
             if interrupt::is_asked() {

@@ -1,10 +1,10 @@
 //! What both designs share in training: epochs, the best weights on trajectories held out, and going on from a file.
 
-use hysteron_base::Bounds;
+use hysteron_base::{Bounds, json};
 use hysteron_learn::{
     ChannelErrors, FitReport, FitResult, Network, Normaliser, Session, Task, WeightFormat, fit,
 };
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
 use crate::{Limits, Result};

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use hysteron_base::size::check_count;
-use hysteron_base::{BadInput, Bounds};
+use hysteron_base::{BadInput, Bounds, json};
 use hysteron_learn::{Checkpoint, MOST_ROWS, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{Axes, Check, FeatureSpec, StaticRegression, Workspace};
 use crate::{Limits, Result};
@@ -109,7 +109,7 @@ impl InverseModel {
     pub fn read(path: &Path) -> Result<Self> {
         let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
         let within = |bad: BadInput| bad.within(format!("{}: details", path.display()));
-        let details: Details = serde_json::from_value(details).map_err(|error| {
+        let details: Details = json::from_value(&details).map_err(|error| {
             within(BadInput::new("", "those of an inverse controller", error.to_string()))
         })?;
         let model = Self {

@@ -4,12 +4,11 @@
 
 use std::ops::Range;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{
     Evaluation, Network, Normaliser, SequenceOptions, SequenceTask, Sequences, Session, WeightFormat, mean,
 };
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::fit::{Fitted, Parts, Strokes, identity, run};
 use super::loss::{Loss, LossWeights, Row};

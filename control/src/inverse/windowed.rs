@@ -1,12 +1,11 @@
 //! The paper's controller, as published (section V-B c): windows of 200 samples of the tip's x and y, 2 × 512 units
 //! with dropout, linear head to all strokes, mean squared error, Adam with a step size that decays step by step.
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{
     ChannelRange, Head, Network, Normaliser, Session, WeightFormat, WindowOptions, WindowTask,
     WindowedSequence,
 };
-use serde_json::json;
 
 use super::fit::{Fitted, Parts, Strokes, identity, run};
 use super::path_point::Smoothing;

@@ -96,7 +96,7 @@ mod tests {
 
     use std::path::Path;
 
-    use serde_json::json;
+    use hysteron_base::json;
 
     use super::*;
     use crate::{Adam, Decay, Progress};

@@ -1,6 +1,7 @@
 //! What the engine trains: models of any family, as named arrays of parameters.
 
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 use crate::Real;
 

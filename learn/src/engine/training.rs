@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::engine::adam::{CHUNK, Moments, sum_of_squares};
 use crate::files::TensorFile;

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, json};
+use serde_json::Value;
 
 use super::TensorFile;
+use super::tensor_file::check_numbers;
 use crate::{Model, Network, Normaliser, Result};
 
 const FORMAT: &str = "hysteron-checkpoint";
@@ -53,7 +54,8 @@ impl Checkpoint {
     ///
     /// # Errors
     /// `BadInput` naming the file and what is wrong: not a checkpoint, another version, another kind, cut short
-    /// or damaged, a tensor missing or of another shape, a weight that is not finite, a range upside down.
+    /// or damaged, a tensor missing or of another shape, a weight that is not finite, a weight or another number
+    /// beyond belief, a range upside down.
     pub fn read(path: &Path, kind: &str) -> Result<Self> {
         let mut file = TensorFile::read(path, FORMAT, VERSION)?;
         Ok(Self::from_file(&mut file, kind).map_err(|bad| bad.within(path.display()))?)
@@ -82,6 +84,10 @@ impl Checkpoint {
             outputs: Normaliser::new(file.take("outputs")?).map_err(|bad| bad.within("outputs"))?,
             details: file.take("details")?,
         };
+        check_numbers("details", &checkpoint.details)?;
+        for (place, side) in [("inputs", &checkpoint.inputs), ("outputs", &checkpoint.outputs)] {
+            check_numbers(place, &json!(side.channels))?;
+        }
         checkpoint.check_channels()?;
         Ok(checkpoint)
     }

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, json};
+use serde_json::Value;
 
 use super::TensorFile;
+use super::tensor_file::check_numbers;
 use crate::{Model, ParameterVector, Result, TensorShape};
 
 const FORMAT: &str = "hysteron-parameters";
@@ -28,7 +29,8 @@ pub fn write_parameters(path: &Path, kind: &str, details: &Value, parameters: &[
 /// The details and parameters of a file by [`write_parameters`].
 ///
 /// # Errors
-/// `BadInput` naming the file: not such a file, of another kind or version, damaged, a parameter that is not finite.
+/// `BadInput` naming the file: not such a file, of another kind or version, damaged, a parameter or another number that is
+/// not finite or beyond belief.
 pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
     let mut file = TensorFile::read(path, FORMAT, VERSION)?;
     let mut take = || -> std::result::Result<(Value, Vec<f64>), BadInput> {
@@ -37,8 +39,10 @@ pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
             return Err(BadInput::new("kind", kind, found).hint("a model made for something else"));
         }
         let shape = TensorShape::new("parameters", &[file.take("count")?]);
-        let [parameters] = file.take_tensors("", &[vec![shape]])?.try_into().unwrap_or_default();
-        Ok((file.take("details")?, parameters))
+        let [parameters] = file.take_weights(&[vec![shape]])?.try_into().unwrap_or_default();
+        let details = file.take("details")?;
+        check_numbers("details", &details)?;
+        Ok((details, parameters))
     };
     Ok(take().map_err(|bad| bad.within(path.display()))?)
 }

@@ -7,15 +7,22 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use crate::{Real, Result, TensorShape};
 
 /// Stands for the checksum while it is computed.
 const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// Largest weight that is believed [-]: networks see inputs of the order of one, a training moves a weight by the step size
+/// in an update (thousandths, some ten thousand times), and beyond this a weight in single precision is rounded so much
+/// (6 % of one) that it says nothing of what it multiplies.
+const MAX_WEIGHT: f64 = 1e6;
+/// Largest number that is believed in what a file says beside its weights, in any unit.
+const MAX_NUMBER: f64 = 1e12;
 
 /// Numbers of a tensor, as they were stored.
 #[derive(Debug, Clone)]
@@ -64,7 +71,30 @@ impl TensorFile {
         let Some(value) = self.metadata.remove(name) else {
             return Err(BadInput::new(name, "an entry in the metadata", "nothing"));
         };
-        serde_json::from_value(value).map_err(|e| BadInput::new(name, "a valid entry", e.to_string()))
+        json::from_value(&value).map_err(|e| BadInput::new(name, "a valid entry", e.to_string()))
+    }
+
+    /// As [`TensorFile::take_tensors`], of weights that are used as they are.
+    ///
+    /// # Errors
+    /// As there, and for a weight beyond belief.
+    pub fn take_weights<T: Real>(
+        &mut self,
+        tensors: &[Vec<TensorShape>],
+    ) -> std::result::Result<Vec<Vec<T>>, BadInput> {
+        let vectors = self.take_tensors("", tensors)?;
+        for (shapes, values) in tensors.iter().zip(&vectors) {
+            let mut values = values.iter();
+            for shape in shapes {
+                let own = values.by_ref().take(shape.len()).map(|v: &T| v.to_f64());
+                // `max` of NaN and a number is the number; there is no NaN here.
+                let largest = own.fold(0.0, |largest: f64, weight| largest.max(weight.abs()));
+                if largest > MAX_WEIGHT {
+                    return Err(beyond_belief(&shape.name, largest));
+                }
+            }
+        }
+        Ok(vectors)
     }
 
     /// The vectors of parameters that consist of these tensors.
@@ -182,7 +212,7 @@ impl TensorFile {
         let mut found = Self::default();
         for (name, text) in texts.iter().collect::<BTreeMap<_, _>>() {
             if !["format", "version", "sha256"].contains(&&name[..]) {
-                let value = serde_json::from_str(text);
+                let value = json::from_text(text);
                 let value = value.map_err(|e| BadInput::new(name, "JSON", e.to_string()))?;
                 found.metadata.insert(name.clone(), value);
             }
@@ -200,6 +230,38 @@ impl TensorFile {
             found.tensors.insert(name.to_owned(), (tensor.shape().to_vec(), numbers));
         }
         Ok(found)
+    }
+}
+
+fn beyond_belief(tensor: &str, size: f64) -> BadInput {
+    let expected = format!("weights between -{MAX_WEIGHT:e} and {MAX_WEIGHT:e}");
+    BadInput::new(tensor, expected, format!("one of size {size:e}"))
+        .hint("no training leads there: the file was damaged or made by hand")
+}
+
+/// Accepts what a file says beside its weights: every number in it within belief. What is only told of the training is not
+/// looked at.
+///
+/// # Errors
+/// `BadInput` naming the entry.
+pub(crate) fn check_numbers(place: &str, value: &Value) -> std::result::Result<(), BadInput> {
+    match value {
+        Value::Number(number) if number.is_f64() => match number.as_f64() {
+            Some(number) if number.abs() > MAX_NUMBER => {
+                let expected = format!("a number between -{MAX_NUMBER:e} and {MAX_NUMBER:e}");
+                Err(BadInput::new(place, expected, format!("{number:e}")))
+            }
+            _ => Ok(()),
+        },
+        Value::Array(items) => {
+            let mut items = items.iter().enumerate();
+            items.try_for_each(|(k, item)| check_numbers(&format!("{place}[{k}]"), item))
+        }
+        Value::Object(entries) => {
+            let mut entries = entries.iter().filter(|(key, _)| *key != "training");
+            entries.try_for_each(|(key, entry)| check_numbers(&format!("{place}.{key}"), entry))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -242,7 +304,7 @@ mod tests {
         file.put_tensors("", &network.tensors(), network.parameters());
         change(&mut file);
         let mut found = TensorFile::from_bytes(file.to_bytes("f", 2), "f", 2).unwrap();
-        match found.take_tensors::<f32>("", &network.tensors()) {
+        match found.take_weights::<f32>(&network.tensors()) {
             Ok(found) => format!("the same: {}", found == network.parameters()),
             Err(bad) => bad.to_string(),
         }
@@ -263,6 +325,23 @@ mod tests {
             file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Double(vec![0.0; 8]);
         });
         assert_eq!(found, "lstm.bias_l0: expected numbers of 32 bits, got others");
+        let found = network_of(|file| {
+            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Single(vec![1e6; 8]);
+        });
+        assert_eq!(found, "the same: false");
+        let found = network_of(|file| {
+            file.tensors.get_mut("head.bias").unwrap().1 = Numbers::Single(vec![-1.1e6]);
+        });
+        assert!(found.starts_with("head.bias: expected weights between -1e6 and 1e6, got one of size 1.1e6"));
+    }
+
+    #[test]
+    fn numbers_beside_the_weights_are_within_belief() {
+        let details =
+            |x: f64| json!({ "a": [1.0, { "b": x }], "n": u64::MAX, "training": { "worst": 1e300 } });
+        assert!(check_numbers("details", &details(-1e12)).is_ok());
+        let bad = check_numbers("details", &details(1e13)).unwrap_err();
+        assert_eq!((&bad.place[..], &bad.found[..]), ("details.a[1].b", "1e13"));
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! A network: plain arrays of weights.
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::{BadInput, json, rng};
 use rand::RngExt;
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::files::TensorFile;
 use crate::{Architecture, Model, TensorShape};
@@ -44,10 +44,11 @@ impl Network {
     /// A network of this shape with the weights of a file.
     ///
     /// # Errors
-    /// `BadInput` if the architecture is invalid, a tensor missing or of another shape, or a value not finite.
+    /// `BadInput` if the architecture is invalid, a tensor missing or of another shape, or a weight not finite or
+    /// beyond belief.
     pub(crate) fn take_from(file: &mut TensorFile, architecture: Architecture) -> Result<Self, BadInput> {
         architecture.check()?;
-        let parameters = file.take_tensors("", &architecture.tensors())?;
+        let parameters = file.take_weights(&architecture.tensors())?;
         Ok(Self { architecture, parameters })
     }
 

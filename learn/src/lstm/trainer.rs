@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 use super::backprop::Backprop;
 use crate::{Adam, Batch, Memory, Network, Result, Training};

@@ -310,7 +310,7 @@ mod tests {
         let alone = 500.0 * (errors.sum::<f64>() / held.ends.len() as f64).sqrt();
         let mut task = WindowTask::new(&OPTIONS, &network(), &outputs(), 1e3, paths).unwrap();
         let mut session = Session { file: None, progress: &mut |_| true };
-        let found = fit(&mut task, network(), &serde_json::json!({}), &mut session).unwrap();
+        let found = fit(&mut task, network(), &hysteron_base::json!({}), &mut session).unwrap();
         assert!(found.validation < 0.25 * alone, "{} mm, without a window {alone} mm", found.validation);
     }
 

@@ -1,8 +1,8 @@
 //! `Transformer`: shape and weights as plain arrays, and how they begin.
 
-use hysteron_base::{BadInput, rng};
+use hysteron_base::{BadInput, json, rng};
 use rand::RngExt;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::linear::Packed;
 use super::shape::{Layout, TransformerShape};

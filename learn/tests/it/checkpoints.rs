@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_base::json;
 use hysteron_learn::{ChannelRange, Checkpoint, Error, Network, Normaliser, Trainer};
 use proptest::prelude::*;
-use serde_json::json;
 
 use super::architecture;
 

@@ -1,7 +1,7 @@
 //! Training by epochs: the moving average of the weights, the best of them, and their file.
 
+use hysteron_base::json;
 use hysteron_learn::{Adam, Backprop, Batch, Memory, Network, Outputs, Trainer, Training};
-use serde_json::json;
 
 use super::{architecture, mean_square, uniform};
 

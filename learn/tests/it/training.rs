@@ -1,7 +1,7 @@
 //! Training learns what needs memory, goes on from a file, and refuses what cannot be.
 
+use hysteron_base::json;
 use hysteron_learn::{Adam, Architecture, Batch, Error, Head, Memory, Network, Outputs, Trainer};
-use serde_json::json;
 
 use super::{architecture, mean_square, uniform};
 

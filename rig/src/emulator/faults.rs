@@ -17,7 +17,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use crate::Result;
-use hysteron_base::{BadInput, file, rng, schema};
+use hysteron_base::{BadInput, file, json, rng, schema};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -206,7 +206,7 @@ impl Fault {
     /// `BadInput` naming the key, without the fault that it belongs to.
     pub fn check(&self) -> std::result::Result<(), BadInput> {
         within("at_s", Some(self.at_s), 0.0, LONGEST)?;
-        let kind = serde_json::to_value(self.kind).ok();
+        let kind = json::to_value(self.kind).ok();
         let kind = kind.as_ref().and_then(|kind| kind.as_str()).unwrap_or_default().to_owned();
         let given = [
             (Key::Servo, "servo", self.servo.is_some()),

@@ -1,6 +1,7 @@
 //! What the emulator remembers of itself, so that a test or a person can check a driver against it: counts, faults
 //! with their times, and which servos were under torque when.
 
+use hysteron_base::json;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
@@ -131,7 +132,7 @@ impl Recorder {
 /// Appends a line; a log that cannot be written is given up with a warning.
 fn append(file: &mut Option<File>, record: &impl Serialize) {
     let Some(open) = file else { return };
-    let line = serde_json::to_string(record).map_err(std::io::Error::from);
+    let line = json::to_line(record).map_err(std::io::Error::from);
     if let Err(error) = line.and_then(|line| writeln!(open, "{line}")) {
         tracing::warn!("a log of the emulator ends here: {error}");
         *file = None;

@@ -10,7 +10,7 @@ use super::{RunStats, SETTLE, Session, Stop, Supervisor, tip_rate};
 use crate::calibration::Calibration;
 use crate::config::RigConfig;
 use crate::{Error, Event, Result};
-use hysteron_base::{BadInput, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
+use hysteron_base::{BadInput, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -215,7 +215,7 @@ impl Recorder {
     fn keep(&self, out: &Path, stats: &RunStats) -> Result<(usize, usize)> {
         let journal = journal_path(&self.options.out);
         let counts = if self.tape.last.is_some() {
-            let summary = serde_json::to_string(&stats.summary()).unwrap_or_default();
+            let summary = json::to_line(&stats.summary()).unwrap_or_default();
             convert(&journal, out, ("run.stats", summary))?
         } else {
             let lines: String = self.tape.events.iter().map(|event| line_of(event) + "\n").collect();
@@ -387,7 +387,7 @@ impl Tape {
 pub(crate) fn line_of(event: &Event) -> String {
     let message = event.message.chars().take(LONGEST_MESSAGE).collect();
     // Numbers and text, which JSON holds.
-    serde_json::to_string(&Event { message, ..event.clone() }).unwrap_or_default()
+    json::to_line(&Event { message, ..event.clone() }).unwrap_or_default()
 }
 
 /// A refusal of the file system, for people.

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use hysteron_base::json;
 use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::collisions::{CollisionCell, collision_cell};
 use super::scara::{Methods, TeachingCell, teaching_cell};

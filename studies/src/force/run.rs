@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use hysteron_base::json;
 use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::ForceData;
 use super::methods::TASKS;

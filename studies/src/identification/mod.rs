@@ -6,9 +6,9 @@ mod sweep;
 
 use std::path::Path;
 
+use hysteron_base::json;
 use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 pub use franka::{FrankaCell, FrankaRow, PUBLISHED, SPEEDS, TARE, franka_cell};
 pub use sweep::{JOINT_2, SweepCell, SweepRow, sweep_cell};

@@ -1,7 +1,8 @@
 //! Faults that NAD does not have: detectors of a degraded motor by fault, with every payload.
 
+use hysteron_base::json;
 use hysteron_learn::{Error, Progress, Result};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::cells::Protocol;
 use super::{NeuralData, Sample, Split};

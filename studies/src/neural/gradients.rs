@@ -1,7 +1,8 @@
 //! Table II: gradients of the loss by horizon.
 
+use hysteron_base::json;
 use hysteron_learn::TapePool;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use hysteron_arm::Model;
 use hysteron_arm::neural::{LossWeights, NeuralActuator, Segment, Trajectory, horizon_gradient};

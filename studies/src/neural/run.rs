@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
+use hysteron_base::json;
 use hysteron_learn::{Error, Progress, Result};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize, Protocol};
 use super::faults::{FAULT_SPLITS, fault_cell};

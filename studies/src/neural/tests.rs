@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 use super::cells::{NETWORKS, NetworkKind, NeuralScope, NeuralSize};
 use super::run::{Asked, study_with};

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use hysteron_base::{Channel, Metadata, Recording, file};
+use hysteron_base::{Channel, Metadata, Recording, file, json};
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, InverseModel, RecurrentOptions, fit_recurrent, fit_windowed,
 };
@@ -14,7 +14,6 @@ use hysteron_learn::{
     WindowOptions,
 };
 use hysteron_twin::residual::ResidualModel;
-use serde_json::json;
 
 use super::{Case, MEMORY_MAX, refused};
 

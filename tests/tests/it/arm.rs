@@ -1,5 +1,6 @@
 //! Rigid-body arms through the built program.
 
+use hysteron_base::json;
 use hysteron_tests::{measured, names_in, root, run};
 
 /// A place like the root of the repository, with what the page on arms reads.
@@ -35,11 +36,11 @@ fn the_commands_of_its_page_work_as_typed() {
         assert!(report.contains(part), "no {part:?}");
     }
     let metrics = std::fs::read(place.path().join("out/arm/metrics.json")).unwrap();
-    let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+    let metrics: serde_json::Value = json::from_text(&metrics).unwrap();
     assert_eq!(metrics["joints"].as_array().unwrap().len(), 3);
     assert!(metrics["joints"][0]["fastest"].as_f64().unwrap() > 0.0, "{metrics}");
     let metrics = std::fs::read(place.path().join("out/arm/exciting/metrics.json")).unwrap();
-    let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+    let metrics: serde_json::Value = json::from_text(&metrics).unwrap();
     let [condition, before] =
         ["condition_number", "condition_number_before"].map(|key| metrics[key].as_f64().unwrap());
     assert!(condition > 1.0 && condition < before, "{metrics}");
@@ -135,10 +136,7 @@ fn a_study_of_estimators_is_reported_and_found_again() {
     for part in numbers.into_iter().chain(["Table 4: force-sensor, friction +15 %", "momentum-observer"]) {
         assert!(report.contains(part), "no {part:?}");
     }
-    assert_eq!(
-        serde_json::from_str::<serde_json::Value>(&metrics).unwrap()["cells"].as_array().unwrap().len(),
-        6
-    );
+    assert_eq!(json::from_text::<serde_json::Value>(&metrics).unwrap()["cells"].as_array().unwrap().len(), 6);
     study();
     assert_eq!(read("metrics.json"), metrics);
 }

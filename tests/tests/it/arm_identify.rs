@@ -1,5 +1,6 @@
 //! `hysteron arm identify` through the built program: numbers that come back, and recordings that say nothing.
 
+use hysteron_base::json;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ fn refused(outcome: &Outcome, parts: &[&str]) {
 }
 
 fn json(path: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+    json::from_text(&std::fs::read(path).unwrap()).unwrap()
 }
 
 fn value(found: &Value, name: &str) -> f64 {
@@ -252,11 +253,11 @@ fn log(path: &Path, swings: bool, gain: f64) {
     let position = rollout(&drive, 0.0, &run, 1e-3).position;
     let entry = |k: usize| {
         let speed = (position[k] - position[k.saturating_sub(1)]) / 0.01;
-        serde_json::json!({"position": position[k], "speed": speed, "load": 0, "input_volts": 7.3, "temp": 28,
+        hysteron_base::json!({"position": position[k], "speed": speed, "load": 0, "input_volts": 7.3, "temp": 28,
             "timestamp": run.time[k], "goal_position": run.goal[k], "torque_enable": true})
     };
     let entries: Vec<Value> = (0..run.time.len()).map(entry).collect();
-    let log = serde_json::json!({"mass": 0.49, "length": 0.1, "kp": gain, "vin": 7.4, "motor": "xl330", "entries": entries});
+    let log = hysteron_base::json!({"mass": 0.49, "length": 0.1, "kp": gain, "vin": 7.4, "motor": "xl330", "entries": entries});
     std::fs::write(path, log.to_string()).unwrap();
 }
 

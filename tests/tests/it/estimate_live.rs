@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use hysteron_base::Recording;
+use hysteron_base::{Recording, json};
 use hysteron_tests::emulated::{EmulatedArms, signal, wait_until};
 use hysteron_tests::run;
 
@@ -31,7 +31,7 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
     let timed = run(folder, &[&live[..], &["--seconds", "3", "--out", "out.parquet", "--json"]].concat());
     let timed = timed.succeeded();
     assert!(!arms.is_under_torque());
-    let value: serde_json::Value = serde_json::from_str(&timed.stdout).unwrap();
+    let value: serde_json::Value = json::from_text(&timed.stdout).unwrap();
     let number = |path: &str| value.pointer(path).and_then(serde_json::Value::as_f64).unwrap();
     assert!((number("/rate_hz") - 60.0).abs() < 0.1);
     for times in ["step_ms", "age_ms"] {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_base::{Channel, Metadata, Recording};
+use hysteron_base::{Channel, Metadata, Recording, json};
 use hysteron_tests::run;
 use serde_json::Value;
 
@@ -31,7 +31,7 @@ fn changed(folder: &Path, from: &str, to: &str, change: &dyn Fn(&Channel) -> Opt
 }
 
 fn read(path: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+    json::from_text(&std::fs::read(path).unwrap()).unwrap()
 }
 
 /// Value and standard error of a number of a servo.
@@ -106,7 +106,7 @@ fn slack_tendons_tell_friction_and_the_rest_is_named_with_what_to_record() {
         ],
     )
     .succeeded();
-    let value: Value = serde_json::from_str(&told.stdout).unwrap();
+    let value: Value = json::from_text(&told.stdout).unwrap();
     for servo in value["servos"].as_array().unwrap() {
         let [coulomb, error] = estimate(servo, "coulomb_n_m").map(Option::unwrap);
         // What is slack is told from loads alone, with some tendons among it that are hardly taut.

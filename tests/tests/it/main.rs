@@ -14,6 +14,8 @@ mod estimate_live;
 mod fit_material;
 mod generate;
 mod identify_servo;
+#[cfg(target_os = "linux")]
+mod interrupt;
 mod limits;
 mod mesh;
 mod nad_input;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hysteron_base::Recording;
+use hysteron_base::{Recording, json};
 use hysteron_tests::{root, run};
 
 /// Strokes [mm] of moves and holds around the circle of directions: 1.4 s to each place, 0.6 s there.
@@ -57,7 +57,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     let fit = ["fit-sensor", scene, "free.parquet", "known.parquet"];
     run(folder, &[&fit[..], &["--servos", "servos.json", "--out", "sensor.json"]].concat()).succeeded();
     let sensor: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(folder.join("sensor.json")).unwrap()).unwrap();
+        json::from_text(&std::fs::read(folder.join("sensor.json")).unwrap()).unwrap();
     let scale = sensor["sensor"]["servo"]["stall_torque_n_m"].as_f64().unwrap();
     assert!((scale / 1.445 - 1.0).abs() < 0.01, "{scale}");
     let wrong = run(folder, &[&fit[..], &["--servos", "sensor.json", "--out", "other.json"]].concat());
@@ -65,7 +65,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     let sense = ["sense", scene, "pushed.parquet", "--sensor", "sensor.json"];
     let told = run(folder, &[&sense[..], &["--out", "told.parquet", "--figures", "told", "--json"]].concat())
         .succeeded();
-    let value: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
+    let value: serde_json::Value = json::from_text(&told.stdout).unwrap();
     let tension = |method: &str| {
         let rows = value["scores"]["tensions"].as_array().unwrap();
         let row = rows.iter().find(|row| row["method"] == method).unwrap();
@@ -126,7 +126,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
 /// Times at which a contact begins or ends, of the log beside a recording [s].
 fn contacts(log: &Path) -> Vec<f64> {
     let text = std::fs::read_to_string(log).unwrap();
-    let events = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let events = text.lines().map(|line| json::from_text::<serde_json::Value>(line).unwrap());
     let told = events.filter(|event| event["kind"] == "contact").map(|event| {
         let message = event["message"].as_str().unwrap();
         let time = message.split(" at ").nth(1).unwrap().split(" s").next().unwrap();

@@ -1,5 +1,6 @@
 //! Health of servos in `hysteron record` and `hysteron track`: what a worn virtual rig truly has is what is told, and of a sound one nothing is.
 
+use hysteron_base::json;
 use std::path::Path;
 
 use hysteron_tests::{root, run};
@@ -31,7 +32,7 @@ fn record(folder: &Path, rig: &str, seed: &str, out: &str, baseline: &[&str]) ->
     let record = ["record", "--rig", rig, "--plan", "quick", "--seed", seed, "--out", out];
     run(folder, &[&record[..], baseline].concat()).succeeded();
     let metrics = std::fs::read(folder.join(out).join("metrics.json")).unwrap();
-    let metrics: Value = serde_json::from_slice(&metrics).unwrap();
+    let metrics: Value = json::from_text(&metrics).unwrap();
     metrics["health"]["servos"].as_array().unwrap().clone()
 }
 
@@ -83,8 +84,7 @@ fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
 
     // Gaps wider by 0.3 mm each. The tip tells their mean; tendons that are opposite share their lag, so that one alone may have half of it.
     let worn = rig(folder, "plays", 0.045, 0.40);
-    let before: Value =
-        serde_json::from_slice(&std::fs::read(folder.join("before/metrics.json")).unwrap()).unwrap();
+    let before: Value = json::from_text(&std::fs::read(folder.join("before/metrics.json")).unwrap()).unwrap();
     let servos = record(folder, &worn, "2", "plays", &baseline);
     let lost = |servo: &Value| estimate(servo, "lost_motion_mm")[0];
     let grown = |k: usize| lost(&servos[k]) - lost(&before["health"]["servos"][k]);

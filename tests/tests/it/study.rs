@@ -1,6 +1,7 @@
 //! Studies: stages are done once, go on after every kind of interruption with the same bytes, and are done again where,
 //! and only where, something that they are made from has changed.
 
+use hysteron_base::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -184,14 +185,14 @@ fn the_report_holds_what_metrics_say_and_nothing_of_the_clock() {
     let place = Place::new(&[HEAD, INVERSE, &track].concat());
     place.run().succeeded();
     let read = |name: &str| std::fs::read_to_string(place.path().join("out").join(name)).unwrap();
-    let metrics: serde_json::Value = serde_json::from_str(&read("metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(&read("metrics.json")).unwrap();
     let html = read("report.html");
     let tracked = metrics["tracked"].as_array().unwrap();
     assert_eq!(tracked.len(), 2);
     for (row, method) in tracked.iter().zip(["nominal", "network"]) {
         assert_eq!(row["method"], method);
         let own = read(&format!("tracked/small/{method}/metrics.json"));
-        let own: serde_json::Value = serde_json::from_str(&own).unwrap();
+        let own: serde_json::Value = json::from_text(&own).unwrap();
         let of = |k: usize| own["recordings"][k]["rmse_m"].as_f64().unwrap();
         assert_eq!(row["rmse_m"].as_array().unwrap().len(), 2);
         assert_eq!(row["rmse_m"][1].as_f64().unwrap(), of(1));

@@ -1,10 +1,10 @@
 //! Where the tip should go, whether it can, and how closely it did.
 
-use hysteron_base::{Channel, Metadata, Recording};
+use hysteron_base::{Channel, Metadata, Recording, json};
 use hysteron_tests::{Workplace, names_in};
 
 fn metrics(place: &Workplace, folder: &str) -> serde_json::Value {
-    serde_json::from_slice(&place.read(&format!("{folder}/metrics.json"))).unwrap()
+    json::from_text(&place.read(&format!("{folder}/metrics.json"))).unwrap()
 }
 
 /// Writes the target in `from` as a tip that was measured, made this much larger and moved [m].

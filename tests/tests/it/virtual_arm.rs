@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm::{Data, Model, bias_torque, forward_dynamics, frame_jacobian, mass_matrix};
-use hysteron_base::Recording;
+use hysteron_base::{Recording, json};
 use hysteron_rig::virtual_arm::VirtualArm;
 use hysteron_tests::run;
 use rand::RngExt;
@@ -137,7 +137,7 @@ fn forces_are_estimated_as_in_table_six() {
     let place = tempfile::tempdir().unwrap();
     run(place.path(), &["arm", "study", "force", "--seeds", "1", "--out", "out"]).succeeded();
     let metrics = std::fs::read(place.path().join("out/metrics.json")).unwrap();
-    let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+    let metrics: serde_json::Value = json::from_text(&metrics).unwrap();
     let mean = |method: usize, key: &str| {
         metrics["methods"][method]["loaded"][key].as_array().unwrap().last().unwrap().as_f64().unwrap()
     };
@@ -235,7 +235,7 @@ fn the_study_of_forces_reads_tables_of_nad() {
         run(place.path(), &["arm", "study", "force", "--data", data, "--out", &format!("out-{data}")])
             .succeeded();
         let metrics = std::fs::read(place.path().join(format!("out-{data}/metrics.json"))).unwrap();
-        let metrics: serde_json::Value = serde_json::from_slice(&metrics).unwrap();
+        let metrics: serde_json::Value = json::from_text(&metrics).unwrap();
         assert!(metrics["about"].as_str().unwrap().contains(data), "{metrics}");
         // No 400 g: that task has no cell.
         assert!(metrics["methods"][4]["loaded"]["z_n"][2].is_null(), "{metrics}");

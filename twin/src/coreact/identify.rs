@@ -1,6 +1,6 @@
 //! Identification: sample by sample, the auxiliary strokes that bring the twin's tip to the measured one.
 
-use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording};
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, json};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
 use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of};
@@ -275,7 +275,7 @@ pub fn identify(
     summary.before = Spread::of(before);
     summary.after = Spread::of(after);
     summary.share_at_bound = summary.share_at_bound.map(|count| count / (n * n_aux) as f64);
-    let summary_json = serde_json::to_string(&summary).unwrap_or_default();
+    let summary_json = json::to_line(&summary).unwrap_or_default();
     meta.extra.insert("identify.summary".to_owned(), summary_json);
     let time = |every: usize| (0..n).step_by(every).map(|i| i as f64 * motion.step).collect::<Vec<f64>>();
     let recording =

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::linear::one_or_more;
 use super::{Adaptation, Decoder, FeatureSpec, LinearPart, RobotChange};
@@ -96,16 +96,16 @@ impl ResidualModel {
                 error.to_string(),
             )
         };
-        let design = serde_json::from_value(of("design")).map_err(bad)?;
-        let adaptation: Option<Adaptation> = serde_json::from_value(of("adaptation")).map_err(bad)?;
-        let change: Option<RobotChange> = serde_json::from_value(of("change")).map_err(bad)?;
+        let design = json::from_value(&of("design")).map_err(bad)?;
+        let adaptation: Option<Adaptation> = json::from_value(&of("adaptation")).map_err(bad)?;
+        let change: Option<RobotChange> = json::from_value(&of("change")).map_err(bad)?;
         let model = Self {
             design,
             change,
             adaptation,
-            n_aux: serde_json::from_value(of("n_aux")).map_err(bad)?,
-            step_s: serde_json::from_value(of("step_s")).map_err(bad)?,
-            scene_hash: serde_json::from_value(of("scene_sha256")).map_err(bad)?,
+            n_aux: json::from_value(&of("n_aux")).map_err(bad)?,
+            step_s: json::from_value(&of("step_s")).map_err(bad)?,
+            scene_hash: json::from_value(&of("scene_sha256")).map_err(bad)?,
             training: of("training"),
             network,
             inputs,

@@ -4,13 +4,12 @@
 //! the squared distance of that from the measured tip: what the network gets wrong counts by what it does, and no two
 //! strokes that do the same are told apart. All trajectories run side by side; see [`SequenceTask`].
 
-use hysteron_base::{BadInput, parallel, rng};
+use hysteron_base::{BadInput, json, parallel, rng};
 use hysteron_learn::{
     ChannelErrors, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions, SequenceTask,
 };
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::prepared::{Linearised, TipSequences, output_ranges, prepare};
 use super::sequence::{first_of_one_robot, fit_decoder, names};

@@ -1,6 +1,6 @@
 //! An identified recording as training sees it.
 
-use hysteron_base::{BadInput, Recording, file};
+use hysteron_base::{BadInput, Recording, file, json};
 
 use super::Decoder;
 
@@ -55,7 +55,7 @@ impl Sequence {
         if auxiliary.is_empty() {
             return Err(not_identified("aux_01_m"));
         }
-        let decoder = recording.meta().extra.get(DECODER).map(|text| serde_json::from_str(text)).transpose();
+        let decoder = recording.meta().extra.get(DECODER).map(|text| json::from_text(text)).transpose();
         let decoder = decoder
             .map_err(|error| BadInput::new(format!("{name}: {DECODER}"), "a decoder", error.to_string()))?;
         if decoder.as_ref().is_some_and(|it: &Decoder| !it.fits(strokes.len(), auxiliary.len())) {

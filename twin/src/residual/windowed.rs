@@ -1,12 +1,11 @@
 //! The paper's network, as published (section V-A d): windows of 100 samples of strokes and tip, 2 × 128, tanh head to
 //! the auxiliary strokes, mean squared error, Adam.
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{
     ChannelErrors, ChannelRange, FitReport, FitResult, Head, Network, Normaliser, WindowOptions, WindowTask,
     WindowedSequence,
 };
-use serde_json::json;
 
 use super::sequence::{first_of_one_robot, names};
 use super::{Design, Fitted, ResidualModel, Sequence, Sessions};

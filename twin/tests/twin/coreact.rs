@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::{Channel, Friction, Metadata, Recording};
+use hysteron_base::{Channel, Friction, Metadata, Recording, json};
 use hysteron_fit::qp::QpStatus;
 use hysteron_learn::{Progress, SequenceOptions};
 use hysteron_twin::coreact::{
@@ -336,7 +336,7 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let again = |model: &ResidualModel| {
         let mut meta = Metadata::default();
         let Design::Recurrent { decoder, .. } = &model.design else { panic!("recurrent") };
-        meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder).unwrap());
+        meta.extra.insert(DECODER.to_owned(), json::to_line(decoder).unwrap());
         let mut rollout = Rollout::new(&twin, &auxiliary, model, 0.01).unwrap();
         identify(&twin, &mut rollout, &motion, meta, &mut || true).unwrap().unwrap()
     };

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::{Wanted, dynamics_of_rows};
-use hysteron_base::{BadInput, Recording};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, Recording, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::learned_dynamics;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hysteron_base::{BadInput, Lock, file};
+use hysteron_base::{BadInput, Lock, file, json};
 use hysteron_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
 use hysteron_rig::teleoperation::ARMS_FILE;
 use hysteron_rig::virtual_arm::{Fault, N_SERVOS, data_set, fault_set};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::generate::read_arm;
 use crate::Caller;
@@ -81,7 +81,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     // The links, the file and the log in it are those of one emulator.
     let _folder = Lock::folder(&options.dir)?;
     let path = arms_file(&options.dir)?;
-    caller.listen()?;
+    caller.listen();
     let leader = Emulator::start(leader, leads)?;
     let follower = Emulator::start(follower, follows)?;
     file::write_bytes(&path, ARMS_FILE)?;

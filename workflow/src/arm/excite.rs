@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use hysteron_arm::{
     ExcitationOptions, Law, LimitOptions, Motion, MotionLimits, PointToPoint, exciting_trajectory, states_of,
 };
-use hysteron_base::{BadInput, Metadata};
+use hysteron_base::{BadInput, Metadata, json};
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::{Caller, excitation_figures};
 
@@ -139,7 +139,7 @@ fn fourier(
     (limits, caller): (&MotionLimits, &Caller),
     meta: &mut Metadata,
 ) -> anyhow::Result<hysteron_arm::Fourier> {
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("generations", options.generations as usize, 0);
     let watch = |_: usize, _: f64| {
         bar.inc(1);

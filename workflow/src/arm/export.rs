@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::Table;
-use serde_json::{Value, json};
+use hysteron_base::{Table, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::robot_file::{self, Part};

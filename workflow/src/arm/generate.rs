@@ -110,7 +110,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let outputs = if is_new || has_report { outputs } else { outputs.file("--out", &copy) };
     let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;
     tracing::info!("{n_jobs} trajectories, {} of them are there already", rows.len());
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("trajectories", n_jobs, rows.len());
     let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<Row>> {
         if caller.is_cancelled() {

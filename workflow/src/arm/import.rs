@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use hysteron_arm::{BadRows, CURRENTS_BY, Columns, ImportOptions, Quantity, Recorded, UnitCheck, import};
-use hysteron_base::{BadInput, Filter};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, Filter, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::outputs::Outputs;

@@ -1,8 +1,8 @@
 //! `hysteron arm info` and `hysteron arm check`.
 
 use hysteron_arm::{JointKind, Model};
-use hysteron_base::BadInput;
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, json};
+use serde_json::Value;
 
 use crate::Caller;
 

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use hysteron_arm::POSITION_GAIN;
-use hysteron_base::{BadInput, Lock, Metadata};
+use hysteron_base::{BadInput, Lock, Metadata, json};
 use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::record::partial_files::rescue;
@@ -75,7 +75,7 @@ pub(crate) fn record(
 ) -> anyhow::Result<ArmsOutcome> {
     check(options)?;
     let _file = Lock::file(&options.out)?;
-    caller.listen()?;
+    caller.listen_on_rig();
     rescue(&options.out)?;
     let mut arms = Arms::open(config)?;
     arms.prepare()?;

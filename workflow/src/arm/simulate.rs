@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use hysteron_arm::{Model, Quantity, joint_rows, motion_under_torques};
-use hysteron_base::{BadInput, Recording};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, Recording, json};
+use serde_json::Value;
 
 use crate::{Caller, arm_figures};
 

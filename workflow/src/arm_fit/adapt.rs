@@ -6,9 +6,9 @@ use hysteron_arm::Model;
 use hysteron_arm::neural::{
     NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
-use hysteron_base::{BadInput, Recording, parallel};
+use hysteron_base::{BadInput, Recording, json, parallel};
 use hysteron_learn::Progress;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::{Caller, arm};
 
@@ -41,7 +41,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = outputs.file("--out", &options.out).check(caller)?;
     let actuator = NeuralActuator::read(&options.actuator)?;
     let model = arm::model(&options.robot)?;
-    caller.listen()?;
+    caller.listen();
     let read = |path: &PathBuf| -> anyhow::Result<Trajectory> {
         let recording = Recording::read(path)?;
         let period = actuator.simulation.period;

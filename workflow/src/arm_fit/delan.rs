@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use hysteron_arm::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, Variant, samples_of, train,
 };
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, json};
 use hysteron_learn::{Activation, Progress, Session};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::outputs::Outputs;
@@ -67,7 +67,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let bad = BadInput::new("--variant", "a model of velocities", options.variant.label());
         return Err(bad.hint("recordings have no momenta").into());
     }
-    caller.listen()?;
+    caller.listen();
     let samples = read(&options.recordings, options.cutoff)?;
     let n = samples.trajectories.len();
     let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use hysteron_arm::lagrangian::{LearnedDynamics, Scores, samples_of};
 use hysteron_arm::neural::NeuralActuator;
 use hysteron_arm::{Quantity, Recorded};
-use hysteron_base::{BadInput, Channel, Recording};
+use hysteron_base::{BadInput, Channel, Recording, json};
 use hysteron_learn::read_parameters_header;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::neural_evaluate::{self, Places};
 use crate::outputs::Outputs;
@@ -81,6 +81,11 @@ fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value>
     let samples = samples_of(&recording, options.cutoff).map_err(within)?;
     let parts = model.decompose(&samples).map_err(within)?;
     let n = samples.n_joints;
+    if let Some(k) = parts.torque.iter().position(|torque| !torque.is_finite()) {
+        let place = format!("{}: sample {}: torque of joint {}", path.display(), k / n + 1, k % n + 1);
+        let bad = BadInput::new(place, "a finite number from the model", parts.torque[k].to_string());
+        return Err(bad.hint("the model diverges on this recording: is it of the same arm?").into());
+    }
     let scores = Scores::of(n, &samples.tau, &parts.torque);
     for j in 0..n {
         caller.say(format_args!(

@@ -8,9 +8,9 @@ use hysteron_arm::neural::{
     ActuatorOptions, ActuatorSession, Features, LossWeights, Motors, NeuralActuator, NeuralOptions, Prior,
     SensingOptions, Stage, Trajectory, Unlabelled, fit_actuator, gripper_of, trajectory_of,
 };
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, json};
 use hysteron_learn::{Block, Form, Progress};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::recordings::{Named, Role, files, read};
 use crate::resume::Unfinished;
@@ -188,7 +188,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         };
         return Err(BadInput::new("--drive", expected, found).into());
     }
-    caller.listen()?;
+    caller.listen();
     let named = read(&files)?;
     let features = features_of(&named)?;
     let wanted = (&features, options.period_s, &options.free[..]);

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Comparison, FORCES, HORIZONS, METHODS, NeuralActuator, Trajectory};
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::neural::trajectories;
 use super::recordings::{Role, files, read};
@@ -35,7 +35,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     let outputs = places.out.iter().fold(outputs, |all, out| all.file("--out", *out));
     let _claim = outputs.report("--figures", places.figures).check(caller)?;
     let model = arm::model(places.model)?;
-    caller.listen()?;
+    caller.listen();
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();
     for one in read(&files)? {
         // What a data set calls training or validation is no test.
@@ -74,7 +74,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     summary["commit"] = json!(COMMIT);
     say(&summary, caller);
     if let Some(out) = places.out {
-        file::write_bytes(out, serde_json::to_vec_pretty(&summary)?)?;
+        file::write_bytes(out, json::to_text(&summary)?)?;
     }
     if let Some(folder) = places.figures {
         write_metrics(folder, &summary)?;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
 use hysteron_actuator::law::{JointFriction, LAW_NAMES, LEARNED_MAP, Law, RISING_MAP, Sliding};
 use hysteron_arm::{Quantity, Recorded};
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_fit::folds;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{Results, Row, positive, read, rows_json, say_rows};
 use crate::Caller;

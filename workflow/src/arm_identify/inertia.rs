@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
-use hysteron_base::BadInput;
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, json};
+use serde_json::Value;
 
 use super::{MotionOptions, Results, Row, TERMS, joined, positive, rows_json, say_rows};
 use crate::figures::arm_identification as figures;

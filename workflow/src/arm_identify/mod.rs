@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::identify::{JointMotion, JointTerm};
 use hysteron_arm::{ImportOptions, Model, Recorded, import};
-use hysteron_base::{BadInput, Metadata, Recording, file};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, Metadata, Recording, file, json};
+use serde_json::Value;
 
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller, arm};
@@ -48,7 +48,7 @@ impl Results {
         found["version"] = json!(1);
         found["command"] = json!(caller.command);
         found["commit"] = json!(COMMIT);
-        file::write_bytes(&self.out, serde_json::to_vec_pretty(&found)?)?;
+        file::write_bytes(&self.out, json::to_text(&found)?)?;
         if let Some(folder) = &self.figures {
             caller.reported(folder);
         }

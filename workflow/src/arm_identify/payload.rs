@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use hysteron_arm::identify::{BodyOptions, identify_bodies, identify_payload};
-use serde_json::{Value, json};
+use hysteron_base::json;
+use serde_json::Value;
 
 use super::{MotionOptions, Results, Row, TERMS, rows_json, say_rows};
 use crate::figures::arm_identification as figures;

@@ -8,9 +8,9 @@ use hysteron_actuator::identify::{
 };
 use hysteron_actuator::law::{JointFriction, Law};
 use hysteron_arm::{POSITION_GAIN, Quantity, Recorded};
-use hysteron_base::{BadInput, Recording, file};
+use hysteron_base::{BadInput, Recording, file, json};
 use hysteron_report::maker::MADE_BY;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{Results, Row, positive, read, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
@@ -91,7 +91,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let is_there = |value: f64| value.is_finite() && value > 0.0;
     let quantities: Vec<&str> =
         QUANTITIES.iter().filter(|q| is_there((q.get)(&entry.drive))).map(|q| q.name).collect();
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("evaluations", 0, 0);
     let watch = |evaluations: usize, error: f64| {
         bar.set_position(evaluations as u64);

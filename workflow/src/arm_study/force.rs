@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::{Columns, ImportOptions, import};
-use hysteron_base::{BadInput, Metadata, Recording, file, parallel};
+use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_learn::Error;
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
 use hysteron_studies::Listener;
 use hysteron_studies::force::{ForceData, TASKS, Telemetry, force_study};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Options;
 use crate::{Caller, arm, arm_estimation_figures};

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hysteron_arm::lagrangian::Variant;
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_learn::Progress;
 use hysteron_studies::StudyProgress;
 use hysteron_studies::neural::NeuralScope;
@@ -163,7 +163,7 @@ impl Options {
 /// # Errors
 /// The names there are.
 pub fn variant(text: &str) -> Result<Variant, String> {
-    serde_json::from_value(text.into()).map_err(|e| e.to_string())
+    json::from_value(&text.into()).map_err(|e| e.to_string())
 }
 
 /// Carries out the verb.
@@ -175,7 +175,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let outputs = Outputs::reading(options.data.iter().flat_map(|data| inputs(options.set, data)))
         .and(&options.actuator);
     let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;
-    caller.listen()?;
+    caller.listen();
     let mut bar = Bar::new(caller);
     let mut listener = |p: &StudyProgress<'_>| bar.show(p);
     let found = match options.set {

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
 use hysteron_arm::{Columns, ImportOptions, Model, import};
-use hysteron_base::{BadInput, Metadata, Recording, file, parallel};
+use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
 use hysteron_studies::Listener;
 use hysteron_studies::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Options;
 use crate::arm_fit::recordings::{Role, files, role_and_task};

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file, json};
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::is_recording;
 use hysteron_control::{Limits, TargetPath};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::figures;
 use crate::outputs::Outputs;
@@ -142,7 +142,7 @@ impl Way {
     /// Strokes for the path, and what is recorded beside them.
     pub fn strokes(&self, given: &Given, caller: &Caller) -> anyhow::Result<Recording> {
         let target = read_target(&self.target)?;
-        caller.listen()?;
+        caller.listen();
         let n = target.path.len();
         let bar = caller.progress("samples", n, 0);
         let mut progress = |done: usize| {

@@ -5,9 +5,8 @@ use std::path::Path;
 use hysteron_arm::{
     Data, JointKind, Model, Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, skeleton,
 };
-use hysteron_base::{Metadata, Recording};
+use hysteron_base::{Metadata, Recording, json};
 use plotters::prelude::*;
-use serde_json::json;
 
 use hysteron_report::figure::{Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::arm_study::cloning::score::{Row, Task};
 
@@ -42,7 +42,7 @@ pub fn write(folder: &Path, rows: &[Row], about: &Value, meta: &Metadata) -> any
     ];
     page.table(&headings, rows.iter().map(cells));
     page.heading("Setting");
-    page.details("Numbers of the study", &serde_json::to_string_pretty(about)?);
+    page.details("Numbers of the study", &json::to_text(about)?);
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm::neural::{FORCES, METHODS};
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -12,7 +12,7 @@ use hysteron_studies::neural::published::{
     CONDITION, FREE, GRADIENTS, NETWORKS as TABLE_X, PosesRow, SENSOR, WEIGHT,
 };
 use hysteron_studies::neural::{FAULT_SPLITS, KINDS, LEFT_OUT, NETWORKS, NeuralStudy};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// Half of the interval that holds the mean with 95 %, by seeds (Student's t): of 2 to 10.
 const STUDENT: [f64; 9] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26];

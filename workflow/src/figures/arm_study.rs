@@ -5,13 +5,13 @@ use std::path::Path;
 use hysteron_arm::Model;
 use hysteron_arm::datasets::RealSet;
 use hysteron_arm::lagrangian::{Decomposition, LearnedDynamics, Sinusoids, Variant};
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_studies::{
     Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published, published_parts,
     shown_samples, simulated_test,
 };
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};

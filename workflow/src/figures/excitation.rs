@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm::{Joint, JointKind, Model, Quantity, Wanted, channel_name, dynamics_of_rows};
-use hysteron_base::{Metadata, Recording};
-use serde_json::json;
+use hysteron_base::{Metadata, Recording, json};
 
 use super::arm::{ArmPicture, of_kind};
 use hysteron_report::figure::{register_embedded_font, save};

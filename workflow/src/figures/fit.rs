@@ -1,5 +1,6 @@
 //! The report of a fit: parameters, errors, and the tip before and after over the measured one.
 
+use hysteron_base::json;
 use std::path::Path;
 
 use hysteron_twin::fit::{Scale, Standing};
@@ -117,7 +118,7 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool, caller: &Caller) 
 
 /// The summary, where no report is asked for.
 pub fn summarise(outcome: &Outcome, caller: &Caller) -> anyhow::Result<Value> {
-    Ok(serde_json::to_value(metrics(outcome, &caller.command, &outcome.doubts()))?)
+    Ok(json::to_value(metrics(outcome, &caller.command, &outcome.doubts()))?)
 }
 
 fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> Metrics<'a> {

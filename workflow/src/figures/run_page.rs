@@ -1,5 +1,6 @@
 //! The report of a run.
 
+use hysteron_base::json;
 use std::path::Path;
 
 use hysteron_control::score::AxisScore;
@@ -50,7 +51,7 @@ pub(super) fn write(
 
 /// The summary, where no report is asked for.
 pub(super) fn summarise(run: &Run, shapes: &[NamedShape]) -> anyhow::Result<Value> {
-    Ok(serde_json::to_value(metrics(run, shapes))?)
+    Ok(json::to_value(metrics(run, shapes))?)
 }
 
 fn metrics<'a>(run: &'a Run, shapes: &'a [NamedShape]) -> Metrics<'a> {

@@ -1,5 +1,6 @@
 //! The figure and report of a target: its curve, the way to it, and where a robot does not reach it.
 
+use hysteron_base::json;
 use std::path::Path;
 
 use hysteron_control::TargetPath;
@@ -42,7 +43,7 @@ struct Metrics<'a> {
 
 /// The summary, where no report is asked for.
 pub fn summarise(target: &TargetPath, reach: Option<&Reach>, caller: &Caller) -> anyhow::Result<Value> {
-    Ok(serde_json::to_value(metrics(target, reach, &caller.command))?)
+    Ok(json::to_value(metrics(target, reach, &caller.command))?)
 }
 
 fn metrics<'a>(target: &'a TargetPath, reach: Option<&'a Reach>, command: &'a str) -> Metrics<'a> {

@@ -1,5 +1,6 @@
 //! The report of an evaluation: targets dashed, what became of them coloured by error (CoReAct paper, Figs. 4 to 6).
 
+use hysteron_base::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -81,7 +82,7 @@ pub fn summarise(
     commanded: Option<&Commanded>,
     caller: &Caller,
 ) -> anyhow::Result<Value> {
-    Ok(serde_json::to_value(metrics(target, rows, commanded, &caller.command))?)
+    Ok(json::to_value(metrics(target, rows, commanded, &caller.command))?)
 }
 
 fn metrics<'a>(

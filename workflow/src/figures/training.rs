@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_base::file;
+use hysteron_base::{file, json};
 use hysteron_learn::FitReport;
 use serde::Serialize;
 use serde_json::Value;
@@ -95,7 +95,7 @@ pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Valu
         ]);
     }
     page.list(told.facts.iter().map(|(name, value)| (*name, value.clone())));
-    page.details("Options and data", &serde_json::to_string_pretty(told.training)?);
+    page.details("Options and data", &json::to_text(told.training)?);
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
     Ok(value)
 }
@@ -163,7 +163,7 @@ mod tests {
                 .iter()
                 .all(|it| page.contains(it))
         );
-        let metrics: Value = serde_json::from_slice(&std::fs::read(folder.path().join("metrics.json"))?)?;
+        let metrics: Value = json::from_text(&std::fs::read(folder.path().join("metrics.json"))?)?;
         assert_eq!(metrics["networks"][0]["curve"][1][1], 2.5);
         assert_eq!(metrics["networks"][0]["validation"][0], "square-2");
         Ok(())

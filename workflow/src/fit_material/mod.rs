@@ -129,7 +129,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         motions.iter().map(|motion| motion.len()).sum::<usize>(),
     );
 
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("%", WHOLE as usize, 0);
     let settings = MaterialOptions {
         frame: options.frame.into(),

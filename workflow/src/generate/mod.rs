@@ -92,7 +92,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         plan.name,
         rows.len(),
     );
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("samples", n_samples, 0);
     let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<Row>> {
         let rate = job.trajectory.rate_hz;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use serde::Deserialize;
 
 use super::{Estimate, Numbers};
@@ -51,7 +51,7 @@ impl Baseline {
     pub fn read(path: &Path, n: usize) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let expected = "metrics.json with a section \"health\", or the output of `hysteron identify-servo`";
-        let file: File = serde_json::from_str(&file::read_text(path)?)
+        let file: File = json::from_text(&file::read_text(path)?)
             .map_err(|e| BadInput::new(&name, expected, e.to_string()))?;
         let servos = match file.health {
             Some(earlier) => earlier.servos,

@@ -7,7 +7,7 @@ use hysteron_actuator::TICKS_PER_TURN;
 use hysteron_actuator::identify::{
     PulleyRecord, SlackFriction, SteadySamples, finest_speed, lost_motion, slack_friction,
 };
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, json};
 use serde::Deserialize;
 
 use super::{Estimate, Numbers, Quantity};
@@ -187,7 +187,7 @@ struct Stats {
 fn temperatures(part: &Part) -> Vec<Vec<f64>> {
     let n = part.recording.numbered("tick_present", "").len();
     let text = part.recording.meta().extra.get("run.stats");
-    let stats: Option<Stats> = text.and_then(|text| serde_json::from_str(text).ok());
+    let stats: Option<Stats> = text.and_then(|text| json::from_text(text).ok());
     let time = part.recording.time();
     let within =
         |t: f64| t >= time[part.from] && part.until.checked_sub(1).is_some_and(|last| t <= time[last]);

@@ -4,7 +4,7 @@ pub mod summary;
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Metadata, Recording, Scene, parallel};
+use hysteron_base::{BadInput, Metadata, Recording, Scene, json, parallel};
 use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{DECODER, Design};
 use hysteron_twin::{Motion, Twin};
@@ -80,7 +80,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         auxiliary.len(),
         there.len(),
     );
-    caller.listen()?;
+    caller.listen();
     let policy = |motion: &Motion| -> anyhow::Result<Box<dyn AuxiliaryPolicy + '_>> {
         Ok(match &network {
             Some(network) => Box::new(network.rollout(&twin, motion.step)?),
@@ -203,7 +203,7 @@ fn job(
         network.map_or_else(|| format!("{numbers:?}"), |network| format!("residual {}", network.hash));
     meta.extra.insert("identify.options".to_owned(), numbers);
     if let Some(Design::Recurrent { decoder, .. }) = network.map(|network| &network.model().design) {
-        meta.extra.insert(DECODER.to_owned(), serde_json::to_string(decoder)?);
+        meta.extra.insert(DECODER.to_owned(), json::to_line(decoder)?);
     }
     let file = format!("{}.parquet", input.name);
     let (out, sensitivity) = (options.out.join(&file), options.out.join(SENSITIVITY).join(&file));

@@ -3,7 +3,7 @@
 use crate::Caller;
 use std::path::Path;
 
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, json};
 use hysteron_twin::coreact::{Spread, Summary};
 use serde::Serialize;
 
@@ -33,7 +33,7 @@ impl Row {
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let recording = Recording::read(path)?;
         let text = recording.meta().extra.get("identify.summary").map_or("", String::as_str);
-        let summary = serde_json::from_str(text).map_err(|error| {
+        let summary = json::from_text(text).map_err(|error| {
             BadInput::new(path.display().to_string(), "the summary of an identification", error.to_string())
         })?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

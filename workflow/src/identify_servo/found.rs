@@ -2,8 +2,8 @@
 
 use hysteron_actuator::identify::{Backlash, PulleyFit};
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
-use hysteron_base::BadInput;
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, json};
+use serde_json::Value;
 
 use crate::arm_identify::{Row, rows_json};
 

@@ -11,9 +11,9 @@ use hysteron_actuator::identify::{
     identify_pulley,
 };
 use hysteron_actuator::law::{LEARNED_MAP, Law, RISING_MAP};
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::{BadInput, Recording, json};
 use hysteron_fit::Standing;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::arm_identify::{LOAD_SCALE, Results, Row, positive, say_rows};
@@ -84,7 +84,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = options.results.claim(Outputs::reading(files.iter().map(|input| &input.path)), caller)?;
     let period = common_period(&files)?;
     let servos = servos(&files, &options.servos)?;
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("servos", servos.len(), 0);
     let mut found = Vec::new();
     for servo in &servos {

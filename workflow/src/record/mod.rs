@@ -138,7 +138,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         missing.iter().map(|job| job.commands.n_samples() as f64 / job.rate_hz).sum::<f64>(),
         there.len(),
     );
-    caller.listen()?;
+    match source {
+        Source::Live { .. } => caller.listen_on_rig(),
+        Source::Virtual { .. } => caller.listen(),
+    }
     let mut summary = Summary::default();
     for (job, recording) in &there {
         summary.add_there(job, recording);
@@ -166,6 +169,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             }
         }
     };
+    caller.listen();
     if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
         source::write_description(folder, &description)?;
     }

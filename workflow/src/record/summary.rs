@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::Recording;
+use hysteron_base::{Recording, json};
 use hysteron_rig::session::{Outcome, StatsSummary, events_path};
 use hysteron_rig::{Event, EventKind};
 use serde::Serialize;
@@ -67,7 +67,7 @@ fn is_trouble(event: &Event) -> bool {
 /// The log beside a recording; empty where it was not kept.
 fn events_beside(out: &Path) -> Vec<Event> {
     let text = std::fs::read_to_string(events_path(out)).unwrap_or_default();
-    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    text.lines().filter_map(|line| json::from_text(line).ok()).collect()
 }
 
 impl Summary {

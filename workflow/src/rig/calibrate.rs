@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use hysteron_base::{BadInput, Lock, file};
+use hysteron_base::{BadInput, Lock, file, json};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use hysteron_rig::{Hardware, LiveRig};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 use crate::record::source::{Source, calibration_path};
@@ -44,7 +44,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     };
     let _lock = Lock::file(&out)?;
     let before = earlier(&out)?;
-    caller.listen()?;
+    match &source {
+        Source::Live { .. } => caller.listen_on_rig(),
+        Source::Virtual { .. } => caller.listen(),
+    }
     let mut log = |line: &str| caller.say(line);
     let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let calibration = match &source {

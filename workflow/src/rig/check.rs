@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use hysteron_base::json;
 use hysteron_rig::LiveRig;
 use hysteron_rig::bus::{ServoReport, list_ports};
 use hysteron_rig::config::RigConfig;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 

@@ -4,13 +4,13 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hysteron_base::{BadInput, Lock, file};
+use hysteron_base::{BadInput, Lock, file, json};
 use hysteron_rig::emulator::{
     Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
     PoseServerSettings, TORQUE_LOG, Timing,
 };
 use hysteron_rig::virtual_rig::{VirtualRobot, World, rig_file};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 
@@ -108,7 +108,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     // The link, the rig file and the logs in it are those of one emulator.
     let _folder = Lock::folder(&options.dir)?;
     check_rig_file(&options.dir, &robot)?;
-    caller.listen()?;
+    caller.listen();
     let n_servos = world.n_servos();
     let emulator = Emulator::start(world, setting)?;
     let (_poses, tracker) = serve_poses(options, &emulator)?;

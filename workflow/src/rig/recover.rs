@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_rig::session::recover;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Caller;
 

@@ -137,7 +137,7 @@ pub fn carry_out(
         tracing::warn!("{}: the time steps differ by more than 1 %", input.display());
     }
 
-    caller.listen()?;
+    caller.listen();
     let mut series = match &options.vtu {
         Some(folder) => {
             let every = options.vtu_every.map_or(samples.n_samples().div_ceil(200), NonZeroUsize::get);

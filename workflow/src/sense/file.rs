@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use hysteron_twin::sense::ForceSensor;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::{COMMIT, Caller};
 
@@ -34,14 +34,14 @@ pub fn value(sensor: &ForceSensor, robot: &Robot, recordings: Value, caller: &Ca
 pub fn read(path: &Path, robot: &Robot) -> anyhow::Result<ForceSensor> {
     let place = path.display().to_string();
     let bytes = file::read_up_to(path, MOST)?;
-    let found: Value = serde_json::from_slice(&bytes)
+    let found: Value = json::from_text(&bytes)
         .map_err(|error| BadInput::new(&place, "a sensor by hysteron fit-sensor", error.to_string()))?;
     let (format, version) = (found["format"].as_str().unwrap_or("none"), &found["version"]);
     if format != FORMAT || *version != json!(VERSION) {
         let expected = format!("format {FORMAT}, version {VERSION}");
         return Err(BadInput::new(place, expected, format!("{format}, {version}")).into());
     }
-    let sensor: ForceSensor = serde_json::from_value(found["sensor"].clone()).map_err(|error| {
+    let sensor: ForceSensor = json::from_value(&found["sensor"].clone()).map_err(|error| {
         BadInput::new(format!("{place}: sensor"), "the numbers of a sensor", error.to_string())
     })?;
     sensor.check().map_err(|bad| bad.within(format!("{place}: sensor")))?;

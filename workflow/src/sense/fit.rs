@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Scene, file, parallel};
+use hysteron_base::{BadInput, Scene, file, json, parallel};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, KnownForce, Observed, fit_sensor};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::file::{Robot, value};
 use super::input::Input;
@@ -58,7 +58,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         .map(|input| Input::new(&twin, &input.recording, &input.path.display().to_string()))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let period = common_period(&recordings)?;
-    caller.listen()?;
+    caller.listen();
     let (mut free, mut known) = (Vec::new(), Vec::new());
     let bar = caller.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
     let observe = |input| Input::observe(input, &twin, network.as_ref(), caller, bar.as_ref());
@@ -92,7 +92,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let robot = Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
     let hashes = files.iter().map(|input| json!([input.name, input.hash])).collect();
     let value = value(&sensor, &robot, hashes, caller);
-    file::write_bytes(&options.out, serde_json::to_vec_pretty(&value)?)?;
+    file::write_bytes(&options.out, json::to_text(&value)?)?;
     print(&sensor, caller);
     caller.wrote(&options.out);
     Ok(value)
@@ -104,8 +104,7 @@ fn load_scale(path: &Path) -> anyhow::Result<f64> {
         BadInput::new(path.display().to_string(), "load_scale_n_m of servos, with tensions known", found)
             .hint("hysteron identify-servo RECORDING --out FILE, of a recording with tension_1_n, ..")
     };
-    let read: Value =
-        serde_json::from_str(&file::read_text(path)?).map_err(|error| wrong(error.to_string()))?;
+    let read: Value = json::from_text(&file::read_text(path)?).map_err(|error| wrong(error.to_string()))?;
     let servos = read["servos"].as_array().filter(|_| read["format"] == IDENTIFICATION);
     let servos = servos.ok_or_else(|| wrong("a file of another kind".into()))?;
     let scale = |servo: &Value| {

@@ -8,7 +8,7 @@ mod scores;
 
 use std::path::PathBuf;
 
-use hysteron_base::{Channel, Metadata, Recording, Scene};
+use hysteron_base::{Channel, Metadata, Recording, Scene, json};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{Sensed, Sensing};
 use serde_json::Value;
@@ -72,7 +72,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             .hint("resample the recording")
             .into());
     }
-    caller.listen()?;
+    caller.listen();
     let bar = caller.progress("samples", input.motion.len(), 0);
     let observed = input.observe(&twin, network.as_ref(), caller, bar.as_ref())?;
     bar.finish();
@@ -100,7 +100,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             caller.reported(folder);
             value
         }
-        None => serde_json::to_value(&scores)?,
+        None => json::to_value(&scores)?,
     };
     caller.wrote(&options.out);
     Ok(value)

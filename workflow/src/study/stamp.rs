@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use hysteron_base::{BadInput, file};
+use hysteron_base::{BadInput, file, json};
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Outdated, Restart, Stage};
@@ -79,7 +79,7 @@ impl Stamp {
     /// The stamp of a stage in the folder of a study, if it was ever begun. One that cannot be read counts as none, and
     /// so does one that names files which are not in the folder of the stage.
     pub fn read(out: &Path, stage: &Stage) -> Option<Self> {
-        let stamp: Self = serde_json::from_slice(&file::read_bytes(&place(out, stage)).ok()?).ok()?;
+        let stamp: Self = json::from_text(&file::read_bytes(&place(out, stage)).ok()?).ok()?;
         let is_own = |name: &String| {
             Path::new(name).components().all(|part| matches!(part, Component::Normal(_))) && !name.is_empty()
         };
@@ -89,9 +89,7 @@ impl Stamp {
 
     /// Writes it.
     pub fn write(&self, out: &Path, stage: &Stage) -> anyhow::Result<()> {
-        let mut json = serde_json::to_string_pretty(self)?;
-        json.push('\n');
-        Ok(file::write_bytes(&place(out, stage), json)?)
+        Ok(file::write_bytes(&place(out, stage), json::to_text(self)?)?)
     }
 
     /// The same with what the stage wrote.

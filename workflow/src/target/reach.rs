@@ -68,7 +68,7 @@ impl Reach {
         let curve = target.outline.evenly(spacing);
         let way = way_to(curve[0], spacing);
         let mut reach = Self::none(scene, tolerance);
-        caller.listen()?;
+        caller.listen();
         let bar = caller.progress("goals", way.len() + curve.len(), 0);
         let is_asked = |c: usize| c < 2 || !target.is_planar;
         let mut go_to = |goal: &Goal| -> anyhow::Result<(f64, Goal, f64)> {

@@ -17,11 +17,11 @@ mod robot;
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::rng;
+use hysteron_base::{json, rng};
 use nalgebra::Vector3;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{data_folder, distance, rms, write_metrics};
 use crate::table::print_cells;

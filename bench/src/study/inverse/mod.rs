@@ -12,7 +12,7 @@ mod rivals;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use hysteron_base::Bounds;
+use hysteron_base::{Bounds, json};
 use hysteron_control::Limits;
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, Design, InverseModel, Origin, RecurrentOptions, Smoothing, Tip,
@@ -21,7 +21,7 @@ use hysteron_control::inverse::{
 use hysteron_control::tracking::{Point, Timed, aligned_rmse, chamfer, frechet, hausdorff, lag};
 use hysteron_learn::{SequenceOptions, Session};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::ftdcr::{N_FOLDS, N_TENDONS, Pattern, folds, read_patterns};
 use super::{data_folder, rms, write_metrics};

@@ -5,11 +5,12 @@
 use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result};
+use hysteron_base::json;
 use hysteron_fem::{FemModel, Mesh};
 use hysteron_twin::TwinState;
 use hysteron_twin::fit::{Fit, Options, Standing, TOLERANCE, least_squares};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::setup::{Key, Set, Setup, coarse_body};
 use super::{Hold, Markers, N_MARKERS};

@@ -13,11 +13,10 @@ mod setup;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::{Bounds, Law, LengthUnit, Material, Scene};
+use hysteron_base::{Bounds, Law, LengthUnit, Material, Scene, json};
 use hysteron_fem::{Embedding, FemModel, read_mesh};
 use hysteron_twin::{Stepper, Target, TwinState, nearest_rotation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use serde_json::json;
 
 use super::{data_folder, rms, write_metrics};
 use crate::columns::read_columns;

@@ -6,11 +6,11 @@
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use anyhow::{Context, Result};
-use hysteron_base::{Scene, Tendon};
+use hysteron_base::{Scene, Tendon, json};
 use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
 use hysteron_twin::{Stepper, Target, Twin, TwinState, auxiliary_tendons};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::fits::{Bench, Errors, distances, mean_of_markers};
 use super::setup::Setup;

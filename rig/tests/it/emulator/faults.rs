@@ -2,6 +2,7 @@
 
 use super::{Bench, PATIENCE};
 use dynamixel2::ReadError;
+use hysteron_base::json;
 use hysteron_rig::bus::xl430::*;
 use hysteron_rig::emulator::{FAULTS_LOG, Fault, FaultKind, FaultMoment, Faults, TORQUE_LOG};
 use std::time::{Duration, Instant};
@@ -149,7 +150,7 @@ fn a_script_runs_at_its_times_and_everything_is_logged() {
     bench.write(1, TORQUE_ENABLE, 1).unwrap();
     bench.wait_for("the script", |bench| bench.n(FaultMoment::Ended) == 1);
     let log: Vec<serde_json::Value> =
-        bench.text(FAULTS_LOG).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        bench.text(FAULTS_LOG).lines().map(|line| json::from_text(line).unwrap()).collect();
     let times: Vec<f64> = log.iter().map(|line| line["time_s"].as_f64().unwrap()).collect();
     for (time, expected) in times.iter().zip([0.1, 0.2, 0.3]) {
         assert!((expected..expected + 0.5).contains(time), "{time} for {expected}");

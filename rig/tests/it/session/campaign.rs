@@ -7,7 +7,7 @@
 use super::campaign_calibration;
 use super::probe::{Probe, Read, Rig, simulated, wait_for};
 use super::{TURN, small_circle};
-use hysteron_base::{Metadata, Recording, rng};
+use hysteron_base::{Metadata, Recording, json, rng};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::emulator::{Fault, FaultKind, FaultMoment};
 use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop, events_path, journal_path};
@@ -278,7 +278,7 @@ fn check_data(
     }
     let kept = if outcome.n_rows == 0 { rig.out() } else { outcome.out.clone() };
     let log = std::fs::read_to_string(events_path(&kept)).unwrap();
-    let logged: Vec<Event> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let logged: Vec<Event> = log.lines().map(|line| json::from_text(line).unwrap()).collect();
     if logged.len() != outcome.events.len() {
         problems.push(format!("{} events in the log, {} happened", logged.len(), outcome.events.len()));
     }

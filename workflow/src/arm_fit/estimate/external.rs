@@ -1,7 +1,7 @@
 //! External torques along a recording, by a momentum observer whose dynamics are learned.
 
-use hysteron_base::{BadInput, Recording};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, Recording, json};
+use serde_json::Value;
 
 use super::Options;
 use crate::outputs::Outputs;

@@ -8,11 +8,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use hysteron_arm::neural::{Estimator, NeuralActuator, SensedNow, ServoTelemetry};
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
 use hysteron_rig::bus::model::Effort;
 use hysteron_rig::session::Histogram;
 use hysteron_rig::teleoperation::{ArmsConfig, Estimates};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{Options, names, values};
 use crate::Caller;

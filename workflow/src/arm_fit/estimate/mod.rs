@@ -7,8 +7,8 @@ mod live;
 use std::path::PathBuf;
 
 use hysteron_arm::neural::{Estimator, NeuralActuator, SensedNow, Unlabelled, trajectory_of};
-use hysteron_base::{BadInput, Channel, Recording};
-use serde_json::{Value, json};
+use hysteron_base::{BadInput, Channel, Recording, json};
+use serde_json::Value;
 
 use crate::{Caller, arm, learned_dynamics};
 

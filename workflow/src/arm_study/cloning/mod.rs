@@ -7,14 +7,14 @@ pub mod score;
 
 use hysteron_arm::Model;
 use hysteron_arm::neural::{Estimator, NeuralActuator, ServoTelemetry};
-use hysteron_base::{BadInput, rng};
+use hysteron_base::{BadInput, json, rng};
 use hysteron_learn::{
     Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, Session, minimise,
 };
 use hysteron_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
 use nalgebra::Vector3;
 use rand::RngExt;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Options;
 use crate::figures::arm_cloning;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_studies::force::{ForceCell, ForceStudy, LoadedRow, METHODS, PUBLISHED, TASKS, Trace};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_studies::estimation::ScaraStudy;
 use hysteron_studies::estimation::scara_friction::{FrictionCell, TRUE, compensated, torque};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_studies::estimation::wrist::{Load, METHODS, WristCell, published};
 use hysteron_studies::estimation::wrist_sweep::{SweepCell, TORQUES};
 use hysteron_studies::estimation::{DRIFTS, WristStudy, simulated_errors::Comparison};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};

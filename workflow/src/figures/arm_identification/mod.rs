@@ -8,10 +8,11 @@ pub mod study;
 
 use std::path::Path;
 
+use hysteron_base::json;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::write_metrics;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::arm_identify::Row;
 use crate::{COMMIT, Caller};

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use hysteron_base::Metadata;
+use hysteron_base::{Metadata, json};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_studies::identification::{FrankaCell, IdentificationStudy, SPEEDS, TARE};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// Table 2 of Wan et al. (2026): f_c+, f_c-, f_s+, f_s-, f_v by method and joint.
 const TABLE_2: [(&str, [[f64; 5]; 2]); 4] = [
