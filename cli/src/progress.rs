@@ -23,23 +23,31 @@ pub struct Bar {
     logged: AtomicU64,
 }
 
-/// A bar over `length` things, `done` of them before this run, with rate and remaining time. Not where only warnings
-/// are wanted.
+/// A bar over `length` things, 0 where nobody knows how many, `done` of them before this run, with rate and remaining time. Not
+/// where only warnings are wanted.
 pub fn bar(of: &str, length: usize, done: usize) -> Bar {
     let is_wanted = tracing::enabled!(tracing::Level::INFO);
     let is_drawn = is_wanted && std::io::stderr().is_terminal();
     let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let template = format!("{{wide_bar}} {{count}} {of}, {{rate}}, {{eta}} left {{msg}}");
+    let template = format!("{{wide_bar}} {{count}} {of}, {{rate}}{{left}} {{msg}}");
     if let Ok(style) = ProgressStyle::with_template(&template) {
         let count = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-            let of = state.len().map_or(String::new(), |n| format!("/{}", grouped(n)));
+            let of = known(state.len(), state.pos()).map_or(String::new(), |n| format!("/{}", grouped(n)));
             let _ = write!(out, "{}{of}", grouped(state.pos()));
+        };
+        let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            let seconds = state.eta().as_secs_f64();
+            let _ = match known(state.len(), state.pos()) {
+                Some(length) if state.pos() < length => write!(out, ", {} left", duration(seconds)),
+                Some(_) => write!(out, ", finishing"),
+                None => Ok(()),
+            };
         };
         let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
             let _ = write!(out, "{}", per_second(state.per_sec()));
         };
-        bar.set_style(style.with_key("count", count).with_key("rate", rate));
+        bar.set_style(style.with_key("count", count).with_key("rate", rate).with_key("left", left));
     }
     bar.set_position(done as u64);
     bar.reset_eta();
@@ -96,17 +104,27 @@ impl Bar {
     }
 }
 
+/// How many there are to be done, where that is known: what is already exceeded was wrong.
+fn known(length: Option<u64>, done: u64) -> Option<u64> {
+    length.filter(|length| *length > 0 && *length >= done)
+}
+
 /// How far it is: done `from` the beginning of this run up `to` now.
 fn line(of: &str, [from, to]: [u64; 2], length: Option<u64>, after: Duration, message: &str) -> String {
     let rate = to.saturating_sub(from) as f64 / after.as_secs_f64().max(1e-9);
     let mut line = grouped(to);
+    let length = known(length, to);
     if let Some(length) = length {
         line.push_str(&format!(" of {}", grouped(length)));
     }
     line.push_str(&format!(" {of}, {}", per_second(rate)));
-    if let Some(length) = length.filter(|_| rate > 0.0) {
-        let left = length.saturating_sub(to) as f64 / rate;
-        line.push_str(&format!(", about {} left", duration(left)));
+    match length {
+        Some(length) if to < length && rate > 0.0 => {
+            let left = (length - to) as f64 / rate;
+            line.push_str(&format!(", about {} left", duration(left)));
+        }
+        Some(length) if to == length => line.push_str(", finishing"),
+        _ => {}
     }
     if !message.is_empty() {
         line.push_str(&format!(", {message}"));
@@ -168,6 +186,10 @@ mod tests {
             "7 000 of 19 000 samples, 100/s, about 2 min left, held out 0.1 mm"
         );
         assert_eq!(line("evaluations", [0, 30], None, minute, ""), "30 evaluations, 0.5/s");
+        // Nobody knows how many, or what was thought to be all is exceeded: no end is promised.
+        assert_eq!(line("evaluations", [0, 30], Some(0), minute, ""), "30 evaluations, 0.5/s");
+        assert_eq!(line("steps", [0, 600], Some(300), minute, ""), "600 steps, 10/s");
+        assert_eq!(line("steps", [0, 300], Some(300), minute, ""), "300 of 300 steps, 5.0/s, finishing");
         assert_eq!(line("epochs", [0, 0], Some(30), minute, ""), "0 of 30 epochs, 0/s");
     }
 }

@@ -71,8 +71,10 @@ pub fn caller(may_overwrite: bool) -> Caller<'static> {
     Caller { monitor: &Terminal, command: command_line(), may_overwrite, watchdog: watchdog.ok() }
 }
 
-/// Prints what a verb came to, for whoever typed `--json`: the same that stands in `metrics.json`, where it writes one.
+/// Prints what a verb came to. For whoever typed `--json`: the same that stands in `metrics.json`, where it writes one; for
+/// everyone else the verdict, where there is one.
 pub fn conclude(summary: &Value) {
+    hysteron_workflow::verdict::lines(summary).iter().for_each(say);
     if is_json() {
         let nothing = json!({});
         print(format_args!("{:#}", if summary.is_null() { &nothing } else { summary }));

@@ -52,6 +52,7 @@ fn fitted(parameters: &[Parameter], options: &Options, residuals: Erased<Series>
         columns.remove(at);
     }
     let mut found = problem.settle(&places, &free, spread_of)?;
+    found = problem.pinned(found, &free)?;
     let mut iterations = 1 + found.iterations;
     loop {
         let series = problem.evaluate(&found.places)?.unwrap_or_else(|| first.clone());
@@ -88,6 +89,7 @@ fn fitted(parameters: &[Parameter], options: &Options, residuals: Erased<Series>
         let mut returned = found.places.clone();
         returned[k] = home[k];
         let without = problem.search(&returned, &rest)?;
+        let without = problem.pinned(without, &rest)?;
         iterations += without.iterations;
         let price = problem.cost_at(&without.places, &first)?
             - cost(parameters, &found.places, &series, problem.noise);

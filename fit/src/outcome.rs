@@ -50,7 +50,7 @@ impl Fit {
         self.estimates.iter().map(|estimate| estimate.value).collect()
     }
 
-    /// Moves the parameters `fitted` to these places, with the covariance of their places.
+    /// Moves the parameters to these places; `fitted` are those off their bounds, with the covariance of their places.
     pub(crate) fn correct(
         &mut self,
         parameters: &[Parameter],
@@ -64,6 +64,7 @@ impl Fit {
             let is_still_inside = new.standing != Standing::AtBound;
             if matches!(standing, Standing::Fitted | Standing::Vague) {
                 *old = Estimate {
+                    start: old.start,
                     standing: if is_still_inside { standing } else { new.standing.clone() },
                     ..new
                 };

@@ -83,9 +83,14 @@ impl Parameter {
         }
     }
 
-    /// The inverse of [`Self::place`].
+    /// The inverse of [`Self::place`]; the bounds themselves, without rounding, at 0 and 1.
     pub fn value(&self, place: f64) -> f64 {
         let Bounds { min, max } = self.bounds;
+        match place {
+            place if place <= 0.0 => return min,
+            place if place >= 1.0 => return max,
+            _ => {}
+        }
         let value = match self.scale {
             Scale::Linear => min + place * (max - min),
             Scale::Logarithmic => (min.ln() + place * (max / min).ln()).exp(),

@@ -24,6 +24,11 @@ use crate::uncertainty::{self, Spread, Standing};
 const DIFFERENCE: f64 = 1e-3;
 /// A start on a bound is moved off it by this, for the sine is flat there [-].
 const OFF_BOUND: f64 = 1e-2;
+/// Nearness to a bound from which on it is tried whether the minimum lies on it [-]: a search along a sine comes to a
+/// bound ever more slowly, and one that starts on it begins at `OFF_BOUND`.
+const NEAR_BOUND: f64 = 2.0 * OFF_BOUND;
+/// Move to a bound after which the other parameters are searched again [-].
+const WORTH_A_SEARCH: f64 = 1e-4;
 /// Evaluations allowed per parameter.
 const PATIENCE: usize = 20;
 /// The same for a search that only tells one valley from another.
@@ -182,6 +187,37 @@ impl<'a, E: Failure> Problem<'a, E> {
             Ok(pairs.map(|(other, here)| (other - here) / step).collect())
         };
         parallel::try_map(free, column)
+    }
+
+    /// `found` with those of `free` on their bounds whose minimum lies there: near a bound the cost falls towards it, up to the
+    /// bound itself. The others are then searched again.
+    pub fn pinned(&self, mut found: Found, free: &[usize]) -> Result<Found, E> {
+        let distance = |place: f64| (place - place.round()).abs();
+        let near: Vec<usize> =
+            free.iter().copied().filter(|&k| distance(found.places[k]) <= NEAR_BOUND).collect();
+        if near.is_empty() {
+            return Ok(found);
+        }
+        let Some(series) = self.evaluate(&found.places)? else { return Ok(found) };
+        let mut least = cost(self.parameters, &found.places, &series, self.noise);
+        let (mut rest, mut has_moved) = (free.to_vec(), false);
+        for k in near {
+            let (bound, distance) = (found.places[k].round(), distance(found.places[k]));
+            let mut moved = found.places.clone();
+            moved[k] = bound;
+            let Some(series) = self.evaluate(&moved)? else { continue };
+            let price = cost(self.parameters, &moved, &series, self.noise);
+            if price <= least {
+                (found.places, least) = (moved, price);
+                has_moved |= distance > WORTH_A_SEARCH;
+                rest.retain(|&other| other != k);
+            }
+        }
+        if has_moved && !rest.is_empty() {
+            let again = self.search(&found.places, &rest)?;
+            return Ok(Found { iterations: found.iterations + again.iterations, ..again });
+        }
+        Ok(found)
     }
 
     /// The search from `start` with the parameters `free`.
@@ -390,10 +426,10 @@ fn corrected(
     flat.extend(problem.believed(&places, &free).map(|(_, off, weight)| weight * off));
     let mut best = (places.clone(), first, f64::INFINITY);
     best.2 = cost(parameters, &best.0, &best.1, problem.noise);
-    if let Some(correction) = uncertainty::correction(&rows, &flat) {
+    if let Some(changes) = within_bounds(&places, &free, &rows, flat) {
         for part in PARTS {
             let mut moved = places.clone();
-            for (&k, change) in free.iter().zip(&correction) {
+            for (&k, change) in free.iter().zip(&changes) {
                 moved[k] = (places[k] + part * change).clamp(0.0, 1.0);
             }
             let Some(series) = problem.evaluate(&moved)? else { continue };
@@ -404,15 +440,52 @@ fn corrected(
             }
         }
     }
-    let spread = Spread::new(&best.1, free.len() + options.n_nuisance);
+    // What came to a bound has no standard error, and takes no part in those of the others.
+    let inside = uncertainty::inside(&free, &best.0);
+    let of_inside = |k: &usize| free.iter().position(|f| f == k).map(|at| columns[at].clone());
+    let columns: Vec<Vec<f64>> = inside.iter().filter_map(of_inside).collect();
+    let rows = prior_rows(parameters, &inside, &columns, problem.noise);
+    let spread = Spread::new(&best.1, inside.len() + options.n_nuisance);
     let covariance = uncertainty::covariance(&rows, spread.variance);
-    fit.correct(parameters, &best.0, (&free, covariance.as_ref()));
+    fit.correct(parameters, &best.0, (&inside, covariance.as_ref()));
     fit.condition = uncertainty::condition(&columns);
     fit.rms[1] = rms(&best.1);
     fit.evaluations += problem.n_evaluations();
     fit.iterations += 1;
     (fit.n_residuals, fit.n_effective) = (problem.n_residuals, spread.n_effective);
     Ok(())
+}
+
+/// Changes of the places `free` that make residuals with these columns least, each at most up to its bound: what would
+/// leave its bounds ends on one, and the others are corrected with it there. `None` where a direction is not
+/// determined.
+fn within_bounds(
+    places: &[f64],
+    free: &[usize],
+    columns: &[Vec<f64>],
+    mut residuals: Vec<f64>,
+) -> Option<Vec<f64>> {
+    let mut changes = vec![0.0; free.len()];
+    let mut open: Vec<usize> = (0..free.len()).collect();
+    while !open.is_empty() {
+        let of_open: Vec<Vec<f64>> = open.iter().map(|&at| columns[at].clone()).collect();
+        let correction = uncertainty::correction(&of_open, &residuals)?;
+        let beyond = |(at, change): (&usize, &f64)| {
+            let aim = places[free[*at]] + change;
+            (aim != aim.clamp(0.0, 1.0)).then(|| (*at, aim.clamp(0.0, 1.0) - places[free[*at]]))
+        };
+        let leaving: Vec<(usize, f64)> = open.iter().zip(&correction).filter_map(beyond).collect();
+        if leaving.is_empty() {
+            open.iter().zip(&correction).for_each(|(&at, change)| changes[at] = *change);
+            break;
+        }
+        for (at, change) in leaving {
+            changes[at] = change;
+            residuals.iter_mut().zip(&columns[at]).for_each(|(r, column)| *r += change * column);
+            open.retain(|&other| other != at);
+        }
+    }
+    Some(changes)
 }
 
 /// Sum of squares of the residuals at `places` and of what is believed, each of which counts `noise`.

@@ -38,8 +38,6 @@ pub struct Estimate {
     pub standing: Standing,
 }
 
-/// Nearness to a bound that counts as on it [-].
-const ON_BOUND: f64 = 1e-4;
 /// Standard deviation of a number drawn evenly from 0 to 1.
 const EVEN: f64 = 0.2887;
 /// Share of what was believed before that the data must leave of a standard deviation [-].
@@ -84,9 +82,10 @@ fn correlation_time(series: &[f64]) -> f64 {
     time
 }
 
-/// Those of `free` that are off their bounds.
+/// Those of `free` that are off their bounds. On a bound are exactly the places 0 and 1: a search that comes near one
+/// settles which (`Problem::pinned`).
 pub fn inside(free: &[usize], places: &[f64]) -> Vec<usize> {
-    free.iter().copied().filter(|&k| (ON_BOUND..=1.0 - ON_BOUND).contains(&places[k])).collect()
+    free.iter().copied().filter(|&k| places[k] > 0.0 && places[k] < 1.0).collect()
 }
 
 /// Finds the parameter that stands most for a direction which moves the residuals by less than `smallest` (root mean

@@ -3,7 +3,8 @@
 //!
 //! From the bottom up, each file knowing only those before it: `maker` (who made a file), `axis`, `simplify`;
 //! `sheet` and
-//! `figure` (sizes, fonts, tiles, files); `lines`, `series` (panels over time), `scatter` (clouds); `page` (reports).
+//! `figure` (sizes, fonts, tiles, files); `lines`, `series` (panels over time), `scatter` (clouds); `verdict` (whether a
+//! result can be used), `page` (reports).
 
 pub mod axis;
 pub mod figure;
@@ -15,3 +16,5 @@ pub mod scatter;
 pub mod series;
 pub mod sheet;
 pub mod simplify;
+pub mod text;
+pub mod verdict;

@@ -12,6 +12,8 @@ use serde_json::Value;
 
 use crate::figure::{Drawn, Entry};
 use crate::maker::replace;
+use crate::text::without_signs_of_zeros;
+use crate::verdict::{Usability, Verdict};
 
 /// Writes `metrics.json` to `folder`, and gives it back as a value: what a verb came to.
 pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<Value> {
@@ -38,6 +40,29 @@ impl Page {
              <meta name=\"generator\" content=\"hysteron\"/>\n<title>{title}</title>\n\
              <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n"
         ))
+    }
+
+    /// A page that begins with a verdict on its result.
+    pub fn judged(title: &str, verdict: &Verdict, about: &str, command: &str) -> Self {
+        let mut page = Self::new(title, about, command);
+        let end = page.0.find("</h1>\n").map_or(page.0.len(), |at| at + "</h1>\n".len());
+        let rest = page.0.split_off(end);
+        page.verdict(verdict);
+        page.0.push_str(&rest);
+        page
+    }
+
+    /// The sentence of a verdict, and its reasons with their limits.
+    fn verdict(&mut self, verdict: &Verdict) {
+        let class = match verdict.usability {
+            Usability::Usable => "usable",
+            Usability::UsableWithCare => "care",
+            Usability::NotUsable => "not-usable",
+        };
+        self.0.push_str(&format!("<p class=\"verdict {class}\">{}</p>\n", escaped(&verdict.sentence)));
+        if !verdict.reasons.is_empty() {
+            self.table(&Verdict::HEADINGS, verdict.reasons.iter().map(|reason| reason.cells().to_vec()));
+        }
     }
 
     /// A heading.
@@ -126,6 +151,8 @@ border-bottom:1px solid #e1e4e8}td{white-space:nowrap}td.long{white-space:normal
 h1{font-size:1.7em;line-height:1.25;overflow-wrap:anywhere}h3{font-size:1em;margin:0}.scroll{overflow-x:auto}\
 figure{margin:2em 0}svg{display:block;max-width:100%;height:auto}.tiles{display:flex;flex-wrap:wrap;align-items:flex-start}\
 .wide{overflow-x:auto}@media(max-width:640px){.wide svg{max-width:none;width:680px}}\
+.verdict{border-left:6px solid;padding:.5em 1em;font-size:1.1em;overflow-wrap:anywhere}.usable{border-color:#2a7d46;background:#eef7f0}\
+.care{border-color:#b7791f;background:#fdf6e7}.not-usable{border-color:#b3261e;background:#fbecea}\
 .legend{display:flex;flex-wrap:wrap;gap:.2em 1.4em;margin:.3em 0;font-size:13px}\
 .legend i{display:inline-block;width:22px;height:4px;margin-right:6px;vertical-align:middle}\
 summary{cursor:pointer}figcaption{color:#5a6068}.small{color:#5a6068;font-size:12px;overflow-wrap:anywhere}";
@@ -134,7 +161,7 @@ summary{cursor:pointer}figcaption{color:#5a6068}.small{color:#5a6068;font-size:1
 fn table_cell(text: &str) -> String {
     const LONG: usize = 32;
     let class = if text.chars().count() > LONG { " class=\"long\"" } else { "" };
-    format!("<td{class}>{}</td>", escaped(text))
+    format!("<td{class}>{}</td>", escaped(&without_signs_of_zeros(text)))
 }
 
 fn escaped(text: &str) -> String {

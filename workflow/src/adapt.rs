@@ -10,9 +10,10 @@ use serde_json::Value;
 
 use crate::network::Network;
 use crate::outputs::Outputs;
-use crate::{COMMIT, Caller};
+use crate::{COMMIT, Caller, verdict};
 use crate::{inputs, paths};
 use hysteron_report::page::write_metrics;
+use hysteron_report::verdict::{Criterion, Verdict};
 
 /// Adapt a calibrated twin to what is measured now
 #[derive(Debug, Clone)]
@@ -81,6 +82,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
+    /// Whether the adapted twin can be used.
+    verdict: Verdict,
     kept: Kept,
     /// By what would be kept: the root mean square distance of the tip on all blocks while each was held out.
     held_out: Vec<HeldOut>,
@@ -120,6 +123,7 @@ impl<'a> Metrics<'a> {
         Self {
             format: "hysteron-metrics",
             version: 1,
+            verdict: judged(adapted),
             kept: adapted.kept,
             held_out: held_out.collect(),
             blocks: blocks.collect(),
@@ -135,6 +139,38 @@ impl<'a> Metrics<'a> {
             commit: COMMIT,
         }
     }
+}
+
+/// Whether what was kept does better, on blocks that were held out, than the twin as it was.
+fn judged(adapted: &Adapted) -> Verdict {
+    let held_out = |wanted: Kept| {
+        adapted.held_out_m.iter().find(|(kept, _)| *kept == wanted).map_or(f64::NAN, |(_, rms)| *rms)
+    };
+    let (before, after) = (held_out(Kept::Nothing), held_out(adapted.kept));
+    let mm = |m: f64| format!("{:.3} mm", 1e3 * m);
+    let statement = match adapted.kept {
+        Kept::Nothing => {
+            format!(
+                "nothing new explains the recordings better than the twin as it was ({}), which stays as it is",
+                mm(before)
+            )
+        }
+        kept => format!(
+            "on blocks that were held out, the tip is off by {} with {}, {} as it was",
+            mm(after),
+            words(kept),
+            mm(before)
+        ),
+    };
+    let outside = adapted.motions.iter().map(|motion| motion.extrapolating).fold(0.0, f64::max);
+    let judged = Verdict::on(format!("the twin of the changed robot is off by {}", mm(after)))
+        .because(Criterion::ErrorOverBaseline, after / before, statement)
+        .because(
+            Criterion::OutsideTraining,
+            outside,
+            format!("up to {:.0} % of a recording is outside the network's training", 100.0 * outside),
+        );
+    verdict::repeated(judged, adapted.blocks.len(), "block that was held out").verdict()
 }
 
 /// What would be kept, in words.

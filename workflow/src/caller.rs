@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use hysteron_base::json;
+use hysteron_report::text::without_signs_of_zeros;
 use serde_json::Value;
 
 /// Hears how far a verb is, and may stop it.
@@ -106,7 +107,7 @@ impl Caller<'_> {
 
     /// See [`Monitor::say`].
     pub fn say(&self, line: impl std::fmt::Display) {
-        self.monitor.say(&line.to_string());
+        self.monitor.say(&without_signs_of_zeros(&line.to_string()));
     }
 
     /// Writes into the details of a checkpoint what made it.

@@ -64,6 +64,7 @@ pub mod study;
 pub mod target;
 pub mod track;
 pub mod train;
+pub mod verdict;
 pub mod watchdog;
 
 pub use caller::{Caller, Monitor, Progress, Silent};

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use hysteron_base::{BadInput, LengthUnit, file, json};
 use hysteron_fem::{
-    Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, write_mesh,
-    write_vtu,
+    Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, read_mesh,
+    write_mesh, write_vtu,
 };
 
 use serde::Serialize;
@@ -167,7 +167,8 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// Writes a file that does not say who made it: one that is there must be the same already.
+/// Writes a file that does not say who made it: one that is there must be the same already, or with `--overwrite` a mesh as this
+/// program writes it, byte for byte, which no other program does.
 fn write_new(
     option: &'static str,
     path: &Path,
@@ -185,13 +186,36 @@ fn write_new(
         {
             return Ok(());
         }
+        if caller.may_overwrite && is_own_mesh(path, &new) {
+            return Ok(file::write_bytes(path, file::read_bytes(&new)?)?);
+        }
         let found = format!("{}, which these measures do not give", path.display());
         return Err(BadInput::new(option, "a new file", found)
-            .hint(format!("remove it, or choose another {option}"))
+            .hint(format!(
+                "remove it, choose another {option}, or add --overwrite where it is a mesh by hysteron mesh"
+            ))
             .into());
     }
     let _claim = Outputs::default().file(option, path).check(caller)?;
     Ok(write(path)?)
+}
+
+/// Whether a file is a mesh that this program wrote: what it reads there it would write with the same bytes. `scratch` is written
+/// over, and holds what it held before.
+fn is_own_mesh(path: &Path, scratch: &Path) -> bool {
+    let rewritten = || -> anyhow::Result<bool> {
+        let (found, kept) = (file::read_bytes(path)?, file::read_bytes(scratch)?);
+        let mesh = read_mesh(path, 1.0)?;
+        let mut is_own = false;
+        for encoding in [Encoding::Ascii, Encoding::Binary] {
+            write_mesh(scratch, &mesh, 1.0, encoding)?;
+            is_own |= file::read_bytes(scratch)? == found;
+        }
+        file::write_bytes(scratch, kept)?;
+        Ok(is_own)
+    };
+    // What cannot be read is not this program's.
+    rewritten().unwrap_or(false)
 }
 
 /// The measures as the mesher takes them.

@@ -7,7 +7,7 @@ mod qp;
 use hysteron_base::{BadInput, Bounds, rng};
 use hysteron_fit::{
     Failure, Fit, GlobalMethod, GlobalOptions, Options, Parameter, Prior, Scale, Standing, TOLERANCE,
-    least_squares, search_globally,
+    least_squares, polished, search_globally,
 };
 use rand::RngExt;
 
@@ -101,7 +101,72 @@ fn parameter_beyond_its_bound_is_reported_on_it() {
     let fit = curve(&parameters, None, &at, &[3.0; 4], |p, _| p[0]);
     assert_eq!(fit.estimates[0].standing, Standing::AtBound);
     assert_eq!(fit.estimates[0].standard_error, None);
-    assert!((fit.estimates[0].value - 2.0).abs() < 2e-4);
+    assert_eq!(fit.estimates[0].value.to_bits(), 2.0_f64.to_bits());
+}
+
+#[test]
+fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
+    // A line through data whose slope is at the lower bound, or beyond it, or off it by a thousandth of the range.
+    let parameters = [
+        parameter("slope", 0.4, 0.0, 1.0, Scale::Linear),
+        parameter("height", 0.3, -9.0, 9.0, Scale::Linear),
+    ];
+    let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+    let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + p[1];
+    let noise = |i: usize| if i.is_multiple_of(2) { 1e-5 } else { -1e-5 };
+    let fitted = |slope: f64| {
+        let data: Vec<f64> = at.iter().enumerate().map(|(i, t)| of(&[slope, 0.7], *t) + noise(i)).collect();
+        curve(&parameters, None, &at, &data, of)
+    };
+    for slope in [-0.2, -1e-3, 1.001, 1.2] {
+        let fit = fitted(slope);
+        let [found, height] = [0, 1].map(|k| &fit.estimates[k]);
+        let bound: f64 = if slope < 0.5 { 0.0 } else { 1.0 };
+        assert_eq!((&found.standing, found.standard_error), (&Standing::AtBound, None), "{slope}: {found:?}");
+        assert_eq!(found.value.to_bits(), bound.to_bits(), "{slope}");
+        // The height that is best with the slope on its bound: what the slope cannot take at the middle of the times.
+        let best = 0.7 + (slope - bound) * at.iter().sum::<f64>() / at.len() as f64;
+        // A search that ends at a relative change τ of the cost of n residuals is off by √(n τ) standard errors.
+        let off = (40.0 * TOLERANCE).sqrt() * height.standard_error.unwrap();
+        assert!((height.value - best).abs() < off, "{slope}: {height:?}, {best}");
+    }
+    let inside = &fitted(1e-3).estimates[0];
+    assert_eq!(inside.standing, Standing::Fitted, "{inside:?}");
+    assert!((inside.value - 1e-3).abs() < 1e-5 && inside.standard_error.is_some(), "{inside:?}");
+}
+
+#[test]
+fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
+    // Coarse data say .05, all of it says less than nothing.
+    let parameters = [
+        parameter("slope", 0.4, 0.0, 1.0, Scale::Linear),
+        parameter("height", 0.3, -9.0, 9.0, Scale::Linear),
+    ];
+    let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+    let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + p[1];
+    let noise = |i: usize| if i.is_multiple_of(2) { 1e-5 } else { -1e-5 };
+    let data = |slope: f64| -> Vec<f64> {
+        at.iter().enumerate().map(|(i, t)| of(&[slope, 0.7], *t) + noise(i)).collect()
+    };
+    let mut fit = curve(&parameters, None, &at, &data(0.05), of);
+    assert_eq!(fit.estimates[0].standing, Standing::Fitted);
+    let starts: Vec<Parameter> = parameters
+        .iter()
+        .zip(fit.values())
+        .map(|(parameter, start)| Parameter { start, ..parameter.clone() })
+        .collect();
+    let options =
+        Options { huber: None, smallest_effect: 1e-6, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
+    let all = data(-0.02);
+    let residuals = |p: &[f64]| {
+        Ok::<_, BadInput>(vec![at.iter().zip(&all).map(|(t, y)| of(p, *t) - y).collect::<Vec<f64>>()])
+    };
+    polished(&starts, &options, residuals, &mut fit).unwrap();
+    let [slope, height] = [0, 1].map(|k| &fit.estimates[k]);
+    assert_eq!((&slope.standing, slope.standard_error, slope.value), (&Standing::AtBound, None, 0.0));
+    assert_eq!(slope.start, 0.4, "where the first search began");
+    let best = 0.7 - 0.02 * at.iter().sum::<f64>() / at.len() as f64;
+    assert!((height.value - best).abs() < 1e-4 && height.standard_error.is_some(), "{height:?}, {best}");
 }
 
 #[test]

@@ -215,7 +215,7 @@ impl Recorder {
     fn keep(&self, out: &Path, stats: &RunStats) -> Result<(usize, usize)> {
         let journal = journal_path(&self.options.out);
         let counts = if self.tape.last.is_some() {
-            let summary = json::to_line(&stats.summary()).unwrap_or_default();
+            let summary = json::to_line(stats.summary()).unwrap_or_default();
             convert(&journal, out, ("run.stats", summary))?
         } else {
             let lines: String = self.tape.events.iter().map(|event| line_of(event) + "\n").collect();

@@ -53,3 +53,18 @@ fn every_field_in_the_notation_is_in_the_source() {
     }
     assert!(n_checked >= 10, "only {n_checked} rows with a field");
 }
+
+#[test]
+fn limits_of_verdicts_in_the_docs_are_those_of_the_program() {
+    let docs = text("docs/verdicts.md");
+    let limit = |limit: Option<f64>| limit.map_or("-".to_owned(), |limit| limit.to_string());
+    for rule in hysteron_report::verdict::RULES {
+        let criterion = hysteron_base::json::to_value(rule.criterion).unwrap();
+        let [name, why] = [criterion.as_str().unwrap(), rule.why];
+        let (care, not_usable) = (limit(Some(rule.care_above)), limit(rule.not_usable_above));
+        let row = format!("| `{name}` | {care} | {not_usable} | {why} |");
+        assert!(docs.contains(&row), "docs/verdicts.md has no row {row}");
+    }
+    let rows = docs.lines().filter(|line| line.starts_with("| `") && line.contains("_"));
+    assert!(rows.count() >= hysteron_report::verdict::RULES.len());
+}

@@ -19,6 +19,7 @@ mod interrupt;
 mod limits;
 mod mesh;
 mod nad_input;
+mod numbers;
 mod outputs;
 mod reach;
 mod record;
@@ -32,5 +33,7 @@ mod target;
 mod teleoperation;
 #[cfg(unix)]
 mod train;
+mod typed_commands;
+mod verdicts;
 mod virtual_arm;
 mod virtual_rig;

@@ -56,6 +56,27 @@ fn a_new_mesh_can_be_checked_and_simulated() {
 }
 
 #[test]
+fn a_mesh_by_this_program_is_replaced_where_that_is_asked_for_and_one_by_another_never() {
+    let place = Workplace::new();
+    let tube = |length: &str, more: &[&str]| {
+        let mut arguments = TPU80.to_vec();
+        arguments[2] = length;
+        place.run(&[&arguments[..], &["--out", "tube.msh"], more].concat())
+    };
+    tube("80", &[]).succeeded();
+    let first = place.read("tube.msh");
+    assert!(tube("70", &[]).error(2).contains("add --overwrite"));
+    assert_eq!(place.read("tube.msh"), first);
+    tube("70", &["--overwrite"]).succeeded();
+    assert_ne!(place.read("tube.msh"), first);
+    // The same mesh as another program spaces it.
+    let spaced = String::from_utf8(first).unwrap().replace("$EndNodes", " \n$EndNodes");
+    std::fs::write(place.path().join("tube.msh"), &spaced).unwrap();
+    tube("70", &["--overwrite"]).error(2);
+    assert_eq!(place.read("tube.msh"), spaced.into_bytes());
+}
+
+#[test]
 fn measures_without_a_body_are_refused() {
     let place = Workplace::new();
     let refused = |arguments: &[&str], part: &str| {

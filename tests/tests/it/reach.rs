@@ -33,7 +33,7 @@ fn strokes_found_for_goals_bring_the_tip_there() {
 
     let arguments = ["reach", "scene.toml", "--goals", "goals.csv", "--out", "found.csv"];
     let outcome = place.run(&[&arguments[..], &["--figures", "figures"]].concat()).succeeded();
-    assert_eq!(outcome.stdout, "found.csv\n");
+    assert_eq!(outcome.stdout, "report: figures/report.html\nfound.csv\n");
     assert!(outcome.stderr.contains("25 of 25 goals reached within 0.01 mm"), "{}", outcome.stderr);
     let (goals, found) = (recording(&place, "goals.csv"), recording(&place, "found.csv"));
     let error = found.channel("tip_error_m").unwrap();

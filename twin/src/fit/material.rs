@@ -22,8 +22,8 @@ use crate::{Result, Twin};
 /// How far a fit has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Part of the steps that it is expected to take, 0 to 1; more than expected do not count.
-    pub done: f64,
+    /// Steps of the twin so far; how many there will be is not known before the search has ended.
+    pub steps: usize,
     /// Least root mean square of the residuals so far [m].
     pub rms: f64,
 }
@@ -57,6 +57,8 @@ pub struct MaterialFit {
     pub tips: [Vec<Vec<[f64; 3]>>; 2],
     /// Turn (row-major) and shift [m] from the frame of the scene's tracker to that of the measurement.
     pub frame: ([[f64; 3]; 3], [f64; 3]),
+    /// Root mean square distance of the measured tips from their mean [m].
+    pub measured_spread: f64,
     /// Largest tension of every primary tendon with the fitted scene [N].
     pub tensions: Vec<f64>,
     /// What else would explain the errors that are left, the best first.
@@ -78,8 +80,6 @@ const ROUGH: f64 = 1e-3;
 const OTHER_STARTS: [f64; 2] = [0.05, 0.5];
 /// Quantities of friction.
 const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
-/// Evaluations per parameter that each level is expected to take.
-const EXPECTED: [usize; 3] = [9, 6, 1];
 /// Times that gravity may turn to another axis of the scene.
 const MOST_TURNS: usize = 3;
 
@@ -132,8 +132,6 @@ struct Levels<'a> {
     beginning: Comparison<'a>,
     coarse: Comparison<'a>,
     fine: Comparison<'a>,
-    /// Steps that the fit is expected to take.
-    expected: usize,
     best: Mutex<f64>,
 }
 
@@ -152,9 +150,6 @@ impl<'a> Levels<'a> {
         // Little more is worth no level of its own.
         let is_most = 2 * n_steps(&coarse) > n_steps(&fine.courses);
         let coarse = if is_most { fine.courses.clone() } else { coarse };
-        let n = selected.len() + 1;
-        let by_level = [&beginning, &coarse, &fine.courses].map(|courses| n_steps(courses));
-        let expected = by_level.iter().zip(EXPECTED).map(|(steps, per)| per * n * steps).sum();
         let mut levels = Self {
             given: scene,
             scene: Scene { auxiliary: None, ..scene.clone() },
@@ -163,7 +158,6 @@ impl<'a> Levels<'a> {
             beginning: fine.along(beginning),
             coarse: fine.along(coarse),
             fine,
-            expected,
             best: Mutex::new(f64::INFINITY),
         };
         if levels.has("gravity") && levels.scene.gravity == [0.0; 3] {
@@ -216,8 +210,7 @@ impl<'a> Levels<'a> {
         let watch = |_: usize, rms: f64| {
             let Ok(mut best) = self.best.lock() else { return false };
             *best = best.min(rms);
-            let done = on.steps.load(Ordering::Relaxed) as f64 / self.expected as f64;
-            (self.options.watch)(Progress { done: done.min(1.0), rms: *best })
+            (self.options.watch)(Progress { steps: on.steps.load(Ordering::Relaxed), rms: *best })
         };
         search(&Options {
             huber: self.options.huber,
@@ -258,6 +251,7 @@ impl<'a> Levels<'a> {
         let turn = [0, 1, 2].map(|r| [0, 1, 2].map(|c| frame.turn[(r, c)]));
         Ok(MaterialFit {
             errors: [&tips_before, &tips_after].map(|tips| self.fine.errors(tips)),
+            measured_spread: self.fine.motion_size(),
             tensions: self.fine.largest_tensions(&after),
             frame: (turn, frame.shift.into()),
             tips: [tips_before, tips_after],

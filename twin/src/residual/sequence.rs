@@ -55,7 +55,7 @@ impl Sequence {
         if auxiliary.is_empty() {
             return Err(not_identified("aux_01_m"));
         }
-        let decoder = recording.meta().extra.get(DECODER).map(|text| json::from_text(text)).transpose();
+        let decoder = recording.meta().extra.get(DECODER).map(json::from_text).transpose();
         let decoder = decoder
             .map_err(|error| BadInput::new(format!("{name}: {DECODER}"), "a decoder", error.to_string()))?;
         if decoder.as_ref().is_some_and(|it: &Decoder| !it.fits(strokes.len(), auxiliary.len())) {

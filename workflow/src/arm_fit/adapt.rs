@@ -8,9 +8,10 @@ use hysteron_arm::neural::{
 };
 use hysteron_base::{BadInput, Recording, json, parallel};
 use hysteron_learn::Progress;
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use crate::{Caller, arm};
+use crate::{Caller, arm, verdict};
 
 /// Adapt a neural actuator to an arm whose friction or drives have changed
 #[derive(Debug, Clone)]
@@ -73,7 +74,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "joints in pure simulation of these recordings: {before:.3}° before, {after:.3}° after (mean absolute error): {}",
         options.out.display()
     ));
-    Ok(json!({ "before_deg": before, "after_deg": after, "actuator": options.out }))
+    let judged = Verdict::on(format!("joints of the changed arm are simulated within {after:.2}°")).because(
+        Criterion::ErrorOverBaseline,
+        after / before,
+        format!("joints are off by {after:.3}° adapted, {before:.3}° as the actuator was, on the recordings that it was adapted to"),
+    );
+    let verdict = verdict::repeated(judged, trajectories.len(), "recording").verdict();
+    Ok(json!({ "before_deg": before, "after_deg": after, "actuator": options.out, "verdict": verdict }))
 }
 
 /// Mean absolute error of the joints in pure simulation [deg].

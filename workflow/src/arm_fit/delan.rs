@@ -7,11 +7,12 @@ use hysteron_arm::lagrangian::{
 };
 use hysteron_base::{BadInput, Recording, json};
 use hysteron_learn::{Activation, Progress, Session};
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use crate::Caller;
 use crate::outputs::Outputs;
 use crate::resume::Unfinished;
+use crate::{Caller, verdict};
 
 /// Learn inverse dynamics with a model of the DeLaN family
 #[derive(Debug, Clone)]
@@ -113,9 +114,22 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "error on what was not trained on: {:.3e} of the torques' spread, after {} epochs and {} steps",
         found.validation, found.steps[0], found.steps[1]
     ));
-    Ok(
-        json!({ "validation": found.validation, "epochs": found.steps[0], "steps": found.steps[1], "model": options.out }),
-    )
+    let verdict = judged(found.validation, validation.trajectories.len());
+    Ok(json!({
+        "validation": found.validation, "epochs": found.steps[0], "steps": found.steps[1], "model": options.out,
+        "verdict": verdict,
+    }))
+}
+
+/// Whether the model gives torques: error over their deviation on as many trajectories that were not trained on.
+fn judged(error: f64, n: usize) -> Verdict {
+    let percent = 100.0 * error;
+    let judged = Verdict::on(format!("torques are given within {percent:.1} % of their deviation")).because(
+        Criterion::ErrorOverSpread,
+        error,
+        format!("on what was not trained on, the error is {percent:.1} % of the deviation of the torques"),
+    );
+    verdict::repeated(judged, n, "trajectory in validation").verdict()
 }
 
 /// Samples of all recordings; a single one counts as several.

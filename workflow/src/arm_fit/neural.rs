@@ -10,11 +10,13 @@ use hysteron_arm::neural::{
 };
 use hysteron_base::{BadInput, Recording, json};
 use hysteron_learn::{Block, Form, Progress};
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
 use super::recordings::{Named, Role, files, read};
+use crate::arm_identify::deviation;
 use crate::resume::Unfinished;
-use crate::{Caller, arm};
+use crate::{Caller, arm, verdict};
 
 /// Learn what the motors of an arm do from their telemetry, without torques
 #[derive(Debug, Clone)]
@@ -253,7 +255,25 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     Ok(json!({
         "validation_deg": found.validation, "epochs": found.epochs, "parameters": n_parameters, "steps_per_second": rate,
         "sensing_validation": found.sensing_validation, "actuator": options.out,
+        "verdict": judged(found.validation, &validation, &features),
     }))
+}
+
+/// Whether the actuator moves the arm as measured: error of the joints in rollouts on what was not trained on [deg].
+fn judged(error: f64, validation: &[Trajectory], features: &Features) -> Verdict {
+    let (n, width) = (features.joints, 2 * (features.joints + usize::from(features.gripper.is_some())));
+    let squares = |j: usize| {
+        let rows = validation.iter().flat_map(|one| one.states.chunks_exact(width));
+        let positions: Vec<f64> = rows.map(|row| row[j]).collect();
+        deviation(&positions).to_degrees().powi(2)
+    };
+    let spread = ((0..n).map(squares).sum::<f64>() / n as f64).sqrt();
+    let judged = Verdict::on(format!("joints are simulated within {error:.2}° (RMS)")).because(
+        Criterion::ErrorOverSpread,
+        error / spread,
+        format!("on what was not trained on, joints are off by {error:.2}°; they move by {spread:.2}° about their mean"),
+    );
+    verdict::repeated(judged, validation.len(), "trajectory in validation").verdict()
 }
 
 /// A bar for either network.

@@ -6,13 +6,15 @@ use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction
 use hysteron_actuator::law::{JointFriction, LAW_NAMES, LEARNED_MAP, Law, RISING_MAP, Sliding};
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::{BadInput, json};
-use hysteron_fit::folds;
+use hysteron_fit::{Standing, folds};
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{Results, Row, positive, read, rows_json, say_rows};
+use super::{Results, Row, deviation, judged, positive, read, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
+use crate::verdict::parameters;
 
 /// Laws that need no torques through the gear.
 const LAWS_OF_SPEED: usize = 3;
@@ -96,6 +98,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "correlation": condition.as_ref().map(|(_, correlation)| correlation),
         "condition": condition.as_ref().map(|(condition, _)| condition), "rms_n_m": rms, "folds_rms_n_m": left_out,
         "samples": velocity.len(), "seed": options.seed, "warnings": warnings,
+        "verdict": verdict(&rows, (rms, deviation(&torque)), condition.as_ref().map(|it| it.0), left_out.as_deref()),
     });
     if let Some(folder) = &options.results.figures {
         let predicted = velocity.iter().map(|v| curve(*v)).collect();
@@ -107,6 +110,34 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         figures::friction::write(folder, &options.law, &joint, &rows, &summary, options.results.png, caller)?;
     }
     options.results.write(summary, caller)
+}
+
+/// Whether the law can be used: error and deviation of the torques [N m], condition number, errors of the folds [N m].
+fn verdict(
+    rows: &[Row],
+    (rms, deviation): (f64, f64),
+    condition: Option<f64>,
+    left_out: Option<&[f64]>,
+) -> Verdict {
+    let claim = format!("the law gives the torque within {rms:.4} N m (RMS)");
+    let statement = format!(
+        "the error is {rms:.4} N m, {:.0} % of the deviation of the torques ({deviation:.4} N m)",
+        100.0 * rms / deviation
+    );
+    let judged = Verdict::on(claim).because(Criterion::ErrorOverSpread, rms / deviation, statement);
+    let worst = left_out.and_then(|errors| errors.iter().copied().max_by(f64::total_cmp));
+    parameters(judged, &judged_rows(rows))
+        .because_of(Criterion::ConditionNumber, condition, |condition| {
+            format!("the condition number of the parameters is {condition:.0}")
+        })
+        .because_of(Criterion::HeldOutOverFitted, worst.map(|worst| worst / rms), |ratio| {
+            format!("on recordings that were left out the error is up to {ratio:.1} times as large")
+        })
+        .verdict()
+}
+
+fn judged_rows(rows: &[Row]) -> Vec<crate::verdict::Judged<'_>> {
+    judged(rows, Some("it was held where it began, so friction there is assumed"))
 }
 
 fn checked(options: &Options) -> anyhow::Result<FrictionMethod> {
@@ -201,6 +232,7 @@ fn named(law: &Law, parameters: &[f64], offset: f64) -> Vec<Row> {
         value: *value,
         standard_error: None,
         note: String::new(),
+        standing: Standing::Fitted,
     };
     names.zip(parameters.iter().chain([&offset])).map(row).collect()
 }

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
 use hysteron_base::{BadInput, json};
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{MotionOptions, Results, Row, TERMS, joined, positive, rows_json, say_rows};
+use super::{MotionOptions, Results, Row, TERMS, joined, positive, rows_json, say_rows, worst_joint};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
 use crate::{Caller, arm};
@@ -93,6 +94,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "n_determined": fit.n_determined, "condition": fit.condition, "warnings": fit.warnings,
         "least_pseudo_inertias": fit.least_pseudo_inertias(), "samples": motion.n_samples(),
         "cutoff_hz": options.motion.cutoff, "response": responds,
+        "verdict": verdict(&fit, &motion, test.as_ref().zip(tested.as_deref())),
     });
     if let Some(folder) = &options.results.figures {
         let shown = test.as_ref().unwrap_or(&motion);
@@ -112,6 +114,43 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.wrote(path);
     }
     options.results.write(found, caller)
+}
+
+/// Whether the bodies give the torques: of the fitted motion, and of one that was not fitted with its errors by joint [N m].
+fn verdict(fit: &BodyFit, motion: &JointMotion, test: Option<(&JointMotion, &[f64])>) -> Verdict {
+    let (errors, shown, which) = match test {
+        Some((motion, errors)) => (errors, motion, "on what was not fitted"),
+        None => (&fit.rms[..], motion, "on what was fitted"),
+    };
+    let (share, joint) = worst_joint(errors, &shown.tau);
+    let worst = |of: &[f64]| of.iter().zip(&fit.rms).map(|(a, b)| a / b).fold(0.0, f64::max);
+    let least = fit.least_pseudo_inertias().into_iter().fold(f64::INFINITY, f64::min);
+    Verdict::on(format!(
+        "the identified arm gives the torques of every joint within {:.0} % of their deviation",
+        100.0 * share
+    ))
+    .because(
+        Criterion::ErrorOverSpread,
+        share,
+        format!(
+            "{which} the error of joint {joint} is {:.0} % of the deviation of its torques",
+            100.0 * share
+        ),
+    )
+    .because_of(Criterion::HeldOutOverFitted, test.map(|(_, errors)| worst(errors)), |ratio| {
+        format!("what was not fitted errs up to {ratio:.1} times as much as what was")
+    })
+    .because(
+        Criterion::ConditionNumber,
+        fit.condition,
+        format!("the condition number of the combinations of parameters is {:.0}", fit.condition),
+    )
+    .because(
+        Criterion::NotConverged,
+        if least > 0.0 { 0.0 } else { 1.0 },
+        if least > 0.0 { "every body is physically possible" } else { "a body is not physically possible" },
+    )
+    .verdict()
 }
 
 /// The first samples of all motions together, and the part that is held out.

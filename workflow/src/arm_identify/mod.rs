@@ -10,9 +10,11 @@ use std::path::{Path, PathBuf};
 use hysteron_arm::identify::{JointMotion, JointTerm};
 use hysteron_arm::{ImportOptions, Model, Recorded, import};
 use hysteron_base::{BadInput, Metadata, Recording, file, json};
+use hysteron_fit::Standing;
 use serde_json::Value;
 
 use crate::outputs::Outputs;
+use crate::verdict::{Judged, Kind};
 use crate::{COMMIT, Caller, arm};
 
 /// Order of the low pass of motions.
@@ -72,12 +74,13 @@ pub(crate) struct Row {
     pub standard_error: Option<f64>,
     /// What the data says of it.
     pub note: String,
+    /// The same as a fit has it.
+    pub standing: Standing,
 }
 
 impl Row {
     /// Of a fit by least squares.
     pub(crate) fn of_estimate(estimate: &hysteron_fit::Estimate) -> Self {
-        use hysteron_fit::Standing;
         let note = match &estimate.standing {
             Standing::Fitted => String::new(),
             Standing::AtBound => "at its bound".into(),
@@ -90,6 +93,7 @@ impl Row {
             value: estimate.value,
             standard_error: estimate.standard_error,
             note,
+            standing: estimate.standing.clone(),
         }
     }
 
@@ -97,7 +101,13 @@ impl Row {
     fn of_term(term: &hysteron_arm::identify::TermEstimate) -> Self {
         let is_shared = term.determined == hysteron_arm::identify::Determined::Together;
         let note = if is_shared { "only together with others" } else { "" }.to_owned();
-        Self { name: term.name.clone(), value: term.value, standard_error: Some(term.standard_error), note }
+        Self {
+            name: term.name.clone(),
+            value: term.value,
+            standard_error: Some(term.standard_error),
+            note,
+            standing: Standing::Fitted,
+        }
     }
 
     fn json(&self) -> Value {
@@ -110,6 +120,37 @@ impl Row {
         let value = if self.value.is_nan() { "-".to_owned() } else { format!("{:.5}", self.value) };
         vec![self.name.clone(), value, error, self.note.clone()]
     }
+}
+
+/// As a verdict asks for them; an offset is none of the sizes that zero would abolish.
+pub(crate) fn judged<'a>(rows: &'a [Row], consequence: Option<&'static str>) -> Vec<Judged<'a>> {
+    let judged = |row: &'a Row| Judged {
+        name: row.name.clone(),
+        value: row.value,
+        standard_error: row.standard_error,
+        standing: &row.standing,
+        kind: if row.name.contains("offset") { Kind::Place } else { Kind::Size },
+        consequence,
+    };
+    rows.iter().map(judged).collect()
+}
+
+/// Standard deviation, which a prediction by the mean is off by.
+pub(crate) fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// The largest error of a joint over the deviation of its torques, columns of `torques` with as many joints as errors; with the
+/// number of that joint, from 1.
+pub(crate) fn worst_joint(errors: &[f64], torques: &[f64]) -> (f64, usize) {
+    let n = errors.len();
+    let share = |j: usize| {
+        let column: Vec<f64> = torques.iter().skip(j).step_by(n).copied().collect();
+        (errors[j] / deviation(&column), j + 1)
+    };
+    (0..n).map(share).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, 0))
 }
 
 pub(crate) fn rows_json(rows: &[Row]) -> Value {

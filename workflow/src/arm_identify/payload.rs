@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_arm::identify::{BodyOptions, identify_bodies, identify_payload};
 use hysteron_base::json;
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
 use super::{MotionOptions, Results, Row, TERMS, rows_json, say_rows};
@@ -70,7 +71,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let summary = json!({
         "robot": model.name(), "frame": frame, "estimates": rows_json(&rows), "rms_without_n_m": found.rms[0],
         "rms_with_n_m": found.rms[1], "rms_bare_n_m": known.rms, "samples": loaded.n_samples(),
-        "cutoff_hz": options.motion.cutoff,
+        "cutoff_hz": options.motion.cutoff, "verdict": verdict(&rows, &found.rms),
     });
     if let Some(folder) = &options.results.figures {
         let page = figures::payload::Shown {
@@ -86,4 +87,24 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.wrote(path);
     }
     options.results.write(summary, caller)
+}
+
+/// Whether the payload can be used: errors of the torques without and with it, by joint [N m].
+fn verdict(rows: &[Row], rms: &[Vec<f64>; 2]) -> Verdict {
+    let size = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
+    let (without, with) = (size(&rms[0]), size(&rms[1]));
+    // The mass comes first.
+    let mass = rows.first();
+    let claim = mass.map_or_else(String::new, |row| format!("{} is {:.4}", row.name, row.value));
+    let relative = mass.and_then(|row| Some(row.standard_error? / row.value.abs()));
+    Verdict::on(claim)
+        .because(
+            Criterion::ErrorOverBaseline,
+            with / without,
+            format!("the torques are off by {with:.4} N m with the payload, {without:.4} N m without"),
+        )
+        .because_of(Criterion::RelativeStandardError, relative, |error| {
+            format!("the mass has a standard error of {:.0} % of its value", 100.0 * error)
+        })
+        .verdict()
 }

@@ -10,11 +10,13 @@ use hysteron_actuator::law::{JointFriction, Law};
 use hysteron_arm::{POSITION_GAIN, Quantity, Recorded};
 use hysteron_base::{BadInput, Recording, file, json};
 use hysteron_report::maker::MADE_BY;
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{Results, Row, positive, read, rows_json, say_rows};
+use super::{Results, Row, deviation, judged as judged_rows, positive, read, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
+use crate::verdict::parameters;
 use crate::{Caller, arm};
 
 /// Motor, supply, heat and friction of a servo that swings a weight
@@ -126,6 +128,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "correlation": found.fit.correlation, "condition": found.fit.condition, "error_rad": fitted,
         "test_error_rad": tested, "supply_v": entry.drive.supply.voltage, "evaluations": found.fit.evaluations,
         "converged": found.fit.is_converged,
+        "verdict": verdict(&rows, &found.fit, (if test.is_empty() { &runs } else { &test }, tested.unwrap_or(fitted)), tested.map(|tested| tested / fitted)),
     });
     if let Some(path) = &options.drive_out {
         let source = format!("{}, from that of: {}", caller.command, entry.source);
@@ -147,6 +150,44 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         figures::servo::write(folder, &page, &summary, options.results.png, caller)?;
     }
     options.results.write(summary, caller)
+}
+
+/// Whether the drive can stand in for the servo: mean error of the angle over these runs [rad], and how many times that of the
+/// fit it is where they were not fitted.
+fn verdict(
+    rows: &[Row],
+    fit: &hysteron_fit::Fit,
+    (runs, error): (&[PendulumRun], f64),
+    held_out: Option<f64>,
+) -> Verdict {
+    let angles: Vec<f64> = runs.iter().flat_map(|run| run.position.iter().copied()).collect();
+    let spread = deviation(&angles);
+    let judged =
+        Verdict::on(format!("the simulated servo follows the measured one within {error:.4} rad open loop"))
+            .because(
+                Criterion::ErrorOverSpread,
+                error / spread,
+                format!("the mean error is {error:.4} rad, the deviation of the angles {spread:.4} rad"),
+            );
+    parameters(judged, &judged_rows(rows, None))
+        .because_of(Criterion::HeldOutOverFitted, held_out, |ratio| {
+            format!("recordings that were not fitted err {ratio:.1} times as much as those that were")
+        })
+        .because(
+            Criterion::ConditionNumber,
+            fit.condition,
+            format!("the condition number of the parameters is {:.0}", fit.condition),
+        )
+        .because(
+            Criterion::NotConverged,
+            if fit.is_converged { 0.0 } else { 1.0 },
+            if fit.is_converged {
+                "the search ended at a minimum"
+            } else {
+                "the search ended before a minimum"
+            },
+        )
+        .verdict()
 }
 
 /// A recorded motion, and the supply's voltage at its start.

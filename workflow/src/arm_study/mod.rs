@@ -190,9 +190,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     };
     bar.clear();
     let cells = options.out.join("cells");
-    found.ok_or_else(|| {
+    let found = found.ok_or_else(|| {
         anyhow::anyhow!("interrupted; what is done stands in {}: the same command goes on", cells.display())
-    })
+    })?;
+    caller.reported(&options.out);
+    Ok(found)
 }
 
 /// Cells that are done sooner were computed by a study before.

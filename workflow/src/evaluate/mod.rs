@@ -51,7 +51,9 @@ impl Options {
 
 /// Carries out the verb.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    run_commanded(options, None, caller)
+    let value = run_commanded(options, None, caller)?;
+    options.out.iter().for_each(|folder| caller.reported(folder));
+    Ok(value)
 }
 
 /// Carries out the verb for recordings of strokes that say something of themselves.
@@ -140,10 +142,23 @@ pub fn rows(
     inputs.into_iter().map(row).collect()
 }
 
-/// Prints the table in columns.
+/// Width of a terminal as it opens [characters].
+const TERMINAL: usize = 80;
+
+/// Prints the table in columns: where it is wider than a terminal, with a line for each number.
 fn print(rows: &[Row], caller: &Caller) {
     let headings = headings().into_iter().map(str::to_owned).collect();
-    let table: Vec<Vec<String>> = [headings].into_iter().chain(cells(rows)).collect();
+    let mut table: Vec<Vec<String>> = [headings].into_iter().chain(cells(rows)).collect();
+    let width = |table: &[Vec<String>]| -> usize {
+        (0..table[0].len())
+            .map(|column| table.iter().map(|row| row[column].chars().count() + 2).max().unwrap_or(0))
+            .sum()
+    };
+    let turned: Vec<Vec<String>> =
+        (0..table[0].len()).map(|column| table.iter().map(|row| row[column].clone()).collect()).collect();
+    if width(&table) > TERMINAL && width(&turned) < width(&table) {
+        table = turned;
+    }
     let width = |column: usize| table.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
     for row in &table {

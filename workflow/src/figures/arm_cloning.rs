@@ -4,9 +4,11 @@ use std::path::Path;
 
 use hysteron_base::{Metadata, json};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::verdict::Verdict;
 use serde_json::Value;
 
 use crate::arm_study::cloning::score::{Row, Task};
+use crate::verdict::{compared, repeated};
 
 /// Printed rates of NeuralActuator, table IX, 40 trials each: without and with force.
 const PUBLISHED: [(Task, [usize; 2]); 2] = [(Task::Place, [32, 37]), (Task::Stay, [34, 38])];
@@ -19,16 +21,17 @@ pub fn write(folder: &Path, rows: &[Row], about: &Value, meta: &Metadata) -> any
             json!({ "task": task, "trials": 40, "without_force": without, "with_force": with })
         })
         .collect();
+    let verdict = judged(rows, about["policies"].as_u64().unwrap_or(1) as usize);
     let value = write_metrics(
         folder,
         &json!({
-            "format": "hysteron-metrics", "version": 1, "study": about, "rows": rows, "published": published,
+            "format": "hysteron-metrics", "version": 1, "study": about, "rows": rows, "published": published, "verdict": verdict,
             "command": meta.command, "commit": meta.commit,
         }),
     )?;
     let text = "Success rates of policies that put an object of unknown mass in place, or hold it there, on the virtual arm. All rows are \
                 tried on the same trials. Printed for a real arm, of 40 trials: place 32 without force and 37 with it, stay 34 and 38.";
-    let mut page = Page::new("Behaviour cloning with and without a force", text, &meta.command);
+    let mut page = Page::judged("Behaviour cloning with and without a force", &verdict, text, &meta.command);
     page.heading("Results");
     let headings = [
         "Task",
@@ -45,6 +48,23 @@ pub fn write(folder: &Path, rows: &[Row], about: &Value, meta: &Metadata) -> any
     page.details("Numbers of the study", &json::to_text(about)?);
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Policy that observes least.
+const BASELINE: &str = "plan and positions";
+
+/// Whether observing more than plan and positions fails less often; experts and goals as planned are no policies.
+fn judged(rows: &[Row], policies: usize) -> Verdict {
+    let failures = |row: &Row| (row.method.clone(), 1.0 - row.rate);
+    let of = |task: Task| -> Vec<(String, f64)> {
+        let is_policy = |row: &&Row| row.method == BASELINE || row.method.contains("with the");
+        let policies = rows.iter().filter(|row| row.task == task).filter(is_policy);
+        policies.map(failures).collect()
+    };
+    let claim = "policies that observe a force handle objects of unknown mass better than those that see plan and positions alone";
+    let judged = compared(Verdict::on(claim), ("share of failures, place", ""), &of(Task::Place), BASELINE);
+    let judged = compared(judged, ("share of failures, stay", ""), &of(Task::Stay), BASELINE);
+    repeated(judged, policies, "seed").verdict()
 }
 
 fn cells(row: &Row) -> Vec<String> {

@@ -7,12 +7,15 @@ use hysteron_base::{Metadata, json};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::verdict::Verdict;
 use hysteron_studies::force::PUBLISHED as TABLE_VI;
 use hysteron_studies::neural::published::{
     CONDITION, FREE, GRADIENTS, NETWORKS as TABLE_X, PosesRow, SENSOR, WEIGHT,
 };
 use hysteron_studies::neural::{FAULT_SPLITS, KINDS, LEFT_OUT, NETWORKS, NeuralStudy};
 use serde_json::Value;
+
+use crate::verdict::{compared, repeated};
 
 /// Half of the interval that holds the mean with 95 %, by seeds (Student's t): of 2 to 10.
 const STUDENT: [f64; 9] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26];
@@ -40,12 +43,13 @@ fn text(found: Option<(f64, Option<f64>)>, digits: usize) -> String {
 /// Writes `report.html` and `metrics.json`; `about` says what arm was recorded.
 pub fn write(folder: &Path, study: &NeuralStudy, about: &str, meta: &Metadata) -> anyhow::Result<Value> {
     register_embedded_font()?;
+    let verdict = judged(study);
     let metrics = json!({
-        "format": "hysteron-metrics", "version": 1, "study": "neural", "about": about, "cells": without_traces(study),
+        "format": "hysteron-metrics", "version": 1, "study": "neural", "verdict": verdict, "about": about, "cells": without_traces(study),
         "command": meta.command, "commit": meta.commit,
     });
     let value = write_metrics(folder, &metrics)?;
-    let mut page = Page::new("Actuators learned from telemetry", &meta.source, &meta.command);
+    let mut page = Page::judged("Actuators learned from telemetry", &verdict, &meta.source, &meta.command);
     page.paragraph(about);
     page.paragraph(
         "Mean over seeds of the networks ± half of the 95 % interval of that mean. In brackets what Dou et al. (NeuralActuator) print, of their \
@@ -69,6 +73,18 @@ pub fn write(folder: &Path, study: &NeuralStudy, about: &str, meta: &Metadata) -
     }
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Whether the network in pure simulation does better than goals that are copied with a fitted lag and droop.
+fn judged(study: &NeuralStudy) -> Verdict {
+    let error = |method: &str| over_seeds(&study.published, &|cell| cell["mean_deg"][method]["500"].as_f64());
+    let errors: Vec<(String, f64)> = [METHODS[1], METHODS[3]]
+        .into_iter()
+        .filter_map(|method| Some((method.to_owned(), error(method)?.0)))
+        .collect();
+    let judged = Verdict::on("an actuator learned from telemetry simulates the arm");
+    let judged = compared(judged, ("error of the joints, 500 steps", "deg"), &errors, METHODS[3]);
+    repeated(judged, study.published.len(), "seed").verdict()
 }
 
 /// The study without what is only drawn.

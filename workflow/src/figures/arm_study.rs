@@ -17,6 +17,9 @@ use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::number;
+use hysteron_report::verdict::{Criterion, Verdict};
+
+use crate::verdict::{compared, repeated};
 
 /// What a study came to.
 #[derive(Serialize)]
@@ -89,14 +92,15 @@ pub fn write(folder: &Path, study: &Study, meta: &Metadata) -> anyhow::Result<Va
         }
         Study::Real { .. } => json!([]),
     };
+    let verdict = judged(study);
     let value = write_metrics(
         folder,
         &json!({
-            "format": "hysteron-metrics", "version": 1, "study": study, "means": table,
+            "format": "hysteron-metrics", "version": 1, "study": study, "means": table, "verdict": verdict,
             "command": meta.command, "commit": meta.commit,
         }),
     )?;
-    let mut page = Page::new("Learned inverse dynamics", &meta.source, &meta.command);
+    let mut page = Page::judged("Learned inverse dynamics", &verdict, &meta.source, &meta.command);
     match study {
         Study::Simulated { study, rows } => simulated(folder, &mut page, study, rows)?,
         Study::Real { tables, left_out, .. } => {
@@ -114,6 +118,36 @@ pub fn write(folder: &Path, study: &Study, meta: &Metadata) -> anyhow::Result<Va
     }
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Whether the best model does better than the simplest: a feed-forward network of simulated arms, the first row of recorded ones.
+fn judged(study: &Study) -> Verdict {
+    match study {
+        Study::Simulated { study, rows } => {
+            let means = Variant::ALL.iter().filter_map(|v| Means::of(study, rows, *v));
+            let errors: Vec<(String, f64)> =
+                means.map(|mean| (mean.variant.label().to_owned(), mean.mse[0].sqrt())).collect();
+            let simplest = Variant::FeedForward.label();
+            let judged =
+                Verdict::on("a model of the DeLaN family gives torques better than a feed-forward network");
+            let judged = compared(judged, ("error of the torques", "N m"), &errors, simplest);
+            repeated(judged, study.seeds as usize, "seed").verdict()
+        }
+        Study::Real { tables, left_out, .. } => {
+            let claim =
+                "the best model gives the torques of recorded arms better than the rigid body as identified";
+            let judged = tables.iter().fold(Verdict::on(claim), |judged, table| {
+                let errors: Vec<(String, f64)> =
+                    table.rows.iter().map(|row| (row.name.clone(), row.sum_mse.sqrt())).collect();
+                let simplest = errors.first().map_or("", |row| &row.0[..]);
+                compared(judged, (&format!("{}, error of the torques", table.set), "N m"), &errors, simplest)
+            });
+            let n = tables.len() + left_out.len();
+            let missing = left_out.len() as f64 / n.max(1) as f64;
+            let statement = format!("{} of {n} sets of recordings are not there", left_out.len());
+            judged.because(Criterion::Missing, missing, statement).verdict()
+        }
+    }
 }
 
 /// Mean and spread over the seeds of one variant, learning from the most trajectories.

@@ -13,11 +13,14 @@ use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, TWIN, UNCORRECTED};
+use hysteron_report::verdict::Verdict;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
+    /// Whether the fitted scene can be used.
+    verdict: Verdict,
     robot: &'a str,
     scene_sha256: &'a str,
     parameters: Vec<ParameterRow<'a>>,
@@ -85,7 +88,8 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool, caller: &Caller) 
          neighbouring samples err alike; they say nothing of what the model leaves out.",
         metrics.robot, metrics.recordings, metrics.rows, metrics.residuals, metrics.effective_residuals,
     );
-    let mut page = Page::new(&format!("{}: fitted parameters", metrics.robot), &about, &command);
+    let title = format!("{}: fitted parameters", metrics.robot);
+    let mut page = Page::judged(&title, &metrics.verdict, &about, &command);
     page.table(
         &["Parameter", "Scene", "Fitted", "Standard error", "Bounds", "Believed within", "Standing"],
         rows(outcome),
@@ -144,6 +148,7 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> 
     Metrics {
         format: "hysteron-metrics",
         version: 1,
+        verdict: outcome.verdict(),
         robot: &outcome.scene.name,
         scene_sha256: &outcome.scene.hash,
         parameters: outcome.selected.iter().zip(&fit.estimates).map(row).collect(),

@@ -13,6 +13,7 @@ use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, millimetres, tip_panels};
+use hysteron_report::verdict::{Criterion, Verdict};
 
 /// Recordings that are drawn at most: those with the largest error that is left.
 const MOST_RECORDINGS: usize = 4;
@@ -21,6 +22,8 @@ const MOST_RECORDINGS: usize = 4;
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
+    /// Whether a network can learn from the strokes.
+    verdict: Verdict,
     recordings: &'a [Row],
     /// Why others were left out.
     left_out: &'a [String],
@@ -53,6 +56,7 @@ pub fn write(
     let metrics = Metrics {
         format: "hysteron-metrics",
         version: 1,
+        verdict: verdict(rows, left_out),
         recordings: rows,
         left_out,
         scene_sha256,
@@ -70,7 +74,7 @@ pub fn write(
              network. The error that is left is the training data of a second network; no QP was solved."
         }
     };
-    let mut page = Page::new(title, about, &command);
+    let mut page = Page::judged(title, &metrics.verdict, about, &command);
     page.heading("Results");
     page.table(&Row::HEADINGS, rows.iter().map(Row::cells));
     if !left_out.is_empty() {
@@ -93,7 +97,49 @@ pub fn write(
     }
     page.small(&format!("Scene {scene_sha256}."));
     write_page(folder, page.finish(commit))?;
+    caller.reported(folder);
     Ok(value)
+}
+
+/// Whether a network can learn from the auxiliary strokes of these recordings.
+fn verdict(rows: &[Row], left_out: &[String]) -> Verdict {
+    let samples: usize = rows.iter().map(|row| row.summary.samples).sum();
+    let rms = |of: fn(&Row) -> f64| {
+        let squares = rows.iter().map(|row| row.summary.samples as f64 * of(row).powi(2)).sum::<f64>();
+        (squares / samples as f64).sqrt()
+    };
+    let (before, after) = (rms(|row| row.summary.before.rms_m), rms(|row| row.summary.after.rms_m));
+    let qps = |range: std::ops::Range<usize>| -> f64 {
+        rows.iter().flat_map(|row| &row.summary.qps[range.clone()]).sum::<usize>() as f64
+    };
+    let (solved, not) = (qps(0..1), qps(1..4));
+    let at_bound: usize =
+        rows.iter().map(|row| row.summary.samples_at_bound.iter().copied().max().unwrap_or(0)).sum();
+    let at_bound = at_bound as f64 / samples as f64;
+    let mm = |m: f64| format!("{:.3} mm", 1e3 * m);
+    let n = rows.len() + left_out.len();
+    Verdict::on(format!("auxiliary tendons bring the twin's tip within {} of the measured one", mm(after)))
+        .because(
+            Criterion::ErrorOverBaseline,
+            after / before,
+            format!("the tip is off by {} with auxiliary tendons, {} without (RMS)", mm(after), mm(before)),
+        )
+        .because(
+            Criterion::SolverFailures,
+            if solved + not > 0.0 { not / (solved + not) } else { 0.0 },
+            format!("{not:.0} of {:.0} QPs were not solved", solved + not),
+        )
+        .because(
+            Criterion::AtLimit,
+            at_bound,
+            format!("auxiliary strokes stand at a bound in {:.1} % of the samples", 100.0 * at_bound),
+        )
+        .because(
+            Criterion::Missing,
+            left_out.len() as f64 / n.max(1) as f64,
+            format!("{} of {n} recordings were left out", left_out.len()),
+        )
+        .verdict()
 }
 
 /// The recordings with the largest error that is left, in their own order.

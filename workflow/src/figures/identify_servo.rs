@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::{Page, write_page};
+use hysteron_report::page::write_page;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use serde_json::Value;
 
-use super::arm_identification::{JointSeries, errors_over_speed, errors_over_time, friction_curves, metrics};
+use super::arm_identification::{
+    JointSeries, errors_over_speed, errors_over_time, friction_curves, metrics, page,
+};
 use crate::identify_servo::Found;
 use crate::{COMMIT, Caller};
 
@@ -26,7 +28,7 @@ pub(crate) fn write(
         "Load scale, friction by the law {law} at speeds that were recorded, and backlash of {} servos.",
         found.len()
     );
-    let mut page = Page::new("Identified servos", &about, &caller.command);
+    let mut page = page("Identified servos", summary, &about, caller)?;
     for servo in found {
         page.heading(&format!("Servo {}", servo.number));
         match &servo.pulley {

@@ -19,6 +19,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::millimetres;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
+use hysteron_report::verdict::{Criterion, Verdict};
 
 pub const TARGET: RGBColor = COLORS[0];
 /// Side of the square inside a pair of axes, height of the line above it, room between columns [px].
@@ -38,6 +39,8 @@ const SHADES: f64 = 24.0;
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
+    /// Whether the tip follows the target.
+    verdict: Verdict,
     target: Target<'a>,
     recordings: &'a [Row],
     /// What the strokes say of themselves, where these are known.
@@ -102,6 +105,7 @@ fn metrics<'a>(
     Metrics {
         format: "hysteron-metrics",
         version: 1,
+        verdict: judged(rows, commanded),
         target: Target {
             name: &target.name,
             family: &target.family,
@@ -119,6 +123,39 @@ fn metrics<'a>(
     }
 }
 
+/// Whether the tip follows the target: of several results the best, over its repeats.
+fn judged(rows: &[Row], commanded: Option<&Commanded>) -> Verdict {
+    let mean = |rows: &[Row], of: fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
+    let nrmse = |rows: &[Row]| mean(rows, |row| row.score.nrmse.unwrap_or(f64::NAN));
+    let best = results(rows).min_by(|a, b| nrmse(a).total_cmp(&nrmse(b))).unwrap_or(rows);
+    let name = best.first().and_then(|row| row.result.as_deref());
+    let name = name.map_or(String::new(), |name| format!(" by {name}, the best of these results,"));
+    let (error, share) = (1e3 * mean(best, |row| row.score.rmse_m), nrmse(best));
+    let mut judged = Verdict::on(format!("the tip follows the target{name} within {error:.2} mm (RMSE)"))
+        .because(
+            Criterion::ErrorOverTarget,
+            share,
+            format!("the tip is off by {error:.2} mm, {:.1} % of the target's size (NRMSE)", 100.0 * share),
+        );
+    if let Some(Commanded { extrapolating, limited, .. }) = commanded {
+        judged = judged
+            .because(
+                Criterion::OutsideTraining,
+                *extrapolating,
+                format!(
+                    "the network is outside its training in {:.0} % of the samples",
+                    100.0 * extrapolating
+                ),
+            )
+            .because(
+                Criterion::AtLimit,
+                *limited,
+                format!("strokes are limited in {:.0} % of the samples", 100.0 * limited),
+            );
+    }
+    judged.verdict()
+}
+
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
 pub fn write(
     folder: &Path,
@@ -130,11 +167,12 @@ pub fn write(
 ) -> anyhow::Result<()> {
     register_embedded_font()?;
     let command = caller.command.clone();
-    write_metrics(folder, &metrics(target, rows, commanded, &command))?;
+    let metrics = metrics(target, rows, commanded, &command);
+    write_metrics(folder, &metrics)?;
     let figure = save(folder, &Overlay::new(target, rows), with_png)?;
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in the CoReAct paper, section V-B; definitions in docs/control.md.";
-    let mut page = Page::new(&format!("Target {}", target.name), about, &command);
+    let mut page = Page::judged(&format!("Target {}", target.name), &metrics.verdict, about, &command);
     page.heading("Results");
     if let Some(Commanded { extrapolating, limited, .. }) = commanded {
         let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);

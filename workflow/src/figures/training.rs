@@ -7,10 +7,11 @@ use hysteron_learn::FitReport;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::{COMMIT, Caller};
+use crate::{COMMIT, Caller, verdict};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics};
+use hysteron_report::verdict::{Criterion, Verdict};
 
 /// What is told of a training.
 pub struct Told<'a> {
@@ -32,6 +33,8 @@ pub struct Told<'a> {
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
+    /// Whether the networks can be used.
+    verdict: Verdict,
     networks: &'a [FitReport],
     warnings: &'a [String],
     training: &'a Value,
@@ -54,6 +57,49 @@ pub fn losses(reports: &[FitReport]) -> Vec<String> {
     reports.iter().enumerate().flat_map(of).collect()
 }
 
+/// Whether networks do better than the best of their baselines on what they did not learn from, and no worse than on what they
+/// learned from. Of several, whose mean is used, the worst decides.
+fn judged(reports: &[FitReport]) -> Verdict {
+    let unit = reports.first().map_or("", |report| report.unit);
+    // Network, and the best of its baselines with its name.
+    let of = |report: &FitReport| {
+        let errors = report.together();
+        let (network, baselines) = errors.split_last()?;
+        let named = baselines.iter().copied().zip(&report.methods);
+        let (baseline, name) = named.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((*network, baseline, name.clone()))
+    };
+    let compared: Vec<_> = reports.iter().filter_map(of).collect();
+    let mean = compared.iter().map(|it| it.0).sum::<f64>() / compared.len().max(1) as f64;
+    let claim = format!(
+        "the network is off by {} {unit} on recordings that it did not learn from",
+        verdict::digits(mean)
+    );
+    let worst = compared.iter().max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
+    let mut judged = Verdict::on(claim);
+    if let Some((network, baseline, name)) = worst {
+        judged = judged.because(
+            Criterion::ErrorOverBaseline,
+            network / baseline,
+            format!(
+                "in validation the network is off by {} {unit}, {name} by {} {unit}",
+                verdict::digits(*network),
+                verdict::digits(*baseline)
+            ),
+        );
+    }
+    let overfit = |report: &FitReport| {
+        let [training, validation] = *report.curve.get(report.epochs.checked_sub(1)?)?;
+        (training > 0.0).then_some(validation / training)
+    };
+    let largest = reports.iter().filter_map(overfit).max_by(f64::total_cmp);
+    judged = judged.because_of(Criterion::HeldOutOverFitted, largest, |ratio| {
+        format!("the error in validation is {} times that in training", verdict::digits(ratio))
+    });
+    let n = reports.iter().map(|report| report.validation.len()).min().unwrap_or(0);
+    verdict::repeated(judged, n, "recording in validation").verdict()
+}
+
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Value> {
     register_embedded_font()?;
@@ -61,6 +107,7 @@ pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Valu
     let metrics = Metrics {
         format: "hysteron-metrics",
         version: 1,
+        verdict: judged(told.reports),
         networks: told.reports,
         warnings: told.warnings,
         training: told.training,
@@ -68,7 +115,7 @@ pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Valu
         commit,
     };
     let value = write_metrics(folder, &metrics)?;
-    let mut page = Page::new(told.title, &told.about, &command);
+    let mut page = Page::judged(told.title, &metrics.verdict, &told.about, &command);
     told.warnings.iter().for_each(|warning| page.paragraph(&format!("Warning: {warning}.")));
     for (number, report) in told.reports.iter().enumerate() {
         if told.reports.len() > 1 {
@@ -97,6 +144,7 @@ pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Valu
     page.list(told.facts.iter().map(|(name, value)| (*name, value.clone())));
     page.details("Options and data", &json::to_text(told.training)?);
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
+    caller.reported(folder);
     Ok(value)
 }
 
@@ -166,6 +214,8 @@ mod tests {
         let metrics: Value = json::from_text(&std::fs::read(folder.path().join("metrics.json"))?)?;
         assert_eq!(metrics["networks"][0]["curve"][1][1], 2.5);
         assert_eq!(metrics["networks"][0]["validation"][0], "square-2");
+        assert_eq!(metrics["verdict"]["usability"], "not_usable");
+        assert!(page.find("class=\"verdict not-usable\"") < page.find("<pre>"), "the verdict comes first");
         Ok(())
     }
 }

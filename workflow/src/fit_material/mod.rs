@@ -96,9 +96,6 @@ impl From<FrameChoice> for Frame {
     }
 }
 
-/// Length of the bar [%].
-const WHOLE: f64 = 100.0;
-
 #[cfg(feature = "clap")]
 fn default_names() -> Vec<String> {
     ["youngs_modulus", "zero", "compliance"].map(str::to_owned).to_vec()
@@ -130,7 +127,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     );
 
     caller.listen();
-    let bar = caller.progress("%", WHOLE as usize, 0);
+    let bar = caller.progress("steps of the twin", 0, 0);
     let settings = MaterialOptions {
         frame: options.frame.into(),
         stepping: Stepping {
@@ -141,7 +138,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         huber: options.huber_mm.map(|mm| 1e-3 * mm),
         tension_max: options.tension_max_n,
         watch: &|progress| {
-            bar.set_position((WHOLE * progress.done) as u64);
+            bar.set_position(progress.steps as u64);
             bar.set_message(format!("RMSE {:.3} mm per coordinate", 1e3 * progress.rms));
             !caller.is_cancelled()
         },
@@ -171,6 +168,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(folder) = &options.figures {
         report::write(folder, &outcome, options.png, caller)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
+        caller.reported(folder);
     }
     caller.wrote(&options.out);
     Ok(value)

@@ -1,8 +1,11 @@
 //! What a fit came to, in words.
 
 use hysteron_base::Scene;
+use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::Motion;
-use hysteron_twin::fit::{MaterialFit, Selected, Standing};
+use hysteron_twin::fit::{MaterialFit, Scale, Selected, Standing};
+
+use crate::verdict::{Judged, Kind, parameters};
 
 /// Everything a report may show.
 pub struct Outcome<'a> {
@@ -25,7 +28,63 @@ pub struct Outcome<'a> {
 /// Part of the largest tension allowed from which on a tendon is said to need too much.
 const STRAINED: f64 = 0.8;
 
+/// Quantities of friction, and what follows where nothing of them is known.
+const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
+const FRICTION_ASSUMED: &str = "the twin's hysteresis is that of the scene, not of the robot; record slow motions that turn back, under more and less pull";
+
 impl Outcome<'_> {
+    /// Whether the fitted scene can stand in for the robot.
+    pub fn verdict(&self) -> Verdict {
+        let (found, fit) = (self.found, &self.found.fit);
+        let error = found.errors[1].distance;
+        let judged = |(selected, estimate)| {
+            let Selected { parameter, quantity, .. }: &Selected = selected;
+            let kind = if parameter.scale == Scale::Logarithmic { Kind::Size } else { Kind::Place };
+            let consequence = FRICTION.contains(&quantity.name).then_some(FRICTION_ASSUMED);
+            Judged::new(parameter.name.clone(), estimate, kind, consequence)
+        };
+        let judged: Vec<Judged> = self.selected.iter().zip(&fit.estimates).map(judged).collect();
+        let claim = format!("the fitted scene follows the measured tip within {:.2} mm (RMSE)", 1e3 * error);
+        let spread = found.measured_spread;
+        let strain = found.tensions.iter().zip(&self.tension_max).map(|(tension, most)| tension / most);
+        let strained =
+            strain.clone().filter(|share| *share > 1.0).count() as f64 / found.tensions.len().max(1) as f64;
+        let verdict = Verdict::on(claim).because(
+            Criterion::ErrorOverSpread,
+            error / spread,
+            format!(
+                "the error is {:.0} % of the {:.1} mm by which the tip moved about its mean",
+                100.0 * error / spread,
+                1e3 * spread
+            ),
+        );
+        parameters(verdict, &judged)
+            .because(
+                Criterion::ParametersOverResiduals,
+                judged.len() as f64 / fit.n_effective,
+                format!("{} parameters from {:.0} independent residuals", judged.len(), fit.n_effective),
+            )
+            .because(
+                Criterion::ConditionNumber,
+                fit.condition,
+                format!("the condition number of the parameters is {:.0}", fit.condition),
+            )
+            .because(
+                Criterion::NotConverged,
+                f64::from(u8::from(!fit.is_converged)),
+                match fit.is_converged {
+                    true => "the search ended at a minimum".to_owned(),
+                    false => format!("the search has {}", fit.ended),
+                },
+            )
+            .because(
+                Criterion::AtLimit,
+                strained,
+                format!("{:.0} % of the tendons would need more than they can pull", 100.0 * strained),
+            )
+            .verdict()
+    }
+
     /// What speaks against the outcome, and what else would explain the errors that are left.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();

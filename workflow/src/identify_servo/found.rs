@@ -3,9 +3,11 @@
 use hysteron_actuator::identify::{Backlash, PulleyFit};
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
 use hysteron_base::{BadInput, json};
+use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use crate::arm_identify::{Row, rows_json};
+use crate::arm_identify::{Row, deviation, judged, rows_json};
+use crate::verdict::{Judged, parameters};
 
 /// What was found of a servo, or why nothing was.
 pub(crate) struct Found {
@@ -47,6 +49,14 @@ impl Found {
         value
     }
 
+    /// Everything that was found, by name and servo.
+    fn judged(&self) -> Vec<Judged<'_>> {
+        judged(&self.rows, Some("it is assumed, not measured"))
+            .into_iter()
+            .map(|judged| Judged { name: format!("{} of servo {}", judged.name, self.number), ..judged })
+            .collect()
+    }
+
     /// Friction at a speed, as identified [N m]; NaN below the speeds that it was identified from.
     pub fn friction(&self, velocity: f64) -> f64 {
         match (&self.law, &self.pulley) {
@@ -56,6 +66,29 @@ impl Found {
             _ => f64::NAN,
         }
     }
+}
+
+/// Whether what was found of all servos can be used.
+pub(super) fn verdict(found: &[Found]) -> Verdict {
+    let none = found.iter().filter(|servo| servo.pulley.is_err()).count();
+    let share = |servo: &Found| {
+        let pulley = servo.pulley.as_ref().ok()?;
+        Some((rms(&pulley.residuals) / deviation(&pulley.friction), servo.number))
+    };
+    let worst = found.iter().filter_map(share).max_by(|a, b| a.0.total_cmp(&b.0));
+    let fitted = found.iter().filter(|servo| servo.pulley.is_ok());
+    let rows: Vec<Judged> = fitted.flat_map(Found::judged).collect();
+    let judged = Verdict::on(format!("friction and backlash of {} servos are known", found.len() - none))
+        .because(
+            Criterion::Missing,
+            none as f64 / found.len().max(1) as f64,
+            format!("friction of {none} of {} servos cannot be identified", found.len()),
+        )
+        .because_of(Criterion::ErrorOverSpread, worst.map(|worst| worst.0), |share| {
+            let number = worst.map_or(0, |worst| worst.1);
+            format!("the error of servo {number} is {:.0} % of the deviation of its friction", 100.0 * share)
+        });
+    parameters(judged, &rows).verdict()
 }
 
 /// Root of the mean square.

@@ -101,7 +101,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let summary = json!({
         "law": options.law, "slowest_rad_s": slowest(period), "period_s": period,
         "recordings": files.iter().map(|input| json!([input.name, input.hash])).collect::<Value>(),
-        "servos": found.iter().map(Found::json).collect::<Value>(),
+        "servos": found.iter().map(Found::json).collect::<Value>(), "verdict": found::verdict(&found),
     });
     if let Some(folder) = &options.results.figures {
         figures::write(folder, &options.law, &found, &summary, options.results.png, caller)?;
@@ -248,6 +248,7 @@ fn rows(
                 value: stall_torque,
                 standard_error: None,
                 note: "as given: loads alone cannot tell it; record tension_k_n".into(),
+                standing: Standing::Undetermined(Vec::new()),
             });
         }
         let finest = finest_speed(period);
@@ -261,6 +262,7 @@ fn rows(
             if is_of_low_speed && (is_blurred || is_held) {
                 row.note = format!("cannot be told: below {finest:.2} rad/s a servo moves tick by tick");
                 (row.value, row.standard_error) = (f64::NAN, None);
+                row.standing = Standing::Undetermined(Vec::new());
             } else if is_held {
                 row.note =
                     "cannot be told: record slower and faster motion of a tendon pulled more and less".into();
@@ -275,12 +277,14 @@ fn rows(
             value: 1e3 * radius * found.width,
             standard_error: Some(1e3 * radius * found.standard_error),
             note: format!("{} reversals", found.reversals.len()),
+            standing: Standing::Fitted,
         }),
         Err(bad) => rows.push(Row {
             name: "backlash_mm".into(),
             value: f64::NAN,
             standard_error: None,
             note: format!("cannot be told: {bad}"),
+            standing: Standing::Undetermined(Vec::new()),
         }),
     }
     rows

@@ -208,6 +208,7 @@ pub fn carry_out(
     if let Some(folder) = &options.figures {
         figures::write(folder, &run, options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
+        caller.reported(folder);
     }
     if options.resume {
         let is_left = |path: &&PathBuf| options.save_state.as_ref() != Some(*path);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Scene, file, json, parallel};
+use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, KnownForce, Observed, fit_sensor};
 use serde_json::Value;
@@ -91,11 +92,34 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let robot = Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
     let hashes = files.iter().map(|input| json!([input.name, input.hash])).collect();
-    let value = value(&sensor, &robot, hashes, caller);
+    let mut value = value(&sensor, &robot, hashes, caller);
+    value["verdict"] = json!(judged(&sensor, known.len()));
     file::write_bytes(&options.out, json::to_text(&value)?)?;
     print(&sensor, caller);
     caller.wrote(&options.out);
     Ok(value)
+}
+
+/// Whether forces can be estimated with this sensor.
+fn judged(sensor: &ForceSensor, n_known: usize) -> Verdict {
+    let response = sensor.tip.response;
+    let claim = format!("forces on the tip are known to {:.0} % of their size", 100.0 * response);
+    let (missing, statement) = match sensor.servo {
+        Some(_) => (0.0, "tensions rest on loads of the servos and on the twin"),
+        None => (0.5, "1 of 2 sources of tensions is missing: not every recording has ticks and loads"),
+    };
+    let how = match n_known {
+        0 => "without a recording of a known force".to_owned(),
+        n => format!("from {n} recordings of known forces"),
+    };
+    Verdict::on(claim)
+        .because(
+            Criterion::RelativeStandardError,
+            response,
+            format!("the stiffness of the tip is known to {:.0} %, {how}", 100.0 * response),
+        )
+        .because(Criterion::Missing, missing, statement)
+        .verdict()
 }
 
 /// Mean load scale [N m] of the servos for which `identify-servo` knew tensions.

@@ -10,7 +10,10 @@ use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 
+use hysteron_report::verdict::Verdict;
+
 use super::beside;
+use crate::verdict::{compared, repeated};
 
 /// What a table shows of a row.
 type Shown = fn(&LoadedRow) -> f64;
@@ -46,8 +49,11 @@ fn row(study: &ForceStudy, method: usize, shown: Shown) -> Vec<Option<[f64; 2]>>
 /// Writes `report.html` and `metrics.json`; `about` says what arms were recorded.
 pub fn write(folder: &Path, study: &ForceStudy, about: &str, meta: &Metadata) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let value = write_metrics(folder, &metrics(study, about, meta))?;
-    let mut page = Page::new("Force at the tip without a sensor", &meta.source, &meta.command);
+    let verdict = judged(study);
+    let mut metrics = metrics(study, about, meta);
+    metrics["verdict"] = json!(verdict);
+    let value = write_metrics(folder, &metrics)?;
+    let mut page = Page::judged("Force at the tip without a sensor", &verdict, &meta.source, &meta.command);
     page.paragraph(about);
     page.paragraph(
         "Motors, friction, noise and thresholds are identified on contact-free training trajectories of the same arm; the bodies are the \
@@ -80,6 +86,19 @@ pub fn write(folder: &Path, study: &ForceStudy, about: &str, meta: &Metadata) ->
     }
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Whether the best estimator says more of the force than that there is none.
+fn judged(study: &ForceStudy) -> Verdict {
+    let mean = |method: usize| row(study, method, |row| row.norm_n).last().copied().flatten();
+    let errors: Vec<(String, f64)> = METHODS
+        .iter()
+        .enumerate()
+        .filter_map(|(method, name)| Some(((*name).to_owned(), mean(method)?[0])))
+        .collect();
+    let judged = Verdict::on("forces at the tip can be estimated without a sensor");
+    let judged = compared(judged, ("error where a force acts", "N"), &errors, METHODS[0]);
+    repeated(judged, study.cells.len(), "arm").verdict()
 }
 
 fn cells(study: &ForceStudy, method: usize, shown: Shown, with_published: bool) -> Vec<String> {

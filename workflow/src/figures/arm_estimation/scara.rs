@@ -11,7 +11,10 @@ use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 
+use hysteron_report::verdict::{Criterion, Verdict};
+
 use super::{beside, joints};
+use crate::verdict::{compared, repeated};
 
 /// Methods that the paper has, with the names of its columns; its order of tables 4 and 5.
 const PUBLISHED: [&str; 4] = ["anfis", "pso", "fnn", "least-squares-coulomb"];
@@ -57,8 +60,12 @@ fn cell(ours: f64, published: Option<f64>, digits: usize) -> String {
 /// Writes `report.html` and `metrics.json`.
 pub fn write(folder: &Path, study: &ScaraStudy, meta: &Metadata) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let value = write_metrics(folder, &metrics(study, meta))?;
-    let mut page = Page::new("External torques and collisions of a SCARA", &meta.source, &meta.command);
+    let verdict = judged(study);
+    let mut metrics = metrics(study, meta);
+    metrics["verdict"] = json!(verdict);
+    let value = write_metrics(folder, &metrics)?;
+    let title = "External torques and collisions of a SCARA";
+    let mut page = Page::judged(title, &verdict, &meta.source, &meta.command);
     page.paragraph(
         "Simulated: Wan et al. (2026) publish neither geometry nor data. True friction is their table 2, ANFIS, with Stribeck speeds of 0.2 rad/s, \
          as bristles; torques have 0.43 N m of noise; the estimators believe masses 2 % too large. Published values stand in brackets. \
@@ -70,6 +77,21 @@ pub fn write(folder: &Path, study: &ScaraStudy, meta: &Metadata) -> anyhow::Resu
     collisions(folder, &mut page, study)?;
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Whether the best model of friction estimates external torques better than Coulomb's law, and better than nothing.
+fn judged(study: &ScaraStudy) -> Verdict {
+    let teaching = &study.teaching;
+    let mean = |errors: &[f64; 2]| (errors.iter().map(|e| e * e).sum::<f64>() / 2.0).sqrt();
+    let errors: Vec<(String, f64)> =
+        teaching.rows.iter().map(|row| (row.method.clone(), mean(&row.rmse_n_m))).collect();
+    let judged = Verdict::on("external torques can be estimated with identified friction");
+    let judged = compared(judged, ("error of the external torque", "N m"), &errors, "least-squares-coulomb");
+    let least = errors.iter().map(|row| row.1).fold(f64::INFINITY, f64::min);
+    let share = least / mean(&teaching.truth_deviation_n_m);
+    let statement = format!("the least error is {:.0} % of the deviation of the true torques", 100.0 * share);
+    repeated(judged.because(Criterion::ErrorOverSpread, share, statement), study.options.trials, "trial")
+        .verdict()
 }
 
 fn friction(folder: &Path, page: &mut Page, study: &ScaraStudy) -> anyhow::Result<()> {

@@ -11,19 +11,24 @@ use serde_json::Value;
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
 
+use hysteron_report::verdict::Verdict;
+
 use super::{beside, joints};
+use crate::verdict::{self, repeated};
 
 /// Writes `report.html` and `metrics.json`.
 pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Result<Value> {
     register_embedded_font()?;
+    let verdict = judged(study);
     let value = write_metrics(
         folder,
         &json!({
-            "format": "hysteron-metrics", "version": 1, "study": "wrist", "cells": without_curves(study),
+            "format": "hysteron-metrics", "version": 1, "study": "wrist", "verdict": verdict, "cells": without_curves(study),
             "simulated_rms": simulated_rms(study), "sweep_rms_n_m": study.sweep.rms_n_m, "command": meta.command, "commit": meta.commit,
         }),
     )?;
-    let mut page = Page::new("Interaction torques of a wrist exoskeleton", &meta.source, &meta.command);
+    let mut page =
+        Page::judged("Interaction torques of a wrist exoskeleton", &verdict, &meta.source, &meta.command);
     page.paragraph(
         "Simulated: table 3, column C of Saadatzi et al. (2019), made feasible, with bristles as friction, encoders of 30 000 steps a turn \
          and a torque constant 1 % too large. The estimators identify themselves from the paper's swept sine at nominal friction. \
@@ -56,6 +61,19 @@ pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Resu
     }
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Whether the best observer does better than the motors' torque taken as it is.
+fn judged(study: &WristStudy) -> Verdict {
+    let cells: Vec<&WristCell> = study.cells.iter().filter(|cell| cell.drift == 0.0).collect();
+    let mean = |method: usize| means(&cells, method)[0].iter().sum::<f64>() / 2.0;
+    let errors: Vec<(String, f64)> =
+        METHODS.iter().enumerate().map(|(k, name)| ((*name).to_owned(), mean(k))).collect();
+    let judged = Verdict::on("interaction torques can be estimated from the motors");
+    let judged =
+        verdict::compared(judged, ("mean error without drift of friction", "N m"), &errors, METHODS[0]);
+    let seeds: std::collections::BTreeSet<u64> = cells.iter().map(|cell| cell.seed).collect();
+    repeated(judged, seeds.len(), "seed").verdict()
 }
 
 /// Figures 5 and 6.

@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_arm::Model;
 use hysteron_arm::identify::JointTerm;
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::{Page, write_page};
+use hysteron_report::page::write_page;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use serde_json::Value;
 
@@ -39,7 +39,8 @@ pub fn write(folder: &Path, shown: &Shown, png: bool, caller: &Caller) -> anyhow
     metrics(folder, shown.summary, caller)?;
     let about = "Ten numbers of every body, feasible together, and armature, friction, offset and spring of every joint, by linear \
                  regression of measured torques. Figures show what was not fitted, where a test is there.";
-    let mut page = Page::new(&format!("Identified bodies of {}", shown.model.name()), about, &caller.command);
+    let mut page =
+        super::page(&format!("Identified bodies of {}", shown.model.name()), shown.summary, about, caller)?;
     page.heading("Error of the torques, root mean square [N m]");
     let head: Vec<&str> =
         std::iter::once("").chain(shown.joints.iter().map(|joint| joint.name.as_str())).collect();

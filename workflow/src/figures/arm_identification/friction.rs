@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::{Page, write_page};
+use hysteron_report::page::write_page;
 use serde_json::Value;
 
 use super::{
@@ -26,7 +26,7 @@ pub fn write(
     register_embedded_font()?;
     metrics(folder, summary, caller)?;
     let about = format!("The law {law} fitted to torques over speeds of {}.", joint.name);
-    let mut page = Page::new("Identified friction", &about, &caller.command);
+    let mut page = super::page("Identified friction", summary, &about, caller)?;
     let rms = summary["rms_n_m"].as_f64().unwrap_or(f64::NAN);
     page.list([("Error, root mean square [N m]", format!("{rms:.4}"))]);
     page.table(&["Number", "Value", "Standard error", ""], rows.iter().map(Row::cells));

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use hysteron_base::json;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
-use hysteron_report::page::write_metrics;
+use hysteron_report::page::{Page, write_metrics};
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use serde_json::Value;
 
@@ -174,6 +174,11 @@ pub fn relative_errors(rows: &[Row]) -> ScatterChart {
             marks: vec![Marks::bars("± one standard error", 0, rows.iter().enumerate().filter_map(bar).collect())],
         }],
     }
+}
+
+/// A page that begins with the verdict of a summary.
+pub(super) fn page(title: &str, summary: &Value, about: &str, caller: &Caller) -> anyhow::Result<Page> {
+    Ok(Page::judged(title, &json::from_value(&summary["verdict"])?, about, &caller.command))
 }
 
 /// Writes `metrics.json`: the summary, signed.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_arm::Model;
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::{Page, write_page};
+use hysteron_report::page::write_page;
 use serde_json::Value;
 
 use super::{metrics, relative_errors};
@@ -38,7 +38,7 @@ pub fn write(
         shown.frame,
         shown.model.name()
     );
-    let mut page = Page::new("Identified payload", &about, &caller.command);
+    let mut page = super::page("Identified payload", summary, &about, caller)?;
     page.table(&["Number", "Value", "Standard error", ""], shown.rows.iter().map(Row::cells));
     page.heading("Error of the torques, root mean square [N m]");
     let names = shown.model.joints().iter().map(|joint| joint.name.as_str());

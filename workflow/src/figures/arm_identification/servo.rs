@@ -7,7 +7,7 @@ use hysteron_actuator::identify::{PendulumRun, Rollout};
 use hysteron_actuator::law::{JointFriction, Sliding, holding_range};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
-use hysteron_report::page::{Page, write_page};
+use hysteron_report::page::write_page;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use serde_json::Value;
 
@@ -49,7 +49,7 @@ pub fn write(
          comes nearest to the measured motion.",
         shown.name
     );
-    let mut page = Page::new("Identified servo", &about, &caller.command);
+    let mut page = super::page("Identified servo", summary, &about, caller)?;
     let number = |key: &str| summary[key].as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
     page.list([
         ("Mean error of the angle, open loop [rad]", number("error_rad")),

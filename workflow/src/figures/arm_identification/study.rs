@@ -6,8 +6,11 @@ use hysteron_base::{Metadata, json};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::verdict::Verdict;
 use hysteron_studies::identification::{FrankaCell, IdentificationStudy, SPEEDS, TARE};
 use serde_json::Value;
+
+use crate::verdict::{compared, repeated};
 
 /// Table 2 of Wan et al. (2026): f_c+, f_c-, f_s+, f_s-, f_v by method and joint.
 const TABLE_2: [(&str, [[f64; 5]; 2]); 4] = [
@@ -21,16 +24,17 @@ const TABLE_2: [(&str, [[f64; 5]; 2]); 4] = [
 pub fn write(folder: &Path, study: &IdentificationStudy, meta: &Metadata) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let friction = methods(study);
+    let verdict = judged(&friction, study.options.seeds as usize);
     let value = write_metrics(
         folder,
         &json!({
-            "format": "hysteron-metrics", "version": 1, "study": "identification", "options": study.options,
+            "format": "hysteron-metrics", "version": 1, "study": "identification", "verdict": verdict, "options": study.options,
             "franka": study.franka.as_ref().map(|cell| json!({"rows": cell.rows, "ridge": cell.ridge})),
             "scara": friction.iter().map(Method::json).collect::<Vec<_>>(), "wrist": study.wrist,
             "command": meta.command, "commit": meta.commit,
         }),
     )?;
-    let mut page = Page::new("Identification, method by method", &meta.source, &meta.command);
+    let mut page = Page::judged("Identification, method by method", &verdict, &meta.source, &meta.command);
     if let Some(cell) = &study.franka {
         franka(folder, &mut page, cell)?;
     }
@@ -38,6 +42,20 @@ pub fn write(folder: &Path, study: &IdentificationStudy, meta: &Metadata) -> any
     wrist(&mut page, study);
     write_page(folder, page.finish(&meta.commit))?;
     Ok(value)
+}
+
+/// Whether the best method finds the curve of friction better than Coulomb's law by least squares.
+fn judged(methods: &[Method], seeds: usize) -> Verdict {
+    let of = |joint: usize| -> Vec<(String, f64)> {
+        let of_joint = methods.iter().filter(|method| method.joint == joint);
+        of_joint.map(|method| (method.name.clone(), method.errors[0])).collect()
+    };
+    let judged =
+        (0..2).fold(Verdict::on("friction can be identified from single trials"), |judged, joint| {
+            let what = format!("joint {}, error of the curve", joint + 1);
+            compared(judged, (&what, "N m"), &of(joint), "least-squares-coulomb")
+        });
+    repeated(judged, seeds, "seed").verdict()
 }
 
 fn franka(folder: &Path, page: &mut Page, cell: &FrankaCell) -> anyhow::Result<()> {

@@ -24,11 +24,16 @@ use hysteron_report::figure::{Drawn, register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, tip_panels};
+use hysteron_report::verdict::{Criterion, Verdict};
+
+use crate::verdict::compared;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
+    /// Whether the robot can be led along paths with what was learned.
+    verdict: Verdict,
     study: &'a str,
     robot: &'a str,
     rig: &'a str,
@@ -93,6 +98,7 @@ pub fn write(out: &Path, study: &Study, stages: &[Stage], caller: &Caller) -> an
     let metrics = Metrics {
         format: "hysteron-metrics",
         version: 1,
+        verdict: judged(&predicted, &tracked),
         study: &study.name,
         robot: &study.scene.robot,
         rig: &study.rig.description,
@@ -106,7 +112,7 @@ pub fn write(out: &Path, study: &Study, stages: &[Stage], caller: &Caller) -> an
     };
     let value = write_metrics(out, &metrics)?;
 
-    let mut page = Page::new(&format!("Study {}", study.name), text::ABOUT, &command);
+    let mut page = Page::judged(&format!("Study {}", study.name), &metrics.verdict, text::ABOUT, &command);
     page.paragraph(&text::rig(study));
     if let Some(track) = &study.track {
         text::outcome(&mut page, track, &tracked);
@@ -122,6 +128,66 @@ pub fn write(out: &Path, study: &Study, stages: &[Stage], caller: &Caller) -> an
     text::files(&mut page, stages, out);
     write_page(out, page.finish(commit))?;
     Ok(value)
+}
+
+/// Whether the best method leads the tip along the targets, better than a nominal twin where there is one; without targets,
+/// whether the network makes the twin better.
+fn judged(predicted: &[Predicted], tracked: &[Tracked]) -> Verdict {
+    let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+    let mut methods: Vec<Method> = Vec::new();
+    tracked.iter().for_each(|it| {
+        if !methods.contains(&it.method) {
+            methods.push(it.method)
+        }
+    });
+    let of = |method: Method| tracked.iter().filter(move |it| it.method == method);
+    let errors: Vec<(String, f64)> = methods
+        .iter()
+        .map(|&method| {
+            (method.name().to_owned(), mean(of(method).flat_map(|it| it.rmse_m.clone()).collect()))
+        })
+        .filter(|(_, error)| error.is_finite())
+        .map(|(name, error)| (name, 1e3 * error))
+        .collect();
+    let nrmse = |method: Method| mean(of(method).flat_map(|it| it.nrmse.iter().flatten().copied()).collect());
+    let best = methods.iter().copied().min_by(|a, b| nrmse(*a).total_cmp(&nrmse(*b)));
+    let rms = |of: fn(&Predicted) -> f64| mean(predicted.iter().map(of).collect());
+    let network = (!predicted.is_empty()).then(|| rms(|it| it.with.rmse_m) / rms(|it| it.without.rmse_m));
+    let mut judged = match best {
+        Some(method) => Verdict::on(format!("the tip follows the targets by the method {}", method.name())),
+        None => Verdict::on("the twin with its network foresees paths that it has not learned from"),
+    };
+    if let Some(method) = best {
+        let (share, n) = (nrmse(method), of(method).count());
+        let left = of(method).filter(|it| !it.is_carried_out()).count() as f64 / n.max(1) as f64;
+        let outside = of(method).map(|it| it.extrapolating).fold(0.0, f64::max);
+        judged = judged
+            .because(
+                Criterion::ErrorOverTarget,
+                share,
+                format!(
+                    "the tip is off by {:.1} % of the targets' size (NRMSE) by {}",
+                    100.0 * share,
+                    method.name()
+                ),
+            )
+            .because(
+                Criterion::Missing,
+                left,
+                format!("{:.0} % of the targets were not carried out by {}", 100.0 * left, method.name()),
+            )
+            .because(
+                Criterion::OutsideTraining,
+                outside,
+                format!("a network is outside its training in up to {:.0} % of the samples", 100.0 * outside),
+            );
+        judged = compared(judged, ("error of the tip", "mm"), &errors, Method::Nominal.name());
+    }
+    judged
+        .because_of(Criterion::ErrorOverBaseline, network, |ratio| {
+            format!("with its network the twin errs by {:.0} % of what it errs by without", 100.0 * ratio)
+        })
+        .verdict()
 }
 
 fn recording_of(out: &Path, trajectory: &str) -> PathBuf {

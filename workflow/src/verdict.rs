@@ -1,0 +1,211 @@
+//! What the estimates of a fit say for or against its use; the limits stand in `hysteron_report::verdict`.
+
+use hysteron_base::json;
+use hysteron_fit::{Estimate, Standing};
+use hysteron_report::verdict::{Criterion, Judgement, Reason, Usability, Verdict};
+
+/// A parameter after a fit, as a verdict asks for it.
+pub struct Judged<'a> {
+    /// Name, for people.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard error, where it has one.
+    pub standard_error: Option<f64>,
+    /// What became of it.
+    pub standing: &'a Standing,
+    /// Of a size the standard error is held against it.
+    pub kind: Kind,
+    /// What follows where the data do not determine it.
+    pub consequence: Option<&'static str>,
+}
+
+/// Whether a number is a size above zero, or one whose zero means nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// As a modulus.
+    Size,
+    /// As the zero of a tendon.
+    Place,
+}
+
+impl<'a> Judged<'a> {
+    /// An estimate of a fit.
+    pub fn new(name: String, estimate: &'a Estimate, kind: Kind, consequence: Option<&'static str>) -> Self {
+        let Estimate { value, standard_error, ref standing, .. } = *estimate;
+        Self { name, value, standard_error, standing, kind, consequence }
+    }
+
+    fn is_open(&self) -> bool {
+        matches!(self.standing, Standing::Undetermined(_) | Standing::Vague)
+    }
+}
+
+/// Adds what the parameters of a fit say.
+pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
+    if judged.is_empty() {
+        return judgement;
+    }
+    let share = |names: &[&str]| names.len() as f64 / judged.len() as f64;
+    let on_bound: Vec<&str> = (judged.iter().filter(|judged| *judged.standing == Standing::AtBound))
+        .map(|judged| &judged.name[..])
+        .collect();
+    let judgement = judgement.because(
+        Criterion::ParametersOnBound,
+        share(&on_bound),
+        match &on_bound[..] {
+            [] => "no parameter ended on a bound".to_owned(),
+            names => format!("{} ended on a bound, which the data did not choose", names.join(", ")),
+        },
+    );
+    let open: Vec<&Judged> = judged.iter().filter(|judged| judged.is_open()).collect();
+    let names: Vec<&str> = open.iter().map(|judged| &judged.name[..]).collect();
+    let mut consequences: Vec<&str> = open.iter().filter_map(|judged| judged.consequence).collect();
+    consequences.dedup();
+    let judgement = judgement.because(
+        Criterion::ParametersUndetermined,
+        share(&names),
+        match &names[..] {
+            [] => "the data determine every parameter".to_owned(),
+            names => [
+                vec![format!("the data do not determine {}", names.join(", "))],
+                consequences.iter().map(|&it| it.to_owned()).collect(),
+            ]
+            .concat()
+            .join(": "),
+        },
+    );
+    let relative = |judged: &Judged| {
+        let error = judged.standard_error.filter(|_| judged.kind == Kind::Size && !judged.is_open())?;
+        Some((error / judged.value.abs(), judged.name.clone()))
+    };
+    let worst = judged.iter().filter_map(relative).max_by(|a, b| a.0.total_cmp(&b.0));
+    match worst {
+        Some((error, name)) => judgement.because(
+            Criterion::RelativeStandardError,
+            error,
+            format!("{name} has a standard error of {:.0} % of its value", 100.0 * error),
+        ),
+        None => judgement,
+    }
+}
+
+/// Adds how the best of several methods compares with the `baseline` among them; `what` is measured, in `unit`.
+pub fn compared(
+    judgement: Judgement,
+    (what, unit): (&str, &str),
+    methods: &[(String, f64)],
+    baseline: &str,
+) -> Judgement {
+    let simple = methods.iter().find(|(name, _)| name == baseline);
+    let others = methods.iter().filter(|(name, error)| name != baseline && !error.is_nan());
+    let best = others.min_by(|a, b| a.1.total_cmp(&b.1));
+    match (simple, best) {
+        (Some((_, simple)), Some((name, best))) => judgement.because(
+            Criterion::ErrorOverBaseline,
+            best / simple,
+            format!("{what}: {name} {} {unit}, {baseline} {} {unit}", digits(*best), digits(*simple)),
+        ),
+        _ => judgement,
+    }
+}
+
+/// Adds how often a result was repeated with another seed, robot or recording: `what`, counted.
+pub fn repeated(judgement: Judgement, repeats: usize, what: &str) -> Judgement {
+    let statement = match repeats {
+        1 => format!("a single {what} says nothing of the scatter"),
+        n => format!("number of repeats, each another {what}: {n}"),
+    };
+    judgement.because(Criterion::SingleRepeat, 1.0 / repeats.max(1) as f64, statement)
+}
+
+/// Three digits that count.
+pub fn digits(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        _ if !value.is_finite() || size == 0.0 => format!("{value:.0}"),
+        _ if !(1e-3..1e4).contains(&size) => format!("{value:.2e}"),
+        _ => format!("{value:.*}", (2 - size.log10().floor() as i32).max(0) as usize),
+    }
+}
+
+/// The verdict in a summary, as lines for people: its sentence, then its reasons with their limits.
+pub fn lines(summary: &json::Value) -> Vec<String> {
+    let Ok(verdict) = json::from_value::<Verdict>(&summary["verdict"]) else { return Vec::new() };
+    let reason = |reason: &Reason| {
+        let [statement, value, care, not_usable, _] = reason.cells();
+        let mark = match reason.usability {
+            Usability::Usable => "ok",
+            Usability::UsableWithCare => "care",
+            Usability::NotUsable => "no",
+        };
+        let limits = match reason.not_usable_above {
+            Some(_) => format!("care above {care}, not usable above {not_usable}"),
+            None => format!("care above {care}"),
+        };
+        format!("  {mark:<5}{value:>8}  {statement} ({limits})")
+    };
+    std::iter::once(format!("verdict: {}", verdict.sentence))
+        .chain(verdict.reasons.iter().map(reason))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(name: &str, value: f64, standard_error: Option<f64>, standing: Standing) -> Estimate {
+        Estimate { name: name.into(), start: 1.0, value, standard_error, standing }
+    }
+
+    fn judge(estimates: &[Estimate], consequence: Option<&'static str>) -> Verdict {
+        let judged: Vec<Judged> = estimates
+            .iter()
+            .map(|estimate| Judged::new(estimate.name.clone(), estimate, Kind::Size, consequence))
+            .collect();
+        parameters(Verdict::on("it holds"), &judged).verdict()
+    }
+
+    #[test]
+    fn a_bound_an_open_parameter_and_a_large_error_are_each_named() {
+        let good = estimate("modulus", 2.0, Some(0.1), Standing::Fitted);
+        assert_eq!(judge(std::slice::from_ref(&good), None).sentence, "Usable: it holds.");
+        let bound = estimate("compliance", 0.0, None, Standing::AtBound);
+        let verdict = judge(&[good.clone(), bound.clone()], None);
+        assert_eq!(verdict.usability, Usability::UsableWithCare);
+        assert!(verdict.sentence.contains("compliance ended on a bound"), "{}", verdict.sentence);
+        assert_eq!(judge(&[bound], None).usability, Usability::NotUsable);
+        let open = estimate("friction", 0.3, None, Standing::Undetermined(vec![]));
+        let verdict = judge(&[good.clone(), open], Some("its hysteresis is assumed"));
+        assert!(verdict.sentence.contains("do not determine friction: its hysteresis is assumed"));
+        let wide = estimate("damping", 1.0, Some(0.8), Standing::Fitted);
+        let verdict = judge(&[good, wide], None);
+        assert!(verdict.sentence.contains("damping has a standard error of 80 %"), "{}", verdict.sentence);
+    }
+
+    #[test]
+    fn a_comparison_is_with_the_baseline_and_a_single_seed_says_so() {
+        let methods = |best: f64| [("mean".to_owned(), 2.0), ("network".to_owned(), best)];
+        let judge = |best: f64, seeds: usize| {
+            let judged = compared(Verdict::on("it holds"), ("error", "N"), &methods(best), "mean");
+            repeated(judged, seeds, "seed").verdict()
+        };
+        assert_eq!(judge(1.0, 3).usability, Usability::Usable);
+        assert_eq!(judge(1.0, 1).usability, Usability::UsableWithCare);
+        let lost = judge(2.1, 3);
+        assert_eq!(lost.sentence, "Not usable: error: network 2.10 N, mean 2.00 N.");
+    }
+
+    #[test]
+    fn lines_are_the_sentence_then_the_reasons_with_their_limits() {
+        let verdict = repeated(Verdict::on("it holds"), 1, "seed").verdict();
+        let lines = lines(&json!({ "verdict": verdict }));
+        assert_eq!(lines.len(), 2);
+        assert!(lines[0].starts_with("verdict: Usable with care: it holds, but"), "{lines:?}");
+        assert!(
+            lines[1].starts_with("  care    100 %  ") && lines[1].ends_with("(care above 50 %)"),
+            "{lines:?}"
+        );
+        assert!(super::lines(&json!({})).is_empty());
+    }
+}
