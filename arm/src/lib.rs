@@ -58,7 +58,6 @@ mod recorded;
 mod regressor;
 mod rnea;
 mod rollouts;
-mod sampling;
 mod scalar;
 pub mod servo_force;
 mod simulator;
@@ -81,7 +80,10 @@ pub use excite::{
 };
 pub use external::ExternalForce;
 pub use friction_step::Stops;
-pub use import::{BadRows, CURRENTS_BY, Columns, ImportOptions, Imported, POSITION_GAIN, UnitCheck, import};
+pub use import::{
+    ArmKnown, BadRows, CURRENTS_BY, Columns, ImportOptions, Imported, POSITION_GAIN, UnitCheck, import,
+    with_arm,
+};
 pub use joint_series::{ForceSeries, JointSeries, Recorded};
 pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,

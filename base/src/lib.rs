@@ -18,6 +18,7 @@
 
 mod error;
 pub mod file;
+pub mod import;
 pub mod json;
 pub mod lanes;
 mod lock;
@@ -25,6 +26,7 @@ mod panics;
 pub mod parallel;
 mod recording;
 mod rng;
+pub mod sampling;
 mod scene;
 pub mod schema;
 pub mod size;
@@ -39,5 +41,5 @@ pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
     TrackerFrame,
 };
-pub use table::{Column, Filter, Table};
+pub use table::{Column, Filter, Table, TextFormat};
 pub use units::LengthUnit;

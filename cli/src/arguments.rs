@@ -86,6 +86,8 @@ pub enum Verb {
     Check(hysteron_workflow::check::Options),
     #[command(after_help = include_str!("help/record.txt"))]
     Record(hysteron_workflow::record::Options),
+    #[command(after_help = include_str!("help/import.txt"))]
+    Import(hysteron_workflow::import::Options),
     Arm(crate::arm::Arguments),
     #[command(after_help = include_str!("help/fit-material.txt"))]
     FitMaterial(hysteron_workflow::fit_material::Options),

@@ -67,6 +67,7 @@ fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Mesh(options) => workflow::mesh::run(options, caller),
         Verb::Check(options) => workflow::check::run(options, caller),
         Verb::Record(options) => workflow::record::run(options, caller),
+        Verb::Import(options) => workflow::import::run(options, caller),
         Verb::FitMaterial(options) => workflow::fit_material::run(options, caller),
         Verb::Identify(options) => workflow::identify::run(options, caller),
         Verb::FitResidual(options) => workflow::fit_residual::run(options, caller),

@@ -53,6 +53,7 @@ pub mod fit_residual;
 pub mod generate;
 pub mod identify;
 pub mod identify_servo;
+pub mod import;
 pub mod mesh;
 pub mod reach;
 pub mod record;

@@ -116,7 +116,7 @@ impl JointMotion {
                 format!("one rate, here {rate:.1} samples per second"),
                 found,
             )
-            .hint("`hysteron arm import --rate HZ` resamples a file"));
+            .hint("`hysteron import --rate HZ` resamples a file"));
         }
         Self::smoothed([&q, &dq, &tau], Smoothing { rate, order, cutoff })
     }

@@ -33,7 +33,7 @@ impl TorqueResponse {
         if let Some(other) = motions.iter().find(|motion| (motion.period / period - 1.0).abs() > SAME_RATE) {
             let found = format!("{:.1} and {:.1} samples per second", 1.0 / period, 1.0 / other.period);
             return Err(BadInput::new("recordings", "one rate, for the response of measured torques", found)
-                .hint("`hysteron arm import --rate HZ` resamples a file"));
+                .hint("`hysteron import --rate HZ` resamples a file"));
         }
         let rigid: Vec<Vec<f64>> = motions.iter().map(|motion| fit.torques(motion)).collect();
         let parts = rigid.iter().zip(motions).map(|(rigid, motion)| [&rigid[..], &motion.tau[..]]);

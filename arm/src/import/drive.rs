@@ -1,14 +1,12 @@
 //! Duties and currents that a log leaves out, by what is known of its drives.
 
 use hysteron_actuator::{Bridge, CatalogueDrive};
+use hysteron_base::import::POSITION_GAIN;
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
 use crate::{JointKind, Quantity, Recorded};
 
 type Check<T> = Result<T, BadInput>;
-
-/// Name in the metadata: the gain of the position loop as its register has it.
-pub const POSITION_GAIN: &str = "position_gain";
 
 /// Name in the metadata: the drive that computed currents come from.
 pub const CURRENTS_BY: &str = "currents_by";

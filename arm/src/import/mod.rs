@@ -1,37 +1,22 @@
 //! Recordings of arms from the files of other programs.
 //!
-//! A file is a table of numbers; a description of its columns says which of them are what, in which unit. Descriptions of
-//! known data sets are part of the program (`columns/`). Rows at uneven times are resampled onto a fixed rate, and what was
-//! missing is interpolated and marked as a gap. Nothing is filtered. Currents that a file leaves out come from the voltage equation of its
-//! drives, where these are known.
+//! The files are read by [`hysteron_base::import`]; here stands what is known of arms alone: joints are counted and named,
+//! numbers in an unlikely unit are suspected, and currents that a file leaves out come from the voltage equation of its drives,
+//! where these are known.
 
-mod assemble;
-mod bam;
-mod columns;
 mod drive;
 mod suspicion;
 
 use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
-use hysteron_base::{BadInput, Filter, Metadata, Recording, Result, Table};
+use hysteron_base::import::{Assembled, Request, read};
+pub use hysteron_base::import::{BadRows, Columns, POSITION_GAIN};
+use hysteron_base::{BadInput, Filter, Metadata, Recording, Result};
 
-use crate::Model;
-pub(crate) use assemble::MOST_LEFT_OUT;
-pub use columns::Columns;
+use crate::{Model, Recorded};
+pub use drive::CURRENTS_BY;
 pub(crate) use drive::position_gain;
-pub use drive::{CURRENTS_BY, POSITION_GAIN};
-
-/// What becomes of rows that cannot be read: with a cell that is no number, with another number of cells, or with a time that is
-/// not later than the one before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum BadRows {
-    /// The file is refused.
-    #[default]
-    Refuse,
-    /// They are left out and counted; no more than a tenth of all.
-    LeaveOut,
-}
 
 /// What becomes of numbers that look as if they had another unit than the one stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -46,16 +31,23 @@ pub enum UnitCheck {
 /// How a file is read.
 #[derive(Debug, Clone, Default)]
 pub struct ImportOptions<'a> {
-    /// What the columns are; found among the built-in descriptions where there is none.
+    /// What the columns are; found among the built-in maps where there is none.
     pub columns: Option<Columns>,
-    /// The robot, whose joints name those of the recording and must be as many.
-    pub model: Option<&'a Model>,
     /// Rate of the recording; that of the file where there is none [Hz].
     pub rate_hz: Option<f64>,
     /// The rows to read.
     pub filter: Option<Filter>,
     /// What becomes of rows that cannot be read.
     pub bad_rows: BadRows,
+    /// What is known of the arm.
+    pub arm: ArmKnown<'a>,
+}
+
+/// What is known of an arm whose recording is imported.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ArmKnown<'a> {
+    /// The robot, whose joints name those of the recording and must be as many.
+    pub model: Option<&'a Model>,
     /// What becomes of numbers that look as if they had another unit.
     pub unit_check: UnitCheck,
     /// The drive of every joint, by which currents are computed that the file leaves out.
@@ -67,7 +59,7 @@ pub struct ImportOptions<'a> {
 pub struct Imported {
     /// Channels in SI at a fixed rate, from time zero; see [`crate::Recorded`].
     pub recording: Recording,
-    /// The description of the columns: a name or a file.
+    /// The map: a name or a file.
     pub columns: String,
     /// Rows of the file that were left out.
     pub n_left_out: usize,
@@ -75,39 +67,71 @@ pub struct Imported {
     pub first_left_out: Option<BadInput>,
 }
 
-/// Reads `path` as a recording of an arm: a table (`.csv`, `.txt`, `.tsv`, `.npz`, `.npy`, `.parquet`), a log of bam (`.json`), or a
-/// folder of lists. `meta` says who imports it; the source, the joints and the first time are added.
+/// Reads `path` as a recording of an arm, see [`read`]. `meta` says who imports it; the source, the joints and the first time are
+/// added.
 ///
 /// # Errors
-/// `BadInput` naming the file, the row and the column: a cell without a number, a time that goes back, joints that differ in
-/// number between quantities or from the model's, a column that is not there, numbers that look as if they had another
-/// unit, or what currents of a drive need; `Io` if the file cannot be read.
+/// `BadInput` naming the file, the row and the column: as [`read`], and as [`with_arm`].
 pub fn import(path: &Path, options: &ImportOptions, meta: Metadata) -> Result<Imported> {
+    let request = Request {
+        columns: options.columns.clone(),
+        rate_hz: options.rate_hz,
+        filter: options.filter.clone(),
+        episode: None,
+        bad_rows: options.bad_rows,
+    };
+    let mut episodes = read(&[path.to_owned()], &request, options.arm.described(meta))?;
     let place = path.display().to_string();
-    let filtered = |table: Table| match &options.filter {
-        Some(filter) => table.filtered(filter),
-        None => Ok(table),
+    if episodes.len() > 1 {
+        let bad = BadInput::new(place, "one episode", format!("{}", episodes.len()));
+        return Err(bad.hint("--where COLUMN=VALUE takes one").into());
+    }
+    let Some(Assembled { recording, columns, n_left_out, first_left_out, .. }) = episodes.pop() else {
+        return Err(BadInput::new(place, "an episode", "none").into());
     };
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-    let mut meta = meta;
-    let (table, columns) = if path.is_dir() {
-        let own = options.columns.clone().map_or_else(|| Columns::for_folder(path), Ok);
-        let columns = own.map_err(|bad| bad.within(&place))?;
-        (filtered(columns.read_lists(path)?).map_err(|bad| bad.within(&place))?, columns)
-    } else {
-        let (table, notes) = if extension.eq_ignore_ascii_case("json") {
-            let (table, notes) = bam::read(path)?;
-            (filtered(table).map_err(|bad| bad.within(&place))?, notes)
-        } else {
-            (Table::read(path, options.filter.as_ref())?, Vec::new())
-        };
-        let own = options.columns.clone().map_or_else(|| Columns::for_table(&table, &notes), Ok);
-        meta.extra.extend(notes);
-        (table, own.map_err(|bad| bad.within(&place))?)
+    let recording = with_arm(recording, &options.arm).map_err(|bad| bad.within(place))?;
+    Ok(Imported { recording, columns, n_left_out, first_left_out })
+}
+
+impl ArmKnown<'_> {
+    /// Metadata with the robot's name and joints.
+    pub fn described(&self, mut meta: Metadata) -> Metadata {
+        if let Some(model) = self.model {
+            let names: Vec<&str> = model.joints().iter().map(|joint| joint.name.as_str()).collect();
+            meta.extra.insert("robot".to_owned(), model.name().to_owned());
+            meta.extra.insert("joint_names".to_owned(), names.join(", "));
+        }
+        meta
+    }
+}
+
+/// The recording of an arm, checked by what is known of it, with currents where the drive tells them.
+///
+/// # Errors
+/// `BadInput` for joints that differ in number between quantities or from the model's, numbers that look as if they had another
+/// unit, or what currents of a drive need.
+pub fn with_arm(recording: Recording, known: &ArmKnown) -> std::result::Result<Recording, BadInput> {
+    let recorded = Recorded::of(&recording)?;
+    check_names(&recorded, known.model)?;
+    if known.unit_check == UnitCheck::Refuse {
+        suspicion::check(&recorded, known.model)?;
+    }
+    match known.drive {
+        Some(drive) => drive::with_currents(recording, drive),
+        None => Ok(recording),
+    }
+}
+
+/// As many names as joints.
+fn check_names(recorded: &Recorded, model: Option<&Model>) -> std::result::Result<(), BadInput> {
+    let n = recorded.joints.len();
+    let (expected, whose) = match (model, recorded.joint_names.len()) {
+        (Some(model), _) => (model.n_joints(), format!("\"{}\" has", model.name())),
+        (None, 0) => return Ok(()),
+        (None, names) => (names, "joint_names says".to_owned()),
     };
-    let assembled = assemble::assemble(&table, &columns, options, meta).and_then(|imported| {
-        let Some(drive) = options.drive else { return Ok(imported) };
-        Ok(Imported { recording: drive::with_currents(imported.recording, drive)?, ..imported })
-    });
-    Ok(assembled.map_err(|bad| bad.within(place))?)
+    if n == expected {
+        return Ok(());
+    }
+    Err(BadInput::new("joints", format!("{expected}, as {whose}"), n.to_string()))
 }

@@ -5,9 +5,10 @@ use std::ops::Range;
 use hysteron_base::{BadInput, Recording};
 
 use super::features::{Features, GripperAxis};
-use crate::import::{MOST_LEFT_OUT, position_gain};
-use crate::sampling::{STEP_SCATTER, Steps};
+use crate::import::position_gain;
 use crate::{Quantity, Recorded};
+use hysteron_base::import::MAX_LEFT_OUT;
+use hysteron_base::sampling::{STEP_SCATTER, Steps};
 
 /// One recorded trajectory at a fixed rate. Rows are samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -244,9 +245,7 @@ fn check_torque_on(recording: &Recording, motors: usize) -> Result<(), BadInput>
         if let Some(row) = flags.iter().position(|flag| *flag < 1.0) {
             let found = format!("{} at {:.3} s", flags[row], recording.time()[row]);
             return Err(BadInput::new(name, "1 at all times: a motor that is off follows no goal", found)
-                .hint(
-                    "hysteron arm import --where COLUMN=VALUE takes the rows in which a column has a value",
-                ));
+                .hint("hysteron import --where COLUMN=VALUE takes the rows in which a column has a value"));
         }
     }
     Ok(())
@@ -298,8 +297,8 @@ fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
 
 fn check_gaps(gap: &[bool]) -> Result<(), BadInput> {
     let filled = gap.iter().filter(|gap| **gap).count() as f64 / gap.len() as f64;
-    if filled > MOST_LEFT_OUT {
-        let expected = format!("at most {:.0} % of the samples filled in", 100.0 * MOST_LEFT_OUT);
+    if filled > MAX_LEFT_OUT {
+        let expected = format!("at most {:.0} % of the samples filled in", 100.0 * MAX_LEFT_OUT);
         return Err(BadInput::new("gap", expected, format!("{:.1} %", 100.0 * filled))
             .hint("cut the recording at its gaps, or record it again"));
     }

@@ -114,7 +114,7 @@ fn rows_that_cannot_be_read_are_refused_by_line_or_left_out_as_asked() {
         ("5070,inf,14,10,20,0", "line 9: a: expected a finite number, got inf"),
         ("5070,7,14,10,,0", "line 9: i2: expected a finite number"),
         ("5070,7,14,10", "line 9: expected 6 cells, as the first row has, got 4"),
-        ("5050,7,14,10,20,0", "line 9: time: expected one after 5.06 s, got 5.05 s"),
+        ("5050,7,14,10,20,0", "line 9: time: expected one after 5.06 s of line 8, got 5.05 s"),
         ("5060,7,14,10,20,0", "line 9: time: expected one after 5.06 s"),
         ("later,7,14,10,20,0", "line 9: t: expected a finite number, got \"later\""),
         ("1e400,7,14,10,20,0", "line 9: t: expected a finite number, got inf"),
@@ -154,7 +154,8 @@ fn joints_are_counted() {
     let path = folder.path().join("log.csv");
     std::fs::write(&path, log(99, "")).unwrap();
     let columns = Some(Columns::parse(COLUMNS, "test").unwrap());
-    let options = ImportOptions { columns, model: Some(&panda), ..Default::default() };
+    let known = ArmKnown { model: Some(&panda), ..Default::default() };
+    let options = ImportOptions { columns, arm: known, ..Default::default() };
     let error = import(&path, &options, Metadata::default()).unwrap_err().to_string();
     assert!(error.contains("joints: expected 9, as \"panda\" has, got 2"), "{error}");
 }
@@ -172,8 +173,10 @@ fn numbers_in_another_unit_are_suspected() {
     ] {
         let error = import_text(&format!("{HEADER}{fast}"), &columns, |_| ()).unwrap_err();
         assert!(error.contains(part) && error.contains("--accept-units"), "{part:?} in {error}");
-        import_text(&format!("{HEADER}{fast}"), &columns, |options| options.unit_check = UnitCheck::Accept)
-            .unwrap();
+        import_text(&format!("{HEADER}{fast}"), &columns, |options| {
+            options.arm.unit_check = UnitCheck::Accept
+        })
+        .unwrap();
     }
     // Speeds in degrees beside coordinates in radians.
     let speeds: String = (0..200)
@@ -267,7 +270,11 @@ fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
     let error = read(&ImportOptions::default()).unwrap_err().to_string();
     assert!(error.contains("--columns lerobot-deg or lerobot-rad"), "{error}");
     let columns = Some(Columns::named("lerobot-deg").unwrap());
-    let all = ImportOptions { columns, unit_check: UnitCheck::Accept, ..Default::default() };
+    let all = ImportOptions {
+        columns,
+        arm: ArmKnown { unit_check: UnitCheck::Accept, ..Default::default() },
+        ..Default::default()
+    };
     let error = read(&all).unwrap_err().to_string();
     assert!(error.contains("row 51: time") && error.contains("--where episode_index=0"), "{error}");
     let filter = Some(Filter { column: "episode_index".into(), value: "1".into() });
@@ -356,7 +363,10 @@ fn currents_that_a_log_leaves_out_follow_from_the_voltage_on_the_motor() {
     let drive = CatalogueDrive::named("xl330-m288").unwrap();
     let read = |log: String| {
         std::fs::write(&path, log).unwrap();
-        let options = ImportOptions { drive: Some(&drive), ..Default::default() };
+        let options = ImportOptions {
+            arm: ArmKnown { drive: Some(&drive), ..Default::default() },
+            ..Default::default()
+        };
         import(&path, &options, Metadata::default())
     };
     let (k, ohm) = (drive.drive.motor.torque_constant(), drive.drive.motor.resistance());

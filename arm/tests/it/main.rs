@@ -8,6 +8,7 @@ mod bad_models;
 mod balances;
 mod batches;
 mod damaged;
+mod data_sets;
 mod derivatives;
 mod detection;
 mod excite;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_arm::neural::{Features, Motors, Segment, ServoModel, Trajectory, Unlabelled, trajectory_of};
-use hysteron_arm::{ImportOptions, Model, import};
+use hysteron_arm::{ArmKnown, ImportOptions, Model, import};
 use hysteron_base::{BadInput, Metadata};
 use hysteron_fuzz::recorded;
 
@@ -15,8 +15,11 @@ const ALONE: Features = Features { joints: 1, gripper: None };
 const PERIOD: f64 = 0.01;
 
 fn swung(path: &Path, drive: &CatalogueDrive) -> Result<Trajectory, BadInput> {
-    let options =
-        ImportOptions { drive: Some(drive), rate_hz: Some(1.0 / PERIOD), ..ImportOptions::default() };
+    let options = ImportOptions {
+        arm: ArmKnown { drive: Some(drive), ..Default::default() },
+        rate_hz: Some(1.0 / PERIOD),
+        ..ImportOptions::default()
+    };
     let recording = import(path, &options, Metadata::default()).unwrap().recording;
     trajectory_of(&recording, &ALONE, PERIOD, Unlabelled::Unknown)
 }

@@ -4,6 +4,7 @@
 //! is never edited in place. Two files hold it: Parquet for programs, CSV for people; both give back the same
 //! doubles. A third, the journal, is what a running rig appends to; it is read, and kept as one of the two.
 
+mod arrow_schema;
 mod crc;
 mod csv;
 mod fill;
@@ -13,6 +14,7 @@ mod metadata;
 mod names;
 mod pages;
 pub(crate) mod parquet;
+pub(crate) mod parquet_column;
 
 use crate::{BadInput, Result, file};
 pub use journal::{Journal, JournalFile, JournalWriter};

@@ -1,16 +1,18 @@
 //! Headers of Parquet's pages, looked at before `parquet` takes the memory that they claim.
 //!
 //! A page says how many bytes it will have after decompression, and `parquet` clears as many before it decompresses:
-//! a damaged number there is gigabytes. Snappy makes at most 64 bytes of 3, so that the bytes which are there bound
-//! what they can become.
+//! a damaged number there is gigabytes. Of most codecs the bytes which are there bound what they can become; zstd and Brotli
+//! write a run of any length in a few bytes, and there the largest page that writers make is the bound.
 //!
 //! Headers are Thrift structs in the compact protocol (`parquet.thrift`, struct `PageHeader`).
 
+use ::parquet::basic::Compression;
 use std::io::{BufReader, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 
-/// Most that Snappy makes of a byte (a copy of 64 bytes takes 3), and of an empty page.
-const MOST_PER_BYTE: u64 = 22;
-const MOST_OF_NONE: u64 = 64;
+/// Bytes that an empty page may become.
+const MAX_OF_NONE: u64 = 64;
+/// Largest page that is packed [byte]: writers end one after 1 MiB unless they are told otherwise.
+const MAX_PAGE: u64 = 64 << 20;
 /// Structs within structs; a page's statistics are the third.
 const DEEPEST: usize = 8;
 
@@ -29,14 +31,31 @@ mod field {
     pub const STRUCT: u8 = 12;
 }
 
-/// Refuses pages between the bytes `start` and `end` of `file` that claim more than they can hold.
-pub(super) fn check(file: impl Read + Seek, [start, end]: [u64; 2]) -> Result<()> {
+/// Most that a codec makes of a byte [-]: a copy of Snappy makes 64 bytes of 3, a match of deflate 258 of two bits, one of LZ4
+/// 255 of a byte; the others have no such bound.
+fn max_per_byte(codec: Compression) -> u64 {
+    match codec {
+        Compression::UNCOMPRESSED => 1,
+        Compression::SNAPPY => 22,
+        Compression::LZ4 | Compression::LZ4_RAW => 256,
+        Compression::GZIP(_) => 1040,
+        _ => u64::MAX,
+    }
+}
+
+/// Refuses pages between the bytes `start` and `end` of `file` that claim more than their codec can make of them.
+pub(super) fn check(file: impl Read + Seek, [start, end]: [u64; 2], codec: Compression) -> Result<()> {
+    let per_byte = max_per_byte(codec);
     let mut file = BufReader::new(file);
     file.seek(SeekFrom::Start(start))?;
     while file.stream_position()? < end {
         let [uncompressed, compressed] = sizes(&mut file)?;
-        if uncompressed > MOST_OF_NONE + MOST_PER_BYTE * compressed {
-            return Err(bad(format!("a page of {compressed} bytes that claims to hold {uncompressed}")));
+        let most = compressed.saturating_mul(per_byte).saturating_add(MAX_OF_NONE);
+        let is_packed = codec != Compression::UNCOMPRESSED;
+        if uncompressed > most || (is_packed && uncompressed > MAX_PAGE) {
+            return Err(bad(format!(
+                "a page of {compressed} bytes ({codec}) that claims to hold {uncompressed}"
+            )));
         }
         skip(&mut file, compressed)?;
     }
@@ -154,12 +173,39 @@ mod tests {
     #[test]
     fn pages_are_walked_and_one_that_claims_too_much_is_found() {
         let good = [page(40, 40), page(63, 3)].concat();
-        let all = |bytes: &[u8]| check(Cursor::new(bytes), [0, bytes.len() as u64]);
+        let all = |bytes: &[u8]| check(Cursor::new(bytes), [0, bytes.len() as u64], Compression::SNAPPY);
         assert!(all(&good).is_ok());
         let mut claims = page(63, 0);
         claims.splice(3..4, [0xfe, 0xff, 0xff, 0x0f]);
         let error = all(&[&good[..], &claims].concat()).map_err(|error| error.to_string());
         assert!(error.is_err_and(|error| error.contains("claims to hold 16777215")));
+    }
+
+    #[test]
+    fn each_codec_has_its_own_bound() {
+        // 63 bytes of none at all, and 2 MiB - 1 of 3 bytes.
+        let (none, many) = (page(63, 0), {
+            let mut page = page(0, 3);
+            page.splice(3..4, [0xfe, 0xff, 0xff, 0x01]);
+            page
+        });
+        let passes = |bytes: &[u8], codec| check(Cursor::new(bytes), [0, bytes.len() as u64], codec).is_ok();
+        let codecs = [
+            (Compression::UNCOMPRESSED, false),
+            (Compression::SNAPPY, false),
+            (Compression::LZ4_RAW, false),
+            (Compression::GZIP(Default::default()), false),
+            (Compression::ZSTD(Default::default()), true),
+            (Compression::BROTLI(Default::default()), true),
+        ];
+        for (codec, may_be_long) in codecs {
+            assert!(passes(&none, codec), "{codec}");
+            assert_eq!(passes(&many, codec), may_be_long, "{codec}");
+        }
+        // 128 MiB of three bytes: of no codec.
+        let mut page = page(0, 3);
+        page.splice(3..4, [0x80, 0x80, 0x80, 0x80, 0x01]);
+        assert!(codecs.iter().all(|(codec, _)| !passes(&page, *codec)));
     }
 
     #[test]
@@ -170,7 +216,7 @@ mod tests {
         for bytes in
             [&[0x1c; 100][..], &[0x15, 0xff, 0xff], &[[0x15].as_slice(), &[0xff; 20]].concat(), &lists]
         {
-            assert!(check(Cursor::new(bytes), [0, 1 << 20]).is_err(), "{bytes:?}");
+            assert!(check(Cursor::new(bytes), [0, 1 << 20], Compression::SNAPPY).is_err(), "{bytes:?}");
         }
     }
 }

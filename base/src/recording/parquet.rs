@@ -4,13 +4,15 @@
 //! key-value pairs: what pyarrow, and pandas through it, read as they find it. Nothing in the file depends on the
 //! machine or the time. Tables of other programs are read as CSV is: any known unit, any type of number, no metadata.
 
+use super::arrow_schema::Durations;
 use super::names::Column;
+use super::parquet_column::{self, Values};
 use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite, pages};
 use crate::BadInput;
 use crate::panics::caught;
 use crate::units::Unit;
-use ::parquet::basic::{Compression, ConvertedType, Repetition, Type as PhysicalType};
-use ::parquet::data_type::{BoolType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
+use ::parquet::basic::{Compression, Repetition, Type as PhysicalType};
+use ::parquet::data_type::{BoolType, DoubleType};
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::WriterProperties;
@@ -19,9 +21,6 @@ use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use std::fs::File;
 use std::sync::Arc;
-
-/// Rows read at a time; memory then follows what is in the file, not what its header claims.
-const CHUNK: usize = 8192;
 
 pub(super) fn to_bytes(recording: &Recording) -> std::io::Result<Vec<u8>> {
     encode(recording).map_err(std::io::Error::other)
@@ -71,14 +70,19 @@ pub(super) fn read(source: File) -> Check<Recording> {
     let table: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
     let (columns, mut channels) = names::columns(&table.iter().map(String::as_str).collect::<Vec<_>>())
         .map_err(|bad| if bad.place.is_empty() { bad.within("columns") } else { bad })?;
+    let durations = durations(&reader);
     let (mut time, mut gap) = (Vec::new(), Vec::new());
     for (i, (column, name)) in columns.iter().zip(&table).enumerate() {
-        let si = |unit: &Unit, values: Vec<f64>| values.into_iter().map(|value| unit.to_si(value)).collect();
+        let values = read_numbers(&reader, i, (name, &durations))?;
         match column {
-            Column::Gap => gap = read_flags(&reader, i, name)?,
-            Column::Time(unit) => time = si(unit, read_numbers(&reader, i, name)?),
-            Column::Channel(k, Some(unit)) => channels[*k].values = si(unit, read_numbers(&reader, i, name)?),
-            Column::Channel(k, None) => channels[*k].values = read_numbers(&reader, i, name)?,
+            Column::Gap => gap = flags(&values, name)?,
+            Column::Time(unit) => {
+                let first = values.origin.and(values.numbers.first().copied());
+                time = in_si(values, Some(unit), name)?;
+                // Stamps of a calendar: the recording begins with its first.
+                first.into_iter().for_each(|first| time.iter_mut().for_each(|t| *t -= first));
+            }
+            Column::Channel(k, unit) => channels[*k].values = in_si(values, *unit, name)?,
         }
     }
     Recording::new(time, channels, gap, meta)
@@ -101,6 +105,13 @@ pub(crate) fn opened(source: File) -> Check<SerializedFileReader<File>> {
     let reader = SerializedFileReader::new(source).map_err(|e| damaged(&e))?;
     check_columns(&reader, &of_pages.map_err(|e| damaged(&e.into()))?, length.unwrap_or(u64::MAX))?;
     Ok(reader)
+}
+
+/// The columns that Arrow says are spans of time.
+pub(crate) fn durations(reader: &SerializedFileReader<File>) -> Durations {
+    let pairs = reader.metadata().file_metadata().key_value_metadata().into_iter().flatten();
+    let schema = pairs.filter(|pair| pair.key == "ARROW:schema").find_map(|pair| pair.value.as_deref());
+    schema.map_or_else(Durations::default, Durations::of)
 }
 
 /// What the file says of itself; nothing where it is of another program.
@@ -133,7 +144,14 @@ fn check_columns(reader: &SerializedFileReader<File>, file: &File, length: u64) 
         if end > length {
             return Err(refused(outside()));
         }
-        pages::check(file, [start, end])
+        let codec = column.compression();
+        if codec == Compression::LZO {
+            let expected = "snappy, gzip, brotli, lz4, zstd or no compression";
+            return Err(BadInput::new(column.column_path().string(), expected, "LZO").hint(
+                "write it again with zstd, as pandas does with to_parquet(path, compression=\"zstd\")",
+            ));
+        }
+        pages::check(file, [start, end], codec)
             .map_err(|error| refused(ParquetError::General(error.to_string())))?;
     }
     Ok(())
@@ -143,42 +161,44 @@ fn outside() -> ParquetError {
     ParquetError::General("a column outside the file".into())
 }
 
-/// The numbers of column `i`, of whatever type.
-fn read_numbers(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<f64>> {
+/// One finite number in every row of column `i`.
+fn read_numbers(
+    reader: &SerializedFileReader<File>,
+    i: usize,
+    (name, durations): (&str, &Durations),
+) -> Check<Values> {
     let column = reader.metadata().file_metadata().schema_descr().column(i);
-    let is_whole = |converted: ConvertedType| {
-        use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE};
-        matches!(converted, NONE | INT_8 | INT_16 | INT_32 | INT_64)
+    if column.max_rep_level() != 0 || column.max_def_level() > 1 {
+        return Err(BadInput::new(name, "one number a row", "lists or tables"));
+    }
+    let values = parquet_column::read(reader, i, (name, durations))?.filter(|values| values.text.is_none());
+    let Some(values) = values else {
+        return Err(BadInput::new(name, "a column of numbers", format!("one of {}", column.physical_type())));
     };
-    match column.physical_type() {
-        PhysicalType::DOUBLE => read_column::<DoubleType>(reader, i, name),
-        PhysicalType::FLOAT => Ok(widened(read_column::<FloatType>(reader, i, name)?)),
-        PhysicalType::INT32 if is_whole(column.converted_type()) => {
-            Ok(widened(read_column::<Int32Type>(reader, i, name)?))
-        }
-        PhysicalType::INT64 if is_whole(column.converted_type()) => {
-            let whole = read_column::<Int64Type>(reader, i, name)?;
-            Ok(whole.into_iter().map(|value| value as f64).collect())
-        }
-        other => Err(BadInput::new(name, "a column of numbers", format!("one of {other}"))),
+    match values.first_missing {
+        Some(row) => Err(not_finite(&format!("row {}: {name}", row + 1), "an empty cell")),
+        None => Ok(values),
     }
 }
 
-fn widened<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
-    values.into_iter().map(Into::into).collect()
+/// A column in SI; stamps and spans of time are seconds already, and of nothing but times.
+fn in_si(values: Values, unit: Option<&Unit>, name: &str) -> Check<Vec<f64>> {
+    match (values.are_seconds, unit) {
+        (true, Some(unit)) if unit.si_suffix == "s" => Ok(values.numbers),
+        (true, _) => Err(BadInput::new(name, "a column of numbers", "one of stamps or spans of time")),
+        (false, Some(unit)) => Ok(values.numbers.into_iter().map(|value| unit.to_si(value)).collect()),
+        (false, None) => Ok(values.numbers),
+    }
 }
 
-/// The flags of column `i`: booleans, or numbers 0 and 1.
-fn read_flags(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<bool>> {
-    if reader.metadata().file_metadata().schema_descr().column(i).physical_type() == PhysicalType::BOOLEAN {
-        return read_column::<BoolType>(reader, i, name);
-    }
-    let flag = |(row, value): (usize, f64)| match value {
+/// The flags of a column: 0 or 1 of whatever type.
+fn flags(values: &Values, name: &str) -> Check<Vec<bool>> {
+    let flag = |(row, value): (usize, &f64)| match *value {
         0.0 => Ok(false),
         1.0 => Ok(true),
         _ => Err(BadInput::new(format!("row {}: {name}", row + 1), "0 or 1", value.to_string())),
     };
-    read_numbers(reader, i, name)?.into_iter().enumerate().map(flag).collect()
+    values.numbers.iter().enumerate().map(flag).collect()
 }
 
 /// What `pages` reads of the column `name`; `parquet` asserts what the pages of a damaged file do not keep.
@@ -186,49 +206,6 @@ pub(crate) fn guarded<T>(name: &str, pages: impl FnOnce() -> Check<T>) -> Check<
     caught(pages).unwrap_or_else(|| {
         Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
     })
-}
-
-/// A whole column.
-fn read_column<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
-    guarded(name, || read_pages::<T>(reader, i, name))
-}
-
-/// All values of column `i`, from every row group; there must be one in every row.
-fn read_pages<T: DataType>(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Vec<T::T>> {
-    let bad = |e: ParquetError| damaged(&e).within(name);
-    let column = reader.metadata().file_metadata().schema_descr().column(i);
-    if column.max_rep_level() != 0 || column.max_def_level() > 1 {
-        return Err(BadInput::new(name, "one number a row", "lists or tables"));
-    }
-    let mut values = Vec::new();
-    for group in 0..reader.num_row_groups() {
-        let claimed = usize::try_from(reader.metadata().row_group(group).num_rows()).unwrap_or(0);
-        let before = values.len();
-        let column_reader =
-            reader.get_row_group(group).and_then(|group| group.get_column_reader(i)).map_err(bad)?;
-        let Some(mut of_type) = T::get_column_reader(column_reader) else {
-            return Err(BadInput::new(name, "the type that the schema states", "another"));
-        };
-        // Of a column in which values may be missing: 1 where there is one.
-        let mut there = Vec::new();
-        loop {
-            there.clear();
-            let levels = (column.max_def_level() == 1).then_some(&mut there);
-            let row = values.len();
-            if of_type.read_records(CHUNK, levels, None, &mut values).map_err(bad)?.0 == 0 {
-                break;
-            }
-            if let Some(missing) = there.iter().position(|level| *level == 0) {
-                return Err(not_finite(&format!("row {}: {name}", row + missing + 1), "an empty cell"));
-            }
-            // A run of one value is as short as its count: only the claim bounds the memory.
-            if values.len() - before > claimed {
-                let more = ParquetError::General(format!("more than the {claimed} rows that it claims"));
-                return Err(bad(more));
-            }
-        }
-    }
-    Ok(values)
 }
 
 pub(crate) fn damaged(error: &ParquetError) -> BadInput {

@@ -3,13 +3,19 @@
 //! Nothing is assumed of names, units or completeness: a cell without a number is NaN, and whoever takes a column
 //! decides what that means. Recordings of this project have a reader of their own, which is stricter.
 
+mod cells;
 mod npz;
 mod parquet;
+mod stamps;
 mod text;
 
-use crate::recording::{check_size, csv_text};
+use crate::recording::check_size;
 use crate::{BadInput, Result, file};
+pub(crate) use cells::TextColumn;
+use cells::Words;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+pub use text::TextFormat;
 
 /// Largest file that is read [byte].
 const MOST: u64 = 1 << 30;
@@ -31,8 +37,18 @@ pub struct Table {
     /// What a message calls a row (n_rows): its line, or its number from 1.
     rows: Vec<u64>,
     is_text: bool,
-    /// The first cell of a column that is no number: column, row, what stands there.
-    words: Vec<(usize, usize, String)>,
+    /// The cells of a column that are words, by column.
+    words: BTreeMap<usize, Words>,
+    /// Columns of stamps: the second that their numbers count from [s].
+    clocks: BTreeMap<usize, f64>,
+    /// Columns whose numbers are seconds, whatever their names say.
+    seconds: BTreeSet<usize>,
+    /// Columns that came from another clock: where they have no number is a gap.
+    with_gaps: BTreeSet<usize>,
+    /// What a row of units says (n_columns), or nothing.
+    units: Vec<String>,
+    /// Columns of the file that are no columns here, and what they are.
+    left_out: Vec<(String, &'static str)>,
     /// Rows that have another number of cells than the first: row, cells.
     uneven: Vec<(usize, usize)>,
 }
@@ -47,12 +63,17 @@ pub struct Filter {
 }
 
 impl Filter {
-    fn accepts(&self, cell: &str) -> bool {
-        cell == self.value || self.number().is_some_and(|wanted| cell.parse() == Ok(wanted))
-    }
-
-    fn number(&self) -> Option<f64> {
-        self.value.parse().ok()
+    /// The filter of `COLUMN=VALUE`.
+    ///
+    /// # Errors
+    /// `BadInput` at `place` for anything else.
+    pub fn parse(place: &str, text: &str) -> std::result::Result<Self, BadInput> {
+        match text.split_once('=') {
+            Some((column, value)) if !column.trim().is_empty() => {
+                Ok(Self { column: column.trim().to_owned(), value: value.trim().to_owned() })
+            }
+            _ => Err(BadInput::new(place, "COLUMN=VALUE", format!("\"{text}\""))),
+        }
     }
 }
 
@@ -74,24 +95,35 @@ impl Table {
         Ok(Self { columns, rows: (1..=n as u64).collect(), ..Self::default() })
     }
 
-    /// Reads a table, `.csv`, `.txt`, `.tsv`, `.parquet`, `.npz` or `.npy` by its extension; with a filter only the
+    /// Reads a table, `.csv`, `.txt`, `.tsv`, `.dat`, `.parquet`, `.npz` or `.npy` by its extension; with a filter only the
     /// rows that it accepts.
     ///
     /// # Errors
     /// `BadInput` naming the file and what is wrong in it; `Io` if it cannot be read.
     pub fn read(path: &Path, filter: Option<&Filter>) -> Result<Self> {
+        Self::read_as(path, filter, &TextFormat::default())
+    }
+
+    /// The same, where a table of text is divided as a person says.
+    ///
+    /// # Errors
+    /// As [`Table::read`].
+    pub fn read_as(path: &Path, filter: Option<&Filter>, format: &TextFormat) -> Result<Self> {
         let place = path.display().to_string();
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let table = match extension.to_ascii_lowercase().as_str() {
             "csv" | "txt" | "tsv" | "dat" => {
-                return Ok(text::read(&csv_text(path)?, filter).map_err(|bad| bad.within(place))?);
+                text::read(&text::decoded(file::read_up_to(path, MOST)?), format)
             }
             "parquet" => parquet::read(file::open(path, MOST)?),
             "npz" => npz::read_archive(&file::read_up_to(path, MOST)?),
             "npy" => npz::read_single(&file::read_up_to(path, MOST)?),
+            "mat" => Err(BadInput::new("", "a table: .csv, .parquet, .npz and others", "a MAT file").hint(
+                "save its arrays: scipy.io.loadmat and numpy.savez in Python (h5py of version 7.3), writetable in MATLAB",
+            )),
             other => {
                 let found = if other.is_empty() { "no extension".to_owned() } else { format!(".{other}") };
-                Err(BadInput::new("", "a table: .csv, .txt, .tsv, .parquet, .npz or .npy", found))
+                Err(BadInput::new("", "a table: .csv, .txt, .tsv, .dat, .parquet, .npz or .npy", found))
             }
         };
         let filtered = table.and_then(|table| match filter {
@@ -126,17 +158,63 @@ impl Table {
         &self.uneven
     }
 
-    /// What stands in a cell that has no number.
+    /// The word in a cell that holds one.
+    pub fn word(&self, column: usize, row: usize) -> Option<&str> {
+        self.words.get(&column)?.at(row)
+    }
+
+    /// True where a column holds a word.
+    pub fn has_words(&self, column: usize) -> bool {
+        self.words.contains_key(&column)
+    }
+
+    /// Of a column of stamps: the second that its numbers count from [s since 1970, or since midnight].
+    pub fn clock(&self, column: usize) -> Option<f64> {
+        self.clocks.get(&column).copied()
+    }
+
+    /// True where a column's numbers are seconds, whatever its name says: stamps, and spans of time.
+    pub fn is_in_seconds(&self, column: usize) -> bool {
+        self.seconds.contains(&column) || self.clocks.contains_key(&column)
+    }
+
+    /// True where a row without a number is a gap of the column, and not a fault.
+    pub(crate) fn has_gaps(&self, column: usize) -> bool {
+        self.with_gaps.contains(&column)
+    }
+
+    /// One more column, of another clock (n_rows).
+    pub(crate) fn add_with_gaps(&mut self, name: String, values: Vec<f64>) {
+        self.with_gaps.insert(self.columns.len());
+        self.columns.push(Column { name, values });
+    }
+
+    /// Other values of a column, at the times of the rows (n_rows).
+    pub(crate) fn replace_with_gaps(&mut self, column: usize, values: Vec<f64>) {
+        self.with_gaps.insert(column);
+        self.columns[column].values = values;
+    }
+
+    /// What the row of units says of a column; empty where there is none.
+    pub fn unit(&self, column: usize) -> &str {
+        self.units.get(column).map_or("", String::as_str)
+    }
+
+    /// Columns of the file that are left out, and what they hold.
+    pub fn left_out(&self) -> &[(String, &'static str)] {
+        &self.left_out
+    }
+
+    /// What stands in a cell.
     pub fn shown(&self, column: usize, row: usize) -> String {
-        let word = self.words.iter().find(|(c, r, _)| (*c, *r) == (column, row));
-        match word {
-            Some((.., text)) => format!("\"{text}\""),
+        match self.word(column, row) {
+            Some(text) => format!("\"{text}\""),
             None if self.columns[column].values[row].is_nan() => "no number".to_owned(),
             None => self.columns[column].values[row].to_string(),
         }
     }
 
-    /// The rows that a filter accepts, by numbers.
+    /// The rows that a filter accepts: by the words of a column, or by its numbers.
     ///
     /// # Errors
     /// `BadInput` where there is no such column, or no such row.
@@ -144,21 +222,39 @@ impl Table {
         let Some(by) = self.index(&filter.column) else {
             return Err(BadInput::new("filter", format!("a column \"{}\"", filter.column), self.names()));
         };
-        let wanted = filter.number();
-        let keep: Vec<bool> = self.columns[by].values.iter().map(|value| Some(*value) == wanted).collect();
-        if !keep.contains(&true) {
-            return Err(BadInput::new(
-                "filter",
-                format!("a row with {} = {}", filter.column, filter.value),
-                "none",
-            ));
+        let wanted = filter.value.parse::<f64>().ok();
+        let accepts = |row: &usize| match self.word(by, *row) {
+            Some(word) => word == filter.value,
+            None => wanted == Some(self.columns[by].values[*row]),
+        };
+        let keep: Vec<usize> = (0..self.n_rows()).filter(accepts).collect();
+        if keep.is_empty() {
+            let expected = format!("a row with {} = {}", filter.column, filter.value);
+            return Err(BadInput::new("filter", expected, "none"));
         }
-        let kept =
-            |values: &[f64]| values.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(x, _)| *x).collect();
-        let columns =
-            self.columns.iter().map(|c| Column { name: c.name.clone(), values: kept(&c.values) }).collect();
-        let rows = self.rows.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(row, _)| *row).collect();
-        Ok(Self { columns, rows, ..Self::default() })
+        Ok(self.taken(&keep))
+    }
+
+    /// These rows, from 0, in this order.
+    pub fn taken(&self, rows: &[usize]) -> Self {
+        let column = |column: &Column| {
+            let values = rows.iter().map(|row| column.values[*row]).collect();
+            Column { name: column.name.clone(), values }
+        };
+        let mut place = vec![None; self.n_rows()];
+        rows.iter().enumerate().for_each(|(k, row)| place[*row] = Some(k));
+        Self {
+            columns: self.columns.iter().map(column).collect(),
+            rows: rows.iter().map(|row| self.rows[*row]).collect(),
+            words: self.words.iter().map(|(k, words)| (*k, words.taken(rows))).collect(),
+            uneven: self.uneven.iter().filter_map(|(row, n)| Some((place[*row]?, *n))).collect(),
+            is_text: self.is_text,
+            clocks: self.clocks.clone(),
+            with_gaps: self.with_gaps.clone(),
+            seconds: self.seconds.clone(),
+            units: self.units.clone(),
+            left_out: self.left_out.clone(),
+        }
     }
 
     /// The names of the columns, for a message.
@@ -173,5 +269,7 @@ impl Table {
     }
 }
 
+#[cfg(test)]
+mod parquet_tests;
 #[cfg(test)]
 mod tests;

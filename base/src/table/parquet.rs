@@ -1,129 +1,70 @@
-//! Parquet of any program: columns of numbers and flags, and lists of a fixed length, as LeRobot writes them.
-//! Columns of text, of lists that differ in length and of tables are left out.
+//! Parquet of any program: columns of numbers, flags, times and text, and lists of a fixed length, as LeRobot writes them.
+//! Columns of lists that differ in length, of bytes and of tables are left out, and named.
 
 use super::{Column, Table};
 use crate::BadInput;
 use crate::recording::check_size;
-use crate::recording::parquet::{damaged, guarded, most_rows, opened};
-use ::parquet::basic::Type as PhysicalType;
-use ::parquet::data_type::{BoolType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
-use ::parquet::errors::ParquetError;
-use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use crate::recording::parquet::{durations, most_rows, opened};
+use crate::recording::parquet_column::{self, MAX_LIST, Values};
+use ::parquet::file::reader::FileReader;
 use std::fs::File;
 
 type Check<T> = std::result::Result<T, BadInput>;
 
-/// Records read at a time.
-const CHUNK: usize = 4096;
-/// Longest list of a row.
-const LONGEST: usize = 1000;
-
 pub(super) fn read(source: File) -> Check<Table> {
     let reader = opened(source)?;
-    let rows = most_rows(&reader);
     let schema = reader.metadata().file_metadata().schema_descr();
-    check_size(schema.num_columns(), rows)?;
-    let mut columns = Vec::new();
+    check_size(schema.num_columns(), most_rows(&reader))?;
+    let durations = durations(&reader);
+    let mut table = Table::default();
     for i in 0..schema.num_columns() {
         let column = schema.column(i);
-        // A list is called `observation.state.list.element`, or `.list.item`.
         let path = column.path().parts();
-        let is_list = column.max_rep_level() == 1 && path.len() == 3;
-        if column.max_rep_level() > 1 || (path.len() > 1 && !is_list) {
+        // A list is called `observation.state.list.element`, or `.list.item`; a part of a table `pose.x`.
+        let name = if column.max_rep_level() == 1 { path[0].clone() } else { path.join(".") };
+        if column.max_rep_level() > 1 {
+            table.left_out.push((name, "lists of lists"));
             continue;
         }
-        let Some(rows) = numbers(&reader, i, &path[0])? else { continue };
-        if is_list {
-            columns.extend(spread(&path[0], &rows));
-        } else {
-            let values = rows.values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect();
-            columns.push(Column { name: path[0].clone(), values });
+        match parquet_column::read(&reader, i, (&name, &durations))? {
+            None => table.left_out.push((name, "bytes")),
+            Some(values) if column.max_rep_level() == 1 => match spread(&values) {
+                Some(lists) => table.add_lists(&name, lists),
+                None => table.left_out.push((name, "lists that differ in length")),
+            },
+            Some(values) => table.add(name, values),
         }
     }
-    Table::new(columns)
+    let left_out = std::mem::take(&mut table.left_out);
+    let (words, clocks, seconds) = (table.words, table.clocks, table.seconds);
+    Ok(Table { words, clocks, seconds, left_out, ..Table::new(table.columns)? })
 }
 
-/// The values of a column, and where its rows begin.
-struct Rows {
-    values: Vec<Option<f64>>,
-    starts: Vec<usize>,
+/// The elements of lists of one length (n_elements × n_rows); `None` of others. A row without a list has no numbers.
+fn spread(values: &Values) -> Option<Vec<Vec<f64>>> {
+    let ends = values.starts.iter().skip(1).copied().chain([values.numbers.len()]);
+    let rows: Vec<&[f64]> =
+        values.starts.iter().zip(ends).map(|(start, end)| &values.numbers[*start..end]).collect();
+    let width = rows.iter().map(|row| row.len()).max()?;
+    let is_absent = |row: &[f64]| row.len() == 1 && row[0].is_nan();
+    let are_even = rows.iter().all(|row| row.len() == width || is_absent(row));
+    let element = |k: usize| rows.iter().map(|row| row.get(k).copied().unwrap_or(f64::NAN)).collect();
+    (width <= MAX_LIST && are_even && values.text.is_none()).then(|| (0..width).map(element).collect())
 }
 
-/// `name[1]`, `name[2]`, … of lists of one length; nothing of others.
-fn spread(name: &str, rows: &Rows) -> Vec<Column> {
-    let ends = rows.starts.iter().skip(1).copied().chain([rows.values.len()]);
-    let lengths: Vec<usize> = rows.starts.iter().zip(ends).map(|(start, end)| end - start).collect();
-    let width = lengths.first().copied().unwrap_or(0);
-    if width > LONGEST || lengths.iter().any(|length| *length != width) {
-        return Vec::new();
-    }
-    let column = |k: usize| Column {
-        name: format!("{name}[{}]", k + 1),
-        values: rows.starts.iter().map(|start| rows.values[start + k].unwrap_or(f64::NAN)).collect(),
-    };
-    (0..width).map(column).collect()
-}
-
-/// A column of whatever type; `None` if it holds no numbers.
-fn numbers(reader: &SerializedFileReader<File>, i: usize, name: &str) -> Check<Option<Rows>> {
-    let column = reader.metadata().file_metadata().schema_descr().column(i);
-    let pages = || {
-        let rows = match column.physical_type() {
-            PhysicalType::DOUBLE => read_pages::<DoubleType>(reader, i, name, |x| *x),
-            PhysicalType::FLOAT => read_pages::<FloatType>(reader, i, name, |x| f64::from(*x)),
-            PhysicalType::INT32 => read_pages::<Int32Type>(reader, i, name, |x| f64::from(*x)),
-            PhysicalType::INT64 => read_pages::<Int64Type>(reader, i, name, |x| *x as f64),
-            PhysicalType::BOOLEAN => read_pages::<BoolType>(reader, i, name, |x| f64::from(u8::from(*x))),
-            _ => return Ok(None),
-        };
-        rows.map(Some)
-    };
-    guarded(name, pages)
-}
-
-fn read_pages<T: DataType>(
-    reader: &SerializedFileReader<File>,
-    i: usize,
-    name: &str,
-    to_f64: impl Fn(&T::T) -> f64,
-) -> Check<Rows> {
-    let bad = |e: ParquetError| damaged(&e).within(name);
-    let column = reader.metadata().file_metadata().schema_descr().column(i);
-    let (most_defined, is_list) = (column.max_def_level(), column.max_rep_level() == 1);
-    let mut rows = Rows { values: Vec::new(), starts: Vec::new() };
-    for group in 0..reader.num_row_groups() {
-        let claimed = usize::try_from(reader.metadata().row_group(group).num_rows()).unwrap_or(0);
-        let before = rows.starts.len();
-        let pages = reader.get_row_group(group).and_then(|group| group.get_column_reader(i)).map_err(bad)?;
-        let Some(mut typed) = T::get_column_reader(pages) else {
-            return Err(BadInput::new(name, "the type that the schema states", "another"));
-        };
-        let (mut values, mut defined, mut repeated) = (Vec::new(), Vec::new(), Vec::new());
-        loop {
-            values.clear();
-            defined.clear();
-            repeated.clear();
-            let levels = (most_defined > 0).then_some(&mut defined);
-            let (records, ..) = typed
-                .read_records(CHUNK, levels, is_list.then_some(&mut repeated), &mut values)
-                .map_err(bad)?;
-            if records == 0 {
-                break;
-            }
-            let mut next = values.iter();
-            for k in 0..defined.len().max(values.len()) {
-                if !is_list || repeated.get(k) == Some(&0) {
-                    rows.starts.push(rows.values.len());
-                }
-                let is_there = defined.get(k).is_none_or(|level| *level == most_defined);
-                rows.values.push(if is_there { next.next().map(&to_f64) } else { None });
-            }
-            if rows.starts.len() - before > claimed || rows.values.len() > LONGEST * rows.starts.len() {
-                let more = ParquetError::General(format!("more than the {claimed} rows that it claims"));
-                return Err(bad(more));
-            }
+impl Table {
+    fn add(&mut self, name: String, values: Values) {
+        let k = self.columns.len();
+        if let Some(text) = values.text {
+            return self.add_text(k, name, text);
         }
+        self.seconds.extend(values.are_seconds.then_some(k));
+        self.clocks.extend(values.origin.map(|origin| (k, origin as f64)));
+        self.columns.push(Column { name, values: values.numbers });
     }
-    check_size(1, rows.values.len() as u64)?;
-    Ok(rows)
+
+    fn add_lists(&mut self, name: &str, lists: Vec<Vec<f64>>) {
+        let column = |(k, values)| Column { name: format!("{name}[{}]", k + 1), values };
+        self.columns.extend(lists.into_iter().enumerate().map(column));
+    }
 }

@@ -5,7 +5,7 @@
 use super::*;
 
 fn of_text(text: &str) -> Table {
-    text::read(text, None).unwrap()
+    text::read(text, &TextFormat::default()).unwrap()
 }
 
 #[test]
@@ -26,6 +26,71 @@ fn separators_and_headers_are_seen() {
     assert_eq!(bare.columns()[1].values, [1.5, -2000.0]);
 }
 
+/// Two columns, 0.5 and -1.25 in the second.
+#[test]
+fn tables_of_every_program_are_read() {
+    for text in [
+        "t;q\n0,0;0,5\n0,1;-1,25\n",        // a spreadsheet of central Europe
+        "t\tq\n0,0\t0,5\n0,1\t-1,25\n",     // the same, copied
+        "t q\n0,0 0,5\n0,1 -1,25\n",        // decimal commas between spaces
+        "t|q\n0.0|0.5\n0.1|-1.25\n",        // a database
+        "sep=;\nt;q\n0.0;0.5\n0.1;-1.25\n", // Excel
+        "\u{feff}\"t\",\"q\"\r\n\"0.0\",\"0.5\"\r\n\"0.1\",\"-1.25\"\r\n", // quotes throughout, CRLF, BOM
+        "t,q\n[s],[mm]\n0.0,0.5\n0.1,-1.25\n", // a row of units
+        "t;q\ns;N\n0,0;0,5\n0,1;-1,25\n",   // the same, without brackets
+        "Logger 3000\nserial 17\n\nt,q\n0.0,0.5\n0.1,-1.25\n", // an instrument's preamble
+        "# t q\n0.0 0.5\n0.1 -1.25\n",      // numpy.savetxt
+        "% made by hand\nt,q\n0.0,0.5\n% pause\n0.1,-1.25\n", // comments of MATLAB
+        "t,q\n0.0,0.5\n0.1,\u{2212}1.25\n", // a typesetter's minus sign
+    ] {
+        let table = of_text(text);
+        assert_eq!((table.names().as_str(), table.n_rows()), ("t, q", 2), "{text:?}");
+        assert_eq!(table.columns()[0].values, [0.0, 0.1], "{text:?}");
+        assert_eq!(table.columns()[1].values, [0.5, -1.25], "{text:?}");
+    }
+    let units = of_text("t,q\n[s],[mm]\n0.0,0.5\n");
+    assert_eq!((units.unit(0), units.unit(1), units.row_name(0)), ("s", "mm", "line 3".to_owned()));
+    let quoted = of_text("t,\"x, \"\"left\"\"\",\"two\nlines\"\n0,1,2\n");
+    assert_eq!(
+        (quoted.names().as_str(), quoted.row_name(0)),
+        ("t, x, \"left\", two lines", "line 3".to_owned())
+    );
+}
+
+#[test]
+fn stamps_are_seconds_from_the_first_and_zones_count() {
+    let text = "when,q\n2024-05-06T12:00:00.5Z,1\n2024-05-06T14:00:01+02:00,2\n2024-05-06 12:00:01.25,3\n";
+    let table = of_text(text);
+    assert_eq!(table.columns()[0].values, [0.5, 1.0, 1.25]);
+    assert_eq!((table.clock(0), table.is_in_seconds(0), table.clock(1)), (Some(1_714_996_800.0), true, None));
+    let apart = of_text("day;clock;q\n2024-05-06;12:00:00,5;1,5\n2024-05-06;12:00:01;2\n");
+    assert_eq!((apart.clock(0), apart.clock(1)), (Some(1_714_953_600.0), Some(43_200.0)));
+    assert_eq!(apart.columns()[1].values, [0.5, 1.0]);
+}
+
+#[test]
+fn text_of_every_encoding() {
+    let text = "t,\u{e4}\n0,1\n";
+    let le: Vec<u8> = [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let be: Vec<u8> = [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_be_bytes).collect();
+    for bytes in [text.as_bytes().to_vec(), le, be, b"t,\xe4\n0,1\n".to_vec()] {
+        assert_eq!(of_text(&text::decoded(bytes)).names(), "t, \u{e4}");
+    }
+}
+
+#[test]
+fn a_header_of_another_width_is_refused_and_what_is_stated_is_taken() {
+    let error = text::read("a,b\n1,2,3\n4,5,6\n", &TextFormat::default()).unwrap_err().to_string();
+    assert!(error.contains("line 1: expected a header of 3 cells, as the rows below have, got 2"), "{error}");
+    // Two columns, or one with decimal commas: the file does not say.
+    let stated = TextFormat { delimiter: Some(' '), decimal: Some(',') };
+    assert_eq!(of_text("1,2\n3,4\n").names(), "1, 2");
+    assert_eq!(text::read("1,2\n3,4\n", &stated).unwrap().columns()[0].values, [1.2, 3.4]);
+    // A character of one's own.
+    let stated = TextFormat { delimiter: Some('~'), decimal: None };
+    assert_eq!(text::read("a~b\n3~4\n", &stated).unwrap().columns()[1].values, [4.0]);
+}
+
 #[test]
 fn cells_without_a_number_are_known_by_their_line() {
     let table = of_text("t,q,label\n0,1,a\n\n1,,b\n2,x,b\n3,4\n");
@@ -34,20 +99,20 @@ fn cells_without_a_number_are_known_by_their_line() {
     assert_eq!((table.row_name(2), table.shown(1, 2)), ("line 5".to_owned(), "\"x\"".to_owned()));
     assert_eq!(table.shown(1, 1), "no number");
     let only_b = Filter { column: "label".into(), value: "b".into() };
-    let filtered = text::read("t,q,label\n0,1,a\n\n1,5,b\n2,6,b\n", Some(&only_b)).unwrap();
+    let filtered = of_text("t,q,label\n0,1,a\n\n1,5,b\n2,6,b\n").filtered(&only_b).unwrap();
     assert_eq!(
         (filtered.columns()[1].values.as_slice(), filtered.row_name(0)),
         (&[5.0, 6.0][..], "line 4".to_owned())
     );
     let nowhere = Filter { column: "label".into(), value: "c".into() };
-    assert!(text::read("t,label\n0,a\n", Some(&nowhere)).unwrap_err().to_string().contains("label = c"));
-    assert!(text::read("t,q\n0,1\n", Some(&nowhere)).unwrap_err().to_string().contains("a column \"label\""));
+    assert!(of_text("t,label\n0,a\n").filtered(&nowhere).unwrap_err().to_string().contains("label = c"));
+    assert!(of_text("t,q\n0,1\n").filtered(&nowhere).unwrap_err().to_string().contains("a column \"label\""));
 }
 
 #[test]
 fn nothing_is_no_table() {
     for text in ["", "\n\n", "t,q\n", "\u{feff}"] {
-        assert!(text::read(text, None).is_err(), "{text:?}");
+        assert!(text::read(text, &TextFormat::default()).is_err(), "{text:?}");
     }
 }
 

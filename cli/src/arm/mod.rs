@@ -3,6 +3,7 @@
 mod fit;
 mod identify;
 
+use hysteron_base::BadInput;
 use hysteron_workflow::{Caller, arm, arm_fit, arm_study};
 use serde_json::Value;
 
@@ -48,8 +49,13 @@ enum Verb {
     #[command(after_help = include_str!("../help/arm-generate.txt"))]
     Generate(arm::generate::Options),
     Identify(identify::Arguments),
-    #[command(after_help = include_str!("../help/arm-import.txt"))]
-    Import(arm::import::Options),
+    /// Moved to `hysteron import`
+    #[command(hide = true)]
+    Import {
+        /// What is given to `hysteron import`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     #[command(after_help = include_str!("../help/arm-record.txt"))]
     Record(arm::record::Options),
     #[command(after_help = include_str!("../help/arm-simulate.txt"))]
@@ -74,9 +80,16 @@ pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
         Verb::Fit(arguments) => fit::run(arguments, caller),
         Verb::Generate(options) => arm::generate::run(options, caller),
         Verb::Identify(arguments) => identify::run(arguments, caller),
-        Verb::Import(options) => arm::import::run(options, caller),
+        Verb::Import { arguments } => Err(moved(arguments).into()),
         Verb::Record(options) => arm::record::run(options, caller),
         Verb::Simulate(options) => arm::simulate::run(options, caller),
         Verb::Study(options) => arm_study::run(options, caller),
     }
+}
+
+/// The error of `arm import`, which is `hysteron import` now.
+fn moved(arguments: &[String]) -> BadInput {
+    let command = format!("hysteron import {}", arguments.join(" ").replace("--columns", "--map"));
+    BadInput::new("arm import", "hysteron import, for arms and tendon robots", "the old name")
+        .hint(command.trim_end())
 }

@@ -43,7 +43,7 @@ pub struct ArmsOutcome {
     pub ages: Histogram,
 }
 
-/// Channels of a recording of these arms: those that `hysteron arm import` makes of NAD.
+/// Channels of a recording of these arms: those that `hysteron import` makes of NAD.
 pub fn channel_names(config: &ArmsConfig) -> Vec<String> {
     let n = config.joints.len();
     let mut names = Vec::with_capacity(7 * n + 2);

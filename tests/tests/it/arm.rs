@@ -189,10 +189,7 @@ fn an_imported_recording_is_simulated_and_a_bad_one_refused() {
     let place = tempfile::tempdir().unwrap();
     let write = |name: &str, content: &[u8]| std::fs::write(place.path().join(name), content).unwrap();
     let import = |file: &str, more: &[&str]| {
-        run(
-            place.path(),
-            &[&["arm", "import", file, "--columns", "c.toml", "--out", "rec.csv"], more].concat(),
-        )
+        run(place.path(), &[&["import", file, "--map", "c.toml", "--out", "rec.csv"], more].concat())
     };
     write("c.toml", COLUMNS.as_bytes());
     write("log.csv", log("0.05,0.5,0.2,1,2").as_bytes());
@@ -234,11 +231,11 @@ fn an_imported_recording_is_simulated_and_a_bad_one_refused() {
     let garbage: Vec<u8> = (0..10_u32 << 20).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     for name in ["garbage.csv", "garbage.json", "garbage.npz", "garbage.parquet", "garbage.npy"] {
         write(name, &garbage);
-        let (outcome, megabytes) = measured(place.path(), &["arm", "import", name, "--out", "rec.csv"]);
+        let (outcome, megabytes) = measured(place.path(), &["import", name, "--out", "rec.csv"]);
         assert!(outcome.error(2).contains(name), "{:?}", outcome.stderr);
         assert!(megabytes < 400, "{megabytes} MB for {name}");
         std::fs::remove_file(place.path().join(name)).unwrap();
     }
-    let error = run(place.path(), &["arm", "import", "log.csv", "--columns", "c.toml", "--out", "log.csv"]);
+    let error = run(place.path(), &["import", "log.csv", "--map", "c.toml", "--out", "log.csv"]);
     assert!(error.error(2).contains("--out: expected another file than the input"), "{:?}", error.stderr);
 }

@@ -316,10 +316,7 @@ fn logs_without_currents_at_two_gains_become_a_neural_actuator() {
     std::fs::write(at("pendulum.urdf"), PENDULUM).unwrap();
     let import = |name: &str, more: &[&str]| {
         let (log, out) = (format!("{name}.json"), format!("{name}.csv"));
-        run(
-            place.path(),
-            &[&["arm", "import", &log, "--out", &out, "--columns", "bam-feetech"], more].concat(),
-        )
+        run(place.path(), &[&["import", &log, "--out", &out, "--map", "bam-feetech"], more].concat())
     };
     for (name, gain) in [("a", 200.0), ("b", 400.0), ("c", 300.0)] {
         log(&at(&format!("{name}.json")), true, gain);

@@ -78,10 +78,7 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     let folder = place.path();
     let import = |change: Change| {
         write(&folder.join("in.csv"), change);
-        run(
-            folder,
-            &["arm", "import", "in.csv", "--columns", "nad-omx", "--out", "out.parquet", "--overwrite"],
-        )
+        run(folder, &["import", "in.csv", "--map", "nad-omx", "--out", "out.parquet", "--overwrite"])
     };
     import(GOOD).succeeded();
     let good = Recording::read(folder.join("out.parquet")).unwrap();

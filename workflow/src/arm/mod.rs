@@ -6,7 +6,6 @@ pub mod emulate;
 pub mod excite;
 pub mod export;
 pub mod generate;
-pub mod import;
 pub mod info;
 pub mod record;
 pub mod simulate;

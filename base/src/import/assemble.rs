@@ -1,18 +1,16 @@
 //! From the columns of a table to a recording.
 
-use hysteron_base::{BadInput, Channel, Metadata, Recording, Table, units::Unit};
-
-use super::columns::{Columns, Selection};
-use super::{BadRows, ImportOptions, Imported, UnitCheck, suspicion};
-use crate::Recorded;
+use super::columns::{Columns, Selection, Zero};
+use super::{Assembled, BadRows, Request};
 use crate::sampling::{STEP_SCATTER, Steps};
+use crate::{BadInput, Channel, Metadata, Recording, Table, units::Unit};
 
 type Check<T> = Result<T, BadInput>;
 
 /// Largest part of the rows that may be left out [-].
-pub(crate) const MOST_LEFT_OUT: f64 = 0.1;
+pub const MAX_LEFT_OUT: f64 = 0.1;
 /// Ends the name of a channel that says where another has a label.
-pub(crate) const LABELLED: &str = "labelled_ratio";
+pub const LABELLED: &str = "labelled_ratio";
 
 /// A channel, and where its numbers stand.
 struct Source<'a> {
@@ -27,15 +25,16 @@ struct Source<'a> {
 pub(super) fn assemble(
     table: &Table,
     columns: &Columns,
-    options: &ImportOptions,
+    request: &Request,
     meta: Metadata,
-) -> Check<Imported> {
+) -> Check<Assembled> {
     let (time, sources) = sources(table, columns)?;
-    let times = times(table, columns, time.as_ref())?;
-    let (rows, first_left_out) = rows(table, columns, &sources, (&times, time.as_ref()), options.bad_rows)?;
+    let times = times(table, columns, &time)?;
+    let clock: f64 = time.iter().filter_map(|source| table.clock(source.column)).sum();
+    let (rows, first_left_out) = rows(table, columns, &sources, (&times, &time), request.bad_rows)?;
     let n_left_out = table.n_rows() - rows.len();
     let origin = times[rows[0]];
-    let time: Vec<f64> = rows.iter().map(|row| times[*row] - origin).collect();
+    let times: Vec<f64> = rows.iter().map(|row| times[*row] - origin).collect();
     let mut channels = Vec::new();
     let mut without_values = Vec::new();
     for source in &sources {
@@ -48,23 +47,27 @@ pub(super) fn assemble(
         channels.push(Channel::new(&source.name, values));
         channels.extend(flags);
     }
-    let mut meta = described(meta, columns, options);
+    channels
+        .extend(columns.constants.iter().map(|(name, value)| Channel::new(name, vec![*value; rows.len()])));
+    if let Some(tracker) = &columns.tracker {
+        tracker.apply(&mut channels)?;
+    }
+    let mut meta = described(meta, columns);
     let mut note = |key: &str, value: String| meta.extra.insert(key.to_owned(), value);
     note("imported_as", columns.source.clone());
-    note("time_origin_s", origin.to_string());
+    note("time_origin_s", (clock + origin).to_string());
     if !without_values.is_empty() {
         note("without_values", without_values.join(", "));
     }
     if n_left_out > 0 {
         note("rows_left_out", n_left_out.to_string());
     }
-    let recording = at_fixed_rate(Recording::with_missing(time, channels, meta)?, options.rate_hz)?;
-    let recorded = Recorded::of(&recording)?;
-    check_names(&recorded, options)?;
-    if options.unit_check == UnitCheck::Refuse {
-        suspicion::check(&recorded, options.model)?;
-    }
-    Ok(Imported { recording, columns: columns.source.clone(), n_left_out, first_left_out })
+    let recording = Recording::with_missing(times, channels, meta)?;
+    let recording = match columns.keep_times && request.rate_hz.is_none() {
+        true => recording,
+        false => at_fixed_rate(recording, request.rate_hz)?,
+    };
+    Ok(Assembled { recording, columns: columns.source.clone(), episode: None, n_left_out, first_left_out })
 }
 
 /// Name of the channel that says where `name` has a label: `force_z_labelled_ratio`.
@@ -73,9 +76,9 @@ fn labels_of(name: &str) -> String {
     format!("{stem}_{LABELLED}")
 }
 
-/// The column of the times, if there is one, and the channels in the order of the description.
-fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Option<Source<'a>>, Vec<Source<'a>>)> {
-    let (mut time, mut sources) = (None, Vec::new());
+/// The columns of the times, if there are any (a date and a time of day are two), and the channels in the order of the map.
+fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Vec<Source<'a>>, Vec<Source<'a>>)> {
+    let (mut time, mut sources) = (Vec::new(), Vec::new());
     for (key, selection) in &columns.channels {
         let place = format!("columns.{key}");
         let mut indices = Vec::new();
@@ -88,7 +91,8 @@ fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Option<Source<'a>>
             indices.extend(found);
         }
         let has_star = key.contains('*');
-        if !has_star && indices.len() != 1 {
+        let is_time = matches!(Unit::of_name(key), Some(("time", unit)) if unit.si_suffix == "s");
+        if !has_star && indices.len() != 1 && !(is_time && indices.len() == 2) {
             let expected = "one column, or a * in the name for the number of the joint";
             return Err(BadInput::new(place, expected, format!("{} columns", indices.len())));
         }
@@ -100,7 +104,7 @@ fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Option<Source<'a>>
             };
             let source = Source { name: format!("{stem}_{}", unit.si_suffix), unit, column, selection };
             if source.name == "time_s" {
-                time = Some(source);
+                time.push(source);
             } else {
                 sources.push(source);
             }
@@ -112,16 +116,25 @@ fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Option<Source<'a>>
     Ok((time, sources))
 }
 
-/// Time of every row [s]; NaN where there is none.
-fn times(table: &Table, columns: &Columns, time: Option<&Source>) -> Check<Vec<f64>> {
+/// Time of every row after the clocks of its columns [s]; NaN where there is none.
+fn times(table: &Table, columns: &Columns, time: &[Source]) -> Check<Vec<f64>> {
     match (time, columns.rate_hz) {
-        (Some(source), _) => {
-            let cells = &table.columns()[source.column].values;
-            Ok(cells.iter().map(|cell| source.unit.to_si(source.selection.value(*cell))).collect())
-        }
-        (None, Some(rate)) => Ok((0..table.n_rows()).map(|row| row as f64 / rate).collect()),
-        (None, None) => Err(BadInput::new("columns", "a column time_s, or rate_hz", "neither")
+        ([], Some(rate)) => Ok((0..table.n_rows()).map(|row| row as f64 / rate).collect()),
+        ([], None) => Err(BadInput::new("columns", "a column time_s, or rate_hz", "neither")
             .hint("rate_hz = 100.0 above [columns] for rows at a fixed rate")),
+        _ => {
+            let time_of = |row| time.iter().map(|source| source.si(table, row)).sum();
+            Ok((0..table.n_rows()).map(time_of).collect())
+        }
+    }
+}
+
+impl Source<'_> {
+    /// The number of a row in SI.
+    fn si(&self, table: &Table, row: usize) -> f64 {
+        let value = self.selection.value(table.columns()[self.column].values[row]);
+        let is_si = self.unit.si_suffix == "s" && table.is_in_seconds(self.column);
+        if is_si { value } else { self.unit.to_si(value) }
     }
 }
 
@@ -130,7 +143,7 @@ fn rows(
     table: &Table,
     columns: &Columns,
     sources: &[Source],
-    (times, time): (&[f64], Option<&Source>),
+    (times, time): (&[f64], &[Source]),
     bad_rows: BadRows,
 ) -> Check<(Vec<usize>, Option<BadInput>)> {
     let mut flaws: Vec<Option<BadInput>> = vec![None; table.n_rows()];
@@ -153,8 +166,8 @@ fn rows(
     } else {
         for pair in whole.windows(2).filter(|pair| times[pair[1]] <= times[pair[0]]) {
             let (before, found) = (times[pair[0]], times[pair[1]]);
-            flaws[pair[1]] =
-                Some(BadInput::new("time", format!("one after {before} s"), format!("{found} s")));
+            let before = format!("one after {before} s of {}", table.row_name(pair[0]));
+            flaws[pair[1]] = Some(BadInput::new("time", before, format!("{found} s")));
         }
     }
     let rows: Vec<usize> = (0..table.n_rows()).filter(|row| flaws[*row].is_none()).collect();
@@ -162,9 +175,9 @@ fn rows(
     let first =
         flaws.into_iter().enumerate().find_map(|(row, found)| Some(found?.within(table.row_name(row))));
     match first {
-        Some(flaw) if bad_rows == BadRows::Refuse => Err(flaw.hint(hint(table))),
-        Some(flaw) if rows.is_empty() || n_left_out as f64 > MOST_LEFT_OUT * table.n_rows() as f64 => {
-            let expected = format!("at most {:.0} % of rows that cannot be read", 100.0 * MOST_LEFT_OUT);
+        Some(flaw) if bad_rows == BadRows::Refuse => Err(flaw.hint(hint(table, n_left_out))),
+        Some(flaw) if rows.is_empty() || n_left_out as f64 > MAX_LEFT_OUT * table.n_rows() as f64 => {
+            let expected = format!("at most {:.0} % of rows that cannot be read", 100.0 * MAX_LEFT_OUT);
             let found = format!("{n_left_out} of {}; the first: {flaw}", table.n_rows());
             Err(BadInput::new("rows", expected, found))
         }
@@ -192,20 +205,27 @@ fn longest_ascent(rows: &[usize], times: &[f64]) -> Vec<usize> {
     kept
 }
 
-fn hint(table: &Table) -> &'static str {
-    match table.index("episode_index") {
-        Some(_) => "--where episode_index=0 takes one episode of several",
-        None => "--leave-out-bad-rows takes the other rows, and marks the gap",
+/// What helps where `n_bad` rows cannot be read.
+fn hint(table: &Table, n_bad: usize) -> &'static str {
+    let is_split = |column: usize| {
+        let values = &table.columns()[column].values;
+        values.iter().any(|value| *value != values[0])
+    };
+    if table.index("episode_index").is_some_and(is_split) {
+        return "--where episode_index=0 takes one episode of several";
     }
+    if n_bad as f64 > MAX_LEFT_OUT * table.n_rows() as f64 {
+        return "so many rows are not numbers that their format or their columns are others than stated";
+    }
+    "--leave-out-bad-rows takes the other rows, and marks the gap"
 }
 
 /// What is wrong with a cell.
 fn flaw(table: &Table, columns: &Columns, source: &Source, row: usize) -> Option<BadInput> {
     let column = &table.columns()[source.column];
     let cell = column.values[row];
-    let is_known = cell.is_finite() || columns.missing.contains(&cell);
-    let value = source.unit.to_si(source.selection.value(cell));
-    (!is_known || !value.is_finite())
+    let is_gap = columns.missing.contains(&cell) || (cell.is_nan() && table.has_gaps(source.column));
+    (!is_gap && !source.si(table, row).is_finite())
         .then(|| BadInput::new(&column.name, "a finite number", table.shown(source.column, row)))
 }
 
@@ -224,19 +244,27 @@ fn values(table: &Table, columns: &Columns, source: &Source, rows: &[usize]) -> 
                 f64::NAN
             }
         }
-        cell => source.unit.to_si(selection.value(cell)),
+        _ => source.si(table, *row),
     };
     let flags = || rows.iter().map(|row| f64::from(u8::from(!is_unlabelled(*row)))).collect();
-    (rows.iter().map(value).collect(), selection.unlabelled.filter(|_| has_label).map(|_| flags()))
+    let mut values: Vec<f64> = rows.iter().map(value).collect();
+    if selection.zero == Some(Zero::First)
+        && let Some(first) = values.iter().copied().find(|value| !value.is_nan())
+    {
+        values.iter_mut().for_each(|value| *value -= first);
+    }
+    (values, selection.unlabelled.filter(|_| has_label).map(|_| flags()))
 }
 
-/// Who and what was recorded.
-fn described(mut meta: Metadata, columns: &Columns, options: &ImportOptions) -> Metadata {
-    let robot = options.model.map(|model| model.name().to_owned()).or_else(|| columns.robot.clone());
-    let of_model = |model: &crate::Model| model.joints().iter().map(|joint| joint.name.clone()).collect();
-    let names: Option<Vec<String>> = options.model.map(of_model).or_else(|| columns.joint_names.clone());
-    meta.extra.extend(robot.map(|robot| ("robot".to_owned(), robot)));
-    meta.extra.extend(names.map(|names| ("joint_names".to_owned(), names.join(", "))));
+/// What was recorded, where the caller did not say.
+fn described(mut meta: Metadata, columns: &Columns) -> Metadata {
+    let mut note = |key: &str, value: Option<String>| {
+        if let Some(value) = value {
+            meta.extra.entry(key.to_owned()).or_insert(value);
+        }
+    };
+    note("robot", columns.robot.clone());
+    note("joint_names", columns.joint_names.as_ref().map(|names| names.join(", ")));
     meta
 }
 
@@ -267,18 +295,4 @@ fn at_fixed_rate(recording: Recording, rate_hz: Option<f64>) -> Check<Recording>
 fn usual_rate(steps: &Steps) -> f64 {
     let rate = 1.0 / steps.median();
     format!("{rate:.3e}").parse().unwrap_or(rate)
-}
-
-/// As many names as joints.
-fn check_names(recorded: &Recorded, options: &ImportOptions) -> Check<()> {
-    let n = recorded.joints.len();
-    let (expected, whose) = match (options.model, recorded.joint_names.len()) {
-        (Some(model), _) => (model.n_joints(), format!("\"{}\" has", model.name())),
-        (None, 0) => return Ok(()),
-        (None, names) => (names, "joint_names says".to_owned()),
-    };
-    if n == expected {
-        return Ok(());
-    }
-    Err(BadInput::new("joints", format!("{expected}, as {whose}"), n.to_string()))
 }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_base::{BadInput, Column, Result, Table, file, json};
+use crate::{BadInput, Column, Result, Table, file, json};
 use serde_json::{Map, Value};
 
-use super::drive::POSITION_GAIN;
+/// Metadata: gain of the position loops.
+pub const POSITION_GAIN: &str = "position_gain";
 
 /// Largest log [byte]; an hour at 200 Hz has less.
 const MOST: u64 = 256 << 20;

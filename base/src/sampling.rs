@@ -1,13 +1,13 @@
 //! How evenly a recording was sampled.
 
 /// Metadata: scatter of the steps of a file that was resampled [-].
-pub(crate) const STEP_SCATTER: &str = "step_scatter_ratio";
+pub const STEP_SCATTER: &str = "step_scatter_ratio";
 /// A step longer than this many medians is late: a sample is missing [-].
 const LATE: f64 = 1.5;
 
 /// Steps between the samples of a recording, one or more.
 #[derive(Debug, Clone)]
-pub(crate) struct Steps {
+pub struct Steps {
     /// In ascending order [s].
     ascending: Vec<f64>,
 }

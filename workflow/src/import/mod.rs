@@ -1,0 +1,10 @@
+//! `hysteron import`: recordings of tendon robots and arms from the files of other programs.
+
+mod options;
+mod outcome;
+mod page;
+mod run;
+
+pub use options::Options;
+pub use outcome::Outcome;
+pub use run::run;

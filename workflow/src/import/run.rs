@@ -1,0 +1,143 @@
+//! The import, step by step: files and map, recordings, what arms need, files, page.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_arm::{ArmKnown, BadRows, CURRENTS_BY, Columns, Recorded, UnitCheck, with_arm};
+use hysteron_base::import::{self, Assembled, Request};
+use hysteron_base::{BadInput, Filter, Recording, file, json};
+use serde_json::Value;
+
+use super::outcome::{One, Outcome, is_of_arm, out_of, verdict};
+use super::{Options, page};
+use crate::arm::{drive, file_of, meta, model};
+use crate::outputs::Outputs;
+use crate::{COMMIT, Caller};
+
+/// Channels that the console names.
+const MAX_NAMED: usize = 24;
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; files that cannot be written.
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    if let Some(out) = &options.propose {
+        return propose(options, out, caller);
+    }
+    let Some(out) = &options.out else {
+        return Err(BadInput::new("--out", "a recording to write, .csv or .parquet", "nothing").into());
+    };
+    let known_model = options.model.as_deref().map(model).transpose()?;
+    let known_drive = options.drive.as_deref().map(drive).transpose()?;
+    let columns = options.map.as_deref().map(Columns::named).transpose()?;
+    let known = ArmKnown {
+        model: known_model.as_ref(),
+        unit_check: if options.accept_units { UnitCheck::Accept } else { UnitCheck::Refuse },
+        drive: known_drive.as_ref(),
+    };
+    let request = Request {
+        columns,
+        rate_hz: options.rate,
+        filter: options.filter.as_deref().map(|text| Filter::parse("--where", text)).transpose()?,
+        episode: options.episodes.clone(),
+        bad_rows: if options.leave_out_bad_rows { BadRows::LeaveOut } else { BadRows::Refuse },
+    };
+    let read = import::read(&options.sources, &request, known.described(meta(caller, "imported recording")))?;
+    let (imported, joints) = checked(read, &known, &options.sources[0])?;
+    let files: Vec<PathBuf> = (0..imported.len()).map(|k| out_of(out, k, imported.len())).collect();
+    let named = [&options.map, &options.drive, &options.model].into_iter().flatten();
+    let reads = Outputs::reading(&options.sources).and(named.filter_map(|text| file_of(text)));
+    let outputs = files.iter().fold(reads, |outputs, path| outputs.file("--out", path));
+    let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
+    for (path, one) in files.iter().zip(&imported) {
+        one.recording.write(path)?;
+    }
+    let outcome = outcome(&files, &imported, joints, caller);
+    say(&outcome, &imported, (known.drive.is_some(), out), caller);
+    if let Some(folder) = &options.figures {
+        let recordings: Vec<Recording> = imported.into_iter().map(|one| one.recording).collect();
+        page::write(folder, &outcome, &recordings, options.png)?;
+        caller.say(&format!("report: {}", folder.join("report.html").display()));
+    }
+    Ok(json::to_value(&outcome)?)
+}
+
+/// The recordings of an arm with what is known of it; those of a tendon robot as they are. And the number of joints.
+fn checked(read: Vec<Assembled>, known: &ArmKnown, source: &Path) -> anyhow::Result<(Vec<Assembled>, usize)> {
+    let mut joints = 0;
+    let mut imported = Vec::with_capacity(read.len());
+    for one in read {
+        if !is_of_arm(&one.recording) {
+            if known.model.is_some() || known.drive.is_some() {
+                let option = if known.model.is_some() { "--model" } else { "--drive" };
+                return Err(BadInput::new(option, "the recording of an arm, with q_1_rad", "none")
+                    .hint("leave it out, or map the columns of the joints")
+                    .into());
+            }
+            imported.push(one);
+            continue;
+        }
+        let recording = with_arm(one.recording, known).map_err(|bad| bad.within(source.display()))?;
+        joints = Recorded::of(&recording)?.joints.len();
+        imported.push(Assembled { recording, ..one });
+    }
+    Ok((imported, joints))
+}
+
+fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, caller: &Caller) -> Outcome {
+    let recordings: Vec<One> = files.iter().zip(imported).map(|(path, one)| One::of(path, one)).collect();
+    let sum = |count: fn(&One) -> usize| recordings.iter().map(count).sum();
+    Outcome {
+        format: "hysteron-metrics",
+        version: 1,
+        verdict: verdict(&recordings),
+        columns: imported.first().map_or_else(String::new, |one| one.columns.clone()),
+        joints,
+        rows: sum(|one| one.rows),
+        gaps: sum(|one| one.gaps),
+        left_out: sum(|one| one.left_out),
+        command: caller.command.clone(),
+        commit: COMMIT.to_owned(),
+        recordings,
+    }
+}
+
+fn say(outcome: &Outcome, imported: &[Assembled], (has_drive, out): (bool, &Path), caller: &Caller) {
+    let say = |line: String| caller.say(&line);
+    let Some(first) = imported.first() else { return };
+    if let Some(flaw) = imported.iter().find_map(|one| one.first_left_out.as_ref()) {
+        say(format!("{} rows left out, the first: {flaw}", outcome.left_out));
+    }
+    let has_currents = |one: &Assembled| !one.recording.meta().extra.contains_key(CURRENTS_BY);
+    if has_drive && imported.iter().any(has_currents) {
+        say("the file has currents: they stay as they are, --drive changes nothing".to_owned());
+    }
+    let whose = if outcome.joints > 0 { format!("{} joints", outcome.joints) } else { "channels".to_owned() };
+    let channels = first.recording.channels();
+    let mut names: Vec<&str> = channels.iter().take(MAX_NAMED).map(|c| c.name.as_str()).collect();
+    if channels.len() > MAX_NAMED {
+        names.push("…");
+    }
+    say(format!("{whose} as {}: {}", outcome.columns, names.join(", ")));
+    let one = &outcome.recordings[0];
+    let place = match outcome.recordings.len() {
+        1 => out.display().to_string(),
+        n => format!("{n} recordings, {} and on", one.out.display()),
+    };
+    say(format!("{} rows at {}, {} of them gaps: {place}", outcome.rows, one.rate(), outcome.gaps));
+    say(outcome.verdict.clone());
+}
+
+/// Writes the map that the program proposes.
+fn propose(options: &Options, out: &Path, caller: &Caller) -> anyhow::Result<Value> {
+    let source = &options.sources[0];
+    let text = import::propose_for(source)?;
+    if out == Path::new("-") {
+        caller.say(text.trim_end());
+    } else {
+        let _claim = Outputs::reading(&options.sources).file("--propose", out).check(caller)?;
+        file::write_bytes(out, &text)?;
+        caller.say(&format!("map to edit: {}", out.display()));
+    }
+    Ok(json!({ "map": text, "out": out }))
+}
