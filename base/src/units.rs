@@ -1,18 +1,17 @@
 //! The only place that converts units; everything in memory is SI.
 //!
 //! A name that a person types or reads ends in its unit: `length_mm`, `tip_x_mm`, `youngs_modulus_mpa`. The
-//! table here knows these endings. Numbers that come as text are converted by moving the decimal exponent
+//! table here knows these endings; behind `_per_` stands what divides: `n_per_mm`. Numbers that come as text are converted by moving the decimal exponent
 //! of the text, so `4.5` in millimetres is the double nearest to 0.0045 and a value survives a CSV bit for bit.
 
 use std::fmt::Write;
+use std::sync::LazyLock;
 
-/// How a number in a unit becomes SI.
+/// How a number in a unit becomes SI: times 10 to the `ten`, times π/180 to the `degrees`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale {
-    /// Times this power of ten.
-    Ten(i32),
-    /// Degrees to radians.
-    Degrees,
+struct Scale {
+    ten: i32,
+    degrees: i32,
 }
 
 /// A unit that a name may end in.
@@ -26,11 +25,16 @@ pub struct Unit {
 }
 
 const fn ten(suffix: &'static str, si_suffix: &'static str, exponent: i32) -> Unit {
-    Unit { suffix, si_suffix, scale: Scale::Ten(exponent) }
+    Unit { suffix, si_suffix, scale: Scale { ten: exponent, degrees: 0 } }
 }
 
-/// Every unit known, each quantity with its SI unit first. The last two are plain numbers.
-const UNITS: [Unit; 41] = [
+const fn degrees(suffix: &'static str, si_suffix: &'static str) -> Unit {
+    Unit { suffix, si_suffix, scale: Scale { ten: 0, degrees: 1 } }
+}
+
+/// Units without a fraction line, each quantity with its SI unit first; `rad_s` and the like are rates. The last two are
+/// plain numbers.
+const UNITS: [Unit; 44] = [
     ten("m", "m", 0),
     ten("cm", "m", -2),
     ten("mm", "m", -3),
@@ -38,10 +42,11 @@ const UNITS: [Unit; 41] = [
     ten("n", "n", 0),
     ten("mn", "n", -3),
     ten("kn", "n", 3),
-    ten("m_per_n", "m_per_n", 0),
-    ten("mm_per_n", "m_per_n", -3),
     ten("n_m", "n_m", 0),
     ten("n_mm", "n_m", -3),
+    ten("n_m_s", "n_m_s", 0),
+    ten("n_mm_s", "n_m_s", -3),
+    ten("n_s", "n_s", 0),
     ten("pa", "pa", 0),
     ten("kpa", "pa", 3),
     ten("mpa", "pa", 6),
@@ -51,38 +56,93 @@ const UNITS: [Unit; 41] = [
     ten("us", "s", -6),
     ten("hz", "hz", 0),
     ten("rad", "rad", 0),
-    Unit { suffix: "deg", si_suffix: "rad", scale: Scale::Degrees },
+    degrees("deg", "rad"),
     ten("rad_s", "rad_s", 0),
-    Unit { suffix: "deg_s", si_suffix: "rad_s", scale: Scale::Degrees },
+    degrees("deg_s", "rad_s"),
     ten("rad_s2", "rad_s2", 0),
+    degrees("deg_s2", "rad_s2"),
     ten("m_s", "m_s", 0),
     ten("mm_s", "m_s", -3),
     ten("m_s2", "m_s2", 0),
+    ten("mm_s2", "m_s2", -3),
     ten("percent", "ratio", -2),
     ten("kg", "kg", 0),
     ten("kg_m", "kg_m", 0),
     ten("kg_m2", "kg_m2", 0),
     ten("kg_m3", "kg_m3", 0),
     ten("j", "j", 0),
-    ten("rad_per_m", "rad_per_m", 0),
     ten("a", "a", 0),
     ten("ma", "a", -3),
     ten("v", "v", 0),
     ten("mv", "v", -3),
     ten("degc", "degc", 0),
+    ten("w", "w", 0),
     ten("ratio", "ratio", 0),
     ten("count", "count", 0),
 ];
 
+/// Units that stand under a fraction line alone: a name that ended in one of them would be a name by chance.
+const DIVISORS: [Unit; 7] = [
+    ten("k", "k", 0),
+    ten("s2", "s2", 0),
+    ten("m2", "m2", 0),
+    ten("mm2", "m2", -6),
+    ten("m3", "m3", 0),
+    ten("mm3", "m3", -9),
+    ten("rad2", "rad2", 0),
+];
+
+/// The fraction line of a name: `stiffness_n_per_mm`.
+const PER: &str = "_per_";
+
+/// Units that may stand under a fraction line.
+fn divisors() -> impl Iterator<Item = &'static Unit> {
+    UNITS.iter().chain(&DIVISORS)
+}
+
+/// Every unit with a fraction line: what is divided (one, then [`UNITS`]) by what divides it ([`divisors`]).
+static FRACTIONS: LazyLock<Vec<Unit>> = LazyLock::new(|| {
+    let over_one = ten("", "", 0);
+    std::iter::once(&over_one)
+        .chain(&UNITS)
+        .flat_map(|above| divisors().map(move |below| Unit::fraction(above, below)))
+        .collect()
+});
+
 impl Unit {
-    /// The unit that is spelled like this, without underscore: `mm`.
+    /// The unit that is spelled like this, without underscore: `mm`, `n_per_mm`, `per_s`.
     pub fn from_suffix(suffix: &str) -> Option<&'static Unit> {
-        UNITS.iter().find(|unit| unit.suffix == suffix)
+        // A name for the unit to stand behind.
+        let name = format!("x_{suffix}");
+        Self::of_name(&name).filter(|(stem, _)| *stem == "x").map(|(_, unit)| unit)
     }
 
-    /// Splits a name into what is before the unit and the unit: `tip_x_mm` is `tip_x` in millimetres.
+    /// Splits a name into what is before the unit and the unit: `tip_x_mm` is `tip_x` in millimetres, and
+    /// `stiffness_n_per_mm` is `stiffness` in newtons for one millimetre.
     /// The longest ending wins, so `speed_rad_s` is in rad/s and not in seconds.
     pub fn of_name(name: &str) -> Option<(&str, &'static Unit)> {
+        let fraction = name.rsplit_once(PER);
+        let divisor = |below: &str| divisors().position(|unit| unit.suffix == below);
+        let found = match fraction.and_then(|(above, below)| Some((above, divisor(below)?))) {
+            Some((above, divisor)) => Self::with_divisor(above, divisor),
+            None => Self::at_the_end(name),
+        };
+        // A fraction line behind the stem would be a second one, or one without anything above it.
+        found.filter(|(stem, _)| *stem != "per" && !stem.ends_with("_per"))
+    }
+
+    /// What `above` ends in, divided by the unit of that number in [`divisors`].
+    fn with_divisor(above: &str, divisor: usize) -> Option<(&str, &'static Unit)> {
+        let (stem, dividend) = match Self::at_the_end(above) {
+            Some((stem, unit)) => (stem, 1 + UNITS.iter().position(|known| known == unit)?),
+            None => (above, 0),
+        };
+        let unit = FRACTIONS.get(dividend * divisors().count() + divisor)?;
+        (!stem.is_empty()).then_some((stem, unit))
+    }
+
+    /// The longest unit without a fraction line at the end of a name, and what stands before it.
+    fn at_the_end(name: &str) -> Option<(&str, &'static Unit)> {
         UNITS
             .iter()
             .filter_map(|unit| {
@@ -90,6 +150,34 @@ impl Unit {
                 (!stem.is_empty()).then_some((stem, unit))
             })
             .max_by_key(|(_, unit)| unit.suffix.len())
+    }
+
+    /// So much of `above` for one of `below`: what divides makes a number in SI larger where its unit is small.
+    fn fraction(above: &Unit, below: &Unit) -> Unit {
+        let spelled = |above: &str, below: &str| -> &'static str {
+            format!("{above}{PER}{below}").trim_start_matches('_').to_owned().leak()
+        };
+        Unit {
+            suffix: spelled(above.suffix, below.suffix),
+            si_suffix: spelled(above.si_suffix, below.si_suffix),
+            scale: Scale {
+                ten: above.scale.ten - below.scale.ten,
+                degrees: above.scale.degrees - below.scale.degrees,
+            },
+        }
+    }
+
+    /// The same quantity as files for people have it: millimetres for metres, on both sides of a fraction line.
+    pub fn in_millimetres(&'static self) -> &'static Unit {
+        let side = |side: &'static str| if side == "m" { "mm" } else { side };
+        let suffix = match self.suffix.split_once(PER) {
+            Some((above, below)) => format!("{}{PER}{}", side(above), side(below)),
+            None => self
+                .suffix
+                .strip_prefix("per_")
+                .map_or_else(|| side(self.suffix).to_owned(), |below| format!("per_{}", side(below))),
+        };
+        Self::from_suffix(&suffix).unwrap_or(self)
     }
 
     /// True for the unit in which values are held in memory.
@@ -104,27 +192,22 @@ impl Unit {
 
     /// A value in this unit, in SI.
     pub fn to_si(&self, value: f64) -> f64 {
-        match self.scale {
-            // Dividing by 1000 rounds once; multiplying by 0.001 rounds twice.
-            Scale::Ten(e) if e < 0 => value / 10_f64.powi(-e),
-            Scale::Ten(e) => value * 10_f64.powi(e),
-            Scale::Degrees => value.to_radians(),
-        }
+        let Scale { ten, degrees } = self.scale;
+        shifted(turned(value, degrees), ten)
     }
 
     /// A value in SI, in this unit.
     pub fn from_si(&self, value: f64) -> f64 {
-        match self.scale {
-            Scale::Ten(e) if e < 0 => value * 10_f64.powi(-e),
-            Scale::Ten(e) => value / 10_f64.powi(e),
-            Scale::Degrees => value.to_degrees(),
-        }
+        let Scale { ten, degrees } = self.scale;
+        shifted(turned(value, -degrees), -ten)
     }
 
     /// Reads a number written in this unit and returns it in SI, rounded once. `None` if the text is no number;
     /// infinite or NaN if it says so or is too large.
     pub fn parse_si(&self, text: &str) -> Option<f64> {
-        let Scale::Ten(shift) = self.scale else { return Some(self.to_si(text.parse().ok()?)) };
+        let Scale { ten: shift, degrees: 0 } = self.scale else {
+            return Some(self.to_si(text.parse().ok()?));
+        };
         if let Some(value) = exact_decimal(text, shift) {
             return Some(value);
         }
@@ -147,9 +230,23 @@ impl Unit {
     pub fn write_si(&self, value: f64, out: &mut String) {
         // A string takes all that is written.
         let _ = match self.scale {
-            Scale::Ten(shift) => write_shifted(value, -shift, out),
+            Scale { ten, degrees: 0 } => write_shifted(value, -ten, out),
             _ => write!(out, "{}", self.from_si(value)),
         };
+    }
+}
+
+/// A value times 10 to the `exponent`. Dividing by 1000 rounds once; multiplying by 0.001 rounds twice.
+fn shifted(value: f64, exponent: i32) -> f64 {
+    if exponent < 0 { value / 10_f64.powi(-exponent) } else { value * 10_f64.powi(exponent) }
+}
+
+/// A value times π/180 to the `exponent`, which is -1, 0 or 1.
+fn turned(value: f64, exponent: i32) -> f64 {
+    match exponent {
+        0 => value,
+        1 => value.to_radians(),
+        _ => value.to_degrees(),
     }
 }
 
@@ -286,13 +383,59 @@ mod tests {
 
     #[test]
     fn every_unit_points_to_an_si_unit_and_back() {
-        for unit in &UNITS {
+        for unit in UNITS.iter().chain(FRACTIONS.iter()) {
+            let name = format!("quantity_{}", unit.suffix);
+            assert_eq!(Unit::of_name(&name), Some(("quantity", unit)));
             let si = Unit::from_suffix(unit.si_suffix).unwrap();
             assert!(si.is_si() && si.factor() == 1.0, "{}", unit.suffix);
             // One rounding each way.
             assert!((unit.from_si(unit.to_si(1.7)) - 1.7).abs() <= 4.0 * f64::EPSILON, "{}", unit.suffix);
         }
         assert_eq!(Unit::from_suffix("deg").unwrap().to_si(180.0), std::f64::consts::PI);
+    }
+
+    #[test]
+    fn what_divides_stands_behind_per() {
+        let degree = std::f64::consts::PI / 180.0;
+        for (name, si, factor) in [
+            ("tau_1_by_q_2_n_m_per_mm", "tau_1_by_q_2_n_m_per_m", 1e3),
+            ("tau_1_by_q_2_n_mm_per_mm", "tau_1_by_q_2_n_m_per_m", 1.0),
+            ("tau_1_by_q_2_n_m_per_deg", "tau_1_by_q_2_n_m_per_rad", 1.0 / degree),
+            ("tau_1_by_dq_2_n_m_s_per_mm", "tau_1_by_dq_2_n_m_s_per_m", 1e3),
+            ("ddq_1_by_q_2_rad_s2_per_mm", "ddq_1_by_q_2_rad_s2_per_m", 1e3),
+            ("ddq_1_by_q_2_deg_s2_per_deg", "ddq_1_by_q_2_rad_s2_per_rad", 1.0),
+            ("ddq_1_by_tau_2_rad_s2_per_n_mm", "ddq_1_by_tau_2_rad_s2_per_n_m", 1e3),
+            ("stiffness_n_per_mm", "stiffness_n_per_m", 1e3),
+            ("compliance_mm_per_n", "compliance_m_per_n", 1e-3),
+            ("gradient_kpa_per_mm", "gradient_pa_per_m", 1e6),
+            ("tip_m_per_s", "tip_m_per_s", 1.0),
+            ("tip_mm_per_ms", "tip_m_per_s", 1.0),
+            ("slope_per_k", "slope_per_k", 1.0),
+            ("pressure_n_per_mm2", "pressure_n_per_m2", 1e6),
+            ("rate_per_tendon_mm", "rate_per_tendon_m", 1e-3),
+        ] {
+            let (found, scale) = si_name(name).unwrap();
+            assert_eq!(found, si, "{name}");
+            assert!((scale / factor - 1.0).abs() <= 4.0 * f64::EPSILON, "{name}: {scale}");
+        }
+        for name in ["a_per_mm_per_n", "per_mm", "per_per_mm", "alarms_per_hour", "_per_mm", "mm_per_"] {
+            assert_eq!(si_name(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn people_read_millimetres_on_both_sides_of_the_line() {
+        for (si, people) in [
+            ("m", "mm"),
+            ("n_m", "n_m"),
+            ("n_m_per_m", "n_m_per_mm"),
+            ("m_per_n", "mm_per_n"),
+            ("m_per_m", "mm_per_mm"),
+            ("per_m", "per_mm"),
+            ("rad_s2_per_n_m", "rad_s2_per_n_m"),
+        ] {
+            assert_eq!(Unit::from_suffix(si).unwrap().in_millimetres().suffix, people);
+        }
     }
 
     fn written(unit: &Unit, value: f64) -> String {
@@ -336,7 +479,7 @@ mod tests {
         fn text_in_millimetres_returns_the_same_double(bits in proptest::num::u64::ANY) {
             let value = f64::from_bits(bits);
             if value.is_finite() {
-                for suffix in ["m", "mm", "um", "gpa"] {
+                for suffix in ["m", "mm", "um", "gpa", "n_m_per_mm", "mm_per_n", "kpa_per_mm"] {
                     let unit = Unit::from_suffix(suffix).unwrap();
                     let text = written(unit, value);
                     let back = unit.parse_si(&text).unwrap();

@@ -146,7 +146,7 @@ pub(super) fn write(recording: &Recording, out: &mut dyn Write) -> std::io::Resu
     for (key, value) in recording.meta.to_pairs() {
         writeln!(out, "{}", format!("# {key}: {}", quoted(&value)).trim_end())?;
     }
-    // What a channel is written in: millimetres for metres, else what it is.
+    // What a channel is written in: millimetres for metres, under a fraction line too, else what it is.
     let units: Vec<Option<&Unit>> = recording.channels.iter().map(|c| written_unit(&c.name)).collect();
     let mut line = String::from("time_s");
     for (channel, unit) in recording.channels.iter().zip(&units) {
@@ -178,8 +178,7 @@ fn written_unit(name: &str) -> Option<&'static Unit> {
     if names::is_unitless(name) {
         return None;
     }
-    let (_, unit) = Unit::of_name(name)?;
-    Unit::from_suffix(if unit.suffix == "m" { "mm" } else { unit.suffix })
+    Unit::of_name(name).map(|(_, unit)| unit.in_millimetres())
 }
 
 /// A value of metadata on one line: as it is, or as a JSON string where that would not come back.

@@ -20,6 +20,7 @@ use crate::{BadInput, Result, file};
 pub use journal::{Journal, JournalFile, JournalWriter};
 pub use journal_queue::JournalQueue;
 pub use metadata::Metadata;
+pub use names::MAX_CHANNELS;
 use std::path::Path;
 
 /// Format that every recording file states.

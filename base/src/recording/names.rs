@@ -18,11 +18,11 @@ pub(super) fn is_unitless(name: &str) -> bool {
 }
 
 /// Most channels of a recording: 500 auxiliary tendons, and what each of them does to the tip's x, y and z, are fewer.
-const MOST_CHANNELS: usize = 5000;
+pub const MAX_CHANNELS: usize = 5000;
 
 /// Accepts a number of columns, before anything is done for each of them.
 pub(super) fn check_count(n: usize) -> Check<()> {
-    crate::size::check_at_most("columns", n, MOST_CHANNELS)
+    crate::size::check_at_most("columns", n, MAX_CHANNELS)
 }
 
 /// What a column of a table holds.

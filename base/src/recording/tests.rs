@@ -63,6 +63,31 @@ fn both_files_return_the_same_recording_and_bytes() {
     }
 }
 
+/// A number in newtons for a millimetre is a thousandth of that for a metre, in every kind of file.
+#[test]
+fn units_under_a_fraction_line_come_back_from_every_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let names =
+        ["a_n_m_per_m", "b_m_per_n", "c_m_s2_per_m", "d_per_m", "e_rad_s2_per_n_m", "f_n_m_s_per_rad"];
+    let channels = names.map(|name| Channel::new(name, vec![-9.81, 1.0 / 3.0]));
+    let written = Recording::new(vec![0.0, 0.1], channels.to_vec(), Vec::new(), meta()).unwrap();
+    for ending in ["csv", "parquet"] {
+        let path = folder.path().join(format!("r.{ending}"));
+        written.write(&path).unwrap();
+        assert_eq!(Recording::read(&path).unwrap(), written, "{ending}");
+    }
+    let mut text = Vec::new();
+    csv::write(&written, &mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    let header = "time_s,a_n_m_per_mm,b_mm_per_n,c_m_s2_per_mm,d_per_mm,e_rad_s2_per_n_m,f_n_m_s_per_rad,gap";
+    let row = "0,-0.00981,-9810,-0.00981,-0.00981,-9.81,-9.81,0";
+    assert!(text.contains(header) && text.contains(row), "{text}");
+    for (column, si) in [("a_n_m_per_mm", 2000.0), ("a_n_m_per_deg", 2.0 * 180.0 / std::f64::consts::PI)] {
+        let read = read_csv(&format!("time_s,{column}\n0,2\n")).unwrap();
+        assert_eq!(read.channels()[0].values, [si]);
+    }
+}
+
 #[test]
 fn csv_is_written_for_people() {
     let channels = vec![Channel::new("stroke_1_m", vec![0.0045]), Channel::new("tension_1_n", vec![1.5])];
