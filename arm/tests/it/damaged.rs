@@ -1,9 +1,10 @@
 //! Tables and descriptions of their columns with damages and slips: read, or refused in the one form of an error.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use hysteron_arm::*;
-use hysteron_base::{Error, Metadata};
+use hysteron_base::{Error, Metadata, Recording};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{assert_in_house_form, damaged, damages, drive};
 
@@ -68,6 +69,42 @@ fn no_damage_to_a_table_does_harm() {
             imported(&folder.path().join(name), &damaged(bytes, &damages), columns.as_ref(), rows[rule]);
         },
     );
+}
+
+/// Longest that a damaged file takes [s].
+const TIME_MAX: Duration = Duration::from_secs(1);
+
+#[test]
+fn no_damage_to_a_file_of_another_program_does_harm() {
+    let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../base/tests/data/tables");
+    let mut paths: Vec<_> = std::fs::read_dir(tables).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension != "toml" && extension != "py"));
+    paths.sort();
+    let files: Vec<_> = paths
+        .iter()
+        .map(|path| (path.file_name().unwrap().to_owned(), std::fs::read(path).unwrap()))
+        .collect();
+    assert!(files.len() > 15);
+    let folder = tempfile::tempdir().unwrap();
+    let told = |error: &Error| {
+        let bad = if let Error::BadInput(bad) = error { Some(bad) } else { None };
+        assert_in_house_form(bad, error);
+    };
+    drive("table of another program", 600, MEMORY_MAX, (damages(), 0..files.len()), |(damages, k)| {
+        let (name, bytes) = &files[k];
+        let path = folder.path().join(name);
+        std::fs::write(&path, damaged(bytes, &damages)).unwrap();
+        let start = Instant::now();
+        if let Err(error) = hysteron_base::import::propose_for(&path) {
+            told(&error);
+        }
+        if path.extension().is_some_and(|extension| extension == "parquet")
+            && let Err(error) = Recording::read(&path)
+        {
+            told(&error);
+        }
+        assert!(start.elapsed() < TIME_MAX, "{:?} for {name:?}", start.elapsed());
+    });
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn parse(text: &str) -> Check<Recording> {
 fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
     if let Some(name) = header.get(0).filter(|name| header.len() == 1 && name.contains([';', '\t'])) {
         return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
-            .hint("save it as CSV with commas, and points in numbers"));
+            .hint("`hysteron import FILE --propose` says how to read such a table"));
     }
     let names: Vec<&str> = header.iter().collect();
     names::columns(&names).map_err(|bad| if bad.place.is_empty() { bad.within("header") } else { bad })

@@ -1,9 +1,10 @@
-//! Tables of numbers that other programs wrote: CSV, Parquet, NumPy's `.npy` and `.npz`.
+//! Tables of numbers that other programs wrote: CSV, Parquet, NumPy's `.npy` and `.npz`, MATLAB's `.mat`.
 //!
 //! Nothing is assumed of names, units or completeness: a cell without a number is NaN, and whoever takes a column
 //! decides what that means. Recordings of this project have a reader of their own, which is stricter.
 
 mod cells;
+mod mat;
 mod npz;
 mod parquet;
 mod stamps;
@@ -95,7 +96,7 @@ impl Table {
         Ok(Self { columns, rows: (1..=n as u64).collect(), ..Self::default() })
     }
 
-    /// Reads a table, `.csv`, `.txt`, `.tsv`, `.dat`, `.parquet`, `.npz` or `.npy` by its extension; with a filter only the
+    /// Reads a table, `.csv`, `.txt`, `.tsv`, `.dat`, `.parquet`, `.npz`, `.npy` or `.mat` by its extension; with a filter only the
     /// rows that it accepts.
     ///
     /// # Errors
@@ -118,12 +119,10 @@ impl Table {
             "parquet" => parquet::read(file::open(path, MOST)?),
             "npz" => npz::read_archive(&file::read_up_to(path, MOST)?),
             "npy" => npz::read_single(&file::read_up_to(path, MOST)?),
-            "mat" => Err(BadInput::new("", "a table: .csv, .parquet, .npz and others", "a MAT file").hint(
-                "save its arrays: scipy.io.loadmat and numpy.savez in Python (h5py of version 7.3), writetable in MATLAB",
-            )),
+            "mat" => mat::read(&file::read_up_to(path, MOST)?),
             other => {
                 let found = if other.is_empty() { "no extension".to_owned() } else { format!(".{other}") };
-                Err(BadInput::new("", "a table: .csv, .txt, .tsv, .dat, .parquet, .npz or .npy", found))
+                Err(BadInput::new("", "a table: .csv, .txt, .tsv, .dat, .parquet, .npz, .npy or .mat", found))
             }
         };
         let filtered = table.and_then(|table| match filter {

@@ -1,5 +1,6 @@
 //! NumPy's `.npy` and `.npz`: arrays of real numbers with one or two axes, stored or deflated.
 //!
+//! Kept by hand: an archive is bounded before anything is inflated, which `npyz` leaves to its caller.
 //! The formats are those of NumPy's `lib.format` (versions 1 to 3) and of PKWARE's APPNOTE without the 64-bit
 //! records, which archives beyond 4 GiB need. Arrays of text or objects, with another number of axes, or of another
 //! length than most are left out.
@@ -12,62 +13,102 @@ use std::collections::BTreeMap;
 type Check<T> = std::result::Result<T, BadInput>;
 
 /// Most arrays of an archive.
-const MOST_ARRAYS: usize = 1000;
+const MAX_ARRAYS: usize = 1000;
 /// Most columns of an array.
-const MOST_COLUMNS: usize = 1000;
+const MAX_COLUMNS: usize = 1000;
 /// Largest array [byte].
-const MOST_BYTES: usize = 400_000_000;
+pub(super) const MAX_BYTES: usize = 400_000_000;
 const END_OF_DIRECTORY: &[u8] = b"PK\x05\x06";
 const ENTRY: &[u8] = b"PK\x01\x02";
 const LOCAL_ENTRY: &[u8] = b"PK\x03\x04";
 
 /// An array as its file has it.
-struct Array {
-    n_rows: usize,
-    n_columns: usize,
-    has_columns: bool,
+pub(super) struct Array {
+    pub(super) n_rows: usize,
+    pub(super) n_columns: usize,
+    /// False for a column that needs no number behind its name.
+    pub(super) has_columns: bool,
     /// Row by row.
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
 }
 
 pub(super) fn read_single(bytes: &[u8]) -> Check<Table> {
+    if let Some(columns) = structured(bytes)? {
+        return Table::new(columns);
+    }
     match array(bytes)? {
-        Some(array) => table(vec![("array".to_owned(), array)]),
+        Some(array) => table(vec![("array".to_owned(), array)], Vec::new()),
         None => Err(BadInput::new("contents", "an array of numbers with one or two axes", "another")),
     }
 }
 
 pub(super) fn read_archive(bytes: &[u8]) -> Check<Table> {
-    let mut arrays = Vec::new();
+    let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
     let mut total = 0;
     for entry in directory(bytes)? {
         let Some(name) = entry.name.strip_suffix(".npy") else { continue };
         let array = array(&contents(bytes, &entry)?).map_err(|bad| bad.within(name))?;
-        if let Some(array) = array {
-            total += array.values.len() as u64;
-            check_size(1, total)?;
-            arrays.push((name.to_owned(), array));
-        }
+        let Some(array) = array else {
+            left_out.push((name.to_owned(), "text, objects or more than two axes"));
+            continue;
+        };
+        total += array.values.len() as u64;
+        check_size(1, total)?;
+        arrays.push((name.to_owned(), array));
     }
-    table(arrays)
+    table(arrays, left_out)
 }
 
 /// The arrays of the length that most of them have, as columns.
-fn table(arrays: Vec<(String, Array)>) -> Check<Table> {
+pub(super) fn table(arrays: Vec<(String, Array)>, left_out: Vec<(String, &'static str)>) -> Check<Table> {
     let mut lengths: BTreeMap<usize, usize> = BTreeMap::new();
     arrays.iter().for_each(|(_, array)| *lengths.entry(array.n_rows).or_default() += 1);
     let Some(n) = lengths.iter().max_by_key(|(_, count)| **count).map(|(length, _)| *length) else {
         return Err(BadInput::new("contents", "arrays of numbers", "none"));
     };
-    let mut columns = Vec::new();
-    for (name, array) in arrays.iter().filter(|(_, array)| array.n_rows == n) {
+    let (mut columns, mut left_out) = (Vec::new(), left_out);
+    for (name, array) in arrays {
+        if array.n_rows != n {
+            left_out.push((name, "an array of another length than most"));
+            continue;
+        }
         let width = array.n_columns;
         columns.extend((0..width).map(|k| Column {
             name: if array.has_columns { format!("{name}[{}]", k + 1) } else { name.clone() },
             values: array.values.iter().skip(k).step_by(width).copied().collect(),
         }));
     }
-    Table::new(columns)
+    Ok(Table { left_out, ..Table::new(columns)? })
+}
+
+/// The columns of an array of records, each with a name and a type; none of another array.
+fn structured(bytes: &[u8]) -> Check<Option<Vec<Column>>> {
+    let Some((header, data)) = parts(bytes)? else { return Ok(None) };
+    let Some((_, fields)) =
+        header.split_once("'descr':").filter(|(_, rest)| rest.trim_start().starts_with('['))
+    else {
+        return Ok(None);
+    };
+    let fields = fields.split_once(']').map_or("", |(fields, _)| fields);
+    let mut columns: Vec<(String, Kind, usize)> = Vec::new();
+    let mut width = 0;
+    for field in fields.split('(').skip(1) {
+        let texts: Vec<&str> = field.split('\'').skip(1).step_by(2).collect();
+        let [name, kind] = texts[..] else { return Ok(None) };
+        let Some(kind) = Kind::of(kind) else { return Ok(None) };
+        columns.push((name.to_owned(), kind, width));
+        width += kind.size;
+        crate::size::check_at_most("columns of an array", columns.len(), MAX_COLUMNS)?;
+    }
+    if width == 0 {
+        return Ok(None);
+    }
+    check_size(columns.len(), (data.len() / width) as u64)?;
+    let column = |(name, kind, at): (String, Kind, usize)| {
+        let values = data.chunks_exact(width).map(|record| kind.value(&record[at..at + kind.size])).collect();
+        Column { name, values }
+    };
+    Ok(Some(columns.into_iter().map(column).collect()))
 }
 
 /// A file of the archive.
@@ -102,7 +143,7 @@ fn directory(bytes: &[u8]) -> Check<Vec<Entry>> {
     let end = tail.windows(4).rposition(|window| window == END_OF_DIRECTORY);
     let end = from + end.ok_or_else(|| damaged("a file without directory"))?;
     let n = number(bytes, end + 10, 2)?;
-    crate::size::check_at_most("arrays", n, MOST_ARRAYS)?;
+    crate::size::check_at_most("arrays", n, MAX_ARRAYS)?;
     let mut at = number(bytes, end + 16, 4)?;
     let mut entries = Vec::new();
     for _ in 0..n {
@@ -130,9 +171,9 @@ fn contents(bytes: &[u8], entry: &Entry) -> Check<Vec<u8>> {
     }
     let names = number(bytes, entry.at + 26, 2)? + number(bytes, entry.at + 28, 2)?;
     let packed = slice(bytes, entry.at + 30 + names, entry.packed).map_err(place)?;
-    if entry.size > MOST_BYTES {
+    if entry.size > MAX_BYTES {
         let found = format!("{} bytes", entry.size);
-        return Err(BadInput::new(&entry.name, format!("at most {MOST_BYTES} bytes"), found));
+        return Err(BadInput::new(&entry.name, format!("at most {MAX_BYTES} bytes"), found));
     }
     match entry.method {
         0 => Ok(packed.to_vec()),
@@ -142,15 +183,21 @@ fn contents(bytes: &[u8], entry: &Entry) -> Check<Vec<u8>> {
     }
 }
 
-/// An array of numbers with one or two axes; `None` for another.
-fn array(bytes: &[u8]) -> Check<Option<Array>> {
-    let bad = |found: &str| BadInput::new("contents", "a NumPy array", found);
+/// The header of an array and its numbers; `None` for what is no array.
+fn parts(bytes: &[u8]) -> Check<Option<(String, &[u8])>> {
     if bytes.get(..6) != Some(b"\x93NUMPY") {
-        return Err(bad("another beginning"));
+        return Ok(None);
     }
     let width = if bytes.get(6) == Some(&1) { 2 } else { 4 };
     let length = number(bytes, 8, width)?;
-    let header = String::from_utf8_lossy(slice(bytes, 8 + width, length)?);
+    let header = String::from_utf8_lossy(slice(bytes, 8 + width, length)?).into_owned();
+    Ok(Some((header, &bytes[8 + width + length..])))
+}
+
+/// An array of numbers with one or two axes; `None` for another.
+fn array(bytes: &[u8]) -> Check<Option<Array>> {
+    let bad = |found: &str| BadInput::new("contents", "a NumPy array", found);
+    let Some((header, data)) = parts(bytes)? else { return Err(bad("another beginning")) };
     let Some((kind, is_fortran, shape)) = parse_header(&header) else {
         return Err(bad("a header that is none"));
     };
@@ -160,10 +207,10 @@ fn array(bytes: &[u8]) -> Check<Option<Array>> {
         [n, m] => (n, m, true),
         _ => return Ok(None),
     };
-    crate::size::check_at_most("columns of an array", n_columns, MOST_COLUMNS)?;
+    crate::size::check_at_most("columns of an array", n_columns, MAX_COLUMNS)?;
     let n =
-        n_rows.checked_mul(n_columns).filter(|n| *n <= MOST_BYTES).ok_or_else(|| bad("a shape too large"))?;
-    let data = slice(bytes, 8 + width + length, n.saturating_mul(kind.size))?;
+        n_rows.checked_mul(n_columns).filter(|n| *n <= MAX_BYTES).ok_or_else(|| bad("a shape too large"))?;
+    let data = slice(data, 0, n.saturating_mul(kind.size))?;
     let mut values: Vec<f64> = data.chunks_exact(kind.size).map(|cell| kind.value(cell)).collect();
     if is_fortran && has_columns {
         let index = |k: usize| values[(k % n_columns) * n_rows + k / n_columns];
@@ -192,12 +239,16 @@ struct Kind {
 
 impl Kind {
     fn of(text: &str) -> Option<Self> {
-        let [order, letter, digit] = *text.as_bytes() else { return None };
-        let size = usize::from(digit.wrapping_sub(b'0'));
+        let (order, letter, size) = match *text.as_bytes() {
+            [order, letter, digit] => (order, letter, usize::from(digit.wrapping_sub(b'0'))),
+            [letter @ b'?'] | [_, letter @ b'?'] => (b'|', letter, 1),
+            _ => return None,
+        };
         let is_known = match letter {
-            b'f' => matches!(size, 4 | 8),
+            b'f' => matches!(size, 2 | 4 | 8),
             b'i' | b'u' => matches!(size, 1 | 2 | 4 | 8),
             b'b' => size == 1,
+            b'?' => true,
             _ => false,
         };
         is_known.then_some(Self { letter, size, is_big_endian: order == b'>' })
@@ -209,6 +260,7 @@ impl Kind {
         let shift = 64 - 8 * self.size as u32;
         match (self.letter, self.size) {
             (b'f', 8) => f64::from_bits(bits),
+            (b'f', 2) => half::f16::from_bits(bits as u16).to_f64(),
             (b'f', _) => f64::from(f32::from_bits(bits as u32)),
             (b'i', _) => ((bits << shift) as i64 >> shift) as f64,
             _ => bits as f64,

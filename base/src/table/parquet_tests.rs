@@ -1,4 +1,4 @@
-//! Files of pyarrow 26 and polars 2 (`tests/data/tables`, written by `tests/peers/tables_peer.py`): every codec, every type.
+//! Files of pyarrow 26 and polars 2 (`tests/data/tables/write.py`): every codec, every type.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 

@@ -151,6 +151,27 @@ fn arrays_of_every_type_and_order() {
 }
 
 #[test]
+fn halves_records_and_archives_of_numpy() {
+    let file = |name: &str| {
+        Table::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables").join(name), None)
+            .unwrap()
+    };
+    let records = file("structured.npy");
+    assert_eq!(records.names(), "t, n, f, flag");
+    let values = |k: usize| records.columns()[k].values.clone();
+    assert_eq!(values(0), [0.0, 0.05, 0.1, 0.15000000000000002, 0.2]);
+    assert_eq!(values(1), [-2.0, -1.0, 0.0, 1.0, 2.0]);
+    assert_eq!(values(2), [1.5, -2.0, 0.25, 65_504.0, 0.0]);
+    assert_eq!(values(3), [1.0, 0.0, 1.0, 1.0, 0.0]);
+    let archive = file("arrays.npz");
+    assert_eq!(archive.names(), "t, half, stroke[1], stroke[2]");
+    assert_eq!(archive.columns()[1].values, [1.5, -2.0, 0.25, 65_504.0, 0.0]);
+    assert_eq!(archive.columns()[3].values, [1.0, 3.0, 5.0, 7.0, 9.0].map(|x: f64| x / 7.0));
+    let left_out: Vec<&str> = archive.left_out().iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(left_out, ["name", "other"]);
+}
+
+#[test]
 fn stored_and_deflated_archives() {
     let array = npy("|u1", "False", "(3,)", &[1, 2, 3]);
     for method in [0_u16, 8] {
