@@ -16,6 +16,7 @@
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+pub mod checks;
 mod error;
 pub mod file;
 pub mod import;

@@ -5,11 +5,11 @@
 //! where these are known.
 
 mod drive;
-mod suspicion;
 
 use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
+use hysteron_base::checks::check_joint_units;
 use hysteron_base::import::{Assembled, Request, read};
 pub use hysteron_base::import::{BadRows, Columns, POSITION_GAIN};
 use hysteron_base::{BadInput, Filter, Metadata, Recording, Result};
@@ -113,8 +113,12 @@ impl ArmKnown<'_> {
 pub fn with_arm(recording: Recording, known: &ArmKnown) -> std::result::Result<Recording, BadInput> {
     let recorded = Recorded::of(&recording)?;
     check_names(&recorded, known.model)?;
-    if known.unit_check == UnitCheck::Refuse {
-        suspicion::check(&recorded, known.model)?;
+    let joints = known.model.map_or(&[][..], |model| model.joints());
+    let ranges: Vec<Option<[f64; 2]>> = joints.iter().map(|joint| joint.drive.range).collect();
+    if known.unit_check == UnitCheck::Refuse
+        && let Some(doubt) = check_joint_units(&recording, &ranges)
+    {
+        return Err(doubt.into_bad_input("numbers in the unit that is stated"));
     }
     match known.drive {
         Some(drive) => drive::with_currents(recording, drive),

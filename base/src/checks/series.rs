@@ -1,0 +1,83 @@
+//! What the checks read of a recording: the measured rows, by what they are.
+
+use crate::Recording;
+use crate::units::Unit;
+
+/// Beginnings of the names of what is asked for, not measured.
+const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "tick_goal_", "command_"];
+/// What a program says of a row.
+const FLAGS: [&str; 3] = ["extrapolating", "limited", "contact"];
+
+/// True for what is asked for or said by a program, not measured.
+pub fn is_command(name: &str) -> bool {
+    FLAGS.contains(&name)
+        || name.ends_with("labelled_ratio")
+        || COMMANDS.iter().any(|begin| name.starts_with(begin))
+}
+
+/// A channel without the rows that were filled in.
+pub struct Measured {
+    pub name: String,
+    pub values: Vec<f64>,
+}
+
+impl Measured {
+    /// True for where something is: a length or an angle.
+    pub fn is_position(&self) -> bool {
+        let unit = Unit::of_name(&self.name).map(|(_, unit)| unit.si_suffix);
+        matches!(unit, Some("m" | "rad")) || self.name.starts_with("tick_present_")
+    }
+}
+
+/// The measured rows of a recording.
+pub struct Series<'a> {
+    pub recording: &'a Recording,
+    /// Their numbers, from 0.
+    pub rows: &'a [usize],
+    /// Their times [s].
+    pub time: Vec<f64>,
+    /// `stroke_k_m`.
+    pub strokes: Vec<Measured>,
+    /// `tip_x_m`, `tip_y_m`, `tip_z_m`, those that are there.
+    pub tip: Vec<Measured>,
+    /// `tip_qw` … `tip_qz`, all or none.
+    pub orientation: Vec<Measured>,
+    /// What else is measured.
+    pub others: Vec<Measured>,
+}
+
+impl<'a> Series<'a> {
+    pub fn of(recording: &'a Recording, rows: &'a [usize]) -> Self {
+        let of = |name: &str, values: &[f64]| Measured {
+            name: name.to_owned(),
+            values: rows.iter().map(|row| values[*row]).collect(),
+        };
+        let named = |names: &[&str]| -> Vec<Measured> {
+            names.iter().filter_map(|name| Some(of(name, recording.channel(name)?))).collect()
+        };
+        let strokes = recording.strokes();
+        let strokes = strokes
+            .iter()
+            .enumerate()
+            .map(|(k, values)| of(&format!("stroke_{}_m", k + 1), values))
+            .collect();
+        let orientation = named(&["tip_qw", "tip_qx", "tip_qy", "tip_qz"]);
+        let tip = ["tip_x_m", "tip_y_m", "tip_z_m"];
+        let is_other = |name: &str| !is_command(name) && !tip.contains(&name) && !name.starts_with("tip_q");
+        let others = recording.channels().iter().filter(|channel| is_other(&channel.name));
+        Self {
+            recording,
+            rows,
+            time: rows.iter().map(|row| recording.time()[*row]).collect(),
+            strokes,
+            tip: named(&tip),
+            orientation: if orientation.len() == 4 { orientation } else { Vec::new() },
+            others: others.map(|channel| of(&channel.name, &channel.values)).collect(),
+        }
+    }
+
+    /// The tip's axes and everything else that is measured.
+    pub fn measured(&self) -> impl Iterator<Item = &Measured> {
+        self.tip.iter().chain(&self.others)
+    }
+}
