@@ -117,11 +117,7 @@ impl Tendon {
             positive("tendon.law", spec.law.presliding())?;
         }
         if !(spec.friction.is_finite() && spec.friction >= 0.0) {
-            return Err(BadInput::new(
-                "tendon.friction",
-                "a finite number >= 0",
-                format!("{:?}", spec.friction),
-            ));
+            return Err(BadInput::new("tendon.friction", "a finite number >= 0", spec.friction.to_string()));
         }
         Ok(Self::of_valid(spec))
     }

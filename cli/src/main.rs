@@ -38,6 +38,9 @@ fn main() -> ExitCode {
             terminal::exit_code_of_printing()
         }
         Err(error) => {
+            if let Some(refused) = error.downcast_ref::<workflow::check::Refused>() {
+                terminal::conclude(&refused.outcome);
+            }
             if failure::is_told(&error) {
                 tracing::warn!("{error:#}");
             } else {

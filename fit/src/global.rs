@@ -246,6 +246,6 @@ fn evaluation(error: ConstraintSolveError<Halt>) -> Halt {
     match error {
         ConstraintSolveError::Evaluation(error) => error,
         // The bounds are ours: from 0 to 1.
-        other => BadInput::new("bounds", "an interval for each parameter", format!("{other:?}")).into(),
+        _ => BadInput::new("bounds", "an interval for each parameter", "one that is none").into(),
     }
 }

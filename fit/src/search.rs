@@ -254,7 +254,11 @@ impl<'a, E: Failure> Problem<'a, E> {
             TerminationReason::LostPatience => {
                 format!("not converged after {} evaluations", report.number_of_evaluations)
             }
-            other => format!("not converged: {other:?}"),
+            TerminationReason::NoImprovementPossible(_) => {
+                "not converged: no step lowers the error".to_owned()
+            }
+            TerminationReason::Numerical(_) => "not converged: a number is not finite".to_owned(),
+            _ => "not converged: the search was given up".to_owned(),
         };
         Ok(Found { places, iterations, ended, is_converged })
     }

@@ -237,7 +237,7 @@ impl Motion {
 
     fn check_identifiable(&self, recording: &Recording) -> Check<()> {
         if let Some(j) = self.drives.iter().position(|drive| *drive != Drive::Stroke) {
-            let found = format!("{:?} for tendon {}", self.drives[j], j + 1);
+            let found = format!("tendon {}, which is not", j + 1);
             return Err(BadInput::new("drive", "tendons driven by strokes", found));
         }
         let n = self.len();

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hysteron_base::checks::Purpose;
 use hysteron_base::{Scene, json};
 use hysteron_twin::residual::{AdaptOptions, Adapted, Kept, adapt, n_samples};
 use hysteron_twin::{Motion, Twin};
@@ -11,7 +12,7 @@ use serde_json::Value;
 use crate::network::Network;
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller, verdict};
-use crate::{inputs, paths};
+use crate::{inputs, paths, recording_checks};
 use hysteron_report::page::write_metrics;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -57,6 +58,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let folder = paths::beside(&options.out, options.figures.as_deref());
     let outputs = outputs.scene(&options.scene, &scene).file("--out", &options.out);
     let _claim = outputs.report("--figures", Some(&folder)).check(caller)?;
+    let found = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
     caller.listen();
     let bar = caller.progress("samples", n_samples(&twin, &motions), 0);
     let on_sample = || {
@@ -73,6 +75,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.sign(&mut adapted.model.training);
     adapted.model.write(&options.out)?;
     let value = write_metrics(&folder, &Metrics::new(&adapted, &settings, caller))?;
+    let value = found.in_report(value, Some(&folder))?;
     print(&adapted, caller);
     caller.wrote(&options.out);
     Ok(value)

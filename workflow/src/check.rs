@@ -1,9 +1,11 @@
-//! `hysteron check`: is a scene fit to be simulated, and what will it cost?
+//! `hysteron check`: is a scene fit to be simulated, and what will it cost? Can recordings be true?
 
-use std::path::PathBuf;
+mod recordings;
+
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hysteron_base::{Drive, Scene, json};
+use hysteron_base::{BadInput, Drive, Scene, json};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
 use hysteron_twin::Twin;
 
@@ -13,21 +15,78 @@ use serde_json::Value;
 
 use crate::Caller;
 use crate::mesh::{self, print_quality};
+use crate::recording_checks::body_length;
 
-/// Check a scene and its mesh
+/// Check a scene with its mesh, or recordings
 ///
-/// Prints the quality of the mesh, every tendon with its length and how far its points lie outside the body, and
-/// the size of the equations.
+/// Of a scene: the quality of the mesh, every tendon with its length and how far its points lie outside the body, and
+/// the size of the equations. Of recordings: one table of what is doubtful or cannot be right, as units, frozen or copied
+/// channels, gaps, spikes, delays and too little motion; exit code 2 where something cannot be right. Recordings that stand
+/// beside a scene are compared with its body too.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Scene file of the robot (scene.toml)
-    pub scene: PathBuf,
+    /// Scene file (scene.toml), recordings (.parquet, .csv, .journal) or folders of them
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "FILE"))]
+    pub files: Vec<PathBuf>,
+}
+
+/// Recordings of which something cannot be right; all findings have been printed.
+#[derive(Debug)]
+pub struct Refused {
+    /// What `--json` prints all the same.
+    pub outcome: Value,
+    n_errors: usize,
+    first: BadInput,
+}
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} of the findings cannot be right, the first", self.n_errors)
+    }
+}
+
+impl std::error::Error for Refused {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.first)
+    }
 }
 
 /// Carries out the verb.
+///
+/// # Errors
+/// Bad input; [`Refused`].
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let scene = Scene::read(&options.scene)?;
+    let (scenes, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        options.files.iter().partition(|path| is_scene(path));
+    match (&scenes[..], &others[..]) {
+        ([scene], []) => Ok(self::scene(scene, caller)?.0),
+        ([], _) => recordings::check(&others, None, caller),
+        ([scene], _) => {
+            let (outcome, length) = self::scene(scene, caller)?;
+            caller.say("");
+            let mut value = recordings::check(&others, Some(length), caller)?;
+            value["scene"] = outcome;
+            Ok(value)
+        }
+        _ => {
+            let found = scenes.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
+            Err(BadInput::new("FILE", "one scene at most", found)
+                .hint("check them one after the other")
+                .into())
+        }
+    }
+}
+
+/// True for what is no recording by its ending, and no folder.
+fn is_scene(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    !path.is_dir() && !matches!(ending, Some("parquet" | "csv" | "journal"))
+}
+
+/// Checks a scene and its mesh; gives the length of the body too [m].
+fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(Value, f64)> {
+    let scene = Scene::read(path)?;
     let body = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let quality = check_mesh(&body, &scene.mesh_path.display().to_string())?;
     let twin = Twin::new(&scene, &body)?;
@@ -49,7 +108,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     print_friction(&twin, caller);
     caller.say("");
     let factor = print_equations(&twin, caller)?;
-    Ok(json::to_value(Summary {
+    let outcome = json::to_value(Summary {
         robot: &scene.name,
         scene_sha256: &scene.hash,
         mesh: mesh::Summary::new(&body, &quality),
@@ -59,7 +118,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         auxiliary_tendons: twin.tendons.len() - twin.n_primary,
         unknowns: twin.body.n_unknowns(),
         factor_bytes: factor,
-    })?)
+    })?;
+    Ok((outcome, body_length(&twin)))
 }
 
 /// What the verb came to.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, rng};
 use hysteron_control::split::{MotionKind, draw_validation};
 use hysteron_learn::{Epoch, FitReport, Progress};
@@ -17,6 +18,7 @@ use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::paper_design::{DesignName, PaperDesign};
 use crate::paths;
+use crate::recording_checks;
 use crate::resume::Unfinished;
 
 /// More networks than any mean gains from.
@@ -71,6 +73,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let figures = paths::beside(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _claim = outputs.check(caller)?;
+    let found = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
     let usable: Vec<&Input> = inputs
         .iter()
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
@@ -102,6 +105,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.sign(&mut model.training);
     model.write(&options.out)?;
     let value = report(options, &model, &reports, caller)?;
+    let value = found.in_report(value, Some(&paths::beside(&options.out, options.figures.as_deref())))?;
     unfinished.end(is_finished, caller)?;
     Ok(value)
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Metadata, Recording, file};
+use hysteron_control::path::{is_recording, read_untimed};
 
 /// A recording, the bytes of its file as a hash, and the name it goes by.
 pub struct Input {
@@ -34,8 +35,25 @@ pub fn files(paths: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
 
 /// Reads all recordings that `paths` name, in order of their names.
 pub fn read(paths: &[PathBuf]) -> anyhow::Result<Vec<Input>> {
+    read_each(paths, &|path| Ok(Recording::read(path)?))
+}
+
+/// The same, with paths without times among them (.csv with columns x and y).
+pub fn read_paths(paths: &[PathBuf]) -> anyhow::Result<Vec<Input>> {
+    let read = |path: &Path| -> anyhow::Result<Recording> {
+        let is_path = path.extension().is_some_and(|ending| ending == "csv") && !is_recording(path)?;
+        Ok(if is_path { read_untimed(path)? } else { Recording::read(path)? })
+    };
+    read_each(paths, &read)
+}
+
+fn read_each(
+    paths: &[PathBuf],
+    read: &dyn Fn(&Path) -> anyhow::Result<Recording>,
+) -> anyhow::Result<Vec<Input>> {
     let files = files(paths)?;
-    let mut inputs: Vec<Input> = files.iter().map(|path| read_one(path)).collect::<anyhow::Result<_>>()?;
+    let mut inputs: Vec<Input> =
+        files.iter().map(|path| read_one(path, read)).collect::<anyhow::Result<_>>()?;
     inputs.sort_by(|a, b| a.name.cmp(&b.name));
     if let Some(pair) = inputs.windows(2).find(|pair| pair[0].name == pair[1].name) {
         let found = format!("{} and {}", pair[0].path.display(), pair[1].path.display());
@@ -44,10 +62,10 @@ pub fn read(paths: &[PathBuf]) -> anyhow::Result<Vec<Input>> {
     Ok(inputs)
 }
 
-fn read_one(path: &Path) -> anyhow::Result<Input> {
+fn read_one(path: &Path, read: &dyn Fn(&Path) -> anyhow::Result<Recording>) -> anyhow::Result<Input> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let hash = file::sha256_hex(&file::read_bytes(path)?);
-    Ok(Input { name, path: path.to_owned(), hash, recording: Recording::read(path)? })
+    Ok(Input { name, path: path.to_owned(), hash, recording: read(path)? })
 }
 
 /// The recordings in a folder, at least one.

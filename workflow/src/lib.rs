@@ -37,6 +37,7 @@ pub mod outputs;
 mod paper_design;
 mod paths;
 mod plan;
+mod recording_checks;
 mod resume;
 mod run;
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_control::Plan;
+use hysteron_control::{Limits, Plan};
 
 /// Angles of tendons that differ by less than this are meant to be the same [rad].
 const SAME_ANGLE: f64 = 1e-3;
@@ -17,6 +17,43 @@ pub fn read(named: &str) -> anyhow::Result<(Plan, String)> {
     }
     let plan = Plan::named(named)?;
     Ok((plan, Plan::text(named).unwrap_or_default().to_owned()))
+}
+
+/// The plan of this name at the largest scale, at most its own, at which its strokes and their rates stay within `limits` (one for
+/// each tendon), with its text and that scale. A tendon that was never released is not released by the plan either.
+///
+/// # Errors
+/// `BadInput` where next to nothing is left of it; those of reading.
+pub fn within(named: &str, limits: &[Limits], by: &str) -> anyhow::Result<(Plan, String, f64)> {
+    /// Part of the plan's size below which it is another plan.
+    const SMALLEST: f64 = 0.02;
+    let (plan, text) = read(named)?;
+    let release = |limits: &Limits| -limits.stroke.min / limits.stroke.max;
+    let release = limits.iter().map(release).fold(1.0, f64::min).max(0.0);
+    let typed = plan.trajectories().first().map_or(release, |one| one.tendons.release);
+    let (plan, text) = if release < typed { changed(&text, "release", release)? } else { (plan, text) };
+    let scale = plan.largest_scale(limits);
+    if scale >= 1.0 {
+        return Ok((plan, text, 1.0));
+    }
+    if scale < SMALLEST {
+        let expected = format!("recordings that pull every tendon, for plan {}", plan.name);
+        let bad =
+            BadInput::new(by, expected, format!("strokes that allow {:.2} % of its size", 100.0 * scale));
+        return Err(bad.hint("name a plan with --plan, which is carried out as it is").into());
+    }
+    // Digits that a person reads; never above.
+    let scale = (1e4 * scale).floor() / 1e4;
+    let (plan, text) = changed(&text, "scale", scale)?;
+    Ok((plan, text, scale))
+}
+
+/// A plan whose text has another value of a number.
+fn changed(text: &str, key: &str, value: f64) -> anyhow::Result<(Plan, String)> {
+    let mut document: toml_edit::DocumentMut = text.parse()?;
+    document[key] = toml_edit::value(value);
+    let text = document.to_string();
+    Ok((Plan::from_toml(&text, "plan")?, text))
 }
 
 /// Where about the body the tendons run [rad], at their beginning.

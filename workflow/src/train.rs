@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_base::BadInput;
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, RecurrentOptions, fit_recurrent,
     fit_windowed,
@@ -16,6 +17,7 @@ use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::paper_design::{DesignName, PaperDesign};
 use crate::paths;
+use crate::recording_checks;
 use crate::resume::Unfinished;
 
 /// Train the inverse controller on recordings (EDIC)
@@ -87,6 +89,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let figures = paths::beside(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _claim = outputs.check(caller)?;
+    let found = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
     let data = dataset(options, &inputs, caller)?;
     caller.listen();
     let unfinished = Unfinished::new(&options.out, vec![options.out.with_extension("training")]);
@@ -106,6 +109,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.sign(&mut fitted.model.training);
     fitted.model.write(&options.out)?;
     let value = report(options, &data, &fitted, caller)?;
+    let value = found.in_report(value, Some(&paths::beside(&options.out, options.figures.as_deref())))?;
     unfinished.end(fitted.is_finished, caller)?;
     Ok(value)
 }

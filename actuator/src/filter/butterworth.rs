@@ -86,7 +86,9 @@ impl LowPass {
             return Err(BadInput::new(
                 "specification of the filter",
                 expected,
-                format!("{wanted:?} at {rate} Hz"),
+                format!(
+                    "{pass_db} dB up to {pass} Hz and {stop_db} dB from {stop} Hz on, at a rate of {rate} Hz"
+                ),
             ));
         }
         let analogue = |f: f64| (PI * f / rate).tan();

@@ -232,7 +232,8 @@ impl<'a> Believed<'a> {
         let inverse = |(body, joint): (&Body, &crate::Joint)| {
             matrix(body).cholesky().map(|cholesky| cholesky.inverse()).ok_or_else(|| {
                 let place = format!("{}: {}", model.name(), joint.name);
-                BadInput::new(place, "a body of finite mass and size", format!("{:?}", joint.inertia))
+                let mass = joint.inertia.mass;
+                BadInput::new(place, "a body of finite mass and size", format!("one of {mass} kg"))
             })
         };
         let inverses = bodies.iter().zip(&model.joints).map(inverse).collect::<Result<_, _>>()?;

@@ -244,11 +244,9 @@ impl NetworkShape {
         let scales = &self.scales;
         let sets = [&scales.speeds, &scales.accelerations, &scales.torques, &scales.factor];
         if sets.iter().any(|set| set.len() != n || set.iter().any(|v| !(*v > 0.0 && v.is_finite()))) {
-            return Err(BadInput::new(
-                "network: scales",
-                format!("{n} numbers > 0 each"),
-                format!("{scales:?}"),
-            ));
+            let found: Vec<String> = sets.iter().flat_map(|set| set.iter()).map(f64::to_string).collect();
+            let expected = format!("4 times {n} numbers > 0");
+            return Err(BadInput::new("network: scales", expected, found.join(", ")));
         }
         if let InputForm::Products(degree) = self.inputs
             && !(1..=MOST_DEGREE).contains(&degree)

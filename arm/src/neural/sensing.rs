@@ -62,7 +62,7 @@ impl SensingHeader {
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
         let n = channels(features);
         if self.shape.form != Form::Streaming {
-            return Err(BadInput::new("shape.form", "streaming", format!("{:?}", self.shape.form)));
+            return Err(BadInput::new("shape.form", "streaming", "windows"));
         }
         self.shape.check()?;
         if self.shape.inputs != n || self.shape.heads != Heads::sizes(features) || !self.scale.is_for(n) {

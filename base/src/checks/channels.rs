@@ -151,9 +151,7 @@ fn held(channels: &[&Measured], series: &Series) -> Vec<Warning> {
 fn duplicated(series: &Series) -> Option<Warning> {
     let n = series.time.len();
     let is_same = |i: usize| series.measured().all(|channel| channel.values[i] == channel.values[i - 1]);
-    if series.measured().next().is_none() {
-        return None;
-    }
+    series.measured().next()?;
     let same: Vec<bool> = (0..n).map(|i| i > 0 && is_same(i)).collect();
     let is_single = |i: &usize| same[*i] && !same[*i - 1] && !same.get(*i + 1).copied().unwrap_or(false);
     let single: Vec<usize> = (1..n).filter(is_single).collect();

@@ -126,7 +126,7 @@ fn stretches(recording: &Recording) -> Vec<(u64, usize)> {
         }
         // The low bits of a product are those of its factors alone.
         let hash = mixed(hash);
-        if changes >= MIN_CHANGES && hash % KEPT == 0 {
+        if changes >= MIN_CHANGES && hash.is_multiple_of(KEPT) {
             found.push((hash, first));
         }
     }

@@ -96,7 +96,7 @@ fn temperature(joint: Joint) -> Option<Warning> {
         .measured(value, limit, "deg C")
         .at_rows(row, row)
         .hint("temperatures are in degrees Celsius");
-    Some(if value < ABSOLUTE_ZERO { warning.is_impossible() } else { warning })
+    Some(if value < ABSOLUTE_ZERO { warning.impossible() } else { warning })
 }
 
 /// The slope of the coordinate's change over the speed is one.

@@ -135,7 +135,7 @@ impl Warning {
         self
     }
 
-    fn is_impossible(mut self) -> Self {
+    fn impossible(mut self) -> Self {
         self.severity = Severity::Error;
         self
     }

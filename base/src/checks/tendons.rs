@@ -57,7 +57,7 @@ fn sizes(stroke: f64, tip: f64) -> Vec<Warning> {
     };
     let mut found = Vec::new();
     if tip > IMPOSSIBLE_TIP {
-        found.push(warning("tip", tip, IMPOSSIBLE_TIP).is_impossible());
+        found.push(warning("tip", tip, IMPOSSIBLE_TIP).impossible());
     } else if tip > LARGEST_TIP {
         found.push(warning("tip", tip, LARGEST_TIP));
     }
@@ -72,7 +72,7 @@ fn frozen(stroke: f64) -> Warning {
     let warning = Warning::new(Finding::Frozen, "tip", finding)
         .measured(1e3 * stroke, 1e3 * STROKES_MOVE, "mm")
         .hint("was the tracker on, and its marker seen?");
-    if stroke >= STROKES_MUST_MOVE { warning.is_impossible() } else { warning }
+    if stroke >= STROKES_MUST_MOVE { warning.impossible() } else { warning }
 }
 
 fn ratio(stroke: f64, tip: f64) -> Option<Warning> {
@@ -114,7 +114,7 @@ fn reach(series: &Series, length: f64) -> Option<Warning> {
         Warning::new(Finding::Reach, channel, finding)
             .measured(1e3 * apart, 1e3 * limit, "mm")
             .hint("is this the robot of the scene, and are the units right?")
-            .is_impossible(),
+            .impossible(),
     )
 }
 
@@ -134,7 +134,7 @@ fn orientation(series: &Series, tip: f64) -> Option<Warning> {
             .measured(off, UNIT_LENGTH, "-")
             .at_rows(series.rows[at], series.rows[at])
             .hint("are they in the order w, x, y, z, and whole?");
-        return Some(if length(at) < NO_LENGTH { warning.is_impossible() } else { warning });
+        return Some(if length(at) < NO_LENGTH { warning.impossible() } else { warning });
     }
     let is_frozen = parts.iter().all(|part| part.values.iter().all(|value| *value == part.values[0]));
     (is_frozen && tip > TIP_TURNS).then(|| {

@@ -46,25 +46,23 @@ impl FeatureSpec {
     pub(super) fn check(&self) -> Result<(), BadInput> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         let all = |values: &[f64]| values.iter().all(|v| positive(*v));
+        let one = |value: &f64| vec![*value];
+        let horizons = all(&self.horizons_s) && self.horizons_s.iter().all(|h| *h < 100.0);
+        let half_width = self.half_width_s >= self.step_s && self.half_width_s < 10.0;
         let checks = [
-            ("step_s", positive(self.step_s), "a duration > 0"),
-            (
-                "half_width_s",
-                self.half_width_s >= self.step_s && self.half_width_s < 10.0,
-                "one sample to 10 s",
-            ),
-            ("slow_m_s", positive(self.slow_m_s), "a speed > 0"),
-            (
-                "horizons_s",
-                all(&self.horizons_s) && self.horizons_s.iter().all(|h| *h < 100.0),
-                "0 < s < 100",
-            ),
-            ("plays_m", all(&self.plays_m), "widths > 0"),
-            ("filters_s", all(&self.filters_s), "times > 0"),
-            ("delay_s", (0.0..100.0).contains(&self.delay_s), "0 <= s < 100"),
+            ("step_s", positive(self.step_s), "a duration > 0", one(&self.step_s)),
+            ("half_width_s", half_width, "one sample to 10 s", one(&self.half_width_s)),
+            ("slow_m_s", positive(self.slow_m_s), "a speed > 0", one(&self.slow_m_s)),
+            ("horizons_s", horizons, "0 < s < 100", self.horizons_s.clone()),
+            ("plays_m", all(&self.plays_m), "widths > 0", self.plays_m.clone()),
+            ("filters_s", all(&self.filters_s), "times > 0", self.filters_s.clone()),
+            ("delay_s", (0.0..100.0).contains(&self.delay_s), "0 <= s < 100", one(&self.delay_s)),
         ];
-        match checks.iter().find(|(_, fits, _)| !fits) {
-            Some((name, _, expected)) => Err(BadInput::new(*name, *expected, format!("{self:?}"))),
+        match checks.into_iter().find(|(_, fits, ..)| !fits) {
+            Some((name, _, expected, found)) => {
+                let found = found.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+                Err(BadInput::new(format!("features: {name}"), expected, found))
+            }
             None => Ok(()),
         }
     }

@@ -142,7 +142,9 @@ impl InverseModel {
             Design::Recurrent { features, regression } => {
                 features.check()?;
                 if features.axes != self.axes() || !regression.is_for(features.axes) {
-                    return Err(BadInput::new("design", "the same axes throughout", format!("{features:?}")));
+                    let of = |axes: Axes| axes.names().join(", ");
+                    let found = format!("features of {}, outputs of {}", of(features.axes), of(self.axes()));
+                    return Err(BadInput::new("design", "the same axes throughout", found));
                 }
                 if [features.n_tendons, regression.n_tendons()] != [self.n_tendons; 2] {
                     let found = format!("{} and {}", features.n_tendons, regression.n_tendons());
@@ -154,7 +156,8 @@ impl InverseModel {
         let found = [self.inputs.channels.len(), self.outputs.channels.len()];
         if found != [n_inputs, self.n_tendons] {
             let expected = format!("{n_inputs} inputs and {} outputs", self.n_tendons);
-            return Err(BadInput::new("design", expected, format!("{found:?}")));
+            let [n_in, n_out] = found;
+            return Err(BadInput::new("design", expected, format!("{n_in} and {n_out}")));
         }
         check_limits(&self.limits)
     }

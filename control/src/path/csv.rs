@@ -41,6 +41,7 @@ fn columns(header: &::csv::StringRecord) -> Result<Vec<(usize, &'static Unit)>, 
     let mut columns: Vec<(usize, &Unit)> = Vec::new();
     for name in header {
         let (stem, unit) = Unit::of_name(name).filter(|(_, unit)| unit.si_suffix == "m").ok_or_else(bad)?;
+        let stem = stem.strip_prefix("tip_").unwrap_or(stem);
         let c = ["x", "y", "z"].iter().position(|known| *known == stem).ok_or_else(bad)?;
         if columns.iter().any(|(earlier, _)| *earlier == c) {
             return Err(bad());

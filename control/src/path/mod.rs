@@ -13,16 +13,19 @@ mod csv;
 mod family;
 mod outline;
 mod schema;
+mod span;
 mod svg;
 mod timing;
 
 use crate::plan::rise;
 use crate::{Error, Result};
 use hysteron_base::{BadInput, Channel, Metadata, Recording, file};
+use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 pub use outline::{Outline, Point};
+pub use span::PathSpan;
 
 /// Curves that have a name on the command line, as in `circle:40`, and what is written for them in `[curve]`; `SIZE`
 /// stands for the size.
@@ -84,6 +87,29 @@ pub fn is_recording(path: &Path) -> Result<bool> {
         _ => false,
     })
 }
+
+/// Whether a recording is a path without times; see [`read_untimed`].
+pub fn is_untimed(recording: &Recording) -> bool {
+    recording.meta().extra.contains_key(UNTIMED)
+}
+
+/// A path without times, a .csv with columns x and y as outlines have them (`x_mm,y_mm`, or `tip_x_mm,tip_y_mm`), as the recording of a
+/// tip; its rows are counted in place of seconds.
+///
+/// # Errors
+/// `BadInput` naming the line; `File` if it cannot be read.
+pub fn read_untimed(path: &Path) -> Result<Recording> {
+    let (points, _) = csv::read(&file::read_text(path)?).map_err(|bad| bad.within(path.display()))?;
+    let channel = |c: usize, name: &str| Channel::new(name, points.iter().map(|point| point[c]).collect());
+    let time = (0..points.len()).map(|row| row as f64).collect();
+    let extra = BTreeMap::from([(UNTIMED.to_owned(), "true".to_owned())]);
+    let meta = Metadata { extra, source: "a path without times".to_owned(), ..Metadata::default() };
+    let channels = vec![channel(0, "tip_x_m"), channel(1, "tip_y_m")];
+    Ok(Recording::new(time, channels, Vec::new(), meta).map_err(|bad| bad.within(path.display()))?)
+}
+
+/// Metadata key of what [`read_untimed`] gives.
+const UNTIMED: &str = "path.untimed";
 
 impl TargetPath {
     /// The target that a person names: the file of one (.toml), an outline (.svg, or .csv with x and y), a recording

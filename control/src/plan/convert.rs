@@ -129,7 +129,10 @@ fn motion(name: &str, typed: &schema::Trajectory, scale: f64) -> Check<Motion> {
     };
     let family = family(&key, typed)?;
     if let (Typed::Sinusoid, Some(direction)) = (typed.family, typed.direction) {
-        let found = format!("{direction:?}");
+        let found = match direction {
+            Direction::CounterClockwise => "counter_clockwise",
+            Direction::Clockwise => "clockwise",
+        };
         return Err(BadInput::new(key("direction"), "no such key for a sinusoid", found)
             .hint("phase_deg = 180 begins the other way"));
     }

@@ -27,7 +27,35 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// The largest scale, at most 1, at which every sample is within these limits, one for each tendon, and every change from one to
+    /// the next.
+    pub fn largest_scale(&self, limits: &[Limits]) -> f64 {
+        self.trajectories.iter().map(|trajectory| trajectory.largest_scale(limits)).fold(1.0, f64::min)
+    }
+}
+
 impl Trajectory {
+    fn largest_scale(&self, limits: &[Limits]) -> f64 {
+        let mut scale: f64 = 1.0;
+        let (mut strokes, mut before) = (vec![0.0; self.tendons.angles.len()], Vec::new());
+        for i in 0..self.n_samples() {
+            self.strokes_into(self.time(i), &mut strokes);
+            for (k, (stroke, limits)) in strokes.iter().zip(limits).enumerate() {
+                let bound = if *stroke > 0.0 { limits.stroke.max } else { -limits.stroke.min };
+                if stroke.abs() * scale > bound {
+                    scale = (bound / stroke.abs()).max(0.0);
+                }
+                let rate = before.get(k).map_or(0.0, |before: &f64| (stroke - before).abs() * self.rate_hz);
+                if rate * scale > limits.stroke_rate {
+                    scale = limits.stroke_rate / rate;
+                }
+            }
+            before.clone_from(&strokes);
+        }
+        scale
+    }
+
     /// See [`Plan::check`].
     ///
     /// # Errors

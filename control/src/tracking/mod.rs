@@ -3,6 +3,7 @@
 //! Everything is measured in the plane (x, y), and only on the curve itself: neither rest nor the way to the curve
 //! count. A recording of several laps has one polygon for each.
 
+mod closed;
 mod curve;
 mod overlap;
 mod repeats;
@@ -12,10 +13,12 @@ mod timing;
 mod tests;
 
 use crate::TargetPath;
+use crate::path::PathSpan;
 use hysteron_base::{BadInput, Recording};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
+pub use closed::frechet_closed;
 pub use curve::{Point, chamfer, distances, frechet, hausdorff, nearest};
 pub use overlap::iou;
 pub use repeats::{Repeatability, repeatability};
@@ -23,6 +26,8 @@ pub use timing::{Timed, aligned_rmse, lag};
 
 /// Points of the target, at equal distances along its curve, that are compared.
 const TARGET_POINTS: f64 = 2000.0;
+/// Rounding of a time, far below a sample [s].
+const ROUNDING: f64 = 1e-6;
 /// Most pairs of a sample of the target and one of the recording: some ten seconds of comparing.
 const MOST_PAIRS: usize = 2_000_000_000;
 
@@ -69,18 +74,26 @@ impl Tracked {
         origin: Origin,
     ) -> Result<Self, BadInput> {
         let (x, y) = (recording.require("tip_x_m")?, recording.require("tip_y_m")?);
-        let start = recording.time()[0];
-        let measured: Vec<usize> = (0..x.len()).filter(|i| !recording.gap()[*i]).collect();
+        let (first, span) = (recording.time()[0], PathSpan::of(recording)?);
+        let start = first + span.begins;
+        let is_path = |i: &usize| {
+            let after = recording.time()[*i] - first;
+            part == Part::AtTheSameTimes || (span.begins - ROUNDING..=span.ends + ROUNDING).contains(&after)
+        };
+        let measured: Vec<usize> = (0..x.len()).filter(|i| !recording.gap()[*i]).filter(is_path).collect();
         let time: Vec<f64> = measured.iter().map(|i| recording.time()[*i] - start).collect();
         let mut points: Vec<Point> = measured.iter().map(|i| [x[*i], y[*i]]).collect();
         if origin == Origin::Rest {
             let rest = target.time(target.rest().end - 1);
-            let n = time.partition_point(|time| *time <= rest).max(1).min(points.len());
-            let sum = points[..n].iter().fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
-            points.iter_mut().for_each(|p| *p = [0, 1].map(|c| p[c] - sum[c] / n as f64));
+            let before = time.partition_point(|time| *time < -ROUNDING).min(points.len().saturating_sub(1));
+            let n = time.partition_point(|time| *time <= rest).max(before + 1).min(points.len());
+            let resting = &points[before.min(n)..n];
+            let sum = resting.iter().fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+            let mean = sum.map(|sum| sum / resting.len().max(1) as f64);
+            points.iter_mut().for_each(|p| *p = [0, 1].map(|c| p[c] - mean[c]));
         }
         let laps = match part {
-            Part::AtTheSameTimes => at_times(target, &time, recording)?,
+            Part::AtTheSameTimes => at_times(target, &time, span.ends - span.begins)?,
             Part::Whole => evenly(target.laps().count(), time.len()),
         };
         if let Some(lap) = laps.iter().find(|lap| (*lap).clone().count() < 3) {
@@ -104,24 +117,20 @@ impl Tracked {
     }
 }
 
-/// Samples between the times at which the target's laps begin and end.
+/// Samples between the times at which the target's laps begin and end, of a path of `recorded` seconds.
 fn at_times(
     target: &TargetPath,
     time: &[f64],
-    recording: &Recording,
+    recorded: f64,
 ) -> Result<Vec<RangeInclusive<usize>>, BadInput> {
-    // Rounding of a time, far below a sample.
-    const ROUNDING: f64 = 1e-6;
     let end = target.time(*target.curve().end());
-    let times = recording.time();
-    let recorded = times[times.len() - 1] - times[0];
     if recorded < end - 1.0 / target.rate_hz - ROUNDING {
         return Err(BadInput::new(
             "recording",
             format!("at least {end:.2} s, when the curve of target {} ends", target.name),
             format!("{recorded:.2} s"),
         )
-        .hint("--whole where the recording holds the curve and nothing else"));
+        .hint("--whole where the recording holds the curve and nothing else: scores of its geometry alone"));
     }
     let lap = |lap: RangeInclusive<usize>| {
         let first = time.partition_point(|t| *t < target.time(*lap.start()) - ROUNDING);
@@ -153,7 +162,8 @@ pub struct TrackingScore {
     pub chamfer_m: f64,
     /// Hausdorff distance [m].
     pub hausdorff_m: f64,
-    /// Discrete Fréchet distance, samples of the target against those of the path [m].
+    /// Discrete Fréchet distance, samples of the target against those of the path [m]; of closed targets the smallest over all
+    /// beginnings.
     pub frechet_m: f64,
     /// Root mean square distance at the same times [m]; none where times do not compare.
     pub aligned_rmse_m: Option<f64>,
@@ -192,7 +202,11 @@ pub fn score(target: &TargetPath, tracked: &Tracked) -> TrackingScore {
         iou: mean_iou(target, &goal, tracked),
         chamfer_m: chamfer(&goal, path),
         hausdorff_m: hausdorff(&goal, path),
-        frechet_m: frechet(&samples, path),
+        frechet_m: if target.outline.is_closed() {
+            frechet_closed(&samples, path)
+        } else {
+            frechet(&samples, path)
+        },
         aligned_rmse_m,
         lag_s,
         samples: path.len(),

@@ -246,8 +246,9 @@ impl<M: Model> Training<M> {
         let adam: Adam = file.take("adam")?;
         adam.check()?;
         let record: Record = file.take("record")?;
-        if record.best.is_some_and(|(epoch, _)| epoch > record.epochs) {
-            return Err(BadInput::new("record", "a best epoch that is done", format!("{record:?}")));
+        if let Some((best, _)) = record.best.filter(|(epoch, _)| *epoch > record.epochs) {
+            let found = format!("epoch {best} of {} done", record.epochs);
+            return Err(BadInput::new("record", "a best epoch that is done", found));
         }
         let steps = file.take("steps")?;
         let tensors = like.tensors();

@@ -225,7 +225,7 @@ impl TensorFile {
                 Dtype::F64 => Numbers::Double(
                     tensor.data().as_chunks().0.iter().map(|v| f64::from_le_bytes(*v)).collect(),
                 ),
-                other => return Err(BadInput::new(name, "F32 or F64", format!("{other:?}"))),
+                _ => return Err(BadInput::new(name, "numbers of 32 or 64 bits (F32, F64)", "another kind")),
             };
             found.tensors.insert(name.to_owned(), (tensor.shape().to_vec(), numbers));
         }

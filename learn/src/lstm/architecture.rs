@@ -20,6 +20,16 @@ pub enum Head {
     Tanh,
 }
 
+impl Head {
+    /// Name as in a checkpoint.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Tanh => "tanh",
+        }
+    }
+}
+
 /// The shape of a network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,6 +46,13 @@ pub struct Architecture {
     pub head: Head,
     /// Probability p that a value between two layers is zero while training; the others grow by 1/(1 - p).
     pub dropout: f64,
+}
+
+impl std::fmt::Display for Architecture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { inputs, hidden, layers, outputs, head, .. } = self;
+        write!(f, "{inputs} inputs, {layers} layers of {hidden}, {outputs} outputs, head {}", head.name())
+    }
 }
 
 impl Architecture {

@@ -40,7 +40,7 @@ impl Network {
         let bad = |expected: &str, found: String| BadInput::new("networks to join", expected, found);
         let one = &members.first().ok_or_else(|| bad("at least one", "none".to_owned()))?.architecture;
         if one.head != Head::Linear || members.iter().any(|member| member.architecture != *one) {
-            let found = members.iter().map(|member| format!("{:?}", member.architecture)).collect::<Vec<_>>();
+            let found = members.iter().map(|member| member.architecture.to_string()).collect::<Vec<_>>();
             return Err(bad("one shape, with a linear head", found.join("; ")));
         }
         let (n, h) = (members.len(), one.hidden);
@@ -89,7 +89,7 @@ impl Network {
     pub fn for_ranges(&self, own: [&Normaliser; 2], other: [&Normaliser; 2]) -> Result<Self, BadInput> {
         let Architecture { inputs, hidden, layers, outputs, head, .. } = self.architecture;
         if head != Head::Linear {
-            return Err(BadInput::new("network", "a linear head", format!("{head:?}")));
+            return Err(BadInput::new("network", "a linear head", head.name()));
         }
         let [to_own, to_other] = [own[0].from_normalised(other[0]), other[1].from_normalised(own[1])];
         assert_eq!([to_own.len(), to_other.len()], [inputs, outputs], "channels");

@@ -18,6 +18,7 @@ mod identify_servo;
 mod interrupt;
 mod limits;
 mod mesh;
+mod messages;
 mod nad_input;
 mod numbers;
 mod outputs;

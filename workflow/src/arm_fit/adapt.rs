@@ -6,12 +6,13 @@ use hysteron_arm::Model;
 use hysteron_arm::neural::{
     NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, json, parallel};
 use hysteron_learn::Progress;
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use crate::{Caller, arm, verdict};
+use crate::{Caller, arm, recording_checks, verdict};
 
 /// Adapt a neural actuator to an arm whose friction or drives have changed
 #[derive(Debug, Clone)]
@@ -43,6 +44,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let actuator = NeuralActuator::read(&options.actuator)?;
     let model = arm::model(&options.robot)?;
     caller.listen();
+    let ranges = recording_checks::joint_ranges(&model);
+    let context = CheckContext { joint_ranges: &ranges, ..CheckContext::new(Purpose::Fit) };
+    let doubts = recording_checks::of_files(&options.recordings, &context)?;
     let read = |path: &PathBuf| -> anyhow::Result<Trajectory> {
         let recording = Recording::read(path)?;
         let period = actuator.simulation.period;
@@ -80,7 +84,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         format!("joints are off by {after:.3}° adapted, {before:.3}° as the actuator was, on the recordings that it was adapted to"),
     );
     let verdict = verdict::repeated(judged, trajectories.len(), "recording").verdict();
-    Ok(json!({ "before_deg": before, "after_deg": after, "actuator": options.out, "verdict": verdict }))
+    Ok(doubts.in_value(
+        json!({ "before_deg": before, "after_deg": after, "actuator": options.out, "verdict": verdict }),
+    ))
 }
 
 /// Mean absolute error of the joints in pure simulation [deg].

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use hysteron_arm::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, Variant, samples_of, train,
 };
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, json};
 use hysteron_learn::{Activation, Progress, Session};
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
 use crate::outputs::Outputs;
+use crate::recording_checks;
 use crate::resume::Unfinished;
 use crate::{Caller, verdict};
 
@@ -69,6 +71,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         return Err(bad.hint("recordings have no momenta").into());
     }
     caller.listen();
+    let doubts = recording_checks::of_files(&options.recordings, &CheckContext::new(Purpose::Fit))?;
     let samples = read(&options.recordings, options.cutoff)?;
     let n = samples.trajectories.len();
     let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);
@@ -115,10 +118,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         found.validation, found.steps[0], found.steps[1]
     ));
     let verdict = judged(found.validation, validation.trajectories.len());
-    Ok(json!({
+    Ok(doubts.in_value(json!({
         "validation": found.validation, "epochs": found.steps[0], "steps": found.steps[1], "model": options.out,
         "verdict": verdict,
-    }))
+    })))
 }
 
 /// Whether the model gives torques: error over their deviation on as many trajectories that were not trained on.

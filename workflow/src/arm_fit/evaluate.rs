@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use hysteron_arm::lagrangian::{LearnedDynamics, Scores, samples_of};
 use hysteron_arm::neural::NeuralActuator;
 use hysteron_arm::{Quantity, Recorded};
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Channel, Recording, json};
 use hysteron_learn::read_parameters_header;
 use serde_json::Value;
 
 use super::neural_evaluate::{self, Places};
 use crate::outputs::Outputs;
-use crate::{Caller, arm};
+use crate::{Caller, arm, recording_checks};
 
 /// Compare the predictions of a learned model with recordings
 #[derive(Debug, Clone)]
@@ -77,6 +78,8 @@ fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value>
     let _claim = outputs.check(caller)?;
     let model = LearnedDynamics::read(&options.model)?;
     let recording = Recording::read(path)?;
+    let name = recording_checks::name_of(path);
+    let doubts = recording_checks::of_named(&[(&name, &recording)], &CheckContext::new(Purpose::Score))?;
     let within = |bad: BadInput| bad.within(path.display());
     let samples = samples_of(&recording, options.cutoff).map_err(within)?;
     let parts = model.decompose(&samples).map_err(within)?;
@@ -96,9 +99,9 @@ fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value>
         ));
     }
     caller.say(format_args!("R² pooled {:.4}, mean of the joints {:.4}", scores.pooled_r2, scores.mean_r2()));
-    let summary = json!({
+    let summary = doubts.in_value(json!({
         "mse_n2_m2": scores.mse, "nmse": scores.nmse, "pooled_r2": scores.pooled_r2, "mean_r2": scores.mean_r2(),
-    });
+    }));
     let Some(out) = &options.out else { return Ok(summary) };
     let recorded = Recorded::of(&recording).map_err(within)?;
     let kept: Vec<bool> = recorded.gap.iter().map(|gap| !gap).collect();

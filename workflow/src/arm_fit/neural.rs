@@ -8,12 +8,13 @@ use hysteron_arm::neural::{
     ActuatorOptions, ActuatorSession, Features, LossWeights, Motors, NeuralActuator, NeuralOptions, Prior,
     SensingOptions, Stage, Trajectory, Unlabelled, fit_actuator, gripper_of, trajectory_of,
 };
+use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Recording, json};
 use hysteron_learn::{Block, Form, Progress};
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::recordings::{Named, Role, files, read};
+use super::recordings::{Named, Role, checked, files, read};
 use crate::arm_identify::deviation;
 use crate::resume::Unfinished;
 use crate::{Caller, arm, verdict};
@@ -192,6 +193,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     caller.listen();
     let named = read(&files)?;
+    let doubts = checked(&named, &model, Purpose::Fit)?;
     let features = features_of(&named)?;
     let wanted = (&features, options.period_s, &options.free[..]);
     let [training, validation] =
@@ -252,11 +254,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.say(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
     }
     unfinished.end(found.is_finished, caller)?;
-    Ok(json!({
+    Ok(doubts.in_value(json!({
         "validation_deg": found.validation, "epochs": found.epochs, "parameters": n_parameters, "steps_per_second": rate,
         "sensing_validation": found.sensing_validation, "actuator": options.out,
         "verdict": judged(found.validation, &validation, &features),
-    }))
+    })))
 }
 
 /// Whether the actuator moves the arm as measured: error of the joints in rollouts on what was not trained on [deg].

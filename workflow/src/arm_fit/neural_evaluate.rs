@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Comparison, FORCES, HORIZONS, METHODS, NeuralActuator, Trajectory};
+use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, file, json};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use serde_json::Value;
 
 use super::neural::trajectories;
-use super::recordings::{Role, files, read};
+use super::recordings::{Role, checked, files, read};
 use crate::figures::arm_neural::mean_of;
 use crate::{COMMIT, Caller, arm};
 
@@ -37,7 +38,9 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     let model = arm::model(places.model)?;
     caller.listen();
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();
-    for one in read(&files)? {
+    let named = read(&files)?;
+    let doubts = checked(&named, &model, Purpose::Score)?;
+    for one in named {
         // What a data set calls training or validation is no test.
         if one.role == Role::Test || !one.is_split {
             let wanted = (&actuator.features, actuator.simulation.period, places.free);
@@ -81,7 +84,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
         write_page(folder, page(&summary, &caller.command).finish(COMMIT))?;
         caller.reported(folder);
     }
-    Ok(summary)
+    doubts.in_report(summary, places.figures)
 }
 
 fn number(value: &Value, digits: usize) -> String {

@@ -2,7 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_arm::Model;
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording};
+
+use crate::recording_checks::{self, Findings};
 
 /// What a recording is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,6 +105,18 @@ pub(super) fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
             Ok(Named { path: path.clone(), task, role: own, is_split, recording })
         })
         .collect()
+}
+
+/// Checks recordings of an arm before they are used.
+///
+/// # Errors
+/// A finding that cannot be right.
+pub(super) fn checked(named: &[Named], model: &Model, purpose: Purpose) -> anyhow::Result<Findings> {
+    let names: Vec<String> = named.iter().map(|one| recording_checks::name_of(&one.path)).collect();
+    let recordings = names.iter().zip(named).map(|(name, one)| (name.as_str(), &one.recording));
+    let ranges = recording_checks::joint_ranges(model);
+    let context = CheckContext { joint_ranges: &ranges, ..CheckContext::new(purpose) };
+    recording_checks::of_named(&recordings.collect::<Vec<_>>(), &context)
 }
 
 /// What a file is for, by its folders, and the folders of subset and task; `None` where no folder says it.

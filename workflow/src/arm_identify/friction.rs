@@ -62,6 +62,7 @@ struct Series {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let method = checked(options)?;
     let _claim = options.results.claim(Outputs::reading(&options.recordings), caller)?;
+    let doubts = super::checked(&options.recordings, None)?;
     let series = options
         .recordings
         .iter()
@@ -109,7 +110,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         );
         figures::friction::write(folder, &options.law, &joint, &rows, &summary, options.results.png, caller)?;
     }
-    options.results.write(summary, caller)
+    options.results.write(summary, &doubts, caller)
 }
 
 /// Whether the law can be used: error and deviation of the torques [N m], condition number, errors of the folds [N m].

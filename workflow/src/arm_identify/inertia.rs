@@ -70,6 +70,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if options.test.is_some() && options.hold_out > 0.0 {
         return Err(BadInput::new("--hold-out", "this or --test", "both").into());
     }
+    let doubts = super::checked(&options.recordings, Some(model))?;
     let recorded = options.motion.read_each(&options.recordings, model)?;
     let (fitted, mut held) = split(recorded, options.hold_out);
     if let Some(path) = &options.test {
@@ -113,7 +114,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         robot_file::write(&fit.model, path, Part::Whole, caller)?;
         caller.wrote(path);
     }
-    options.results.write(found, caller)
+    options.results.write(found, &doubts, caller)
 }
 
 /// Whether the bodies give the torques: of the fitted motion, and of one that was not fitted with its errors by joint [N m].

@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::identify::{JointMotion, JointTerm};
 use hysteron_arm::{ImportOptions, Model, Recorded, import};
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Metadata, Recording, file, json};
 use hysteron_fit::Standing;
 use serde_json::Value;
 
 use crate::outputs::Outputs;
+use crate::recording_checks::{self, Findings};
 use crate::verdict::{Judged, Kind};
 use crate::{COMMIT, Caller, arm};
 
@@ -44,8 +46,9 @@ impl Results {
         outputs.file("--out", &self.out).report("--figures", self.figures.as_deref()).check(caller)
     }
 
-    /// Writes what was found, signed, and gives it back.
-    pub(crate) fn write(&self, mut found: Value, caller: &Caller) -> anyhow::Result<Value> {
+    /// Writes what was found, signed, with what its recordings leave in doubt, and gives it back.
+    pub(crate) fn write(&self, found: Value, doubts: &Findings, caller: &Caller) -> anyhow::Result<Value> {
+        let mut found = doubts.in_value(found);
         found["format"] = json!(IDENTIFICATION);
         found["version"] = json!(1);
         found["command"] = json!(caller.command);
@@ -54,7 +57,7 @@ impl Results {
         if let Some(folder) = &self.figures {
             caller.reported(folder);
         }
-        Ok(found)
+        doubts.in_report(found, self.figures.as_deref())
     }
 }
 
@@ -172,6 +175,19 @@ fn read(path: &Path) -> anyhow::Result<Recording> {
         Some("json") => Ok(import(path, &ImportOptions::default(), Metadata::default())?.recording),
         _ => Ok(Recording::read(path)?),
     }
+}
+
+/// Checks the recordings in `paths` before anything is fitted to them.
+///
+/// # Errors
+/// Those of reading, and findings that cannot be right.
+pub(crate) fn checked(paths: &[PathBuf], model: Option<&Model>) -> anyhow::Result<Findings> {
+    let recordings = paths.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
+    let names: Vec<String> = paths.iter().map(|path| recording_checks::name_of(path)).collect();
+    let named: Vec<(&str, &Recording)> = names.iter().map(String::as_str).zip(&recordings).collect();
+    let ranges = model.map_or_else(Vec::new, recording_checks::joint_ranges);
+    let context = CheckContext { joint_ranges: &ranges, ..CheckContext::new(Purpose::Fit) };
+    recording_checks::of_named(&named, &context)
 }
 
 /// How motions of an arm are read.

@@ -54,6 +54,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let last = model.frames().last().map_or("", |frame| frame.name.as_str());
     let frame = options.frame.as_deref().unwrap_or(last);
     model.frame(frame)?;
+    let doubts = super::checked(&[&options.bare[..], &options.recordings].concat(), Some(model))?;
     let bare = options.motion.read_all(&options.bare, model)?;
     let loaded = options.motion.read_all(&options.recordings, model)?;
     let known = identify_bodies(
@@ -86,7 +87,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         robot_file::write(&found.model, path, Part::Whole, caller)?;
         caller.wrote(path);
     }
-    options.results.write(summary, caller)
+    options.results.write(summary, &doubts, caller)
 }
 
 /// Whether the payload can be used: errors of the torques without and with it, by joint [N m].

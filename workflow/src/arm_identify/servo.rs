@@ -83,6 +83,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let friction = vec![0.0; law.parameters().len()];
         (entry.drive.gear.law, entry.drive.gear.friction) = (law, friction);
     }
+    let doubts = super::checked(&[&options.recordings[..], &options.test].concat(), None)?;
     let runs =
         options.recordings.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
     let test = options.test.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
@@ -149,7 +150,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         };
         figures::servo::write(folder, &page, &summary, options.results.png, caller)?;
     }
-    options.results.write(summary, caller)
+    options.results.write(summary, &doubts, caller)
 }
 
 /// Whether the drive can stand in for the servo: mean error of the angle over these runs [rad], and how many times that of the

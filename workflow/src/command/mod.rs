@@ -1,5 +1,6 @@
 //! `hysteron command`: strokes for a path of the tip, by a trained inverse controller or through the robot's twin.
 
+mod approach;
 mod twin_strokes;
 
 use std::collections::BTreeMap;
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file, json};
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
-use hysteron_control::path::is_recording;
+use hysteron_control::path::{PathSpan, is_recording};
 use hysteron_control::{Limits, TargetPath};
 use serde_json::Value;
 
@@ -79,9 +80,10 @@ struct Target {
     axes: Axes,
 }
 
-/// Strokes for a path, and what is recorded beside them: as many samples as the path has, or some more for the way
-/// home.
+/// Strokes for a path, and what is recorded beside them, with an approach before the path and a return after it.
 struct Answer {
+    /// Samples before the path's first.
+    approach: usize,
     /// By tendon, then by sample [m].
     strokes: Vec<Vec<f64>>,
     /// Tip of the twin, if it was asked: x, y and z [m].
@@ -104,15 +106,19 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
     let recording = options.way.strokes(&given, caller)?;
     recording.write(&options.out)?;
+    let PathSpan { begins, ends } = PathSpan::of(&recording)?;
+    let step = recording.rate_hz().map_or(1.0, f64::recip);
+    let (first, n) = ((begins / step).round() as usize, ((ends - begins) / step).round() as usize + 1);
     let part = |flag: &str| {
-        recording.channel(flag).map_or(0.0, |flags| flags.iter().sum::<f64>() / flags.len() as f64)
+        recording.channel(flag).map_or(0.0, |flags| flags[first..first + n].iter().sum::<f64>() / n as f64)
     };
     if let Some(folder) = &options.figures {
         figures::commands::write(folder, &recording)?;
     }
     caller.wrote(&options.out);
     Ok(json!({
-        "out": options.out, "samples": recording.n_samples(), "source": recording.meta().source,
+        "out": options.out, "samples": n, "approach_samples": first,
+        "return_samples": recording.n_samples() - first - n, "source": recording.meta().source,
         "held_back": part("limited"), "extrapolating": part("extrapolating"),
     }))
 }
@@ -164,11 +170,21 @@ impl Way {
             None => by_network(self, given, &target, &mut progress)?,
         };
         bar.finish();
-        if answer.limited.len() < n {
-            bail!("interrupted after {} of {n} samples; nothing is written", answer.limited.len());
+        let n_done = answer.limited.len().saturating_sub(answer.approach);
+        if n_done < n {
+            bail!("interrupted after {n_done} of {n} samples; nothing is written");
         }
-        let part = |flags: &[f64]| 100.0 * flags.iter().sum::<f64>() / flags.len() as f64;
-        tracing::info!("{n} samples: {:.1} % with a stroke reduced by a limit", part(&answer.limited));
+        let part = |flags: &[f64]| {
+            let path = &flags[answer.approach..answer.approach + n];
+            100.0 * path.iter().sum::<f64>() / n as f64
+        };
+        let n_return = n_done - n;
+        tracing::info!(
+            "{n} samples: {:.1} % with a stroke reduced by a limit; {:.2} s of approach before, {:.2} s of return after",
+            part(&answer.limited),
+            answer.approach as f64 * target.step,
+            n_return as f64 * target.step,
+        );
         let extrapolating = part(&answer.extrapolating);
         if extrapolating > 0.0 {
             tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");
@@ -176,9 +192,6 @@ impl Way {
         recording(self, &target, answer, caller)
     }
 }
-
-/// Time in which a network's strokes come from none at the beginning, and go back at the end [s].
-const FADED_S: f64 = 0.5;
 
 /// By an inverse controller.
 fn by_network(
@@ -193,17 +206,19 @@ fn by_network(
         let bad = BadInput::new(&way.target, "a recording with tip_z_m", "a path in the plane");
         return Err(bad.hint("the network was trained with --spatial").into());
     }
-    let commands = model.command(&target.path, limits(&model, given), progress)?;
+    let limits = limits(&model, given);
+    let commands = model.command(&target.path, limits, progress)?;
     let n = commands.steps.len();
     let n_tendons = commands.strokes.len() / n.max(1);
-    let part = |i: usize| (i.min(n - 1 - i) as f64 * target.step / FADED_S).min(1.0);
-    let stroke = |k: usize| (0..n).map(|i| part(i) * commands.strokes[i * n_tendons + k]).collect();
-    Ok(Answer {
+    let stroke = |k: usize| (0..n).map(|i| commands.strokes[i * n_tendons + k]).collect();
+    let answer = Answer {
+        approach: 0,
         strokes: (0..n_tendons).map(stroke).collect(),
         twin: None,
         limited: commands.steps.iter().map(|step| f64::from(u8::from(step.is_limited))).collect(),
         extrapolating: commands.steps.iter().map(|step| f64::from(u8::from(step.is_extrapolating))).collect(),
-    })
+    };
+    Ok(if n < target.path.len() { answer } else { answer.with_approach(limits.stroke_rate, target.step) })
 }
 
 /// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m`, and perhaps
@@ -240,13 +255,12 @@ fn recording(way: &Way, target: &Target, answer: Answer, caller: &Caller) -> any
     let strokes = answer.strokes.into_iter().enumerate();
     let mut channels: Vec<Channel> =
         strokes.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
-    // On the way home the path stands at its end.
-    let last = target.path.len() - 1;
+    // Before and after the path its goal stands where it begins and ends.
+    let (approach, last) = (answer.approach, target.path.len() - 1);
+    let at = |i: usize| i.saturating_sub(approach).min(last);
     for (c, axis) in target.axes.names().iter().enumerate() {
-        channels.push(Channel::new(
-            format!("target_{axis}_m"),
-            (0..n).map(|i| target.path[i.min(last)][c]).collect(),
-        ));
+        channels
+            .push(Channel::new(format!("target_{axis}_m"), (0..n).map(|i| target.path[at(i)][c]).collect()));
     }
     let axes =
         answer.twin.into_iter().flat_map(|tip| ["twin_x_m", "twin_y_m", "twin_z_m"].into_iter().zip(tip));
@@ -260,6 +274,9 @@ fn recording(way: &Way, target: &Target, answer: Answer, caller: &Caller) -> any
     if let Some(path) = &way.scene {
         extra.insert("scene_sha256".to_owned(), Scene::read(path)?.hash);
     }
+    let span =
+        PathSpan { begins: approach as f64 * target.step, ends: (approach + last) as f64 * target.step };
+    span.write(&mut extra);
     let by = way.checkpoint.as_ref().or(way.scene.as_ref());
     let meta = Metadata {
         commit: COMMIT.to_owned(),
@@ -268,7 +285,7 @@ fn recording(way: &Way, target: &Target, answer: Answer, caller: &Caller) -> any
         extra,
         ..Metadata::default()
     };
-    let start = target.time[0];
+    let start = target.time[0] - span.begins;
     let time = (0..n).map(|i| start + i as f64 * target.step).collect();
     Ok(Recording::new(time, channels, Vec::new(), meta)?)
 }

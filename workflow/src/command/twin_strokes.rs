@@ -14,6 +14,12 @@ use crate::plan::angles_of;
 /// Largest stroke, where none is given [m], and fastest change [m/s].
 const LIMITS: [f64; 2] = [16e-3, 12e-3];
 
+/// Distance from the path's first point at which the approach ends [m]: a tenth of what a good robot misses.
+const NEAR: f64 = 1e-4;
+/// The approach ends too where a second brings the tip no nearer than this [m].
+const STANDS: f64 = 1e-5;
+const STANDS_S: f64 = 1.0;
+
 /// Which twin is steered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Twins {
@@ -37,7 +43,7 @@ impl Twins {
     }
 }
 
-/// Steers the twin along the path and back to no strokes. `progress` ends it where it returns false.
+/// Steers the twin to where the path begins, along the path and back to no strokes. `progress` ends it where it returns false.
 pub fn strokes(
     (scene, twins): (&Path, Twins),
     checkpoint: Option<&Path>,
@@ -55,11 +61,13 @@ pub fn strokes(
     let plant = plant(network.as_ref(), &twin, target.step)?;
     let mut follower = PathFollower::new(&twin, plant, &coordinates, limits, target.step)?;
     let mut answer = Answer {
+        approach: 0,
         strokes: vec![Vec::new(); twin.n_primary],
         twin: Some(Default::default()),
         limited: Vec::new(),
         extrapolating: Vec::new(),
     };
+    answer.approach = approach(&mut follower, twin.tip_of(&twin.rest()), target, &mut answer)?;
     let mut square = 0.0;
     for (i, goal) in target.path.iter().enumerate() {
         let step = follower.step([goal[0], goal[1]])?;
@@ -78,6 +86,31 @@ pub fn strokes(
         answer.push(&follower, &step);
     }
     Ok(answer)
+}
+
+/// Steers the tip from `rest` [m] to the first point of the path, until it is there or comes no nearer; gives the samples that it took.
+fn approach(
+    follower: &mut PathFollower,
+    rest: [f64; 3],
+    target: &Target,
+    answer: &mut Answer,
+) -> anyhow::Result<usize> {
+    let [x, y, _] = target.path[0];
+    let distance = |tip: [f64; 3]| (tip[0] - x).hypot(tip[1] - y);
+    let patience = (STANDS_S / target.step).ceil().max(1.0) as usize;
+    let (mut nearest, mut since, mut n) = (distance(rest), 0, 0);
+    while nearest > NEAR && since < patience {
+        let step = follower.step([x, y])?;
+        answer.push(follower, &step);
+        let now = distance(step.tip);
+        if now < nearest - STANDS {
+            (nearest, since) = (now, 0);
+        } else {
+            since += 1;
+        }
+        n += 1;
+    }
+    Ok(n)
 }
 
 impl Answer {

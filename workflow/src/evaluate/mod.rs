@@ -5,8 +5,10 @@ mod table;
 use std::path::{Path, PathBuf};
 
 use hysteron_base::BadInput;
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::schema::text as base_text;
 use hysteron_control::TargetPath;
+use hysteron_control::path::is_untimed;
 use hysteron_control::tracking::{Origin, Part, Tracked, score};
 use serde_json::Value;
 
@@ -14,6 +16,7 @@ use crate::Caller;
 use crate::figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
+use crate::recording_checks;
 pub use table::{Commanded, METRICS, Metric, Row, cells, headings, results};
 
 /// Measure how closely recorded tips followed a target path
@@ -23,7 +26,7 @@ pub struct Options {
     /// Target: a file, or FAMILY:SIZE_MM
     #[cfg_attr(feature = "clap", arg(long, value_name = "PATH"))]
     pub target: String,
-    /// Recordings, .parquet or .csv, or folders of them: repeats of one experiment, or of each NAME
+    /// Recordings, .parquet or .csv, paths without times (.csv with x_mm and y_mm), or folders of them: repeats of one experiment, or of each NAME
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "[NAME=]REC"))]
     pub results: Vec<String>,
     /// Folder for report.html, metrics.json and figures
@@ -32,8 +35,9 @@ pub struct Options {
     /// Write each figure as .png too
     #[cfg_attr(feature = "clap", arg(long, requires = "out"))]
     pub png: bool,
-    /// All samples are the curve, whatever their times; without lag and RMSE at the same times
-    #[cfg_attr(feature = "clap", arg(long))]
+    /// All samples are the curve, whatever their times: scores of its geometry alone, without lag and RMSE at the same times. Of a
+    /// path without times (.csv with x_mm and y_mm) nothing else is scored
+    #[cfg_attr(feature = "clap", arg(long, visible_alias = "geometry"))]
     pub whole: bool,
     /// Measure the tip from where it rested at the beginning
     #[cfg_attr(feature = "clap", arg(long, conflicts_with = "whole"))]
@@ -67,11 +71,14 @@ pub fn run_commanded(
     let origin = if options.relative_to_rest { Origin::Rest } else { Origin::Frame };
     let mut results = Vec::new();
     for (name, paths) in named(&options.results)? {
-        results.push((name, inputs::read(&paths)?));
+        results.push((name, inputs::read_paths(&paths)?));
     }
     let read = results.iter().flat_map(|(_, inputs)| inputs.iter().map(|input| &input.path));
     let outputs = Outputs::reading(read).target(&options.target)?;
     let _claim = outputs.report("--out", options.out.as_deref()).check(caller)?;
+    let all = results.iter().flat_map(|(_, inputs)| inputs);
+    let named = all.map(|input| (input.name.as_str(), &input.recording)).collect::<Vec<_>>();
+    let doubts = recording_checks::of_named(&named, &CheckContext::new(Purpose::Score))?;
     let mut rows = Vec::new();
     for (name, inputs) in results {
         rows.extend(result(name, self::rows(&target, inputs, part, origin)?));
@@ -81,7 +88,7 @@ pub fn run_commanded(
         figures::tracking::write(folder, &target, &rows, commanded, options.png, caller)?;
     }
     print(&rows, caller);
-    Ok(value)
+    doubts.in_report(value, options.out.as_deref())
 }
 
 /// The name of a result, and the recordings that are its repeats.
@@ -128,6 +135,8 @@ pub fn rows(
     origin: Origin,
 ) -> Result<Vec<Row>, BadInput> {
     let row = |input: Input| {
+        // Without times there is nothing but the geometry.
+        let part = if is_untimed(&input.recording) { Part::Whole } else { part };
         let tracked = Tracked::new(target, &input.recording, part, origin)
             .map_err(|bad| bad.within(input.path.display()))?;
         Ok(Row {

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context;
+use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_twin::fit::{Fit, Frame, MaterialOptions, Stepping, Wanted, fit_material, select};
 use hysteron_twin::{Motion, Twin};
@@ -16,7 +17,7 @@ use serde_json::Value;
 
 use crate::figures::fit as report;
 use crate::outputs::Outputs;
-use crate::{Caller, inputs};
+use crate::{Caller, inputs, recording_checks};
 pub use outcome::{Outcome, digits, standing};
 
 /// More than any set of recordings has.
@@ -116,6 +117,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = outputs.check(caller)?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
+    let doubts = recording_checks::of_files(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
     let motions = motions(&files, options.role.as_deref(), &twin)?;
     let n_other_role = files.len() - motions.len();
     tracing::info!(
@@ -170,6 +172,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             .with_context(|| format!("writing figures to {}", folder.display()))?;
         caller.reported(folder);
     }
+    let value = doubts.in_report(value, options.figures.as_deref())?;
     caller.wrote(&options.out);
     Ok(value)
 }

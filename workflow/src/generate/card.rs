@@ -7,6 +7,7 @@ use hysteron_control::Trajectory;
 use hysteron_control::inverse::{Axes, Tip, Workspace};
 use serde::Serialize;
 
+use super::CalibratedRange;
 use crate::Caller;
 use crate::inputs::Input;
 
@@ -105,6 +106,15 @@ impl Row {
     }
 }
 
+/// How a plan that nobody named was brought within the range that the twin was calibrated on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scaled {
+    /// Its size over that of the built-in plan [-].
+    pub scale: f64,
+    /// The range.
+    pub range: CalibratedRange,
+}
+
 /// The card of a data set.
 #[derive(Debug, Serialize)]
 pub struct Card {
@@ -113,6 +123,9 @@ pub struct Card {
     pub scene_sha256: String,
     /// Name of the plan.
     pub plan: String,
+    /// How it was brought within the calibrated range, where nobody named it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaled: Option<Scaled>,
     /// Trajectories in the set.
     pub made: usize,
     /// Trajectories left out.
@@ -157,6 +170,7 @@ impl Card {
             robot: scene.name.clone(),
             scene_sha256: scene.hash.clone(),
             plan: plan.to_owned(),
+            scaled: None,
             made: rows.len() - dropped,
             dropped,
             samples,

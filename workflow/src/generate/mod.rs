@@ -1,19 +1,21 @@
 //! `hysteron generate`: a plan carried out by the calibrated twin, as data to learn from.
 
 mod card;
+mod range;
 mod shard;
 mod steer;
 
 use std::path::PathBuf;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file, parallel};
-use hysteron_control::Trajectory;
 use hysteron_control::plan::Space;
+use hysteron_control::{Plan, Trajectory};
 use hysteron_twin::Error;
 use hysteron_twin::Twin;
 use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
 
-pub use card::{Card, Row, tip_of};
+pub use card::{Card, Row, Scaled, tip_of};
+pub use range::CalibratedRange;
 use shard::Shard;
 use steer::Steered;
 
@@ -33,9 +35,10 @@ pub struct Options {
     /// Checkpoint by hysteron fit-residual
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
-    /// Plan file (.toml), or the name of a built-in plan
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN", default_value = "synthetic"))]
-    pub plan: String,
+    /// Plan file (.toml), or the name of a built-in plan, carried out as it is [default: synthetic, made smaller until it stays
+    /// within the strokes and rates of the recordings that the checkpoint was trained on, or of --real]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN"))]
+    pub plan: Option<String>,
     /// Folder to write to
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub out: PathBuf,
@@ -50,6 +53,8 @@ pub struct Options {
     pub png: bool,
 }
 
+/// What is carried out where no plan is named.
+const DEFAULT_PLAN: &str = "synthetic";
 /// Copy of the plan, beside the data.
 const PLAN: &str = "plan.toml";
 
@@ -64,15 +69,15 @@ struct Job<'a> {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let scene = Scene::read(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
-    let (plan, text) = plan::read(&options.plan)?;
+    let network = options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let real = if options.real.is_empty() { Vec::new() } else { inputs::read(&options.real)? };
+    let (plan, text, scaled) = planned(options, network.as_ref(), &real, twin.n_primary, caller)?;
     plan::check_tendons(&plan, &plan::angles_of(&scene), &format!("scene {}", scene.name))?;
     let n_trajectories = plan.trajectories().len();
     if let Some(shard) = options.shard.filter(|shard| shard.of() > n_trajectories) {
         let expected = format!("at most {n_trajectories} parts, the trajectories of plan {}", plan.name);
         return Err(BadInput::new("--shard", expected, shard.of().to_string()).into());
     }
-    let network = options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let real = if options.real.is_empty() { Vec::new() } else { inputs::read(&options.real)? };
     let jobs = plan.trajectories().iter().enumerate();
     let jobs = jobs.filter(|(k, _)| options.shard.is_none_or(|shard| shard.has(*k)));
     let jobs = jobs.map(|(_, one)| job(options, &scene, network.as_ref(), one, caller));
@@ -129,7 +134,39 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     bar.finish();
     rows.extend(found.into_iter().flatten());
     rows.sort_by(|a, b| a.name.cmp(&b.name));
-    finish(options, (&scene, &plan.name, &text), rows, &real, n_jobs, caller)
+    finish(options, (&scene, &plan.name, &text, scaled), rows, &real, n_jobs, caller)
+}
+
+/// The plan, its text, and the range within which it was brought, where none is named.
+fn planned(
+    options: &Options,
+    network: Option<&Network>,
+    real: &[inputs::Input],
+    n_tendons: usize,
+    caller: &Caller,
+) -> anyhow::Result<(Plan, String, Option<Scaled>)> {
+    if let Some(named) = &options.plan {
+        let (plan, text) = plan::read(named)?;
+        return Ok((plan, text, None));
+    }
+    let by = options.residual.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+    let range = network.and_then(|network| CalibratedRange::of_network(network, n_tendons, &by));
+    let Some(range) = range.or_else(|| CalibratedRange::of_recordings(real, n_tendons)) else {
+        tracing::warn!(
+            "nothing says on which strokes this twin was calibrated: plan {DEFAULT_PLAN} is carried out as it is (hint: --real with \
+             its recordings, or --residual)"
+        );
+        let (plan, text) = plan::read(DEFAULT_PLAN)?;
+        return Ok((plan, text, None));
+    };
+    let (plan, text, scale) = plan::within(DEFAULT_PLAN, &range.limits(), &range.source)?;
+    caller.say(format_args!(
+        "no plan is named: plan {DEFAULT_PLAN} at {:.0} % of its size, within the {} of {}",
+        100.0 * scale,
+        range.said(),
+        range.source
+    ));
+    Ok((plan, text, Some(Scaled { scale, range })))
 }
 
 /// What is read, and what will be written: not what is there already.
@@ -155,7 +192,7 @@ fn outputs(
 /// The card and what is said.
 fn finish(
     options: &Options,
-    (scene, plan, text): (&Scene, &str, &str),
+    (scene, plan, text, scaled): (&Scene, &str, &str, Option<Scaled>),
     rows: Vec<Row>,
     real: &[inputs::Input],
     n_jobs: usize,
@@ -164,7 +201,8 @@ fn finish(
     if caller.is_cancelled() {
         anyhow::bail!("interrupted; {} of {n_jobs} trajectories are done; run it again to go on", rows.len());
     }
-    let card = Card::new(scene, plan, rows, real);
+    let mut card = Card::new(scene, plan, rows, real);
+    card.scaled = scaled;
     let copy = options.out.join(PLAN);
     if !copy.exists() || file::read_text(&copy)? != text {
         file::write_bytes(&copy, text)?;

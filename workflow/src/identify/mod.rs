@@ -4,6 +4,7 @@ pub mod summary;
 
 use std::path::{Path, PathBuf};
 
+use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Metadata, Recording, Scene, json, parallel};
 use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{DECODER, Design};
@@ -16,7 +17,7 @@ use crate::figures::identification::Chosen;
 use crate::inputs::{self, Input};
 use crate::network::Network;
 use crate::outputs::Outputs;
-use crate::{COMMIT, Caller};
+use crate::{COMMIT, Caller, recording_checks};
 
 /// More than any sample needs.
 pub const MOST_ROUNDS: usize = 100;
@@ -69,7 +70,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let twin = Twin::from_scene(&scene)?;
     let auxiliary = Auxiliary::new(&twin)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let (jobs, excluded) = jobs(options, &scene, &twin, network.as_ref(), caller)?;
+    let inputs = inputs::read(&options.recordings)?;
+    let doubts = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let (jobs, excluded) = jobs(options, &scene, &twin, (network.as_ref(), inputs), caller)?;
     let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
     let _claim = outputs(options, &scene, [&there, &missing]).check(caller)?;
     let n_jobs = there.len() + missing.len();
@@ -100,7 +103,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let n_done = rows.len();
         anyhow::bail!("interrupted; {n_done} of {n_jobs} recordings are done; run it again to go on");
     }
-    Ok(value)
+    doubts.in_report(value, Some(&options.out))
 }
 
 /// What is read, and what will be written: not what is there already.
@@ -154,12 +157,12 @@ fn jobs(
     options: &Options,
     scene: &Scene,
     twin: &Twin,
-    network: Option<&Network>,
+    (network, inputs): (Option<&Network>, Vec<Input>),
     caller: &Caller,
 ) -> anyhow::Result<(Vec<Job>, Vec<String>)> {
     let mut excluded = Vec::new();
     let mut jobs = Vec::new();
-    for input in inputs::read(&options.recordings)? {
+    for input in inputs {
         match Motion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
             Ok(motion) => jobs.push(job(options, scene, network, input, motion, caller)?),
             Err(bad) if options.skip_bad => {

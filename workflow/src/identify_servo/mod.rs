@@ -11,6 +11,7 @@ use hysteron_actuator::identify::{
     identify_pulley,
 };
 use hysteron_actuator::law::{LEARNED_MAP, Law, RISING_MAP};
+use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, json};
 use hysteron_fit::Standing;
 use serde_json::Value;
@@ -20,6 +21,7 @@ use crate::arm_identify::{LOAD_SCALE, Results, Row, positive, say_rows};
 use crate::figures::identify_servo as figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
+use crate::recording_checks;
 use crate::sense::stroke_per_tick;
 pub(crate) use found::Found;
 use found::rms;
@@ -82,6 +84,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let files = inputs::read(&options.recordings)?;
     let _claim = options.results.claim(Outputs::reading(files.iter().map(|input| &input.path)), caller)?;
+    let doubts = recording_checks::of_inputs(&files, &CheckContext::new(Purpose::Fit))?;
     let period = common_period(&files)?;
     let servos = servos(&files, &options.servos)?;
     caller.listen();
@@ -106,7 +109,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(folder) = &options.results.figures {
         figures::write(folder, &options.law, &found, &summary, options.results.png, caller)?;
     }
-    let value = options.results.write(summary, caller)?;
+    let value = options.results.write(summary, &doubts, caller)?;
     caller.wrote(&options.results.out);
     Ok(value)
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Scene, file, json, parallel};
 use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::Twin;
@@ -13,7 +14,7 @@ use super::input::Input;
 use crate::arm_identify::{IDENTIFICATION, LOAD_SCALE};
 use crate::network::Network;
 use crate::outputs::Outputs;
-use crate::{Caller, inputs};
+use crate::{Caller, inputs, recording_checks};
 
 /// Learn from recordings without contact what the force sensor needs
 #[derive(Debug, Clone)]
@@ -54,6 +55,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let outputs =
         Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual).and(&options.servos);
     let _claim = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(caller)?;
+    let doubts = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
     let recordings = files
         .iter()
         .map(|input| Input::new(&twin, &input.recording, &input.path.display().to_string()))
@@ -97,7 +99,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     file::write_bytes(&options.out, json::to_text(&value)?)?;
     print(&sensor, caller);
     caller.wrote(&options.out);
-    Ok(value)
+    Ok(doubts.in_value(value))
 }
 
 /// Whether forces can be estimated with this sensor.

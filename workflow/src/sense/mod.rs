@@ -8,6 +8,7 @@ mod scores;
 
 use std::path::PathBuf;
 
+use hysteron_base::checks::Purpose;
 use hysteron_base::{Channel, Metadata, Recording, Scene, json};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{Sensed, Sensing};
@@ -16,7 +17,7 @@ use serde_json::Value;
 use crate::figures::sensing::{self, Shown};
 use crate::network::Network;
 use crate::outputs::Outputs;
-use crate::{COMMIT, Caller, inputs, paths};
+use crate::{COMMIT, Caller, inputs, paths, recording_checks};
 use file::Robot;
 use input::Input;
 pub(crate) use input::stroke_per_tick;
@@ -64,6 +65,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         Outputs::reading([&read.path, &options.sensor]).and(&options.residual).scene(&options.scene, &scene);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
     let _claim = outputs.check(caller)?;
+    let doubts = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
     let input = Input::new(&twin, &read.recording, &read.path.display().to_string())?;
     if (input.period() / sensor.period_s - 1.0).abs() > 0.01 {
         let expected = format!("samples of {} s, as the sensor was fitted with", sensor.period_s);
@@ -103,7 +105,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         None => json::to_value(&scores)?,
     };
     caller.wrote(&options.out);
-    Ok(value)
+    doubts.in_report(value, options.figures.as_deref())
 }
 
 /// What is written: strokes, tensions and force with their standard errors, whether there is a contact, and the tip without one.
