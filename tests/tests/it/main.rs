@@ -24,6 +24,7 @@ mod numbers;
 mod outputs;
 mod reach;
 mod record;
+mod recording_checks;
 mod reports;
 mod repository;
 mod sense;
