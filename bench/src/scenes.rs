@@ -147,6 +147,7 @@ pub fn tendon(name: String, points: Vec<[f64; 3]>, tension: Bounds) -> Tendon {
     Tendon {
         name,
         points,
+        fixed: Vec::new(),
         drive: Drive::Stroke,
         tension,
         stroke,

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::mesh::faces::{EDGE_CORNERS, sorted_faces};
 use crate::{Cells, Mesh, Result};
 
-/// Radius ratio below which a tetrahedron counts as a sliver \[-\].
+/// Radius ratio below which a tetrahedron counts as a sliver, and is reported \[-\].
 const SLIVER: f64 = 0.01;
 
 /// Volume below which a tetrahedron counts as flat, over the cube of its longest edge \[-\].
@@ -31,6 +31,31 @@ pub struct MeshQuality {
     pub radius_ratio: Distribution,
     /// Smallest angle between two faces \[rad\]; at most 1.231 (70.5°). From the corners.
     pub smallest_angle: Distribution,
+    /// Number of slivers: tetrahedra with a radius ratio below 0.01. A step can be computed with them.
+    pub slivers: usize,
+    /// How many times stiffer than the median tetrahedron the stiffest is, by the squares of its faces over its volume
+    /// \[-\].
+    pub stiffness_spread: f64,
+}
+
+impl MeshQuality {
+    /// What costs accuracy or time, with the tetrahedron and its effect; nothing for a good mesh.
+    pub fn warnings(&self) -> Vec<String> {
+        if self.slivers == 0 {
+            return Vec::new();
+        }
+        let others = match self.slivers - 1 {
+            0 => String::new(),
+            1 => ", and another one is".to_owned(),
+            n => format!(", and {n} others are"),
+        };
+        vec![format!(
+            "tetrahedron {} is a sliver (radius ratio {:.1e}){others}: the stiffest tetrahedron is {:.0e} times as stiff \
+             as the median one, so that the body bends too little there and steps take more iterations (hint: \
+             mesh the part again, with `gmsh -optimize_netgen`)",
+            self.radius_ratio.min_cell, self.radius_ratio.min, self.stiffness_spread,
+        )]
+    }
 }
 
 /// How one figure is spread over the tetrahedra.
@@ -62,9 +87,9 @@ pub struct Distribution {
 ///
 /// # Errors
 /// `BadInput` for an index out of range, a coordinate that is not finite, a node of no tetrahedron, a
-/// tetrahedron that is inverted, flat (volume below 1e-12 of its longest edge cubed) or a sliver (radius
-/// ratio below 0.01), for ten-node ones also a Jacobian that is not positive at the corners and integration
-/// points, a face of more than two tetrahedra, and parts that no face connects.
+/// tetrahedron that is inverted or flat (volume below 1e-12 of its longest edge cubed), for ten-node ones also a
+/// Jacobian that is not positive at the corners and integration points, a face of more than two tetrahedra, and
+/// parts that no face connects. Slivers are figures of the result: [`MeshQuality::warnings`].
 pub fn check_mesh(mesh: &Mesh, place: &str) -> Result<MeshQuality> {
     let quality = evaluate(mesh).map_err(|e| if place.is_empty() { e } else { e.within(place) })?;
     Ok(quality)
@@ -76,11 +101,13 @@ fn evaluate(mesh: &Mesh) -> std::result::Result<MeshQuality, BadInput> {
     let mut volumes = Vec::with_capacity(n_cells);
     let mut ratios = Vec::with_capacity(n_cells);
     let mut angles = Vec::with_capacity(n_cells);
+    let mut stiffness = Vec::with_capacity(n_cells);
     for e in 0..n_cells {
         let x = mesh.cells.corners(e).map(|n| Vector3::from(mesh.nodes[n as usize]));
-        let (volume, ratio, angle) = evaluate_corners(&x, e)?;
-        ratios.push(ratio);
-        angles.push(angle);
+        let Corners { volume, radius_ratio, smallest_angle, stiffness: own } = evaluate_corners(&x, e)?;
+        ratios.push(radius_ratio);
+        angles.push(smallest_angle);
+        stiffness.push(own);
         volumes.push(match &mesh.cells {
             Cells::Tet4(_) => volume,
             Cells::Tet10(cells) => {
@@ -91,6 +118,7 @@ fn evaluate(mesh: &Mesh) -> std::result::Result<MeshQuality, BadInput> {
     check_faces(&mesh.cells)?;
 
     let largest = volumes.iter().copied().fold(0.0, f64::max);
+    stiffness.sort_unstable_by(f64::total_cmp);
     let tenths = |top: f64| (0..=10).map(|i| top * f64::from(i) / 10.0).collect();
     Ok(MeshQuality {
         n_nodes: mesh.nodes.len(),
@@ -98,6 +126,8 @@ fn evaluate(mesh: &Mesh) -> std::result::Result<MeshQuality, BadInput> {
         volume: distribution(&volumes, tenths(largest)),
         radius_ratio: distribution(&ratios, tenths(1.0)),
         smallest_angle: distribution(&angles, (0..=8).map(|i| f64::from(10 * i).to_radians()).collect()),
+        slivers: ratios.iter().filter(|ratio| **ratio < SLIVER).count(),
+        stiffness_spread: stiffness[n_cells - 1] / stiffness[n_cells / 2],
     })
 }
 
@@ -135,8 +165,20 @@ fn check_indices(mesh: &Mesh) -> std::result::Result<(), BadInput> {
     Ok(())
 }
 
-/// Volume \[m³\], radius ratio \[-\] and smallest dihedral angle \[rad\] of a straight tetrahedron.
-fn evaluate_corners(x: &[Vector3<f64>; 4], e: usize) -> std::result::Result<(f64, f64, f64), BadInput> {
+/// What the corners of a straight tetrahedron tell.
+struct Corners {
+    /// \[m³\].
+    volume: f64,
+    /// \[-\].
+    radius_ratio: f64,
+    /// Dihedral \[rad\].
+    smallest_angle: f64,
+    /// Sum of its squared faces over nine times its volume, the stiffness over the modulus \[m\].
+    stiffness: f64,
+}
+
+/// Refuses a tetrahedron without a volume.
+fn evaluate_corners(x: &[Vector3<f64>; 4], e: usize) -> std::result::Result<Corners, BadInput> {
     let length = EDGE_CORNERS.map(|[i, j]| (x[j] - x[i]).norm());
     let longest = length.iter().copied().fold(0.0, f64::max);
     let volume = (x[1] - x[0]).dot(&(x[2] - x[0]).cross(&(x[3] - x[0]))) / 6.0;
@@ -160,22 +202,16 @@ fn evaluate_corners(x: &[Vector3<f64>; 4], e: usize) -> std::result::Result<(f64
     let (p, q, r) = (length[0] * length[5], length[1] * length[3], length[2] * length[4]);
     let crelle = (p + q + r) * (p + q - r) * (p - q + r) * (q + r - p);
     let circumscribed = crelle.max(0.0).sqrt() / 4.0 / (6.0 * volume);
-    let ratio = 3.0 * inscribed / circumscribed;
-    if ratio < SLIVER || ratio.is_nan() {
-        return Err(BadInput::new(
-            format!("tetrahedron {e}"),
-            format!("a radius ratio of at least {SLIVER}"),
-            format!("{ratio:.2e}"),
-        )
-        .hint("it is a sliver: optimise the mesh (`gmsh -optimize_netgen`), or mesh again"));
-    }
+    // Round-off may leave no circumscribed sphere to the flattest ones.
+    let radius_ratio = if circumscribed > 0.0 { 3.0 * inscribed / circumscribed } else { 0.0 };
     let mut angle = PI;
     for i in 0..4 {
         for j in 0..i {
             angle = angle.min(PI - normal[i].angle(&normal[j]));
         }
     }
-    Ok((volume, ratio, angle))
+    let squares: f64 = normal.iter().map(|n| n.norm_squared() / 4.0).sum();
+    Ok(Corners { volume, radius_ratio, smallest_angle: angle, stiffness: squares / (9.0 * volume) })
 }
 
 /// Volume of a ten-node tetrahedron \[m³\] after a look at its Jacobian.
@@ -250,15 +286,21 @@ fn check_faces(cells: &Cells) -> std::result::Result<(), BadInput> {
     for e in 0..cells.len() {
         size[root(&mut part, e)] += 1;
     }
-    let mut sizes: Vec<usize> = size.into_iter().filter(|&s| s > 0).collect();
-    sizes.sort_unstable_by(|a, b| b.cmp(a));
-    if sizes.len() > 1 {
-        let few: Vec<String> = sizes.iter().take(5).map(usize::to_string).collect();
-        let more = if sizes.len() > 5 { ", …" } else { "" };
+    // The root of a part is its first tetrahedron.
+    let mut parts: Vec<(usize, usize)> = size.into_iter().enumerate().filter(|&(_, size)| size > 0).collect();
+    parts.sort_by_key(|&(_, size)| std::cmp::Reverse(size));
+    if parts.len() > 1 {
+        let few: Vec<String> = parts.iter().take(5).map(|(_, size)| size.to_string()).collect();
+        let more = if parts.len() > 5 { ", …" } else { "" };
         return Err(BadInput::new(
             "mesh",
             "one part, connected through faces",
-            format!("{} parts of {}{more} tetrahedra", sizes.len(), few.join(", ")),
+            format!(
+                "{} parts of {}{more} tetrahedra (tetrahedron {} is not in the largest)",
+                parts.len(),
+                few.join(", "),
+                parts[1].0,
+            ),
         )
         .hint("fuse the bodies before meshing, and merge coincident nodes"));
     }

@@ -1,6 +1,6 @@
 //! The equations of a step: how far a configuration is from balance, and what a command asks for.
 
-use hysteron_base::Law;
+use hysteron_base::{Law, Material};
 
 use crate::cable::{CableShape, Cables};
 use crate::model::{Target, Twin};
@@ -77,14 +77,24 @@ pub(crate) struct Balance {
     pub violation: f64,
     /// True if no element is inverted.
     pub is_upright: bool,
-    /// Force that a strain of one would take [N].
-    stiffness_force: f64,
+    /// Force below which the applied ones count as none [N].
+    least_force: f64,
 }
 
 /// A residual is small when the forces of a mean strain of this size are.
 const NEGLIGIBLE_STRAIN: f64 = 1e-7;
-/// Mean strain whose forces are round-off: residuals at rest are 2e-16, at strong bending ten times more.
+/// Mean strain whose forces are round-off: residuals at rest are 2e-16, at strong bending ten times more. Of the stiffest
+/// mode: rounded positions change volumes too, and those forces grow with λ + 2 μ, beyond all bounds as ν nears 1/2.
 const ROUND_OFF: f64 = 4e-15;
+
+/// Stress below which forces count as none [Pa]: never so little that the accuracy asked for would be below round-off.
+fn least_stress(material: &Material, relative_residual: f64) -> f64 {
+    let Material { youngs_modulus, poisson_ratio, .. } = *material;
+    // λ + 2 μ
+    let wave_modulus =
+        youngs_modulus * (1.0 - poisson_ratio) / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
+    (NEGLIGIBLE_STRAIN * youngs_modulus).max(ROUND_OFF / relative_residual * wave_modulus)
+}
 
 impl Balance {
     pub fn new(twin: &Twin) -> Self {
@@ -99,7 +109,8 @@ impl Balance {
             stroke_residual: vec![0.0; twin.cables.len()],
             violation: f64::INFINITY,
             is_upright: true,
-            stiffness_force: body.material.youngs_modulus * volume.powf(2.0 / 3.0),
+            least_force: least_stress(&body.material, twin.accuracy.relative_residual)
+                * volume.powf(2.0 / 3.0),
         }
     }
 
@@ -123,9 +134,7 @@ impl Balance {
                 applied += outer[c] * outer[c];
             }
         }
-        // Never relative to so little that the accuracy asked for would be below round-off.
-        let strain = NEGLIGIBLE_STRAIN.max(ROUND_OFF / twin.accuracy.relative_residual);
-        self.relative = out_of_balance.sqrt() / applied.sqrt().max(strain * self.stiffness_force);
+        self.relative = out_of_balance.sqrt() / applied.sqrt().max(self.least_force);
         self.compare_strokes(&twin.cables, control, t);
     }
 

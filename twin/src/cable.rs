@@ -13,7 +13,7 @@ pub struct Cables {
     /// First point of each cable, and one past the last point.
     starts: Vec<usize>,
     /// Points in order along each cable.
-    points: Vec<Carried>,
+    points: Vec<Point>,
     /// Rest length of each cable [m].
     pub rest_lengths: Vec<f64>,
     /// C, how much each cable stretches per tension: rows of (cable, compliance [m/N]), symmetric; a row is
@@ -21,9 +21,22 @@ pub struct Cables {
     pub compliance: Vec<Vec<(usize, f64)>>,
 }
 
-/// A cable point: the nodes that carry it, with weights.
+/// Where a cable passes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CablePoint {
+    /// A point of the body.
+    Carried(Embedding),
+    /// A point fixed in space [m].
+    Fixed([f64; 3]),
+}
+
+/// A cable point: where it is without the body, and the nodes that carry it, with weights. A fixed point has no
+/// carriers, so that its columns of J and of the stiffness are zero; a carried one starts from the origin.
 #[derive(Debug, Clone)]
-struct Carried(Vec<(u32, f64)>);
+struct Point {
+    offset: [f64; 3],
+    carriers: Vec<(u32, f64)>,
+}
 
 /// Unit direction of every segment and length of every cable at some positions; scratch.
 #[derive(Debug, Clone)]
@@ -37,15 +50,12 @@ pub(crate) struct CableShape {
 }
 
 impl Cables {
-    /// Cables through embedded points, at least two each.
-    pub fn new(model: &FemModel, cables: &[Vec<Embedding>]) -> Self {
+    /// Cables through points, at least two each.
+    pub fn new(model: &FemModel, cables: &[Vec<CablePoint>]) -> Self {
         let mut starts = vec![0];
         let mut points = Vec::new();
         for cable in cables {
-            for point in cable {
-                let carriers = point.nodes.iter().copied().zip(point.weights.iter().copied());
-                points.push(Carried(carriers.filter(|(_, weight)| *weight != 0.0).collect()));
-            }
+            points.extend(cable.iter().map(Point::new));
             starts.push(points.len());
         }
         let n = cables.len();
@@ -140,7 +150,7 @@ impl Cables {
                 continue;
             }
             for p in self.range(j) {
-                for &(node, weight) in &self.points[p].0 {
+                for &(node, weight) in &self.points[p].carriers {
                     let scale = tension * weight;
                     for c in 0..3 {
                         out[node as usize][c] += scale * shape.gradients[p][c];
@@ -154,7 +164,7 @@ impl Cables {
     pub(crate) fn row_times(&self, shape: &CableShape, j: usize, displacement: &[f64]) -> f64 {
         let mut change = 0.0;
         for p in self.range(j) {
-            for &(node, weight) in &self.points[p].0 {
+            for &(node, weight) in &self.points[p].carriers {
                 let first = 3 * node as usize;
                 // Clamped nodes come after the free unknowns and do not move.
                 if let Some(moved) = displacement.get(first..first + 3) {
@@ -170,7 +180,7 @@ impl Cables {
     pub(crate) fn row_into(&self, shape: &CableShape, j: usize, row: &mut [f64]) {
         row.fill(0.0);
         for p in self.range(j) {
-            for &(node, weight) in &self.points[p].0 {
+            for &(node, weight) in &self.points[p].carriers {
                 let first = 3 * node as usize;
                 if let Some(target) = row.get_mut(first..first + 3) {
                     for c in 0..3 {
@@ -181,13 +191,13 @@ impl Cables {
         }
     }
 
-    /// Node sets that the tensions couple: the carriers of every two neighbouring points.
+    /// Node sets that the tensions couple: the carriers of every two neighbouring points, fixed ones having none.
     pub(crate) fn couplings(&self) -> Vec<Vec<u32>> {
         let mut couplings = Vec::new();
         for j in 0..self.len() {
             let range = self.range(j);
             for p in range.start..range.end - 1 {
-                let pair = self.points[p].0.iter().chain(&self.points[p + 1].0);
+                let pair = self.points[p].carriers.iter().chain(&self.points[p + 1].carriers);
                 couplings.push(pair.map(|(node, _)| *node).collect());
             }
         }
@@ -210,8 +220,9 @@ impl Cables {
                     std::array::from_fn(|b| tension / length * (f64::from(u8::from(a == b)) - t[a] * t[b]))
                 });
                 let ends = [(&self.points[p], 1.0), (&self.points[p + 1], -1.0)];
-                let carriers =
-                    ends.iter().flat_map(|(point, sign)| point.0.iter().map(move |(n, w)| (*n, sign * w)));
+                let carriers = ends
+                    .iter()
+                    .flat_map(|(point, sign)| point.carriers.iter().map(move |(n, w)| (*n, sign * w)));
                 let carriers: Vec<(u32, f64)> = carriers.collect();
                 for &(row, row_weight) in &carriers {
                     for &(column, column_weight) in carriers.iter().filter(|(column, _)| *column <= row) {
@@ -228,10 +239,21 @@ impl Cables {
     }
 }
 
-impl Carried {
+impl Point {
+    fn new(point: &CablePoint) -> Self {
+        match point {
+            CablePoint::Fixed(at) => Self { offset: *at, carriers: Vec::new() },
+            CablePoint::Carried(point) => {
+                let carriers = point.nodes.iter().copied().zip(point.weights.iter().copied());
+                let carriers = carriers.filter(|(_, weight)| *weight != 0.0).collect();
+                Self { offset: [0.0; 3], carriers }
+            }
+        }
+    }
+
     fn at(&self, x: &[[f64; 4]]) -> [f64; 3] {
-        let mut point = [0.0; 3];
-        for &(node, weight) in &self.0 {
+        let mut point = self.offset;
+        for &(node, weight) in &self.carriers {
             for c in 0..3 {
                 point[c] += weight * x[node as usize][c];
             }
@@ -375,7 +397,8 @@ mod tests {
             let angle = std::f64::consts::FRAC_PI_2 * k as f64 / 64.0;
             [radius * angle.cos(), radius * angle.sin(), 0.02]
         };
-        let carried: Vec<Embedding> = (0..=64).map(|k| Embedding::new(&twin.body, point(k))).collect();
+        let carried: Vec<CablePoint> =
+            (0..=64).map(|k| CablePoint::Carried(Embedding::new(&twin.body, point(k)))).collect();
         let cables = Cables::new(&twin.body, &[carried]);
         let expected = 64.0 * 2.0 * radius * (std::f64::consts::PI / 256.0).sin();
         assert!((cables.rest_lengths[0] - expected).abs() < 1e-15);

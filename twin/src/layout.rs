@@ -18,6 +18,7 @@ pub fn auxiliary_tendons(layout: &AuxiliaryLayout) -> Vec<Tendon> {
             tendons.push(Tendon {
                 name: format!("aux_{:02}", tendons.len() + 1),
                 points: vec![point(z), point(z + layout.segment_length)],
+                fixed: Vec::new(),
                 drive: layout.drive,
                 tension: layout.tension,
                 stroke: layout.stroke,

@@ -1,11 +1,11 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
 use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tendon, Tip};
-use hysteron_fem::{Embedding, FemModel, Mesh};
+use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Result;
-use crate::cable::Cables;
+use crate::cable::{CablePoint, Cables};
 use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
 use crate::registration::Registration;
@@ -149,9 +149,7 @@ impl Twin {
     /// # Errors
     /// Everything that is wrong with the mesh, the clamp, a tendon point or the tip.
     pub fn from_scene(scene: &Scene) -> Result<Self> {
-        let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
-        hysteron_fem::check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
-        Self::new(scene, &mesh)
+        Self::new(scene, &read_body(scene)?.0)
     }
 
     /// Builds the twin of `scene` on a mesh already read.
@@ -170,16 +168,25 @@ impl Twin {
             let mut points = Vec::new();
             for (k, point) in tendon.points.iter().enumerate() {
                 let place = format!("tendon.{}.points_mm[{k}]", tendon.name);
-                points.push(carried_by_ring(&body, tendon, k, *point, &place)?);
+                points.push(if tendon.fixed.contains(&k) {
+                    CablePoint::Fixed(*point)
+                } else {
+                    CablePoint::Carried(carried_by_ring(&body, tendon, k, *point, &place)?)
+                });
             }
-            if !points.iter().any(|point| moves(&body, point)) {
+            let pulls = |point: &CablePoint| matches!(point, CablePoint::Carried(at) if moves(&body, at));
+            if !points.iter().any(pulls) {
                 let place = format!("tendon.{}.points_mm", tendon.name);
-                return Err(BadInput::new(place, "a point beyond the clamp", "clamped ones alone").into());
+                let found = "clamped or fixed ones alone";
+                return Err(BadInput::new(place, "a point beyond the clamp", found).into());
             }
             cables.push(points);
         }
-        let farthest =
-            |points: &Vec<Embedding>| points.iter().map(|point| point.distance).fold(0.0, f64::max);
+        let distance = |point: &CablePoint| match point {
+            CablePoint::Carried(at) => at.distance,
+            CablePoint::Fixed(_) => 0.0,
+        };
+        let farthest = |points: &Vec<CablePoint>| points.iter().map(distance).fold(0.0, f64::max);
         let outside: Vec<f64> = cables.iter().map(farthest).collect();
         let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));
         let friction: Vec<FrictionPoint> = friction.collect();
@@ -293,6 +300,16 @@ impl Twin {
     }
 }
 
+/// The scene's mesh, and how good its tetrahedra are.
+///
+/// # Errors
+/// Everything that is wrong with the mesh.
+pub fn read_body(scene: &Scene) -> Result<(Mesh, MeshQuality)> {
+    let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let quality = hysteron_fem::check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
+    Ok((mesh, quality))
+}
+
 /// Whether a point that these nodes carry can move: clamped nodes come after the free ones.
 fn moves(body: &FemModel, carrier: &Embedding) -> bool {
     let mut carriers = carrier.nodes.iter().zip(&carrier.weights);
@@ -318,7 +335,10 @@ fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> R
         format!("a point of the body, or at most {} mm outside it", 1e3 * within),
         format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * distance),
     )
-    .hint("check the mesh's unit and origin; in a channel, set ring_mm to a little more than its radius")
+    .hint(
+        "check the mesh's unit and origin; in a channel, set ring_mm to a little more than its radius; an eyelet or \
+         pulley outside the body is { at_mm = [x, y, z], fixed = true }",
+    )
     .into())
 }
 

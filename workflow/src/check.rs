@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hysteron_base::{BadInput, Drive, Scene, json};
-use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent, check_mesh, read_mesh};
+use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::Twin;
 
 use serde::Serialize;
@@ -14,6 +14,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::Caller;
+use crate::locking::{Estimator, LockingEstimate};
 use crate::mesh::{self, print_quality};
 use crate::recording_checks::body_length;
 
@@ -87,8 +88,7 @@ fn is_scene(path: &Path) -> bool {
 /// Checks a scene and its mesh; gives the length of the body too [m].
 fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(Value, f64)> {
     let scene = Scene::read(path)?;
-    let body = read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
-    let quality = check_mesh(&body, &scene.mesh_path.display().to_string())?;
+    let (body, quality) = hysteron_twin::read_body(&scene)?;
     let twin = Twin::new(&scene, &body)?;
 
     caller.say(format_args!("{}: {}", scene.name, scene.mesh_path.display()));
@@ -108,6 +108,9 @@ fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(Value, f64)> {
     print_friction(&twin, caller);
     caller.say("");
     let factor = print_equations(&twin, caller)?;
+    quality.warnings().iter().for_each(|warning| tracing::warn!("{warning}"));
+    let estimator = Estimator::new(&scene, &body)?;
+    estimator.warn();
     let outcome = json::to_value(Summary {
         robot: &scene.name,
         scene_sha256: &scene.hash,
@@ -118,6 +121,8 @@ fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(Value, f64)> {
         auxiliary_tendons: twin.tendons.len() - twin.n_primary,
         unknowns: twin.body.n_unknowns(),
         factor_bytes: factor,
+        locking: estimator.estimate(),
+        warnings: quality.warnings(),
     })?;
     Ok((outcome, body_length(&twin)))
 }
@@ -134,6 +139,8 @@ struct Summary<'a> {
     auxiliary_tendons: usize,
     unknowns: usize,
     factor_bytes: usize,
+    locking: &'a LockingEstimate,
+    warnings: Vec<String>,
 }
 
 fn print_friction(twin: &Twin, caller: &Caller) {

@@ -31,6 +31,7 @@ mod figures;
 mod health;
 mod inputs;
 mod learned_dynamics;
+mod locking;
 mod network;
 pub mod number;
 pub mod outputs;

@@ -173,11 +173,13 @@ fn tendon(typed: schema::Tendon, number: usize) -> Check<Tendon> {
     let mut points = Vec::with_capacity(typed.points_mm.len());
     for (i, &point) in typed.points_mm.iter().enumerate() {
         let place = key(&format!("points_mm[{i}]"));
+        let point = point.at_mm();
         points.push(vector_within(&place, point, LONGEST)?);
-        if i > 0 && typed.points_mm[i - 1] == point {
+        if i > 0 && typed.points_mm[i - 1].at_mm() == point {
             return Err(BadInput::new(place, "a point away from the one before", format!("{point:?} again")));
         }
     }
+    let fixed = (0..points.len()).filter(|&i| typed.points_mm[i].is_fixed()).collect();
     let (tension, stroke) = (
         bounds(
             [&key("tension_min_n"), &key("tension_max_n")],
@@ -196,7 +198,7 @@ fn tendon(typed: schema::Tendon, number: usize) -> Check<Tendon> {
     let compliance = up_to(&key("compliance_mm_per_n"), compliance, LONGEST)?;
     let zero = within(&key("zero_mm"), typed.zero_mm.unwrap_or(0.0), LONGEST)?;
     let drive = typed.drive;
-    Ok(Tendon { name, points, drive, tension, stroke, attach_within, ring, compliance, zero })
+    Ok(Tendon { name, points, fixed, drive, tension, stroke, attach_within, ring, compliance, zero })
 }
 
 fn friction(typed: &schema::Friction, tendons: &[Tendon]) -> Check<Friction> {

@@ -159,6 +159,9 @@ pub struct Tendon {
     pub name: String,
     /// At least two points of the body at rest [m], from the pulled end at the base to the tip; neighbours differ.
     pub points: Vec<[f64; 3]>,
+    /// Which of `points` are fixed in space instead of carried by the body, ascending: eyelets and pulleys of the base.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fixed: Vec<usize>,
     /// What is prescribed.
     pub drive: Drive,
     /// Tension [N]; a minimum of zero means that it pulls only and goes slack.

@@ -86,7 +86,7 @@ pub(super) struct Tracker {
 #[serde(deny_unknown_fields)]
 pub(super) struct Tendon {
     pub name: String,
-    pub points_mm: Vec<[f64; 3]>,
+    pub points_mm: Vec<TendonPoint>,
     pub drive: Drive,
     pub tension_min_n: f64,
     pub tension_max_n: f64,
@@ -96,6 +96,33 @@ pub(super) struct Tendon {
     pub ring_mm: Option<f64>,
     pub compliance_mm_per_n: Option<f64>,
     pub zero_mm: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "a point [x, y, z], or { at_mm = [x, y, z], fixed = true }")]
+pub(super) enum TendonPoint {
+    Carried([f64; 3]),
+    Table(PointTable),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PointTable {
+    pub at_mm: [f64; 3],
+    #[serde(default)]
+    pub fixed: bool,
+}
+
+impl TendonPoint {
+    pub(super) fn at_mm(self) -> [f64; 3] {
+        match self {
+            Self::Carried(at_mm) | Self::Table(PointTable { at_mm, .. }) => at_mm,
+        }
+    }
+
+    pub(super) fn is_fixed(self) -> bool {
+        matches!(self, Self::Table(PointTable { fixed: true, .. }))
+    }
 }
 
 #[derive(Debug, Deserialize)]

@@ -116,6 +116,7 @@ fn example_is_read_into_si() {
         Tendon {
             name: "p0".into(),
             points: vec![[0.0045, 0.0, 0.0], [0.0045, 0.0, 0.008]],
+            fixed: Vec::new(),
             drive: Drive::Stroke,
             tension: Bounds { min: 0.0, max: 100.0 },
             stroke: Bounds { min: -0.01, max: 0.01 },
@@ -290,6 +291,24 @@ fn scene_rejects_numbers_out_of_bounds() {
     rejects("relative_residual = 1e-7", "relative_residual = 0", "solver.relative_residual", "0.0");
     rejects("relative_residual = 1e-7", "relative_residual = 1", "solver.relative_residual", "1.0");
     rejects("stroke_tolerance_mm = 1e-5", "stroke_tolerance_mm = 0", "solver.stroke_tolerance_mm", "0.0");
+}
+
+#[test]
+fn points_of_a_tendon_may_be_fixed() {
+    let read = |points: &str| {
+        let text = EXAMPLE.replace("[[4.5, 0, 0], [4.5, 0, 8]]", points);
+        Scene::from_toml(&text, "scene.toml", Path::new("")).unwrap()
+    };
+    let plain = read("[[4.5, 0, 0], [4.5, 0, 8]]");
+    let fixed = read("[{ at_mm = [4.5, 0, 0], fixed = true }, [4.5, 0, 8]]");
+    assert_eq!((&fixed.tendons[0].points, &fixed.tendons[0].fixed), (&plain.tendons[0].points, &vec![0]));
+    // A scene without fixed points is what it was before there were any.
+    let tables = read("[{ at_mm = [4.5, 0, 0] }, { at_mm = [4.5, 0, 8], fixed = false }]");
+    assert_eq!((&tables, &tables.hash), (&plain, &plain.hash));
+    assert_ne!(fixed.hash, plain.hash);
+    assert!(!serde_json::to_string(&plain).unwrap().contains("fixed"));
+    let point = "[4.5, 0, 0], [4.5, 0, 8]]";
+    rejects(point, "{ at_mm = [4.5, 0, 0], fix = true }, [4.5, 0, 8]]", "tendon[1].points_mm[0]", "");
 }
 
 #[test]

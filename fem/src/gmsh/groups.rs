@@ -32,8 +32,15 @@ pub(super) fn node_sets(sections: &Sections) -> BTreeMap<String, Vec<u32>> {
     };
     let mut sets: BTreeMap<String, Vec<u32>> = BTreeMap::new();
     for block in &sections.blocks {
-        for &tag in sections.physicals.get(&block.entity).into_iter().flatten() {
-            sets.entry(name_of(block.entity.0, tag)).or_default().extend(&block.nodes);
+        let Some(tags) = sections.physicals.get(&block.entity).filter(|tags| !tags.is_empty()) else {
+            continue;
+        };
+        // Once each, before many groups take them.
+        let mut nodes = block.nodes.clone();
+        nodes.sort_unstable();
+        nodes.dedup();
+        for &tag in tags {
+            sets.entry(name_of(block.entity.0, tag)).or_default().extend(&nodes);
         }
     }
     sets

@@ -1,17 +1,19 @@
-//! MSH 4.1 file in, rest mesh out.
+//! MSH file in, rest mesh out.
 //!
 //! Main decision: the volume must consist of tetrahedra of one kind; points, lines and surfaces only tell
 //! which nodes a physical group holds.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use hysteron_base::BadInput;
 
-use super::sections::{Sections, parse};
-use super::{TET4, TET10, groups, swap_last_two};
+use super::sections::{Block, Sections, parse};
+use super::{TET4, TET10, foreign, groups, swap_last_two};
 use crate::{Cells, Mesh, Result};
 
-/// Reads a Gmsh MSH 4.1 file, text or binary, and converts it to metres.
+/// Reads a Gmsh MSH file (1, 2.0 to 2.2, 4.0, 4.1; text or binary; partitioned or not) and converts it to metres.
 ///
 /// `metres_per_unit` is the length unit of the file \[m\]: 0.001 for millimetres.
 ///
@@ -29,6 +31,9 @@ pub fn read_mesh(path: &Path, metres_per_unit: f64) -> Result<Mesh> {
     let bytes = hysteron_base::file::read_bytes(path)?;
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         return Err(bad_unit(metres_per_unit).within(path.display()).into());
+    }
+    if let Some(bad) = foreign::refusal(path, &bytes) {
+        return Err(bad.within(path.display()).into());
     }
     let mesh = mesh_from_bytes(&bytes, metres_per_unit).map_err(|e| e.within(path.display()))?;
     Ok(mesh)
@@ -73,9 +78,10 @@ fn mesh_from_bytes(bytes: &[u8], metres_per_unit: f64) -> std::result::Result<Me
 /// Gathers the tetrahedra and refuses every other kind of volume.
 fn cells(sections: &Sections) -> std::result::Result<Cells, BadInput> {
     let mut kind = None;
+    let mut repeats = Repeats { is_possible: sections.is_partitioned, seen: HashMap::new() };
     let mut tet4 = Vec::new();
     let mut tet10 = Vec::new();
-    for block in sections.blocks.iter().filter(|b| b.kind.dimension == 3) {
+    for block in sections.blocks.iter().filter(|b| b.kind.shape.dimension() == 3) {
         let (Some(&tag), number) = (block.tags.first(), block.kind.number) else {
             continue;
         };
@@ -83,7 +89,7 @@ fn cells(sections: &Sections) -> std::result::Result<Cells, BadInput> {
             return Err(BadInput::new(
                 format!("$Elements: element {tag}"),
                 "four- or ten-node tetrahedra",
-                format!("a {}", block.kind.name),
+                format!("a {}", block.kind.name()),
             )
             .hint("mesh the part with tetrahedra of order 1 or 2, without recombining or extruding layers"));
         }
@@ -93,13 +99,20 @@ fn cells(sections: &Sections) -> std::result::Result<Cells, BadInput> {
                 "tetrahedra of one kind",
                 "four-node and ten-node tetrahedra together",
             )
-            .hint("give all of the mesh the same order: `gmsh old.msh -order 2 -save -o new.msh`"));
+            .hint(
+                "give all of the mesh the same order: `printf 'Merge \"old.msh\"; SetOrder 2; Save \"new.msh\";' > \
+                 order.geo`, then `gmsh order.geo -parse_and_exit`",
+            ));
         }
         kind = Some(number);
-        tet4.extend(block.nodes.as_chunks::<4>().0.iter().filter(|_| number == TET4));
-        tet10.extend(
-            block.nodes.as_chunks::<10>().0.iter().filter(|_| number == TET10).map(|n| swap_last_two(*n)),
-        );
+        let mut once = |k: &usize, nodes: &[u32]| repeats.is_first(block, *k, nodes);
+        if number == TET4 {
+            let cells = block.nodes.as_chunks::<4>().0.iter().enumerate();
+            tet4.extend(cells.filter(|(k, n)| once(k, &n[..])).map(|(_, n)| *n));
+        } else {
+            let cells = block.nodes.as_chunks::<10>().0.iter().enumerate();
+            tet10.extend(cells.filter(|(k, n)| once(k, &n[..])).map(|(_, n)| swap_last_two(*n)));
+        }
     }
     match kind {
         Some(TET10) => Ok(Cells::Tet10(tet10)),
@@ -107,6 +120,37 @@ fn cells(sections: &Sections) -> std::result::Result<Cells, BadInput> {
         None => Err(BadInput::new("$Elements", "tetrahedra", "none").hint(
             "mesh the volume: `gmsh part.geo -3`; with physical groups, the volume must be in one too or it is not saved",
         )),
+    }
+}
+
+/// Finds tetrahedra that a file lists again: for another group (MSH 1 and 2), or under the same number for another
+/// partition. The same nodes under another number in the same group are doubled by mistake, and stay for
+/// [`check_mesh`](crate::check_mesh) to refuse.
+struct Repeats {
+    is_possible: bool,
+    /// Entity and number under which the corners came first.
+    seen: HashMap<[u32; 4], ((i64, i64), u64)>,
+}
+
+impl Repeats {
+    /// Element `k` of a block, with these nodes in Gmsh's order.
+    fn is_first(&mut self, block: &Block, k: usize, nodes: &[u32]) -> bool {
+        let (Some(&corners), Some(&tag)) = (nodes.first_chunk::<4>(), block.tags.get(k)) else {
+            return true;
+        };
+        if !self.is_possible {
+            return true;
+        }
+        match self.seen.entry(corners) {
+            Entry::Vacant(entry) => {
+                entry.insert((block.entity, tag));
+                true
+            }
+            Entry::Occupied(entry) => {
+                let (entity, number) = *entry.get();
+                entity == block.entity && number != tag
+            }
+        }
     }
 }
 

@@ -31,19 +31,32 @@ impl<'a> Scan<'a> {
         &self.bytes[self.at.min(self.bytes.len())..]
     }
 
-    /// An error at this position: its line in a text file, its byte in a binary one.
-    pub(super) fn bad(&self, expected: impl Into<String>, found: impl Into<String>) -> BadInput {
-        let place = if self.binary.is_some() {
-            format!("byte {}", self.at)
-        } else {
-            let newlines =
-                self.bytes[..self.at.min(self.bytes.len())].iter().filter(|&&b| b == b'\n').count();
-            format!("line {}", newlines + 1)
-        };
-        BadInput::new(place, expected, found)
+    /// Bytes read so far.
+    pub(super) fn position(&self) -> usize {
+        self.at
     }
 
-    fn ends(&self, expected: &str) -> BadInput {
+    /// Where byte `at` is: its line in a text file, itself in a binary one.
+    pub(super) fn place_of(&self, at: usize) -> String {
+        if self.binary.is_some() {
+            return format!("byte {at}");
+        }
+        let newlines = self.bytes[..at.min(self.bytes.len())].iter().filter(|&&b| b == b'\n').count();
+        format!("line {}", newlines + 1)
+    }
+
+    /// Where the next byte is.
+    pub(super) fn place(&self) -> String {
+        self.place_of(self.at)
+    }
+
+    /// An error at this position.
+    pub(super) fn bad(&self, expected: impl Into<String>, found: impl Into<String>) -> BadInput {
+        BadInput::new(self.place(), expected, found)
+    }
+
+    /// The end of the file instead of what was expected.
+    pub(super) fn ends(&self, expected: &str) -> BadInput {
         self.bad(expected, "the end of the file").hint("the file is cut short: write or copy it again")
     }
 
@@ -56,6 +69,28 @@ impl<'a> Scan<'a> {
         while self.rest().first().is_some_and(u8::is_ascii_whitespace) {
             self.at += 1;
         }
+    }
+
+    /// Moves behind the mark that some editors put before UTF-8 text.
+    ///
+    /// # Errors
+    /// `BadInput` for text in UTF-16.
+    pub(super) fn skip_byte_order_mark(&mut self) -> Result<(), BadInput> {
+        match self.rest() {
+            [0xef, 0xbb, 0xbf, ..] => self.at += 3,
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
+                return Err(self
+                    .bad("a Gmsh mesh", "text in UTF-16")
+                    .hint("save the file as UTF-8 or ASCII"));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// True where the next bytes are these.
+    pub(super) fn is_at(&self, mark: &str) -> bool {
+        self.rest().starts_with(mark.as_bytes())
     }
 
     pub(super) fn at_end(&self) -> bool {
@@ -99,11 +134,10 @@ impl<'a> Scan<'a> {
     }
 
     /// The closing line of a section.
-    pub(super) fn end_of(&mut self, section: &str) -> Result<(), BadInput> {
+    pub(super) fn end_of(&mut self, expected: &str) -> Result<(), BadInput> {
         self.skip_blank();
-        let expected = format!("$End{section}");
         if self.at_end() {
-            return Err(self.ends(&expected));
+            return Err(self.ends(expected));
         }
         let rest = self.rest();
         if !rest.starts_with(expected.as_bytes()) {
@@ -164,6 +198,26 @@ impl<'a> Scan<'a> {
         }
         let bytes = self.take::<8>(what)?;
         Ok(if binary.big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
+    }
+
+    /// A count or tag of four bytes in any binary file.
+    pub(super) fn positive(&mut self, what: &str) -> Result<u64, BadInput> {
+        let value = self.int(what)?;
+        u64::try_from(value).map_err(|_| self.bad(what, value.to_string()))
+    }
+
+    /// The three coordinates of node `tag`, in the unit of the file.
+    pub(super) fn coordinates(&mut self, tag: u64) -> Result<[f64; 3], BadInput> {
+        let mut x = [0.0; 3];
+        for value in &mut x {
+            *value = self.float("a coordinate")?;
+            if !value.is_finite() {
+                return Err(self
+                    .bad(format!("finite coordinates of node {tag}"), value.to_string())
+                    .hint("mesh the part again"));
+            }
+        }
+        Ok(x)
     }
 
     /// A coordinate or bound, possibly not finite.

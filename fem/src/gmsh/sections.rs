@@ -1,11 +1,13 @@
-//! The sections of an MSH 4.1 file as plain lists, before anything is made of them.
+//! The sections of an MSH file of any version as plain lists, before anything is made of them.
 
 use std::collections::{BTreeMap, HashMap};
 
 use hysteron_base::BadInput;
 
 use super::elements::{self, Kind};
-use super::scan::{Binary, Scan, printable};
+use super::header::{self, Version};
+use super::scan::{Scan, printable};
+use super::{blocks, entities, legacy};
 
 /// What stands in the file, in its own numbering and unit.
 #[derive(Debug, Default)]
@@ -20,6 +22,9 @@ pub(super) struct Sections {
     pub(super) index_of: HashMap<u64, u32>,
     /// Elements in file order.
     pub(super) blocks: Vec<Block>,
+    /// True where an element may stand in the file more than once: for each of its groups (MSH 1 and 2), or for each
+    /// partition that sees it.
+    pub(super) is_partitioned: bool,
 }
 
 /// Elements of one kind on one entity.
@@ -35,61 +40,69 @@ pub(super) struct Block {
     pub(super) nodes: Vec<u32>,
 }
 
+impl Block {
+    pub(super) fn new(entity: (i64, i64), kind: Kind) -> Self {
+        Self { entity, kind, tags: Vec::new(), nodes: Vec::new() }
+    }
+}
+
+impl Sections {
+    /// Adds a node. One that stands in the file twice, as parts of a partitioned mesh may repeat it, must be in the
+    /// same place.
+    pub(super) fn add_node(&mut self, scan: &Scan<'_>, tag: u64, x: [f64; 3]) -> Result<(), BadInput> {
+        let index =
+            u32::try_from(self.nodes.len()).map_err(|_| scan.bad("at most 4 294 967 295 nodes", "more"))?;
+        match self.index_of.entry(tag) {
+            std::collections::hash_map::Entry::Vacant(entry) => {
+                entry.insert(index);
+                self.nodes.push(x);
+            }
+            std::collections::hash_map::Entry::Occupied(entry) => {
+                if self.nodes[*entry.get() as usize] != x {
+                    return Err(scan
+                        .bad("every node in one place", format!("node {tag} twice"))
+                        .hint("renumber it: `gmsh old.msh -save -format msh41 -o new.msh`"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Position in `nodes` of a node of element `element`.
+    pub(super) fn index(&self, scan: &Scan<'_>, element: u64, node: u64) -> Result<u32, BadInput> {
+        self.index_of.get(&node).copied().ok_or_else(|| {
+            scan.bad(format!("nodes of element {element} that `$Nodes` lists"), format!("node {node}"))
+                .hint("the file is damaged: write it again")
+        })
+    }
+}
+
+/// The element type of a number in the file.
+pub(super) fn kind_of(scan: &Scan<'_>, number: i64) -> Result<Kind, BadInput> {
+    elements::find(number).ok_or_else(|| {
+        scan.bad("an element type of Gmsh with a fixed number of nodes", elements::describe(number))
+            .hint("mesh the part with four- or ten-node tetrahedra")
+    })
+}
+
 /// Splits the bytes of a file into its sections.
 ///
 /// # Errors
 /// `BadInput` with the line (text) or byte (binary) that is wrong.
 pub(super) fn parse(bytes: &[u8]) -> Result<Sections, BadInput> {
     let mut scan = Scan::new(bytes);
-    parse_header(&mut scan)?;
-    let mut out = Sections::default();
-    let mut seen_nodes = false;
-    let mut seen_elements = false;
+    let version = header::parse(&mut scan)?;
+    let mut out =
+        Sections { is_partitioned: matches!(version, Version::V1 | Version::V2), ..Sections::default() };
+    let mut seen = Seen::default();
     loop {
         scan.skip_blank();
         if scan.at_end() {
             break;
         }
-        let start = scan.bad("a section such as `$Nodes`", "");
-        let line = scan.line().trim_ascii_end();
-        let name = line.strip_prefix(b"$").and_then(|n| std::str::from_utf8(n).ok());
-        let Some(name) = name.filter(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_alphanumeric()))
-        else {
-            return Err(BadInput { found: format!("`{}`", printable(line)), ..start });
-        };
-        match name {
-            "PhysicalNames" => parse_names(&mut scan, &mut out)?,
-            "Entities" => parse_entities(&mut scan, &mut out)?,
-            "PartitionedEntities" => {
-                return Err(BadInput { found: "a partitioned mesh".into(), ..start }.hint(
-                    "save it unpartitioned: `gmsh old.msh -unpartition -save -format msh41 -o new.msh`",
-                ));
-            }
-            "Nodes" if seen_nodes => {
-                return Err(BadInput { found: "a second `$Nodes`".into(), ..start });
-            }
-            "Nodes" => {
-                seen_nodes = true;
-                parse_nodes(&mut scan, &mut out)?;
-            }
-            "Elements" if seen_elements => {
-                return Err(BadInput { found: "a second `$Elements`".into(), ..start });
-            }
-            "Elements" if !seen_nodes => {
-                return Err(BadInput { found: "`$Elements` before `$Nodes`".into(), ..start });
-            }
-            "Elements" => {
-                seen_elements = true;
-                parse_elements(&mut scan, &mut out)?;
-            }
-            other => {
-                scan.skip_behind(&format!("$End{other}"))?;
-                continue;
-            }
-        }
-        scan.end_of(name)?;
+        parse_section(&mut scan, version, &mut seen, &mut out)?;
     }
-    for (seen, section) in [(seen_nodes, "$Nodes"), (seen_elements, "$Elements")] {
+    for (seen, section) in [(seen.nodes, "$Nodes"), (seen.elements, "$Elements")] {
         if !seen {
             return Err(scan
                 .bad(format!("a section `{section}`"), "the end of the file")
@@ -99,177 +112,60 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Sections, BadInput> {
     Ok(out)
 }
 
-fn parse_header(scan: &mut Scan<'_>) -> Result<(), BadInput> {
-    scan.skip_blank();
-    if scan.at_end() {
-        return Err(scan.bad("a Gmsh mesh", "an empty file"));
-    }
-    let first = scan.line().trim_ascii_end();
-    if first != b"$MeshFormat" {
-        return Err(BadInput::new("line 1", "`$MeshFormat`", format!("`{}`", printable(first)))
-            .hint("this is not a Gmsh mesh; export the part as .msh version 4.1"));
-    }
-    let version = scan.word("a format version")?;
-    if version != "4.1" {
-        return Err(scan
-            .bad("MSH version 4.1", format!("version {}", printable(version.as_bytes())))
-            .hint("convert it: `gmsh old.msh -save -format msh41 -o new.msh`"));
-    }
-    let kind = scan.word("0 (text) or 1 (binary)")?;
-    if kind != "0" && kind != "1" {
-        return Err(scan.bad("0 (text) or 1 (binary)", format!("`{}`", printable(kind.as_bytes()))));
-    }
-    let size_bytes = match scan.word("the size of a count, 4 or 8")? {
-        "4" => 4,
-        "8" => 8,
-        other => {
-            return Err(scan.bad("the size of a count, 4 or 8", format!("`{}`", printable(other.as_bytes()))));
-        }
+/// The sections that a mesh needs, as far as they were found.
+#[derive(Default)]
+struct Seen {
+    nodes: bool,
+    elements: bool,
+}
+
+fn parse_section(
+    scan: &mut Scan<'_>,
+    version: Version,
+    seen: &mut Seen,
+    out: &mut Sections,
+) -> Result<(), BadInput> {
+    let at = scan.position();
+    let line = scan.line().trim_ascii_end();
+    let bad = |scan: &Scan<'_>, found: String| {
+        BadInput::new(scan.place_of(at), "a section such as `$Nodes`", found)
     };
-    if kind == "1" {
-        scan.line();
-        let big_endian = scan.byte_order()?;
-        scan.binary = Some(Binary { big_endian, size_bytes });
-    }
-    scan.end_of("MeshFormat")
-}
-
-/// Names are text in both kinds of file.
-fn parse_names(scan: &mut Scan<'_>, out: &mut Sections) -> Result<(), BadInput> {
-    let binary = scan.binary.take();
-    let count = scan.size("the number of physical names")?;
-    for _ in 0..count {
-        let dimension = scan.int("the dimension of a physical group")?;
-        let tag = scan.int("the tag of a physical group")?;
-        let line = String::from_utf8_lossy(scan.line()).into_owned();
-        let name = line.trim().strip_prefix('"').and_then(|n| n.strip_suffix('"'));
-        let Some(name) = name else {
-            return Err(scan
-                .bad("the name of a physical group in quotes", format!("`{}`", printable(line.as_bytes()))));
-        };
-        if !name.is_empty() {
-            out.names.insert((dimension, tag.saturating_abs()), name.to_owned());
+    let name = line.strip_prefix(b"$").and_then(|n| std::str::from_utf8(n).ok());
+    let Some(name) = name.filter(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_alphanumeric())) else {
+        return Err(bad(scan, format!("`{}`", printable(line))));
+    };
+    let is_block = matches!(version, Version::V40 | Version::V41);
+    match name {
+        "PhysicalNames" => entities::parse_names(scan, out)?,
+        "Entities" if is_block => entities::parse_entities(scan, version, out)?,
+        "PartitionedEntities" if is_block => entities::parse_partitioned(scan, version, out)?,
+        "Nodes" | "NOD" | "ParametricNodes" => {
+            if std::mem::replace(&mut seen.nodes, true) {
+                return Err(bad(scan, format!("a second `${name}`")));
+            }
+            match name {
+                "ParametricNodes" => legacy::parse_parametric_nodes(scan, out)?,
+                _ if is_block => blocks::parse_nodes(scan, version, out)?,
+                _ => legacy::parse_nodes(scan, out)?,
+            }
         }
-    }
-    scan.binary = binary;
-    Ok(())
-}
-
-fn parse_entities(scan: &mut Scan<'_>, out: &mut Sections) -> Result<(), BadInput> {
-    let mut counts = [0; 4];
-    for count in &mut counts {
-        *count = scan.size("the number of entities")?;
-    }
-    for (dimension, &count) in (0..).zip(&counts) {
-        for _ in 0..count {
-            let tag = scan.int("the tag of an entity")?;
-            for _ in 0..if dimension == 0 { 3 } else { 6 } {
-                scan.float("the bounds of an entity")?;
+        "Elements" | "ELM" => {
+            if !seen.nodes {
+                return Err(bad(scan, format!("`${name}` before `$Nodes`")));
             }
-            let n_physicals = scan.size("the number of physical tags")?;
-            let mut physicals = Vec::new();
-            for _ in 0..n_physicals {
-                physicals.push(scan.int("a physical tag")?.saturating_abs());
+            if std::mem::replace(&mut seen.elements, true) {
+                return Err(bad(scan, format!("a second `${name}`")));
             }
-            if dimension > 0 {
-                for _ in 0..scan.size("the number of bounding entities")? {
-                    scan.int("the tag of a bounding entity")?;
-                }
+            if is_block {
+                blocks::parse_elements(scan, version, out)?;
+            } else {
+                legacy::parse_elements(scan, version, out)?;
             }
-            out.physicals.entry((dimension, tag)).or_default().extend(physicals);
         }
+        other => return scan.skip_behind(&format!("$End{other}")),
     }
-    Ok(())
-}
-
-fn parse_nodes(scan: &mut Scan<'_>, out: &mut Sections) -> Result<(), BadInput> {
-    let n_blocks = scan.size("the number of node blocks")?;
-    let n_nodes = scan.size("the number of nodes")?;
-    scan.size("the smallest node tag")?;
-    scan.size("the largest node tag")?;
-    for _ in 0..n_blocks {
-        let dimension = scan.int("the dimension of an entity")?;
-        if !(0..=3).contains(&dimension) {
-            return Err(scan.bad("a dimension from 0 to 3", dimension.to_string()));
-        }
-        scan.int("the tag of an entity")?;
-        let n_extra = match scan.int("0, or 1 for nodes with parameters")? {
-            0 => 0,
-            1 => dimension,
-            other => return Err(scan.bad("0, or 1 for nodes with parameters", other.to_string())),
-        };
-        let count = scan.size("the number of nodes of a block")?;
-        let mut tags = Vec::with_capacity(scan.capacity(count));
-        for _ in 0..count {
-            let tag = scan.size("a node tag")?;
-            let index = u32::try_from(out.nodes.len() + tags.len())
-                .map_err(|_| scan.bad("at most 4 294 967 295 nodes", "more"))?;
-            if out.index_of.insert(tag, index).is_some() {
-                return Err(scan
-                    .bad("every node once", format!("node {tag} twice"))
-                    .hint("renumber it: `gmsh old.msh -save -format msh41 -o new.msh`"));
-            }
-            tags.push(tag);
-        }
-        for tag in tags {
-            let mut x = [0.0; 3];
-            for value in &mut x {
-                *value = scan.float("a coordinate")?;
-                if !value.is_finite() {
-                    return Err(scan
-                        .bad(format!("finite coordinates of node {tag}"), value.to_string())
-                        .hint("mesh the part again"));
-                }
-            }
-            for _ in 0..n_extra {
-                scan.float("a parameter of a node")?;
-            }
-            out.nodes.push(x);
-        }
+    match name {
+        "NOD" | "ELM" => scan.end_of(&format!("$END{name}")),
+        _ => scan.end_of(&format!("$End{name}")),
     }
-    if out.nodes.len() as u64 != n_nodes {
-        return Err(scan.bad(format!("{n_nodes} nodes"), format!("{}", out.nodes.len())));
-    }
-    Ok(())
-}
-
-fn parse_elements(scan: &mut Scan<'_>, out: &mut Sections) -> Result<(), BadInput> {
-    let n_blocks = scan.size("the number of element blocks")?;
-    let n_elements = scan.size("the number of elements")?;
-    scan.size("the smallest element tag")?;
-    scan.size("the largest element tag")?;
-    let mut n_read = 0_u64;
-    for _ in 0..n_blocks {
-        let dimension = scan.int("the dimension of an entity")?;
-        let entity = scan.int("the tag of an entity")?;
-        let number = scan.int("an element type")?;
-        let Some(kind) = elements::find(number) else {
-            return Err(scan
-                .bad("an element type of Gmsh", number.to_string())
-                .hint("mesh the part with four- or ten-node tetrahedra"));
-        };
-        let count = scan.size("the number of elements of a block")?;
-        let capacity = scan.capacity(count);
-        let mut tags = Vec::with_capacity(capacity);
-        let mut nodes = Vec::with_capacity(capacity);
-        for _ in 0..count {
-            let tag = scan.size("an element tag")?;
-            for _ in 0..kind.n_nodes {
-                let node = scan.size("the node of an element")?;
-                let Some(&index) = out.index_of.get(&node) else {
-                    return Err(scan
-                        .bad(format!("nodes of element {tag} that `$Nodes` lists"), format!("node {node}"))
-                        .hint("the file is damaged: write it again"));
-                };
-                nodes.push(index);
-            }
-            tags.push(tag);
-        }
-        n_read += tags.len() as u64;
-        out.blocks.push(Block { entity: (dimension, entity), kind, tags, nodes });
-    }
-    if n_read != n_elements {
-        return Err(scan.bad(format!("{n_elements} elements"), n_read.to_string()));
-    }
-    Ok(())
 }

@@ -53,3 +53,44 @@ gmsh.option.setNumber("Mesh.MeshSizeMin", 2)
 gmsh.option.setNumber("Mesh.MeshSizeMax", 2)
 gmsh.model.mesh.generate(3)
 gmsh.write("prisms.msh")
+
+# The rod in every version, encoding and partitioning.
+for name, version, binary, partitions, ghosts in [
+    ("rod-1", 1, 0, 0, 0),
+    ("rod-22", 2.2, 0, 0, 0),
+    ("rod-22-binary", 2.2, 1, 0, 0),
+    ("rod-22-ghosts", 2.2, 0, 3, 1),
+    ("rod-22-binary-ghosts", 2.2, 1, 3, 1),
+    ("rod-40", 4.0, 0, 0, 0),
+    ("rod-40-ghosts", 4.0, 0, 3, 1),
+    ("rod-41-binary", 4.1, 1, 0, 0),
+    ("rod-41-binary-ghosts", 4.1, 1, 3, 1),
+]:
+    gmsh.clear()
+    gmsh.open("rod-41.msh")
+    if partitions:
+        gmsh.option.setNumber("Mesh.PartitionCreateGhostCells", ghosts)
+        gmsh.model.mesh.partition(partitions)
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.write(name + ".msh")
+
+gmsh.clear()
+gmsh.model.add("groups")
+gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 20, 5)
+gmsh.model.occ.synchronize()
+gmsh.model.addPhysicalGroup(3, [1], 1, "body")
+gmsh.model.addPhysicalGroup(3, [1], 2, "all")
+gmsh.model.addPhysicalGroup(2, [3], 5, "base")
+gmsh.option.setNumber("Mesh.MeshSizeMin", 8)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 8)
+gmsh.model.mesh.generate(3)
+for name, version, binary, parametric in [
+    ("groups-22-parametric", 2.2, 0, 1),
+    ("groups-22-parametric-binary", 2.2, 1, 1),
+    ("groups-41", 4.1, 0, 0),
+]:
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.option.setNumber("Mesh.SaveParametric", parametric)
+    gmsh.write(name + ".msh")

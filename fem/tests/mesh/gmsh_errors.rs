@@ -44,16 +44,24 @@ fn empty_and_cut_files_are_refused() {
 #[test]
 fn other_files_are_refused() {
     let bad = refusal(b"solid part\n facet normal 0 0 1\n");
-    assert_eq!((bad.expected.as_str(), bad.found.as_str()), ("`$MeshFormat`", "`solid part`"));
+    assert_eq!((bad.expected.as_str(), bad.found.as_str()), ("a Gmsh mesh (.msh)", "an STL surface"));
+    assert_eq!(refusal(b"some text\n").found, "`some text`");
     assert!(refusal(&[0, 159, 146, 150]).hint.contains("not a Gmsh mesh"));
 }
 
 #[test]
-fn older_formats_are_refused_with_the_command_that_converts() {
-    let bad = bad_input(read_mesh(&sample("cylinder-format22.msh"), MM));
-    assert_eq!(bad.found, "version 2.2");
-    assert!(bad.hint.contains("gmsh old.msh -save -format msh41 -o new.msh"), "{bad}");
-    assert_eq!(refusal_with("4.1 0 8", "4 0 8").found, "version 4");
+fn unknown_versions_are_refused_with_the_command_that_converts() {
+    for version in ["3", "2.3", "4.2", "5"] {
+        let bad = refusal_with("4.1 0 8", &format!("{version} 0 8"));
+        assert_eq!(bad.found, format!("version {version}"));
+        assert!(bad.hint.contains("gmsh old.msh -save -format msh41 -o new.msh"), "{bad}");
+    }
+}
+
+#[test]
+fn texts_in_utf_16_are_refused() {
+    let wide: Vec<u8> = [0xfeff].into_iter().chain(GOOD.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    assert_eq!(refusal(&wide).found, "text in UTF-16");
 }
 
 #[test]
@@ -73,7 +81,9 @@ fn cells_that_are_no_tetrahedra_are_refused() {
     assert_eq!(bad.found, "a prism");
     assert!(bad.place.contains("$Elements: element"), "{bad}");
     assert_eq!(refusal_with("3 1 4 1\n1 1 2 3 4", "3 1 5 1\n1 1 2 3 4 1 2 3 4").found, "a hexahedron");
-    assert_eq!(refusal_with("3 1 4 1", "3 1 777 1").found, "777");
+    assert_eq!(refusal_with("3 1 4 1", "3 1 29 1").found, "`$EndElements`");
+    assert_eq!(refusal_with("3 1 4 1", "3 1 777 1").found, "type 777");
+    assert_eq!(refusal_with("3 1 4 1", "3 1 35 1").found, "type 35, a polyhedron");
 }
 
 #[test]
@@ -121,7 +131,6 @@ fn missing_and_doubled_sections_are_refused() {
     assert_eq!(refusal_with(elements, "").expected, "a section `$Elements`");
     assert_eq!(refusal_with(nodes, &nodes.repeat(2)).found, "a second `$Nodes`");
     assert_eq!(refusal_with(elements, &elements.repeat(2)).found, "a second `$Elements`");
-    assert_eq!(refusal_with("$Nodes", "$PartitionedEntities").found, "a partitioned mesh");
 }
 
 #[test]

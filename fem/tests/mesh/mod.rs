@@ -1,8 +1,10 @@
 mod gmsh;
 mod gmsh_errors;
 mod meshes;
+mod msh_writer;
 mod quality;
 mod tube;
+mod versions;
 mod vtk;
 
 use std::path::PathBuf;

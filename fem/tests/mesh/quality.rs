@@ -89,11 +89,15 @@ fn inverted_and_flat_tetrahedra_are_refused_by_number() {
 }
 
 #[test]
-fn slivers_are_refused() {
+fn slivers_are_reported_with_number_and_effect() {
     let sliver = |h: f64| positive([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, h], [0.0, -1.0, h]]);
-    let bad = bad_input(check_mesh(&sliver(1e-3), ""));
-    assert_eq!(bad.expected, "a radius ratio of at least 0.01");
-    check_mesh(&sliver(0.1), "").expect("thin, but not a sliver");
+    let quality = check_mesh(&sliver(1e-3), "").expect("a sliver is no error");
+    assert_eq!(quality.slivers, 1);
+    let warnings = quality.warnings();
+    assert!(warnings.len() == 1 && warnings[0].contains("tetrahedron 0 is a sliver"), "{warnings:?}");
+    let thin = check_mesh(&sliver(0.1), "").expect("thin, but not a sliver");
+    assert_eq!((thin.slivers, thin.warnings().len()), (0, 0));
+    assert_eq!(bad_input(check_mesh(&sliver(1e-13), "")).expected, "a volume");
 }
 
 #[test]
@@ -113,7 +117,7 @@ fn separate_parts_are_refused() {
     mesh.nodes.extend(mesh.nodes.clone());
     mesh.cells = Cells::Tet4(vec![mesh.cells.corners(0), mesh.cells.corners(0).map(|n| n + 4)]);
     let bad = bad_input(check_mesh(&mesh, ""));
-    assert_eq!(bad.found, "2 parts of 1, 1 tetrahedra");
+    assert_eq!(bad.found, "2 parts of 1, 1 tetrahedra (tetrahedron 1 is not in the largest)");
 }
 
 #[test]

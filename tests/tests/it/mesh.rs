@@ -110,3 +110,71 @@ fn every_scene_of_the_repository_is_fit() {
         run(root(), &["check", &format!("meshes/{scene}")]).succeeded();
     }
 }
+
+/// A rod of 60 mm with the tendons of a student's first scene: a material that hardly changes its volume.
+fn rod(place: &Workplace) {
+    std::fs::copy(root().join("fem/tests/data/rod-41.msh"), place.path().join("rod.msh")).unwrap();
+    let points =
+        |x: f64| (0..=10).map(|k| format!("[{x:.1}, 0.0, {}.0]", 6 * k)).collect::<Vec<_>>().join(", ");
+    let tendon = |name: &str, x: f64| {
+        format!(
+            "[[tendon]]\nname = \"{name}\"\npoints_mm = [{}]\ndrive = \"stroke\"\ntension_min_n = 0.0\n\
+             tension_max_n = 50.0\nstroke_min_mm = -20.0\nstroke_max_mm = 20.0\nattach_within_mm = 1.0\n",
+            points(x),
+        )
+    };
+    place.write(
+        "rod.toml",
+        format!(
+            "format = \"hysteron-scene\"\nversion = 1\nname = \"rod\"\nseed = 1\n[mesh]\nfile = \"rod.msh\"\nunit = \"mm\"\n\
+             [clamp]\ngroup = \"base\"\n[material]\nlaw = \"corotational\"\nyoungs_modulus_mpa = 1.0\n\
+             poisson_ratio = 0.499\ndensity_kg_m3 = 1000.0\n[gravity]\nacceleration_m_s2 = [0, 0, 0]\n[tip]\n\
+             group = \"tip\"\n{}{}",
+            tendon("t1", 3.0),
+            tendon("t2", -3.0),
+        ),
+    );
+    let rows: String = (0..6).map(|k| format!("0.{k},{:.1},-20\n", 0.5 * f64::from(k))).collect();
+    place.write("pull.csv", format!("time_s,stroke_1_mm,stroke_2_mm\n{rows}"));
+}
+
+#[test]
+fn what_linear_tetrahedra_lose_is_said_before_and_after_a_run() {
+    let place = Workplace::new();
+    rod(&place);
+    let check = place.run(&["check", "rod.toml", "--json"]).succeeded();
+    for said in ["linear tetrahedra make this body", "times as stiff as ten-node tetrahedra: pulling t"] {
+        assert!(check.stderr.contains(said), "{}", check.stderr);
+    }
+    let value: serde_json::Value = serde_json::from_str(&check.stdout).unwrap();
+    let loss = value["locking"]["estimated"][0]["loss"].as_f64().unwrap();
+    assert!((0.5..0.75).contains(&loss), "{loss}");
+    let simulate =
+        place.run(&["simulate", "rod.toml", "--strokes", "pull.csv", "--out", "o.csv", "--json"]).succeeded();
+    let before = simulate.stderr.find("this recording moves the tip").unwrap_or(usize::MAX);
+    let after = simulate.stderr.find("with ten-node tetrahedra it would have gone about").unwrap_or(0);
+    assert!(before < after, "{}", simulate.stderr);
+    let value: serde_json::Value = serde_json::from_str(&simulate.stdout).unwrap();
+    let [tip, ten_node] =
+        ["tip_m", "tip_ten_node_m"].map(|key| value["run"]["locking"][key].as_f64().unwrap());
+    // The tip goes 3.5 mm across and 2.1 mm down with this mesh; 10.8 mm with ten-node tetrahedra: `twin/tests/twin/locking.rs`.
+    assert!((3.9e-3..4.3e-3).contains(&tip) && (10.3e-3..11.3e-3).contains(&ten_node), "{tip} {ten_node}");
+}
+
+#[test]
+fn older_and_partitioned_meshes_are_the_same_mesh() {
+    let place = Workplace::new();
+    rod(&place);
+    let volume = |file: &str| {
+        std::fs::copy(root().join("fem/tests/data").join(file), place.path().join("rod.msh")).unwrap();
+        let check = place.run(&["check", "rod.toml", "--json"]).succeeded();
+        let value: serde_json::Value = serde_json::from_str(&check.stdout).unwrap();
+        (value["mesh"]["nodes"].clone(), value["mesh"]["groups"].clone(), value["unknowns"].clone())
+    };
+    let expected = volume("rod-41.msh");
+    for file in
+        ["rod-22.msh", "rod-40.msh", "rod-41-bom.msh", "rod-41-comments.msh", "rod-41-partitioned.msh"]
+    {
+        assert_eq!(volume(file), expected, "{file}");
+    }
+}

@@ -117,6 +117,7 @@ pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
     Tendon {
         name: format!("tendon_{}", k + 1),
         points: (0..=segments).map(point).collect(),
+        fixed: Vec::new(),
         drive: Drive::Stroke,
         tension: Bounds { min: 0.0, max: 100.0 },
         stroke: Bounds { min: -0.01, max: 0.01 },

@@ -24,6 +24,7 @@ use hysteron_twin::{Stepper, Twin, TwinState};
 use serde_json::Value;
 
 use crate::figures;
+use crate::locking::{Estimator, RunLocking, tip_distance};
 use crate::network::Network;
 use crate::outputs::Outputs;
 use crate::paths;
@@ -94,7 +95,8 @@ pub fn carry_out(
     let scene = Scene::read(&options.scene)?;
     let samples = Recording::read(input)?;
     let _claim = outputs(options, &scene, input, checkpoint, [&partial, &state_file]).check(caller)?;
-    let twin = Twin::from_scene(&scene)?;
+    let (mesh, quality) = hysteron_twin::read_body(&scene)?;
+    let twin = Twin::new(&scene, &mesh)?;
     let command = match task {
         Task::Simulate => Command::new(&twin, &samples, input)?,
         Task::Reach(tolerance) => {
@@ -136,6 +138,20 @@ pub fn carry_out(
     if !is_uniform(&samples) {
         tracing::warn!("{}: the time steps differ by more than 1 %", input.display());
     }
+
+    quality.warnings().iter().for_each(|warning| tracing::warn!("{warning}"));
+    let estimator = Estimator::new(&scene, &mesh)?;
+    let foreseen = match task {
+        Task::Simulate => estimator.foresee(samples.n_samples(), |row| {
+            let mut targets = Vec::new();
+            command.targets_into(row, &mut targets);
+            targets
+        }),
+        Task::Reach(_) => {
+            estimator.warn();
+            None
+        }
+    };
 
     caller.listen();
     let mut series = match &options.vtu {
@@ -188,6 +204,11 @@ pub fn carry_out(
     };
     let measured = samples.tip().filter(|_| task == Task::Simulate);
     summary.finish(&twin, recording, command.goals.as_ref());
+    summary.locking = foreseen.map(|foreseen| {
+        let moved = RunLocking::new(&foreseen, tip_distance(&twin, &farthest.1));
+        moved.warn();
+        moved
+    });
     summary.against_measured = measured.zip(recording.tip()).map(|(tip, own)| score(tip, own, samples.gap()));
     recording.write(&options.out)?;
     if let Some(path) = &options.save_state {

@@ -6,6 +6,7 @@ use hysteron_twin::{StepReport, Twin};
 use serde::Serialize;
 
 use super::goals::Goals;
+use crate::locking::RunLocking;
 
 /// Numbers of a run; written as they are into `metrics.json`.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -46,6 +47,9 @@ pub struct Summary {
     /// How close the tip came to the measured one, if the strokes came with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub against_measured: Option<PathScore>,
+    /// What linear tetrahedra lose, where they can be compared with ten-node ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub locking: Option<RunLocking>,
     /// How the goals were met, if there were any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goals: Option<GoalSummary>,
