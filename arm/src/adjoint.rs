@@ -7,7 +7,7 @@
 
 use crate::coriolis::{find_momenta, twice_b_transposed_of};
 use crate::data::Body;
-use crate::external::{ExternalForce, subtract};
+use crate::external::{ExternalForce, lift_resisted, subtract};
 use crate::rnea::find_wrenches;
 use crate::spatial::{Inertia, Motion, Vec3, add3, dot3};
 use crate::{Data, Model, Scalar, solve_mass};
@@ -109,12 +109,21 @@ fn sweep<T: Scalar>(
                         add3(body.resisted, crate::derivatives::resisted(force, point, &body.motion));
                 }
             }
+            for k in 0..data.lifts.len() {
+                let lift = data.lifts[k];
+                let body = lift.body;
+                let resisted = lift_resisted(data, &lift, &data.bodies[body].motion);
+                data.bodies[body].resisted = add3(data.bodies[body].resisted, resisted);
+            }
             for (i, joint) in model.joints.iter().enumerate().rev() {
                 let body = data.bodies[i];
                 let Body { axis, axis_rate, load, turned, wrench, resisted, .. } = &body;
                 let half = axis_rate.dot(load);
                 cotangent.dq[i] = -(dot3(axis.angular, *turned) + half + half);
                 let mut q = dot3(axis_rate.angular, *turned) + dot3(axis.angular, *resisted);
+                if let Some([stiffness, _]) = data.springs.get(i) {
+                    q = stiffness.mul_add(cotangent.tau[i], q);
+                }
                 match joint.parent {
                     Some(p) => {
                         let parent = &mut data.bodies[p];

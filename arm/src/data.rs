@@ -1,5 +1,6 @@
 //! What the algorithms write: allocated once, beside the model.
 
+use crate::model::{Drive, Joint, Weightless};
 use crate::spatial::{Articulated, Inertia, Mat3, Motion, Sym3, Vec3, Wrench};
 use crate::{Model, Scalar};
 
@@ -12,6 +13,10 @@ pub struct Data<T> {
     pub inertias: Vec<Inertia<T>>,
     /// Armature of every joint [kg m²] or [kg].
     pub armature: Vec<T>,
+    /// Stiffness and reference of the spring of every joint; empty where no joint has one.
+    pub(crate) springs: Vec<[T; 2]>,
+    /// What is weightless of the bodies; empty where all of them weigh what they should.
+    pub(crate) lifts: Vec<Lift<T>>,
     pub(crate) bodies: Vec<Body<T>>,
     /// Gravity, the other way round: the acceleration of a base at rest.
     pub(crate) base_acceleration: Motion<T>,
@@ -19,6 +24,14 @@ pub struct Data<T> {
     pub(crate) still: Vec<T>,
     /// n × n, row by row.
     pub(crate) matrix: Vec<T>,
+}
+
+/// Mass [kg] and first moment [kg m], in its joint's frame, of what is weightless of a body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lift<T> {
+    pub body: usize,
+    pub mass: T,
+    pub first: Vec3<T>,
 }
 
 /// A body, all of it about the origin of the base and in its axes.
@@ -102,7 +115,17 @@ impl<T: Scalar> Data<T> {
             resisted: [zero; 3],
         });
         let n = model.n_joints();
+        let has_springs = model.joints.iter().any(|joint| joint.drive.stiffness != 0.0);
+        let spring = |drive: &Drive| [drive.stiffness, drive.spring_reference].map(|x| like.splat(x));
+        let lifted =
+            model.joints.iter().enumerate().filter(|(_, joint)| joint.weightless != Weightless::default());
+        let lift = |(body, joint): (usize, &Joint)| {
+            let Weightless { mass, first } = joint.weightless;
+            Lift { body, mass: like.splat(mass), first: first.map(|h| like.splat(h)) }
+        };
         Self {
+            springs: model.joints.iter().filter(|_| has_springs).map(|joint| spring(&joint.drive)).collect(),
+            lifts: lifted.map(lift).collect(),
             bodies: bodies.collect(),
             inertias,
             armature: model.joints.iter().map(|joint| like.splat(joint.drive.armature)).collect(),

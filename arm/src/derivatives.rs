@@ -11,7 +11,7 @@
 use crate::coriolis::{add_to_parent, find_momenta, twice_b, twice_b_transposed};
 use crate::data::Body;
 use crate::dense;
-use crate::external::{ExternalForce, subtract};
+use crate::external::{ExternalForce, lift_resisted, subtract};
 use crate::kinematics::{accelerate_bodies, move_bodies};
 use crate::rnea::{find_wrenches, place_inertias, sum_wrenches};
 use crate::spatial::{Motion, cross, cross_add, dot3};
@@ -102,6 +102,9 @@ fn differentiate<T: Scalar>(
                     next = model.joints[j].parent;
                 }
                 mass[n * i + i] = mass[n * i + i] + data.armature[i];
+                if let Some([stiffness, _]) = data.springs.get(i) {
+                    by_q[n * i + i] = by_q[n * i + i] + *stiffness;
+                }
                 add_to_parent(model, data, i);
             }
             add_external(model, data, external, by_q);
@@ -128,14 +131,29 @@ fn find_axis_accelerations<T: Scalar>(model: &Model, data: &mut Data<T>) {
 /// What follows from forces that keep their direction instead of turning with their body.
 #[inline(always)]
 fn add_external<T: Scalar>(model: &Model, data: &Data<T>, external: &[ExternalForce<T>], by_q: &mut [T]) {
-    let n = model.n_joints();
     for force in external {
         let Some((body, point)) = force.point(model, data) else { continue };
-        for i in model.way_to_base(body) {
-            let turned = resisted(force, point, &data.bodies[i].axis);
-            for j in model.way_to_base(body) {
-                by_q[n * i + j] = by_q[n * i + j] + dot3(data.bodies[j].axis.angular, turned);
-            }
+        add_turned(model, data, body, by_q, |axis| resisted(force, point, axis));
+    }
+    for lift in &data.lifts {
+        add_turned(model, data, lift.body, by_q, |axis| lift_resisted(data, lift, axis));
+    }
+}
+
+/// Adds what a force on `body` brings to the derivatives, from what it resists a motion with.
+#[inline(always)]
+fn add_turned<T: Scalar>(
+    model: &Model,
+    data: &Data<T>,
+    body: usize,
+    by_q: &mut [T],
+    resisted: impl Fn(&Motion<T>) -> [T; 3],
+) {
+    let n = model.n_joints();
+    for i in model.way_to_base(body) {
+        let turned = resisted(&data.bodies[i].axis);
+        for j in model.way_to_base(body) {
+            by_q[n * i + j] = by_q[n * i + j] + dot3(data.bodies[j].axis.angular, turned);
         }
     }
 }

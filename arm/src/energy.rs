@@ -2,7 +2,7 @@
 
 use crate::kinematics::{move_bodies, place_bodies};
 use crate::rnea::place_inertias;
-use crate::spatial::{Vec3, Wrench, add_scaled3, dot3};
+use crate::spatial::{Vec3, Wrench, add_scaled3, dot3, sub3};
 use crate::{Data, Model, Scalar};
 
 /// Kinetic energy [J] of the bodies, and of the rotors (½ armature q̇²).
@@ -17,11 +17,19 @@ pub fn kinetic_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq:
     twice.scale(0.5)
 }
 
-/// Potential energy [J] in gravity, zero where every mass is at the height of the base's origin. Links on the base do not count.
+/// Potential energy [J] in gravity, zero where every mass is at the height of the base's origin, and in springs. Links on the base do
+/// not count.
 #[inline(always)]
 pub fn potential_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> T {
-    let (_, first) = first_moment(model, data, q);
-    dot3(data.base_acceleration.linear, first)
+    let (_, mut first) = first_moment(model, data, q);
+    for lift in &data.lifts {
+        first = sub3(first, data.lifted(lift));
+    }
+    let in_gravity = dot3(data.base_acceleration.linear, first);
+    q.iter().zip(&data.springs).fold(in_gravity, |energy, (q, [stiffness, reference])| {
+        let stretched = *q - *reference;
+        energy + (*stiffness * stretched * stretched).scale(0.5)
+    })
 }
 
 /// Centre of mass [m] of all that moves.

@@ -1,6 +1,7 @@
 //! Forces from outside.
 
-use crate::spatial::{Vec3, Wrench, mul3_add, splat3};
+use crate::data::Lift;
+use crate::spatial::{Motion, Vec3, Wrench, add_scaled3, cross, mul3, mul3_add, scale3, splat3};
 use crate::{Data, Model, Scalar};
 
 /// A force that acts on the arm at the origin of a frame, in the axes of the base.
@@ -25,7 +26,23 @@ impl<T: Scalar> ExternalForce<T> {
     }
 }
 
-/// Takes external forces from what the bodies need.
+impl<T: Scalar> Data<T> {
+    /// Sum of the weightless mass times place of a lift, about the base's origin and in its axes.
+    #[inline(always)]
+    pub(crate) fn lifted(&self, lift: &Lift<T>) -> Vec3<T> {
+        let at = &self.bodies[lift.body];
+        add_scaled3(mul3(&at.rotation, lift.first), lift.mass, at.position)
+    }
+}
+
+/// What a lift resists a motion of its body with: as `resisted` of `derivatives`, for a force that carries a mass.
+#[inline(always)]
+pub(crate) fn lift_resisted<T: Scalar>(data: &Data<T>, lift: &Lift<T>, m: &Motion<T>) -> Vec3<T> {
+    let moved = add_scaled3(cross(m.angular, data.lifted(lift)), lift.mass, m.linear);
+    cross(data.base_acceleration.linear, moved)
+}
+
+/// Takes external forces, and what carries the weightless, from what the bodies need.
 #[inline(always)]
 pub(crate) fn subtract<T: Scalar>(model: &Model, data: &mut Data<T>, external: &[ExternalForce<T>]) {
     for force in external {
@@ -33,5 +50,11 @@ pub(crate) fn subtract<T: Scalar>(model: &Model, data: &mut Data<T>, external: &
             let wrench = Wrench::at(point, force.force, force.torque);
             data.bodies[body].wrench = data.bodies[body].wrench.minus(&wrench);
         }
+    }
+    for k in 0..data.lifts.len() {
+        let lift = data.lifts[k];
+        let up = data.base_acceleration.linear;
+        let wrench = Wrench { moment: cross(data.lifted(&lift), up), force: scale3(lift.mass, up) };
+        data.bodies[lift.body].wrench = data.bodies[lift.body].wrench.minus(&wrench);
     }
 }

@@ -89,7 +89,7 @@ pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
     skeleton,
 };
-pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model};
+pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model, Weightless};
 pub use momentum::generalized_momentum;
 pub use recorded::{Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};
 pub use regressor::regressor;

@@ -4,6 +4,7 @@
 //! ½ ∂(q̇ᵀM q̇)/∂q_i = (v_i × S_i) · h_i. One pass outwards and one inwards.
 
 use crate::data::Body;
+use crate::external::subtract;
 use crate::kinematics::move_bodies;
 use crate::rnea::place_inertias;
 use crate::{Data, Model, Scalar};
@@ -29,10 +30,14 @@ pub fn generalized_momentum<T: Scalar>(
         // Its weight, the other way round.
         body.wrench = body.inertia.mul(&base);
     }
+    subtract(model, data, &[]);
     for (i, joint) in model.joints.iter().enumerate().rev() {
         let Body { axis, velocity, momentum: carried, wrench, .. } = data.bodies[i];
         momentum[i] = data.armature[i].mul_add(dq[i], axis.dot(&carried));
         rate[i] = velocity.cross(&axis).dot(&carried) - axis.dot(&wrench);
+        if let Some([stiffness, reference]) = data.springs.get(i) {
+            rate[i] = rate[i] - *stiffness * (q[i] - *reference);
+        }
         if let Some(p) = joint.parent {
             let parent = &mut data.bodies[p];
             parent.momentum = parent.momentum.plus(&carried);

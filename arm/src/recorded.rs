@@ -147,8 +147,8 @@ pub struct Wanted {
     pub derivatives: bool,
 }
 
-/// For every row of states: mass matrix, Coriolis torque, gravity, torque or acceleration, pose and Jacobian of a frame,
-/// energies.
+/// For every row of states: mass matrix, Coriolis torque, gravity with springs, viscous damping, torque or acceleration, pose and
+/// Jacobian of a frame, energies. Torques are those of the drives: damping and springs of the joints are in them, dry friction is not.
 ///
 /// `meta` says who made it; the robot and its joints are added. `states` has coordinates and speeds of all joints, and accelerations (for inverse dynamics) or torques (for forward
 /// dynamics).
@@ -176,15 +176,22 @@ pub fn dynamics_of_rows(
     };
     let mut columns = table(model, is_inverse, derivatives);
     let mut data = Data::new(model, 0.0);
+    let dampings: Vec<f64> = model.joints.iter().map(|joint| joint.drive.damping).collect();
     let (mut mass, mut jacobian) = (vec![0.0; n * n], vec![0.0; 6 * n]);
     let [mut by_q, mut by_dq, mut by_given] = [0; 3].map(|_| vec![0.0; n * n]);
-    let [mut result, mut coriolis, mut gravity] = [0; 3].map(|_| vec![0.0; n]);
+    let [mut result, mut coriolis, mut gravity, mut damped, mut driving] = [0; 5].map(|_| vec![0.0; n]);
     let mut row = Vec::with_capacity(columns.names.len());
     for (s, ((q, dq), given)) in q.chunks(n).zip(dq.chunks(n)).zip(given.chunks(n)).enumerate() {
+        damped.iter_mut().zip(dq.iter().zip(&dampings)).for_each(|(torque, (dq, d))| *torque = d * dq);
         if is_inverse {
             inverse_dynamics(model, &mut data, [q, dq, given], &[], &mut result);
+            result.iter_mut().zip(&damped).for_each(|(tau, damped)| *tau += damped);
         } else {
-            forward_dynamics(model, &mut data, [q, dq, given], &[], &mut result);
+            driving
+                .iter_mut()
+                .zip(given.iter().zip(&damped))
+                .for_each(|(left, (tau, damped))| *left = tau - damped);
+            forward_dynamics(model, &mut data, [q, dq, &driving], &[], &mut result);
         }
         let pose = frame_pose(model, &data, frame);
         frame_jacobian(model, &data, frame, &mut jacobian);
@@ -192,7 +199,7 @@ pub fn dynamics_of_rows(
         coriolis_torque(model, &mut data, [q, dq], &mut coriolis);
         gravity_torque(model, &mut data, q, &mut gravity);
         row.clear();
-        for part in [q, dq, given, &result, &coriolis, &gravity, &mass, &pose.position, &jacobian] {
+        for part in [q, dq, given, &result, &coriolis, &gravity, &damped, &mass, &pose.position, &jacobian] {
             row.extend_from_slice(part);
         }
         row.push(kinetic_energy(model, &mut data, q, dq));
@@ -201,9 +208,13 @@ pub fn dynamics_of_rows(
             let by = [&mut by_q[..], &mut by_dq, &mut by_given];
             if is_inverse {
                 inverse_dynamics_derivatives(model, &mut data, [q, dq, given], &[], by);
+                dampings.iter().enumerate().for_each(|(j, d)| by_dq[n * j + j] += d);
                 row.extend([&by_q, &by_dq].into_iter().flatten());
             } else {
-                forward_dynamics_derivatives(model, &mut data, [q, dq, given], &[], &mut result, by);
+                forward_dynamics_derivatives(model, &mut data, [q, dq, &driving], &[], &mut result, by);
+                for (k, by_dq) in by_dq.iter_mut().enumerate() {
+                    *by_dq -= by_given[k] * dampings[k % n];
+                }
                 row.extend([&by_q, &by_dq, &by_given].into_iter().flatten());
             }
         }
@@ -229,7 +240,7 @@ fn table(model: &Model, is_inverse: bool, derivatives: bool) -> Columns {
     for quantity in [Quantity::Position, Quantity::Velocity, given, result] {
         names.extend((0..n).map(|joint| channel_name(model, quantity, joint)));
     }
-    for stem in ["coriolis", "gravity"] {
+    for stem in ["coriolis", "gravity", "damping"] {
         names.extend((0..n).map(|joint| format!("{stem}_{}_{}", joint + 1, torque_unit(kind(joint)))));
     }
     for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {

@@ -8,7 +8,7 @@ use crate::kinematics::{accelerate_bodies, move_bodies};
 use crate::spatial::Motion;
 use crate::{Data, Model, Scalar};
 
-/// Torques τ [N m] that give the accelerations: τ = M q̈ + C q̇ + g − Jᵀ f.
+/// Torques τ [N m] that give the accelerations: τ = M q̈ + C q̇ + g − Jᵀ f, with the torques of springs in g.
 ///
 /// `q`, `dq`, `ddq`, `tau` have one number for each joint [rad, rad/s, rad/s²] or [m, m/s, m/s²].
 #[inline(always)]
@@ -22,6 +22,7 @@ pub fn inverse_dynamics<T: Scalar>(
     move_bodies(model, data, q, dq);
     accelerate_bodies(model, data, ddq);
     collect_torques(model, data, external, tau);
+    add_springs(data, q, tau);
     for ((tau, armature), ddq) in tau.iter_mut().zip(&data.armature).zip(ddq) {
         *tau = armature.mul_add(*ddq, *tau);
     }
@@ -38,9 +39,10 @@ pub fn bias_torque<T: Scalar>(
 ) {
     move_bodies(model, data, q, dq);
     collect_torques(model, data, external, tau);
+    add_springs(data, q, tau);
 }
 
-/// Torques [N m] that hold the arm still: g(q).
+/// Torques [N m] that hold the arm still, against gravity and springs: g(q).
 #[inline(always)]
 pub fn gravity_torque<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], tau: &mut [T]) {
     let still = std::mem::take(&mut data.still);
@@ -53,8 +55,17 @@ pub fn gravity_torque<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], tau
 pub fn coriolis_torque<T: Scalar>(model: &Model, data: &mut Data<T>, [q, dq]: [&[T]; 2], tau: &mut [T]) {
     let gravity = data.base_acceleration;
     data.base_acceleration = Motion::zero(gravity.linear[0]);
-    bias_torque(model, data, [q, dq], &[], tau);
+    move_bodies(model, data, q, dq);
+    collect_torques(model, data, &[], tau);
     data.base_acceleration = gravity;
+}
+
+/// Adds the torques that stretch the springs.
+#[inline(always)]
+fn add_springs<T: Scalar>(data: &Data<T>, q: &[T], tau: &mut [T]) {
+    for ((tau, [stiffness, reference]), q) in tau.iter_mut().zip(&data.springs).zip(q) {
+        *tau = stiffness.mul_add(*q - *reference, *tau);
+    }
 }
 
 /// Wrenches from velocities and accelerations, summed from the tips to the base; the part of each along its joint.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_arm::Model;
+use hysteron_arm::{Joint, Model};
 use hysteron_base::{BadInput, file};
 
 use crate::Caller;
@@ -52,6 +52,21 @@ pub fn write(model: &Model, path: &Path, part: Part, caller: &Caller) -> anyhow:
     file::write_bytes(path, head + &text)?;
     if ending == "urdf" && model.joints().iter().any(|joint| joint.drive.armature != 0.0) {
         tracing::warn!("URDF has no armature: it is left out (a file .xml has it)");
+    }
+    let joints = model.joints();
+    if ending == "urdf" && joints.iter().any(|joint| joint.drive.stiffness != 0.0) {
+        tracing::warn!("URDF has no springs: they are left out (a file .xml has them)");
+    }
+    let is_lost = |joint: &Joint| match (ending, joint.compensation()) {
+        ("urdf", part) => part != Some(0.0),
+        ("xml", part) => part.is_none(),
+        _ => false,
+    };
+    if let Some(joint) = joints.iter().find(|joint| is_lost(joint)) {
+        tracing::warn!(
+            "the gravity compensation of the body on {} is left out: it is none of a whole body, or URDF",
+            joint.name
+        );
     }
     Ok(())
 }

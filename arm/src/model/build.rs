@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use hysteron_base::BadInput;
 use nalgebra::Matrix3;
 
-use super::description::{Description, JointDescription, JointKind, Mimic};
+use super::description::{Description, JointDescription, JointKind, Link, Mimic};
 use super::xml::Check;
-use super::{Follower, Frame, Joint, MOST_JOINTS, Model};
+use super::{Follower, Frame, Joint, MOST_JOINTS, Model, Weightless};
 use crate::spatial::{Inertia, Mat3, Pose, Sym3, Vec3, cross, dot3};
 
 /// Part of the greatest principal inertia by which rounded numbers of a file may fall below zero.
@@ -43,7 +43,7 @@ pub(super) fn build(description: Description) -> Check<Model> {
             }
         };
         reached.insert(link);
-        model.carry(&description.links[link].name, description.links[link].inertia, body, pose);
+        model.carry(&description.links[link], body, pose);
         for (name, _, site) in description.sites.iter().filter(|(_, of, _)| *of == link) {
             model.frames.push(Frame { name: name.clone(), joint: body, pose: pose.times(site) });
         }
@@ -125,17 +125,22 @@ impl Model {
             inertia: Inertia::ZERO,
             drive: joint.drive.clone(),
             follows: None,
+            weightless: Weightless::default(),
         });
         let back = [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]];
         (Some(self.joints.len() - 1), Pose { rotation: back, position: [0.0; 3] })
     }
 
     /// Adds a link that stands at `pose` in a body.
-    fn carry(&mut self, name: &str, inertia: Option<Inertia<f64>>, body: Option<usize>, pose: Pose<f64>) {
-        let inertia = inertia.unwrap_or(Inertia::ZERO).placed(&pose.rotation, pose.position);
+    fn carry(&mut self, link: &Link, body: Option<usize>, pose: Pose<f64>) {
+        let inertia = link.inertia.unwrap_or(Inertia::ZERO).placed(&pose.rotation, pose.position);
+        if let (Some(body), true) = (body, link.compensation != 0.0) {
+            let weightless = &mut self.joints[body].weightless;
+            *weightless = weightless.plus(&Weightless::part(&inertia, link.compensation));
+        }
         let whole = body.map_or(&mut self.base, |body| &mut self.joints[body].inertia);
         *whole = whole.plus(&inertia);
-        self.frames.push(Frame { name: name.to_owned(), joint: body, pose });
+        self.frames.push(Frame { name: link.name.clone(), joint: body, pose });
     }
 }
 

@@ -37,6 +37,10 @@ pub struct Drive {
     pub damping: f64,
     /// Dry friction [N m] or [N].
     pub dry_friction: f64,
+    /// Of a spring between the two links [N m/rad] or [N/m].
+    pub stiffness: f64,
+    /// Coordinate at which that spring has no torque [rad] or [m].
+    pub spring_reference: f64,
 }
 
 pub(super) struct Link {
@@ -45,6 +49,8 @@ pub(super) struct Link {
     pub place: String,
     /// In the axes of the link, about its origin; `None` where the file says nothing.
     pub inertia: Option<Inertia<f64>>,
+    /// Part of its weight that is carried, by nobody's torque [-].
+    pub compensation: f64,
 }
 
 pub(super) struct JointDescription {

@@ -36,6 +36,10 @@ impl Model {
                     let inertia = joint.inertia.placed(&pose.rotation, pose.position);
                     let whole = carrier.map_or(&mut model.base, |c: usize| &mut model.joints[c].inertia);
                     *whole = whole.plus(&inertia);
+                    if let Some(c) = carrier {
+                        let weightless = &mut model.joints[c].weightless;
+                        *weightless = weightless.plus(&joint.weightless.placed(&pose));
+                    }
                     moved.push((carrier, pose));
                 }
                 None => {
@@ -100,6 +104,8 @@ impl Model {
         let mut model = self.clone();
         for joint in &mut model.joints {
             joint.inertia = Inertia::from_parameters(joint.inertia.parameters().map(|p| p * factor));
+            joint.weightless.mass *= factor;
+            joint.weightless.first.iter_mut().for_each(|h| *h *= factor);
         }
         model
     }
@@ -188,6 +194,15 @@ impl Model {
 }
 
 impl Joint {
+    /// The part of its body's weight that is carried without torques of the joints; `None` where it is no part of the whole body.
+    pub fn compensation(&self) -> Option<f64> {
+        let (whole, carried) = (&self.inertia, &self.weightless);
+        let part = if whole.mass == 0.0 { 0.0 } else { carried.mass / whole.mass };
+        let scale = whole.first.iter().fold(whole.mass, |most, h| most.max(h.abs()));
+        let is_part = (0..3).all(|k| (carried.first[k] - part * whole.first[k]).abs() <= 1e-12 * scale);
+        is_part.then_some(part)
+    }
+
     /// Pose of the joint's moving frame in its frame at zero.
     pub(crate) fn motion(&self, q: f64) -> Pose<f64> {
         match self.kind {

@@ -19,7 +19,7 @@ use hysteron_base::{BadInput, Result, file};
 
 pub use description::{Drive, JointKind};
 
-use crate::spatial::{Inertia, Pose, Vec3};
+use crate::spatial::{Inertia, Pose, Vec3, add_scaled3, add3, mul3};
 
 /// Joints that a robot may have.
 pub const MOST_JOINTS: usize = 64;
@@ -51,6 +51,35 @@ pub struct Joint {
     pub drive: Drive,
     /// The joint that this one follows.
     pub follows: Option<Follower>,
+    /// What of the body is weightless.
+    pub weightless: Weightless,
+}
+
+/// Mass whose weight is carried without torques of the joints, as by buoyancy, in the joint's frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Weightless {
+    /// [kg].
+    pub mass: f64,
+    /// Mass times its centre [kg m].
+    pub first: Vec3<f64>,
+}
+
+impl Weightless {
+    /// A part of the mass of a body.
+    pub(crate) fn part(of: &Inertia<f64>, part: f64) -> Self {
+        Self { mass: part * of.mass, first: of.first.map(|h| part * h) }
+    }
+
+    /// Both together.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self { mass: self.mass + other.mass, first: add3(self.first, other.first) }
+    }
+
+    /// The same seen from a frame in which its own stands at `pose`.
+    pub(crate) fn placed(&self, pose: &Pose<f64>) -> Self {
+        let turned = mul3(&pose.rotation, self.first);
+        Self { mass: self.mass, first: add_scaled3(turned, self.mass, pose.position) }
+    }
 }
 
 /// q = ratio · q of `joint` + offset.
@@ -81,8 +110,11 @@ impl Model {
     /// # Errors
     /// `BadInput` naming file, line and element for whatever makes no arm; `Io` if the file cannot be read.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = file::read_text(path)?;
-        Ok(Self::from_text(&text, &xml::file_name(path))?)
+        let (text, name) = (file::read_text(path)?, xml::file_name(path));
+        Ok(match xml::root_is(&text, "mujoco") {
+            true => mjcf::read(&text, &name, path.parent())?,
+            false => urdf::read(&text, &name)?,
+        })
     }
 
     /// Takes `text` as MJCF where it begins with `<mujoco>`, else as URDF; `name` stands in errors.
@@ -90,7 +122,7 @@ impl Model {
     /// # Errors
     /// As [`Self::read`].
     pub fn from_text(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
-        if xml::root_is(text, "mujoco") { mjcf::read(text, name) } else { urdf::read(text, name) }
+        if xml::root_is(text, "mujoco") { mjcf::read(text, name, None) } else { urdf::read(text, name) }
     }
 
     /// Takes `text` as URDF; `name` stands in errors.
@@ -106,7 +138,12 @@ impl Model {
     /// # Errors
     /// As [`Self::read`].
     pub fn from_mjcf(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
-        mjcf::read(text, name)
+        mjcf::read(text, name, None)
+    }
+
+    /// What the reader of MJCF does with every element and attribute of that language, as a table in Markdown.
+    pub fn mjcf_table() -> String {
+        mjcf::table()
     }
 
     /// Name of the robot.

@@ -50,7 +50,7 @@ enum Origin {
 }
 
 impl Model {
-    /// The robot as URDF. URDF has no armature and no gravity: they are left out.
+    /// The robot as URDF. URDF has no armature, springs, gravity and gravity compensation: they are left out.
     ///
     /// # Errors
     /// `BadInput` for a joint that slides without end, which URDF cannot say.
@@ -162,7 +162,9 @@ impl Model {
 
     fn write_body(&self, out: &mut String, joint: Option<usize>, body: &Body, at: &Pose<f64>, depth: usize) {
         let indent = "  ".repeat(depth);
-        let _ = writeln!(out, "{indent}<body name=\"{}\" {}>", escaped(body.name), mjcf_pose(at));
+        let carried = joint.and_then(|joint| self.joints[joint].compensation()).filter(|part| *part != 0.0);
+        let carried = carried.map_or_else(String::new, |part| format!(" gravcomp=\"{part}\""));
+        let _ = writeln!(out, "{indent}<body name=\"{}\" {}{carried}>", escaped(body.name), mjcf_pose(at));
         if let Some(joint) = joint.map(|joint| &self.joints[joint]) {
             let pivot = inverse(&body.pose).position;
             let axis = mul3_transposed(&body.pose.rotation, [0.0, 0.0, 1.0]);
@@ -304,6 +306,12 @@ fn mjcf_joint(joint: &Joint, place: &str) -> String {
     }
     if let Some(most) = drive.effort_limit {
         text.push_str(&format!(" actuatorfrclimited=\"true\" actuatorfrcrange=\"-{most} {most}\""));
+    }
+    if drive.stiffness != 0.0 {
+        text.push_str(&format!(
+            " stiffness=\"{}\" springref=\"{}\"",
+            drive.stiffness, drive.spring_reference
+        ));
     }
     text.push_str(&format!(
         " armature=\"{}\" damping=\"{}\" frictionloss=\"{}\"/>",

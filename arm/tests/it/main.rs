@@ -18,6 +18,7 @@ mod import;
 mod learned;
 mod learned_body;
 mod measured_servo;
+mod mjcf;
 mod models;
 mod motion;
 mod numbers;

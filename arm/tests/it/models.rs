@@ -144,7 +144,7 @@ fn mjcf_is_the_same_robot_as_urdf() {
 fn mjcf_that_is_not_understood_is_refused() {
     for (from, to, place, expected) in [
         ("type=\"hinge\"", "type=\"ball\"", "line 13: joint[joint_1]", "type hinge or slide"),
-        ("type=\"hinge\"", "stiffness=\"3\"", "joint[joint_1]", "no stiffness"),
+        ("type=\"hinge\"", "springyield=\"3\"", "joint[joint_1]", "springyield 0"),
         ("type=\"hinge\"", "class=\"near\"", "joint[joint_1]", "a class of <default>"),
         ("type=\"hinge\"", "range=\"1 2 3\"", "joint[joint_1]", "2 finite numbers in range"),
         ("type=\"hinge\"", "range=\"2 1\"", "joint[joint_1]", "a range that ascends"),
@@ -152,15 +152,15 @@ fn mjcf_that_is_not_understood_is_refused() {
         ("mass=\"0.8\"", "mass=\"-0.8\"", "inertial", "a mass >= 0 kg"),
         ("fullinertia=\"0.006 0.006 0 0 0 0\"", "", "inertial", "diaginertia or fullinertia"),
         ("angle=\"degree\"", "angle=\"turn\"", "compiler", "angle degree or radian"),
-        ("<geom type=\"plane\"/>", "<body><freejoint/></body>", "body", "hinges, slides or fixed"),
-        ("<worldbody>", "<include file=\"a.xml\"/><worldbody>", "include", "a file that stands alone"),
-        ("</worldbody>", "</worldbody><equality><weld/></equality>", "weld", "an equality of joints"),
+        ("<geom type=\"plane\"/>", "<body><freejoint/></body>", "freejoint", "hinges, slides or fixed"),
+        ("<worldbody>", "<include file=\"a.xml\"/><worldbody>", "include", "a robot that stands in one text"),
+        ("</worldbody>", "</worldbody><equality><weld/></equality>", "weld", "no <weld>"),
         ("joint_3", "joint_2", "joint[joint_2]", "names of joints that differ"),
         (
             "<inertial pos=\"0 0 0.15\" mass=\"1\" diaginertia=\"0.0075 0.0075 0\"/>",
             "<geom/>",
-            "body[link_1]",
-            "an <inertial>",
+            "geom",
+            "1 sizes > 0 of a sphere",
         ),
     ] {
         assert!(MJCF.contains(from), "{from}");

@@ -72,7 +72,7 @@ fn torques(model: &Model, states: &Recording) -> anyhow::Result<TimeChart> {
         let (tau, dq, drive) = (of(Quantity::Torque)?, of(Quantity::Velocity)?, &joint.drive);
         // `signum` of zero is one: at rest there is no friction.
         let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
-        let whole = tau.iter().zip(dq).map(|(t, v)| t + drive.damping * v + drive.dry_friction * sign(*v));
+        let whole = tau.iter().zip(dq).map(|(t, v)| t + drive.dry_friction * sign(*v));
         let mut curves = vec![Curve::new("torque", 0, whole.collect())];
         for (name, sign) in [("limit", 1.0), ("limit, backwards", -1.0)] {
             let limit = drive.effort_limit.map(|most| Curve::new(name, 3, vec![sign * most; tau.len()]));

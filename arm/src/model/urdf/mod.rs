@@ -29,7 +29,12 @@ pub(super) fn read(text: &str, file: &str) -> Check<Model> {
         if index.insert(name, links.len()).is_some() {
             return Err(place.error(&node, "names of links that differ", format!("\"{name}\" twice")));
         }
-        links.push(Link { name: name.to_owned(), place: place.of(&node), inertia: inertia(&place, &node)? });
+        links.push(Link {
+            name: name.to_owned(),
+            place: place.of(&node),
+            inertia: inertia(&place, &node)?,
+            compensation: 0.0,
+        });
     }
     let mut joints = Vec::new();
     for node in place.children(&root, "joint") {
