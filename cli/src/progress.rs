@@ -29,7 +29,8 @@ pub fn bar(of: &str, length: usize, done: usize) -> Bar {
     let is_wanted = tracing::enabled!(tracing::Level::INFO);
     let is_drawn = is_wanted && std::io::stderr().is_terminal();
     let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
+    // Without a length the bar stays empty: one of no length would be full.
+    let bar = ProgressBar::with_draw_target((length > 0).then_some(length as u64), target);
     let template = format!("{{wide_bar}} {{count}} {of}, {{rate}}{{left}} {{msg}}");
     if let Ok(style) = ProgressStyle::with_template(&template) {
         let count = |state: &ProgressState, out: &mut dyn std::fmt::Write| {

@@ -26,6 +26,15 @@ impl Usability {
             Self::NotUsable => "Not usable",
         }
     }
+
+    /// In a column of a table.
+    pub fn mark(self) -> &'static str {
+        match self {
+            Self::Usable => "ok",
+            Self::UsableWithCare => "care",
+            Self::NotUsable => "no",
+        }
+    }
 }
 
 /// What is measured of a result to judge it. Larger is worse for all of them.
@@ -140,8 +149,8 @@ pub const RULES: [Rule; 15] = [
     rule(
         Criterion::ParametersOverResiduals,
         0.1,
-        Some(0.5),
-        "ten independent residuals for a parameter; below two the fit follows the noise",
+        None,
+        "ten independent residuals for a parameter; with fewer a fit follows the noise",
     ),
     rule(Criterion::NotConverged, 0.0, None, "the search may have ended anywhere"),
     rule(
@@ -212,11 +221,11 @@ impl Reason {
     pub fn cells(&self) -> [String; 5] {
         let shown = |value: Option<f64>| value.map_or("-".to_owned(), |value| self.criterion.shown(value));
         [
+            self.usability.mark().to_owned(),
             self.statement.clone(),
             self.value.map_or("not finite".to_owned(), |value| self.criterion.shown(value)),
             shown(Some(self.care_above)),
             shown(self.not_usable_above),
-            self.usability.words().to_lowercase(),
         ]
     }
 }
@@ -244,7 +253,7 @@ impl Verdict {
 
     /// Headings of a table of reasons, whose rows are [`Reason::cells`].
     pub const HEADINGS: [&'static str; 5] =
-        ["What was found", "Value", "With care above", "Not usable above", "Verdict"];
+        ["", "What was found", "Value", "With care above", "Not usable above"];
 }
 
 /// Reasons on their way to a verdict.

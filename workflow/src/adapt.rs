@@ -167,7 +167,7 @@ fn judged(adapted: &Adapted) -> Verdict {
     };
     let outside = adapted.motions.iter().map(|motion| motion.extrapolating).fold(0.0, f64::max);
     let judged = Verdict::on(format!("the twin of the changed robot is off by {}", mm(after)))
-        .because(Criterion::ErrorOverBaseline, after / before, statement)
+        .because(Criterion::ErrorOverBaseline, verdict::ratio(after, before), statement)
         .because(
             Criterion::OutsideTraining,
             outside,

@@ -2,7 +2,7 @@
 
 use hysteron_base::json;
 use hysteron_fit::{Estimate, Standing};
-use hysteron_report::verdict::{Criterion, Judgement, Reason, Usability, Verdict};
+use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};
 
 /// A parameter after a fit, as a verdict asks for it.
 pub struct Judged<'a> {
@@ -90,6 +90,11 @@ pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
     }
 }
 
+/// An error over that of a baseline; 1 where both are alike, zeros too.
+pub fn ratio(error: f64, baseline: f64) -> f64 {
+    if error == baseline { 1.0 } else { error / baseline }
+}
+
 /// Adds how the best of several methods compares with the `baseline` among them; `what` is measured, in `unit`.
 pub fn compared(
     judgement: Judgement,
@@ -103,7 +108,7 @@ pub fn compared(
     match (simple, best) {
         (Some((_, simple)), Some((name, best))) => judgement.because(
             Criterion::ErrorOverBaseline,
-            best / simple,
+            ratio(*best, *simple),
             format!("{what}: {name} {} {unit}, {baseline} {} {unit}", digits(*best), digits(*simple)),
         ),
         _ => judgement,
@@ -133,12 +138,7 @@ pub fn digits(value: f64) -> String {
 pub fn lines(summary: &json::Value) -> Vec<String> {
     let Ok(verdict) = json::from_value::<Verdict>(&summary["verdict"]) else { return Vec::new() };
     let reason = |reason: &Reason| {
-        let [statement, value, care, not_usable, _] = reason.cells();
-        let mark = match reason.usability {
-            Usability::Usable => "ok",
-            Usability::UsableWithCare => "care",
-            Usability::NotUsable => "no",
-        };
+        let [mark, statement, value, care, not_usable] = reason.cells();
         let limits = match reason.not_usable_above {
             Some(_) => format!("care above {care}, not usable above {not_usable}"),
             None => format!("care above {care}"),
@@ -152,6 +152,8 @@ pub fn lines(summary: &json::Value) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use hysteron_report::verdict::Usability;
+
     use super::*;
 
     fn estimate(name: &str, value: f64, standard_error: Option<f64>, standing: Standing) -> Estimate {

@@ -8,11 +8,15 @@ use serde_json::Value;
 
 /// The verdict of `arm identify friction` on a recording of one joint whose torque is this of speed and sample: its usability and its
 /// sentence, the same on screen, in `metrics.json` and on the page.
-fn of_friction(law: &str, fastest: f64, torque: impl Fn(f64, usize) -> f64) -> (String, String) {
+fn of_friction(
+    law: &str,
+    speed: impl Fn(usize) -> f64,
+    torque: impl Fn(f64, usize) -> f64,
+) -> (String, String) {
     let place = tempfile::tempdir().unwrap();
     let mut text = String::from("time_s,dq_1_rad_s,tau_1_n_m\n");
     for k in 0..1500 {
-        let v = fastest * (0.021 * k as f64).sin();
+        let v = speed(k);
         writeln!(text, "{},{v},{}", 0.01 * k as f64, torque(v, k)).unwrap();
     }
     std::fs::write(place.path().join("rec.csv"), text).unwrap();
@@ -28,6 +32,11 @@ fn of_friction(law: &str, fastest: f64, torque: impl Fn(f64, usize) -> f64) -> (
     (said("usability"), sentence)
 }
 
+/// Up and down through rest [rad/s].
+fn up_and_down(k: usize) -> f64 {
+    1.2 * (0.021 * k as f64).sin()
+}
+
 /// Stands for noise: no multiple of the path's period.
 fn ripple(k: usize) -> f64 {
     0.02 * (1.7 * k as f64).sin()
@@ -36,12 +45,12 @@ fn ripple(k: usize) -> f64 {
 #[test]
 fn friction_that_is_seen_is_usable_and_one_that_is_not_there_is_not() {
     let (usability, sentence) =
-        of_friction("coulomb-viscous", 1.2, |v, k| 0.4 * v.signum() + 0.25 * v + ripple(k));
+        of_friction("coulomb-viscous", up_and_down, |v, k| 0.4 * v.signum() + 0.25 * v + ripple(k));
     assert_eq!(usability, "usable", "{sentence}");
     assert!(sentence.starts_with("Usable: the law gives the torque within 0.01"), "{sentence}");
     // A torque that does not depend on the speed.
     let (usability, sentence) =
-        of_friction("coulomb-viscous", 1.2, |v, k| 1e-3 * v.signum() + 0.3 * (0.37 * k as f64).sin());
+        of_friction("coulomb-viscous", up_and_down, |v, k| 1e-3 * v.signum() + 0.3 * (0.37 * k as f64).sin());
     assert_eq!(usability, "not_usable", "{sentence}");
     assert!(sentence.starts_with("Not usable: the error is 0.2"), "{sentence}");
 }
@@ -50,17 +59,19 @@ fn friction_that_is_seen_is_usable_and_one_that_is_not_there_is_not() {
 fn a_parameter_on_its_bound_is_named() {
     // Friction that falls with the speed is not viscous: the law can only say zero.
     let (usability, sentence) =
-        of_friction("coulomb-viscous", 1.2, |v, k| 0.6 * v.signum() - 0.1 * v + ripple(k));
+        of_friction("coulomb-viscous", up_and_down, |v, k| 0.6 * v.signum() - 0.1 * v + ripple(k));
     assert_eq!(usability, "usable_with_care", "{sentence}");
     assert!(sentence.contains("viscous_n_m_s_per_rad ended on a bound"), "{sentence}");
 }
 
 #[test]
 fn friction_that_the_motion_does_not_show_is_named_with_what_follows() {
-    // Every speed is far above the one at which breakaway ends.
-    let (usability, sentence) = of_friction("stribeck", 40.0, |v, k| {
-        (0.4 + 0.2 * (-(v / 0.05).powi(2)).exp()) * v.signum() + 0.01 * v + ripple(k)
-    });
+    // Every speed is far above the one at which breakaway ends, of which nothing is seen.
+    let fast = |k: usize| {
+        let s = (0.021 * k as f64 + 0.01).sin();
+        20.0 * (s.signum() + s)
+    };
+    let (usability, sentence) = of_friction("stribeck", fast, |v, k| 0.4 * v.signum() + 0.01 * v + ripple(k));
     assert_eq!(usability, "usable_with_care", "{sentence}");
     assert!(
         sentence.contains("the data do not determine") && sentence.contains("friction there is assumed"),

@@ -80,7 +80,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     ));
     let judged = Verdict::on(format!("joints of the changed arm are simulated within {after:.2}°")).because(
         Criterion::ErrorOverBaseline,
-        after / before,
+        verdict::ratio(after, before),
         format!("joints are off by {after:.3}° adapted, {before:.3}° as the actuator was, on the recordings that it was adapted to"),
     );
     let verdict = verdict::repeated(judged, trajectories.len(), "recording").verdict();

@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::{MotionOptions, Results, Row, TERMS, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
+use crate::verdict::ratio;
 use crate::{Caller, arm};
 
 /// What an arm carries
@@ -101,7 +102,7 @@ fn verdict(rows: &[Row], rms: &[Vec<f64>; 2]) -> Verdict {
     Verdict::on(claim)
         .because(
             Criterion::ErrorOverBaseline,
-            with / without,
+            ratio(with, without),
             format!("the torques are off by {with:.4} N m with the payload, {without:.4} N m without"),
         )
         .because_of(Criterion::RelativeStandardError, relative, |error| {

@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::auxiliary_strokes;
 use crate::identify::summary::Row;
+use crate::verdict::ratio;
 use crate::{COMMIT, Caller};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
@@ -104,6 +105,9 @@ pub fn write(
 /// Whether a network can learn from the auxiliary strokes of these recordings.
 fn verdict(rows: &[Row], left_out: &[String]) -> Verdict {
     let samples: usize = rows.iter().map(|row| row.summary.samples).sum();
+    if samples == 0 {
+        return Verdict::on("").because(Criterion::Missing, 1.0, "no recording was identified").verdict();
+    }
     let rms = |of: fn(&Row) -> f64| {
         let squares = rows.iter().map(|row| row.summary.samples as f64 * of(row).powi(2)).sum::<f64>();
         (squares / samples as f64).sqrt()
@@ -121,7 +125,7 @@ fn verdict(rows: &[Row], left_out: &[String]) -> Verdict {
     Verdict::on(format!("auxiliary tendons bring the twin's tip within {} of the measured one", mm(after)))
         .because(
             Criterion::ErrorOverBaseline,
-            after / before,
+            ratio(after, before),
             format!("the tip is off by {} with auxiliary tendons, {} without (RMS)", mm(after), mm(before)),
         )
         .because(

@@ -80,7 +80,7 @@ fn judged(reports: &[FitReport]) -> Verdict {
     if let Some((network, baseline, name)) = worst {
         judged = judged.because(
             Criterion::ErrorOverBaseline,
-            network / baseline,
+            verdict::ratio(*network, *baseline),
             format!(
                 "in validation the network is off by {} {unit}, {name} by {} {unit}",
                 verdict::digits(*network),

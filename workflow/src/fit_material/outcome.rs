@@ -40,7 +40,7 @@ impl Outcome<'_> {
         let judged = |(selected, estimate)| {
             let Selected { parameter, quantity, .. }: &Selected = selected;
             let kind = if parameter.scale == Scale::Logarithmic { Kind::Size } else { Kind::Place };
-            let consequence = FRICTION.contains(&quantity.name).then_some(FRICTION_ASSUMED);
+            let consequence = consequence(quantity.name);
             Judged::new(parameter.name.clone(), estimate, kind, consequence)
         };
         let judged: Vec<Judged> = self.selected.iter().zip(&fit.estimates).map(judged).collect();
@@ -110,6 +110,16 @@ impl Outcome<'_> {
             ));
         }
         doubts
+    }
+}
+
+/// What follows where the data do not determine a quantity.
+fn consequence(quantity: &str) -> Option<&'static str> {
+    match quantity {
+        "youngs_modulus" => Some(
+            "under strokes the tip hardly depends on it, but tensions and forces of the twin are as uncertain as it is",
+        ),
+        _ => FRICTION.contains(&quantity).then_some(FRICTION_ASSUMED),
     }
 }
 
