@@ -62,8 +62,8 @@ impl Lock {
 
     fn take(output: &Path, folder: &Path, name: String) -> Result<Self> {
         let io = |refusal: io::Error| Error::Io { path: output.to_owned(), refusal };
-        if folder.exists() && !folder.is_dir() {
-            return Err(BadInput::new(folder.display().to_string(), "a folder", "a file").into());
+        if let Some(file) = folder.ancestors().find(|path| path.exists()).filter(|path| !path.is_dir()) {
+            return Err(BadInput::new(file.display().to_string(), "a folder", "a file").into());
         }
         let mut all = held();
         let created = (!folder.exists()).then(|| folder.to_owned());
@@ -241,6 +241,9 @@ mod tests {
         let path = place.path().join("file");
         std::fs::write(&path, "").unwrap();
         assert!(refused(Lock::folder(&path)).contains("expected a folder, got a file"));
+        for inside in ["a", "a/b"] {
+            assert!(refused(Lock::file(&path.join(inside))).contains("file: expected a folder, got a file"));
+        }
         assert!(refused(Lock::file(Path::new("/"))).contains("the name of a file"));
     }
 

@@ -18,7 +18,22 @@ pub fn free_memory() -> u64 {
     let number = |path: &str| read(path)?.trim().parse::<u64>().ok();
     // What the group uses counts the cache of files too, which makes room: the limit alone says something.
     let group = number("/sys/fs/cgroup/memory.max");
-    [machine, group].into_iter().flatten().min().unwrap_or(ASSUMED)
+    [machine, group, address_space()].into_iter().flatten().min().unwrap_or(ASSUMED)
+}
+
+/// What is left of the address space that this process may have (`ulimit -v`) [bytes]; none where it is not limited.
+pub fn address_space() -> Option<u64> {
+    let limit = limit_of(&std::fs::read_to_string("/proc/self/limits").ok()?)?;
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
+    let used = 1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
+    Some(limit.saturating_sub(used))
+}
+
+/// The soft limit of the address space in /proc/self/limits [bytes].
+fn limit_of(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// `MemAvailable` of /proc/meminfo [bytes].
@@ -75,6 +90,15 @@ mod tests {
         assert_eq!(available(text), Some(8 << 20));
         assert_eq!(available("MemTotal: 5 kB\n"), None);
         assert!(free_memory() > 1 << 20);
+    }
+
+    #[test]
+    fn a_limit_of_the_address_space_is_read() {
+        let line = |limit: &str| {
+            format!("Limit  Soft Limit  Hard Limit  Units\nMax address space  {limit}  unlimited  bytes\n")
+        };
+        assert_eq!(limit_of(&line("61440000")), Some(61_440_000));
+        assert_eq!(limit_of(&line("unlimited")), None);
     }
 
     #[test]

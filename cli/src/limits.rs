@@ -3,6 +3,9 @@
 #[cfg(unix)]
 use std::sync::{Arc, atomic::AtomicBool};
 
+use hysteron_base::BadInput;
+use hysteron_base::size::address_space;
+
 /// Writing beyond the largest file that is allowed (`ulimit -f`) fails from here on, as on a full disk; without this the
 /// signal SIGXFSZ ends the program where it is.
 ///
@@ -21,4 +24,24 @@ pub fn outlive_file_sizes() -> anyhow::Result<()> {
 #[cfg(not(unix))]
 pub fn outlive_file_sizes() -> anyhow::Result<()> {
     Ok(())
+}
+
+/// Address space that a verb has to find free [byte]: what the smallest of them, its threads and their stacks take.
+const MIN_ADDRESS_SPACE: u64 = 64 << 20;
+
+/// Refuses to begin where the address space is limited (`ulimit -v`) so far that memory would be refused in the middle of
+/// the work, which ends a program on the spot. Where more is asked for than is left, each verb says so itself.
+///
+/// # Errors
+/// `BadInput` naming what is left.
+pub fn check_address_space() -> Result<(), BadInput> {
+    let megabytes = |bytes: u64| format!("{} MB", bytes >> 20);
+    match address_space() {
+        Some(free) if free < MIN_ADDRESS_SPACE => {
+            let expected = format!("at least {} of address space left", megabytes(MIN_ADDRESS_SPACE));
+            Err(BadInput::new("memory", expected, megabytes(free))
+                .hint("raise the limit: ulimit -v unlimited"))
+        }
+        _ => Ok(()),
+    }
 }

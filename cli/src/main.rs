@@ -54,6 +54,7 @@ fn main() -> ExitCode {
 /// Before any verb.
 fn prepare(program: &Program) -> anyhow::Result<()> {
     limits::outlive_file_sizes()?;
+    limits::check_address_space()?;
     // The watchdog ends with the program that it watches, and not before.
     if !matches!(program.verb, Verb::Watchdog { .. }) {
         interrupt::start()?;

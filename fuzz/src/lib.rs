@@ -6,6 +6,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
+pub mod checkpoint;
 mod recorded;
 pub mod text;
 

@@ -84,6 +84,11 @@ pub fn slipped(text: &str, slips: &[Slip]) -> String {
     slips.iter().fold(text.to_owned(), |text, slip| if text.is_empty() { text } else { slip.apply(&text) })
 }
 
+/// A valid text of JSON, an entry on each line, with these slips.
+pub fn slipped_json(text: &str, slips: &[Slip]) -> String {
+    slipped(&text.replace("\": ", "\" = "), slips).replace("\" = ", "\": ")
+}
+
 impl Slip {
     fn apply(&self, text: &str) -> String {
         let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();

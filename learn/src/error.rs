@@ -24,7 +24,7 @@ pub enum Error {
         value: f64,
     },
     /// A training was ended before its first epoch was done.
-    #[error("the training was ended before its first epoch was done: nothing is kept")]
+    #[error("interrupted: the training was ended before its first epoch was done, nothing is kept")]
     NothingTrained,
     /// The tensor library or its device refused.
     #[error("tensors: {0}")]

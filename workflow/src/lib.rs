@@ -30,6 +30,8 @@ mod failure;
 mod figures;
 mod health;
 mod inputs;
+#[cfg(test)]
+mod json_fuzz;
 mod learned_dynamics;
 mod locking;
 mod network;

@@ -30,6 +30,8 @@ pub struct Outputs {
     /// The option that names it, and the file.
     files: Vec<(&'static str, PathBuf)>,
     folders: Vec<(&'static str, PathBuf)>,
+    /// Files that sum up a folder of results.
+    summaries: Vec<PathBuf>,
 }
 
 /// Keeps other processes from writing the same files, for as long as it lives.
@@ -80,6 +82,13 @@ impl Outputs {
         REPORT.iter().fold(self.folder(option, folder), |all, name| all.file(option, folder.join(name)))
     }
 
+    /// It writes a report to a folder of results to which runs add: it sums up what is there, so that of an earlier run of
+    /// the same verb is replaced, whatever recordings that was given. The results are refused or accepted one by one.
+    pub fn report_of_results(mut self, option: &'static str, folder: &Path) -> Self {
+        self.summaries.extend(REPORT.map(|name| folder.join(name)));
+        self.report(option, Some(folder))
+    }
+
     /// Locks what will be written, and refuses what must not be replaced.
     ///
     /// # Errors
@@ -102,7 +111,9 @@ impl Outputs {
                 return Err(BadInput::new(*option, expected, path.display().to_string()).into());
             }
             self.check_no_input(option, path)?;
-            check_replaceable(option, path, caller)?;
+            if !(self.summaries.contains(path) && has_same_verb(&maker_of(path), caller)) {
+                check_replaceable(option, path, caller)?;
+            }
         }
         Ok(claim)
     }
@@ -223,6 +234,15 @@ fn maker_of(path: &Path) -> Maker {
     };
     let command = details["command"].as_str().filter(|command| !command.is_empty());
     command.map_or(Maker::Another, |command| Maker::Command(command.to_owned()))
+}
+
+/// Whether a file is of this verb, or a page that does not say of which.
+fn has_same_verb(maker: &Maker, caller: &Caller) -> bool {
+    match maker {
+        Maker::Command(command) => words(command).get(1) == words(&caller.command).get(1),
+        Maker::Program => true,
+        Maker::Another => false,
+    }
 }
 
 /// Whether a command asks a rig.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
-use hysteron_workflow::Caller;
 use hysteron_workflow::study::Options;
+use hysteron_workflow::{Caller, outputs};
 use serde_json::Value;
 
 /// The files of the study, by their path in its folder.
@@ -27,6 +27,7 @@ pub struct Arguments {
 
 /// Carries out the verb.
 pub fn run(arguments: &Arguments, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
+    outputs::check_report("--out", &arguments.out)?;
     for (name, bytes) in FILES {
         write_once(&arguments.out.join(name), bytes)?;
     }

@@ -3,15 +3,20 @@
 
 use std::path::Path;
 
-use hysteron_base::{Channel, Metadata, Recording, file, json};
+use hysteron_arm::Model;
+use hysteron_arm::lagrangian::{
+    InputForm, LearnedDynamics, NetworkShape, Scales, Sinusoids, Variant, sinusoids,
+};
+use hysteron_base::{Channel, Metadata, Recording, json};
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, InverseModel, RecurrentOptions, fit_recurrent, fit_windowed,
 };
+use hysteron_fuzz::checkpoint::{other_weights, resealed, reweighted};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_learn::{
-    Architecture, ChannelRange, Checkpoint, Head, Network, Normaliser, SequenceOptions, Session, Training,
-    WindowOptions,
+    Activation, Architecture, ChannelRange, Checkpoint, Head, Network, Normaliser, SequenceOptions, Session,
+    Training, WindowOptions,
 };
 use hysteron_twin::residual::ResidualModel;
 
@@ -80,25 +85,6 @@ fn residual() -> Vec<u8> {
     std::fs::read(&case.path).unwrap()
 }
 
-/// The file with slips in its header, one line a value, and the checksum of what it then holds.
-fn resealed(bytes: &[u8], slip: impl Fn(&str) -> String) -> Vec<u8> {
-    let (length, rest) = bytes.split_at(8);
-    let n = u64::from_le_bytes(length.try_into().unwrap()) as usize;
-    let header = String::from_utf8(rest[..n].to_vec()).unwrap();
-    let stated = header.split("\"sha256\":\"").nth(1).unwrap()[..NO_CHECKSUM.len()].to_owned();
-    let header = slip(&header.replace(',', ",\n").replace(':', " = "));
-    let mut header = header.replace(" = ", ":").replace('\n', "").replace(&stated, NO_CHECKSUM);
-    header.extend(std::iter::repeat_n(' ', header.len().next_multiple_of(8) - header.len()));
-    let mut sealed = (header.len() as u64).to_le_bytes().to_vec();
-    sealed.extend(header.as_bytes());
-    sealed.extend(&rest[n..]);
-    let checksum = file::sha256_hex(&sealed);
-    if let Some(at) = sealed.windows(NO_CHECKSUM.len()).position(|window| window == NO_CHECKSUM.as_bytes()) {
-        sealed[at..at + checksum.len()].copy_from_slice(checksum.as_bytes());
-    }
-    sealed
-}
-
 /// Tries a reader on damaged and on slipped files.
 fn tried(name: &str, bytes: &[u8], read: impl Fn(&Path) + std::panic::RefUnwindSafe) {
     let case = Case::new("a.safetensors");
@@ -109,6 +95,9 @@ fn tried(name: &str, bytes: &[u8], read: impl Fn(&Path) + std::panic::RefUnwindS
     });
     drive(&format!("{name}, header"), 500, MEMORY_MAX, slips(), |slips| {
         read(case.write(resealed(bytes, |text| slipped(text, &slips))));
+    });
+    drive(&format!("{name}, weights"), 500, MEMORY_MAX, other_weights(), |change| {
+        read(case.write(reweighted(bytes, &change)));
     });
 }
 
@@ -130,4 +119,31 @@ fn no_damage_to_a_checkpoint_does_harm() {
         Ok(model) => drop(model.check(2, 2, 0.01)),
         Err(error) => refused(error.bad_input(), &error),
     });
+}
+
+#[test]
+fn no_damage_to_learned_dynamics_does_harm() {
+    let model = Model::builtin("three-link").unwrap();
+    let (samples, _) = sinusoids(&model, &Sinusoids { duration: 0.2, ..Sinusoids::published(3) }, 1, "fuzz");
+    for variant in [Variant::Augmented, Variant::BlackBoxLagrangian] {
+        let shape = NetworkShape {
+            variant,
+            hidden: vec![4; 2],
+            activation: Activation::Softplus,
+            epsilon: 1e-4,
+            scales: Scales::of(&samples, variant, InputForm::SinesAndCosines),
+            lengths: vec![None; 3],
+            inputs: InputForm::SinesAndCosines,
+            squares: 0,
+        };
+        let parameters = shape.initial_parameters(1);
+        let case = Case::new("a.safetensors");
+        LearnedDynamics { shape, parameters, details: json!({ "from": "test" }) }.write(&case.path).unwrap();
+        let bytes = std::fs::read(&case.path).unwrap();
+        tried(&format!("dynamics, {variant:?}"), &bytes, |path| match LearnedDynamics::read(path) {
+            Ok(read) => drop(read.decompose(&samples)),
+            Err(hysteron_learn::Error::BadInput(bad)) => refused(Some(&bad), &bad),
+            Err(error) => refused(None, &error),
+        });
+    }
 }

@@ -21,6 +21,7 @@ mod mesh;
 mod messages;
 mod nad_input;
 mod numbers;
+mod output_options;
 mod outputs;
 mod reach;
 mod record;

@@ -205,3 +205,26 @@ fn an_edited_mesh_is_another_scene() {
     let from = [&simulate[..], &["b.csv", "--from", "a.state"]].concat();
     refused(&place, &from, &["a.state: scene_hash", "scene and mesh"]);
 }
+
+#[test]
+fn recordings_are_added_to_a_folder_of_identifications() {
+    let place = Workplace::new();
+    for (k, name) in ["a.csv", "b.csv"].into_iter().enumerate() {
+        place.write_circle("strokes.csv", 120 + 20 * k);
+        place
+            .run(&["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", name, "--overwrite"])
+            .succeeded();
+    }
+    let identify = |more: &[&str]| {
+        place.run(&[&["identify", "scene-coreact.toml"], more, &["--rounds", "1", "--out", "found"]].concat())
+    };
+    identify(&["a.csv"]).succeeded();
+    let first = place.read("found/a.parquet");
+    let both = identify(&["a.csv", "b.csv"]).succeeded();
+    assert!(both.stdout.contains("a: tip off") && both.stdout.contains("b: tip off"), "{}", both.stdout);
+    assert!(first == place.read("found/a.parquet"), "what was there is kept");
+    identify(&["b.csv"]).succeeded();
+    // With other options the results are others.
+    let other = place.run(&["identify", "scene-coreact.toml", "a.csv", "--rounds", "2", "--out", "found"]);
+    assert!(other.error(2).contains("found/a.parquet, made by"), "{}", other.error(2));
+}

@@ -114,7 +114,7 @@ fn outputs(options: &Options, scene: &Scene, [there, missing]: [&[Job]; 2]) -> O
         .folder("--out", options.out.join(SENSITIVITY));
     let results = missing.iter().flat_map(|job| [&job.out, &job.sensitivity]);
     let outputs = results.fold(outputs, |outputs, path| outputs.file("--out", path));
-    outputs.report("--out", Some(&options.out))
+    outputs.report_of_results("--out", &options.out)
 }
 
 fn n_samples(jobs: &[Job]) -> usize {

@@ -1,6 +1,6 @@
 //! `hysteron sense`: tensions and the force on the tip of a recorded robot, without a sensor for either.
 
-mod file;
+pub(crate) mod file;
 pub mod fit;
 mod input;
 pub mod live;
