@@ -4,7 +4,9 @@
 
 use super::{Drive, Law};
 use crate::units::LengthUnit;
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -98,11 +100,36 @@ pub(super) struct Tendon {
     pub zero_mm: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "a point [x, y, z], or { at_mm = [x, y, z], fixed = true }")]
+/// A point as an array, or as a table that says more.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TendonPoint {
     Carried([f64; 3]),
     Table(PointTable),
+}
+
+/// By hand, so that errors keep their place within the point.
+impl<'de> Deserialize<'de> for TendonPoint {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PointVisitor;
+
+        impl<'de> Visitor<'de> for PointVisitor {
+            type Value = TendonPoint;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                write!(f, "a point [x, y, z], or {{ at_mm = [x, y, z], fixed = true }}")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<TendonPoint, A::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map(TendonPoint::Carried)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TendonPoint, A::Error> {
+                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(TendonPoint::Table)
+            }
+        }
+
+        deserializer.deserialize_any(PointVisitor)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
