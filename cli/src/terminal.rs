@@ -62,6 +62,17 @@ impl Monitor for Terminal {
     fn say(&self, line: &str) {
         say(line);
     }
+
+    fn confirm(&self, question: &str) -> Option<bool> {
+        if is_json() || !std::io::stdin().is_terminal() {
+            return None;
+        }
+        let mut stderr = std::io::stderr();
+        write!(stderr, "{} [y/N] ", escaped(question)).and_then(|()| stderr.flush()).ok()?;
+        let mut answer = String::new();
+        std::io::stdin().read_line(&mut answer).ok()?;
+        Some(["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
+    }
 }
 
 /// Whoever typed the command, for the verbs.

@@ -1,5 +1,6 @@
 //! What can go wrong on a rig.
 
+use crate::bus::{ServoTorque, describe_torques};
 use hysteron_base::BadInput;
 
 /// Errors of `rig`.
@@ -14,6 +15,9 @@ pub enum Error {
     /// The servos do not answer as they should.
     #[error("servo bus: {0}")]
     Bus(String),
+    /// Not all servos have confirmed that their torque is off: the state of each.
+    #[error("servo bus: the torque is not known to be off: {}", describe_torques(.0))]
+    Torque(Vec<ServoTorque>),
     /// The tracker does not answer as it should.
     #[error("tracker: {0}")]
     Tracker(String),
@@ -33,6 +37,7 @@ impl Error {
     pub(crate) fn reason(self) -> String {
         match self {
             Self::Bus(why) => why,
+            Self::Torque(servos) => describe_torques(&servos),
             other => other.to_string(),
         }
     }

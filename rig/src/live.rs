@@ -1,10 +1,10 @@
 //! A rig on its ports: servos on a serial bus, the tip by OpenIGTLink. Whether there is hardware or an emulator behind
 //! them cannot be told from here.
 
-use crate::bus::{BusCounts, ServoBus, ServoReport};
+use crate::bus::{BusCounts, RegisterBaseline, ServoBus, ServoReport};
 use crate::config::{RigConfig, TrackerConfig, TrackerSource};
-use crate::tracker::{Client, Replay, Settings};
-use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
+use crate::tracker::{Client, Replay, Settings, TrackerSurvey};
+use crate::{Event, EventKind, Hardware, Pose, Result, ServoSample, SlowSample};
 use hysteron_base::Recording;
 use std::time::{Duration, Instant};
 
@@ -42,6 +42,8 @@ pub struct LiveRig {
     tracker: Option<Tracker>,
     rig: RigConfig,
     clock: Instant,
+    /// What the servos' registers are compared with.
+    registers: RegisterBaseline,
 }
 
 impl LiveRig {
@@ -53,7 +55,12 @@ impl LiveRig {
         let clock = Instant::now();
         let bus = ServoBus::open(&rig.servos, &rig.ids(), clock)?;
         let tracker = rig.tracker.as_ref().map(|tracker| open_tracker(tracker, clock)).transpose()?;
-        Ok(Self { bus, tracker, rig: rig.clone(), clock })
+        Ok(Self { bus, tracker, rig: rig.clone(), clock, registers: RegisterBaseline::Factory })
+    }
+
+    /// The same rig, whose servos are expected to hold these registers instead of the factory's.
+    pub fn expecting(self, registers: RegisterBaseline) -> Self {
+        Self { registers, ..self }
     }
 
     /// The servo bus.
@@ -70,6 +77,30 @@ impl LiveRig {
             Some(Tracker::Client(client)) => client.wait_for_pose(TRACKER_PATIENCE),
             Some(Tracker::Replay(_)) | None => Ok(()),
         }
+    }
+}
+
+impl LiveRig {
+    /// Looks at a tracker for so long [s] while the tip rests; `None` without one on a port.
+    ///
+    /// # Errors
+    /// `Tracker` if no pose comes.
+    pub fn survey_tracker(&mut self, seconds: f64) -> Result<Option<TrackerSurvey>> {
+        let (Some(config), Some(Tracker::Client(_))) = (self.rig.tracker.clone(), &self.tracker) else {
+            return Ok(None);
+        };
+        self.wait_for_pose()?;
+        let (mut poses, mut events) = (Vec::new(), Vec::new());
+        self.wait_until(self.now() + seconds);
+        self.take_poses(&mut poses);
+        self.take_events(&mut events);
+        let is_of_tracker =
+            |event: &&Event| matches!(event.kind, EventKind::TrackerQuality | EventKind::TrackerCorrupt);
+        let reason = events.iter().rev().find(is_of_tracker).map(|event| event.message.as_str());
+        let mut survey = TrackerSurvey::of(&poses, &config, reason);
+        let damaged = events.iter().rev().find(|event| event.kind == EventKind::TrackerCorrupt);
+        survey.doubts.extend(damaged.map(|event| format!("damaged messages: {}", event.message)));
+        Ok(Some(survey))
     }
 }
 
@@ -95,6 +126,7 @@ impl Hardware for LiveRig {
 
     fn prepare(&mut self) -> Result<Vec<ServoReport>> {
         let reports = self.bus.self_check(&self.rig.servo_bounds())?;
+        self.bus.accept_registers(&self.registers)?;
         self.bus.configure()?;
         self.wait_for_pose()?;
         Ok(reports)

@@ -8,6 +8,8 @@ mod it {
     mod emulator;
     mod fuzz;
     #[cfg(unix)]
+    mod registers;
+    #[cfg(unix)]
     mod session;
     #[cfg(unix)]
     mod teleoperation;

@@ -24,7 +24,8 @@ from dynamixel_sdk import (
 dynamixel_sdk.port_handler.LATENCY_TIMER = 250
 
 IDS = [1, 2, 3, 4]
-ID, RETURN_DELAY, OPERATING_MODE, SHUTDOWN = 7, 9, 11, 63
+ID, RETURN_DELAY, DRIVE_MODE, OPERATING_MODE, SECONDARY_ID, HOMING_OFFSET, SHUTDOWN = 7, 9, 10, 11, 12, 20, 63
+STATUS_RETURN = 68
 TORQUE, LED, HARDWARE_ERROR, I_GAIN, P_GAIN = 64, 65, 70, 82, 84
 PROFILE_VELOCITY, GOAL, MOVING, LOAD, PRESENT = 112, 116, 122, 126, 132
 MODEL = 1060
@@ -32,7 +33,7 @@ ALERT, RANGE, LIMIT, ACCESS = 0x80, 0x04, 0x06, 0x07
 # Which way each servo of the preset winds its tendon.
 WINDS = {1: 1, 2: -1, 3: -1, 4: 1}
 # After everything else.
-OVERLOAD_AT_S = 20.0
+OVERLOAD_AT_S = 30.0
 FAULTS = f"""
 format = "hysteron-faults"
 version = 1
@@ -140,6 +141,40 @@ def groups(host):
             assert read.getData(servo, address, size) == value, servo
 
 
+def touched(host):
+    """Registers that change what a tick means, or who obeys, do so: the driver must notice them."""
+    before = host.read(1, PRESENT, 4)
+    host.write(1, HOMING_OFFSET, 4, 200)
+    assert abs(host.read(1, PRESENT, 4) - before - 200) <= 1
+    host.write(1, HOMING_OFFSET, 4, 0)
+    host.write(1, DRIVE_MODE, 1, 1)
+    assert abs(host.read(1, PRESENT, 4) + before) <= 1
+    host.write(1, DRIVE_MODE, 1, 0)
+    # What is written to servo 1 reaches servo 2 as well, which does not answer.
+    host.write(2, SECONDARY_ID, 1, 1)
+    for servo in [1, 2]:
+        host.write(servo, LED, 1, 0)
+    host.write(1, LED, 1, 1)
+    assert host.read(2, LED, 1) == 1
+    host.write(2, SECONDARY_ID, 1, 255)
+    # Level 1 answers reads alone, level 0 pings alone.
+    host.write(3, STATUS_RETURN, 1, 1)
+    assert host.handler.write1ByteTxRx(host.port, 3, LED, 1)[0] == COMM_RX_TIMEOUT
+    assert host.read(3, LED, 1) == 1
+    assert host.handler.write1ByteTxOnly(host.port, 3, STATUS_RETURN, 0) == COMM_SUCCESS
+    assert host.handler.read1ByteTxRx(host.port, 3, LED)[1] == COMM_RX_TIMEOUT
+    assert host.handler.ping(host.port, 3)[1] == COMM_SUCCESS
+    assert host.handler.write1ByteTxOnly(host.port, 3, STATUS_RETURN, 2) == COMM_SUCCESS
+    assert host.read(3, LED, 1) == 1
+
+
+def one_id(host):
+    """Two servos with one id are heard in no whole answer to what each says by itself."""
+    host.write(2, ID, 1, 1)
+    results = [host.handler.read4ByteTxRx(host.port, 1, PRESENT)[1] for _ in range(3)]
+    assert all(result != COMM_SUCCESS for result in results), results
+
+
 def refusals(host):
     host.write(1, OPERATING_MODE, 1, 99, expected=RANGE)
     host.write(1, GOAL, 4, 5000, expected=LIMIT)
@@ -210,11 +245,13 @@ def main(program, folder):
     (folder / "faults.toml").write_text(FAULTS)
     with emulated.rig(program, folder, "--faults", folder / "faults.toml", "--preset", "mild") as (device, _, started):
         host = Host(device)
-        for check in [pings, reads_and_writes, indirect, groups, refusals, winding, reboot]:
+        for check in [pings, reads_and_writes, indirect, groups, touched, refusals, winding, reboot]:
             check(host)
             print(f"  {check.__name__}", flush=True)
         alert(host, started)
         print("  alert", flush=True)
+        one_id(host)
+        print("  one_id", flush=True)
         host.port.closePort()
 
 

@@ -170,12 +170,37 @@ def ours_receives(program, version):
     return len(rows), spread
 
 
+def ours_names(program):
+    """Their server sends what cannot be a pose, our client names it. Returns the number of kinds."""
+    zeros, mirrored = np.zeros((4, 4)), np.diag([1.0, 1.0, -1.0, 1.0])
+    kinds = [(zeros, "a matrix of zeros"), (np.eye(4), "the identity, to the last bit"), (mirrored, "mirrored")]
+    for matrix, named in kinds:
+        port = emulated.free_port()
+        server = pyigtl.OpenIGTLinkServer(port=port, local_server=True)
+        listen = pathlib.Path(program).parent / "examples/tracker_listen"
+        command = [listen, f"127.0.0.1:{port}", "Probe", "2"]
+        listener = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        while not server.is_connected():
+            time.sleep(0.01)
+        for _ in range(20):
+            message = pyigtl.TransformMessage(matrix, device_name="Probe", timestamp=time.time())
+            server.send_message(message, wait=True)
+            time.sleep(0.02)
+        output, _ = listener.communicate(timeout=30)
+        server.stop()
+        rows = [line for line in output.splitlines() if line[0].isdigit()]
+        assert rows and all(line.endswith("Flagged") for line in rows), output
+        assert named in output, output
+    return len(kinds)
+
+
 def main(program, folder):
     n, went = pyigtl_receives(program, folder)
     print(f"  pyigtl receives {n} poses of a robot whose tip goes {went:.1f} mm", flush=True)
     for version in [1, 2]:
         n, spread = ours_receives(program, version)
         print(f"  ours receives header version {version}: {n} poses agree, times spread by {spread:.3f} ms", flush=True)
+    print(f"  ours names {ours_names(program)} kinds of what is no pose", flush=True)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,11 @@ pub trait Monitor: Sync {
 
     /// A line of the result, for a person.
     fn say(&self, line: &str);
+
+    /// Asks a person, who says yes or no; `None` where nobody can be asked.
+    fn confirm(&self, _question: &str) -> Option<bool> {
+        None
+    }
 }
 
 /// How far long work is. Dropped, it is over.
@@ -108,6 +113,11 @@ impl Caller<'_> {
     /// See [`Monitor::say`].
     pub fn say(&self, line: impl std::fmt::Display) {
         self.monitor.say(&without_signs_of_zeros(&line.to_string()));
+    }
+
+    /// See [`Monitor::confirm`].
+    pub fn confirm(&self, question: &str) -> Option<bool> {
+        self.monitor.confirm(question)
     }
 
     /// Writes into the details of a checkpoint what made it.

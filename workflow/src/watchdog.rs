@@ -12,7 +12,6 @@ use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use anyhow::Context;
-use hysteron_base::file;
 use hysteron_rig::bus::ServoBus;
 use hysteron_rig::config::{RigConfig, ServoConfig};
 use hysteron_rig::teleoperation::ArmsConfig;
@@ -26,13 +25,7 @@ const PATIENCE_S: f64 = 10.0;
 
 /// The bus and the ids of the servos that a file of a rig, or of two arms, drives.
 fn servos_of(path: &Path) -> anyhow::Result<(ServoConfig, Vec<u8>)> {
-    #[derive(serde::Deserialize)]
-    struct Head {
-        format: String,
-    }
-    let head: Head =
-        hysteron_base::schema::parse(&file::read_text(path)?).map_err(|bad| bad.within(path.display()))?;
-    Ok(if head.format == ArmsConfig::FORMAT {
+    Ok(if crate::rig::is_of_arms(path)? {
         let arms = ArmsConfig::read(path)?;
         let ids = arms.joints.iter().map(|joint| joint.follower.id).collect();
         (arms.follower, ids)

@@ -1,13 +1,16 @@
 //! The self-check: who is on the bus, expected against found, everything wrong in one message.
 
+use super::baseline::Examined;
+use super::duplicates::Presence;
 use super::model::ServoModel;
-use super::wire::{BROADCAST, Failure, STATUS_BYTES, instruction};
+use super::registers::StoredRegisters;
+use super::wire::{BROADCAST, Failure, STATUS_BYTES, instruction, range};
 use super::{ServoBus, xl430};
 use crate::{Error, Result};
 use serde::Serialize;
 
 /// What a servo says of itself.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ServoReport {
     /// Id on the bus.
     pub id: u8,
@@ -27,6 +30,8 @@ pub struct ServoReport {
     pub torque_on: bool,
     /// Position [ticks].
     pub position: i32,
+    /// Registers that a calibration stores; empty for servos that have none.
+    pub registers: StoredRegisters,
 }
 
 /// Bounds within which servos are used.
@@ -59,6 +64,8 @@ impl ServoBounds {
     }
 }
 
+/// Status return level at which a servo answers everything.
+const ANSWER_ALL: u8 = 2;
 /// How long all servos of a bus take to answer a broadcast, each at its own time [s]: the manual's 3 ms a servo.
 const BROADCAST_WAIT: f64 = 3e-3 * 16.0;
 
@@ -102,21 +109,33 @@ impl ServoBus {
     }
 
     /// Reads what every servo says of itself and compares it with what it should be: its model, in the order of
-    /// [`ServoBus::ids`], and its bounds.
+    /// [`ServoBus::ids`], and its bounds. Its registers are read, and compared by [`ServoBus::accept_registers`].
     ///
     /// # Errors
     /// `Bus` with everything that is wrong, one line each.
-    pub fn self_check(&mut self, expected: &[(&ServoModel, ServoBounds)]) -> Result<Vec<ServoReport>> {
+    pub fn self_check(
+        &mut self,
+        expected: &[(&'static ServoModel, ServoBounds)],
+    ) -> Result<Vec<ServoReport>> {
+        self.examined.clear();
+        self.is_accepted = false;
         let found = self.discover()?;
         let mut wrong = Vec::new();
         let mut reports = Vec::new();
-        for (id, (wanted, bounds)) in self.ids().to_vec().into_iter().zip(expected) {
-            let there = found.iter().find(|(other, ..)| *other == id);
-            let Some(&(_, model, firmware)) = there else {
+        let mut present = Vec::new();
+        for id in self.ids().to_vec() {
+            self.make_answer(id)?;
+            present.push((id, self.presence(id)?));
+        }
+        wrong.extend(self.describe_duplicates(&present));
+        for ((id, presence), (wanted, bounds)) in present.iter().zip(expected) {
+            if *presence == Presence::Silent {
                 wrong.push(format!("servo {id}: expected an {} to answer, got silence", wanted.name));
+            }
+            if *presence != Presence::Alone {
                 continue;
-            };
-            match self.report(id, model, firmware) {
+            }
+            match self.report(*id, wanted) {
                 Ok(report) => {
                     wrong.extend(deviations(&report, wanted, bounds));
                     reports.push(report);
@@ -135,7 +154,7 @@ impl ServoBus {
         if !others.is_empty() {
             wrong.push(format!("also on the bus: servo {}", others.join(", servo ")));
         }
-        if found.is_empty() {
+        if found.is_empty() && present.iter().all(|(_, presence)| *presence == Presence::Silent) {
             wrong.push(format!(
                 "nothing at all answers at {} baud (hint: is the supply on? new servos come with id 1 and 57600 baud)",
                 self.config.baud
@@ -144,15 +163,29 @@ impl ServoBus {
         Err(Error::Bus(format!("{}: self-check failed:\n  {}", self.port().display(), wrong.join("\n  "))))
     }
 
-    fn report(&mut self, id: u8, model: u16, firmware: u8) -> Result<ServoReport> {
+    /// Sets a servo to answer everything, by a write that needs no answer: at a lower status return level it would
+    /// seem silent. The register is forgotten without power, and every run sets it.
+    fn make_answer(&mut self, id: u8) -> Result<()> {
+        let mut parameters = range(xl430::STATUS_RETURN.address, 1).to_vec();
+        parameters.extend([id, ANSWER_ALL]);
+        let sent = self.with_wire(|wire| wire.send(BROADCAST, instruction::SYNC_WRITE, &parameters));
+        sent.map_err(|failure| Error::Bus(failure.to_string()))
+    }
+
+    fn report(&mut self, id: u8, model: &'static ServoModel) -> Result<ServoReport> {
+        let image = self.read_image(id)?;
         let mut byte = |register| self.read(id, register).map(|value| (value & 0xff) as u8);
         let mode = byte(xl430::OPERATING_MODE)?;
         let hardware_error = byte(xl430::HARDWARE_ERROR)?;
         let torque_on = byte(xl430::TORQUE_ENABLE)? == 1;
         let temperature = byte(xl430::PRESENT_TEMPERATURE)?;
+        let firmware = byte(xl430::FIRMWARE)?;
+        let number = self.read(id, xl430::MODEL_NUMBER)?;
+        let registers = image.stored(model);
+        self.examined.push(Examined { model, image });
         Ok(ServoReport {
             id,
-            model,
+            model: u16::try_from(number).unwrap_or(u16::MAX),
             firmware,
             mode,
             voltage_v: xl430::VOLTAGE_UNIT * f64::from(self.read(id, xl430::PRESENT_VOLTAGE)?),
@@ -160,6 +193,7 @@ impl ServoBus {
             hardware_error,
             torque_on,
             position: self.read(id, xl430::PRESENT_POSITION)?.cast_signed(),
+            registers,
         })
     }
 }

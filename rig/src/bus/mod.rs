@@ -5,23 +5,30 @@
 //! that tripped, or that lost its supply for a moment and with it its settings, is seen in the same cycle.
 
 mod arm;
+mod baseline;
 mod check;
 mod counts;
+mod duplicates;
 pub mod model;
 pub(crate) mod packet;
 mod ports;
+pub mod registers;
 mod torque;
 mod wire;
 pub mod xl430;
 
-use crate::config::{ServoConfig, ServoMode};
+use crate::config::ServoConfig;
 use crate::{Error, Event, EventKind, Result, ServoSample, SlowSample};
 pub use arm::{ArmServoSample, ServoStatus};
+use baseline::Examined;
+pub use baseline::{RegisterBaseline, RegisterDifference, differences};
 pub use check::{ServoBounds, ServoReport};
 pub use counts::BusCounts;
 pub use ports::{PortInfo, find_port, list_ports};
+use registers::TABLE;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+pub use torque::{ServoTorque, TorqueState, describe_torques};
 use wire::{BROADCAST, Failure, INSTRUCTION_BYTES, STATUS_BYTES, Wire, instruction, range};
 use xl430::Register;
 
@@ -51,6 +58,10 @@ pub struct ServoBus {
     events: Vec<Event>,
     clock: Instant,
     scratch: Vec<u8>,
+    /// What the last self-check read of every servo; empty before.
+    examined: Vec<Examined>,
+    /// Whether that is what it should be: without it no torque goes on.
+    is_accepted: bool,
     /// Duration of the last cycle's transfers [s].
     pub last_bus_time: f64,
 }
@@ -75,6 +86,8 @@ impl ServoBus {
             events: Vec::new(),
             clock,
             scratch: Vec::with_capacity(128),
+            examined: Vec::new(),
+            is_accepted: false,
             last_bus_time: 0.0,
         })
     }
@@ -106,30 +119,22 @@ impl ServoBus {
         10.0 * bytes as f64 / f64::from(self.config.baud)
     }
 
-    /// Makes the servos ready, with their torque off: mode, gains, block of indirect addresses, watchdog.
+    /// Makes the servos ready, with their torque off: every register that is set before a run, and the block of indirect
+    /// addresses; then reads all of it back. The self-check must have accepted their registers.
     ///
     /// # Errors
     /// `Bus` naming the servo and the register.
     pub fn configure(&mut self) -> Result<()> {
-        let mode = match self.config.mode {
-            ServoMode::Position => xl430::mode::POSITION,
-            ServoMode::Extended => xl430::mode::EXTENDED_POSITION,
-        };
-        let [p, i, d] = self.config.gains.map(u32::from);
-        for id in self.ids.clone() {
+        self.check_accepted()?;
+        for (k, id) in self.ids.clone().into_iter().enumerate() {
             self.write(id, xl430::BUS_WATCHDOG, 0)?;
             self.write(id, xl430::TORQUE_ENABLE, 0)?;
-            for (register, value) in [
-                (xl430::RETURN_DELAY, 0),
-                (xl430::OPERATING_MODE, u32::from(mode)),
-                (xl430::STATUS_RETURN, 2),
-                (xl430::POSITION_P_GAIN, p),
-                (xl430::POSITION_I_GAIN, i),
-                (xl430::POSITION_D_GAIN, d),
-                (xl430::PROFILE_VELOCITY, 0),
-                (xl430::PROFILE_ACCELERATION, 0),
-            ] {
-                self.write(id, register, value)?;
+            let servo = self.examined[k].clone();
+            // The mode comes before the gains, which it resets.
+            for spec in TABLE.iter().filter(|spec| spec.is_of(servo.model)) {
+                if let Some(value) = self.wanted(&servo, spec) {
+                    self.write(id, spec.register, i32::try_from(value).unwrap_or(0).cast_unsigned())?;
+                }
             }
             let addresses = BLOCK.iter().flat_map(|r| r.address..r.address + u16::from(r.size));
             for (slot, address) in (0_u16..).zip(addresses) {
@@ -137,14 +142,22 @@ impl ServoBus {
                 self.write(id, register, u32::from(address))?;
             }
         }
-        Ok(())
+        self.confirm_settings()
+    }
+
+    /// A motor is not driven while the meaning of one of its registers is unknown.
+    fn check_accepted(&self) -> Result<()> {
+        let what = "the servos' registers have not been read and compared, so no torque goes on";
+        if self.is_accepted { Ok(()) } else { Err(Error::Bus(what.into())) }
     }
 
     /// Commands all servos [ticks].
     ///
     /// # Errors
-    /// `Bus` if the port is gone and does not come back at once.
+    /// `Bus` if their registers were not accepted, or the port is gone and does not come back at once.
     pub fn write_goals(&mut self, goals: &[i32]) -> Result<()> {
+        // A goal alone can switch torque on.
+        self.check_accepted()?;
         let started = Instant::now();
         self.scratch.clear();
         self.scratch.extend(range(xl430::GOAL_POSITION.address, 4));

@@ -28,6 +28,14 @@ pub struct ServoModel {
     pub velocity: u16,
     /// Gains of the position loop from the factory: P, I, D.
     pub gains: [u16; 3],
+    /// Gains of the velocity loop from the factory: I, P.
+    pub velocity_gains: [u16; 2],
+    /// Limit of the current from the factory, in units of its current; `None` for a model without that register.
+    pub current_limit: Option<u16>,
+    /// Slope of the PWM from the factory; `None` for a model without that register.
+    pub pwm_slope: Option<u8>,
+    /// Errors that switch the torque off, from the factory.
+    pub shutdown: u8,
 }
 
 /// The tendon rig's.
@@ -39,6 +47,10 @@ pub const XL430_W250: ServoModel = ServoModel {
     temperature: 72,
     velocity: 265,
     gains: [640, 0, 4000],
+    velocity_gains: [1000, 100],
+    current_limit: None,
+    pwm_slope: None,
+    shutdown: 52,
 };
 
 /// The OpenManipulator-X's.
@@ -50,6 +62,10 @@ pub const XM430_W350: ServoModel = ServoModel {
     temperature: 80,
     velocity: 200,
     gains: [800, 0, 0],
+    velocity_gains: [1920, 100],
+    current_limit: Some(1193),
+    pwm_slope: None,
+    shutdown: 52,
 };
 
 /// Of small followers and leaders.
@@ -61,6 +77,10 @@ pub const XL330_M288: ServoModel = ServoModel {
     temperature: 70,
     velocity: 445,
     gains: [400, 0, 0],
+    velocity_gains: [1600, 180],
+    current_limit: Some(1750),
+    pwm_slope: Some(140),
+    shutdown: 53,
 };
 
 /// Of leaders that a hand moves easily.

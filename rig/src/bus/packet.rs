@@ -275,6 +275,71 @@ mod tests {
         }
     }
 
+    /// A piece of a stream: a whole packet, one with a field that lies, or bytes that are none.
+    #[derive(Debug, Clone)]
+    enum Piece {
+        Whole(u8, Vec<u8>),
+        Broken(Vec<u8>),
+    }
+
+    fn piece() -> impl Strategy<Value = Piece> {
+        let whole = (0u8..=0xfe, body());
+        let broken =
+            (0u8..=0xfe, body(), 0..6, any::<u16>(), any::<u8>()).prop_map(|(id, body, how, word, byte)| {
+                let mut bytes = packet(id, &body);
+                let at = usize::from(word) % bytes.len();
+                match how {
+                    0 => bytes[at] ^= 1 << (byte % 8),
+                    1 => bytes.truncate(at),
+                    2 => drop(bytes.remove(at)),
+                    3 => bytes.insert(at, byte),
+                    4 => bytes[5..7].copy_from_slice(&word.to_le_bytes()),
+                    // A length that lies, with a checksum that is right where it then ends.
+                    _ => {
+                        bytes = opened(id, usize::from(word) % (body.len() + 40));
+                        bytes.extend(&body);
+                        close(&mut bytes);
+                    }
+                }
+                Piece::Broken(bytes)
+            });
+        let noise =
+            proptest::collection::vec(prop_oneof![Just(0xff), Just(0xfd), Just(0), any::<u8>()], 0..80);
+        prop_oneof![
+            2 => whole.prop_map(|(id, body)| Piece::Whole(id, body)),
+            3 => broken,
+            1 => noise.prop_map(Piece::Broken),
+        ]
+    }
+
+    #[test]
+    fn no_stream_of_packets_that_lie_stops_the_decoder() {
+        const MEMORY_MAX: u64 = 256 << 20;
+        let case = (proptest::collection::vec(piece(), 0..12), 1usize..300);
+        hysteron_fuzz::drive("dynamixel/stream", 500, MEMORY_MAX, case, |(pieces, cut)| {
+            let begin = std::time::Instant::now();
+            let mut bytes = Vec::new();
+            for piece in &pieces {
+                match piece {
+                    Piece::Whole(id, body) => bytes.extend(packet(*id, body)),
+                    Piece::Broken(broken) => bytes.extend(broken),
+                }
+            }
+            let (mut decoder, mut found) = (Decoder::default(), Vec::new());
+            for chunk in bytes.chunks(cut) {
+                decoder.push(chunk);
+                found.extend(std::iter::from_fn(|| decoder.next()));
+                assert!(decoder.bytes.len() <= PREFIX + MAX_LENGTH);
+            }
+            // What stands before the first damage is read as it is.
+            for (piece, found) in pieces.iter().zip(&found) {
+                let Piece::Whole(id, body) = piece else { break };
+                assert!(is_packet(found, *id, body));
+            }
+            assert!(begin.elapsed().as_secs_f64() < 1.0);
+        });
+    }
+
     proptest! {
         #[test]
         fn what_is_written_is_read(id in 0u8..=0xfe, body in body()) {

@@ -1,4 +1,5 @@
-//! Torque of all servos: on one by one, each confirmed; off by one instruction to all, and only then confirmed.
+//! Torque of all servos: on one by one, each confirmed; off by one instruction to all, and only then confirmed, each
+//! servo with a state of its own.
 
 use super::wire::{BROADCAST, Failure, instruction, range};
 use super::xl430::{self, Register};
@@ -8,12 +9,53 @@ use super::{Error, Result, ServoBus, all_done};
 const OFF: u8 = 0;
 const ON: u8 = 1;
 
+/// What is known of a servo's torque after it was told to be off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TorqueState {
+    /// The servo has confirmed that it is off.
+    Off,
+    /// The servo says that it is on.
+    On,
+    /// The servo does not answer: it may be off, on or without power.
+    Silent,
+}
+
+/// One servo and what is known of its torque.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ServoTorque {
+    /// Its id.
+    pub servo: u8,
+    /// What is known.
+    pub state: TorqueState,
+}
+
+/// The state of every servo, for people: `servo 2 is silent (on, off or without power), servos 1, 3, 4 are off`.
+pub fn describe_torques(servos: &[ServoTorque]) -> String {
+    let of = |state| -> Vec<String> {
+        servos.iter().filter(|one| one.state == state).map(|one| one.servo.to_string()).collect()
+    };
+    let said = |ids: Vec<String>, one: &str, several: &str| match ids.len() {
+        0 => None,
+        1 => Some(format!("servo {} {one}", ids[0])),
+        _ => Some(format!("servos {} {several}", ids.join(", "))),
+    };
+    let silent = "silent (off, on or without power)";
+    let parts = [
+        said(of(TorqueState::On), "is still on", "are still on"),
+        said(of(TorqueState::Silent), &format!("is {silent}"), &format!("are {silent}")),
+        said(of(TorqueState::Off), "is off", "are off"),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
+}
+
 impl ServoBus {
     /// Switches the torque of all servos on, reads it back, and starts their watchdogs.
     ///
     /// # Errors
-    /// `Bus` naming the servos that did not confirm; the others are then under torque.
+    /// `Bus` if their registers were not accepted; naming the servos that did not confirm, with the others then under
+    /// torque.
     pub fn enable_torque(&mut self) -> Result<()> {
+        self.check_accepted()?;
         let mut failed = Vec::new();
         for id in self.ids.clone() {
             let switched = self.write(id, xl430::BUS_WATCHDOG, 0).and_then(|()| self.switch(id, ON));
@@ -36,7 +78,7 @@ impl ServoBus {
     /// watchdogs end.
     ///
     /// # Errors
-    /// `Bus` naming the servos that did not confirm.
+    /// `Torque` with the state of every servo, if one did not confirm; `Bus` if the port is gone.
     pub fn disable_torque(&mut self) -> Result<()> {
         let mut sent = self.write_to_all(xl430::TORQUE_ENABLE, OFF);
         if sent.is_err() {
@@ -45,18 +87,36 @@ impl ServoBus {
         }
         sent?;
         self.write_to_all(xl430::BUS_WATCHDOG, 0)?;
-        let (mut silent, mut failed) = (Vec::new(), Vec::new());
-        for id in self.ids.clone() {
-            match self.look(id) {
-                Ok(OFF) => {}
-                Ok(_) => failed.extend(self.switch(id, OFF).err().map(Error::reason)),
-                Err(_) => silent.push(id),
-            }
+        let ids = self.ids.clone();
+        let mut states: Vec<ServoTorque> = Vec::with_capacity(ids.len());
+        for id in ids {
+            let state = match self.look(id) {
+                Ok(OFF) => TorqueState::Off,
+                Ok(_) => self.switch_off(id),
+                Err(_) => TorqueState::Silent,
+            };
+            states.push(ServoTorque { servo: id, state });
         }
-        for id in silent {
-            failed.extend(self.switch(id, OFF).err().map(Error::reason));
+        for one in states.iter_mut().filter(|one| one.state == TorqueState::Silent) {
+            one.state = self.switch_off(one.servo);
         }
-        all_done(&failed)
+        if states.iter().all(|one| one.state == TorqueState::Off) {
+            Ok(())
+        } else {
+            Err(Error::Torque(states))
+        }
+    }
+
+    /// Switches one servo off, with retries; what is known of it then.
+    fn switch_off(&mut self, id: u8) -> TorqueState {
+        if self.switch(id, OFF).is_ok() {
+            return TorqueState::Off;
+        }
+        match self.look(id) {
+            Ok(OFF) => TorqueState::Off,
+            Ok(_) => TorqueState::On,
+            Err(_) => TorqueState::Silent,
+        }
     }
 
     /// Switches one servo and reads it back, with retries.

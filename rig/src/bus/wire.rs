@@ -25,6 +25,8 @@ pub(crate) const STATUS_BYTES: usize = 11;
 const BUFFER: usize = 1024;
 /// Silence after which no answer is to be expected any more: a U2D2 as it comes keeps bytes back for 16 ms.
 const QUIET: Duration = Duration::from_millis(25);
+/// Silence behind an answer after which no second one follows: servos wait 508 µs at most.
+const NO_SECOND: Duration = Duration::from_millis(4);
 /// Set in the error byte of a servo with a hardware error.
 const ALERT: u8 = 0x80;
 
@@ -75,6 +77,15 @@ pub struct Answer<'a> {
     pub alert: bool,
     /// What it said.
     pub parameters: &'a [u8],
+}
+
+/// How many answers one question had.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Whole, and of whom was asked.
+    pub whole: usize,
+    /// Damaged packets, or bytes that are none.
+    pub damaged: usize,
 }
 
 /// An open port.
@@ -154,7 +165,9 @@ impl Wire {
             match self.decoder.next() {
                 Some(Decoded::Packet { id, body, .. }) => break (id, body),
                 Some(Decoded::BadChecksum { .. }) => return Err(Failure::Corrupt("wrong checksum".into())),
-                None => self.read_bytes(deadline)?,
+                None => {
+                    self.read_bytes(deadline)?;
+                }
             }
         };
         let [STATUS, error, parameters @ ..] = &body[..] else {
@@ -168,8 +181,8 @@ impl Wire {
         Ok((id, error & ALERT != 0))
     }
 
-    /// Waits for more bytes.
-    fn read_bytes(&mut self, deadline: Instant) -> Result<(), Failure> {
+    /// Waits for more bytes; returns how many came.
+    fn read_bytes(&mut self, deadline: Instant) -> Result<usize, Failure> {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return Err(Failure::Timeout);
@@ -180,10 +193,10 @@ impl Wire {
             Ok(0) => Err(Failure::Port("end of the stream".into())),
             Ok(n) => {
                 self.decoder.push(&bytes[..n]);
-                Ok(())
+                Ok(n)
             }
             Err(e) if e.kind() == ErrorKind::TimedOut => Err(Failure::Timeout),
-            Err(e) if e.kind() == ErrorKind::Interrupted => Ok(()),
+            Err(e) if e.kind() == ErrorKind::Interrupted => Ok(0),
             Err(e) => Err(Failure::Port(e.to_string())),
         }
     }
@@ -216,6 +229,43 @@ impl Wire {
             return Err(Failure::Corrupt(format!("answer of servo {who}")));
         }
         Ok(Answer { id, alert, parameters: &self.answer })
+    }
+
+    /// Asks one servo and counts all that answer, until the line is silent.
+    pub fn census(
+        &mut self,
+        id: u8,
+        instruction: u8,
+        parameters: &[u8],
+        length: usize,
+    ) -> Result<Census, Failure> {
+        self.send(id, instruction, parameters)?;
+        let mut deadline = self.deadline(INSTRUCTION_BYTES + parameters.len(), STATUS_BYTES + length);
+        let (mut census, mut n_bytes) = (Census::default(), 0);
+        loop {
+            while let Some(found) = self.decoder.next() {
+                match found {
+                    Decoded::Packet { id: who, body, .. } if who == id && body.len() == length + 2 => {
+                        census.whole += 1;
+                    }
+                    Decoded::Packet { .. } | Decoded::BadChecksum { .. } => census.damaged += 1,
+                }
+            }
+            match self.read_bytes(deadline) {
+                Ok(n) => {
+                    n_bytes += n;
+                    deadline = Instant::now() + self.wire_time(STATUS_BYTES + length) + NO_SECOND;
+                }
+                Err(Failure::Timeout) => break,
+                Err(failure) => return Err(failure),
+            }
+        }
+        if census == Census::default() && n_bytes > 0 {
+            census.damaged = 1;
+        }
+        self.decoder.clear();
+        self.counts.answers += u64::from(census.whole > 0);
+        Ok(census)
     }
 }
 

@@ -53,10 +53,14 @@ pub const TEMPERATURE_LIMIT: Register = at(31, 1);
 pub const MAX_VOLTAGE: Register = at(32, 2);
 pub const MIN_VOLTAGE: Register = at(34, 2);
 pub const PWM_LIMIT: Register = at(36, 2);
+/// Not of the XL430, which measures no current.
+pub const CURRENT_LIMIT: Register = at(38, 2);
 pub const VELOCITY_LIMIT: Register = at(44, 4);
 pub const MAX_POSITION: Register = at(48, 4);
 pub const MIN_POSITION: Register = at(52, 4);
 pub const STARTUP: Register = at(60, 1);
+/// Of the XL330 alone.
+pub const PWM_SLOPE: Register = at(62, 1);
 pub const SHUTDOWN: Register = at(63, 1);
 pub const TORQUE_ENABLE: Register = at(64, 1);
 pub const LED: Register = at(65, 1);
@@ -72,6 +76,8 @@ pub const FEEDFORWARD_2ND_GAIN: Register = at(88, 2);
 pub const FEEDFORWARD_1ST_GAIN: Register = at(90, 2);
 pub const BUS_WATCHDOG: Register = at(98, 1);
 pub const GOAL_PWM: Register = at(100, 2);
+/// Not of the XL430.
+pub const GOAL_CURRENT: Register = at(102, 2);
 pub const GOAL_VELOCITY: Register = at(104, 4);
 pub const PROFILE_ACCELERATION: Register = at(108, 4);
 pub const PROFILE_VELOCITY: Register = at(112, 4);
@@ -105,6 +111,21 @@ pub mod error_bit {
     pub const ELECTRICAL_SHOCK: u8 = 1 << 4;
     pub const OVERLOAD: u8 = 1 << 5;
 }
+
+/// Bits of [`DRIVE_MODE`].
+pub mod drive {
+    /// Positions grow, and goals lie, the other way round.
+    pub const REVERSE: u8 = 1 << 0;
+    /// Profiles are times [ms] instead of speeds.
+    pub const TIME_BASED: u8 = 1 << 2;
+    /// A goal switches the torque on.
+    pub const TORQUE_ON_BY_GOAL: u8 = 1 << 3;
+}
+
+/// Bit of [`STARTUP`] that switches the torque on with the supply.
+pub const TORQUE_ON_AT_START: u8 = 1;
+/// Largest value of [`SECONDARY_ID`] that is one; all above stand for none.
+pub const SECONDARY_ID_MAX: u8 = 252;
 
 /// Values of [`OPERATING_MODE`].
 pub mod mode {

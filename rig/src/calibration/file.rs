@@ -2,11 +2,13 @@
 
 use super::{Calibration, ChannelMap};
 use crate::Result;
+use crate::bus::registers::StoredRegisters;
 use crate::config::{Direction, PULLEY_RADIUS_MM, RigConfig};
 use crate::tracker::Registration;
 use hysteron_base::schema::{check_header, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 const FORMAT: &str = "hysteron-calibration";
@@ -45,6 +47,8 @@ struct ChannelFile {
     winds: Direction,
     zero_ticks: i64,
     slack_end_mm: f64,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    registers: BTreeMap<String, i64>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -113,6 +117,7 @@ impl Calibration {
                 None => 0.0,
             },
             registration: typed.registration.as_ref().map(registration).transpose()?,
+            registers: registers(&typed.channel)?,
         })
     }
 
@@ -129,6 +134,8 @@ impl Calibration {
             numbers.extend(found.rotation());
             numbers.extend(found.translation());
         }
+        // One that knows nothing of registers has the hash that it always had.
+        numbers.extend(self.registers.iter().flat_map(StoredRegisters::numbers));
         for x in numbers {
             text.push_str(&format!(" {x:.8e}"));
         }
@@ -142,7 +149,7 @@ impl Calibration {
             version: VERSION,
             date: self.date.clone(),
             rig: self.rig.clone(),
-            channel: self.channels.iter().map(typed_channel).collect(),
+            channel: self.typed_channels(),
             registration: self.registration.map(|found| RegistrationFile {
                 rotation_wxyz: found.rotation(),
                 translation_mm: found.translation().map(|x| 1e3 * x),
@@ -152,10 +159,31 @@ impl Calibration {
         // Plain numbers and text always have a form in TOML.
         toml::to_string(&typed).unwrap_or_default()
     }
+
+    fn typed_channels(&self) -> Vec<ChannelFile> {
+        let registers = |k: usize| self.registers.get(k).map(StoredRegisters::to_keys).unwrap_or_default();
+        self.channels.iter().enumerate().map(|(k, channel)| typed_channel(channel, registers(k))).collect()
+    }
 }
 
-fn typed_channel(channel: &ChannelMap) -> ChannelFile {
+/// Registers of all servos, or of none: a calibration knows them or does not.
+fn registers(typed: &[ChannelFile]) -> Check<Vec<StoredRegisters>> {
+    if typed.iter().all(|channel| channel.registers.is_empty()) {
+        return Ok(Vec::new());
+    }
+    let one = |(i, typed): (usize, &ChannelFile)| {
+        let place = format!("channel[{}].registers", i + 1);
+        if typed.registers.is_empty() {
+            return Err(BadInput::new(place, "registers of every servo, or of none", "none"));
+        }
+        StoredRegisters::from_keys(&place, &typed.registers)
+    };
+    typed.iter().enumerate().map(one).collect()
+}
+
+fn typed_channel(channel: &ChannelMap, registers: BTreeMap<String, i64>) -> ChannelFile {
     ChannelFile {
+        registers,
         servo_id: channel.servo_id,
         model: channel.model,
         ticks_per_turn: channel.ticks_per_turn.into(),

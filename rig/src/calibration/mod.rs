@@ -8,7 +8,8 @@ mod file;
 mod procedure;
 
 use crate::bus::model::XL430_W250;
-use crate::bus::{ServoReport, xl430};
+use crate::bus::registers::StoredRegisters;
+use crate::bus::{RegisterBaseline, ServoReport, differences, xl430};
 use crate::config::{Direction, RigConfig};
 use crate::tracker::Registration;
 use crate::{Error, Result};
@@ -28,6 +29,9 @@ pub struct Calibration {
     pub registration: Option<Registration>,
     /// RMS angle that the registration leaves [rad].
     pub registration_residual: f64,
+    /// What the registers of each servo held, in the order of the channels; empty for a calibration that knows nothing
+    /// of registers: one from before they were stored, or of a simulated rig, which has none.
+    pub registers: Vec<StoredRegisters>,
 }
 
 /// From the ticks of one servo to the stroke of its tendon.
@@ -92,6 +96,13 @@ impl Calibration {
                 Some(_) => {}
             }
         }
+        for (channel, known) in self.channels.iter().zip(&self.registers) {
+            let there = servos.iter().find(|servo| servo.id == channel.servo_id);
+            if let Some(servo) = there.filter(|servo| !servo.registers.is_empty()) {
+                let different = differences(servo.id, &XL430_W250, &servo.registers, Some(known));
+                wrong.extend(different.iter().map(ToString::to_string));
+            }
+        }
         if wrong.is_empty() {
             return Ok(());
         }
@@ -100,6 +111,16 @@ impl Calibration {
             self.date,
             wrong.join("\n  ")
         )))
+    }
+
+    /// What the servos' registers are compared with before they are driven with this calibration: what it stored, or
+    /// the factory's values if it knows nothing of registers.
+    pub fn register_baseline(&self) -> RegisterBaseline {
+        if self.registers.is_empty() {
+            return RegisterBaseline::Factory;
+        }
+        let of = format!("as the calibration of {} stored them", self.date);
+        RegisterBaseline::Known { of, servos: self.registers.clone() }
     }
 
     /// The same calibration with every zero moved by whole turns to where it is nearest to `positions` [ticks].
@@ -143,6 +164,7 @@ pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> Calibration {
         channels: channels.collect(),
         registration: None,
         registration_residual: 0.0,
+        registers: Vec::new(),
     }
 }
 

@@ -27,6 +27,8 @@ const RUN_UP: f64 = 0.2e-3;
 const REST: f64 = 1.0;
 /// Load with which no tendon is let out [-]: the friction of a servo takes a few hundredths.
 const WRONG_WAY: f64 = 0.2;
+/// Least motion of the tip when a tendon is pulled by 1 [-].
+const LEAST_MOTION: f64 = 0.1;
 /// A corner explains this part of what a level line leaves of the loads, or there is none [-].
 const CORNER: f64 = 0.5;
 
@@ -47,6 +49,9 @@ pub fn calibrate(
     let mut found = provisional(rig, &positions);
     for (channel, servo) in found.channels.iter_mut().zip(&servos) {
         channel.model = servo.model;
+    }
+    if servos.iter().all(|servo| !servo.registers.is_empty()) {
+        found.registers = servos.iter().map(|servo| servo.registers.clone()).collect();
     }
     found.date = date;
     // Before there is a zero, strokes count from where the servos stand.
@@ -105,6 +110,9 @@ impl Search<'_> {
         {
             channel.zero = now.ticks(corner + beyond);
             channel.slack_end = -beyond;
+        }
+        if let Some(missed) = self.session.stats().missed_cycles() {
+            say(&missed);
         }
         if self.rig.tracker.is_some() {
             let (registration, residual) = self.register(say)?;
@@ -204,6 +212,7 @@ impl Search<'_> {
             moved.push([0, 1, 2].map(|i| pulled[i] - 0.5 * (rest[i] + back[i])));
             rest = back;
         }
+        check_motion(&moved, self.rig.calibration.probe)?;
         let motions = Motion::of_tendons(&moved, &angles);
         let tip_rest = self.rig.tracker.as_ref().map_or([0.0; 3], |tracker| tracker.tip_rest);
         let found = Registration::from_motions(&motions, first_rest, tip_rest).map_err(Error::from)?;
@@ -228,6 +237,21 @@ impl Search<'_> {
         }
         Ok(sum.map(|x| x / f64::from(n)))
     }
+}
+
+/// Refuses motions of the tip that no pull can have had: the tip of a bent body moves further than its tendon.
+fn check_motion(moved: &[[f64; 3]], probe: f64) -> Moved<()> {
+    let length = |motion: &[f64; 3]| motion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let furthest = moved.iter().map(length).fold(0.0, f64::max);
+    if furthest >= LEAST_MOTION * probe {
+        return Ok(());
+    }
+    let expected =
+        format!("{:.2} mm at least for tendons pulled by {:.1} mm", 1e3 * LEAST_MOTION * probe, 1e3 * probe);
+    let found = format!("{:.4} mm at most", 1e3 * furthest);
+    let hint = "does the tracker send metres instead of millimetres? is the sensor at the tip? `hysteron rig check` looks at the \
+                tracker";
+    Err(BadInput::new("motion of the tip, by the tracker", expected, found).hint(hint).into())
 }
 
 impl From<BadInput> for Stop {

@@ -11,6 +11,7 @@ fn example() -> Calibration {
     calibration.date = "2026-11-21T10:00:00Z".into();
     calibration.registration = Some(Registration::new([0.6, 0.8, 0.0, 0.0], [0.1, -0.2, 0.3]).unwrap());
     calibration.registration_residual = 0.01;
+    calibration.registers = vec![StoredRegisters::factory(&XL430_W250); 4];
     calibration
 }
 
@@ -25,6 +26,7 @@ fn reports() -> Vec<ServoReport> {
         hardware_error: 0,
         torque_on: false,
         position: 0,
+        registers: StoredRegisters::factory(&XL430_W250),
     };
     (1..=4).map(report).collect()
 }
@@ -65,6 +67,7 @@ fn a_file_gives_back_what_was_written() {
     let read = Calibration::from_toml(&calibration.to_toml()).unwrap();
     assert_eq!(read.channels, calibration.channels);
     assert_eq!(read.date, calibration.date);
+    assert_eq!(read.registers, calibration.registers);
     let mut again = read.clone();
     for _ in 0..5 {
         again = Calibration::from_toml(&again.to_toml()).unwrap();
@@ -112,6 +115,46 @@ fn other_servos_are_refused() {
     other_rig.tendons.swap(0, 1);
     let error = calibration.check(&other_rig, &reports()).unwrap_err().to_string();
     assert!(error.contains("[1, 2, 3, 4]") && error.contains("[2, 1, 3, 4]"), "{error}");
+}
+
+#[test]
+fn a_calibration_without_registers_reads_and_keeps_its_hash() {
+    let mut old = example();
+    old.registers.clear();
+    assert!(!old.to_toml().contains("registers"));
+    let read = Calibration::from_toml(&old.to_toml()).unwrap();
+    assert!(read.registers.is_empty() && read.hash() == old.hash() && read.hash() != example().hash());
+    assert_eq!(read.register_baseline(), RegisterBaseline::Factory);
+    old.check(&rig(), &reports()).unwrap();
+}
+
+#[test]
+fn registers_that_cannot_be_are_refused_by_key() {
+    let text = example().to_toml();
+    for (from, to, place, found) in [
+        ("homing_offset = 0", "homing_ofset = 0", "channel[1].registers.homing_ofset", "another name"),
+        ("drive_mode = 0", "drive_mode = 256", "channel[1].registers.drive_mode", "256"),
+        ("pwm_limit = 885", "pwm_limit = -1", "channel[1].registers.pwm_limit", "-1"),
+    ] {
+        assert!(text.contains(from), "{from} in {text}");
+        let bad = Calibration::from_toml(&text.replacen(from, to, 1)).unwrap_err();
+        assert!(bad.place.ends_with(place) && bad.found == found, "{bad}");
+    }
+    let mut some = example();
+    some.registers.truncate(1);
+    let bad = Calibration::from_toml(&some.to_toml()).unwrap_err();
+    assert!(bad.place.ends_with("channel[2].registers"), "{bad}");
+}
+
+#[test]
+fn other_registers_are_refused() {
+    let (calibration, rig) = (example(), rig());
+    let mut touched = reports();
+    let offset = [("homing_offset".to_owned(), 200)].into();
+    touched[1].registers =
+        touched[1].registers.clone().with(&StoredRegisters::from_keys("", &offset).unwrap());
+    let error = calibration.check(&rig, &touched).unwrap_err().to_string();
+    assert!(error.contains("servo 2: Homing Offset (register 20): expected 0, got 200"), "{error}");
 }
 
 fn calibrated(rig: &RigConfig) -> Result<Calibration> {

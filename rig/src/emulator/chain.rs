@@ -67,6 +67,11 @@ impl Chain {
         self.servos.iter_mut().for_each(|servo| servo.refresh(world));
     }
 
+    /// The bus has not been silent until now.
+    pub fn hear(&mut self, time: f64) {
+        self.servos.iter_mut().for_each(|servo| servo.hear(time));
+    }
+
     /// Carries out an instruction.
     pub fn handle(&mut self, id: u8, body: &[u8], world: &mut dyn ServoWorld) -> Reply {
         let Some((&number, parameters)) = body.split_first() else { return Reply::default() };
@@ -202,8 +207,14 @@ impl Chain {
     fn read_each(&self, parts: &[Part], is_sync: bool) -> Reply {
         let mut answers = Vec::with_capacity(parts.len());
         for &(id, address, count) in parts {
-            let Some(k) = self.reading(id) else { break };
-            answers.push(self.answer(k, self.servos[k].read(address, count)));
+            // Two servos with one id answer both.
+            let n_before = answers.len();
+            for k in self.reading(id) {
+                answers.push(self.answer(k, self.servos[k].read(address, count)));
+            }
+            if answers.len() == n_before {
+                break;
+            }
         }
         Reply { answers, n_asked: is_sync.then_some(parts.len()) }
     }
@@ -213,7 +224,7 @@ impl Chain {
         let (mut present_len, mut delay, mut first) = (0, 0.0, None);
         let mut is_whole = true;
         for &(id, address, count) in parts {
-            let k = self.reading(id);
+            let k = self.reading(id).next();
             is_whole &= k.is_some();
             let outcome = k.map_or(Err(Refusal::Access), |k| self.servos[k].read(address, count));
             let error = k.map_or(0, |k| self.servos[k].error_byte(outcome.as_ref().err().copied()));
@@ -236,9 +247,9 @@ impl Chain {
         reply
     }
 
-    /// The servo that answers a read of this id.
-    fn reading(&self, id: u8) -> Option<usize> {
-        self.listening(id).find(|&k| self.servos[k].table.unsigned(xl430::STATUS_RETURN) >= 1)
+    /// The servos that answer a read of this id.
+    fn reading(&self, id: u8) -> impl Iterator<Item = usize> {
+        self.listening(id).filter(|&k| self.servos[k].table.unsigned(xl430::STATUS_RETURN) >= 1)
     }
 
     fn write_each(&mut self, writes: Option<Vec<(u8, u16, &[u8])>>, world: &mut dyn ServoWorld) -> Reply {
@@ -265,6 +276,38 @@ impl Chain {
     fn delay(&self, k: usize) -> f64 {
         f64::from(self.servos[k].table.unsigned(xl430::RETURN_DELAY)) * xl430::RETURN_DELAY_UNIT
     }
+}
+
+/// What the host sees of answers of which several are sent at once: of servos with one id. A byte takes `byte_time` [s].
+pub(super) fn overlaid(answers: Vec<Answer>, byte_time: f64) -> Vec<Answer> {
+    let mut seen: Vec<Answer> = Vec::with_capacity(answers.len());
+    for answer in answers {
+        match seen.last_mut().filter(|before| before.id == answer.id) {
+            Some(before) if (answer.delay - before.delay).abs() < byte_time * before.bytes.len() as f64 => {
+                collide(before, &answer, byte_time);
+            }
+            Some(before) => {
+                // Each waits from the end of the question; the later one follows the earlier.
+                let spent = before.delay + byte_time * before.bytes.len() as f64;
+                let delay = (answer.delay - spent).max(0.0);
+                seen.push(Answer { delay, ..answer });
+            }
+            None => seen.push(answer),
+        }
+    }
+    seen
+}
+
+/// Lays one answer over another: on a line that either pulls down, a bit is 1 only where both send it.
+fn collide(under: &mut Answer, over: &Answer, byte_time: f64) {
+    let (first, then) = if over.delay < under.delay { (over, &*under) } else { (&*under, over) };
+    let shift = ((then.delay - first.delay) / byte_time) as usize;
+    let mut bytes = first.bytes.clone();
+    bytes.resize(bytes.len().max(shift + then.bytes.len()), 0xff);
+    for (byte, other) in bytes[shift..].iter_mut().zip(&then.bytes) {
+        *byte &= other;
+    }
+    *under = Answer { id: under.id, delay: first.delay, bytes };
 }
 
 fn word(bytes: &[u8], at: usize) -> u16 {

@@ -3,7 +3,7 @@
 //! It has no thread of its own and never waits: connections are taken, read and written whenever it is called, and
 //! a client that does not read loses poses, not others theirs.
 
-use crate::tracker::{Content, Message, Protocol, ToolPose};
+use crate::tracker::{Content, Message, Protocol, ToolPose, Validity};
 use crate::virtual_rig::TrackedPose;
 use crate::{Error, Pose, Quality, Result};
 use std::io::{ErrorKind, Read, Write};
@@ -142,8 +142,9 @@ impl PoseServer {
             pose.position[0] += ELSEWHERE;
         }
         let time = Some(self.settings.clock.show(tracked.pose.time));
-        let valid = tracked.pose.quality != Quality::Flagged && !self.faults.invalid;
-        let tool = ToolPose { position: pose.position, orientation: pose.orientation, valid };
+        let is_flagged = tracked.pose.quality == Quality::Flagged || self.faults.invalid;
+        let validity = if is_flagged { Validity::Marked } else { Validity::Valid };
+        let tool = ToolPose { position: pose.position, orientation: pose.orientation, validity };
         let device = self.settings.device.clone();
         let (content, protocol) = match self.settings.format {
             Format::Transform => (Content::Transform(tool), Protocol::Plain),

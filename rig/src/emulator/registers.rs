@@ -1,11 +1,11 @@
 //! What may stand in each register: who may write it, when, from where to where, and what the factory put there.
 //!
 //! Source: ROBOTIS e-Manual, XL430-W250, "Control Table", and what [`ServoModel`] says of the others. Narrower than the manual
-//! where the worlds cannot follow: only the two position modes, no time-based profiles, no start with torque; and servos
-//! without a full loop keep to the factory's profiles, integral gain and PWM.
+//! where the worlds cannot follow: only the two position modes and this protocol; and servos without a full loop keep to
+//! the factory's profiles, integral gain and PWM. Gains of the velocity loop and of the feed-forward change nothing.
 
 use crate::bus::model::ServoModel;
-use crate::bus::xl430::{self, Register, mode};
+use crate::bus::xl430::{self, Register, drive, mode};
 
 /// Bytes of the control table.
 pub(super) const TABLE_LEN: usize = 662;
@@ -36,6 +36,8 @@ pub(super) struct Spec {
 
 /// Largest goal in extended position mode: 256 turns to either side [ticks].
 const EXTENDED_GOAL: i64 = 1_048_575;
+/// All bits of the drive mode.
+const DRIVE_MODES: i64 = (drive::REVERSE | drive::TIME_BASED | drive::TORQUE_ON_BY_GOAL) as i64;
 /// Largest homing offset [ticks].
 const HOMING: i64 = 1_044_479;
 
@@ -59,7 +61,7 @@ pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
         row(xl430::ID, Eeprom, (0, 252), 1),
         row(xl430::BAUD, Eeprom, (0, 7), 1),
         row(xl430::RETURN_DELAY, Eeprom, (0, 254), 250),
-        row(xl430::DRIVE_MODE, Eeprom, (0, 1), 0),
+        row(xl430::DRIVE_MODE, Eeprom, (0, DRIVE_MODES), 0),
         row(xl430::OPERATING_MODE, Eeprom, (i64::from(mode::POSITION), last_mode), i64::from(mode::POSITION)),
         row(xl430::SECONDARY_ID, Eeprom, (0, 255), 255),
         row(xl430::PROTOCOL, Eeprom, (2, 2), 2),
@@ -72,15 +74,15 @@ pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
         row(xl430::VELOCITY_LIMIT, Eeprom, (0, 1023.max(velocity)), velocity),
         row(xl430::MAX_POSITION, Eeprom, (0, turn - 1), turn - 1),
         row(xl430::MIN_POSITION, Eeprom, (0, turn - 1), 0),
-        row(xl430::STARTUP, Eeprom, (0, 0), 0),
-        row(xl430::SHUTDOWN, Eeprom, (0, 63), 52),
+        row(xl430::STARTUP, Eeprom, (0, 3), 0),
+        row(xl430::SHUTDOWN, Eeprom, (0, 63), i64::from(model.shutdown)),
         row(xl430::TORQUE_ENABLE, Ram, (0, 1), 0),
         row(xl430::LED, Ram, (0, 1), 0),
         row(xl430::STATUS_RETURN, Ram, (0, 2), 2),
         read(xl430::REGISTERED, 0),
         read(xl430::HARDWARE_ERROR, 0),
-        row(xl430::VELOCITY_I_GAIN, Ram, (0, 16_383), 1000),
-        row(xl430::VELOCITY_P_GAIN, Ram, (0, 16_383), 100),
+        row(xl430::VELOCITY_I_GAIN, Ram, (0, 16_383), i64::from(model.velocity_gains[0])),
+        row(xl430::VELOCITY_P_GAIN, Ram, (0, 16_383), i64::from(model.velocity_gains[1])),
         row(xl430::POSITION_D_GAIN, Ram, (0, 16_383), d),
         row(xl430::POSITION_I_GAIN, Ram, (0, ki_max), i),
         row(xl430::POSITION_P_GAIN, Ram, (0, 16_383), p),
@@ -105,6 +107,13 @@ pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
         read(xl430::PRESENT_TEMPERATURE, 0),
         read(xl430::BACKUP_READY, 0),
     ];
+    if let Some(limit) = model.current_limit.map(i64::from) {
+        specs.push(row(xl430::CURRENT_LIMIT, Eeprom, (0, limit), limit));
+        specs.push(row(xl430::GOAL_CURRENT, Ram, (-limit, limit), limit));
+    }
+    if let Some(slope) = model.pwm_slope {
+        specs.push(row(xl430::PWM_SLOPE, Eeprom, (1, 255), i64::from(slope)));
+    }
     let last = TABLE_LEN as i64 - 1;
     for (addresses, data) in INDIRECT {
         for k in 0..data.size {
@@ -117,6 +126,7 @@ pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
             specs.push(row(byte, Ram, (0, 255), 0));
         }
     }
+    specs.sort_by_key(|spec| spec.register.address);
     specs
 }
 
@@ -138,6 +148,36 @@ mod tests {
         let last =
             specs(&XL430_W250, true).last().map(|spec| spec.register.address + u16::from(spec.register.size));
         assert_eq!(last.map(usize::from), Some(TABLE_LEN));
+    }
+
+    #[test]
+    fn every_register_stands_in_the_driver_s_table_and_none_beside() {
+        use crate::bus::registers::TABLE;
+        let is_indirect = |register: Register| register.address >= xl430::INDIRECT_ADDRESS.address;
+        for model in [&XL430_W250, &XM430_W350, &XL330_M288] {
+            let emulated: Vec<Register> = specs(model, true)
+                .iter()
+                .map(|spec| spec.register)
+                .filter(|one| !is_indirect(*one))
+                .collect();
+            let known: Vec<Register> = TABLE
+                .iter()
+                .filter(|spec| spec.is_of(model) && !is_indirect(spec.register))
+                .map(|spec| spec.register)
+                .collect();
+            assert_eq!(emulated, known, "{}", model.name);
+        }
+    }
+
+    #[test]
+    fn what_the_driver_takes_for_the_factory_s_value_is_that() {
+        for model in [&XL430_W250, &XM430_W350, &XL330_M288] {
+            let emulated = specs(model, true);
+            for (spec, factory) in crate::bus::registers::stored().filter(|(spec, _)| spec.is_of(model)) {
+                let found = emulated.iter().find(|one| one.register == spec.register).map(|one| one.initial);
+                assert!(factory(model).is_none() || factory(model) == found, "{}: {}", model.name, spec.name);
+            }
+        }
     }
 
     #[test]

@@ -8,12 +8,14 @@ use super::protection::{Protection, Readings};
 use super::table::{Refusal, Table, WATCHDOG_TRIPPED};
 use super::world::ServoWorld;
 use crate::bus::model::Effort;
-use crate::bus::xl430::{self, Register, mode};
+use crate::bus::xl430::{self, Register, drive, mode};
 use hysteron_actuator::{Gains, ServoCommand};
 use std::f64::consts::TAU;
 
 /// How long a servo is silent after a restart [s].
 pub(super) const START_TIME: f64 = 0.3;
+/// How far the clocks of two servos that got their power together are apart [ms].
+const START_APART: i64 = 37;
 /// How near to the goal counts as there, for the moving status [ticks].
 const IN_POSITION: i32 = 8;
 
@@ -43,6 +45,8 @@ pub(super) struct Servo {
     registered: Option<(u16, Vec<u8>)>,
     /// When an instruction last came [s].
     heard_at: f64,
+    /// Way from the reference to the goal when the goal was written [ticks]; what a profile in times is made for.
+    way: i32,
     /// Reference before, and when that was [ticks, s].
     reference_before: (i32, f64),
 }
@@ -68,6 +72,7 @@ impl Servo {
             protection: Protection::default(),
             registered: None,
             heard_at: time,
+            way: 0,
             reference_before: (0, time),
         };
         servo.forget(world);
@@ -100,7 +105,7 @@ impl Servo {
         alert | refusal.map_or(0, |refusal| refusal as u8)
     }
 
-    /// An instruction came over the bus, to this servo or another.
+    /// An instruction came over the bus, to this servo or another, or bytes of one.
     pub fn hear(&mut self, time: f64) {
         self.heard_at = time;
     }
@@ -110,6 +115,13 @@ impl Servo {
         let time = world.time();
         if matches!(self.power, Power::Starting(until) if time >= until) {
             self.power = Power::On;
+            let startup = self.table.unsigned(xl430::STARTUP);
+            if startup & u32::from(xl430::TORQUE_ON_AT_START) != 0 {
+                self.report(world);
+                self.stay();
+                self.table.set(xl430::TORQUE_ENABLE, 1);
+                self.drive(world);
+            }
         }
         if !self.is_awake() {
             return;
@@ -151,7 +163,7 @@ impl Servo {
             self.reference_before = (reference, time);
         }
         for (register, value) in [
-            (xl430::REALTIME_TICK, ((1e3 * time) as i64) % 32_768),
+            (xl430::REALTIME_TICK, ((1e3 * time) as i64 + START_APART * self.k as i64) % 32_768),
             (xl430::MOVING, i64::from(is_moving)),
             (xl430::MOVING_STATUS, i64::from(is_there) | i64::from(is_on_the_way) << 1),
             (xl430::PRESENT_PWM, (direction * state.pwm * f64::from(xl430::PWM_MAX)).round() as i64),
@@ -212,13 +224,28 @@ impl Servo {
     pub fn write(&mut self, address: u16, data: &[u8], world: &mut dyn ServoWorld) -> Result<(), Refusal> {
         let was_on = self.is_torque_on();
         let touched = self.table.write(address, data)?;
+        let drive_mode = self.table.unsigned(xl430::DRIVE_MODE);
+        let is_on_by_goal = drive_mode & u32::from(drive::TORQUE_ON_BY_GOAL) != 0;
+        if is_on_by_goal && touched.contains(&xl430::GOAL_POSITION) {
+            // Refused after a shutdown, as any other way to switch it on.
+            let _ = self.table.write(xl430::TORQUE_ENABLE.address, &[1]);
+        }
+        if [xl430::GOAL_POSITION, xl430::PROFILE_VELOCITY, xl430::PROFILE_ACCELERATION, xl430::DRIVE_MODE]
+            .iter()
+            .any(|register| touched.contains(register))
+        {
+            self.way = (self.table.signed(xl430::GOAL_POSITION)
+                - self.table.signed(xl430::POSITION_TRAJECTORY))
+            .abs();
+        }
         if !was_on && self.is_torque_on() {
             self.protection.rest();
             if !touched.contains(&xl430::GOAL_POSITION) {
                 self.stay();
             }
         }
-        if touched.contains(&xl430::OPERATING_MODE) || touched.contains(&xl430::HOMING_OFFSET) {
+        let shifts = [xl430::OPERATING_MODE, xl430::HOMING_OFFSET, xl430::DRIVE_MODE];
+        if shifts.iter().any(|register| touched.contains(register)) {
             self.report(world);
             self.stay();
         }
@@ -305,12 +332,13 @@ impl Servo {
         let goal = self.direction() * (table.signed(xl430::GOAL_POSITION) - self.offset());
         let fastest = unsigned(xl430::VELOCITY_LIMIT);
         let pwm = table.signed(xl430::GOAL_PWM).unsigned_abs().min(unsigned(xl430::PWM_LIMIT));
-        let velocity = unsigned(xl430::PROFILE_VELOCITY).min(fastest);
+        let (velocity, acceleration) = self.profile();
+        let velocity = velocity.min(f64::from(fastest) * xl430::VELOCITY_UNIT);
         let command = ServoCommand {
             torque_on: self.is_torque_on(),
             goal: goal - self.mount + self.forgotten,
-            profile_velocity: f64::from(velocity) * xl430::VELOCITY_UNIT,
-            profile_acceleration: f64::from(unsigned(xl430::PROFILE_ACCELERATION)) * xl430::ACCELERATION_UNIT,
+            profile_velocity: velocity,
+            profile_acceleration: acceleration,
             gains: Gains {
                 p: gain(xl430::POSITION_P_GAIN),
                 i: gain(xl430::POSITION_I_GAIN),
@@ -321,6 +349,23 @@ impl Servo {
         world.command(self.k, &command);
     }
 
+    /// Speed [rad/s] and acceleration [rad/s²] of the profile; 0 for none. In a profile of times the first register is
+    /// the time of the whole way and the second that of its acceleration [ms], at most half of it.
+    fn profile(&self) -> (f64, f64) {
+        let value = |register| f64::from(self.table.unsigned(register));
+        let (velocity, acceleration) = (value(xl430::PROFILE_VELOCITY), value(xl430::PROFILE_ACCELERATION));
+        if self.table.unsigned(xl430::DRIVE_MODE) & u32::from(drive::TIME_BASED) == 0 {
+            return (velocity * xl430::VELOCITY_UNIT, acceleration * xl430::ACCELERATION_UNIT);
+        }
+        if velocity == 0.0 || self.way == 0 {
+            return (0.0, 0.0);
+        }
+        let way = f64::from(self.way) * TAU / f64::from(xl430::TICKS_PER_TURN);
+        let rising = acceleration.min(0.5 * velocity);
+        let speed = way / (1e-3 * (velocity - rising));
+        (speed, if rising == 0.0 { 0.0 } else { speed / (1e-3 * rising) })
+    }
+
     /// What it reads at an angle [rad] of the world [ticks].
     fn position_of(&self, angle: f64) -> i32 {
         self.direction() * (ticks(angle) + self.mount - self.forgotten) + self.offset()
@@ -328,7 +373,8 @@ impl Servo {
 
     /// -1 if the drive mode turns the direction round.
     fn direction(&self) -> i32 {
-        if self.table.unsigned(xl430::DRIVE_MODE) & 1 == 0 { 1 } else { -1 }
+        let is_reverse = self.table.unsigned(xl430::DRIVE_MODE) & u32::from(drive::REVERSE) != 0;
+        if is_reverse { -1 } else { 1 }
     }
 
     /// Homing offset [ticks]; in position mode a quarter turn at most has effect.

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use super::chain::{Chain, Reply};
+use super::chain::{Chain, Reply, overlaid};
 use super::faults::Fault;
 use super::injector::Injector;
 use super::port::{Port, Timing};
@@ -55,6 +55,13 @@ pub(super) fn chain(world: &mut dyn ServoWorld, options: &Options) -> Result<Cha
     Ok(Chain { hears: vec![true; servos.len()], servos })
 }
 
+/// What has come over the bus since the last look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Heard {
+    Silence,
+    Bytes,
+}
+
 /// All that the thread owns.
 pub(super) struct Bus<W> {
     chain: Chain,
@@ -99,7 +106,7 @@ impl<W: ServoWorld> Bus<W> {
             free_at: now,
             heard_at: now,
         };
-        bus.live_on();
+        bus.live_on(Heard::Silence);
         bus
     }
 
@@ -109,7 +116,7 @@ impl<W: ServoWorld> Bus<W> {
         while !self.shared.is_stopped.load(Ordering::Relaxed) {
             let n = self.port.read(&mut buffer, self.tick);
             let now = Instant::now();
-            self.live_on();
+            self.live_on(if n > 0 { Heard::Bytes } else { Heard::Silence });
             if n > 0 {
                 self.heard_at = now;
                 self.decoder.push(&buffer[..n]);
@@ -122,8 +129,9 @@ impl<W: ServoWorld> Bus<W> {
         }
     }
 
-    /// Lets the world live on to the present.
-    fn live_on(&mut self) {
+    /// Lets the world live on to the present. Where this thread was kept waiting, bytes that lie in the port have come
+    /// meanwhile: a real servo has heard them in time, so its watchdog must not count that silence.
+    fn live_on(&mut self, heard: Heard) {
         let mut world = self.shared.world();
         let mut record = self.shared.record();
         let step = self.start_time + self.start.elapsed().as_secs_f64() - world.time();
@@ -134,6 +142,9 @@ impl<W: ServoWorld> Bus<W> {
         drop(record);
         if step > 0.0 {
             world.advance(step.min(LONGEST_STEP));
+        }
+        if heard == Heard::Bytes {
+            self.chain.hear(world.time());
         }
         self.chain.refresh(&mut *world);
         self.faults.try_iter().for_each(|fault| self.injector.add(fault));
@@ -183,7 +194,7 @@ impl<W: ServoWorld> Bus<W> {
     fn send(&mut self, reply: Reply) {
         let mut n_whole = 0;
         let n_answers = reply.answers.len();
-        for mut answer in reply.answers {
+        for mut answer in overlaid(reply.answers, self.wire_time(1).as_secs_f64()) {
             let time = self.shared.world().time();
             let damage = self.injector.damage(answer.id, time, &mut self.shared.record());
             let wait = answer.delay + damage.delay;

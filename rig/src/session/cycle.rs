@@ -42,7 +42,9 @@ impl Session<'_> {
         if late > self.period {
             self.note(EventKind::Late, None, format!("a cycle began {:.1} ms late", 1e3 * late));
             // What was missed is not made up for in a rush.
-            self.next += (late / self.period).floor() * self.period;
+            let n_missed = (late / self.period).floor();
+            self.stats.n_missed += n_missed as u64;
+            self.next += n_missed * self.period;
         }
         self.cycle_time = self.next;
         self.next += self.period;

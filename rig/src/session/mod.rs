@@ -154,6 +154,8 @@ pub struct Session<'a> {
     events: Vec<Event>,
     stats: RunStats,
     torque: Torque,
+    /// Why the torque is not as it shall be, servo by servo, if it is not.
+    torque_trouble: Option<String>,
     /// On the way back to rest after a limit was passed: only what must let go at once still counts.
     is_going_to_rest: bool,
 }
@@ -209,6 +211,7 @@ impl<'a> Session<'a> {
             events: Vec::new(),
             stats: RunStats::new(1.0 / rate),
             is_going_to_rest: false,
+            torque_trouble: None,
             torque: Torque::On, // if switching fails half-way, too
             period: 1.0 / rate,
             next: now,
@@ -245,6 +248,11 @@ impl<'a> Session<'a> {
     /// Poses of the last cycle.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
+    }
+
+    /// How it has kept its time so far.
+    pub fn stats(&self) -> &RunStats {
+        &self.stats
     }
 
     /// Appends what happened since the last call.
@@ -366,8 +374,10 @@ impl<'a> Session<'a> {
             Ok(()) if holds => self.say("torque held"),
             Ok(()) => self.say("torque off"),
             Err(error) => {
-                let message = format!("could not switch the torque off: {error}; switch the supply off");
-                self.note(EventKind::BusLost, None, message);
+                let message =
+                    format!("could not switch the torque off: {}; switch the supply off", error.reason());
+                self.note(EventKind::BusLost, None, message.clone());
+                self.torque_trouble = Some(message);
             }
         }
         for event in &self.events {

@@ -54,6 +54,8 @@ pub struct Outcome {
     pub n_gaps: usize,
     /// Whether the torque is as it shall be; if not, the servos could not be reached for [`Session`]'s patience.
     pub is_torque_settled: bool,
+    /// Why not: the state of each servo.
+    pub torque_trouble: Option<String>,
 }
 
 /// Channels of a recording of this rig.
@@ -186,6 +188,7 @@ impl Recorder {
         let mut watch = |session: &Session<'_>| tape.aligner.push_poses(&session.poses);
         let is_torque_settled = session.conclude(&mut stopped, &mut watch);
         let last_events = std::mem::take(&mut session.events);
+        let torque_trouble = session.torque_trouble.take();
         let mut stats = session.stats.clone();
         stats.heat.begin_at(tape.start);
         drop(session);
@@ -200,7 +203,7 @@ impl Recorder {
         match self.keep(&out, &stats) {
             Ok((n_rows, n_gaps)) => {
                 let events = std::mem::take(&mut self.tape.events);
-                Ok(Outcome { out, stats, events, stopped, n_rows, n_gaps, is_torque_settled })
+                Ok(Outcome { out, stats, events, stopped, n_rows, n_gaps, is_torque_settled, torque_trouble })
             }
             // What went wrong first.
             Err(error) => match stopped {

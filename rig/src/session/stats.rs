@@ -116,6 +116,8 @@ pub struct RunStats {
     pub period: f64,
     /// Cycles.
     pub n_cycles: u64,
+    /// Cycles that did not take place, because one before them came too late.
+    pub n_missed: u64,
     /// How late cycles began.
     pub lateness: Histogram,
     /// Time that the transfers of a cycle took.
@@ -139,6 +141,8 @@ pub struct RunStats {
 pub struct StatsSummary {
     /// Cycles.
     pub n_cycles: u64,
+    /// Cycles that did not take place, because one before them came too late.
+    pub n_missed: u64,
     /// Part of all cycles that began within 1 ms of their time [-].
     pub within_1ms: f64,
     /// Lateness that 99 % of all cycles do not exceed [ms].
@@ -172,6 +176,7 @@ impl RunStats {
         Self {
             period,
             n_cycles: 0,
+            n_missed: 0,
             lateness: Histogram::new(),
             bus: Histogram::new(),
             wire: 0.0,
@@ -190,10 +195,24 @@ impl RunStats {
         self.wire = wire;
     }
 
+    /// What a busy machine cost, for a person; `None` if no cycle was missed.
+    pub fn missed_cycles(&self) -> Option<String> {
+        if self.n_missed == 0 {
+            return None;
+        }
+        let (missed, planned) = (self.n_missed, self.n_missed + self.n_cycles);
+        let part = 100.0 * missed as f64 / planned as f64;
+        let latest = 1e3 * self.lateness.max();
+        Some(format!(
+            "{missed} of {planned} cycles were missed ({part:.1} %), the latest came {latest:.0} ms late: this computer was busy"
+        ))
+    }
+
     /// The same for a file.
     pub fn summary(&self) -> StatsSummary {
         StatsSummary {
             n_cycles: self.n_cycles,
+            n_missed: self.n_missed,
             within_1ms: self.lateness.within(1e-3),
             late_p99_ms: 1e3 * self.lateness.percentile(0.99),
             late_max_ms: 1e3 * self.lateness.max(),
@@ -240,6 +259,22 @@ mod tests {
         );
         let gaps: Vec<f64> = heat.rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).collect();
         assert!(gaps.iter().all(|gap| *gap <= 2.0 * gaps[0]), "{gaps:?}");
+    }
+
+    #[test]
+    fn missed_cycles_are_said_with_their_share() {
+        let mut stats = RunStats::new(0.01);
+        (0..98).for_each(|_| stats.add_cycle(0.0, (0.0, 0.0)));
+        assert_eq!(stats.missed_cycles(), None);
+        stats.n_missed = 2;
+        stats.add_cycle(0.02, (0.0, 0.0));
+        stats.add_cycle(0.0, (0.0, 0.0));
+        let said = stats.missed_cycles().unwrap_or_default();
+        assert!(
+            said.starts_with("2 of 102 cycles were missed (2.0 %), the latest came 20 ms late"),
+            "{said}"
+        );
+        assert_eq!(stats.summary().n_missed, 2);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Both arms on their ports.
 
-use super::config::ArmsConfig;
-use crate::bus::{ArmServoSample, ServoBounds, ServoBus, ServoStatus};
+use super::config::{ArmsConfig, JointConfig, ServoMount};
+use crate::bus::{ArmServoSample, RegisterBaseline, ServoBounds, ServoBus, ServoStatus};
 use crate::{Event, EventKind, Result};
 use std::time::{Duration, Instant};
 
@@ -31,20 +31,43 @@ impl Arms {
         Ok(Self { config: config.clone(), leader, follower, clock })
     }
 
-    /// Checks every servo of both arms and makes them ready, without torque.
+    /// Checks every servo of both arms, their registers among it, and makes them ready, without torque.
     ///
     /// # Errors
     /// `Bus` with everything that is wrong.
     pub fn prepare(&mut self) -> Result<()> {
+        for (_, baseline, bus) in self.examine()? {
+            bus.accept_registers(&baseline)?;
+        }
+        self.leader.configure_passive()?;
+        self.follower.configure()
+    }
+
+    /// Checks every servo of both arms and reads its registers: each arm's name, what these are compared with, and its
+    /// bus.
+    ///
+    /// # Errors
+    /// `Bus` with everything else that is wrong.
+    pub fn examine(&mut self) -> Result<[(&'static str, RegisterBaseline, &mut ServoBus); 2]> {
         let joints = &self.config.joints;
         let led: Vec<_> =
             joints.iter().map(|joint| (joint.leader.model, ServoBounds::of(joint.leader.model))).collect();
         let following: Vec<_> =
             joints.iter().map(|joint| (joint.follower.model, self.config.limits.servos)).collect();
+        let known = |mount: fn(&JointConfig) -> &ServoMount| RegisterBaseline::Known {
+            of: "as the file of the arms and the factory say".into(),
+            servos: joints.iter().map(|joint| mount(joint).registers.clone()).collect(),
+        };
+        let baselines = [known(|joint| &joint.leader), known(|joint| &joint.follower)];
         self.leader.self_check(&led)?;
         self.follower.self_check(&following)?;
-        self.leader.configure_passive()?;
-        self.follower.configure()
+        let [of_leader, of_follower] = baselines;
+        Ok([("leader", of_leader, &mut self.leader), ("follower", of_follower, &mut self.follower)])
+    }
+
+    /// The buses of leader and follower.
+    pub fn buses(&mut self) -> [&mut ServoBus; 2] {
+        [&mut self.leader, &mut self.follower]
     }
 
     /// Number of joints, with the gripper.

@@ -4,6 +4,7 @@ use super::schema;
 use crate::Result;
 use crate::bus::ServoBounds;
 use crate::bus::model::ServoModel;
+use crate::bus::registers::StoredRegisters;
 use crate::bus::xl430::TICKS_PER_TURN;
 use crate::config::{
     Check, Direction, ID_MAX, ServoConfig, ServoMode, above_zero, baud, bus_watchdog, gain, reply_timeout,
@@ -68,7 +69,7 @@ pub struct JointConfig {
 }
 
 /// How a servo sits in its joint.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ServoMount {
     /// Id on its bus.
     pub id: u8,
@@ -78,6 +79,8 @@ pub struct ServoMount {
     pub zero: i32,
     /// Which way its ticks grow.
     pub turns: Direction,
+    /// Registers that do not hold the factory's value on purpose.
+    pub registers: StoredRegisters,
 }
 
 /// Jaws of a gripper.
@@ -251,6 +254,7 @@ fn mount(key: &str, typed: &schema::Servo) -> Check<ServoMount> {
         model: ServoModel::named(&format!("{key}.model"), &typed.model)?,
         zero: zero as i32,
         turns: typed.turns,
+        registers: StoredRegisters::from_keys(&format!("{key}.registers"), &typed.registers)?,
     })
 }
 

@@ -39,6 +39,8 @@ pub struct ArmsOutcome {
     pub n_late: usize,
     /// Whether the follower's torque is known to be off.
     pub is_released: bool,
+    /// Why not: the state of each servo.
+    pub torque_trouble: Option<String>,
     /// From the request for a row's measurements until it was whole, estimates and all.
     pub ages: Histogram,
 }
@@ -151,6 +153,7 @@ impl<'a> ArmsRecording<'a> {
             };
         }
         let is_released = session.release();
+        let torque_trouble = session.torque_trouble.take();
         self.note(&mut session.events)?;
         drop(session);
         self.journal.flush().map_err(disk)?;
@@ -167,6 +170,7 @@ impl<'a> ArmsRecording<'a> {
             n_gaps,
             n_late: self.n_late,
             is_released,
+            torque_trouble,
             ages,
         })
     }
@@ -202,7 +206,7 @@ impl<'a> ArmsRecording<'a> {
             self.row.extend((0..config.joints.len()).map(|k| value(k).unwrap_or(f64::NAN)));
         };
         let samples = &session.samples;
-        let mount = |k: usize| config.joints[k].follower;
+        let mount = |k: usize| &config.joints[k].follower;
         add(&|k| samples[k].map(|sample| mount(k).angle(sample.position)));
         // As the register holds it.
         add(&|k| Some(mount(k).angle(mount(k).ticks(session.goals[k]))));

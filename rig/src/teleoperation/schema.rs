@@ -2,6 +2,7 @@
 
 use crate::config::{Direction, ServoMode};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,6 +60,9 @@ pub(super) struct Servo {
     pub model: String,
     pub zero_ticks: i64,
     pub turns: Direction,
+    /// Registers that do not hold the factory's value on purpose.
+    #[serde(default)]
+    pub registers: BTreeMap<String, i64>,
 }
 
 #[derive(Debug, Deserialize)]

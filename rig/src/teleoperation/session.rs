@@ -48,6 +48,8 @@ pub(super) struct Session<'a> {
     /// Cycles since each servo answered, and the leader last (n + 1).
     silent: Vec<u32>,
     torque_on: bool,
+    /// Why the torque is not known to be off, servo by servo.
+    pub torque_trouble: Option<String>,
     /// Events since they were last taken.
     pub events: Vec<Event>,
 }
@@ -82,6 +84,7 @@ impl<'a> Session<'a> {
             status: vec![None; n],
             silent: vec![0; n + 1],
             torque_on: true,
+            torque_trouble: None,
             events: Vec::new(),
         };
         // If only some confirm, dropping the session lets go of all.
@@ -231,7 +234,9 @@ impl<'a> Session<'a> {
                     return true;
                 }
                 Err(error) if self.arms.now() > end => {
-                    self.note(EventKind::Run, format!("torque could not be switched off: {error}"));
+                    let message = format!("torque could not be switched off: {}", error.reason());
+                    self.note(EventKind::Run, message.clone());
+                    self.torque_trouble = Some(message);
                     return false;
                 }
                 Err(_) => self.arms.wait_until(self.arms.now() + RELEASE_PAUSE),

@@ -6,6 +6,7 @@
 //! behind the damage is lost. Bodies of unknown types are counted off, not kept.
 
 use super::crc::crc64;
+use super::damage::diagnose;
 use super::message::{HEADER, Header, Message, read_body};
 
 /// Largest body of a known type [bytes]: 900 tools.
@@ -102,13 +103,13 @@ impl Decoder {
             return Some(n);
         }
         let header = match Header::read(bytes.first_chunk()?) {
-            None => return Some(self.damaged("no header where one should be", each)),
-            Some(header) => header,
+            Err(what) => return Some(self.damaged(begin, what, each)),
+            Ok(header) => header,
         };
         let largest = if header.is_known() { MAX_BODY as u64 } else { MAX_SKIPPED };
         if header.body > largest || !header.size_fits() {
             let what = format!("{} with a body of {} bytes", header.kind, header.body);
-            return Some(self.damaged(&what, each));
+            return Some(self.damaged(begin, &what, each));
         }
         if !header.is_known() {
             self.mode = Mode::Skip { left: header.body, crc: 0, header };
@@ -120,7 +121,7 @@ impl Decoder {
             // A message of its own, even if what came before it was damaged, too.
             self.mode = Mode::Message;
             let what = format!("{} of {}: the checksum is wrong", header.kind, header.device);
-            return Some(self.damaged(&what, each));
+            return Some(self.damaged(begin, &what, each));
         }
         // What the checksum vouches for is no damage of the stream: the message ends where it says.
         let message = read_body(&header, body);
@@ -130,9 +131,9 @@ impl Decoder {
     }
 
     /// Reports damage unless that has been done, and goes on one byte further.
-    fn damaged(&mut self, what: &str, each: &mut impl FnMut(Decoded)) -> usize {
+    fn damaged(&mut self, begin: usize, what: &str, each: &mut impl FnMut(Decoded)) -> usize {
         if self.mode != Mode::Search {
-            each(Decoded::Damaged(what.to_owned()));
+            each(Decoded::Damaged(diagnose(&self.buffer[begin..], what)));
         }
         self.mode = Mode::Search;
         1

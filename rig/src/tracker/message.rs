@@ -15,6 +15,8 @@ pub(super) const HEADER: usize = 58;
 const EXTENDED: usize = 12;
 /// Bytes of a tool in a TDATA body.
 const TOOL: usize = 70;
+/// Bytes of a tool in a QTDATA body: name, type, reserved, position and quaternion.
+const QUATERNION_TOOL: usize = 50;
 /// Largest deviation of a rotation from orthonormal, in any entry of RᵀR, that is rounding [-]. Trackers that
 /// round a quaternion to four decimals deviate by 2e-4.
 const ORTHONORMAL: f64 = 1e-3;
@@ -37,7 +39,7 @@ pub enum Content {
     Transform(ToolPose),
     /// POSITION, also called QTRANS: the same with a quaternion.
     Position(ToolPose),
-    /// TDATA: name and pose of each of several tools.
+    /// TDATA, and QTDATA with quaternions: name and pose of each of several tools.
     Tools(Vec<(String, ToolPose)>),
     /// STATUS: how the sender is.
     Status {
@@ -55,8 +57,42 @@ pub struct ToolPose {
     pub position: [f64; 3],
     /// Orientation, a unit quaternion w, x, y, z [-].
     pub orientation: [f64; 4],
-    /// False if the sender calls it invalid, or if its rotation was none (the orientation is then 1, 0, 0, 0).
-    pub valid: bool,
+    /// Whether it can be one; where its rotation was none, the orientation is 1, 0, 0, 0.
+    pub validity: Validity,
+}
+
+/// Whether a pose can be one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Validity {
+    /// Nothing speaks against it.
+    Valid,
+    /// The sender calls it invalid.
+    Marked,
+    /// All numbers of the rotation are zero.
+    Zeros,
+    /// No rotation and no translation at all, to the last bit: nobody measured that.
+    Identity,
+    /// The rotation is none: stretched, sheared or mirrored.
+    NoRotation,
+}
+
+impl Validity {
+    /// For a person, with what to do.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Valid => "valid",
+            Self::Marked => "marked as invalid by the tracker, or out of its range",
+            Self::Zeros => {
+                "a matrix of zeros (hint: the sensor is out of sight, or nothing feeds the server's transform)"
+            }
+            Self::Identity => {
+                "the identity, to the last bit (hint: that is what a server sends before anybody sets its transform)"
+            }
+            Self::NoRotation => {
+                "no rotation: its matrix is stretched, sheared or mirrored, or its quaternion not of length 1 (hint: does the                  server send another matrix, a scaled one, or its transpose with the translation in the last row?)"
+            }
+        }
+    }
 }
 
 /// How to write a message.
@@ -80,23 +116,30 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Reads a header; `None` if these bytes cannot be one.
-    pub fn read(bytes: &[u8; HEADER]) -> Option<Self> {
+    /// Reads a header.
+    ///
+    /// # Errors
+    /// Which field cannot be one.
+    pub fn read(bytes: &[u8; HEADER]) -> Result<Self, &'static str> {
         let mut fields = Fields::new(bytes);
-        let header = Self {
-            version: fields.u16()?,
-            kind: fields.word(12)?,
-            device: fields.name(20)?,
-            time: Some(fields.u64()?).filter(|&stamp| stamp != 0).map(seconds),
-            body: fields.u64()?,
-            crc: fields.u64()?,
-        };
-        (1..=3).contains(&header.version).then_some(header)
+        let short = "a header cut short";
+        let version = fields.u16().ok_or(short)?;
+        if !(1..=3).contains(&version) {
+            return Err("no header where one should be: its version is none of 1 to 3");
+        }
+        Ok(Self {
+            version,
+            kind: fields.word(12).ok_or("no header where one should be: its type is no word")?,
+            device: fields.name(20).ok_or("no header where one should be: its device's name is no text")?,
+            time: Some(fields.u64().ok_or(short)?).filter(|&stamp| stamp != 0).map(seconds),
+            body: fields.u64().ok_or(short)?,
+            crc: fields.u64().ok_or(short)?,
+        })
     }
 
     /// Whether the body is read, or skipped.
     pub fn is_known(&self) -> bool {
-        ["TRANSFORM", "POSITION", "QTRANS", "TDATA", "STATUS"].contains(&self.kind.as_str())
+        ["TRANSFORM", "POSITION", "QTRANS", "TDATA", "QTDATA", "STATUS"].contains(&self.kind.as_str())
     }
 
     /// Whether a body of that type can have that size.
@@ -105,6 +148,7 @@ impl Header {
             "TRANSFORM" => size == 48,
             "POSITION" | "QTRANS" => [12, 24, 28].contains(&size),
             "TDATA" => size.is_multiple_of(TOOL as u64),
+            "QTDATA" => size.is_multiple_of(QUATERNION_TOOL as u64),
             "STATUS" => size >= 30,
             _ => true,
         };
@@ -141,6 +185,16 @@ pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String>
             }
             Content::Tools(tools)
         }
+        "QTDATA" => {
+            let mut tools = Vec::with_capacity(content.len() / QUATERNION_TOOL);
+            while !fields.is_empty() {
+                let name = fields.name(20).ok_or("QTDATA: a tool's name is no text")?;
+                fields.u16().ok_or_else(short)?; // type of the tool, reserved
+                let mut pose = Fields::new(fields.take(28).ok_or_else(short)?);
+                tools.push((name, read_position(&mut pose).ok_or_else(short)??));
+            }
+            Content::Tools(tools)
+        }
         "STATUS" => {
             let code = fields.u16().ok_or_else(short)?;
             fields.u64().ok_or_else(short)?; // subcode
@@ -156,7 +210,7 @@ pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String>
     }
     let mut message = Message { device: header.device.clone(), time: header.time, content };
     if status == Some(false) {
-        message.poses_mut().for_each(|pose| pose.valid = false);
+        message.poses_mut().for_each(|pose| pose.validity = Validity::Marked);
     }
     Ok(message)
 }
@@ -194,13 +248,19 @@ fn read_matrix(fields: &mut Fields) -> Option<Result<ToolPose, String>> {
     let rotation = Matrix3::from_column_slice(&values[..9]);
     Some(finite(&values).map(|()| {
         let error = (rotation.transpose() * rotation - Matrix3::identity()).amax();
-        let valid = error <= ORTHONORMAL && rotation.determinant() > 0.0;
-        let orientation = if valid {
+        let is_rotation = error <= ORTHONORMAL && rotation.determinant() > 0.0;
+        let orientation = if is_rotation {
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).into_inner()
         } else {
             Quaternion::identity()
         };
-        tool_pose(&values[9..], orientation, valid)
+        let validity = match () {
+            () if rotation == Matrix3::zeros() => Validity::Zeros,
+            () if !is_rotation => Validity::NoRotation,
+            () if rotation == Matrix3::identity() && values[9..] == [0.0; 3] => Validity::Identity,
+            () => Validity::Valid,
+        };
+        tool_pose(&values[9..], orientation, validity)
     }))
 }
 
@@ -215,15 +275,23 @@ fn read_position(fields: &mut Fields) -> Option<Result<ToolPose, String>> {
         let [x, y, z, w] = [values[3], values[4], values[5], values[6]];
         let w = if n == 6 { (1.0 - x * x - y * y - z * z).max(0.0).sqrt() } else { w };
         let q = Quaternion::new(w, x, y, z);
-        let valid = (q.norm_squared() - 1.0).abs() <= ORTHONORMAL;
-        tool_pose(&values[..3], if valid { q } else { Quaternion::identity() }, valid)
+        let is_rotation = (q.norm_squared() - 1.0).abs() <= ORTHONORMAL;
+        let is_at_origin = values[..3] == [0.0; 3];
+        // Without a quaternion only the place can tell.
+        let validity = match () {
+            () if n > 3 && q.norm_squared() == 0.0 => Validity::Zeros,
+            () if !is_rotation => Validity::NoRotation,
+            () if is_at_origin && q == Quaternion::identity() => Validity::Identity,
+            () => Validity::Valid,
+        };
+        tool_pose(&values[..3], if is_rotation { q } else { Quaternion::identity() }, validity)
     }))
 }
 
-fn tool_pose(position: &[f64], orientation: Quaternion<f64>, valid: bool) -> ToolPose {
+fn tool_pose(position: &[f64], orientation: Quaternion<f64>, validity: Validity) -> ToolPose {
     let q = orientation.normalize();
     let position = [position[0], position[1], position[2]].map(|x| x * Millimetre.to_m());
-    ToolPose { position, orientation: [q.w, q.i, q.j, q.k], valid }
+    ToolPose { position, orientation: [q.w, q.i, q.j, q.k], validity }
 }
 
 fn finite(values: &[f64]) -> Result<(), String> {
@@ -243,6 +311,13 @@ fn stamp(time: Option<f64>) -> u64 {
     time.map_or(0, |time| ((time.trunc() as u64) << 32) | (time.fract() * 4_294_967_296.0) as u64)
 }
 
+impl ToolPose {
+    /// Whether nothing speaks against it.
+    pub fn is_valid(&self) -> bool {
+        self.validity == Validity::Valid
+    }
+}
+
 impl Message {
     /// The poses in it.
     fn poses_mut(&mut self) -> impl Iterator<Item = &mut ToolPose> {
@@ -260,13 +335,13 @@ impl Message {
         let (kind, valid) = match &self.content {
             Content::Transform(pose) => {
                 put(&mut content, &matrix(pose));
-                ("TRANSFORM", pose.valid)
+                ("TRANSFORM", pose.is_valid())
             }
             Content::Position(pose) => {
                 let [w, x, y, z] = pose.orientation;
                 put(&mut content, &pose.position.map(|x| x / Millimetre.to_m()));
                 put(&mut content, &[x, y, z, w]);
-                ("POSITION", pose.valid)
+                ("POSITION", pose.is_valid())
             }
             Content::Tools(tools) => {
                 for (name, pose) in tools {
@@ -274,7 +349,7 @@ impl Message {
                     content.extend([2, 0]); // a 6-DOF tool; reserved
                     put(&mut content, &matrix(pose));
                 }
-                ("TDATA", tools.iter().all(|(_, pose)| pose.valid))
+                ("TDATA", tools.iter().all(|(_, pose)| pose.is_valid()))
             }
             Content::Status { code, text } => {
                 content.extend(code.to_be_bytes());
@@ -336,7 +411,7 @@ fn put(content: &mut Vec<u8>, values: &[f64]) {
 /// can take for one.
 fn matrix(pose: &ToolPose) -> [f64; 12] {
     let mut values = [0.0; 12];
-    if pose.valid {
+    if pose.is_valid() {
         let [w, x, y, z] = pose.orientation;
         let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix();
         values[..9].copy_from_slice(rotation.matrix().as_slice());

@@ -8,6 +8,7 @@
 mod client;
 mod clock;
 mod crc;
+mod damage;
 mod decoder;
 mod fields;
 mod message;
@@ -16,12 +17,14 @@ mod quality;
 mod registration;
 mod repeats;
 mod replay;
+mod survey;
 
 pub use client::{Client, Settings};
 pub use clock::{ClockMap, GATE, MAX_DRIFT, WINDOW};
 pub use decoder::{Decoded, Decoder, MAX_BUFFERED};
-pub use message::{Content, Message, Protocol, ToolPose, start_request};
+pub use message::{Content, Message, Protocol, ToolPose, Validity, start_request};
 pub use pose_queue::Counts;
 pub use quality::{Limits, Monitor};
 pub use registration::{Motion, Registration};
 pub use replay::Replay;
+pub use survey::TrackerSurvey;

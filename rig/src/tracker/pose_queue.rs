@@ -3,7 +3,7 @@
 
 use super::clock::ClockMap;
 use super::decoder::Decoded;
-use super::message::{Content, Message, ToolPose};
+use super::message::{Content, Message, ToolPose, Validity};
 use super::quality::{Limits, Monitor};
 use super::repeats::Repeats;
 use crate::{Event, EventKind, Pose, Quality};
@@ -52,6 +52,8 @@ pub(super) struct Intake {
     last_stamp: Option<f64>,
     last_time: f64,
     last_quality: Quality,
+    /// Why the last pose that was flagged was.
+    flaw: Validity,
     /// When a pose last arrived, or the connection was made [s].
     last_arrival: f64,
     stale: bool,
@@ -103,6 +105,7 @@ impl Intake {
             last_stamp: None,
             last_time: f64::NEG_INFINITY,
             last_quality: Quality::Good,
+            flaw: Validity::Marked,
             last_arrival: 0.0,
             stale: false,
             others: Vec::new(),
@@ -198,7 +201,9 @@ impl Intake {
             return;
         }
         (self.last_time, self.last_arrival, self.stale) = (time, arrival, false);
-        let quality = if pose.valid { Quality::Good } else { Quality::Flagged };
+        let quality = if pose.is_valid() { Quality::Good } else { Quality::Flagged };
+        // A pose that is valid and flagged all the same is out of the tracker's range.
+        self.flaw = if pose.is_valid() { Validity::Marked } else { pose.validity };
         let mut pose = Pose { time, position: pose.position, orientation: pose.orientation, quality };
         pose.quality = self.monitor.evaluate(&pose);
         let mut decided = std::mem::take(&mut self.decided);
@@ -215,7 +220,7 @@ impl Intake {
             self.counts.doubtful += 1;
             if pose.quality != self.last_quality {
                 let [x, y, z] = pose.position.map(|x| x * 1e3);
-                let what = format!("{name} is {} at {x:.1} {y:.1} {z:.1} mm", words(pose.quality));
+                let what = format!("{name} is {} at {x:.1} {y:.1} {z:.1} mm", words(pose.quality, self.flaw));
                 if let Some(message) = self.doubt.note(arrival, what) {
                     self.tell(arrival, EventKind::TrackerQuality, message);
                 }
@@ -244,10 +249,10 @@ impl Intake {
 }
 
 /// A quality, for a person.
-fn words(quality: Quality) -> &'static str {
+fn words(quality: Quality, flaw: Validity) -> &'static str {
     match quality {
         Quality::Good => "good",
-        Quality::Flagged => "marked as invalid by the tracker or out of its range",
+        Quality::Flagged => flaw.words(),
         Quality::Frozen => "frozen: the same values again and again",
         Quality::Jump => "further away than the tip can have moved",
     }

@@ -2,6 +2,7 @@
 
 use super::{TrackedPose, VirtualRobot, World};
 use crate::bus::model::XL430_W250;
+use crate::bus::registers::StoredRegisters;
 use crate::bus::{BusCounts, ServoReport, xl430};
 use crate::config::RigConfig;
 use crate::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
@@ -105,6 +106,7 @@ impl Hardware for SimulatedRig {
                 hardware_error: 0,
                 torque_on: false,
                 position: servo.ticks(),
+                registers: StoredRegisters::default(),
             }
         });
         Ok(reports.collect())

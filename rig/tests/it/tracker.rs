@@ -3,6 +3,7 @@
 use hysteron_rig::emulator::{DeviceClock, Format, PoseServer, PoseServerSettings};
 use hysteron_rig::tracker::{
     Client, Content, Decoded, Decoder, MAX_BUFFERED, MAX_DRIFT, Message, Protocol, Settings, ToolPose,
+    Validity,
 };
 use hysteron_rig::virtual_rig::TrackedPose;
 use hysteron_rig::{Event, EventKind, Pose, Quality};
@@ -225,7 +226,7 @@ fn other_messages_of_the_stream() {
     bench.wait("the status", |bench| bench.has(EventKind::TrackerQuality));
     assert!(bench.events[0].message.contains("field generator off"), "{:?}", bench.events);
     let skipped = bench.client.counts().skipped;
-    let pose = ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], valid: true };
+    let pose = ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
     let other = Message { device: "Base".into(), time: None, content: Content::Transform(pose) };
     bench.server.send_bytes(&other.to_bytes(Protocol::WithStatus));
     bench.wait("the other tool", |bench| bench.client.counts().skipped == skipped + 1);
@@ -265,9 +266,10 @@ fn port_in_use_is_refused() {
 /// Whole messages of all types.
 fn message() -> impl Strategy<Value = Vec<u8>> {
     let pose = (prop::array::uniform3(-10.0..10.0), prop::array::uniform4(-1.0..1.0), any::<bool>());
-    let pose = pose.prop_filter_map("a rotation", |(position, q, valid): ([f64; 3], [f64; 4], bool)| {
+    let pose = pose.prop_filter_map("a rotation", |(position, q, is_valid): ([f64; 3], [f64; 4], bool)| {
+        let validity = if is_valid { Validity::Valid } else { Validity::Marked };
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        (norm > 1e-3).then(|| ToolPose { position, orientation: q.map(|x| x / norm), valid })
+        (norm > 1e-3).then(|| ToolPose { position, orientation: q.map(|x| x / norm), validity })
     });
     let content = (0..4, pose, 0_usize..4).prop_map(|(kind, pose, n)| match kind {
         0 => Content::Transform(pose),

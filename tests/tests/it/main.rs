@@ -25,6 +25,7 @@ mod output_options;
 mod outputs;
 mod reach;
 mod record;
+mod registers;
 mod recording_checks;
 mod reports;
 mod repository;

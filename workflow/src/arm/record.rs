@@ -147,9 +147,12 @@ fn metadata(options: &Options, config: &ArmsConfig, caller: &Caller) -> Metadata
 
 /// Whether the recording came to its end; if not, why not, and where what was recorded is.
 fn ended(outcome: &ArmsOutcome) -> anyhow::Result<()> {
+    if let Some(trouble) = &outcome.torque_trouble {
+        anyhow::bail!("follower: {trouble}; switch its supply off");
+    }
     anyhow::ensure!(
         outcome.is_released,
-        "the follower's torque could not be switched off; switch its supply off"
+        "the follower's torque is not known to be off; switch its supply off"
     );
     let kept = if outcome.n_rows == 0 {
         "nothing was recorded yet".to_owned()

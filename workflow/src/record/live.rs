@@ -33,7 +33,14 @@ pub fn record(
     for job in *jobs {
         rescue(&job.out)?;
     }
-    let mut hardware = LiveRig::open(rig)?;
+    if calibration.registers.is_empty() {
+        tracing::warn!(
+            "the calibration of {} knows nothing of the servos' registers: they are compared with the factory's values; \
+             calibrate again to store them",
+            calibration.date
+        );
+    }
+    let mut hardware = LiveRig::open(rig)?.expecting(calibration.register_baseline());
     let servos = hardware.prepare()?;
     calibration.check(rig, &servos)?;
     let mut hardware = Watched::new(hardware, &options.rig, caller)?;

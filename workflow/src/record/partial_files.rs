@@ -10,9 +10,15 @@ use super::Job;
 /// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
 pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
     let name = &job.name;
+    if let Some(trouble) = outcome.torque_trouble.as_deref().filter(|_| outcome.stopped.is_some()) {
+        tracing::error!("{name}: {trouble}");
+    }
     match &outcome.stopped {
         None if outcome.is_torque_settled => Ok(()),
-        None => Err(anyhow::anyhow!("{name}: could not switch the torque off; switch the supply off")),
+        None => {
+            let trouble = outcome.torque_trouble.as_deref().unwrap_or("the torque is not known to be off");
+            Err(anyhow::anyhow!("{name}: {trouble}"))
+        }
         Some(stop) if outcome.n_rows == 0 => {
             Err(anyhow::anyhow!("{name}: {stop} (nothing was recorded yet)"))
         }

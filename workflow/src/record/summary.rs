@@ -86,6 +86,9 @@ impl Summary {
                 events_path(&job.out).display()
             );
         }
+        if let Some(missed) = outcome.stats.missed_cycles() {
+            tracing::warn!("{}: {missed}; rows without a cycle are filled in and marked as gaps", job.name);
+        }
         self.rows.push(Row {
             name: job.name.clone(),
             role: job.role.clone(),

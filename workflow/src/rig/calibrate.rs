@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use hysteron_base::{BadInput, Lock, file, json};
+use hysteron_rig::bus::RegisterBaseline;
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use hysteron_rig::{Hardware, LiveRig};
@@ -23,6 +24,10 @@ pub struct Options {
     /// Calibration to write [default: the file that the rig file names]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: Option<PathBuf>,
+    /// Take the servos' registers as they are into the calibration, also where they differ from the one before or from the
+    /// factory
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub keep_registers: bool,
     /// Seed of a virtual rig
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
     pub seed: u64,
@@ -52,7 +57,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let calibration = match &source {
         Source::Live { rig, .. } => {
-            let mut hardware = LiveRig::open(rig)?;
+            let registers = expected_registers(options, before.as_ref().map(|before| &before.calibration));
+            let mut hardware = LiveRig::open(rig)?.expecting(registers);
             // What is not fit to run needs nobody to watch it.
             hardware.prepare()?;
             let mut hardware = Watched::new(hardware, &options.rig, caller)?;
@@ -65,7 +71,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             calibrate(&mut hardware, rig, date, &|| caller.is_cancelled(), &mut log)?
         }
     };
-    if let Some((aside, text)) = before {
+    if let Some(Earlier { aside, text, .. }) = before {
         file::write_bytes(&aside, text)?;
         caller.say(format_args!("the calibration before: {}", aside.display()));
     }
@@ -78,9 +84,25 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     Ok(json!({ "calibration": out, "channels": channels.collect::<Vec<_>>() }))
 }
 
-/// The calibration that is to be replaced: where it is kept, under its date, and its text. Anything else is not
-/// replaced.
-fn earlier(out: &Path) -> anyhow::Result<Option<(PathBuf, String)>> {
+/// What the servos' registers are compared with: what the calibration before stored, or the factory's values.
+fn expected_registers(options: &Options, before: Option<&Calibration>) -> RegisterBaseline {
+    match before {
+        _ if options.keep_registers => RegisterBaseline::AsFound,
+        Some(before) => before.register_baseline(),
+        None => RegisterBaseline::Factory,
+    }
+}
+
+/// The calibration that is to be replaced.
+struct Earlier {
+    calibration: Calibration,
+    /// Where it is kept, under its date.
+    aside: PathBuf,
+    text: String,
+}
+
+/// The calibration that is to be replaced. Anything else is not replaced.
+fn earlier(out: &Path) -> anyhow::Result<Option<Earlier>> {
     if !out.exists() {
         return Ok(None);
     }
@@ -95,7 +117,7 @@ fn earlier(out: &Path) -> anyhow::Result<Option<(PathBuf, String)>> {
         _ => out.with_extension(format!("{date}-{number}.toml")),
     };
     let is_free = |path: &PathBuf| !path.exists() || file::read_text(path).is_ok_and(|there| there == text);
-    Ok((0..).map(named).find(is_free).map(|aside| (aside, text)))
+    Ok((0..).map(named).find(is_free).map(|aside| Earlier { calibration: found, aside, text }))
 }
 
 fn print(calibration: &Calibration, caller: &Caller) {

@@ -1,31 +1,46 @@
 //! `hysteron rig check`: who is on the bus, and is it fit to run?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use hysteron_base::json;
+use hysteron_base::{BadInput, json};
 use hysteron_rig::LiveRig;
-use hysteron_rig::bus::{ServoReport, list_ports};
+use hysteron_rig::bus::{RegisterBaseline, RegisterDifference, ServoBus, ServoReport, list_ports};
+use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
+use hysteron_rig::teleoperation::{Arms, ArmsConfig};
+use hysteron_rig::tracker::TrackerSurvey;
 use serde_json::Value;
 
+use super::is_of_arms;
 use crate::Caller;
 
 /// A servo answers again about 0.3 s after a restart; the manual gives no time [ms].
 const RESTART_MS: u64 = 500;
+/// How long the tracker is looked at [s]: 80 poses of one at 40 Hz.
+const SURVEY_S: f64 = 2.0;
 
-/// List serial ports; check servos and tracker of a rig
+/// List serial ports; check servos, their registers and the tracker of a rig, or both arms
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Rig file
+    /// Rig file, or file of two arms
     #[cfg_attr(feature = "clap", arg(long, value_name = "RIG"))]
     pub rig: Option<PathBuf>,
+    /// Calibration whose registers are expected [default: the file that the rig file names]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", requires = "rig"))]
+    pub calibration: Option<PathBuf>,
     /// Restart every servo first: clears hardware errors whose cause is gone
     #[cfg_attr(feature = "clap", arg(long, requires = "rig"))]
     pub reboot: bool,
     /// Switch the torque of every servo off, for example where a lost cable has left it on
     #[cfg_attr(feature = "clap", arg(long, requires = "rig"))]
     pub release: bool,
+    /// Write back the registers that differ from what is expected, after asking; switches the torque off first
+    #[cfg_attr(feature = "clap", arg(long, requires = "rig"))]
+    pub restore: bool,
+    /// Write back without asking
+    #[cfg_attr(feature = "clap", arg(long, requires = "restore"))]
+    pub yes: bool,
 }
 
 /// Carries out the verb.
@@ -33,6 +48,32 @@ pub struct Options {
 /// # Errors
 /// Bad input; a rig that is not fit to run.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    let listed = print_ports(caller)?;
+    let Some(path) = &options.rig else { return Ok(json!({ "ports": listed })) };
+    if is_of_arms(path)? {
+        return check_arms(path, options, listed, caller);
+    }
+    let rig = RigConfig::read(path)?;
+    let baseline = expected_registers(options, &rig)?;
+    let mut hardware = LiveRig::open(&rig)?;
+    let bus = hardware.bus();
+    restart_and_release(bus, options, caller)?;
+    let reports = bus.self_check(&rig.servo_bounds())?;
+    print(&reports, caller);
+    if check_registers(bus, &baseline, options, caller)? {
+        bus.self_check(&rig.servo_bounds())?;
+        bus.accept_registers(&baseline)?;
+    }
+    let survey = hardware.survey_tracker(SURVEY_S)?;
+    if let Some(survey) = &survey {
+        print_survey(survey, caller);
+    }
+    Ok(
+        json!({ "ports": listed, "servos": reports.iter().map(summary).collect::<Vec<_>>(), "tracker": survey }),
+    )
+}
+
+fn print_ports(caller: &Caller) -> anyhow::Result<Vec<Value>> {
     let ports = list_ports()?;
     caller.say(format_args!("serial ports: {}", ports.len()));
     for port in &ports {
@@ -42,34 +83,114 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             caller.say(format_args!("    {advice}"));
         }
     }
-    let listed: Vec<Value> =
-        ports.iter().map(|port| json!({ "port": port.path, "description": port.description })).collect();
-    let Some(path) = &options.rig else { return Ok(json!({ "ports": listed })) };
-    let rig = RigConfig::read(path)?;
-    let mut hardware = LiveRig::open(&rig)?;
+    Ok(ports.iter().map(|port| json!({ "port": port.path, "description": port.description })).collect())
+}
+
+/// What the registers of a rig's servos are compared with: what its calibration stored; before there is one, the
+/// factory's values.
+fn expected_registers(options: &Options, rig: &RigConfig) -> anyhow::Result<RegisterBaseline> {
+    let path = options.calibration.as_ref().unwrap_or(&rig.calibration.file);
+    if options.calibration.is_none() && !path.exists() {
+        return Ok(RegisterBaseline::Factory);
+    }
+    match Calibration::read(path, rig) {
+        Ok(calibration) => Ok(calibration.register_baseline()),
+        // A rig file that has changed since is no reason not to look at the rig.
+        Err(error) if options.calibration.is_none() => {
+            tracing::warn!("{error}; registers are compared with the factory's values");
+            Ok(RegisterBaseline::Factory)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn restart_and_release(bus: &mut ServoBus, options: &Options, caller: &Caller) -> anyhow::Result<()> {
     if options.reboot {
-        for id in rig.ids() {
-            hardware.bus().reboot(id)?;
+        for id in bus.ids().to_vec() {
+            bus.reboot(id)?;
         }
         std::thread::sleep(std::time::Duration::from_millis(RESTART_MS));
     }
     if options.release {
-        hardware.bus().disable_torque()?;
+        bus.disable_torque()?;
         caller.say("torque off");
     }
-    let reports = hardware.bus().self_check(&rig.servo_bounds())?;
-    print(&reports, caller);
-    if rig.tracker.is_some() {
-        hardware.wait_for_pose()?;
-        caller.say("tracker: poses arrive");
+    Ok(())
+}
+
+/// Prints how the registers differ from what is expected, and writes them back if that was asked for and confirmed.
+/// Returns whether it did.
+///
+/// # Errors
+/// If they differ and stay so.
+fn check_registers(
+    bus: &mut ServoBus,
+    baseline: &RegisterBaseline,
+    options: &Options,
+    caller: &Caller,
+) -> anyhow::Result<bool> {
+    for line in bus.settings_to_change() {
+        caller.say(format_args!("note: {line}"));
     }
-    let servos = reports.iter().map(|servo| {
-        json!({
-            "id": servo.id, "model": servo.model, "supply_v": servo.voltage_v,
-            "temperature_c": servo.temperature_degc, "is_torque_on": servo.torque_on, "position_ticks": servo.position,
-        })
-    });
-    Ok(json!({ "ports": listed, "servos": servos.collect::<Vec<_>>() }))
+    let different = bus.register_differences(baseline)?;
+    if different.is_empty() {
+        caller.say("registers: as expected");
+        return Ok(false);
+    }
+    if !options.restore {
+        bus.accept_registers(baseline)?;
+        return Ok(false);
+    }
+    different.iter().for_each(|one| caller.say(one));
+    confirm(&different, options, caller)?;
+    bus.restore_registers(&different)?;
+    caller.say(format_args!("registers written back: {}; torque off", different.len()));
+    Ok(true)
+}
+
+/// Asks before a servo's registers are written.
+fn confirm(different: &[RegisterDifference], options: &Options, caller: &Caller) -> anyhow::Result<()> {
+    if options.yes {
+        return Ok(());
+    }
+    let question = format!("Switch the torque off and write back {} registers?", different.len());
+    match caller.confirm(&question) {
+        Some(true) => Ok(()),
+        Some(false) => anyhow::bail!("nothing was written"),
+        None => Err(BadInput::new("--restore", "somebody to ask, or --yes", "neither").into()),
+    }
+}
+
+/// The same for two arms.
+fn check_arms(path: &Path, options: &Options, listed: Vec<Value>, caller: &Caller) -> anyhow::Result<Value> {
+    if options.calibration.is_some() {
+        let expected = "no calibration: the file of the arms states their registers";
+        return Err(BadInput::new("--calibration", expected, "one").into());
+    }
+    let config = ArmsConfig::read(path)?;
+    let mut arms = Arms::open(&config)?;
+    for bus in arms.buses() {
+        restart_and_release(bus, options, caller)?;
+    }
+    let mut is_written = false;
+    for (arm, baseline, bus) in arms.examine()? {
+        caller.say(format_args!("{arm}: {} servos answer", bus.ids().len()));
+        is_written |= check_registers(bus, &baseline, options, caller)?;
+    }
+    if is_written {
+        for (_, baseline, bus) in arms.examine()? {
+            bus.accept_registers(&baseline)?;
+        }
+    }
+    Ok(json!({ "ports": listed, "joints": config.joints.len() }))
+}
+
+fn summary(servo: &ServoReport) -> Value {
+    json!({
+        "id": servo.id, "model": servo.model, "supply_v": servo.voltage_v,
+        "temperature_c": servo.temperature_degc, "is_torque_on": servo.torque_on, "position_ticks": servo.position,
+        "registers": servo.registers,
+    })
 }
 
 fn print(reports: &[ServoReport], caller: &Caller) {
@@ -86,5 +207,21 @@ fn print(reports: &[ServoReport], caller: &Caller) {
             if servo.torque_on { "on" } else { "off" },
             servo.position
         ));
+    }
+}
+
+fn print_survey(survey: &TrackerSurvey, caller: &Caller) {
+    let [x, y, z] = survey.position_mm;
+    let [qw, qx, qy, qz] = survey.orientation_wxyz;
+    caller.say(format_args!(
+        "tracker: {} poses at {:.1} Hz; position {x:.2} {y:.2} {z:.2} mm, orientation {qw:.4} {qx:.4} {qy:.4} {qz:.4}",
+        survey.n_poses, survey.rate_hz
+    ));
+    caller.say(format_args!(
+        "tracker: noise {:.3} mm, jitter of stamps {:.2} ms, longest gap {:.1} ms",
+        survey.noise_mm, survey.jitter_ms, survey.longest_gap_ms
+    ));
+    for doubt in &survey.doubts {
+        tracing::warn!("tracker: {doubt}");
     }
 }

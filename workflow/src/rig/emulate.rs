@@ -155,6 +155,13 @@ fn serve_poses(options: &Options, emulator: &Emulator) -> anyhow::Result<(PoseDe
 
 /// Name of the rig file in the folder of an emulator.
 const RIG_FILE: &str = "rig.toml";
+/// What the preset's rig file says for hardware, and what an emulator's says instead: it shares a computer with whoever
+/// asks it, and what keeps that busy is no fault of the servos.
+const PATIENT: [(&str, &str); 3] = [
+    ("reply_timeout_ms = 4.0 ", "reply_timeout_ms = 100.0"),
+    ("bus_watchdog_ms = 200.0 ", "bus_watchdog_ms = 2540.0"),
+    ("stale_ms = 300.0 ", "stale_ms = 2000.0"),
+];
 /// What differs between runs of one emulator.
 const OF_A_RUN: [&str; 2] = ["address = ", "baud = "];
 
@@ -164,7 +171,7 @@ fn check_rig_file(folder: &Path, robot: &VirtualRobot) -> anyhow::Result<()> {
     if !path.exists() {
         return Ok(());
     }
-    let (found, own) = (file::read_text(&path)?, rig_file(robot));
+    let (found, own) = (file::read_text(&path)?, patient_rig_file(robot));
     let lasting = |text: &str| -> Vec<String> {
         let is_lasting = |line: &&str| !OF_A_RUN.iter().any(|key| line.starts_with(key));
         text.lines().filter(is_lasting).map(str::to_owned).collect()
@@ -177,9 +184,14 @@ fn check_rig_file(folder: &Path, robot: &VirtualRobot) -> anyhow::Result<()> {
         .into())
 }
 
+/// The rig file of a virtual robot on ports.
+fn patient_rig_file(robot: &VirtualRobot) -> String {
+    PATIENT.iter().fold(rig_file(robot), |text, (from, to)| text.replace(from, to))
+}
+
 /// The rig file with which this program finds what is emulated.
 fn write_rig_file(options: &Options, robot: &VirtualRobot, tracker: SocketAddr) -> anyhow::Result<PathBuf> {
-    let text = rig_file(robot)
+    let text = patient_rig_file(robot)
         .replace("127.0.0.1:18944", &tracker.to_string())
         .replace("baud = 1000000", &format!("baud = {}", options.baud));
     let path = options.dir.join(RIG_FILE);

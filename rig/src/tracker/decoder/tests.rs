@@ -2,9 +2,11 @@
 
 use super::super::message::{Content, Protocol, ToolPose};
 use super::*;
+use crate::tracker::Validity;
 
 fn message(device: &str, x: f64) -> Message {
-    let pose = ToolPose { position: [x, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0], valid: true };
+    let pose =
+        ToolPose { position: [x, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
     Message { device: device.into(), time: Some(1.5), content: Content::Transform(pose) }
 }
 
@@ -117,5 +119,56 @@ fn absurd_sizes_are_damage_at_once() {
         let all = decode(&mut Decoder::new(), &bytes);
         assert!(matches!(all[0], Decoded::Damaged(_)), "{kind:?}");
         assert_eq!(all.iter().find_map(x_of), Some(3.0));
+    }
+}
+
+/// What is said of the first damage in a stream.
+fn first_damage(bytes: &[u8]) -> String {
+    let all = decode(&mut Decoder::new(), bytes);
+    let damage = all.into_iter().find_map(|decoded| match decoded {
+        Decoded::Damaged(what) => Some(what),
+        _ => None,
+    });
+    damage.unwrap_or_else(|| panic!("no damage"))
+}
+
+#[test]
+fn a_stream_that_was_taken_for_text_or_is_text_is_named() {
+    // 10 mm is 41 20 00 00; a time of 10 s has a 0A in the header, a place of 8.5 mm one in the body.
+    let in_header = Message { time: Some(10.0), ..message("Tip", 1e-3) }.to_bytes(Protocol::Plain);
+    let in_body = (1..2000)
+        .map(|k| message("Tip", 1e-5 * f64::from(k)).to_bytes(Protocol::Plain))
+        .find(|bytes| bytes[HEADER..].contains(&b'\n') && !bytes[..HEADER].contains(&b'\n'))
+        .unwrap();
+    for sound in [in_header, in_body] {
+        let widened: Vec<u8> = sound
+            .iter()
+            .flat_map(|byte| if *byte == b'\n' { vec![b'\r', b'\n'] } else { vec![*byte] })
+            .collect();
+        assert!(widened.len() > sound.len());
+        assert!(first_damage(&widened.repeat(3)).contains("0D 0A"), "{}", first_damage(&widened.repeat(3)));
+        let replaced = String::from_utf8_lossy(&sound.repeat(3)).into_owned().into_bytes();
+        assert!(replaced.len() > 3 * sound.len());
+        assert!(first_damage(&replaced).contains("EF BF BD"), "{}", first_damage(&replaced));
+    }
+    let page = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+    let said = first_damage(page);
+    assert!(said.contains("HTTP/1.1 400") && said.contains("another program"), "{said}");
+    assert!(first_damage(&[0; 200]).contains("zeros alone"));
+    let mut swapped = message("Tip", 1.0).to_bytes(Protocol::Plain);
+    swapped[..2].reverse();
+    assert!(first_damage(&swapped).contains("big-endian"), "{}", first_damage(&swapped));
+    // A flipped bit is a wrong checksum, and nothing is guessed about it.
+    let mut flipped = message("Tip", 1.0).to_bytes(Protocol::Plain);
+    flipped[HEADER + 1] ^= 1;
+    assert_eq!(first_damage(&flipped), "TRANSFORM of Tip: the checksum is wrong");
+}
+
+#[test]
+fn each_field_of_a_header_that_cannot_be_is_named() {
+    for (at, byte, part) in [(0, 9, "version"), (3, b'?', "type"), (15, 7, "name")] {
+        let mut bytes = message("Tip", 1.0).to_bytes(Protocol::Plain);
+        bytes[at] = byte;
+        assert!(first_damage(&bytes).contains(part), "{}", first_damage(&bytes));
     }
 }

@@ -23,7 +23,7 @@ fn decode_one(bytes: &[u8]) -> Message {
 }
 
 fn close(a: &ToolPose, b: &ToolPose) {
-    assert_eq!(a.valid, b.valid);
+    assert_eq!(a.validity, b.validity);
     for k in 0..3 {
         assert!((a.position[k] - b.position[k]).abs() <= SINGLE * b.position[k].abs(), "{a:?} {b:?}");
     }
@@ -40,7 +40,11 @@ fn poses() -> Vec<ToolPose> {
                 for z in [0.0, 1e-9, 1.0] {
                     if w != 0.0 || x != 0.0 || y != 0.0 || z != 0.0 {
                         let position = [0.1 * x, -0.02, 1.0 + z];
-                        all.push(ToolPose { position, orientation: unit([w, x, y, z]), valid: true });
+                        all.push(ToolPose {
+                            position,
+                            orientation: unit([w, x, y, z]),
+                            validity: Validity::Valid,
+                        });
                     }
                 }
             }
@@ -87,7 +91,11 @@ fn bytes_are_those_of_pyigtl() {
         000000005a5e0e409e5946c7d2000c000a00000014000000003f8000000000000000000000000000003f800000\
         0000000000000000000000003f8000003f8000004000000040400000000100120003000000025469705472616e\
         73666f726d5374617475734f4b";
-    let pose = ToolPose { position: [1e-3, 2e-3, 3e-3], orientation: [1.0, 0.0, 0.0, 0.0], valid: true };
+    let pose = ToolPose {
+        position: [1e-3, 2e-3, 3e-3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        validity: Validity::Valid,
+    };
     let message = Message { device: "Tip".into(), time: Some(2.5), content: Content::Transform(pose) };
     for (expected, protocol) in [(plain, Protocol::Plain), (with_status, Protocol::WithStatus)] {
         let hex: String = message.to_bytes(protocol).iter().map(|byte| format!("{byte:02x}")).collect();
@@ -97,24 +105,25 @@ fn bytes_are_those_of_pyigtl() {
 
 #[test]
 fn invalid_poses_are_told_from_others() {
-    let pose = ToolPose { position: [0.1, 0.2, 0.3], orientation: [1.0, 0.0, 0.0, 0.0], valid: false };
+    let pose =
+        ToolPose { position: [0.1, 0.2, 0.3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Marked };
     for content in
         [Content::Transform(pose), Content::Position(pose), Content::Tools(vec![("Tip".into(), pose)])]
     {
         let message = Message { device: "Tip".into(), time: None, content };
         let mut back = decode_one(&message.to_bytes(Protocol::WithStatus));
         assert_eq!(back.time, None);
-        assert!(back.poses_mut().all(|pose| !pose.valid));
+        assert!(back.poses_mut().all(|pose| !pose.is_valid()));
     }
     let message = Message { device: "Tip".into(), time: None, content: Content::Transform(pose) };
     let mut back = decode_one(&message.to_bytes(Protocol::Plain));
-    assert!(back.poses_mut().all(|pose| !pose.valid && pose.orientation == [1.0, 0.0, 0.0, 0.0]));
+    assert!(back.poses_mut().all(|pose| !pose.is_valid() && pose.orientation == [1.0, 0.0, 0.0, 0.0]));
 }
 
 /// A plain TRANSFORM with these twelve numbers.
 fn transform(values: [f32; 12]) -> Vec<u8> {
     let body: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
-    let pose = ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], valid: true };
+    let pose = ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
     let message = Message { device: "Tip".into(), time: None, content: Content::Transform(pose) };
     frame(1, "TRANSFORM", &message, &body)
 }
@@ -125,7 +134,7 @@ fn what_is_no_rotation_is_invalid_and_what_is_no_number_is_damage() {
     let valid = |values| match decode_one(&transform(values)).content {
         Content::Transform(pose) => {
             assert_eq!(pose.position, [10.0, 20.0, 30.0].map(|x| x * 1e-3));
-            pose.valid
+            pose.is_valid()
         }
         other => panic!("{other:?}"),
     };
@@ -198,4 +207,60 @@ fn long_names_are_cut_at_a_character() {
     let message = Message { device: name.clone(), time: None, content: Content::Transform(pose) };
     let back = decode_one(&message.to_bytes(Protocol::Plain));
     assert!(name.starts_with(&back.device) && back.device.len() == 19, "{}", back.device);
+}
+
+#[test]
+fn quaternion_tracking_data_of_the_published_layout_are_read() {
+    // Name (20), type, reserved, position x y z [mm], quaternion x y z w: 50 bytes a tool.
+    let tool = |name: &str, values: [f32; 7]| {
+        let mut bytes = padded::<20>(name).to_vec();
+        bytes.extend([2, 0]);
+        bytes.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+        bytes
+    };
+    let half = 0.5_f32.sqrt();
+    let body = [
+        tool("Tip", [10.0, -20.0, 30.0, 0.0, 0.0, half, half]),
+        tool("Base", [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 2.0]),
+        tool("Gone", [0.0; 7]),
+    ]
+    .concat();
+    assert_eq!(body.len(), 150);
+    let empty = Message { device: "Tracker".into(), time: Some(1.0), content: Content::Tools(Vec::new()) };
+    let Content::Tools(tools) = decode_one(&frame(1, "QTDATA", &empty, &body)).content else {
+        panic!("no tools")
+    };
+    let (name, tip) = &tools[0];
+    assert_eq!((name.as_str(), tip.validity), ("Tip", Validity::Valid));
+    assert_eq!(tip.position.map(|x| (1e6 * x).round()), [10_000.0, -20_000.0, 30_000.0]);
+    let expected = [f64::from(half), 0.0, 0.0, f64::from(half)];
+    assert!(tip.orientation.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-7), "{tip:?}");
+    assert_eq!(tools[1].1.validity, Validity::NoRotation);
+    assert_eq!(tools[2].1.validity, Validity::Zeros);
+    let cut = decode(&frame(1, "QTDATA", &empty, &body[..149]));
+    assert!(
+        matches!(&cut[..], [Decoded::Damaged(what), ..] if what.contains("QTDATA with a body of 149")),
+        "{cut:?}"
+    );
+}
+
+#[test]
+fn what_is_no_pose_is_named() {
+    let validity = |values| match decode_one(&transform(values)).content {
+        Content::Transform(pose) => pose.validity,
+        other => panic!("{other:?}"),
+    };
+    let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    let with = |at: usize, value: f32| {
+        let mut values = identity;
+        values[at] = value;
+        values
+    };
+    assert_eq!(validity([0.0; 12]), Validity::Zeros);
+    assert_eq!(validity(identity), Validity::Identity);
+    assert_eq!(validity(with(9, 1e-3)), Validity::Valid, "a place that somebody measured");
+    assert_eq!(validity(with(0, 1000.0)), Validity::NoRotation);
+    for named in [Validity::Zeros, Validity::Identity, Validity::NoRotation] {
+        assert!(named.words().contains("hint"));
+    }
 }

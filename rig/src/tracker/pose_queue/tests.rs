@@ -5,7 +5,8 @@ fn intake() -> Intake {
 }
 
 fn tool(name: &str, x: f64, time: Option<f64>) -> Decoded {
-    let pose = ToolPose { position: [x, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0], valid: true };
+    let pose =
+        ToolPose { position: [x, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
     Decoded::Message(Message { device: name.into(), time, content: Content::Transform(pose) })
 }
 
@@ -88,4 +89,22 @@ fn queue_is_bounded() {
         intake.take(tool("Tip", 0.0, None), k as f64);
     }
     assert_eq!((intake.poses.len(), intake.counts.overflowed), (MOST, 10));
+}
+
+#[test]
+fn a_pose_that_cannot_be_one_says_why() {
+    let pose = |validity| ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], validity };
+    for (validity, part) in [
+        (Validity::Zeros, "a matrix of zeros"),
+        (Validity::Identity, "the identity, to the last bit"),
+        (Validity::NoRotation, "stretched, sheared or mirrored"),
+        (Validity::Marked, "marked as invalid"),
+    ] {
+        let mut intake = intake();
+        let content = Content::Transform(pose(validity));
+        intake.take(Decoded::Message(Message { device: "Tip".into(), time: Some(1.0), content }), 5.0);
+        let said = intake.events.iter().map(|event| event.message.clone()).collect::<Vec<_>>().join("; ");
+        assert!(said.contains(part), "{said}");
+        assert!(intake.poses.iter().all(|pose| pose.quality == Quality::Flagged));
+    }
 }

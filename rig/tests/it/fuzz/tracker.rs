@@ -1,6 +1,6 @@
 //! Messages of a tracker whose checksums are right and whose contents are not.
 
-use super::{assert_memory_is_bounded, cases, corpus};
+use super::{MEMORY_MAX, assert_memory_is_bounded, cases, corpus};
 use hysteron_rig::tracker::{Content, Decoded, Decoder, MAX_BUFFERED, ToolPose};
 use proptest::prelude::*;
 
@@ -41,14 +41,13 @@ fn body() -> impl Strategy<Value = Vec<u8>> {
     ];
     let pieces = prop::collection::vec(word, 0..20).prop_map(|pieces| pieces.concat());
     // Most types have a size of their own.
-    (pieces, prop::option::of(prop::sample::select(vec![12_usize, 24, 28, 48, 60, 70, 140]))).prop_map(
-        |(mut body, size)| {
+    (pieces, prop::option::of(prop::sample::select(vec![12_usize, 24, 28, 48, 50, 60, 70, 100, 140])))
+        .prop_map(|(mut body, size)| {
             if let Some(size) = size {
                 body.resize(size, 0);
             }
             body
-        },
-    )
+        })
 }
 
 fn any_message() -> impl Strategy<Value = Vec<u8>> {
@@ -57,6 +56,7 @@ fn any_message() -> impl Strategy<Value = Vec<u8>> {
         Just(b"POSITION".to_vec()),
         Just(b"QTRANS".to_vec()),
         Just(b"TDATA".to_vec()),
+        Just(b"QTDATA".to_vec()),
         Just(b"STATUS".to_vec()),
         Just(b"IMAGE".to_vec()),
         prop::collection::vec(any::<u8>(), 0..12),
@@ -64,6 +64,49 @@ fn any_message() -> impl Strategy<Value = Vec<u8>> {
     let device = prop_oneof![Just(b"Tip".to_vec()), prop::collection::vec(any::<u8>(), 0..20)];
     (prop_oneof![1_u16..4, any::<u16>()], kind, device, any::<u64>(), body())
         .prop_map(|(version, kind, device, stamp, body)| message(version, &kind, &device, stamp, &body))
+}
+
+/// What becomes of a stream on its way.
+#[derive(Debug, Clone)]
+enum Mangling {
+    Lines,
+    Text,
+    Swapped(usize),
+    Cut(usize),
+    Flipped(usize, u8),
+    Doubled(usize),
+}
+
+impl Mangling {
+    fn apply(&self, bytes: &[u8]) -> Vec<u8> {
+        let at = |place: usize| place % bytes.len().max(1);
+        let mut mangled = bytes.to_vec();
+        match self {
+            Self::Lines => {
+                return bytes
+                    .iter()
+                    .flat_map(|byte| if *byte == b'\n' { vec![b'\r', b'\n'] } else { vec![*byte] })
+                    .collect();
+            }
+            Self::Text => return String::from_utf8_lossy(bytes).into_owned().into_bytes(),
+            Self::Swapped(place) => mangled[at(*place)..].chunks_exact_mut(4).for_each(<[u8]>::reverse),
+            Self::Cut(place) => drop(mangled.drain(at(*place)..(at(*place) + 9).min(bytes.len()))),
+            Self::Flipped(place, bit) => mangled[at(*place)] ^= 1 << (bit % 8),
+            Self::Doubled(place) => mangled.extend_from_slice(&bytes[at(*place)..]),
+        }
+        mangled
+    }
+}
+
+fn mangling() -> impl Strategy<Value = Mangling> {
+    prop_oneof![
+        Just(Mangling::Lines),
+        Just(Mangling::Text),
+        any::<usize>().prop_map(Mangling::Swapped),
+        any::<usize>().prop_map(Mangling::Cut),
+        (any::<usize>(), any::<u8>()).prop_map(|(place, bit)| Mangling::Flipped(place, bit)),
+        any::<usize>().prop_map(Mangling::Doubled),
+    ]
 }
 
 fn assert_sound(pose: &ToolPose) {
@@ -102,6 +145,17 @@ fn corpus_of_messages_is_survived_and_the_next_one_found() {
         let n = decode(&[bytes, vec![b'-'; 70_000], sound.repeat(2)].concat());
         assert!(n >= 2 || name.contains("swallows"), "{name}: {n}");
     }
+}
+
+#[test]
+fn no_message_that_was_mangled_on_its_way_does_harm() {
+    let case = (prop::collection::vec(any_message(), 1..5), prop::collection::vec(mangling(), 0..3));
+    hysteron_fuzz::drive("igtl/mangled", 500, MEMORY_MAX, case, |(messages, manglings)| {
+        let begin = std::time::Instant::now();
+        let bytes = manglings.iter().fold(messages.concat(), |bytes, mangling| mangling.apply(&bytes));
+        decode(&bytes);
+        assert!(begin.elapsed().as_secs_f64() < 1.0, "{:?}", begin.elapsed());
+    });
 }
 
 proptest! {

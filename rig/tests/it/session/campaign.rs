@@ -183,8 +183,9 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     let rig = Rig::among_others(&RIG);
     let (rounds_before, slipped_before) =
         (rig.emulator.counts().complete_rounds, rig.emulator.counts().slipped_ms);
-    let calibration = rig.calibration(&rig.prepared());
-    let mut probe = Probe::new(rig.open(), &rig.emulator);
+    let (ports, servos) = rig.ready();
+    let calibration = rig.calibration(&servos);
+    let mut probe = Probe::new(ports, &rig.emulator);
     let start = probe.now();
     probe.due = script.faults.iter().map(|(after, fault)| (start + after, fault.clone())).collect();
     let n_reads = probe.n_reads.clone();

@@ -10,8 +10,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
 
 fn record_on(rig: &Rig, n: usize, asked: &dyn Fn() -> bool, progress: &mut dyn FnMut(usize)) -> bool {
-    let calibration = rig.calibration(&rig.prepared());
-    let mut hardware = rig.open();
+    let (mut hardware, servos) = rig.ready();
+    let calibration = rig.calibration(&servos);
     let options = RecordOptions::new(rig.out(), Metadata::default());
     let Ok(recorder) = Recorder::begin(&rig.config, &calibration, options) else { return false };
     let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
@@ -64,8 +64,8 @@ fn a_start_that_fails_half_way_lets_go_even_where_the_end_would_hold() {
         ("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0"),
         ("at_end = \"release\"", "at_end = \"hold\""),
     ]);
-    let calibration = rig.calibration(&rig.prepared());
-    let mut hardware = rig.open();
+    let (mut hardware, servos) = rig.ready();
+    let calibration = rig.calibration(&servos);
     // The answers of the last servo to all tries to switch it on are lost; it switches all the same.
     let n = 1 + rig.config.servos.retries;
     rig.emulator.inject(Fault::new(0.0, FaultKind::DropPacket).of_servo(4).times(3 * n)).unwrap();

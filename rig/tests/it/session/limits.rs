@@ -170,8 +170,8 @@ fn recorded(rig: &Rig, n: usize, faults: &[Fault], at: usize) -> Outcome {
 
 /// The same, asked to stop after so many rows.
 fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize) -> Outcome {
-    let calibration = rig.calibration(&rig.prepared());
-    let mut hardware = rig.open();
+    let (mut hardware, servos) = rig.ready();
+    let calibration = rig.calibration(&servos);
     let break_all = || faults.iter().for_each(|fault| rig.emulator.inject(fault.clone()).unwrap());
     if at == 0 {
         break_all();

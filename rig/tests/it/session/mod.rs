@@ -78,6 +78,7 @@ impl Stand {
             channels: channels.collect(),
             registration: None,
             registration_residual: 0.0,
+            registers: servos.iter().map(|servo| servo.registers.clone()).collect(),
         })
     }
 

@@ -107,12 +107,17 @@ impl Rig {
         wait_for(|| self.is_released())
     }
 
-    /// Makes the servos ready, in no hurry.
-    pub fn prepared(&self) -> Vec<ServoReport> {
-        let mut config = self.config.clone();
-        config.servos.reply_timeout = 1.0;
-        let prepare = |_| LiveRig::open(&config).unwrap().prepare();
-        (0..5).find_map(|number| prepare(number).ok()).unwrap()
+    /// Opens the ports and makes the servos ready, as often as a busy machine needs.
+    pub fn ready(&self) -> (LiveRig, Vec<ServoReport>) {
+        let mut why = String::new();
+        for _ in 0..50 {
+            let mut rig = self.open();
+            match rig.prepare() {
+                Ok(servos) => return (rig, servos),
+                Err(error) => why = error.to_string(),
+            }
+        }
+        panic!("never ready: {why}")
     }
 }
 

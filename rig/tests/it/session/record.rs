@@ -125,8 +125,8 @@ fn a_tracker_that_repeats_its_last_pose_leaves_gaps() {
     let patient =
         [("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0"), ("stale_ms = 300.0", "stale_ms = 2000.0")];
     let rig = Rig::new(&patient);
-    let calibration = rig.calibration(&rig.prepared());
-    let mut hardware = rig.open();
+    let (mut hardware, servos) = rig.ready();
+    let calibration = rig.calibration(&servos);
     let options = RecordOptions::new(rig.out(), Metadata::default());
     let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
     let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
