@@ -5,6 +5,7 @@ use super::registers::{RegisterImage, RegisterSpec, Role, StoredRegisters, TABLE
 use super::wire::{instruction, range};
 use super::{Error, Result, ServoBus, at, xl430};
 use crate::EventKind;
+use std::collections::BTreeMap;
 
 /// Bytes of one read of the control table.
 const READ_BYTES: u16 = 64;
@@ -164,22 +165,26 @@ impl ServoBus {
         )))
     }
 
-    /// Registers that hold something else than they are given before every run, for people.
+    /// Registers that hold something else than they are given before every run, for people: a line for each register and
+    /// value.
     pub fn settings_to_change(&self) -> Vec<String> {
-        let mut changes = Vec::new();
-        for (id, servo) in self.ids().iter().zip(&self.examined) {
-            for spec in &TABLE {
-                if let Some((wanted, found)) = self.wanted(servo, spec).zip(servo.image.value(spec))
-                    && wanted != found
-                {
-                    let (name, address) = (spec.name, spec.register.address);
-                    changes.push(format!(
-                        "servo {id}: {name} (register {address}) is {found}; every run sets it to {wanted}"
-                    ));
+        let mut lines = Vec::new();
+        for spec in &TABLE {
+            let mut ids_of: BTreeMap<(i64, i64), Vec<String>> = BTreeMap::new();
+            for (id, servo) in self.ids().iter().zip(&self.examined) {
+                let values = servo.image.value(spec).zip(self.wanted(servo, spec));
+                if let Some(values) = values.filter(|(found, wanted)| found != wanted) {
+                    ids_of.entry(values).or_default().push(id.to_string());
                 }
             }
+            for ((found, wanted), ids) in ids_of {
+                let (name, address, ids) = (spec.name, spec.register.address, ids.join(", "));
+                lines.push(format!(
+                    "servo {ids}: {name} (register {address}) is {found}; every run sets it to {wanted}"
+                ));
+            }
         }
-        changes
+        lines
     }
 
     /// What a register of a servo is given before a run, if it is.

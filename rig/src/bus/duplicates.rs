@@ -11,7 +11,7 @@ use super::{Error, Result, ServoBus, xl430};
 const OWN: (u16, u16) = (xl430::REALTIME_TICK.address, 27);
 /// Questions to a servo whose first answer was damaged.
 const QUESTIONS: usize = 5;
-/// Of so many damaged answers this many count as every one: chance leaves a collision whole now and then.
+/// Of so many answers this many count as every one: chance leaves a collision whole, and a busy computer an answer late.
 const MOST_DAMAGED: usize = 4;
 
 /// What came back when a servo was asked for what it alone can say.
@@ -33,26 +33,33 @@ impl ServoBus {
     /// # Errors
     /// `Bus` if the port is gone.
     pub(super) fn presence(&mut self, id: u8) -> Result<Presence> {
-        let (mut n_damaged, mut n_silent) = (0, 0);
+        let (mut n_several, mut n_damaged, mut n_silent) = (0, 0, 0);
         for n in 0..QUESTIONS {
             let parameters = range(OWN.0, OWN.1);
             let length = usize::from(OWN.1);
-            let asked = self.with_wire(|wire| wire.census(id, instruction::READ, &parameters, length));
-            let Census { whole, damaged } = asked.map_err(|failure| Error::Bus(failure.to_string()))?;
-            match (whole, damaged) {
-                (2.., _) => return Ok(Presence::Several),
-                (1, 0) if n == 0 => return Ok(Presence::Alone),
-                (0, 0) => n_silent += 1,
-                (_, 0) => {}
+            let asked = self.with_wire(|wire| {
+                let census = wire.census(id, instruction::READ, &parameters, length)?;
+                // An answer that is late must not be counted with those to the next question.
+                if census != Census::ONE {
+                    wire.settle();
+                }
+                Ok(census)
+            });
+            match asked.map_err(|failure| Error::Bus(failure.to_string()))? {
+                Census::ONE if n == 0 => return Ok(Presence::Alone),
+                Census::ONE => {}
+                Census { whole: 0, damaged: 0 } => n_silent += 1,
+                Census { whole: 2.., damaged: 0 } => n_several += 1,
                 _ => n_damaged += 1,
             }
             if n_silent > usize::try_from(self.config.retries).unwrap_or(QUESTIONS) {
                 break;
             }
         }
-        Ok(match (n_damaged, n_silent) {
-            (MOST_DAMAGED.., _) => Presence::Damaged,
-            (0, 1..) => Presence::Silent,
+        Ok(match (n_several, n_damaged, n_silent) {
+            (MOST_DAMAGED.., ..) => Presence::Several,
+            (several, damaged, _) if several + damaged >= MOST_DAMAGED => Presence::Damaged,
+            (0, 0, 1..) => Presence::Silent,
             _ => Presence::Alone,
         })
     }

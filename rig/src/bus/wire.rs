@@ -88,6 +88,11 @@ pub struct Census {
     pub damaged: usize,
 }
 
+impl Census {
+    /// As of a servo that is alone.
+    pub const ONE: Self = Self { whole: 1, damaged: 0 };
+}
+
 /// An open port.
 #[derive(Debug)]
 pub struct Wire {
@@ -99,6 +104,8 @@ pub struct Wire {
     reply_timeout: Duration,
     /// Parameters of the last answer.
     answer: Vec<u8>,
+    /// A question was given up whose answer may still come.
+    is_answer_owed: bool,
     pub counts: BusCounts,
 }
 
@@ -113,7 +120,7 @@ impl Wire {
         let port = bus.serial_port().try_clone()?;
         let reply_timeout = Duration::from_secs_f64(reply_timeout);
         let (decoder, answer, counts) = (Decoder::default(), Vec::new(), BusCounts::default());
-        Ok(Self { bus, port, decoder, reply_timeout, answer, counts })
+        Ok(Self { bus, port, decoder, reply_timeout, answer, is_answer_owed: false, counts })
     }
 
     /// Time that this many bytes take on the wire.
@@ -202,11 +209,21 @@ impl Wire {
     }
 
     /// After a failed transfer, waits until the line has been silent for a while and forgets what came: an answer
-    /// that is late must not be taken for that of the next question.
+    /// that is late must not be taken for that of the next question. So it does after the one that then succeeds: it may
+    /// have had the answer to the question before it, and its own is still to come.
     pub fn settle_after<T>(&mut self, done: &Result<T, Failure>) {
-        if !matches!(done, Err(Failure::Timeout | Failure::Corrupt(_))) {
-            return;
+        match done {
+            Err(Failure::Timeout | Failure::Corrupt(_)) => {
+                self.settle();
+                self.is_answer_owed = true;
+            }
+            Ok(_) if std::mem::take(&mut self.is_answer_owed) => self.settle(),
+            _ => {}
         }
+    }
+
+    /// Waits until the line has been silent for a while, and forgets what came.
+    pub fn settle(&mut self) {
         // A line that is never silent is somebody else's trouble.
         let end = Instant::now() + 10 * QUIET;
         while Instant::now() < end && self.read_bytes(Instant::now() + QUIET).is_ok() {}
