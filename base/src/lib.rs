@@ -16,6 +16,7 @@
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+pub mod believed;
 pub mod checks;
 mod error;
 pub mod file;
@@ -36,7 +37,9 @@ pub mod units;
 
 pub use error::{BadInput, Error, Result};
 pub use lock::{Lock, abandon_outputs};
-pub use recording::{Channel, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording};
+pub use recording::{
+    Channel, Journal, JournalFile, JournalQueue, JournalWriter, MAX_CHANNELS, Metadata, Recording,
+};
 pub use rng::{normal, rng};
 pub use scene::{
     AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,

@@ -258,8 +258,15 @@ fn mount(key: &str, typed: &schema::Servo) -> Check<ServoMount> {
     })
 }
 
+/// What the jaws of a gripper open at least for a radian of its servo [mm].
+const LEVER_MIN_MM: f64 = 0.1;
+
 fn gripper(typed: &schema::Gripper) -> Check<GripperConfig> {
     let lever = typed.aperture_mm_per_rad;
+    if lever.abs() < LEVER_MIN_MM {
+        let expected = format!("jaws that open: at least {LEVER_MIN_MM} mm for a radian, either way");
+        return Err(BadInput::new("gripper.aperture_mm_per_rad", expected, lever.to_string()));
+    }
     Ok(GripperConfig {
         lever: 1e-3 * within("gripper.aperture_mm_per_rad", lever, -1000.0, 1000.0)?,
         closed: within("gripper.closed_deg", typed.closed_deg, -FURTHEST_DEG, FURTHEST_DEG)?,
