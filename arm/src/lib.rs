@@ -89,9 +89,14 @@ pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
     skeleton,
 };
-pub use model::{Drive, Follower, Frame, Joint, JointKind, MOST_JOINTS, Model, Weightless};
+pub use model::{
+    Arguments, Base, Drive, Follower, Frame, FreeJoint, Joint, JointKind, MOST_JOINTS, Masses, Model, Notes,
+    ReadOptions, Weightless,
+};
 pub use momentum::generalized_momentum;
-pub use recorded::{Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, motion_under_torques};
+pub use recorded::{
+    Quantity, Wanted, channel_name, columns_of_dynamics, dynamics_of_rows, joint_rows, motion_under_torques,
+};
 pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
 pub use rollouts::{RolloutGradient, RolloutInputs, Rollouts};

@@ -131,9 +131,7 @@ impl Columns {
     fn recording(self, of: &Recording, model: &Model, mut meta: Metadata) -> Result<Recording, BadInput> {
         let channels =
             self.names.into_iter().zip(self.values).map(|(name, values)| Channel::new(name, values));
-        let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-        meta.extra.insert("robot".to_owned(), model.name.clone());
-        meta.extra.insert("joint_names".to_owned(), joints.join(", "));
+        model.describe(&mut meta.extra);
         Recording::new(of.time().to_vec(), channels.collect(), of.gap().to_vec(), meta)
     }
 }
@@ -226,6 +224,17 @@ pub fn dynamics_of_rows(
         columns.push(&row);
     }
     columns.recording(states, model, meta)
+}
+
+/// Number of columns of [`dynamics_of_rows`] for `n` joints, time and gaps included.
+pub fn columns_of_dynamics(n: usize, derivatives: bool, is_inverse: bool) -> usize {
+    let matrices = match (derivatives, is_inverse) {
+        (false, _) => 1,
+        (true, true) => 3,
+        (true, false) => 4,
+    };
+    // q, q̇, what is given and what follows, Coriolis, gravity; the Jacobian; position, energies, time, gaps.
+    6 * n + matrices * n * n + 6 * n + 7
 }
 
 /// Names of the columns of [`dynamics_of_rows`].

@@ -50,9 +50,7 @@ pub fn states_of(
             channels.push(Channel::new(quantity.channel(joint.kind, k), values));
         }
     }
-    let joints: Vec<&str> = model.joints().iter().map(|joint| joint.name.as_str()).collect();
-    meta.extra.insert("robot".to_owned(), model.name().to_owned());
-    meta.extra.insert("joint_names".to_owned(), joints.join(", "));
+    model.describe(&mut meta.extra);
     Recording::new(time, channels, Vec::new(), meta)
 }
 

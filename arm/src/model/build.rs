@@ -3,26 +3,38 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use hysteron_base::BadInput;
+use hysteron_base::believed::{DAMPING, DRY_FRICTION, INERTIA, LENGTH, MASS, RATIO};
 use nalgebra::Matrix3;
 
 use super::description::{Description, JointDescription, JointKind, Link, Mimic};
 use super::xml::Check;
-use super::{Follower, Frame, Joint, MOST_JOINTS, Model, Weightless};
+use super::{Follower, Frame, Joint, MOST_JOINTS, Model, Notes, Weightless};
 use crate::spatial::{Inertia, Mat3, Pose, Sym3, Vec3, cross, dot3};
 
 /// Part of the greatest principal inertia by which rounded numbers of a file may fall below zero.
 const ROUNDED: f64 = 1e-6;
 
+/// Radius of gyration [m] below which a body is a point: numbers below are rounding.
+const POINT: f64 = 1e-6;
+
 pub(super) fn build(description: Description) -> Check<Model> {
+    check_count(&description)?;
+    check_believed(&description)?;
     let children = children_of(&description)?;
     let root = root_of(&description)?;
+    let mut sites = vec![Vec::new(); description.links.len()];
+    for (name, link, pose) in &description.sites {
+        sites[*link].push((name, pose));
+    }
     let mut model = Model {
         name: description.name.clone(),
         joints: Vec::new(),
         frames: Vec::new(),
         gravity: description.gravity,
         base: Inertia::ZERO,
+        notes: Notes { welded: description.free.clone(), warnings: Vec::new() },
     };
+    let mut moves = vec![false; description.links.len()];
     let mut mimics = Vec::new();
     let mut reached = BTreeSet::new();
     // Depth first, in the order of the file: a link, the joint before it, and the body and pose that the joint stands in.
@@ -44,8 +56,9 @@ pub(super) fn build(description: Description) -> Check<Model> {
         };
         reached.insert(link);
         model.carry(&description.links[link], body, pose);
-        for (name, _, site) in description.sites.iter().filter(|(_, of, _)| *of == link) {
-            model.frames.push(Frame { name: name.clone(), joint: body, pose: pose.times(site) });
+        moves[link] = body.is_some();
+        for (name, site) in &sites[link] {
+            model.frames.push(Frame { name: (*name).clone(), joint: body, pose: pose.times(site) });
         }
         waiting
             .extend(children[link].iter().rev().map(|&j| (description.joints[j].child, Some(j), body, pose)));
@@ -54,7 +67,12 @@ pub(super) fn build(description: Description) -> Check<Model> {
         return Err(closed_loop(&description, lost));
     }
     check_names(&description, &model)?;
-    check_joints(&description, &model)?;
+    for (link, fault) in &description.faults {
+        if moves[*link] {
+            return Err(fault.clone());
+        }
+        model.notes.warnings.push(format!("{fault}; the link does not move, so that nothing depends on it"));
+    }
     for (joint, mimic) in mimics.iter().enumerate() {
         if let Some((j, mimic)) = mimic {
             model.joints[joint].follows = Some(follower(&description, &model, &mimics, *j, mimic)?);
@@ -79,9 +97,35 @@ fn children_of(description: &Description) -> Check<Vec<Vec<usize>>> {
     Ok(children)
 }
 
+/// Refuses numbers that no machine has.
+fn check_believed(description: &Description) -> Check<()> {
+    for link in &description.links {
+        let Some(inertia) = link.inertia else { continue };
+        MASS.check(&link.place, inertia.mass)?;
+        LENGTH.check_all(&link.place, &inertia.centre())?;
+        INERTIA.check_all(&link.place, &inertia.second_about_centre())?;
+    }
+    for joint in &description.joints {
+        LENGTH.check_all(&joint.place, &joint.origin.position)?;
+        DAMPING.check(&joint.place, joint.drive.damping)?;
+        DRY_FRICTION.check(&joint.place, joint.drive.dry_friction)?;
+        INERTIA.check(&joint.place, joint.drive.armature)?;
+        if let Some(mimic) = &joint.mimic {
+            RATIO.check_all(&joint.place, &[mimic.ratio, mimic.offset])?;
+        }
+        if let (Some(JointKind::Prismatic), Some(range)) = (joint.kind, joint.drive.range) {
+            LENGTH.check_all(&joint.place, &range)?;
+        }
+    }
+    description.sites.iter().try_for_each(|(name, _, pose)| {
+        LENGTH.check_all(&format!("{}: site[{name}]", description.file), &pose.position)
+    })
+}
+
 fn root_of(description: &Description) -> Check<usize> {
-    let is_child = |link: usize| description.joints.iter().any(|joint| joint.child == link);
-    let roots: Vec<usize> = (0..description.links.len()).filter(|link| !is_child(*link)).collect();
+    let mut is_child = vec![false; description.links.len()];
+    description.joints.iter().for_each(|joint| is_child[joint.child] = true);
+    let roots: Vec<usize> = (0..description.links.len()).filter(|link| !is_child[*link]).collect();
     let file = &description.file;
     match roots[..] {
         [root] => Ok(root),
@@ -162,32 +206,15 @@ fn check_names(description: &Description, model: &Model) -> Check<()> {
     }
 }
 
-fn check_joints(description: &Description, model: &Model) -> Check<()> {
-    let n = model.joints.len();
-    if n == 0 || n > MOST_JOINTS {
-        let found = if n == 0 { "none".to_owned() } else { n.to_string() };
-        return Err(BadInput::new(&description.file, format!("1 to {MOST_JOINTS} joints that move"), found));
+/// Refuses robots without a joint and with too many, before work is done for each.
+fn check_count(description: &Description) -> Check<()> {
+    let n = description.joints.iter().filter(|joint| joint.kind.is_some()).count();
+    if (1..=MOST_JOINTS).contains(&n) || description.links.is_empty() {
+        return Ok(());
     }
-    let mut carried: Vec<f64> = model.joints.iter().map(|joint| joint.inertia.mass).collect();
-    for j in (0..n).rev() {
-        if let Some(parent) = model.joints[j].parent {
-            carried[parent] += carried[j];
-        }
-    }
-    for (joint, carried) in model.joints.iter().zip(carried) {
-        let Some(described) = description.joints.iter().find(|d| d.name == joint.name) else { continue };
-        let link = &description.links[described.child];
-        let missing = link.inertia.is_none() && joint.inertia.mass == 0.0;
-        if missing || carried == 0.0 {
-            let found = if missing { "none" } else { "no mass on it, nor on what it carries" };
-            return Err(BadInput::new(
-                &link.place,
-                format!("an <inertial> with a mass, because joint \"{}\" moves this link", joint.name),
-                found,
-            ));
-        }
-    }
-    Ok(())
+    let found = if n == 0 { "none".to_owned() } else { n.to_string() };
+    let bad = BadInput::new(&description.file, format!("1 to {MOST_JOINTS} joints that move"), found);
+    Err(if n == 0 { bad } else { bad.hint("make joints fixed that are not needed, as those of fingers") })
 }
 
 fn follower(
@@ -217,8 +244,16 @@ pub(super) fn principal(s: &Sym3<f64>) -> Vec3<f64> {
 
 /// Refuses a tensor with a negative principal value; says which.
 pub(super) fn check_second(second: &Sym3<f64>) -> Result<(), String> {
+    check_inertia(0.0, second)
+}
+
+/// Refuses the tensor of a mass [kg] with a negative principal value; says which. What would be the tensor of the same
+/// mass within [`POINT`] is zero but for rounding.
+pub(super) fn check_inertia(mass: f64, second: &Sym3<f64>) -> Result<(), String> {
     let [least, _, most] = principal(second);
-    if least < -ROUNDED * most.abs() || most < 0.0 { Err(format!("{least:.3e} kg m²")) } else { Ok(()) }
+    let rounding = (ROUNDED * most.abs()).max(mass * POINT * POINT);
+    let is_negative = least < -rounding || (most < 0.0 && mass == 0.0);
+    if is_negative { Err(format!("{least:.3e} kg m²")) } else { Ok(()) }
 }
 
 /// `a` with length one, unless it has none.

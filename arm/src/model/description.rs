@@ -1,5 +1,7 @@
 //! A robot as its file describes it: links and joints, the same for URDF and MJCF.
 
+use hysteron_base::BadInput;
+
 use crate::spatial::{Inertia, Pose, Vec3};
 
 /// How a joint lets its two links move.
@@ -68,6 +70,17 @@ pub(super) struct JointDescription {
     pub mimic: Option<Mimic>,
 }
 
+/// A joint of several degrees of freedom that holds a whole robot, and is taken as fixed where it stands at zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeJoint {
+    /// Name of the joint.
+    pub name: String,
+    /// Where it was read.
+    pub place: String,
+    /// What the file calls it: `floating`, `planar`, `free`.
+    pub kind: String,
+}
+
 pub(super) struct Description {
     pub file: String,
     pub name: String,
@@ -75,5 +88,9 @@ pub(super) struct Description {
     pub joints: Vec<JointDescription>,
     /// Points and axes without mass: name, link, pose in the link.
     pub sites: Vec<(String, usize, Pose<f64>)>,
+    /// Joints of several degrees of freedom, which stand among `joints` as fixed ones.
+    pub free: Vec<FreeJoint>,
+    /// What is wrong with a link, should it move.
+    pub faults: Vec<(usize, BadInput)>,
     pub gravity: Vec3<f64>,
 }

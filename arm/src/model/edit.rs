@@ -181,6 +181,9 @@ impl Model {
             if reach > 20.0 {
                 found.push(format!("{name}: {reach:.1} m from the joint before it: lengths in mm?"));
             }
+            if let Some(limits) = limits_in_degrees(joint) {
+                found.push(limits);
+            }
             if joint.drive.range.is_some_and(|[low, high]| low == high) {
                 found.push(format!("{name}: its range is one point, so that it cannot move"));
             }
@@ -191,6 +194,25 @@ impl Model {
         }
         found
     }
+}
+
+/// Turns beyond which no cable of a joint follows, and below which limits may be angles in degrees [rad].
+const ANGLES_IN_DEGREES: [f64; 2] = [4.0 * std::f64::consts::PI, 720.0];
+
+/// A sentence where the limits of a joint that turns are whole numbers far beyond two turns.
+pub(super) fn limits_in_degrees(joint: &Joint) -> Option<String> {
+    let [low, high] = joint.drive.range.filter(|_| joint.kind == JointKind::Revolute)?;
+    let most = low.abs().max(high.abs());
+    let is_angle = (ANGLES_IN_DEGREES[0]..=ANGLES_IN_DEGREES[1]).contains(&most);
+    (is_angle && low.fract() == 0.0 && high.fract() == 0.0).then(|| {
+        let turns = most / std::f64::consts::TAU;
+        format!(
+            "{}: limits {low} and {high} rad, {turns:.0} turns: in degrees? (hint: {:.4} and {:.4} are those angles in rad)",
+            joint.name,
+            low.to_radians(),
+            high.to_radians()
+        )
+    })
 }
 
 impl Joint {

@@ -6,23 +6,29 @@
 
 mod build;
 mod builtin;
+mod definite;
 mod description;
 mod edit;
 mod mjcf;
 mod urdf;
 mod write;
+mod xacro;
 mod xml;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Result, file};
 
-pub use description::{Drive, JointKind};
+pub use description::{Drive, FreeJoint, JointKind};
 
 use crate::spatial::{Inertia, Pose, Vec3, add_scaled3, add3, mul3};
 
 /// Joints that a robot may have.
 pub const MOST_JOINTS: usize = 64;
+
+/// Names that an error lists.
+const MAX_NAMED: usize = 100;
 
 /// A tree of bodies. Joints are numbered from the base outwards: a parent comes before its children.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +38,50 @@ pub struct Model {
     pub(crate) frames: Vec<Frame>,
     pub(crate) gravity: Vec3<f64>,
     pub(crate) base: Inertia<f64>,
+    pub(crate) notes: Notes,
+}
+
+/// What whoever reads a robot should know of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Notes {
+    /// Joints of several degrees of freedom that were taken as fixed.
+    pub welded: Vec<FreeJoint>,
+    /// What was ignored or looks wrong, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// What holds a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Base {
+    /// What the file says: a robot that floats is refused.
+    #[default]
+    AsInFile,
+    /// The world: joints of several degrees of freedom are taken as fixed.
+    Fixed,
+}
+
+/// Which mass matrices a robot may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Masses {
+    /// Those from which accelerations follow.
+    #[default]
+    Definite,
+    /// Any: enough for kinematics and inverse dynamics.
+    Any,
+}
+
+/// Values of `$(arg NAME)`.
+pub type Arguments = BTreeMap<String, String>;
+
+/// How a robot is read where there is a choice.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReadOptions {
+    /// What holds it.
+    pub base: Base,
+    /// Which mass matrices it may have.
+    pub masses: Masses,
+    /// Values of the arguments of a file of xacro.
+    pub arguments: Arguments,
 }
 
 /// A joint and the body that it moves.
@@ -110,11 +160,16 @@ impl Model {
     /// # Errors
     /// `BadInput` naming file, line and element for whatever makes no arm; `Io` if the file cannot be read.
     pub fn read(path: &Path) -> Result<Self> {
-        let (text, name) = (file::read_text(path)?, xml::file_name(path));
-        Ok(match xml::root_is(&text, "mujoco") {
-            true => mjcf::read(&text, &name, path.parent())?,
-            false => urdf::read(&text, &name)?,
-        })
+        Self::read_with(path, &ReadOptions::default())
+    }
+
+    /// As [`Self::read`], with choices.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_with(path: &Path, options: &ReadOptions) -> Result<Self> {
+        let text = file::read_text(path)?;
+        Ok(Self::from_text_with(&text, &xml::file_name(path), path.parent(), options)?)
     }
 
     /// Takes `text` as MJCF where it begins with `<mujoco>`, else as URDF; `name` stands in errors.
@@ -122,7 +177,31 @@ impl Model {
     /// # Errors
     /// As [`Self::read`].
     pub fn from_text(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
-        if xml::root_is(text, "mujoco") { mjcf::read(text, name, None) } else { urdf::read(text, name) }
+        Self::from_text_with(text, name, None, &ReadOptions::default())
+    }
+
+    /// As [`Self::from_text`], with choices; files that it includes are looked for from `folder`.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_text_with(
+        text: &str,
+        name: &str,
+        folder: Option<&Path>,
+        options: &ReadOptions,
+    ) -> std::result::Result<Self, BadInput> {
+        let model = if xml::root_is(text, "mujoco") {
+            mjcf::read(text, name, folder)?
+        } else {
+            urdf::read(&xacro::expanded(xml::elements(text, name)?, folder, &options.arguments)?)?
+        };
+        if options.base == Base::AsInFile {
+            model.check_held()?;
+        }
+        if options.masses == Masses::Definite {
+            model.check_definite(name)?;
+        }
+        Ok(model)
     }
 
     /// Takes `text` as URDF; `name` stands in errors.
@@ -130,7 +209,8 @@ impl Model {
     /// # Errors
     /// As [`Self::read`].
     pub fn from_urdf(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
-        urdf::read(text, name)
+        let model = urdf::read(&xacro::expanded(xml::elements(text, name)?, None, &Arguments::new())?)?;
+        model.check_held().and_then(|()| model.check_definite(name)).map(|()| model)
     }
 
     /// Takes `text` as MJCF; `name` stands in errors.
@@ -138,12 +218,43 @@ impl Model {
     /// # Errors
     /// As [`Self::read`].
     pub fn from_mjcf(text: &str, name: &str) -> std::result::Result<Self, BadInput> {
-        mjcf::read(text, name, None)
+        let model = mjcf::read(text, name, None)?;
+        model.check_held().and_then(|()| model.check_definite(name)).map(|()| model)
+    }
+
+    /// What the reader of URDF does with every element and attribute of that language, as a table in Markdown.
+    pub fn urdf_table() -> String {
+        urdf::table()
     }
 
     /// What the reader of MJCF does with every element and attribute of that language, as a table in Markdown.
     pub fn mjcf_table() -> String {
         mjcf::table()
+    }
+
+    /// Refuses a robot that floats.
+    fn check_held(&self) -> std::result::Result<(), BadInput> {
+        let Some(first) = self.notes.welded.first() else { return Ok(()) };
+        let found = format!("joint \"{}\", which is {}", first.name, first.kind);
+        Err(BadInput::new(&first.place, "a base that does not move", found)
+            .hint("add --fix-base, which holds the robot where this joint is at zero"))
+    }
+
+    /// Name of the robot and of its joints, and what of it is held, for recordings.
+    pub(crate) fn describe(&self, extra: &mut BTreeMap<String, String>) {
+        let names = |names: &mut dyn Iterator<Item = &str>| names.collect::<Vec<_>>().join(", ");
+        extra.insert("robot".to_owned(), self.name.clone());
+        let joints = names(&mut self.joints.iter().map(|joint| joint.name.as_str()));
+        extra.insert("joint_names".to_owned(), joints);
+        if !self.notes.welded.is_empty() {
+            let held = names(&mut self.notes.welded.iter().map(|joint| joint.name.as_str()));
+            extra.insert("held_joints".to_owned(), held);
+        }
+    }
+
+    /// What whoever reads it should know.
+    pub fn notes(&self) -> &Notes {
+        &self.notes
     }
 
     /// Name of the robot.
@@ -182,7 +293,11 @@ impl Model {
     /// `BadInput` with the names there are.
     pub fn frame(&self, name: &str) -> std::result::Result<usize, BadInput> {
         self.frames.iter().position(|frame| frame.name == name).ok_or_else(|| {
-            let names: Vec<&str> = self.frames.iter().map(|frame| frame.name.as_str()).collect();
+            let mut names: Vec<&str> =
+                self.frames.iter().take(MAX_NAMED).map(|frame| frame.name.as_str()).collect();
+            if self.frames.len() > MAX_NAMED {
+                names.push("…");
+            }
             BadInput::new("frame", format!("one of {}", names.join(", ")), format!("\"{name}\""))
         })
     }

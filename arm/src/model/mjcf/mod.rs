@@ -60,13 +60,15 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
     weigh(&sources, &mut tree);
     let Source { root, settings, .. } = &sources[0];
     equality::read(&sources, &mut tree)?;
-    let Tree { links, joints, sites, responses, references, .. } = tree;
+    let Tree { links, joints, sites, free, responses, references, .. } = tree;
     let mut model = super::build::build(Description {
         file: file.to_owned(),
         name: root.attribute("model").unwrap_or("robot").to_owned(),
         links,
         joints,
         sites,
+        free,
+        faults: Vec::new(),
         gravity: settings.gravity,
     })?;
     respond(&mut model, &responses, &references, settings);

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::super::build::check_second;
-use super::super::description::{Drive, JointDescription, Link};
+use super::super::description::{Drive, FreeJoint, JointDescription, Link};
 use super::super::xml::Check;
 use super::assets::Assets;
 use super::attributes::{Attributes, Classes, MAIN, entry_of};
@@ -83,6 +83,8 @@ pub(super) struct Tree {
     pub links: Vec<Link>,
     pub joints: Vec<JointDescription>,
     pub sites: Vec<(String, usize, Pose<f64>)>,
+    /// Free joints, which are taken as fixed.
+    pub free: Vec<FreeJoint>,
     /// Links that are bodies of the file, their document, and what they weigh.
     pub masses: Vec<(usize, usize, Mass)>,
     pub responses: Vec<Response>,
@@ -356,12 +358,13 @@ impl<'a, 's> Walker<'a, 's> {
         let classes = sources[around.source].classes;
         let is_free = element.attribute("type") == Some("free") && *element.tag == *"joint";
         match &*element.tag {
-            "freejoint" => return Err(floating(element)),
-            "joint" if is_free => return Err(floating(element)),
+            "freejoint" => self.tree.free.push(floating(element)),
+            "joint" if is_free => self.tree.free.push(floating(element)),
             "joint" => {
                 let at = Attributes::of(element, entry, classes, around.class)?;
                 if at.text("type") == Some("free") {
-                    return Err(floating(element));
+                    self.tree.free.push(floating(element));
+                    return Ok(());
                 }
                 let hinge = hinge(&at, settings, &around.pose)?;
                 let name = element.attribute("name").map(|name| around.named(name));
@@ -437,8 +440,13 @@ impl<'a, 's> Walker<'a, 's> {
     }
 }
 
-fn floating(element: &Element) -> hysteron_base::BadInput {
-    element.error("a body on hinges, slides or fixed", "a free joint")
+/// A free joint, which is taken as fixed where the file places its body.
+fn floating(element: &Element) -> FreeJoint {
+    FreeJoint {
+        name: element.attribute("name").unwrap_or(&element.tag).to_owned(),
+        place: element.place(),
+        kind: "free".to_owned(),
+    }
 }
 
 /// The body called `name` within `element`.

@@ -1,97 +1,114 @@
-//! URDF.
+//! URDF, and xacro that becomes URDF.
 //!
 //! Read element by element, because what is missing differs from what is zero: an absent `<inertial>` or `<limit>` is
-//! an error where it matters, and every error names its line.
+//! an error where it matters, and every error names its line. Joints of a floating or planar base are taken as fixed and noted:
+//! whoever reads decides whether that is asked for.
 //!
 //! # Reference
 //! wiki.ros.org/urdf/XML.
 
+mod schema;
+
 use std::collections::BTreeMap;
 
+use hysteron_base::BadInput;
+use hysteron_base::believed::ANGLE;
+
 use super::Model;
-use super::description::{Description, Drive, JointDescription, JointKind, Link, Mimic};
-use super::xml::{Check, Node, Place, parse};
+use super::build::{check_inertia, unit};
+use super::description::{Description, Drive, FreeJoint, JointDescription, JointKind, Link, Mimic};
+use super::edit::limits_in_degrees;
+use super::xml::{Check, Element};
 use crate::spatial::{Inertia, Pose, Vec3};
 
 /// Standard gravity along −z, which URDF does not say [m/s²].
 const GRAVITY: Vec3<f64> = [0.0, 0.0, -9.81];
 
-pub(super) fn read(text: &str, file: &str) -> Check<Model> {
-    let document = parse(text, file)?;
-    let (root, place) = (document.root_element(), Place { file });
-    if root.tag_name().name() != "robot" {
-        return Err(place.error(&root, "<robot>", format!("<{}>", root.tag_name().name())));
+/// What the reader does with every element and attribute, as a table in Markdown.
+pub(super) fn table() -> String {
+    schema::table()
+}
+
+pub(super) fn read(robot: &Element) -> Check<Model> {
+    if *robot.tag != *"robot" {
+        return Err(robot.error("<robot>", format!("<{}>", robot.tag)));
     }
+    let warnings = schema::unknown(robot)?;
     let mut index = BTreeMap::new();
-    let mut links = Vec::new();
-    for node in place.children(&root, "link") {
-        let name = place.text(&node, "name")?;
-        if index.insert(name, links.len()).is_some() {
-            return Err(place.error(&node, "names of links that differ", format!("\"{name}\" twice")));
+    let mut description = Description {
+        file: robot.file.to_string(),
+        name: robot.attribute("name").unwrap_or("robot").to_owned(),
+        links: Vec::new(),
+        joints: Vec::new(),
+        sites: Vec::new(),
+        free: Vec::new(),
+        faults: Vec::new(),
+        gravity: GRAVITY,
+    };
+    for link in robot.children_of("link") {
+        let name = link.text("name")?;
+        let number = description.links.len();
+        if index.insert(name, number).is_some() {
+            return Err(link.error("names of links that differ", format!("\"{name}\" twice")));
         }
-        links.push(Link {
+        let (inertia, fault) = inertia(link)?;
+        description.faults.extend(fault.map(|fault| (number, fault)));
+        description.links.push(Link {
             name: name.to_owned(),
-            place: place.of(&node),
-            inertia: inertia(&place, &node)?,
+            place: link.place(),
+            inertia,
             compensation: 0.0,
         });
     }
-    let mut joints = Vec::new();
-    for node in place.children(&root, "joint") {
-        joints.push(joint(&place, &node, &index)?);
+    for element in robot.children_of("joint") {
+        let (joint, free) = joint(element, &index)?;
+        description.free.extend(free);
+        description.joints.push(joint);
     }
-    let name = root.attribute("name").unwrap_or("robot").to_owned();
-    super::build::build(Description {
-        file: file.to_owned(),
-        name,
-        links,
-        joints,
-        sites: Vec::new(),
-        gravity: GRAVITY,
-    })
+    let mut model = super::build::build(description)?;
+    model.notes.warnings.splice(0..0, warnings);
+    let limits: Vec<String> = model.joints.iter().filter_map(limits_in_degrees).collect();
+    model.notes.warnings.extend(limits);
+    Ok(model)
 }
 
-fn inertia(place: &Place, link: &Node) -> Check<Option<Inertia<f64>>> {
-    let Some(node) = place.child(link, "inertial")? else { return Ok(None) };
-    let part = |tag: &'static str| {
-        place.child(&node, tag)?.ok_or_else(|| place.error(&node, &format!("a <{tag}>"), "none"))
-    };
+/// What a link weighs, and what is wrong with that where it moves.
+fn inertia(link: &Element) -> Check<(Option<Inertia<f64>>, Option<BadInput>)> {
+    let Some(inertial) = link.child("inertial")? else { return Ok((None, None)) };
+    let part =
+        |tag: &'static str| inertial.child(tag)?.ok_or_else(|| inertial.error(&format!("a <{tag}>"), "none"));
     let (mass, tensor) = (part("mass")?, part("inertia")?);
-    let kg = place.required(&mass, "value")?;
+    let kg = mass.required("value")?;
     if kg < 0.0 {
-        return Err(place.error(&mass, "a mass >= 0 kg", kg.to_string()).within_link(link));
+        return Err(within(mass.error("a mass >= 0 kg", kg.to_string()), link));
     }
     let mut second = [0.0; 6];
     for (value, name) in second.iter_mut().zip(["ixx", "ixy", "iyy", "ixz", "iyz", "izz"]) {
-        *value = place.required(&tensor, name)?;
+        *value = tensor.required(name)?;
     }
-    super::build::check_second(&second).map_err(|found| {
-        place.error(&tensor, "an inertia without negative principal value", found).within_link(link)
-    })?;
-    let pose = origin(place, &node)?;
+    let fault = check_inertia(kg, &second)
+        .err()
+        .map(|found| within(tensor.error("an inertia without negative principal value", found), link));
+    let pose = origin(inertial)?;
     let centred = Inertia { mass: kg, first: [0.0; 3], second };
-    Ok(Some(centred.placed(&pose.rotation, pose.position)))
+    Ok((Some(centred.placed(&pose.rotation, pose.position)), fault))
 }
 
-trait WithinLink {
-    fn within_link(self, link: &Node) -> Self;
-}
-
-impl WithinLink for hysteron_base::BadInput {
-    /// Names the link of an element that has no name.
-    fn within_link(mut self, link: &Node) -> Self {
-        if let Some(name) = link.attribute("name") {
-            self.place.push_str(&format!(" of link[{name}]"));
-        }
-        self
+/// Names the link of an element that has no name.
+fn within(mut bad: BadInput, link: &Element) -> BadInput {
+    if let Some(name) = link.attribute("name") {
+        bad.place.push_str(&format!(" of link[{name}]"));
     }
+    bad
 }
 
 /// `<origin xyz rpy>` of an element; the same frame where it has none.
-fn origin(place: &Place, node: &Node) -> Check<Pose<f64>> {
-    let Some(node) = place.child(node, "origin")? else { return Ok(Pose::IDENTITY) };
-    let position = place.array(&node, "xyz")?.unwrap_or_default();
-    let [roll, pitch, yaw] = place.array(&node, "rpy")?.unwrap_or_default();
+fn origin(element: &Element) -> Check<Pose<f64>> {
+    let Some(origin) = element.child("origin")? else { return Ok(Pose::IDENTITY) };
+    let position = origin.array("xyz")?.unwrap_or_default();
+    let angles: Vec3<f64> = origin.array("rpy")?.unwrap_or_default();
+    ANGLE.check_all(&origin.place(), &angles)?;
+    let [roll, pitch, yaw] = angles;
     let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
     let rotation = [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -101,93 +118,99 @@ fn origin(place: &Place, node: &Node) -> Check<Pose<f64>> {
     Ok(Pose { rotation, position })
 }
 
-fn joint(place: &Place, node: &Node, links: &BTreeMap<&str, usize>) -> Check<JointDescription> {
-    let name = place.text(node, "name")?;
-    let link = |tag: &'static str| {
-        let end =
-            place.child(node, tag)?.ok_or_else(|| place.error(node, &format!("a <{tag} link=…>"), "none"))?;
-        let name = place.text(&end, "link")?;
-        links
-            .get(name)
-            .copied()
-            .ok_or_else(|| place.error(&end, "a link of this robot", format!("\"{name}\"")))
-    };
-    let (parent, child) = (link("parent")?, link("child")?);
-    let (kind, turns) = match place.text(node, "type")? {
-        "fixed" => (None, false),
-        "revolute" => (Some(JointKind::Revolute), false),
-        "continuous" => (Some(JointKind::Revolute), true),
-        "prismatic" => (Some(JointKind::Prismatic), false),
+/// How a type of URDF moves.
+enum Type {
+    Fixed,
+    /// Of more than one degree of freedom.
+    Free,
+    Moves(JointKind),
+    /// About its axis for ever.
+    Turns,
+}
+
+fn type_of(element: &Element) -> Check<Type> {
+    Ok(match element.text("type")? {
+        "fixed" => Type::Fixed,
+        "revolute" => Type::Moves(JointKind::Revolute),
+        "continuous" => Type::Turns,
+        "prismatic" => Type::Moves(JointKind::Prismatic),
+        "floating" | "planar" => Type::Free,
         other => {
-            return Err(place
-                .error(node, "type fixed, revolute, continuous or prismatic", format!("\"{other}\""))
-                .hint(
-                    "model a floating or planar base as fixed, or as prismatic and revolute joints in a row",
-                ));
+            let expected = "type fixed, revolute, continuous or prismatic";
+            return Err(element.error(expected, format!("\"{other}\"")));
         }
-    };
-    let mut drive = Drive::default();
-    let mut mimic = None;
-    let mut axis = [1.0, 0.0, 0.0];
-    if kind.is_some() {
-        axis = unit_axis(place, node)?;
-        drive = limits(place, node, turns)?;
-        if let Some(dynamics) = place.child(node, "dynamics")? {
-            drive.damping = place.not_negative(&dynamics, "damping")?.unwrap_or(0.0);
-            drive.dry_friction = place.not_negative(&dynamics, "friction")?.unwrap_or(0.0);
-        }
-        if let Some(node) = place.child(node, "mimic")? {
-            let ratio = place.number(&node, "multiplier")?.unwrap_or(1.0);
-            let offset = place.number(&node, "offset")?.unwrap_or(0.0);
-            mimic = Some(Mimic { joint: place.text(&node, "joint")?.to_owned(), ratio, offset });
-        }
-    }
-    let origin = origin(place, node)?;
-    Ok(JointDescription {
-        name: name.to_owned(),
-        place: place.of(node),
-        kind,
-        parent,
-        child,
-        origin,
-        axis,
-        drive,
-        mimic,
     })
 }
 
-fn unit_axis(place: &Place, node: &Node) -> Check<Vec3<f64>> {
-    let Some(node) = place.child(node, "axis")? else { return Ok([1.0, 0.0, 0.0]) };
-    let axis: Vec3<f64> = place.array(&node, "xyz")?.unwrap_or([1.0, 0.0, 0.0]);
-    super::build::unit(axis)
-        .ok_or_else(|| place.error(&node, "an axis longer than zero", format!("{axis:?}")))
+fn joint(element: &Element, links: &BTreeMap<&str, usize>) -> Check<(JointDescription, Option<FreeJoint>)> {
+    let name = element.text("name")?;
+    let link = |tag: &'static str| {
+        let end = element.child(tag)?.ok_or_else(|| element.error(&format!("a <{tag} link=…>"), "none"))?;
+        let name = end.text("link")?;
+        let found = links.get(name).copied();
+        found.ok_or_else(|| end.error("a link of this robot", format!("\"{name}\"")))
+    };
+    let (parent, child) = (link("parent")?, link("child")?);
+    let of = type_of(element)?;
+    let kind = match of {
+        Type::Fixed | Type::Free => None,
+        Type::Moves(kind) => Some(kind),
+        Type::Turns => Some(JointKind::Revolute),
+    };
+    let (mut drive, mut mimic, mut axis) = (Drive::default(), None, [1.0, 0.0, 0.0]);
+    if kind.is_some() {
+        axis = unit_axis(element)?;
+        drive = limits(element, matches!(of, Type::Turns))?;
+        if let Some(dynamics) = element.child("dynamics")? {
+            drive.damping = dynamics.not_negative("damping")?.unwrap_or(0.0);
+            drive.dry_friction = dynamics.not_negative("friction")?.unwrap_or(0.0);
+        }
+        if let Some(own) = element.child("mimic")? {
+            let ratio = own.number("multiplier")?.unwrap_or(1.0);
+            let offset = own.number("offset")?.unwrap_or(0.0);
+            mimic = Some(Mimic { joint: own.text("joint")?.to_owned(), ratio, offset });
+        }
+    }
+    let free = matches!(of, Type::Free).then(|| FreeJoint {
+        name: name.to_owned(),
+        place: element.place(),
+        kind: element.attribute("type").unwrap_or_default().to_owned(),
+    });
+    let origin = origin(element)?;
+    let (name, place) = (name.to_owned(), element.place());
+    Ok((JointDescription { name, place, kind, parent, child, origin, axis, drive, mimic }, free))
 }
 
-fn limits(place: &Place, node: &Node, turns: bool) -> Check<Drive> {
-    let Some(limit) = place.child(node, "limit")? else {
+fn unit_axis(element: &Element) -> Check<Vec3<f64>> {
+    let Some(own) = element.child("axis")? else { return Ok([1.0, 0.0, 0.0]) };
+    let axis: Vec3<f64> = own.array("xyz")?.unwrap_or([1.0, 0.0, 0.0]);
+    unit(axis).ok_or_else(|| own.error("an axis longer than zero", format!("{axis:?}")))
+}
+
+fn limits(element: &Element, turns: bool) -> Check<Drive> {
+    let Some(limit) = element.child("limit")? else {
         return if turns {
             Ok(Drive::default())
         } else {
-            Err(place
-                .error(node, "a <limit> with lower, upper, effort and velocity", "none")
+            Err(element
+                .error("a <limit> with lower, upper, effort and velocity", "none")
                 .hint("a joint that turns for ever has type continuous"))
         };
     };
     let range = if turns {
         None
     } else {
-        let end = |name| Ok(place.number(&limit, name)?.unwrap_or(0.0));
+        let end = |name| Ok(limit.number(name)?.unwrap_or(0.0));
         let [lower, upper] = [end("lower")?, end("upper")?];
         if lower > upper {
-            let found = format!("lower {lower}, upper {upper}");
-            return Err(place.error(node, "lower <= upper", found));
+            return Err(element.error("lower <= upper", format!("lower {lower}, upper {upper}")));
         }
         Some([lower, upper])
     };
     Ok(Drive {
         range,
-        speed_limit: place.not_negative(&limit, "velocity")?,
-        effort_limit: place.not_negative(&limit, "effort")?,
+        speed_limit: limit.not_negative("velocity")?,
+        effort_limit: limit.not_negative("effort")?,
         ..Drive::default()
     })
 }
