@@ -2,12 +2,13 @@
 //!
 //! `columns` reads tables, `scenes` builds the robots in code, `drive` says what they are commanded, `measure` times
 //! steps, `table` prints and writes figures, `rig` drives the virtual rig, `coreact` identifies and rolls out,
-//! `fit` fits a scene, `learn` trains a network, `study` compares with other programs and with a real robot.
+//! `fit` fits a scene, `growth` times the readers on larger and larger files, `learn` trains a network, `study` compares with other programs and with a real robot.
 
 pub mod columns;
 pub mod coreact;
 pub mod drive;
 pub mod fit;
+pub mod growth;
 pub mod learn;
 pub mod measure;
 pub mod rig;

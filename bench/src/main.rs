@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Parser, Subcommand, ValueEnum};
+use hysteron_bench::growth;
 use hysteron_bench::study::{
     adaptation, convergence, coreact, edic, ftdcr, inverse, ladder, layouts, population, rig, robots,
     sensing, sofa, sorosim, tentacle,
@@ -28,6 +29,8 @@ struct Program {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    /// Time every reader on larger and larger files; writes FOLDER/growth/metrics.json, fails where time grows faster than the file
+    Growth,
     /// Carry out a study; writes FOLDER/NAME/metrics.json
     Study {
         /// Which
@@ -77,6 +80,9 @@ enum Name {
 
 fn main() -> Result<()> {
     let Program { verb, quick, out } = Program::parse();
+    if let Some(Verb::Growth) = verb {
+        return growth::run(&out.unwrap_or_else(|| PathBuf::from("out")).join("growth"), quick);
+    }
     let Some(Verb::Study { name, robots, first }) = verb else {
         let effort = if quick { Effort::QUICK } else { Effort::FULL };
         let folder = out.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));

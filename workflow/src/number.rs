@@ -86,6 +86,36 @@ pub fn weight(typed: &str) -> Parsed<f64> {
     between(typed, [1e-15, 1e15], "")
 }
 
+/// A step size of training: with none nothing is learned, with more than one nothing converges.
+pub fn learning_rate(typed: &str) -> Parsed<f64> {
+    between(typed, [1e-8, 1.0], "")
+}
+
+/// A part of a whole.
+pub fn part(typed: &str) -> Parsed<f64> {
+    between(typed, [0.0, 1.0], "")
+}
+
+/// A cut-off frequency [Hz].
+pub fn cutoff_hz(typed: &str) -> Parsed<f64> {
+    between(typed, [1e-3, 1e5], " Hz")
+}
+
+/// A gain of an observer [1/s].
+pub fn gain(typed: &str) -> Parsed<f64> {
+    between(typed, [1e-3, 1e5], " 1/s")
+}
+
+/// The step of a simulation [s].
+pub fn period_s(typed: &str) -> Parsed<f64> {
+    between(typed, [1e-5, 10.0], " s")
+}
+
+/// An angle that may be zero, up to half a turn [rad].
+pub fn angle_rad(typed: &str) -> Parsed<f64> {
+    between(typed, [0.0, std::f64::consts::PI], " rad")
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
@@ -108,6 +138,16 @@ mod tests {
         assert_eq!(up_to::<64>("0").unwrap(), 0);
         assert!(up_to::<64>("64").is_ok() && up_to::<64>("4000000000").is_err());
         assert!(threads("2").is_ok() && threads("100000").is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused() {
+        for bad in
+            [learning_rate("0"), learning_rate("1e3"), part("1.1"), cutoff_hz("0"), gain("0"), period_s("-1")]
+        {
+            assert!(bad.unwrap_err().expected.starts_with("at "));
+        }
+        assert!(learning_rate("1e-4").is_ok() && part("0").is_ok() && angle_rad("0").is_ok());
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub struct Outputs {
     reads: Vec<PathBuf>,
     /// The option that names it, and the file.
     files: Vec<(&'static str, PathBuf)>,
+    /// The option, the file, and the endings that its name may have.
+    endings: Vec<(&'static str, PathBuf, &'static [&'static str])>,
     folders: Vec<(&'static str, PathBuf)>,
     /// Files that sum up a folder of results.
     summaries: Vec<PathBuf>,
@@ -70,6 +72,22 @@ impl Outputs {
         self
     }
 
+    /// It writes a recording, which an option names.
+    pub fn recording(self, option: &'static str, path: impl Into<PathBuf>) -> Self {
+        self.ending(option, path.into(), &["parquet", "csv"])
+    }
+
+    /// It writes a model that learned, which an option names.
+    pub fn learned(self, option: &'static str, path: impl Into<PathBuf>) -> Self {
+        self.ending(option, path.into(), &["safetensors"])
+    }
+
+    /// It writes a file of a kind that the ending of its name says.
+    fn ending(mut self, option: &'static str, path: PathBuf, endings: &'static [&'static str]) -> Self {
+        self.endings.push((option, path.clone(), endings));
+        self.file(option, path)
+    }
+
     /// It writes files to a folder, none of them alone.
     pub fn folder(mut self, option: &'static str, path: impl Into<PathBuf>) -> Self {
         self.folders.push((option, path.into()));
@@ -94,6 +112,13 @@ impl Outputs {
     /// # Errors
     /// `BadInput` naming the option, the file and why; one also where another process is writing there.
     pub fn check(self, caller: &Caller) -> anyhow::Result<Claim> {
+        for (option, path, endings) in &self.endings {
+            let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+            if !endings.contains(&ending) {
+                let expected = format!("a file .{}", endings.join(" or ."));
+                return Err(BadInput::new(*option, expected, path.display().to_string()).into());
+            }
+        }
         for (option, folder) in &self.folders {
             check_folder(option, folder)?;
             self.check_pictures(option, folder)?;

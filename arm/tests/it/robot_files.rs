@@ -33,7 +33,7 @@ const ANY: ReadOptions =
 /// Torques and their derivatives as a table has them, in SI and in the millimetres of CSV.
 #[test]
 fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
-    let expected: Value = serde_json::from_str(&text("urdf.json")).unwrap();
+    let expected: Value = hysteron_base::json::from_text(text("urdf.json")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     for name in ["hinge_slide.urdf", "massless_between.urdf"] {
         let model = read(&text(name), &ReadOptions::default());

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::{Wanted, dynamics_of_rows};
-use hysteron_base::{BadInput, Recording, json};
+use hysteron_arm::{JointKind, Model, Quantity, Wanted, columns_of_dynamics, dynamics_of_rows};
+use hysteron_base::{BadInput, MAX_CHANNELS, Recording, json};
 use serde_json::Value;
 
 use crate::Caller;
@@ -16,6 +16,9 @@ use crate::outputs::Outputs;
 pub struct Options {
     /// File of URDF or MJCF, name of a built-in robot, or model by hysteron arm fit delan
     pub model: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: super::RobotOptions,
     /// States, .csv or .parquet
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub states: PathBuf,
@@ -38,15 +41,42 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if learned_dynamics::is_model(options.model.as_ref()) {
         return learned(options, caller);
     }
-    let model = super::model(&options.model)?;
-    let frame = super::frame(&model, options.frame.as_deref())?;
-    let wanted = Wanted { frame, derivatives: options.derivatives };
     let states = Recording::read(&options.states)?;
-    let outputs = super::reads(&options.model).and([&options.states]).file("--out", &options.out);
+    // Torques follow from accelerations whatever the masses are; the other way round M has to be definite.
+    let is_inverse =
+        [Quantity::Torque.channel(JointKind::Revolute, 0), Quantity::Torque.channel(JointKind::Prismatic, 0)]
+            .iter()
+            .all(|name| states.channel(name).is_none());
+    let model = match is_inverse {
+        true => options.robot_options.model_of_any_mass(&options.model, caller)?,
+        false => options.robot_options.model(&options.model, caller)?,
+    };
+    let frame = super::frame(&model, options.frame.as_deref())?;
+    check_columns(&model, options, is_inverse)?;
+    let wanted = Wanted { frame, derivatives: options.derivatives };
+    let outputs = super::reads(&options.model).and([&options.states]).recording("--out", &options.out);
     let _claim = outputs.check(caller)?;
     let results = dynamics_of_rows(&model, &states, wanted, super::meta(caller, "rigid-body dynamics"))
         .map_err(|bad| bad.within(options.states.display()))?;
     written(&results, options, caller)
+}
+
+/// Refuses robots whose derivatives do not fit in a recording, with the number of joints that do.
+fn check_columns(model: &Model, options: &Options, is_inverse: bool) -> Result<(), BadInput> {
+    let of = |n: usize| columns_of_dynamics(n, options.derivatives, is_inverse);
+    if of(model.n_joints()) <= MAX_CHANNELS {
+        return Ok(());
+    }
+    let most = (1..=model.n_joints()).take_while(|n| of(*n) <= MAX_CHANNELS).count();
+    let option = if options.derivatives { "--derivatives" } else { "MODEL" };
+    let expected =
+        format!("a robot of at most {most} joints: a recording has at most {MAX_CHANNELS} columns");
+    let found = format!("{} joints, whose dynamics have {} columns", model.n_joints(), of(model.n_joints()));
+    let hint = match options.derivatives {
+        true => "without --derivatives it has fewer; joints that are fixed in the file do not count",
+        false => "joints that are fixed in the file do not count",
+    };
+    Err(BadInput::new(option, expected, found).hint(hint))
 }
 
 /// Torques of a learned model for the same states.
@@ -56,7 +86,8 @@ fn learned(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let bad = BadInput::new(option, "a robot file", "a learned model, which has torques alone");
         return Err(bad.into());
     }
-    let outputs = Outputs::reading([Path::new(&options.model), &options.states]).file("--out", &options.out);
+    let outputs =
+        Outputs::reading([Path::new(&options.model), &options.states]).recording("--out", &options.out);
     let _claim = outputs.check(caller)?;
     let states = Recording::read(&options.states)?;
     let meta = super::meta(caller, "learned inverse dynamics");

@@ -29,6 +29,9 @@ pub enum Shape {
 pub struct Options {
     /// File of URDF or MJCF, or name of a built-in robot
     pub model: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: super::RobotOptions,
     /// Where the motion goes, .csv or .parquet
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub out: PathBuf,
@@ -90,14 +93,19 @@ pub struct Options {
 /// # Errors
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let model = super::model(&options.model)?;
+    if options.shape == Shape::Fourier && !(options.from.is_empty() && options.to.is_empty()) {
+        let option = if options.from.is_empty() { "--to" } else { "--from" };
+        let bad = BadInput::new(option, "--shape quintic or cycloid with it", "a Fourier series");
+        return Err(bad.hint("a Fourier series begins and ends where its search finds best").into());
+    }
+    let model = options.robot_options.model(&options.model, caller)?;
     let wanted = LimitOptions {
         part: options.limits,
         speed: options.speed_limit,
         acceleration: options.acceleration_limit,
     };
     let limits = MotionLimits::of(&model, wanted)?;
-    let outputs = super::reads(&options.model).file("--out", &options.out);
+    let outputs = super::reads(&options.model).recording("--out", &options.out);
     let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
     let mut meta = super::meta(caller, "designed motion of an arm");
     let states = match law(options.shape) {

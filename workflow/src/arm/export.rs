@@ -14,6 +14,9 @@ use crate::robot_file::{self, Part};
 pub struct Options {
     /// File of URDF or MJCF, or name of a built-in robot
     pub model: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: super::RobotOptions,
     /// Where it goes: .urdf, .xml or .csv
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: PathBuf,
@@ -31,7 +34,7 @@ pub struct Options {
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let part = if options.joints { Part::Joints } else { Part::Whole };
-    let mut model = super::model(&options.model)?;
+    let mut model = options.robot_options.model_of_any_mass(&options.model, caller)?;
     if let Some(path) = &options.parameters {
         let table = Table::read(path, None)?;
         model = model.with_parameters(&table).map_err(|bad| bad.within(path.display()))?;

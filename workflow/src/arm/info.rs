@@ -12,6 +12,9 @@ use crate::Caller;
 pub struct Options {
     /// File of URDF or MJCF, or name of a built-in robot
     pub model: String,
+    /// How it is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: super::RobotOptions,
 }
 
 /// As info; fails where numbers look wrong
@@ -23,6 +26,9 @@ pub struct Options {
 pub struct CheckOptions {
     /// File of URDF or MJCF, or name of a built-in robot
     pub model: String,
+    /// How it is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: super::RobotOptions,
 }
 
 /// Prints the robot.
@@ -30,7 +36,7 @@ pub struct CheckOptions {
 /// # Errors
 /// A robot that cannot be read.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let model = super::model(&options.model)?;
+    let model = options.robot_options.model_of_any_mass(&options.model, caller)?;
     print(&model, caller);
     Ok(summary(&model))
 }
@@ -40,7 +46,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
 /// # Errors
 /// A robot that cannot be read, or with numbers that look wrong.
 pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Value> {
-    let model = super::model(&options.model)?;
+    let model = options.robot_options.model_of_any_mass(&options.model, caller)?;
     print(&model, caller);
     let suspicions = model.suspicions();
     caller.say("");
@@ -60,7 +66,11 @@ fn summary(model: &Model) -> Value {
     let joints = model.joints().iter().map(
         |joint| json!({ "name": joint.name, "mass_kg": joint.inertia.mass, "range": joint.drive.range }),
     );
-    json!({ "robot": model.name(), "joints": joints.collect::<Vec<_>>(), "reach_m": model.reach() })
+    let held: Vec<&str> = model.notes().welded.iter().map(|joint| joint.name.as_str()).collect();
+    json!({
+        "robot": model.name(), "joints": joints.collect::<Vec<_>>(), "reach_m": model.reach(), "held_joints": held,
+        "warnings": model.notes().warnings,
+    })
 }
 
 fn print(model: &Model, caller: &Caller) {

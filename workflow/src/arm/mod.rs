@@ -13,21 +13,95 @@ pub mod simulate;
 use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
-use hysteron_arm::Model;
+use hysteron_arm::{Base, Masses, Model, ReadOptions};
 use hysteron_base::{BadInput, Metadata, file};
 
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller};
 
-/// The built-in robot of that name, else the one in that file.
-pub fn model(text: &str) -> anyhow::Result<Model> {
-    if Model::builtin_names().any(|name| name == text) {
-        return Ok(Model::builtin(text)?);
+/// How a robot file is read.
+#[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct RobotOptions {
+    /// Hold a robot that floats: its base, and whatever else moves freely, stays where its file puts it
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub fix_base: bool,
+    /// Value of an argument of a robot file that is xacro; can be given several times
+    #[cfg_attr(feature = "clap", arg(long = "arg", value_name = "NAME=VALUE"))]
+    pub arguments: Vec<String>,
+}
+
+impl RobotOptions {
+    /// The built-in robot of that name, else the one in that file, with a mass matrix that is definite. What was ignored
+    /// in the file, and what was held, is said.
+    ///
+    /// # Errors
+    /// A robot that cannot be read.
+    pub fn model(&self, text: &str, caller: &Caller) -> anyhow::Result<Model> {
+        self.read(text, Masses::Definite, caller)
     }
-    if !text.contains(['.', '/']) && !Path::new(text).exists() {
+
+    /// The same with any mass matrix, for kinematics and inverse dynamics.
+    ///
+    /// # Errors
+    /// A robot that cannot be read.
+    pub fn model_of_any_mass(&self, text: &str, caller: &Caller) -> anyhow::Result<Model> {
+        self.read(text, Masses::Any, caller)
+    }
+
+    fn read(&self, text: &str, masses: Masses, caller: &Caller) -> anyhow::Result<Model> {
+        if is_built_in(text) {
+            if let Some(argument) = self.arguments.first() {
+                let place = format!("--arg {argument}");
+                return Err(BadInput::new(place, "a robot file that is xacro", "a built-in robot").into());
+            }
+            return Ok(Model::builtin(text)?);
+        }
+        let mut arguments = hysteron_arm::Arguments::new();
+        for argument in &self.arguments {
+            let Some((name, value)) = argument.split_once('=').filter(|(name, _)| !name.is_empty()) else {
+                return Err(BadInput::new("--arg", "NAME=VALUE", format!("\"{argument}\"")).into());
+            };
+            arguments.insert(name.to_owned(), value.to_owned());
+        }
+        let base = if self.fix_base { Base::Fixed } else { Base::AsInFile };
+        let model = Model::read_with(Path::new(text), &ReadOptions { base, masses, arguments })?;
+        for joint in &model.notes().welded {
+            caller.say(format_args!("joint \"{}\", which is {}, is held at zero", joint.name, joint.kind));
+        }
+        model.notes().warnings.iter().for_each(|warning| caller.say(format_args!("warning: {warning}")));
+        Ok(model)
+    }
+}
+
+/// Refuses the file of a robot where a model that learned from recordings is expected; `option` takes the robot.
+///
+/// # Errors
+/// `BadInput` that says where the robot goes.
+pub fn refuse_robot(path: &Path, expected: &str, hint: &str) -> Result<(), BadInput> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
+    match ending.as_deref() {
+        Some("urdf" | "xml" | "mjcf" | "xacro") => {
+            Err(BadInput::new(path.display().to_string(), expected, "the file of a robot").hint(hint))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The built-in robot of that name, else the one in that file, as it stands there.
+///
+/// # Errors
+/// A robot that cannot be read.
+pub fn model(text: &str) -> anyhow::Result<Model> {
+    if is_built_in(text) {
         return Ok(Model::builtin(text)?);
     }
     Ok(Model::read(Path::new(text))?)
+}
+
+fn is_built_in(text: &str) -> bool {
+    let is_path = text.contains(['.', '/']) || Path::new(text).exists();
+    Model::builtin_names().any(|name| name == text) || !is_path
 }
 
 /// The drive of that name, else the one in that file.

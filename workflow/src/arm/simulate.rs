@@ -14,6 +14,9 @@ use crate::{Caller, arm_figures};
 pub struct Options {
     /// File of URDF or MJCF, or name of a built-in robot
     pub model: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: super::RobotOptions,
     /// Torques, .csv or .parquet
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub torques: PathBuf,
@@ -42,9 +45,9 @@ pub struct Options {
 /// # Errors
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let model = super::model(&options.model)?;
+    let model = options.robot_options.model(&options.model, caller)?;
     let torques = Recording::read(&options.torques)?;
-    let outputs = super::reads(&options.model).and([&options.torques]).file("--out", &options.out);
+    let outputs = super::reads(&options.model).and([&options.torques]).recording("--out", &options.out);
     let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
     let start = match options.start.is_empty() {
         true => first_row(&model, &torques).map_err(|bad| bad.within(options.torques.display()))?,

@@ -32,6 +32,9 @@ pub struct Options {
     /// The arm: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub robot: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: crate::arm::RobotOptions,
 }
 
 /// Carries out the verb.
@@ -39,10 +42,15 @@ pub struct Options {
 /// # Errors
 /// Bad input; files that cannot be written; an interruption.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    arm::refuse_robot(
+        &options.actuator,
+        "an actuator by hysteron arm fit neural",
+        "--robot takes the robot",
+    )?;
     let outputs = arm::reads(&options.robot).and([&options.actuator]).and(&options.recordings);
-    let _claim = outputs.file("--out", &options.out).check(caller)?;
+    let _claim = outputs.learned("--out", &options.out).check(caller)?;
     let actuator = NeuralActuator::read(&options.actuator)?;
-    let model = arm::model(&options.robot)?;
+    let model = options.robot_options.model(&options.robot, caller)?;
     caller.listen();
     let ranges = recording_checks::joint_ranges(&model);
     let context = CheckContext { joint_ranges: &ranges, ..CheckContext::new(Purpose::Fit) };

@@ -45,7 +45,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::number::up_to::<100_000>))]
     pub polish: u32,
     /// Velocities above this are noise, where accelerations are differences of them
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = crate::number::cutoff_hz))]
     pub cutoff: f64,
     /// Of initial parameters and of minibatches
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
@@ -64,7 +64,7 @@ const VALIDATION: usize = 4;
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let state = options.out.with_extension("training");
     let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
-    let outputs = Outputs::reading(&options.recordings).file("--out", &options.out);
+    let outputs = Outputs::reading(&options.recordings).learned("--out", &options.out);
     let _claim = outputs.check(caller)?;
     if options.variant.is_hamiltonian() {
         let bad = BadInput::new("--variant", "a model of velocities", options.variant.label());

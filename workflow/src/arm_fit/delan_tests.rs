@@ -167,6 +167,7 @@ fn a_learned_model_gives_torques_for_a_motion_and_finds_what_else_acts() {
     let out = folder.path().join("torques.csv");
     let dynamics = arm::dynamics::Options {
         model: model.display().to_string(),
+        robot_options: crate::arm::RobotOptions::default(),
         states,
         out: out.clone(),
         frame: None,
@@ -194,6 +195,7 @@ fn a_learned_model_gives_torques_for_a_motion_and_finds_what_else_acts() {
         seconds: None,
         out: out.clone(),
         robot: String::new(),
+        robot_options: crate::arm::RobotOptions::default(),
         gain: 10.0,
     };
     estimate::run(&estimate, &caller).unwrap();

@@ -33,6 +33,9 @@ pub struct Options {
     /// The arm of a neural actuator: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub robot: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: arm::RobotOptions,
     /// Without recordings whose path contains this; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT"))]
     pub leave_out: Vec<String>,
@@ -43,7 +46,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1..))]
     pub detectors: Vec<PathBuf>,
     /// Velocities above this are noise, where accelerations are differences of them
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = crate::number::cutoff_hz))]
     pub cutoff: f64,
 }
 
@@ -52,6 +55,7 @@ pub struct Options {
 /// # Errors
 /// Bad input; files that cannot be written.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+    arm::refuse_robot(&options.model, "a model by hysteron arm fit", "--robot takes the robot")?;
     if read_parameters_header(&options.model)?.0 != NeuralActuator::KIND {
         return inverse_dynamics(options, caller);
     }
@@ -62,6 +66,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         detectors: &options.detectors,
         free: &options.free,
         model: &options.robot,
+        robot_options: &options.robot_options,
         out: options.out.as_deref(),
         figures: options.figures.as_deref(),
     };
@@ -74,7 +79,7 @@ fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value>
         return Err(BadInput::new("recordings", "one, for a model of inverse dynamics", found).into());
     };
     let outputs = Outputs::reading([&options.model, path]);
-    let outputs = options.out.iter().fold(outputs, |outputs, out| outputs.file("--out", out));
+    let outputs = options.out.iter().fold(outputs, |outputs, out| outputs.recording("--out", out));
     let _claim = outputs.check(caller)?;
     let model = LearnedDynamics::read(&options.model)?;
     let recording = Recording::read(path)?;

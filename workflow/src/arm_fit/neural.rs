@@ -32,6 +32,9 @@ pub struct Options {
     /// The arm: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub model: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: arm::RobotOptions,
     /// Do not learn from recordings whose path contains this, as in `weight/pick_place_object_500g`; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT"))]
     pub leave_out: Vec<String>,
@@ -79,22 +82,22 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 12_000, value_parser = crate::number::count::<1_000_000>))]
     pub sensing_updates: usize,
     /// Part of the rollouts, and of the error in validation, in pure simulation: currents by the model of the drives
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 0.0))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 0.0, value_parser = crate::number::part))]
     pub pure: f64,
     /// Full step size
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = 1e-4))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = 1e-4, value_parser = crate::number::learning_rate))]
     pub learning_rate: f64,
     /// Part of the moving average of the weights that each update replaces
     #[cfg_attr(feature = "clap", arg(long, value_name = "PART", default_value_t = 1e-3))]
     pub ema: f32,
     /// Initial positions of a rollout are off by up to this [rad]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD", default_value_t = 0.15))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD", default_value_t = 0.15, value_parser = crate::number::angle_rad))]
     pub start_noise: f64,
     /// A force longer than this is a contact [N]; above the noise of the sensor that labels it
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0.01))]
     pub contact_n: f64,
     /// Step of the simulation [s]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = 0.017))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = 0.017, value_parser = crate::number::period_s))]
     pub period_s: f64,
     /// Rotor and gears of every joint's motor, at the output [default: 0.1 as published; 0.02 with --prior servo; the drive's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KG_M2", allow_negative_numbers = true))]
@@ -180,9 +183,9 @@ pub fn block(text: &str) -> Result<Block, String> {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let files = files(&options.recordings, &options.leave_out)?;
     let drive_file = options.drive.as_deref().and_then(arm::file_of);
-    let outputs = arm::reads(&options.model).and(&files).and(drive_file).file("--out", &options.out);
+    let outputs = arm::reads(&options.model).and(&files).and(drive_file).learned("--out", &options.out);
     let _claim = outputs.check(caller)?;
-    let model = arm::model(&options.model)?;
+    let model = options.robot_options.model(&options.model, caller)?;
     let drive = options.drive.as_deref().map(arm::drive).transpose()?;
     if drive.is_some() != (options.prior == Prior::Drive) {
         let (expected, found) = match drive {

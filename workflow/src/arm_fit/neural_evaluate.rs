@@ -21,6 +21,7 @@ pub(super) struct Places<'a> {
     pub free: &'a [String],
     pub detectors: &'a [PathBuf],
     pub model: &'a str,
+    pub robot_options: &'a arm::RobotOptions,
     pub out: Option<&'a Path>,
     pub figures: Option<&'a Path>,
 }
@@ -35,7 +36,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     let outputs = arm::reads(places.model).and(&files).and(&known);
     let outputs = places.out.iter().fold(outputs, |all, out| all.file("--out", *out));
     let _claim = outputs.report("--figures", places.figures).check(caller)?;
-    let model = arm::model(places.model)?;
+    let model = places.robot_options.model(places.model, caller)?;
     caller.listen();
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();
     let named = read(&files)?;

@@ -28,6 +28,7 @@ fn options(recordings: PathBuf, out: PathBuf) -> neural::Options {
         recordings: vec![recordings],
         out,
         model: "open-manipulator-x".to_owned(),
+        robot_options: crate::arm::RobotOptions::default(),
         leave_out: Vec::new(),
         free: vec!["force_unlabeled".to_owned()],
         form: Form::Streaming,
@@ -114,6 +115,7 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
         out: None,
         figures: Some(folder.path().join("figures")),
         robot: robot.clone(),
+        robot_options: crate::arm::RobotOptions::default(),
         leave_out: Vec::new(),
         free: vec!["force_unlabeled".to_owned()],
         detectors: Vec::new(),
@@ -151,6 +153,7 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
             seconds: None,
             out: out.clone(),
             robot: robot.clone(),
+            robot_options: crate::arm::RobotOptions::default(),
             gain: 25.0,
         };
         estimate::run(&options, &caller)

@@ -18,6 +18,9 @@ use crate::{Caller, arm};
 pub struct Options {
     /// File of URDF or MJCF, or name of a built-in robot
     pub model: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: crate::arm::RobotOptions,
     /// Recordings to fit
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
@@ -55,7 +58,7 @@ pub struct Options {
 /// # Errors
 /// `BadInput` for whatever is wrong with options or recordings.
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let model = &options.motion.model(&options.model)?;
+    let model = &options.motion.model(&options.model, (&options.robot_options, caller))?;
     let inputs = arm::reads(&options.model).and(&options.recordings).and(&options.test);
     let inputs = options.robot.iter().fold(inputs, |all, path| all.file("--robot", path));
     let _claim = options.results.claim(inputs, caller)?;

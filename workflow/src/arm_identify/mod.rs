@@ -235,8 +235,8 @@ fn joined(motions: &[JointMotion]) -> Result<JointMotion, BadInput> {
 
 impl MotionOptions {
     /// The robot that `name` says, with joints locked at zero or where `NAME=Q` says [rad or m].
-    fn model(&self, name: &str) -> anyhow::Result<Model> {
-        let model = arm::model(name)?;
+    fn model(&self, name: &str, (robot, caller): (&arm::RobotOptions, &Caller)) -> anyhow::Result<Model> {
+        let model = robot.model(name, caller)?;
         if self.lock.is_empty() {
             return Ok(model);
         }

@@ -68,7 +68,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::up_to::<100_000>))]
     pub polish: Option<u32>,
     /// Step size of Adam at the start [default: 0.005; published: 0.0001]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = crate::number::learning_rate))]
     pub learning_rate: Option<f64>,
     /// Weight of the torque that is not a rigid body's, in (10)
     #[cfg_attr(feature = "clap", arg(long, value_name = "LAMBDA", default_value_t = 0.1))]

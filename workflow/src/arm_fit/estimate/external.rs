@@ -16,7 +16,7 @@ pub(super) fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let wanted = "an actuator by hysteron arm fit neural --sensing observer";
         return Err(BadInput::new("--live", wanted, "a model by hysteron arm fit delan").into());
     };
-    let outputs = Outputs::reading([&options.actuator, path]).file("--out", &options.out);
+    let outputs = Outputs::reading([&options.actuator, path]).recording("--out", &options.out);
     let _claim = outputs.check(caller)?;
     let recording = Recording::read(path)?;
     let meta = arm::meta(caller, "external torques from learned dynamics");

@@ -40,8 +40,11 @@ pub struct Options {
     /// The arm: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL", default_value = "open-manipulator-x"))]
     pub robot: String,
+    /// How the robot is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: crate::arm::RobotOptions,
     /// Gain of the momentum observer [1/s], with a model by hysteron arm fit delan
-    #[cfg_attr(feature = "clap", arg(long, value_name = "GAIN", default_value_t = 25.0))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "GAIN", default_value_t = 25.0, value_parser = crate::number::gain))]
     pub gain: f64,
 }
 
@@ -53,16 +56,18 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if options.live.is_none() && options.recording.is_none() {
         return Err(BadInput::new("arguments", "a recording or --live FILE", "neither").into());
     }
+    let expected = "an actuator by hysteron arm fit neural, or a model by hysteron arm fit delan";
+    arm::refuse_robot(&options.actuator, expected, "--robot takes the robot")?;
     if learned_dynamics::is_model(&options.actuator) {
         return external::run(options, caller);
     }
     let read = [Some(&options.actuator), options.recording.as_ref(), options.live.as_ref()];
     let outputs = arm::reads(&options.robot).and(read.into_iter().flatten().cloned());
-    let outputs = outputs.file("--out", &options.out);
+    let outputs = outputs.recording("--out", &options.out);
     // A recording from a bus has a lock of its own.
     let _claim = options.live.is_none().then(|| outputs.check(caller)).transpose()?;
     let actuator = NeuralActuator::read(&options.actuator)?;
-    let model = actuator.observed_arm(&arm::model(&options.robot)?)?;
+    let model = actuator.observed_arm(&options.robot_options.model(&options.robot, caller)?)?;
     let estimator = Estimator::new(&actuator, &model);
     let estimator = estimator.map_err(|bad| bad.within(options.actuator.display()))?;
     match (&options.live, &options.recording) {
