@@ -9,7 +9,7 @@ use super::expression::{MAX_BYTES, Names, evaluate};
 use super::value::Value;
 
 /// Properties that are looked up while another is.
-const MAX_CHAIN: usize = 64;
+const MAX_CHAIN: usize = 32;
 
 /// What a property is.
 #[derive(Debug, Clone)]
@@ -132,6 +132,7 @@ impl<'a> Scopes<'a> {
 
     /// The value of a text with `${…}` and `$(…)` in it.
     pub fn text(&mut self, text: &str) -> Result<Value, String> {
+        self.chain.clear();
         self.text_at(text, self.scopes.len())
     }
 
@@ -225,8 +226,11 @@ impl<'a> Scopes<'a> {
             Some((at, Property::Text(text))) => (at, text),
             Some((_, Property::Block(_))) => return Ok(None),
         };
-        if self.chain.iter().any(|earlier| *earlier == name) || self.chain.len() >= MAX_CHAIN {
+        if self.chain.iter().any(|earlier| *earlier == name) {
             return Err(format!("\"{name}\", which is defined by itself: {}", self.chain.join(", ")));
+        }
+        if self.chain.len() >= MAX_CHAIN {
+            return Err(format!("\"{name}\", the end of a chain of more than {MAX_CHAIN} properties"));
         }
         self.chain.push(name.to_owned());
         let value = self.text_at(&text, at + 1)?;
@@ -243,6 +247,7 @@ impl<'a> Scopes<'a> {
 
     /// The property of that name as the innermost scope sees it.
     pub fn property(&mut self, name: &str) -> Result<Option<Value>, String> {
+        self.chain.clear();
         self.property_at(name, self.scopes.len())
     }
 }
