@@ -191,7 +191,8 @@ fn numbers_that_cannot_be_are_told() {
         ("1500", inertia(5.0, 5.0, 5.0), "mass in g?"),
         ("1", inertia(1e-3, 1e-3, 1e-3), "limit of torque is zero"),
     ] {
-        let model = Model::from_urdf(&text(mass, &inertia), "r.urdf").unwrap();
+        let any = ReadOptions { masses: Masses::Any, ..ReadOptions::default() };
+        let model = Model::from_text_with(&text(mass, &inertia), "r.urdf", None, &any).unwrap();
         let said = model.suspicions().join("\n");
         assert!(said.contains(expected), "{expected}: {said}");
     }

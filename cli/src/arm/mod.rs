@@ -8,11 +8,12 @@ use hysteron_workflow::{Caller, arm, arm_fit, arm_study};
 use serde_json::Value;
 
 const HELP: &str = "\
-MODEL is a file of URDF or MJCF, or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
+MODEL is a file of URDF, xacro or MJCF (docs/robot-files.md), or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
 
 Examples, from the root of the repository:
   hysteron arm info panda
   hysteron arm check arm/robots/so101.urdf
+  hysteron arm info arm/tests/data/robot_files/floating_base.urdf --fix-base
 
 `hysteron arm VERB --help` shows what each reads and writes.
 
