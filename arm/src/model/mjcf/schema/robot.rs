@@ -23,7 +23,6 @@ const GENERATED: &str =
     "meshes that MuJoCo generates are not made here: save the compiled model (mj_saveLastXML)";
 const HULL: &str = "hulls of fewer vertices are not computed";
 const PLUGIN: &str = "what a plugin of MuJoCo does is not known here";
-const FLOATING: &str = "a floating base";
 const PLASTIC: &str = "springs that yield are not computed";
 const FLEX: &str = "deformable bodies are not computed";
 const TENDON_FORCE: &str = "forces of tendons are not computed";
@@ -176,7 +175,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         id: "body/freejoint",
         tag: "freejoint",
         within: "worldbody body frame replicate",
-        role: Refused(FLOATING),
+        role: Read,
         attributes: &[(Without(NAMES), "align group name")],
     },
     Entry {
