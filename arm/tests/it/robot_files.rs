@@ -113,7 +113,7 @@ fn only_what_determines_no_acceleration_needs_mass() {
     let error = refusal(&parallel);
     assert!(error.contains("link[l") && error.contains("no mass on it that resists"), "{error}");
     let model = read(&parallel, &ANY);
-    let (mut data, mut tau) = (Data::new(&model, 0.0), [0.0; 2]);
+    let (mut data, mut tau) = (Data::new(&model, 0.0), [0.0_f64; 2]);
     inverse_dynamics(&model, &mut data, [&[0.1, 0.2], &[0.0; 2], &[1.0, 1.0]], &[], &mut tau);
     assert!(tau.iter().all(|tau| tau.is_finite()) && tau[1] != 0.0);
     // A point mass on the axis of the last joint.
