@@ -20,6 +20,8 @@ mod tree;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use nalgebra::DMatrix;
+
 use super::Model;
 use super::description::Description;
 use super::xml::Check;
@@ -135,8 +137,8 @@ fn weigh(sources: &[Source], tree: &mut Tree) {
     }
 }
 
-/// Springs and dampers of a time constant T and a damping ratio ζ at the reference coordinates: with the inertia m that the
-/// joint feels there, stiffness m / (T ζ)² and damping 2 m / T.
+/// Springs and dampers of a time constant T and a damping ratio ζ at the reference coordinates: with the inertia
+/// m = 1 / (M⁻¹)ᵢᵢ of the joint there, all others free, stiffness m / (T ζ)² and damping 2 m / T.
 fn respond(model: &mut Model, responses: &[Response], references: &[(String, f64)], settings: &Settings) {
     if responses.is_empty() {
         return;
@@ -147,11 +149,12 @@ fn respond(model: &mut Model, responses: &[Response], references: &[(String, f64
         model.joints.iter().map(|joint| at.get(joint.name.as_str()).copied().unwrap_or(0.0)).collect();
     let mut mass = vec![0.0; n * n];
     mass_matrix(model, &mut Data::new(model, 0.0), &q, &mut mass);
+    let Some(inverse) = DMatrix::from_row_slice(n, n, &mass).try_inverse() else { return };
     let numbers: BTreeMap<String, usize> =
         model.joints.iter().enumerate().map(|(k, joint)| (joint.name.clone(), k)).collect();
     for Response { joint, time, ratio } in responses {
         let Some(&k) = numbers.get(joint) else { continue };
-        let (felt, drive) = (mass[n * k + k], &mut model.joints[k].drive);
+        let (felt, drive) = (1.0 / inverse[(k, k)], &mut model.joints[k].drive);
         if settings.springs {
             drive.stiffness = felt / (time * ratio).powi(2);
         }
