@@ -35,6 +35,8 @@ const MIN_PLATEAUS: usize = 2;
 const MIN_STEPS_OF_RANGE: f64 = 100.0;
 /// How far a change may be from a whole number of quanta [quanta].
 const QUANTUM_ROUNDING: f64 = 0.02;
+/// A channel of a smaller range stands still [m or rad]: a tracker's noise, and some steps of a servo's encoder of 4096.
+const STANDS: f64 = 3e-3;
 /// Part of the rows in which a limit may have held a stroke back [-].
 const LIMITED: f64 = 0.05;
 
@@ -45,7 +47,8 @@ pub fn check(series: &Series) -> Vec<Warning> {
     found.extend(held(&channels, series));
     found.extend(duplicated(series));
     for channel in channels {
-        let positions = channel.is_position();
+        // Of what stands still, the sensor's last digit is all there is to see.
+        let positions = channel.is_position() && range(channel.values.iter().copied()) > STANDS;
         if channel.values.iter().all(|value| *value == channel.values[0]) {
             continue;
         }
@@ -53,7 +56,9 @@ pub fn check(series: &Series) -> Vec<Warning> {
         if positions {
             found.extend(saturated(channel, series));
         }
-        found.extend(coarse(channel));
+        if positions {
+            found.extend(coarse(channel));
+        }
     }
     found.extend(limited(series));
     found
@@ -308,7 +313,7 @@ fn coarse(channel: &Measured) -> Option<Warning> {
     }
     let quantum = changes.iter().copied().fold(f64::INFINITY, f64::min);
     let levels = range(channel.values.iter().copied()) / quantum;
-    if levels >= MIN_STEPS_OF_RANGE || !channel.is_position() {
+    if levels >= MIN_STEPS_OF_RANGE {
         return None;
     }
     let is_whole = |change: &&f64| {
