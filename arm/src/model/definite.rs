@@ -58,7 +58,8 @@ impl Model {
                 JointKind::Prismatic => carried[k].mass,
             };
             let pivot = mass[n * k + k];
-            if !(pivot > LEAST_RESISTING * (scale + joint.drive.armature)) {
+            let least = LEAST_RESISTING * (scale + joint.drive.armature);
+            if pivot.is_nan() || pivot <= least {
                 return Some(k);
             }
             for i in 0..k {

@@ -307,7 +307,7 @@ impl Parser<'_> {
         match (has_sign, is_negative) {
             (false, _) => Ok(value),
             (true, true) => self.combined("-", &Value::Int(0), &value).map(|value| match value {
-                Value::Float(zero) if zero == 0.0 => Value::Float(-0.0),
+                Value::Float(0.0) => Value::Float(-0.0),
                 other => other,
             }),
             (true, false) => self.combined("+", &Value::Int(0), &value),

@@ -181,11 +181,11 @@ impl Expander<'_> {
         if !is_name {
             return Err(element.error("a name of letters, digits and _", format!("\"{name}\"")));
         }
-        if let Some(remove) = element.attribute("remove") {
-            if self.truth(element, remove)? {
-                self.scopes.remove(&name);
-                return Ok(());
-            }
+        if let Some(remove) = element.attribute("remove")
+            && self.truth(element, remove)?
+        {
+            self.scopes.remove(&name);
+            return Ok(());
         }
         let text = match (element.attribute("value"), element.attribute("default")) {
             (Some(text), _) => text,
