@@ -57,7 +57,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(folder) = &options.figures {
         let recordings: Vec<Recording> = imported.into_iter().map(|one| one.recording).collect();
         page::write(folder, &outcome, &recordings, options.png)?;
-        caller.say(&format!("report: {}", folder.join("report.html").display()));
+        caller.say(format!("report: {}", folder.join("report.html").display()));
     }
     Ok(json::to_value(&outcome)?)
 }
@@ -137,7 +137,7 @@ fn propose(options: &Options, out: &Path, caller: &Caller) -> anyhow::Result<Val
     } else {
         let _claim = Outputs::reading(&options.sources).file("--propose", out).check(caller)?;
         file::write_bytes(out, &text)?;
-        caller.say(&format!("map to edit: {}", out.display()));
+        caller.say(format!("map to edit: {}", out.display()));
     }
     Ok(json!({ "map": text, "out": out }))
 }
