@@ -233,8 +233,8 @@ pub fn columns_of_dynamics(n: usize, derivatives: bool, is_inverse: bool) -> usi
         (true, true) => 3,
         (true, false) => 4,
     };
-    // q, q̇, what is given and what follows, Coriolis, gravity; the Jacobian; position, energies, time, gaps.
-    6 * n + matrices * n * n + 6 * n + 7
+    // q, q̇, what is given and what follows, Coriolis, gravity, damping; the Jacobian; position, energies, time, gaps.
+    7 * n + matrices * n * n + 6 * n + 7
 }
 
 /// Names of the columns of [`dynamics_of_rows`].

@@ -52,6 +52,7 @@ fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
         let states = Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap();
         let wanted = Wanted { frame: 0, derivatives: true };
         let table = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
+        assert_eq!(table.channels().len() + 2, columns_of_dynamics(2, true, true));
         let [csv, parquet] = ["csv", "parquet"].map(|ending| folder.path().join(format!("{name}.{ending}")));
         table.write(&csv).unwrap();
         table.write(&parquet).unwrap();
