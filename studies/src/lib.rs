@@ -87,7 +87,8 @@ mod tests {
         let identity = json!({ "seed": 1 });
         let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 5e-324, f64::MAX, 0.1];
         let row = (numbers, Some(f64::NAN), vec![[f64::INFINITY; 2]]);
-        let of = |compute: &mut dyn FnMut() -> Result<Option<([f64; 7], Option<f64>, Vec<[f64; 2]>)>>| {
+        type Row = ([f64; 7], Option<f64>, Vec<[f64; 2]>);
+        let of = |compute: &mut dyn FnMut() -> Result<Option<Row>>| {
             cell(folder.path(), "a", &identity, compute).unwrap().unwrap()
         };
         let computed = of(&mut || Ok(Some(row.clone())));

@@ -131,7 +131,7 @@ fn pendulum_of_an_xl330_is_met_on_logs_that_were_not_fitted() {
     let Some(folder) = recorded("pendulum_of_an_xl330", "arms/bam/xl330") else { return };
     let logs: Vec<Value> = std::fs::read_dir(folder)
         .unwrap()
-        .map(|entry| json::from_text(&std::fs::read(entry.unwrap().path()).unwrap()).unwrap())
+        .map(|entry| json::from_text(std::fs::read(entry.unwrap().path()).unwrap()).unwrap())
         .collect();
     let runs = |trajectory: &str| -> Vec<PendulumRun> {
         logs.iter().filter(|log| log["trajectory"] == trajectory).map(read).collect()

@@ -269,5 +269,5 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     assert!(found.contains("x.csv: expected channels pwm_k_ratio"), "{found}");
     let three = Model::builtin("three-link").unwrap();
     assert!(observed_arm(&three, 4).unwrap_err().to_string().contains("4 joints or more"));
-    let _: Observers = json::from_text(&json::to_line(&observers).unwrap()).unwrap();
+    let _: Observers = json::from_text(json::to_line(&observers).unwrap()).unwrap();
 }

@@ -251,7 +251,7 @@ mod tests {
         let observers = Observers::identify(&model, &training).unwrap();
         let drive = observers.drive.clone();
         drive.check(4).unwrap();
-        let read: ServoDrive = json::from_text(&json::to_line(&drive).unwrap()).unwrap();
+        let read: ServoDrive = json::from_text(json::to_line(&drive).unwrap()).unwrap();
         assert_eq!(read, drive);
         let [_, _, linear, whole] = estimators(&model, &training).unwrap();
         let asked = motion(200);

@@ -53,7 +53,7 @@ pub struct Reference {
 
 pub fn reference(name: &str) -> Reference {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(format!("{name}.json"));
-    json::from_text(&std::fs::read_to_string(path).unwrap()).unwrap()
+    json::from_text(std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
 /// Every state of every robot.

@@ -149,14 +149,8 @@ mod tests {
 
     fn any_number() -> impl Strategy<Value = f64> {
         use proptest::num::f64;
-        let special = prop::sample::select(vec![
-            std::f64::NAN,
-            std::f64::INFINITY,
-            std::f64::NEG_INFINITY,
-            -0.0,
-            5e-324,
-            std::f64::MAX,
-        ]);
+        let special =
+            prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 5e-324, f64::MAX]);
         prop_oneof![special, f64::ANY]
     }
 
@@ -179,7 +173,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_has_the_names_of_javascript() {
         let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 1.0];
-        assert_eq!(to_line(&numbers).unwrap(), r#"["NaN","Infinity","-Infinity",-0.0,1.0]"#);
+        assert_eq!(to_line(numbers).unwrap(), r#"["NaN","Infinity","-Infinity",-0.0,1.0]"#);
         for (text, what) in [("null", "invalid type"), ("\"nan\"", "invalid"), ("[1]", "invalid type")] {
             let error = from_text::<f64>(text).unwrap_err();
             assert!(error.to_string().contains(what), "{text}: {error}");

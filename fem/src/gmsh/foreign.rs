@@ -110,6 +110,8 @@ fn commands(path: &Path, ending: &str, route: Route) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
     use super::*;
 
     fn hint(file: &str, bytes: &[u8]) -> String {

@@ -26,7 +26,7 @@ fn refused(outcome: &Outcome, parts: &[&str]) {
 }
 
 fn json(path: &Path) -> Value {
-    json::from_text(&std::fs::read(path).unwrap()).unwrap()
+    json::from_text(std::fs::read(path).unwrap()).unwrap()
 }
 
 fn value(found: &Value, name: &str) -> f64 {

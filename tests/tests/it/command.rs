@@ -27,7 +27,7 @@ fn a_path_through_the_nominal_twin_is_carried_out_and_measured() {
     let again = place.run(&record).succeeded();
     assert!(again.stderr.contains("1 are there already"), "{}", again.stderr);
     place.run(&["evaluate", "--target", "circle:20", "tip.parquet", "--out", "report"]).succeeded();
-    let metrics: serde_json::Value = json::from_text(&place.read("report/metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(place.read("report/metrics.json")).unwrap();
     // The robot has friction and slack that the nominal twin does not know, and yet it goes around.
     let iou = metrics["recordings"][0]["iou"].as_f64().unwrap();
     assert!(iou > 0.5 && iou < 0.999, "{iou}");

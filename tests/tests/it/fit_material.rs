@@ -35,7 +35,7 @@ fn zeros_come_back_and_comments_stay() {
         assert!((tendon.zero - expected).abs() < 0.01e-3, "{}: {}", tendon.name, tendon.zero);
     }
 
-    let metrics: serde_json::Value = json::from_text(&place.read("out/metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(place.read("out/metrics.json")).unwrap();
     let error = |key: &str| metrics[key]["rmse_distance_m"].as_f64().unwrap();
     assert!(error("errors_after") < 0.01 * error("errors_before"), "{metrics}");
     let report = String::from_utf8(place.read("out/report.html")).unwrap();

@@ -75,7 +75,7 @@ fn parts_made_on_several_machines_are_the_whole() {
     for stem in ["tip_x_per_stroke", "tip_y_per_stroke"] {
         assert_eq!(found.numbered(stem, "ratio").len(), 4, "{stem}");
     }
-    let card: serde_json::Value = json::from_text(&place.read("data/metrics.json")).unwrap();
+    let card: serde_json::Value = json::from_text(place.read("data/metrics.json")).unwrap();
     assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(3), Some(0)));
     let train = ["train", "data", "--out", "inverse.safetensors", "--epochs", "1", "--hidden", "8"];
     let trained = place.run(&train).succeeded();
@@ -121,7 +121,7 @@ fn a_robot_that_rests_aside_has_synthetic_data_too() {
     place.write("aside.toml", scene.replace("_m_s2 = [0.0, 0.0, 0.0]", "_m_s2 = [0.0, -9.81, 0.0]"));
     for plan in ["short.toml", "tip.toml"] {
         place.run(&["generate", "aside.toml", "--plan", plan, "--out", "data"]).succeeded();
-        let card: serde_json::Value = json::from_text(&place.read("data/metrics.json")).unwrap();
+        let card: serde_json::Value = json::from_text(place.read("data/metrics.json")).unwrap();
         assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(3), Some(0)), "{plan}");
         if plan == "short.toml" {
             let found = Recording::read(place.path().join("data/line.parquet")).unwrap();
@@ -143,7 +143,7 @@ fn an_empty_set_is_told_and_not_drawn() {
     let outcome = place.run(&["generate", "weak.toml", "--plan", "short.toml", "--out", "data", "--png"]);
     let error = outcome.error(1);
     assert!(error.contains("none of the 3 trajectories") && error.contains("largest tension"), "{error}");
-    let card: serde_json::Value = json::from_text(&place.read("data/metrics.json")).unwrap();
+    let card: serde_json::Value = json::from_text(place.read("data/metrics.json")).unwrap();
     assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(0), Some(3)));
     let report = String::from_utf8(place.read("data/report.html")).unwrap();
     assert!(report.contains("No figure") && !report.contains("NaN") && !report.contains("<svg"), "{report}");
@@ -224,7 +224,7 @@ fn a_twin_learns_what_its_network_does_not_know() {
     }
     assert!(squares[1] < squares[0], "{lines:?}");
     // It is kept because motion that it was not fitted to says so.
-    let metrics: serde_json::Value = json::from_text(&place.read("new/metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(place.read("new/metrics.json")).unwrap();
     let held_out = |kept: &serde_json::Value| {
         let all = metrics["held_out"].as_array().unwrap();
         all.iter().find(|one| one["kept"] == *kept).unwrap()["rms_m"].as_f64().unwrap()

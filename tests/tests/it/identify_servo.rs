@@ -31,7 +31,7 @@ fn changed(folder: &Path, from: &str, to: &str, change: &dyn Fn(&Channel) -> Opt
 }
 
 fn read(path: &Path) -> Value {
-    json::from_text(&std::fs::read(path).unwrap()).unwrap()
+    json::from_text(std::fs::read(path).unwrap()).unwrap()
 }
 
 /// Value and standard error of a number of a servo.

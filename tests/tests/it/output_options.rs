@@ -110,10 +110,7 @@ fn every_output_option_is_tried() {
                 (line == words || line.starts_with(&format!("{words} "))) && tried == option
             };
             // A recording by the arms, which needs them.
-            assert!(
-                OPTIONS.iter().any(|row| is_it(row)) || verb == "arm-record",
-                "{verb} {option} is not tried"
-            );
+            assert!(OPTIONS.iter().any(is_it) || verb == "arm-record", "{verb} {option} is not tried");
         }
     }
 }

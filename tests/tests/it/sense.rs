@@ -57,7 +57,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     let fit = ["fit-sensor", scene, "free.parquet", "known.parquet"];
     run(folder, &[&fit[..], &["--servos", "servos.json", "--out", "sensor.json"]].concat()).succeeded();
     let sensor: serde_json::Value =
-        json::from_text(&std::fs::read(folder.join("sensor.json")).unwrap()).unwrap();
+        json::from_text(std::fs::read(folder.join("sensor.json")).unwrap()).unwrap();
     let scale = sensor["sensor"]["servo"]["stall_torque_n_m"].as_f64().unwrap();
     assert!((scale / 1.445 - 1.0).abs() < 0.01, "{scale}");
     let wrong = run(folder, &[&fit[..], &["--servos", "sensor.json", "--out", "other.json"]].concat());

@@ -84,7 +84,7 @@ fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
 
     // Gaps wider by 0.3 mm each. The tip tells their mean; tendons that are opposite share their lag, so that one alone may have half of it.
     let worn = rig(folder, "plays", 0.045, 0.40);
-    let before: Value = json::from_text(&std::fs::read(folder.join("before/metrics.json")).unwrap()).unwrap();
+    let before: Value = json::from_text(std::fs::read(folder.join("before/metrics.json")).unwrap()).unwrap();
     let servos = record(folder, &worn, "2", "plays", &baseline);
     let lost = |servo: &Value| estimate(servo, "lost_motion_mm")[0];
     let grown = |k: usize| lost(&servos[k]) - lost(&before["health"]["servos"][k]);

@@ -185,7 +185,7 @@ fn the_report_holds_what_metrics_say_and_nothing_of_the_clock() {
     let place = Place::new(&[HEAD, INVERSE, &track].concat());
     place.run().succeeded();
     let read = |name: &str| std::fs::read_to_string(place.path().join("out").join(name)).unwrap();
-    let metrics: serde_json::Value = json::from_text(&read("metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(read("metrics.json")).unwrap();
     let html = read("report.html");
     let tracked = metrics["tracked"].as_array().unwrap();
     assert_eq!(tracked.len(), 2);

@@ -4,7 +4,7 @@ use hysteron_base::{Channel, Metadata, Recording, json};
 use hysteron_tests::{Workplace, names_in};
 
 fn metrics(place: &Workplace, folder: &str) -> serde_json::Value {
-    json::from_text(&place.read(&format!("{folder}/metrics.json"))).unwrap()
+    json::from_text(place.read(&format!("{folder}/metrics.json"))).unwrap()
 }
 
 /// Writes the target in `from` as a tip that was measured, made this much larger and moved [m].

@@ -92,7 +92,7 @@ fn tables_without_a_plan_are_validated_on_every_kind_of_motion_and_the_report_sa
     let validated = done.stdout.lines().find(|line| line.starts_with("validated on:")).unwrap();
     assert!(["(line)", "(loop)", "(polygon)"].iter().all(|kind| validated.contains(kind)), "{validated}");
     let read = |name: &str| std::fs::read_to_string(place.path().join("inverse").join(name)).unwrap();
-    let metrics: serde_json::Value = json::from_text(&read("metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(read("metrics.json")).unwrap();
     let network = &metrics["networks"][0];
     let n = |key: &str| network[key].as_array().unwrap().len();
     assert_eq!([n("validation"), n("training"), n("curve"), n("channels")], [3, 3, 2, 4]);
@@ -125,7 +125,7 @@ fn a_path_beyond_the_training_stands_in_the_report_of_its_tracking() {
         ["track", "inverse.safetensors", "--rig", "virtual:typical", "--target", "circle:60", "--out", "far"];
     run(place.path(), &track).succeeded();
     let read = |name: &str| std::fs::read_to_string(place.path().join("far").join(name)).unwrap();
-    let metrics: serde_json::Value = json::from_text(&read("metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(read("metrics.json")).unwrap();
     // Tips of 4.5 mm of stroke come some 15 mm out, the path goes 30.
     let part = metrics["commanded"]["extrapolating"].as_f64().unwrap();
     assert!(part > 0.5, "{part}");
