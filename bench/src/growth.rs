@@ -1,6 +1,6 @@
 //! How the time of every reader grows with its file: a file of n, 2n and 4n things, and the exponent of time over n.
 //!
-//! A reader that is added gets a row in [`READERS`].
+//! A reader that is added gets a row in `READERS`.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::fmt::Write as _;
