@@ -164,15 +164,18 @@ fn joints_are_counted() {
 fn numbers_in_another_unit_are_suspected() {
     let other = |from: &str, to: &str| COLUMNS.replace(from, to);
     let fast: String = (0..50).map(|k| format!("{},{},0,10,20,-1000\n", 10 * k, 3 * k)).collect();
-    for (columns, part) in [
-        (other("q_*_deg", "q_*_rad"), "q_1_rad: expected at most 25"),
+    for (columns, channel, limit) in [
+        (other("q_*_deg", "q_*_rad"), ": q_1_rad, rows 10: ", "at most 25 rad or m is believed"),
         (
             other("current_*_ma", "current_*_a").replace("times = 2.0", "times = 200.0"),
-            "current_1_a: expected at most 200",
+            ": current_1_a, rows ",
+            "at most 200 A is believed",
         ),
     ] {
         let error = import_text(&format!("{HEADER}{fast}"), &columns, |_| ()).unwrap_err();
-        assert!(error.contains(part) && error.contains("--accept-units"), "{part:?} in {error}");
+        for part in [channel, limit, "--accept-units"] {
+            assert!(error.contains(part), "{part:?} in {error}");
+        }
         import_text(&format!("{HEADER}{fast}"), &columns, |options| {
             options.arm.unit_check = UnitCheck::Accept
         })
@@ -188,7 +191,7 @@ fn numbers_in_another_unit_are_suspected() {
     let columns =
         "format = \"hysteron-columns\"\nversion = 1\n[columns]\ntime_ms = 1\nq_1_rad = 2\ndq_1_rad_s = 3\n";
     let error = import_text(&speeds, columns, |_| ()).unwrap_err();
-    assert!(error.contains("dq_1_rad_s: expected speeds that are the change of the coordinate"), "{error}");
+    assert!(error.contains(": dq_1_rad_s: ") && error.contains("times as fast as the speeds say"), "{error}");
     import_text(
         &speeds,
         &columns.replace("dq_1_rad_s = 3", "dq_1_deg_s = { columns = 3, times = 10 }"),
@@ -268,7 +271,7 @@ fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
     write_lerobot(&path, 2);
     let read = |options: &ImportOptions| import(&path, options, Metadata::default());
     let error = read(&ImportOptions::default()).unwrap_err().to_string();
-    assert!(error.contains("--columns lerobot-deg or lerobot-rad"), "{error}");
+    assert!(error.contains("--map lerobot-deg or lerobot-rad"), "{error}");
     let columns = Some(Columns::named("lerobot-deg").unwrap());
     let all = ImportOptions {
         columns,
