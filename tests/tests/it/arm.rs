@@ -204,7 +204,10 @@ fn an_imported_recording_is_simulated_and_a_bad_one_refused() {
         ("0.05,NaN,0.2,1,2", "log.csv: line 7: q1: expected a finite number"),
         ("0.05,0.5,0.2,1", "log.csv: line 7: expected 5 cells"),
         ("0.03,0.5,0.2,1,2", "log.csv: line 7: time: expected one after 0.04 s"),
-        ("0.05,500,0.2,1,2", "q_1_rad: expected at most 25"),
+        (
+            "0.05,500,0.2,1,2",
+            "q_1_rad, rows 6: expected numbers in the unit that is stated, got 500.0000 in row 6",
+        ),
     ] {
         write("log.csv", log(row).as_bytes());
         let outcome = import("log.csv", &[]);

@@ -94,21 +94,24 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     let unlabelled = Recording::read(folder.join("out.parquet")).unwrap();
     assert!(unlabelled.channels().iter().all(|channel| !channel.name.starts_with("force_")));
     let bad = import(Change { missing: &["pos"], ..GOOD });
-    assert!(bad.error(2).contains("q_1_rad: expected at most 25, got -999"), "{}", bad.stderr);
+    let found = "q_1_rad, rows 1: expected numbers in the unit that is stated, got -999.0000 in row 1";
+    assert!(bad.error(2).contains(found), "{}", bad.stderr);
 
     let bad = import(Change { without: "current3", ..GOOD });
     assert!(bad.error(2).contains("current_3_a"), "{}", bad.stderr);
     let bad = import(Change { scaled: (&["pos", "goal_pos"], 57.3), ..GOOD });
     assert!(bad.error(2).contains("--accept-units"), "{}", bad.stderr);
     // Currents in amperes and in microamperes; without PWM the motion tells. An arm that hardly moves needs next to none.
-    for (factor, zero, found) in [
-        (1e-3, "", "0.01 to 1000 A at full PWM, got 1.4"),
-        (1e3, "", "0.01 to 1000 A at full PWM, got 1.4"),
-        (1e-3, "pwm", "0.00025 A or more in motors that move, got 7"),
+    for (factor, zero, found, believed) in [
+        (1e-3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is believed"),
+        (1e3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is believed"),
+        (1e-3, "pwm", "got 7", "in the median of motors that move; 0.00025 A or more is believed"),
     ] {
         let bad = import(Change { scaled: (&["current"], factor), zero, ..GOOD });
         let text = bad.error(2);
-        assert!(text.contains("current_*_a: expected") && text.contains(found), "{factor} {text}");
+        for part in ["current_*_a: expected", found, believed] {
+            assert!(text.contains(part), "{factor} {part:?} {text}");
+        }
         let unit = if factor < 1.0 { "unit a?" } else { "unit ma?" };
         assert!(text.contains(unit) && text.contains("--accept-units"), "{text}");
     }

@@ -56,6 +56,8 @@ const OPTIONS: [(&str, &str, Names); 41] = [
     ("fit-sensor scene.toml rec.csv", "--out", File(&[])),
     ("study run study.toml", "--out", Folder),
     ("demo", "--out", Folder),
+    ("import rec.csv", "--out", RECORDING),
+    ("import rec.csv --out new.csv", "--figures", Folder),
     ("man", "--out", Folder),
     ("rig calibrate --rig virtual:typical", "--out", File(&[])),
     ("arm dynamics three-link --states motion.csv", "--out", RECORDING),

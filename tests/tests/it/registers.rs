@@ -10,7 +10,7 @@ use hysteron_rig::bus::xl430::{self, Register};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::teleoperation::{Arms, ArmsConfig};
 use hysteron_tests::emulated::{EmulatedArms, EmulatedRig};
-use hysteron_tests::run;
+use hysteron_tests::{root, run};
 
 /// Writes a register of a servo, as Dynamixel Wizard would.
 fn touch(rig: &Path, servo: u8, register: Register, value: u32) {
@@ -18,16 +18,25 @@ fn touch(rig: &Path, servo: u8, register: Register, value: u32) {
     LiveRig::open(&config).unwrap().bus().write(servo, register, value).unwrap();
 }
 
-const STROKES: &str = "time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n0,0,0,0,0\n0.01,0.01,0,-0.01,0\n0.02,0.02,0,-0.02,0\n";
-
 #[test]
 fn no_verb_moves_a_rig_whose_registers_were_touched_and_restore_is_the_way_out() {
     let rig = EmulatedRig::start("", 0.5);
     let file = rig.file("rig/rig.toml");
-    std::fs::write(rig.file("strokes.csv"), STROKES).unwrap();
+    let scene = root().join("meshes/tpu80/scene.toml").display().to_string();
     let verbs: [&[&str]; 4] = [
         &["record", "--rig", "rig/rig.toml", "--plan", "plan.toml", "--out", "out.parquet"],
-        &["track", "strokes.csv", "--rig", "rig/rig.toml", "--out", "tracked"],
+        &[
+            "track",
+            "--nominal",
+            "--scene",
+            &scene,
+            "--target",
+            "circle:20",
+            "--rig",
+            "rig/rig.toml",
+            "--out",
+            "tracked",
+        ],
         &["rig", "calibrate", "--rig", "rig/rig.toml"],
         &["rig", "check", "--rig", "rig/rig.toml"],
     ];

@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use super::settings::Settings;
-use super::tree::Source;
 use crate::spatial::{Inertia, Pose, Sym3, Vec3};
 
 /// Volume [m³] or area [m²] of a shape, its centre [m], and second moment of inertia about it for density one.
@@ -147,11 +146,11 @@ impl Mass {
 
 /// Applies least mass, least inertia and balance to the bodies of documents, and the total mass of the first one to all of them.
 /// Every body comes with the number of its link and that of its document.
-pub(super) fn apply(sources: &[Source], bodies: &mut [(usize, usize, Mass)]) {
-    for (_, source, body) in bodies.iter_mut() {
-        body.bound(&sources[*source].settings);
+pub(super) fn apply(settings: &[&Settings], bodies: &mut [(usize, usize, Mass)]) {
+    for (_, document, body) in bodies.iter_mut() {
+        body.bound(settings[*document]);
     }
-    if let Some(wanted) = sources[0].settings.total_mass {
+    if let Some(wanted) = settings[0].total_mass {
         let total: f64 = bodies.iter().map(|(_, _, body)| body.mass).sum();
         for (_, _, body) in bodies.iter_mut().filter(|_| total > 0.0) {
             body.mass *= wanted / total;

@@ -130,7 +130,8 @@ fn check_forces(source: &Source) -> Check<()> {
 
 /// Gives the links their masses, with what the settings of their documents do to them.
 fn weigh(sources: &[Source], tree: &mut Tree) {
-    mass::apply(sources, &mut tree.masses);
+    let settings: Vec<&Settings> = sources.iter().map(|source| &source.settings).collect();
+    mass::apply(&settings, &mut tree.masses);
     for (link, _, mass) in &tree.masses {
         tree.links[*link].inertia = Some(mass.inertia()).filter(|inertia| inertia.mass > 0.0);
         tree.links[*link].compensation = mass.compensation;
