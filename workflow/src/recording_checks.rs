@@ -89,7 +89,7 @@ impl Findings {
     /// The result of a verb with what was found in its recordings.
     pub fn in_value(&self, mut value: Value) -> Value {
         if let Value::Object(fields) = &mut value {
-            fields.insert("warnings".to_owned(), json!(self.0));
+            fields.insert("recording_warnings".to_owned(), json!(self.0));
         }
         value
     }

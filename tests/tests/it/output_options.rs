@@ -24,7 +24,7 @@ const MESH: Names = File(&["msh"]);
 const URDF: Names = File(&["urdf"]);
 
 /// Verbs with what they read, and of their options the one that is tried; the others name outputs that are right.
-const OPTIONS: [(&str, &str, Names); 41] = [
+const OPTIONS: [(&str, &str, Names); 43] = [
     ("simulate scene.toml --strokes strokes.csv", "--out", RECORDING),
     ("simulate scene.toml --strokes strokes.csv --out new.csv", "--figures", Folder),
     ("simulate scene.toml --strokes strokes.csv --out new.csv", "--vtu", Folder),

@@ -74,7 +74,7 @@ fn a_verb_prints_what_it_doubts_and_keeps_it_in_its_report() {
     let outcome = place.run(&evaluate).succeeded();
     assert!(outcome.stderr.contains("to the last bit"), "{}", outcome.stderr);
     let metrics: Value = serde_json::from_slice(&place.read("report/metrics.json")).unwrap();
-    assert_eq!(metrics["warnings"][0]["kind"], "copy_of_recording");
+    assert_eq!(metrics["recording_warnings"][0]["kind"], "copy_of_recording");
     let page = String::from_utf8(place.read("report/report.html")).unwrap();
     assert!(page.contains("leave in doubt") && page.trim_end().ends_with("</html>"));
     write(&place, "frozen.parquet", &{
