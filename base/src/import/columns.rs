@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::join::{Join, Stream};
 use super::pose::Tracker;
+use super::streams::{Join, Stream};
 use crate::units::Unit;
 use crate::{BadInput, Column, Filter, Result, Table, TextFormat, file, schema};
 use serde::Deserialize;

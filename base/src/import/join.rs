@@ -2,44 +2,12 @@
 
 use super::columns::Columns;
 use crate::{BadInput, Table, units::Unit};
-use serde::Deserialize;
 use std::collections::HashMap;
 
 type Check<T> = Result<T, BadInput>;
 
 /// Neighbours further apart than this many usual steps have nothing between them [-].
 const WIDEST: f64 = 1.5;
-
-/// How further files come to the rows of the first.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Join {
-    /// The column whose values tell which rows belong together; by time where there is none.
-    by: Option<String>,
-    /// The further file's column of times; called as in the first where it is not named.
-    time: Option<String>,
-    /// Added to its times [s].
-    #[serde(default)]
-    offset_s: f64,
-    /// True where a value holds until the next; else values lie on lines between samples.
-    #[serde(default)]
-    hold: bool,
-}
-
-/// Columns of a file that have a clock of their own.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Stream {
-    /// The column of their times, in the unit of the file's.
-    time: String,
-    columns: Vec<String>,
-    /// Added to the times [s].
-    #[serde(default)]
-    offset_s: f64,
-    /// True where a value holds until the next.
-    #[serde(default)]
-    hold: bool,
-}
 
 /// Samples of a clock of their own: times that ascend, and where they stand.
 struct Clock {

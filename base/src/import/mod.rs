@@ -11,6 +11,7 @@ mod columns;
 mod join;
 mod pose;
 mod propose;
+mod streams;
 
 use crate::{BadInput, Filter, Metadata, Recording, Result, Table, TextFormat};
 pub use assemble::{LABELLED, MAX_LEFT_OUT};
