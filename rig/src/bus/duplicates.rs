@@ -4,6 +4,8 @@
 //! alike and may come through whole; so each servo is also asked for what no two have alike: its tick, position and
 //! heat.
 
+use std::time::Duration;
+
 use super::wire::{Census, instruction, range};
 use super::{Error, Result, ServoBus, xl430};
 
@@ -13,6 +15,8 @@ const OWN: (u16, u16) = (xl430::REALTIME_TICK.address, 27);
 const QUESTIONS: usize = 5;
 /// Of so many answers this many count as every one: chance leaves a collision whole, and a busy computer an answer late.
 const MOST_DAMAGED: usize = 4;
+/// Beyond the usual time of an answer: who is there is asked once, of a computer that may be busy.
+const PATIENCE: Duration = Duration::from_millis(50);
 
 /// What came back when a servo was asked for what it alone can say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +42,7 @@ impl ServoBus {
             let parameters = range(OWN.0, OWN.1);
             let length = usize::from(OWN.1);
             let asked = self.with_wire(|wire| {
-                let census = wire.census(id, instruction::READ, &parameters, length)?;
+                let census = wire.census(id, instruction::READ, &parameters, (length, PATIENCE))?;
                 // An answer that is late must not be counted with those to the next question.
                 if census != Census::ONE {
                     wire.settle();
@@ -52,14 +56,11 @@ impl ServoBus {
                 Census { whole: 2.., damaged: 0 } => n_several += 1,
                 _ => n_damaged += 1,
             }
-            if n_silent > usize::try_from(self.config.retries).unwrap_or(QUESTIONS) {
-                break;
-            }
         }
         Ok(match (n_several, n_damaged, n_silent) {
             (MOST_DAMAGED.., ..) => Presence::Several,
             (several, damaged, _) if several + damaged >= MOST_DAMAGED => Presence::Damaged,
-            (0, 0, 1..) => Presence::Silent,
+            (.., QUESTIONS) => Presence::Silent,
             _ => Presence::Alone,
         })
     }

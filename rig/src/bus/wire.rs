@@ -248,16 +248,18 @@ impl Wire {
         Ok(Answer { id, alert, parameters: &self.answer })
     }
 
-    /// Asks one servo and counts all that answer, until the line is silent.
+    /// Asks one servo and counts all that answer, until the line is silent; nobody answers after `patience` beyond the
+    /// usual time.
     pub fn census(
         &mut self,
         id: u8,
         instruction: u8,
         parameters: &[u8],
-        length: usize,
+        (length, patience): (usize, Duration),
     ) -> Result<Census, Failure> {
         self.send(id, instruction, parameters)?;
-        let mut deadline = self.deadline(INSTRUCTION_BYTES + parameters.len(), STATUS_BYTES + length);
+        let usual = self.deadline(INSTRUCTION_BYTES + parameters.len(), STATUS_BYTES + length);
+        let mut deadline = usual + patience;
         let (mut census, mut n_bytes) = (Census::default(), 0);
         loop {
             while let Some(found) = self.decoder.next() {
