@@ -77,8 +77,8 @@ pub(crate) struct Balance {
     pub violation: f64,
     /// True if no element is inverted.
     pub is_upright: bool,
-    /// Force below which the applied ones count as none [N].
-    least_force: f64,
+    /// Size of a section of the body, by its volume [m²].
+    section: f64,
 }
 
 /// A residual is small when the forces of a mean strain of this size are.
@@ -109,8 +109,7 @@ impl Balance {
             stroke_residual: vec![0.0; twin.cables.len()],
             violation: f64::INFINITY,
             is_upright: true,
-            least_force: least_stress(&body.material, twin.accuracy.relative_residual)
-                * volume.powf(2.0 / 3.0),
+            section: volume.powf(2.0 / 3.0),
         }
     }
 
@@ -134,7 +133,9 @@ impl Balance {
                 applied += outer[c] * outer[c];
             }
         }
-        self.relative = out_of_balance.sqrt() / applied.sqrt().max(self.least_force);
+        // The accuracy asked for may change between steps.
+        let least = least_stress(&twin.body.material, twin.accuracy.relative_residual) * self.section;
+        self.relative = out_of_balance.sqrt() / applied.sqrt().max(least);
         self.compare_strokes(&twin.cables, control, t);
     }
 
