@@ -168,13 +168,6 @@ def touched(host):
     assert host.read(3, LED, 1) == 1
 
 
-def one_id(host):
-    """Two servos with one id are heard in no whole answer to what each says by itself."""
-    host.write(2, ID, 1, 1)
-    results = [host.handler.read4ByteTxRx(host.port, 1, PRESENT)[1] for _ in range(3)]
-    assert all(result != COMM_SUCCESS for result in results), results
-
-
 def refusals(host):
     host.write(1, OPERATING_MODE, 1, 99, expected=RANGE)
     host.write(1, GOAL, 4, 5000, expected=LIMIT)
@@ -250,8 +243,6 @@ def main(program, folder):
             print(f"  {check.__name__}", flush=True)
         alert(host, started)
         print("  alert", flush=True)
-        one_id(host)
-        print("  one_id", flush=True)
         host.port.closePort()
 
 
