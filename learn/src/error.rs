@@ -1,11 +1,11 @@
-//! What can go wrong in `learn`.
+//! Errors of `learn`.
 
 use hysteron_base::BadInput;
 
-/// What can go wrong in `learn`.
+/// Errors of `learn`.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The input is wrong: the person who gave it can mend it.
+    /// Bad input: a user error.
     #[error(transparent)]
     BadInput(#[from] BadInput),
     /// A file cannot be read or written.

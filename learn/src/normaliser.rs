@@ -15,7 +15,7 @@ pub struct ChannelRange {
     pub max: f64,
 }
 
-/// Maps channels to [-1, 1] by the ranges seen in training, and back; a constant channel maps to 0.
+/// Maps channels to [-1, 1] by their training ranges, and back; a constant channel maps to 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normaliser {
     /// The channels, in order.
@@ -73,7 +73,8 @@ impl Normaliser {
         )
     }
 
-    /// The same ranges, but none narrower than `least`: what never changed in the samples can still be learned.
+    /// The same ranges, but none narrower than `least`, so that a channel that is constant in the samples can
+    /// still be fitted.
     ///
     /// # Errors
     /// As [`Normaliser::new`].

@@ -40,7 +40,7 @@ impl Weights {
         &self.0
     }
 
-    /// What `found` has of the derivatives by them; zeros where it has none.
+    /// The derivatives by these vectors in `found`; zeros where there is none.
     ///
     /// # Errors
     /// The device refuses.
@@ -49,7 +49,7 @@ impl Weights {
     }
 }
 
-/// What was found as the derivative by a variable, of its shape; zeros where it did not count.
+/// The derivative by a variable in `found`, of its shape; zeros where there is none.
 ///
 /// # Errors
 /// The device refuses.

@@ -11,10 +11,10 @@ use crate::{Error, Real, Result};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Penalty {
-    /// As a part of the gradient, which the moments see.
+    /// As a part of the gradient, which enters the moments.
     #[default]
     Coupled,
-    /// Beside the step that the moments make: AdamW (Loshchilov, Hutter 2019).
+    /// Next to the step that the moments make: AdamW (Loshchilov, Hutter 2019).
     Decoupled,
 }
 
@@ -87,7 +87,7 @@ impl Adam {
         Ok(())
     }
 
-    /// What the gradient of this norm is multiplied by after `step` updates.
+    /// Factor that clips a gradient of this norm [-]; checks settings, loss and norm.
     ///
     /// # Errors
     /// `BadInput` for a setting out of its range; `NotFinite` if the loss or the norm is not finite.

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::{Error, Model, Schedule, Training};
 
-/// What a training reports after an epoch; errors in the unit of the task.
+/// Progress of a training after an epoch; errors in the unit of the task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Epoch {
     /// Epochs done, from 1.
@@ -23,7 +23,7 @@ pub struct Epoch {
     pub best: f64,
 }
 
-/// What a training reports.
+/// Progress of a training: an update or an epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress {
     /// An update of the weights.
@@ -47,9 +47,9 @@ pub struct Session<'a> {
     pub progress: &'a mut dyn FnMut(&Progress) -> bool,
 }
 
-/// What a model is trained for: data, batches and loss.
+/// A training task: data, batches and loss.
 pub trait Task<M: Model> {
-    /// What can go wrong in it.
+    /// Errors of the task.
     type Error: From<Error>;
 
     /// The optimiser, its step size and the number of epochs.
@@ -77,7 +77,7 @@ pub trait Task<M: Model> {
     fn validate(&mut self, model: &M) -> Result<f64, Self::Error>;
 }
 
-/// What a training came to.
+/// Fit result: the best weights, their error and the learning curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResult<M> {
     /// With the best weights.

@@ -1,13 +1,13 @@
-//! How a fit went and how well it does on what it did not learn from, beside the baselines that it must beat.
+//! Learning curve of a fit, and its validation errors next to those of the baselines that it must beat.
 
 use serde::Serialize;
 
-/// What there is to tell of a fit.
+/// Report on a fit: splits, learning curve, validation errors by method and output.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FitReport {
-    /// Names of the trajectories that were learned from.
+    /// Names of the training trajectories.
     pub training: Vec<String>,
-    /// Names of those that it was stopped by, and is evaluated on.
+    /// Names of the validation trajectories: early stopping and errors use these.
     pub validation: Vec<String>,
     /// Of every epoch, the error in training and in validation, in `unit`.
     pub curve: Vec<[f64; 2]>,
@@ -15,7 +15,7 @@ pub struct FitReport {
     pub epochs: usize,
     /// Unit of all errors.
     pub unit: &'static str,
-    /// What was evaluated: baselines, and the network last.
+    /// Methods evaluated: baselines, and the network last.
     pub methods: Vec<String>,
     /// Root mean square errors in validation.
     pub channels: Vec<ChannelErrors>,

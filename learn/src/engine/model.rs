@@ -1,4 +1,4 @@
-//! What the engine trains: models of any family, as named arrays of parameters.
+//! Models of any family that the engine trains, as named arrays of parameters.
 
 use hysteron_base::json;
 use serde_json::Value;
@@ -34,7 +34,7 @@ impl TensorShape {
 /// A model of some family: the engine updates, averages, keeps and saves its parameters and asks no more of it. What a
 /// batch is and how the gradient comes about is the [`crate::Task`]'s.
 pub trait Model: Clone {
-    /// What the parameters are stored as.
+    /// Number type of the parameters.
     type Value: Real;
 
     /// The family, as files name it.

@@ -16,7 +16,7 @@ pub enum Decay {
     Step {
         /// Epochs between two changes, at least 1.
         epochs: usize,
-        /// What the step size is then multiplied by.
+        /// Factor on the step size after these epochs [-].
         factor: f64,
     },
 }
@@ -44,7 +44,7 @@ pub(crate) const MOST_LAYERS: usize = 16;
 /// Most windows of a step, samples between two of them, and samples that go through a network at once.
 pub const MOST_ROWS: usize = 1 << 16;
 
-/// Refuses counts of a training that are zero, or beyond the largest that stands beside them.
+/// Refuses counts of a training that are zero, or above the maximum given with them.
 pub(crate) fn check_counts(counts: &[(&str, usize, usize)]) -> Result<(), BadInput> {
     counts.iter().try_for_each(|(name, n, most)| check_count(name, *n, *most))
 }

@@ -33,7 +33,7 @@ pub struct Training<M: Model> {
     record: Record,
 }
 
-/// What updates change: of each vector of parameters.
+/// State that updates change: parameters, moments and average, one entry for each vector of parameters.
 pub(crate) struct Updated<T> {
     /// Updates done.
     pub steps: u64,
@@ -182,7 +182,7 @@ impl<M: Model> Training<M> {
         self.record.best.is_some_and(|(epoch, _)| self.record.epochs - epoch >= patience)
     }
 
-    /// Writes everything needed to go on, with what the caller wants to find beside it.
+    /// Writes everything needed to resume, with the caller's `details`.
     ///
     /// # Errors
     /// `File` if the file system refuses.

@@ -17,7 +17,7 @@ const VERSION: u64 = 1;
 /// One `.safetensors` file, laid out in `docs/learn.md`. Tensors are found by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checkpoint {
-    /// What the network is for; a reader asks for one kind.
+    /// Purpose of the network; a reader asks for one kind.
     pub kind: String,
     /// The weights.
     pub network: Network,
@@ -30,7 +30,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Writes the file; a half-written one is never seen.
+    /// Writes the file; a half-written one never stands under this name.
     ///
     /// # Errors
     /// `BadInput` if the normalisers have not the channels of the network, `File` if the file system refuses.
@@ -55,13 +55,13 @@ impl Checkpoint {
     /// # Errors
     /// `BadInput` naming the file and what is wrong: not a checkpoint, another version, another kind, cut short
     /// or damaged, a tensor missing or of another shape, a weight that is not finite, a weight or another number
-    /// beyond belief, a range upside down.
+    /// above the accepted maximum, a range upside down.
     pub fn read(path: &Path, kind: &str) -> Result<Self> {
         let mut file = TensorFile::read(path, FORMAT, VERSION)?;
         Ok(Self::from_file(&mut file, kind).map_err(|bad| bad.within(path.display()))?)
     }
 
-    /// What a checkpoint of any kind says beside its weights, see [`Checkpoint::details`].
+    /// Metadata of a checkpoint of any kind, see [`Checkpoint::details`].
     ///
     /// # Errors
     /// As [`Checkpoint::read`], but for the weights.

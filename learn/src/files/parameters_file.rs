@@ -12,7 +12,8 @@ use crate::{Model, ParameterVector, Result, TensorShape};
 const FORMAT: &str = "hysteron-parameters";
 const VERSION: u64 = 1;
 
-/// Writes parameters of a model of this `kind`; `details` says what they are of. A half-written file is never seen.
+/// Writes parameters of a model of this `kind`; `details` says what they are of. A half-written file never
+/// stands under this name.
 ///
 /// # Errors
 /// If the file system refuses.
@@ -30,7 +31,7 @@ pub fn write_parameters(path: &Path, kind: &str, details: &Value, parameters: &[
 ///
 /// # Errors
 /// `BadInput` naming the file: not such a file, of another kind or version, damaged, a parameter or another number that is
-/// not finite or beyond belief.
+/// not finite or above the accepted maximum.
 pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
     let mut file = TensorFile::read(path, FORMAT, VERSION)?;
     let mut take = || -> std::result::Result<(Value, Vec<f64>), BadInput> {

@@ -17,11 +17,11 @@ use crate::{Real, Result, TensorShape};
 /// Stands for the checksum while it is computed.
 const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// Largest weight that is believed [-]: networks see inputs of the order of one, a training moves a weight by the step size
-/// in an update (thousandths, some ten thousand times), and beyond this a weight in single precision is rounded so much
-/// (6 % of one) that it says nothing of what it multiplies.
+/// Largest weight that a reader accepts [-]: networks get inputs of the order of one, a training moves a
+/// weight by the step size in an update (thousandths, some ten thousand times), and a weight beyond this has
+/// so large a rounding in single precision (6 % of one) that its products are meaningless.
 const MAX_WEIGHT: f64 = 1e6;
-/// Largest number that is believed in what a file says beside its weights, in any unit.
+/// Largest number that a reader accepts in the metadata of a file, in any unit.
 const MAX_NUMBER: f64 = 1e12;
 
 /// Numbers of a tensor, as they were stored.
@@ -77,7 +77,7 @@ impl TensorFile {
     /// As [`TensorFile::take_tensors`], of weights that are used as they are.
     ///
     /// # Errors
-    /// As there, and for a weight beyond belief.
+    /// As there, and for a weight above the accepted maximum.
     pub fn take_weights<T: Real>(
         &mut self,
         tensors: &[Vec<TensorShape>],
@@ -239,8 +239,8 @@ fn beyond_belief(tensor: &str, size: f64) -> BadInput {
         .hint("no training leads there: the file was damaged or made by hand")
 }
 
-/// Accepts what a file says beside its weights: every number in it within belief. What is only told of the training is not
-/// looked at.
+/// Accepts the metadata of a file: every number in it is at most [`MAX_NUMBER`]. Entries that only describe
+/// the training are not checked.
 ///
 /// # Errors
 /// `BadInput` naming the entry.

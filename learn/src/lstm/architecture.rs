@@ -10,7 +10,7 @@ use crate::engine::MOST_LAYERS;
 /// Largest number of channels that is believed, so that products of sizes cannot overflow.
 const LARGEST: usize = 1 << 20;
 
-/// What the head does after its linear map.
+/// Activation of the head, after its linear map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Head {
@@ -42,7 +42,7 @@ pub struct Architecture {
     pub layers: usize,
     /// Channels that leave the head.
     pub outputs: usize,
-    /// What the head does after its linear map.
+    /// Activation of the head.
     pub head: Head,
     /// Probability p that a value between two layers is zero while training; the others grow by 1/(1 - p).
     pub dropout: f64,
@@ -83,7 +83,7 @@ impl Architecture {
     /// through each at once.
     ///
     /// # Errors
-    /// `BadInput` for a size beyond belief, or one that this machine has no memory for.
+    /// `BadInput` for a size above the accepted maximum, or one that this machine has no memory for.
     pub fn check_training(&self, [samples, rows]: [usize; 2], n_networks: usize) -> Result<(), BadInput> {
         self.check()?;
         let [inputs, hidden, layers, outputs] =

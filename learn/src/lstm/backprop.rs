@@ -7,8 +7,8 @@ use super::graph::Graph;
 use crate::on_device::{Gradients, OnDevice, Weights};
 use crate::{Architecture, Batch, Error, Memory, Model, Network, Result, Training};
 
-/// What passes of networks of one architecture need, reused from batch to batch. Runs on the processor, or with the feature
-/// `cuda` on the first NVIDIA card there is.
+/// Graph and scratch of passes of networks of one architecture, reused from batch to batch. Runs on the
+/// processor, or with the feature `cuda` on the first NVIDIA card there is.
 #[derive(Debug)]
 pub struct Backprop {
     graph: Graph,
@@ -42,7 +42,7 @@ impl Backprop {
         Self { graph: Graph::unrolled(architecture), seed, home: Home::Host }
     }
 
-    /// What a card would do, on the processor.
+    /// Passes by the operations used on a card, computed on the processor.
     #[cfg(test)]
     pub(super) fn as_on_card(architecture: &Architecture, seed: u64) -> Self {
         Self { graph: Graph::as_on_card(architecture), seed, home: Home::Device }
@@ -157,7 +157,8 @@ impl Backprop {
         Ok((value, pass.gradients(weights, &d_outputs)?))
     }
 
-    /// What the sequences between layers are multiplied by in this step: 0 or 1/(1 - p).
+    /// Dropout factors on the sequences between layers in this step: 0 or 1/(1 - p); (layers - 1) × (steps ·
+    /// rows · hidden).
     fn masks(&self, architecture: &Architecture, batch: &Batch<'_>, step: u64) -> Vec<Vec<f32>> {
         let Architecture { hidden, layers, dropout, .. } = *architecture;
         if dropout == 0.0 {

@@ -1,4 +1,4 @@
-//! What enters a network: sequences side by side, and the memory that goes on from one to the next.
+//! Inputs of a network: sequences side by side, and the memory that goes on from one batch to the next.
 
 use hysteron_base::BadInput;
 
@@ -76,7 +76,7 @@ impl Memory {
         Self { rows, hidden: architecture.hidden, h: zeros.clone(), c: zeros }
     }
 
-    /// Makes one row forget.
+    /// Resets the memory of one row to zero.
     ///
     /// # Panics
     /// If there is no such row.

@@ -1,8 +1,9 @@
 //! The network on candle's tensors.
 //!
-//! On a processor an LSTM layer over a whole sequence is one operation of a candle graph with its own way back; on any other device it is
-//! some operations for each step, and their way back by hand (`tensors.rs`). By candle's own cells, step by step, both are checked and
-//! measured.
+//! On a processor an LSTM layer over a whole sequence is one operation of a candle graph with its own
+//! backward pass; on any other device it is some operations for each step, with a hand-written backward pass
+//! (`tensors.rs`). Candle's own cells, step by step, are the reference that both are checked and measured
+//! against.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -41,7 +42,7 @@ pub(crate) struct Graph {
     cells: Cells,
     /// One for each layer.
     tapes: Vec<Arc<Mutex<Tape>>>,
-    /// Derivatives of at most this size become zero on the way back through fused layers.
+    /// Derivatives of at most this size become zero in the backward pass through fused layers.
     pub gradient_floor: f32,
 }
 
@@ -51,12 +52,12 @@ pub(crate) struct Pass {
     by_hand: Option<ByHand>,
 }
 
-/// What a pass has kept whose layers candle knows no way back through.
+/// Tape of a pass through layers for which candle has no backward pass.
 struct ByHand {
     layers: Vec<Kept>,
-    /// What the sequences into the second layer and so on were multiplied by.
+    /// Dropout factors on the sequences into the second layer and so on.
     masks: Vec<Tensor>,
-    /// What came out of the last layer: where candle's derivatives end.
+    /// Output of the last layer: where candle's derivatives end.
     hidden: Var,
 }
 
@@ -280,7 +281,7 @@ fn values<'a>(storage: &'a CpuStorage, layout: &Layout) -> candle_core::Result<&
     Ok(&storage.as_slice()?[from..to])
 }
 
-/// What `work` makes of the values of some tensors on the processor.
+/// Result of `work` on the values of some tensors on the processor.
 fn with_values<T, const N: usize>(
     tensors: [&Tensor; N],
     work: impl FnOnce([&[f32]; N]) -> T,

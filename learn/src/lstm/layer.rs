@@ -37,7 +37,7 @@ impl Shape {
     }
 }
 
-/// What the way back needs from the way forward; reused from batch to batch.
+/// Values of the forward pass that the backward pass needs; reused from batch to batch.
 #[derive(Debug, Default)]
 pub(crate) struct Tape {
     /// i, f, g, o, then ∂L/∂z; [step][row][gate][unit].
@@ -102,16 +102,16 @@ pub(crate) fn forward(
         });
 }
 
-/// What [`backward`] writes.
+/// Gradients that [`backward`] writes.
 pub(crate) struct Gradients<'a> {
     /// By the parameters, as [`LayerWeights`] lie.
     pub parameters: &'a mut [f32],
-    /// By the inputs, where they are wanted.
+    /// By the inputs, where they are asked for.
     pub inputs: Option<&'a mut [f32]>,
 }
 
-/// Goes back through time after [`forward`], as far as anything is left of the derivatives, of which those of at most
-/// `floor` count as zero. The gates on the tape are used up.
+/// Back-propagates through time after [`forward`], as far as anything is left of the derivatives, of which
+/// those of at most `floor` count as zero. The gates on the tape are used up.
 ///
 /// `h` is what `forward` wrote and `dh` the gradient by it.
 pub(crate) fn backward(

@@ -24,7 +24,7 @@ impl Network {
     /// Nothing is added to the bias of the forget gate. Each tensor has its own random stream.
     ///
     /// # Errors
-    /// `BadInput` if a size is zero or beyond belief, or the dropout not in [0, 1).
+    /// `BadInput` if a size is zero or above the accepted maximum, or the dropout not in [0, 1).
     pub fn new(architecture: &Architecture, seed: u64) -> crate::Result<Self> {
         architecture.check()?;
         let bound = 1.0 / (architecture.hidden as f32).sqrt();
@@ -45,7 +45,7 @@ impl Network {
     ///
     /// # Errors
     /// `BadInput` if the architecture is invalid, a tensor missing or of another shape, or a weight not finite or
-    /// beyond belief.
+    /// above the accepted maximum.
     pub(crate) fn take_from(file: &mut TensorFile, architecture: Architecture) -> Result<Self, BadInput> {
         architecture.check()?;
         let parameters = file.take_weights(&architecture.tensors())?;

@@ -111,7 +111,7 @@ impl Runner {
         output
     }
 
-    /// Forgets everything.
+    /// Resets the memory to zero.
     pub fn reset(&mut self) {
         for layer in &mut self.layers {
             layer.h.fill(0.0);

@@ -9,7 +9,7 @@ use candle_nn::ops::sigmoid;
 
 use super::layer::Shape;
 
-/// What a pass keeps for the way back.
+/// Values of a forward pass that the backward pass needs.
 pub(super) struct Kept {
     /// Inputs (steps · rows × inputs).
     inputs: Tensor,
@@ -28,7 +28,8 @@ struct LayerTensors {
     of_inputs: Tensor,
     of_hidden: Tensor,
     bias: Tensor,
-    /// What the rows were multiplied by (4 hidden).
+    /// Factors on the rows (4 · hidden): 2 for the candidate, whose tanh is computed by σ, and 1 for the
+    /// gates.
     factors: Tensor,
 }
 
@@ -96,7 +97,7 @@ pub(super) fn forward(
     Ok((outputs, kept))
 }
 
-/// What derivatives by hidden states and cells after a step are multiplied by, for all steps at once.
+/// Factors on derivatives by hidden states and cells after a step, for all steps at once.
 struct Slopes {
     /// Of the gates' sums by the cells, and by the hidden states (steps × rows × 4 × hidden).
     by_cells: Tensor,
@@ -127,8 +128,8 @@ impl Slopes {
 }
 
 impl Kept {
-    /// The derivatives by the layer's parameters, and, where they are wanted, by its inputs, from those by its hidden states; the memory
-    /// before it is a constant.
+    /// The derivatives by the layer's parameters, and, where asked for, by its inputs, from those by its
+    /// hidden states; the memory before it is a constant.
     ///
     /// # Errors
     /// The device refuses.

@@ -70,7 +70,7 @@ impl Trainer {
         self.passes.update(&mut self.training, batch, memory, loss)
     }
 
-    /// Writes everything needed to go on, with what the caller wants to find beside it.
+    /// Writes everything needed to resume, with the caller's `details`.
     ///
     /// # Errors
     /// `File` if the file system refuses.

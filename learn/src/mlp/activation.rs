@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Real;
 
-/// What stands between two layers.
+/// Activation between two layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Activation {

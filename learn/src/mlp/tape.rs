@@ -23,7 +23,7 @@ use super::shape::{LayerShape, Mlp};
 use crate::Real;
 use crate::product::{multiply, multiply_add, rows};
 
-/// What a pass remembers; reused from batch to batch.
+/// Streams, values and derivatives of a pass; reused from batch to batch.
 #[derive(Debug, Clone)]
 pub struct MlpTape<T> {
     mlp: Mlp,
@@ -63,14 +63,14 @@ struct Way {
 /// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; behind the streams at hand may stand those of a larger pass.
 #[derive(Debug, Clone, Default)]
 struct Layer<T> {
-    /// What enters.
+    /// Inputs of the layer.
     input: Vec<T>,
     /// W x, in the last layer W x + b, and its tangents.
     sum: Vec<T>,
     /// f' and f'' at W x + b; empty in the last layer.
     d: Vec<T>,
     dd: Vec<T>,
-    /// Cotangents of what enters, in the last `reverse_inputs` of values alone: [row][unit].
+    /// Cotangents of the inputs, in the last `reverse_inputs` of values alone: [row][unit].
     by_input: Vec<T>,
 }
 
@@ -166,7 +166,7 @@ impl<T: Real> MlpTape<T> {
         self.enter(0, inputs);
     }
 
-    /// What enters the first layer as this stream.
+    /// Writes the inputs of the first layer for this stream.
     fn enter(&mut self, stream: usize, inputs: &[T]) {
         assert_eq!(inputs.len(), self.n_rows * self.mlp.inputs, "inputs of {} rows", self.n_rows);
         let values = &mut self.layers[0].input;
@@ -268,7 +268,7 @@ impl<T: Real> MlpTape<T> {
         self.reverse(parameters, cotangents, true, Some(into));
     }
 
-    /// Forgets all streams but the first `n`.
+    /// Drops all streams but the first `n`.
     pub fn keep(&mut self, n: usize) {
         self.streams.truncate(n);
     }
@@ -423,7 +423,7 @@ struct Through<'a, T> {
     streams: &'a [Stream],
     /// Values after the activation come first in it.
     y: &'a [T],
-    /// What enters for the last stream; what enters for the others stands where their results go.
+    /// Incoming cotangents of the last stream; those of the others stand where their results go.
     last: Option<&'a [T]>,
     cotangents: &'a mut [T],
 }

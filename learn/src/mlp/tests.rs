@@ -161,8 +161,8 @@ fn what_a_larger_pass_left_on_a_tape_changes_nothing() {
     }
 }
 
-/// The derivatives by parameters of w · values + w_a · tangents + D_b (c · values), the last by repeating the way back of c · values,
-/// where `repeats`, or else by going it again.
+/// The derivatives by parameters of w · values + w_a · tangents + D_b (c · values), the last by repeating the
+/// backward pass of c · values, where `repeats`, or else by a second one.
 fn with_a_gradient_along(
     mlp: &Mlp,
     p: &[f64],

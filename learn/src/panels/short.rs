@@ -26,12 +26,13 @@ pub(crate) struct ShortPanels {
     units: Vec<[f32; PANEL]>,
 }
 
-/// What the largest of some values is the whole number [`LARGEST`] of; zeros have a unit too.
+/// Unit of some values: their largest size over [`LARGEST`]; above zero for zeros too.
 fn unit(values: &[f32]) -> f32 {
     (values.iter().fold(0.0f32, |max, value| max.max(value.abs())) / LARGEST).max(f32::MIN_POSITIVE)
 }
 
-/// The whole number nearest to `value` times `per_unit`, of size up to [`LARGEST`]: numbers of this size beside 1.5 · 2²³ have no fraction.
+/// The whole number nearest to `value` times `per_unit`, of size up to [`LARGEST`]: numbers of this size
+/// added to 1.5 · 2²³ have no fraction.
 #[inline(always)]
 fn whole(value: f32, per_unit: f32) -> i16 {
     const AWAY: f32 = 12_582_912.0;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
 use crate::{Adam, Architecture, Decay, Head, Schedule};
 
-/// What trainings on whole sequences have in common; one cell update a sample.
+/// Options common to trainings on whole sequences; one cell update a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SequenceOptions {
     /// Hidden units of each layer.

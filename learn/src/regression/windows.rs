@@ -32,7 +32,7 @@ pub struct WindowOptions {
     pub learning_rate: f64,
     /// Epochs between two changes of the step size.
     pub decay_epochs: usize,
-    /// What the step size is then multiplied by.
+    /// Factor on the step size every `decay_epochs` epochs [-].
     pub decay_factor: f64,
     /// Weight decay of Adam.
     pub weight_decay: f64,
@@ -72,12 +72,12 @@ impl WindowOptions {
     }
 }
 
-/// A sequence as a network sees it, normalised.
+/// A normalised sequence, input of a network.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WindowedSequence {
-    /// What enters (n × inputs).
+    /// Inputs (n × inputs).
     pub inputs: Vec<f32>,
-    /// What is to come out (n × outputs).
+    /// Targets (n × outputs).
     pub targets: Vec<f32>,
     /// Samples in which a window may end.
     pub ends: Vec<usize>,
@@ -157,8 +157,8 @@ impl<'a> WindowTask<'a> {
         Ok(squares.into_iter().map(|sum| sum / ends.len().max(1) as f64).collect())
     }
 
-    /// What the floor of derivatives takes from the gradient of these weights: the length of the difference over that of the
-    /// whole gradient, on one batch of windows from all training paths.
+    /// Relative error that the floor of derivatives causes in the gradient of these weights [-]: the length
+    /// of the difference over that of the whole gradient, on one batch of windows from all training paths.
     ///
     /// # Errors
     /// As [`Backprop::update`].

@@ -16,7 +16,7 @@ use super::linear::{Linear, linear_gradient};
 use super::shape::{Block, TransformerShape};
 use crate::Real;
 
-/// What recurrent layers compute on the way forward and back, for every token.
+/// Values and derivatives of recurrent layers in the forward and backward passes, for every token.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CellTape<T> {
     /// Projections of tokens, and of the hidden state before (gates × width).
@@ -139,8 +139,8 @@ impl<T: Real> Cell<'_, T> {
         }
     }
 
-    /// From the gradient `dy` by the hidden states of these steps to that by their tokens, in its place; all later steps have been gone
-    /// back through.
+    /// From the gradient `dy` by the hidden states of these steps to that by their tokens, in its place; the
+    /// backward pass has been through all later steps.
     pub fn backward(&self, steps: Range<usize>, t: &mut CellTape<T>, dy: &mut [T]) {
         let (d, rows, wide) = (self.shape.width, self.rows, self.shape.projected());
         let mut by_before = vec![T::default(); rows * d];

@@ -1,7 +1,7 @@
 //! A network in a loop with what it drives, forward and back through time.
 //!
-//! Only states and outputs are kept on the way there. On the way back windows are gone through again; the streaming form keeps what
-//! its tokens were, which is a window's length less.
+//! The forward pass keeps states and outputs alone. The backward pass computes windows again; the streaming
+//! form keeps its tokens, a window's length less.
 
 use std::ops::Range;
 
@@ -10,10 +10,11 @@ use super::shape::Form;
 use super::tape_pool::{Lent, TapePool};
 use crate::Real;
 
-/// What a network drives: some systems of one kind side by side, each with a state, and what the network sees of them.
+/// The system that a network drives: some plants of one kind side by side, each with a state, and the
+/// network's observations of them.
 ///
-/// `step` counts from the first step of a rollout. Every function has its vector-Jacobian product beside it; those add to what they
-/// are given.
+/// `step` counts from the first step of a rollout. Every function has its vector-Jacobian product next to it;
+/// those add to their outputs.
 pub trait Plant<T> {
     /// Systems side by side (rows).
     fn rows(&self) -> usize;
@@ -21,7 +22,8 @@ pub trait Plant<T> {
     /// Numbers of a state.
     fn state_len(&self) -> usize;
 
-    /// Writes what the network sees of a system at a step in this state; before the first step there is a recording and no state.
+    /// Writes the network's observation of a system at a step in this state; before the first step there is a
+    /// recording and no state.
     fn observe(&self, row: usize, step: isize, state: Option<&[f64]>, token: &mut [T]);
 
     /// Adds to `by_state` from the gradient by the token of a step that is not before the first.
@@ -50,7 +52,7 @@ pub struct ClosedLoop<'a, P, T> {
     plant: P,
     network: &'a Transformer<T>,
     horizon: usize,
-    /// Steps before the first that the streaming form has seen.
+    /// Context of the streaming form: steps before the first.
     context: usize,
     tape: Lent<'a, T>,
     /// ((horizon + 1) × rows × state).
@@ -84,7 +86,7 @@ impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
         }
     }
 
-    /// What the network drives.
+    /// The plant that the network drives.
     pub fn plant(&self) -> &P {
         &self.plant
     }

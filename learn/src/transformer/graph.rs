@@ -1,5 +1,5 @@
-//! The network by candle's own operations, which finds its derivatives itself: what the fused passes are checked against and measured
-//! beside.
+//! The network by candle's own operations, which compute its derivatives: the reference that the fused passes
+//! are checked and measured against.
 
 use candle_core::backprop::GradStore;
 use candle_core::{D, Device, Result, Tensor, Var, WithDType};
@@ -60,8 +60,8 @@ impl TransformerGraph {
     }
 }
 
-/// The named arrays of a network as variables of their own, for one pass: the way back through a part of a vector would fill a whole one
-/// with zeros for each of its arrays.
+/// The named arrays of a network as variables of their own, for one pass: the backward pass through a slice
+/// of a vector would fill a whole one with zeros for each of its arrays.
 pub(super) struct Leaves(Vec<Vec<(String, Var)>>);
 
 impl Leaves {
@@ -100,14 +100,14 @@ impl Leaves {
     }
 }
 
-/// What sequences of so many steps share, on the device.
+/// Tensors that sequences of so many steps share, on the device.
 #[derive(Debug)]
 pub(super) struct Times {
-    /// Lag of every step before every step (n · n), and what is added to scores (n × n): a large negative number where a step may not be
-    /// seen. By definition, number by number.
+    /// Lag of every step before every step (n · n), and the mask added to scores (n × n): a large negative
+    /// number where attention is masked out. By definition, number by number.
     lags: Tensor,
     hidden: Tensor,
-    /// What every result takes of every token (results × n): the mean of those that count.
+    /// Weights of every token in every result (results × n): the mean of those that count.
     pooling: Tensor,
 }
 

@@ -172,10 +172,12 @@ impl<T: Real> Attention<'_, T> {
         self.projected - self.width
     }
 
-    /// What token `query` of sequence `r` sees, from the tokens `seen`: `weights` (heads × window) and `out` (width).
+    /// Attention of token `query` of sequence `r` to the tokens `seen`: `weights` (heads × window) and `out`
+    /// (width).
     ///
-    /// A token's keys of all heads stand side by side, and so do its values: each is gone through once, from one end to the other. Head
-    /// by head, rows of a few lines at the same place of pages would drive each other out of the nearest cache.
+    /// A token's keys of all heads stand side by side, and so do its values: each is read once, from one end
+    /// to the other. Head by head, rows of a few lines at the same place of pages would drive each other out
+    /// of the nearest cache.
     #[inline(always)]
     pub fn look(
         &self,

@@ -12,13 +12,13 @@ use super::network::Transformer;
 use super::shape::{Block, Form, LayerLayout, TransformerShape};
 use crate::{Model, Real};
 
-/// What a layer computes on the way forward and back, for every token.
+/// Values and derivatives of a layer in the forward and backward passes, for every token.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LayerTape<T> {
     /// Normalised over each token and 1/spread, of both normalisations.
     unit: [Vec<T>; 2],
     rate: [Vec<T>; 2],
-    /// What the attention's projections, and the feed-forward network, get.
+    /// Inputs of the attention's projections, and of the feed-forward network.
     seen: Vec<T>,
     middle: Vec<T>,
     /// Queries, gates after their sigmoid, keys, values.
@@ -38,7 +38,7 @@ pub(super) struct LayerTape<T> {
     d_added: Vec<T>,
     /// Of a layer that remembers by itself.
     cell: CellTape<T>,
-    /// Scratch of the way back.
+    /// Scratch of the backward pass.
     d_weights: Vec<T>,
     d_token: [Vec<T>; 2],
 }
@@ -60,7 +60,7 @@ impl<'a, T: Real> Layer<'a, T> {
         Self { shape: network.shape(), layout: &network.layout.layer, parameters, packed, rows }
     }
 
-    /// What stands in for all of it where the layer remembers by itself.
+    /// The recurrent cell that replaces attention in a layer with a state of its own.
     fn cell(&self) -> Cell<'a, T> {
         let [token, state] = [0, 1].map(|k| self.linear(k));
         Cell { shape: self.shape, token, state, rows: self.rows }
@@ -171,8 +171,9 @@ impl<'a, T: Real> Layer<'a, T> {
         }
     }
 
-    /// From the gradient `dy` by the layer's result at these steps to that by its tokens, in its place; all later steps have been
-    /// gone back through. `gradient` gets what belongs to normalisations, scalars and lags.
+    /// From the gradient `dy` by the layer's result at these steps to that by its tokens, in its place; the
+    /// backward pass has been through all later steps. `gradient` gets the part of normalisations, scalars
+    /// and lags.
     #[inline(always)]
     pub fn backward(&self, steps: Range<usize>, tape: &mut LayerTape<T>, dy: &mut [T], gradient: &mut [T]) {
         if self.shape.block.gates().is_some() {
@@ -244,7 +245,8 @@ impl<'a, T: Real> Layer<'a, T> {
         }
     }
 
-    /// From the gradient by what attention gives, gated, to that by the projections of all tokens seen.
+    /// From the gradient by the gated output of attention to that by the projections of all tokens attended
+    /// to.
     #[inline(always)]
     fn attend_back(
         &self,
@@ -327,7 +329,7 @@ impl<T: Real> LayerTape<T> {
         }
     }
 
-    /// Before a way back.
+    /// Clears the gradients before a backward pass.
     pub fn clear_gradients(&mut self) {
         self.d_projections.fill(T::default());
         self.cell.clear_gradients();

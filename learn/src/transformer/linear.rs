@@ -38,7 +38,7 @@ pub(super) struct Linear<'a, T> {
 }
 
 impl<'a, T: Real> Linear<'a, T> {
-    /// What stands at `layout` in a vector of parameters, all of whose matrices are in `packed`.
+    /// The linear map at `layout` in a vector of parameters, all of whose matrices are in `packed`.
     ///
     /// # Panics
     /// If there is no matrix.

@@ -91,7 +91,7 @@ struct Scratch {
 }
 
 impl TransformerRunner {
-    /// A runner that has seen nothing.
+    /// A runner with an empty context.
     pub fn new(network: &Transformer<f32>, format: WeightFormat) -> Self {
         let shape = network.shape().clone();
         let (layout, parameters) = (&network.layout, network.parameters());
@@ -147,7 +147,7 @@ impl TransformerRunner {
         }
     }
 
-    /// Forgets everything.
+    /// Resets the context and the memory.
     pub fn reset(&mut self) {
         (self.step, self.is_fresh) = (0, true);
         self.layers.iter_mut().flat_map(|layer| &mut layer.memory).for_each(|memory| memory.fill(0.0));
@@ -190,7 +190,7 @@ impl TransformerRunner {
         &self.outputs
     }
 
-    /// Keeps what the next token attends to, and forgets the rest.
+    /// Keeps the tokens that the next one attends to, and drops the rest.
     fn move_to_front(&mut self) {
         let kept = self.shape.tokens - 1;
         let keep = |values: &mut Vec<f32>, width: usize, step: usize| {

@@ -1,4 +1,4 @@
-//! What a Transformer is: sizes, kind of blocks, how it meets time; where its parameters stand.
+//! Shape of a Transformer: sizes, kind of blocks, form in time; where its parameters stand.
 
 use std::ops::Range;
 
@@ -15,10 +15,11 @@ pub enum Block {
     /// As NeuralActuator's authors released it: normalisation before attention and feed-forward network, GELU, and a sigmoid gate
     /// for each number of the attention's output, from a query projection of twice the width.
     GatedPreNorm,
-    /// As the paper prints it, equations (4) and (5): normalisation after each sum, SiLU, learned scalars γ.
+    /// As the paper prints it, equations (4) and (5): normalisation after each sum, SiLU, trainable scalars
+    /// γ.
     ScaledPostNorm,
-    /// A gated recurrent unit for each number: no attention, no normalisation, no feed-forward network. What it remembers does not end
-    /// with the window, and an output comes from the last token alone. Streaming only.
+    /// A gated recurrent unit for each number: no attention, no normalisation, no feed-forward network. Its
+    /// state does not end with the window, and an output comes from the last token alone. Streaming only.
     Gru,
     /// As [`Block::Gru`], a long short-term memory.
     Lstm,
@@ -39,7 +40,8 @@ impl Block {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
-    /// A window of tokens at learned positions, each attending to all; one output for the window, from the mean of its tokens.
+    /// A window of tokens at trainable positions, each attending to all; one output for the window, from the
+    /// mean of its tokens.
     Window,
     /// One token a step, attending to itself and those before it in the window by their lag; one output a step, from the mean of
     /// the tokens in the window. What a token was does not change any more: keys and values are kept.

@@ -11,7 +11,7 @@ use super::network::Transformer;
 use super::shape::{Form, TransformerShape};
 use crate::{Model, Real, product};
 
-/// What passes through a network compute, for up to so many steps of some sequences side by side.
+/// Values and gradients of passes through a network, for up to so many steps of some sequences side by side.
 ///
 /// All arrays are time-major: [step][sequence][channel]. A window is a sequence of as many steps as the network has tokens, with
 /// one output. In the streaming form steps may be handed over one by one or together: the result is the same to rounding.
@@ -102,8 +102,8 @@ impl<T: Real> TransformerTape<T> {
         }
     }
 
-    /// Outputs of `steps` from their `inputs` (steps × rows × inputs); all steps before have been gone through. A window takes all
-    /// its steps at once and has one row of outputs for each sequence.
+    /// Outputs of `steps` from their `inputs` (steps × rows × inputs); the forward pass has been through all
+    /// steps before. A window takes all its steps at once and has one row of outputs for each sequence.
     ///
     /// # Panics
     /// If there is no room for these steps, or the inputs are not of their number.
@@ -183,15 +183,15 @@ impl<T: Real> TransformerTape<T> {
         }
     }
 
-    /// Before a way back from the last step.
+    /// Clears the gradients before a backward pass from the last step.
     pub fn clear_gradients(&mut self) {
         self.d_normed.fill(T::default());
         self.layers.iter_mut().for_each(LayerTape::clear_gradients);
     }
 
-    /// From the gradient by the outputs of `steps` to that by their inputs; all steps after have been gone back through since
-    /// [`Self::clear_gradients`]. Adds to `gradient`, of the shape of the parameters, what does not wait for
-    /// [`Self::weight_gradients`].
+    /// From the gradient by the outputs of `steps` to that by their inputs; the backward pass has been
+    /// through all later steps since [`Self::clear_gradients`]. Adds to `gradient`, of the shape of the
+    /// parameters, all but [`Self::weight_gradients`].
     ///
     /// # Panics
     /// If `d_outputs` is not as long as what [`Self::forward`] gave.
@@ -256,7 +256,7 @@ impl<T: Real> TransformerTape<T> {
         }
     }
 
-    /// Adds the gradients by all matrices, of the first `steps` steps, through which all passes have gone back.
+    /// Adds the gradients by all matrices, of the first `steps` steps, after all backward passes.
     pub fn weight_gradients(&self, network: &Transformer<T>, steps: usize, gradient: &mut [Vec<T>]) {
         Isa::detect().run(WeightGradients { tape: self, network, steps, gradient });
     }

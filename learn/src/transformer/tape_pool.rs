@@ -84,7 +84,7 @@ impl<T: Real> TapePool<T> {
         Lent { tape: Some(tape), pool: Some(self) }
     }
 
-    /// What `pass` makes of such a tape.
+    /// Result of `pass` on such a tape.
     ///
     /// # Panics
     /// As [`TransformerTape::new`].
@@ -124,7 +124,7 @@ impl<T: Real> TapePool<T> {
     }
 }
 
-/// What is in a list; it stands there only while no pass writes it.
+/// Lock of a list; its tapes or gradients are those that no pass uses.
 fn held<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
     list.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -23,7 +23,7 @@ fn remembers_what_was_shown_only_at_first() {
         let mut memory = Memory::zeros(&architecture, ROWS);
         value = trainer.step(&batch, &mut memory, mean_square(&signs)).unwrap();
     }
-    // The signs of the last batch were not seen before; a hundredth of what a net without memory reaches.
+    // The signs of the last batch are new; a hundredth of the error of a network without memory.
     assert!(value < 0.01, "{value}");
 }
 
