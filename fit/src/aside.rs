@@ -27,7 +27,7 @@ impl Failure for Halt {
     }
 }
 
-/// What a search sees of a model: its values at parameters.
+/// A model as a search calls it: its values at parameters, with the error type erased.
 pub(crate) type Erased<'a, V> = &'a (dyn Fn(&[f64]) -> Result<V, Halt> + Sync);
 
 /// Runs a search on `model` and gives its result, or the error of `model` that ended it.

@@ -7,12 +7,13 @@ use hysteron_base::BadInput;
 pub struct Fold {
     /// Used for the fit, ascending.
     pub training: Vec<usize>,
-    /// Left out of it, ascending.
+    /// Test groups, ascending.
     pub test: Vec<usize>,
 }
 
-/// `k` splits of `n_groups` recordings (trajectories): each is tested in exactly one. Neighbouring numbers are spread over the
-/// folds, so that recordings made one after the other do not leave together. With `k = n_groups` each is left out once.
+/// `k` splits of `n_groups` recordings (trajectories): each is tested in exactly one. Neighbouring numbers
+/// are spread over the folds, so that recordings made one after the other do not leave together. With `k =
+/// n_groups` each is the only test group once.
 ///
 /// # Errors
 /// Fewer than two folds, or more than groups.

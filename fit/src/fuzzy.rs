@@ -15,7 +15,7 @@ const PASSES: usize = 100;
 /// Samples of a step.
 const BATCH: usize = 10;
 
-/// What a rule says.
+/// Form of a rule's consequent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequents {
     /// p₀ + p₁ x, by least squares in every pass.

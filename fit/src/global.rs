@@ -60,9 +60,9 @@ pub struct GlobalOptions<'a> {
     pub generations: usize,
     /// Difference of the costs of a population, relative to the best, below which the search has converged [-].
     pub spread: f64,
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Told the generation and the best cost; false ends the search.
+    /// Called with the generation and the best cost; false ends the search.
     pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
 }
 

@@ -19,8 +19,8 @@ const NOISE: f64 = 4.0;
 
 /// Fits `parameters` so that the sum of squared residuals is least.
 ///
-/// `residuals` gives series of residuals that belong together, neighbours beside each other (as one coordinate over
-/// one recording), so that the fit can tell how independent they are. Where they fail
+/// `residuals` gives series of residuals that belong together, neighbours next to each other (as one
+/// coordinate over one recording), from which the fit estimates how independent they are. Where they fail
 /// locally ([`Failure::is_local`]), the search turns back.
 ///
 /// # Errors

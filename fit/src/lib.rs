@@ -25,7 +25,7 @@ pub use parameter::{Parameter, Prior, Scale};
 pub use search::{Found, Problem, cost, minimum, polished, prior_rows};
 pub use uncertainty::{Estimate, Spread, Standing, condition, correction, covariance, unidentifiable};
 
-/// What the residuals of a fit fail with.
+/// Error type of the residuals of a fit.
 pub trait Failure: From<BadInput> + Send + std::fmt::Debug {
     /// True where the residuals have no value at these parameters alone, so that a search turns back; false ends it.
     fn is_local(&self) -> bool;

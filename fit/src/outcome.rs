@@ -1,20 +1,20 @@
-//! What a fit is asked for, and what it comes to.
+//! Options of a fit, and its result.
 
 use crate::parameter::Parameter;
 use crate::uncertainty::{self, Estimate, Standing};
 
-/// What a fit minimises, and who watches it.
+/// Options of a least-squares fit: loss, thresholds, tolerance and a progress callback.
 pub struct Options<'a> {
     /// Residual from which on a residual counts linearly rather than squared (Huber, 1964), if any [their unit].
     pub huber: Option<f64>,
-    /// Root mean square by which a parameter must move the residuals, on its way between its bounds, to count as
-    /// seen by the data [unit of the residuals].
+    /// Root mean square by which a parameter must move the residuals, from bound to bound, to count as
+    /// observable in the data [unit of the residuals].
     pub smallest_effect: f64,
     /// Parameters that the residuals themselves have been cleared of, a rigid frame for example.
     pub n_nuisance: usize,
     /// Relative change of the sum of squares, or of the places, below which a search ends [-].
     pub tolerance: f64,
-    /// Told the number of evaluations and the root mean square of the best; false ends the fit.
+    /// Called with the number of evaluations and the root mean square of the best; false ends the fit.
     pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
 }
 
@@ -25,8 +25,8 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Correlation of the estimates, for those with a standard error; n × n, zero elsewhere [-].
     pub correlation: Vec<Vec<f64>>,
-    /// Condition number of the Jacobian of the fitted ones, its columns of length one: from 30 on some can hardly be
-    /// told apart (Belsley, Kuh, Welsch, 1980) [-].
+    /// Condition number of the Jacobian of the fitted ones, its columns of length one: from 30 on some can
+    /// hardly be identified separately (Belsley, Kuh, Welsch, 1980) [-].
     pub condition: f64,
     /// Root mean square of the residuals at the start and at the end.
     pub rms: [f64; 2],

@@ -1,4 +1,4 @@
-//! Numbers to fit: bounds, scale, and what is believed of them before.
+//! Parameters of a fit: bounds, scale and prior.
 
 use hysteron_base::{BadInput, Bounds};
 
@@ -11,7 +11,7 @@ pub enum Scale {
     Logarithmic,
 }
 
-/// What is believed of a parameter before the data is seen: a normal distribution on the parameter's scale.
+/// Prior of a parameter: a normal distribution on the parameter's scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// Its middle [SI].
@@ -31,7 +31,7 @@ pub struct Parameter {
     pub bounds: Bounds,
     /// How it is spread between them.
     pub scale: Scale,
-    /// What is believed of it before, if anything.
+    /// Its prior, if any.
     pub prior: Option<Prior>,
 }
 

@@ -41,10 +41,10 @@ const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
 const MOST_ROUNDS: usize = 3;
 const SAME_SPREAD: f64 = 0.7;
 
-/// Residuals that belong together, each beside its neighbours.
+/// Residuals that belong together, each next to its neighbours.
 pub type Series = Vec<Vec<f64>>;
 
-/// Residuals of parameters, and what is believed of these.
+/// Residuals of parameters, and their priors.
 pub struct Problem<'a, E> {
     parameters: &'a [Parameter],
     options: &'a Options<'a>,
@@ -53,7 +53,7 @@ pub struct Problem<'a, E> {
     /// Standard deviation of an independent residual, which one of a prior counts as.
     pub noise: f64,
     effort: Effort,
-    /// What every residual counts as where they have no value.
+    /// Value of every residual where they cannot be computed.
     failed: f64,
     evaluations: AtomicUsize,
     /// Least root mean square so far.
@@ -274,7 +274,7 @@ struct Search<'a, E> {
     free: &'a [usize],
     angles: DVector<f64>,
     iterations: AtomicUsize,
-    /// Places and residuals that were asked for last: a Jacobian is wanted where the residuals were.
+    /// Places and residuals of the last evaluation: a Jacobian is computed at the same places.
     last: Mutex<Option<Evaluated>>,
     failure: Mutex<Option<E>>,
 }
@@ -492,7 +492,7 @@ fn within_bounds(
     Some(changes)
 }
 
-/// Sum of squares of the residuals at `places` and of what is believed, each of which counts `noise`.
+/// Sum of squares of the residuals at `places` and of the priors, each of which counts `noise`.
 pub fn cost(parameters: &[Parameter], places: &[f64], series: &[Vec<f64>], noise: f64) -> f64 {
     let off = |(parameter, place): (&Parameter, &f64)| {
         let off = place - parameter.place(parameter.home());

@@ -1,4 +1,4 @@
-//! What the outcome of a fit is worth: standard errors, correlation, and what the data does not determine.
+//! Uncertainty of a fit: standard errors, correlation, and the parameters that the data does not determine.
 //!
 //! Everything is computed in places between the bounds, 0 to 1, where parameters of different units compare. A
 //! direction in them is undetermined if moving along it from bound to bound does not move the residuals. A parameter is
@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use crate::parameter::Parameter;
 
-/// What became of a parameter.
+/// Identifiability of a parameter after a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Standing {
     /// Fitted.
@@ -34,13 +34,13 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error [SI], for a fitted or a vague one.
     pub standard_error: Option<f64>,
-    /// What became of it.
+    /// Its identifiability.
     pub standing: Standing,
 }
 
 /// Standard deviation of a number drawn evenly from 0 to 1.
 const EVEN: f64 = 0.2887;
-/// Share of what was believed before that the data must leave of a standard deviation [-].
+/// Share of the prior's standard deviation to which the data must reduce it [-].
 const TOLD: f64 = 0.5;
 /// Share of a direction, or correlation, from which on a parameter is named with another.
 const NAMED: f64 = 0.3;
@@ -113,8 +113,8 @@ pub fn correction(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Vec<f64>> {
     change.iter().all(|c| c.is_finite()).then(|| change.iter().map(|c| -c).collect())
 }
 
-/// Finds the vaguest of `free`, those in `kept` left aside: its position, and the parameters that it is hardly told apart
-/// from.
+/// Finds the vaguest of `free`, without those in `kept`: its position, and the parameters that it can hardly
+/// be distinguished from.
 pub fn vague(
     parameters: &[Parameter],
     free: &[usize],
@@ -166,9 +166,9 @@ fn most_of(direction: &[f64], free: &[usize]) -> (usize, Vec<usize>) {
     (at, (0..direction.len()).filter(shares).map(|k| free[k]).collect())
 }
 
-/// Estimates and correlation. `fitted` are the parameters off their bounds with the covariance of their places, `kept` the
-/// vague ones among them, `held` the undetermined ones with those that they are not told apart from; others are on a
-/// bound.
+/// Estimates and correlation. `fitted` are the parameters off their bounds with the covariance of their
+/// places, `kept` the vague ones among them, `held` the undetermined ones with those that they cannot be
+/// distinguished from; others are on a bound.
 pub fn estimates(
     parameters: &[Parameter],
     places: &[f64],

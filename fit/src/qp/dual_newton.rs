@@ -132,7 +132,7 @@ impl BoxedRows {
         let from = kinks[after.max(1) - 1];
         let rise = match kinks.get(after.max(1)) {
             Some(&to) if to > from => (slope(to) - slope(from)) / (to - from),
-            // Beyond the last kink all variables are at bounds.
+            // Beyond the last breakpoint all variables are at bounds.
             _ => square,
         };
         from - slope(from) / rise

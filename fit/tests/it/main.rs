@@ -1,4 +1,5 @@
-//! What fits are worth: coverage of standard errors, outliers, what is not determined, priors; and global searches.
+//! Uncertainty of fits: coverage of standard errors, outliers, undetermined parameters, priors; and global
+//! searches.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
@@ -83,7 +84,7 @@ fn what_the_data_does_not_see_is_held_and_named() {
         .map(|(name, start)| parameter(&name, start, 0.0, 1.0, Scale::Linear))
         .collect();
     let at = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
-    // Only a + b is seen, and c not at all.
+    // Only a + b is observable, and c not at all.
     let fit = curve(&parameters, None, &at, &[1.2; 6], |p, _| p[0] + p[1]);
     let standing = |k: usize| &fit.estimates[k].standing;
     assert_eq!(*standing(2), Standing::Undetermined(vec![]));

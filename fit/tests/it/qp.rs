@@ -271,7 +271,7 @@ fn degenerate_problems_are_solved() {
                 }
                 problem.b[n - 1] = problem.b[0];
             }
-            // A command of almost nothing beside large bounds.
+            // A command of almost nothing next to large bounds.
             _ => problem.b.iter_mut().for_each(|b| *b *= 1e-9),
         }
         let (x, status, solver) = problem.solve_cold();
