@@ -1,11 +1,11 @@
-//! What can go wrong between a mesh file and a stiffness factor.
+//! Errors from a mesh file to a stiffness factor.
 
 use hysteron_base::BadInput;
 
 /// Errors of `fem`.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The mesh, the material or the supports are wrong: the person who gave them can mend them.
+    /// Bad input in the mesh, the material or the supports: a user error.
     #[error(transparent)]
     BadInput(#[from] BadInput),
     /// A file could not be read or written.
@@ -18,13 +18,13 @@ pub enum Error {
         unknown: usize,
         /// Number of unknowns.
         n_unknowns: usize,
-        /// What to try.
+        /// Remedy.
         hint: &'static str,
     },
     /// A computed value is not a number.
     #[error("{quantity} of node {node} is not finite")]
     NotFinite {
-        /// What was computed, e.g. `position`.
+        /// Name of the quantity, e.g. `position`.
         quantity: &'static str,
         /// Node, numbered as in the mesh file, from 0.
         node: usize,

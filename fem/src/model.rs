@@ -222,7 +222,8 @@ impl FemModel {
     }
 }
 
-/// Distance from the line through the others at which a clamped node counts as beside it, over the clamp's length [-].
+/// Distance from the line through the others at which a clamped node counts as off it, over the clamp's
+/// length [-].
 const BESIDE: f64 = 1e-6;
 
 fn renumbered<const N: usize>(cells: &[[u32; N]], model_node: &[u32]) -> Vec<[u32; N]> {

@@ -129,7 +129,7 @@ mod tests {
         tube.mesh().expect("a mesh")
     }
 
-    /// The rod wound up like a spring: no axis sorts it.
+    /// The rod coiled like a spring: no axis sorts it.
     fn spring() -> Mesh {
         let mut mesh = rod();
         for x in &mut mesh.nodes {

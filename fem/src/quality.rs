@@ -39,7 +39,8 @@ pub struct MeshQuality {
 }
 
 impl MeshQuality {
-    /// What costs accuracy or time, with the tetrahedron and its effect; nothing for a good mesh.
+    /// Warnings of a mesh that costs accuracy or time, with the tetrahedron and its effect; empty for a good
+    /// mesh.
     pub fn warnings(&self) -> Vec<String> {
         if self.slivers == 0 {
             return Vec::new();
@@ -165,7 +166,7 @@ fn check_indices(mesh: &Mesh) -> std::result::Result<(), BadInput> {
     Ok(())
 }
 
-/// What the corners of a straight tetrahedron tell.
+/// Volume and shape of a straight tetrahedron, from its corners.
 struct Corners {
     /// \[m³\].
     volume: f64,

@@ -211,7 +211,7 @@ fn write_points(out: &mut dyn Write, points: &[[f64; 3]]) -> std::io::Result<()>
     write!(out, "</Points>")
 }
 
-/// What a `DataArray` can hold.
+/// Content of a `DataArray`.
 enum Numbers<'a> {
     Scalars(&'a [f64]),
     Vectors(&'a [[f64; 3]]),

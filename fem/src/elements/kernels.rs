@@ -137,7 +137,7 @@ impl<S: Simd, const N: usize> Deformed<S, N> {
         }
     }
 
-    /// What a law may look at.
+    /// Arguments of a law at this point.
     #[inline(always)]
     fn at(&self) -> Point<'_, S> {
         Point { f: &self.f, edges: &self.first_edges, gradients: &self.first_gradients }

@@ -40,7 +40,7 @@ pub(crate) struct Lame<S: Simd> {
     pub mu: Lanes<S>,
 }
 
-/// What a law may look at in one quadrature point.
+/// Arguments of a law in one quadrature point.
 pub(crate) struct Point<'a, S: Simd> {
     /// Deformation gradient.
     pub f: &'a Mat3<S>,

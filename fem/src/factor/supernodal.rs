@@ -25,7 +25,7 @@ pub(super) struct SupernodalFactor {
     values: Vec<f64>,
     symbolic: std::sync::Arc<SymbolicCholesky<usize>>,
     factor: Vec<f64>,
-    /// What `factor` holds.
+    /// Form of the factorisation in `factor`.
     form: Form,
     scratch: MemBuffer,
 }

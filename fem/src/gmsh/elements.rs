@@ -251,7 +251,7 @@ pub(super) fn find(number: i64) -> Option<Kind> {
     usize::try_from(number).ok().and_then(|n| KINDS.get(n).copied().flatten())
 }
 
-/// What an unusable number stands for, for messages.
+/// Name of an element type that cannot be used, for messages.
 pub(super) fn describe(number: i64) -> String {
     let name = match number {
         34 | 68 | 69 => "polygon",

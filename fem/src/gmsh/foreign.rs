@@ -1,10 +1,11 @@
-//! Mesh and CAD files that are not Gmsh's: what they are, and the commands that make a volume mesh of them.
+//! Mesh and CAD files in other formats than Gmsh's: their kinds, and the commands that make a volume mesh of
+//! them.
 
 use std::path::Path;
 
 use hysteron_base::BadInput;
 
-/// What leads from a file to tetrahedra.
+/// Route from a file to tetrahedra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Route {
     /// Gmsh meshes the solid.

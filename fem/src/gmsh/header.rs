@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 
 use super::scan::{Binary, Scan, printable};
 
-/// What the file is written as.
+/// MSH version of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Version {
     /// MSH 1: `$NOD` and `$ELM`, text only.

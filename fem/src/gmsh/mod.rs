@@ -1,9 +1,9 @@
 //! Gmsh's mesh files: MSH 1, 2, 4.0 and 4.1 are read, text and binary; 4.1 is written.
 //!
-//! Main decision: the sections are parsed here and not by the crate `mshio`. Version 0.4 of it knows 4.1 alone, forgets the
-//! node tags whenever they are contiguous, so a file whose blocks list them in another order is read as a
-//! different mesh without a word; it also panics on odd headers and on huge counts, refuses parametric
-//! nodes and skips the physical names. The tests read the same files with it to compare.
+//! Main decision: the sections are parsed here and not by the crate `mshio`. Version 0.4 of it knows 4.1
+//! alone, drops the node tags whenever they are contiguous, so a file whose blocks list them in another order
+//! is read as a different mesh without a word; it also panics on odd headers and on huge counts, refuses
+//! parametric nodes and skips the physical names. The tests read the same files with it to compare.
 
 mod blocks;
 mod elements;

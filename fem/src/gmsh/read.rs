@@ -25,8 +25,7 @@ use crate::{Cells, Mesh, Result};
 /// # Errors
 /// `BadInput` naming the file and the line (text) or byte (binary) for a file that is missing, empty, cut
 /// short, of another format or version, or damaged; for cells that are not tetrahedra or of two kinds; for
-/// a coordinate that is not finite. The shape of the tetrahedra is [`check_mesh`](crate::check_mesh)'s to
-/// judge.
+/// a coordinate that is not finite. [`check_mesh`](crate::check_mesh) checks the shape of the tetrahedra.
 pub fn read_mesh(path: &Path, metres_per_unit: f64) -> Result<Mesh> {
     let bytes = hysteron_base::file::read_bytes(path)?;
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {

@@ -9,7 +9,7 @@ use super::header::{self, Version};
 use super::scan::{Scan, printable};
 use super::{blocks, entities, legacy};
 
-/// What stands in the file, in its own numbering and unit.
+/// Content of the file, in its own numbering and unit.
 #[derive(Debug, Default)]
 pub(super) struct Sections {
     /// Name of a physical group by dimension and tag.

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::{MM, bad_input, read_sample, sample, volume};
 
-/// What `make_samples.py` printed for the cylinder [mm³].
+/// Volume of the cylinder, as `make_samples.py` printed it [mm³].
 const CYLINDER_MM3: f64 = 1415.1764201217047;
 
 #[test]

@@ -16,7 +16,7 @@ fn refusal(bytes: &[u8]) -> BadInput {
     bad
 }
 
-/// The complaint about the good file with one piece exchanged.
+/// The error of the good file with one piece exchanged.
 fn refusal_with(piece: &str, other: &str) -> BadInput {
     assert!(GOOD.contains(piece), "{piece}");
     refusal(GOOD.replacen(piece, other, 1).as_bytes())

@@ -1,4 +1,4 @@
-//! What a model refuses, and how it names nodes.
+//! Errors of a model, and the nodes that they name.
 
 use hysteron_base::Law;
 use hysteron_fem::{Error, FemModel};

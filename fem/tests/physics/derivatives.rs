@@ -72,7 +72,7 @@ fn exact_tangent_is_gradient_of_force() {
 
 #[test]
 fn difference_of_forces_is_symmetric() {
-    // The stored matrix is symmetric by construction; that the true derivative is must be seen in forces.
+    // The stored matrix is symmetric by construction; forces show whether the true derivative is.
     for order in ORDERS {
         for law in POTENTIALS {
             let model = model(law, order);
