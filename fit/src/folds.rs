@@ -12,8 +12,8 @@ pub struct Fold {
 }
 
 /// `k` splits of `n_groups` recordings (trajectories): each is tested in exactly one. Neighbouring numbers
-/// are spread over the folds, so that recordings made one after the other do not leave together. With `k =
-/// n_groups` each is the only test group once.
+/// are spread over the folds, so that recordings made one after the other do not leave together. Where `k` is
+/// `n_groups`, every group is the only test group once.
 ///
 /// # Errors
 /// Fewer than two folds, or more than groups.
