@@ -1,4 +1,4 @@
-//! What can go wrong in `control`.
+//! Errors of `control`.
 
 use hysteron_base::BadInput;
 

@@ -24,7 +24,7 @@ pub struct Shape {
     pub command: Vec<[f64; 2]>,
     /// Tip in x and y from where it rested at the beginning (n_samples) [m].
     pub tip: Vec<[f64; 2]>,
-    /// What can be said in numbers.
+    /// Figures of the shape.
     pub numbers: ShapeNumbers,
 }
 

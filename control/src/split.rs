@@ -1,7 +1,7 @@
 //! Which trajectories a fit is validated on: some of every kind of motion.
 //!
-//! What kind a motion is, its plan says. A recording without plan is told by the shape of its strokes: along one
-//! line, around a loop, along the sides of a polygon, or along another curve.
+//! The plan of a motion gives its kind. A recording without plan is classified by the shape of its strokes:
+//! along one line, around a loop, along the sides of a polygon, or along another curve.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::Rng;

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 /// A tip [m]: x, y and z. In the plane z is zero.
 pub type Tip = [f64; 3];
 
-/// Which of its coordinates a tip is told by.
+/// Coordinates that describe a tip.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axes {
-    /// x and y: enough where they say z too, as for a robot that bends as a whole.
+    /// x and y: enough where they determine z, as for a robot that bends as a whole.
     #[default]
     Planar,
     /// x, y and z: for a robot of several segments.
@@ -30,7 +30,7 @@ impl Axes {
         self.names().len()
     }
 
-    /// False: a tip is told by something.
+    /// False: a tip has at least two coordinates.
     pub fn is_empty(self) -> bool {
         false
     }

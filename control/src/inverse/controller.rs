@@ -13,12 +13,12 @@ use crate::{Limits, Result};
 /// Windows that go through the network side by side.
 const BATCH: usize = 256;
 
-/// What a sample of a path asks of the tendons.
+/// Flags of a sample: extrapolation and limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// True where the path leaves what was seen in training.
+    /// True where the path leaves the training range.
     pub is_extrapolating: bool,
-    /// True where a stroke was held back by a limit.
+    /// True where a limit held a stroke.
     pub is_limited: bool,
 }
 
@@ -27,7 +27,7 @@ pub struct Step {
 pub struct Commands {
     /// Strokes (n_samples × n_tendons) [m].
     pub strokes: Vec<f64>,
-    /// What each sample met (n_samples).
+    /// Flags of each sample (n_samples).
     pub steps: Vec<Step>,
 }
 
@@ -134,8 +134,8 @@ impl Limiter {
         Ok(Self { limits, largest_change, wanted: zeros.clone(), strokes: zeros })
     }
 
-    /// Goes as far towards the wanted strokes as allowed; the first sample may begin anywhere in the range. True where
-    /// one was held back.
+    /// Moves as far towards the requested strokes as allowed; the first sample may begin anywhere in the
+    /// range. True where a limit held a stroke.
     fn apply(&mut self, is_first: bool) -> bool {
         let mut is_limited = false;
         let largest = if is_first { f64::INFINITY } else { self.largest_change };

@@ -1,4 +1,4 @@
-//! What the controller learns from: recordings of commanded strokes and the tip that they made.
+//! Training data of the controller: recordings of commanded strokes and the tip that followed.
 
 use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub struct Demonstration {
     pub family: String,
     /// Duration of a sample [s].
     pub step: f64,
-    /// What its tip is told by.
+    /// Coordinates of its tip.
     pub axes: Axes,
     /// Tip (n_samples).
     pub tip: Vec<Tip>,
@@ -138,15 +138,15 @@ fn robot_of(meta: &Metadata) -> (Origin, String) {
 /// Demonstrations of one robot, split by whole trajectories.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
-    /// To learn from.
+    /// Training demonstrations.
     pub training: Vec<Demonstration>,
-    /// To stop by; never learned from.
+    /// Validation demonstrations, for early stopping; never in the fit.
     pub validation: Vec<Demonstration>,
     /// Duration of a sample [s].
     pub step: f64,
     /// Number of tendons.
     pub n_tendons: usize,
-    /// What tips are told by.
+    /// Coordinates of the tips.
     pub axes: Axes,
 }
 
@@ -179,7 +179,7 @@ impl Dataset {
         self.training.iter().filter(|one| one.origin == origin).count()
     }
 
-    /// Kinds of motion that are learned from and validated on nowhere, with the names of what they are learned from.
+    /// Kinds of motion in training that validation lacks, with the names of their training demonstrations.
     pub fn unvalidated(&self) -> Vec<(String, Vec<String>)> {
         let validated: Vec<String> = self.validation.iter().map(Demonstration::kind).collect();
         let mut left: std::collections::BTreeMap<String, Vec<String>> = std::collections::BTreeMap::new();
@@ -199,7 +199,7 @@ impl Dataset {
         [Origin::Real, Origin::Synthetic].into_iter().filter_map(of).collect()
     }
 
-    /// What the strokes to learn from reach, and how fast they change.
+    /// Range of the training strokes [m], and their largest rate [m/s].
     pub fn limits(&self) -> Limits {
         let values = self.training.iter().flat_map(|one| &one.strokes);
         let stroke = values.fold(Bounds { min: f64::INFINITY, max: f64::NEG_INFINITY }, |bounds, &stroke| {
@@ -257,7 +257,8 @@ fn drawn(all: &[Demonstration], seed: u64) -> Vec<String> {
     let covered: Vec<&String> = found.iter().map(|&k| &kinds[k]).collect();
     let left: Vec<usize> =
         of(Origin::Synthetic).into_iter().filter(|&k| !covered.contains(&&kinds[k])).collect();
-    // A kind with a single synthetic demonstration is learned from; the last of all would be one where nothing else is.
+    // A kind with a single synthetic demonstration is for training; the last of all would be a kind without
+    // training.
     let has_pair = |k: &usize| left.iter().filter(|&&l| kinds[l] == kinds[*k]).count() > 1;
     let pairs: Vec<usize> = left.iter().copied().filter(has_pair).collect();
     found.extend(draw(if found.is_empty() { &left } else { &pairs }));

@@ -1,9 +1,10 @@
-//! What the recurrent network sees of a path.
+//! Features of a path, inputs of the recurrent network.
 //!
-//! The path is known before it is followed, so features look ahead: where the tip shall be, how fast and in which
-//! direction it shall go, now and a few tenths of a second later. A measured tip carries noise, so positions and rates
-//! come from straight lines through the samples around. Friction remembers through play operators, material through
-//! first-order filters: both are given, of the strokes that the static regression asks for.
+//! The path is known before it is followed, so features look ahead: where the tip shall be, how fast and in
+//! which direction it shall go, now and a few tenths of a second later. A measured tip carries noise, so
+//! positions and rates come from straight lines through the samples around. Play operators model the memory
+//! of friction, first-order filters that of the material: both are given, of the strokes that the static
+//! regression asks for.
 
 use hysteron_actuator::OperatorBank;
 use hysteron_base::BadInput;
@@ -16,7 +17,7 @@ use super::path_point::{PathPoint, Smoothing};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FeatureSpec {
-    /// What a tip is told by.
+    /// Coordinates of a tip.
     pub axes: Axes,
     /// Duration of a sample [s].
     pub step_s: f64,
@@ -26,7 +27,7 @@ pub struct FeatureSpec {
     pub smoothing: Smoothing,
     /// Half the time that a line spans [s].
     pub half_width_s: f64,
-    /// How far ahead the path is seen [s].
+    /// Times ahead at which features are taken [s].
     pub horizons_s: Vec<f64>,
     /// Speed at which the direction counts about half; below, noise decides it [m/s].
     pub slow_m_s: f64,

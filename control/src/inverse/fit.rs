@@ -1,4 +1,4 @@
-//! What both designs share in training: epochs, the best weights on trajectories held out, and going on from a file.
+//! Training shared by both designs: epochs, the best weights in validation, and resuming from a file.
 
 use hysteron_base::{Bounds, json};
 use hysteron_learn::{
@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
 use crate::{Limits, Result};
 
-/// A trained controller and how well it does on the trajectories held out.
+/// A trained controller and its validation errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     /// With the best weights.
@@ -18,7 +18,7 @@ pub struct Fitted {
     pub held_out_mm: Vec<f64>,
     /// The same of the regression without memory but for the delay.
     pub regression_mm: Vec<f64>,
-    /// How the training went, and these errors beside each other.
+    /// Learning curve and validation errors next to those of the baselines.
     pub report: FitReport,
     /// False where the training was ended before its time and can go on from its file.
     pub is_finished: bool,
@@ -37,14 +37,14 @@ pub(super) struct Outcome {
     pub held_out_mm: Vec<f64>,
 }
 
-/// What a controller is made of beside its network.
+/// Parts of a controller next to its network.
 pub(super) struct Parts {
     pub inputs: Normaliser,
     pub outputs: Normaliser,
     pub design: Design,
     pub workspace: Workspace,
     pub weights: WeightFormat,
-    /// Root mean square error of regressions for each stroke held out: without delay, and with it [mm].
+    /// Root mean square error of regressions for each stroke in validation: without delay, and with it [mm].
     pub regressions_mm: [Vec<f64>; 2],
     /// [s].
     pub delay_s: f64,
@@ -121,8 +121,8 @@ impl Outcome {
 /// Wide enough to hold nothing back.
 const WIDE: Limits = Limits { stroke: Bounds { min: -1e3, max: 1e3 }, stroke_rate: 1e9 };
 
-/// What the format of the weights changes of the strokes for the paths of `demonstrations`: root mean square, and
-/// the largest [mm].
+/// Error of the strokes from the format of the weights, on the paths of `demonstrations`: root mean square,
+/// and the largest [mm].
 fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Result<[f64; 2]> {
     let exact = InverseModel { weights: WeightFormat::Float32, ..model.clone() };
     let (mut square, mut largest, mut count) = (0.0, 0.0f64, 0.0);
@@ -150,7 +150,7 @@ pub(super) fn run<L: Strokes>(
     Ok(Outcome { result, held_out_mm })
 }
 
-/// What is trained on what, for a file to go on from and for the checkpoint.
+/// Identity of a training, design, options and data: a file to resume from and the checkpoint hold it.
 pub(super) fn identity(design: &str, options: Value, data: &Dataset) -> Value {
     let listed = |all: &[Demonstration]| -> Vec<Value> {
         let entry =

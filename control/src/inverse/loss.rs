@@ -82,7 +82,7 @@ impl Loss {
         errors
     }
 
-    /// The sums over a piece, and the gradient of the mean loss by its outputs.
+    /// The sums over a truncation length, and the gradient of the mean loss by its outputs.
     pub fn evaluate(&self, rows: &[Row], start: usize, outputs: &[f32], gradient: &mut [f32]) -> Evaluation {
         let n = self.gain.len();
         let width = n * rows.len();
@@ -100,7 +100,7 @@ impl Loss {
             for (sum, error) in sums.squares.iter_mut().zip(&errors[at..at + n]) {
                 *sum += f64::from(error * error);
             }
-            // The memory before a truncation is a constant, and so is its last error; it is left out.
+            // The memory before a truncation is a constant, and so is its last error: no term.
             if k >= rows.len() && row.weight[i - 1] > 0.0 {
                 sums.loss += f64::from(self.change(&errors, at, at - width, gradient, n));
             }

@@ -1,9 +1,9 @@
-//! The inverse controller h (EDIC, CoReAct paper, section IV-C): from where the tip shall be to the strokes that
-//! bring it there, learned from recordings of a rig and of a twin alike.
+//! The inverse controller h (EDIC, CoReAct paper, section IV-C): from where the tip shall be to the strokes
+//! that bring it there, fitted to recordings of a rig and of a twin alike.
 //!
-//! Two designs. The paper's ([`fit_windowed`]) sees a window of positions. Ours ([`fit_recurrent`]) sees features of
-//! the path, ahead included, through whole trajectories with one cell update a sample, and corrects a static
-//! regression.
+//! Two designs. The input of the paper's ([`fit_windowed`]) is a window of positions. Ours
+//! ([`fit_recurrent`]) takes features of the path, ahead included, through whole trajectories with one cell
+//! update a sample, and corrects a static regression.
 
 mod axes;
 mod controller;

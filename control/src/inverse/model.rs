@@ -23,9 +23,9 @@ pub enum Design {
     /// Features of the path in, one cell update a sample, corrections of a static regression out.
     #[serde(alias = "stateful")]
     Recurrent {
-        /// What the network sees.
+        /// Inputs of the network.
         features: FeatureSpec,
-        /// What its outputs correct.
+        /// Static regression that the outputs correct.
         regression: StaticRegression,
     },
 }
@@ -41,15 +41,15 @@ pub struct InverseModel {
     pub outputs: Normaliser,
     /// How they are made and used.
     pub design: Design,
-    /// What the recurrent design's weights are kept as while it commands.
+    /// Number format of the recurrent design's weights while it commands.
     pub weights: WeightFormat,
     /// Number of tendons.
     pub n_tendons: usize,
     /// Duration of a sample [s].
     pub step_s: f64,
-    /// What the strokes of the training reached.
+    /// Range of the training strokes, and their largest rate.
     pub limits: Limits,
-    /// Where the tip was in training.
+    /// Tip positions in training.
     pub workspace: Workspace,
     /// Hashes of the rig and the scene that it was trained for.
     pub robots: Vec<String>,
@@ -62,7 +62,7 @@ const KIND: &str = "inverse";
 /// Largest difference of a sample's duration from that of the training.
 const SAME_STEP: f64 = 0.01;
 
-/// What a checkpoint holds beside the network.
+/// Metadata of a checkpoint, next to the network.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Details {
@@ -174,7 +174,7 @@ impl InverseModel {
         Ok(())
     }
 
-    /// What a tip is told by.
+    /// Coordinates of a tip.
     pub fn axes(&self) -> Axes {
         if self.workspace.height_m.is_some() { Axes::Spatial } else { Axes::Planar }
     }

@@ -20,14 +20,15 @@ use crate::Result;
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecurrentOptions {
-    /// What it has in common with other trainings on whole trajectories.
+    /// Options common to trainings on whole trajectories.
     #[serde(flatten)]
     pub learning: SequenceOptions,
     /// Which samples positions and rates come from.
     pub smoothing: Smoothing,
     /// Half the time that they span [s].
     pub half_width_s: f64,
-    /// How far ahead the path is seen [s]; with [`Smoothing::Causal`] and none, a path need not be known in advance.
+    /// Times ahead at which features of the path are taken [s]; with [`Smoothing::Causal`] and none, a path
+    /// need not be known in advance.
     pub horizons_s: Vec<f64>,
     /// Speed at which the direction counts about half [m/s].
     pub slow_m_s: f64,
@@ -40,7 +41,7 @@ pub struct RecurrentOptions {
     /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that
     /// is not known in advance.
     pub largest_delay_s: f64,
-    /// What the weights are kept as where the controller commands.
+    /// Number format of the weights where the controller commands.
     pub weights: WeightFormat,
     /// Seed of weights and noise.
     pub seed: u64,
@@ -216,7 +217,7 @@ fn output_ranges(all: &[Demonstration], raw: &[Raw]) -> Check<Normaliser> {
         .zip(raw)
         .flat_map(|(one, raw)| one.strokes.iter().zip(&raw.regression).map(|(stroke, found)| stroke - found))
         .collect();
-    // Strokes that the regression finds exactly still need a range to be learned in.
+    // Strokes that the regression predicts exactly still need a range, so that the network can fit them.
     Normaliser::from_samples(&names, missing.chunks_exact(n))?.widened(1e-6)
 }
 

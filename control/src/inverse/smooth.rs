@@ -1,4 +1,4 @@
-//! What follows from smoothed paths at once: delay, static regression and workspace.
+//! Results of smoothed paths: delay, static regression and workspace.
 
 use hysteron_base::BadInput;
 
@@ -45,7 +45,7 @@ pub(super) fn smoothed(
     };
     let (_, without_delay_mm) = fit(&training, &validation)?;
     let most = (largest_delay / data.step) as usize;
-    // By what is learned from: errors in validation stay those of something that was not chosen by them.
+    // Chosen on training data: validation errors stay those of something that was not chosen by them.
     let seen = (&data.training[..], &training[..]);
     let delay = fit_delay(data.axes, seen, seen, most)?;
     for paths in [&mut training, &mut validation] {

@@ -33,7 +33,7 @@ pub const PUBLISHED: WindowOptions = WindowOptions {
 /// Half the time over which the tip is smoothed for the static regression and the workspace; the network sees it as
 /// it is.
 const HALF_WIDTH_S: f64 = 0.1;
-/// Largest delay of the tip that a regression beside it is offered [s].
+/// Largest delay of the tip in the regression that is the baseline [s].
 const LARGEST_DELAY_S: f64 = 0.5;
 
 /// Trains the paper's design; [`PUBLISHED`] are its options.

@@ -33,7 +33,7 @@ const FEWEST_LEAD_SAMPLES: f64 = 10.0;
 /// A curve that begins nearer to the rest point begins there [m].
 const AT_REST: f64 = 1e-9;
 
-/// What a target file says, valid and in SI.
+/// A valid target file, in SI.
 pub(super) struct Valid {
     pub name: String,
     pub family: &'static str,
@@ -168,7 +168,7 @@ fn centre(typed: Option<&[f64]>, is_planar: bool) -> Check<Point> {
     Ok(centre)
 }
 
-/// Which keys each family takes besides `family`; the ones that it must have first, their number after them.
+/// Keys of each family next to `family`; the required ones first, their number after them.
 fn keys(family: Family) -> (&'static str, &'static [&'static str], usize) {
     match family {
         Family::Circle => ("circle", &["size_mm"], 1),

@@ -95,7 +95,7 @@ impl Outline {
         None
     }
 
-    /// The same line seen from elsewhere: every point mapped.
+    /// The same line in another frame: every point mapped.
     pub(super) fn mapped(&self, map: impl Fn(Point) -> Point) -> Result<Self, BadInput> {
         Self::new(self.line.iter().map(|point| map(*point)).collect(), self.is_closed())
     }

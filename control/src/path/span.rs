@@ -19,10 +19,10 @@ pub struct PathSpan {
 }
 
 impl PathSpan {
-    /// What a recording says; all of it where it says nothing.
+    /// The span in a recording's metadata; the whole recording where there is none.
     ///
     /// # Errors
-    /// `BadInput` for what is no span.
+    /// `BadInput` for two entries that are no span.
     pub fn of(recording: &Recording) -> Result<Self, BadInput> {
         let time = recording.time();
         let whole = Self { begins: 0.0, ends: time[time.len() - 1] - time[0] };

@@ -35,7 +35,7 @@ const MOST_ATTRIBUTES: usize = 1000;
 const DEEPEST: usize = 1000;
 /// Longest side of a drawing [m].
 const LONGEST_SIDE: f64 = 100.0;
-/// What is in these is not drawn where it stands.
+/// Elements whose content is not drawn in place.
 const HIDDEN: [&str; 7] = ["defs", "symbol", "clipPath", "mask", "marker", "pattern", "linearGradient"];
 
 /// The points [m] of the one outline in a drawing, centred, and whether it is closed.
@@ -204,7 +204,7 @@ fn check_segments(shape: &Node, text: &str) -> Check<()> {
     let place = place(shape, "d");
     for (i, segment) in PathParser::from(text).enumerate() {
         check_at_most(&place, i + 1, MOST_SEGMENTS)?;
-        // What cannot be read is told by the one who draws it.
+        // The reader that draws the path reports what it cannot read.
         let Ok(segment) = segment else { return Ok(()) };
         let numbers = match segment {
             PathSegment::MoveTo { x, y, .. }

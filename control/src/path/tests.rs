@@ -14,7 +14,7 @@ fn curve(lines: &str) -> Result<TargetPath> {
     changed("laps = 2\n\n[curve]\nfamily = \"circle\"\nsize_mm = 40\n", &format!("\n[curve]\n{lines}"))
 }
 
-/// What is refused, as a message.
+/// Message of the error.
 fn refusal(target: Result<TargetPath>) -> String {
     target.unwrap_err().bad_input().unwrap().to_string()
 }

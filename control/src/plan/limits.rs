@@ -4,7 +4,7 @@ use super::{Plan, Trajectory};
 use crate::{Error, Result};
 use hysteron_base::{BadInput, Bounds, Recording};
 
-/// What the strokes of a robot may do.
+/// Limits of a robot's strokes and their rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Stroke of every tendon [m], positive when pulled.

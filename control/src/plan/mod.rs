@@ -23,7 +23,7 @@ pub use motion::{Direction, Family, Motion};
 pub use trajectory::{Role, Space, Tendons, Trajectory};
 
 /// Plans that are part of the program, by name: `paper` is the data set of the CoReAct paper, `quick` a minute of
-/// it, `synthetic` what the CoReAct paper lets a twin do besides, `roses` what else it may do.
+/// it, `synthetic` the twin's data set in the CoReAct paper, `roses` additional rose curves for the twin.
 const BUILT_IN: [(&str, &str); 4] = [
     ("paper", include_str!("../../plans/paper.toml")),
     ("quick", include_str!("../../plans/quick.toml")),
@@ -104,7 +104,7 @@ impl Plan {
         &self.trajectories
     }
 
-    /// What its curves are.
+    /// Space of its curves.
     pub fn space(&self) -> Space {
         self.trajectories[0].space
     }

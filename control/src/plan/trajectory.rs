@@ -7,15 +7,15 @@ use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What a trajectory is for. Data are split by whole trajectories, never by windows.
+/// Purpose of a trajectory. Data are split by whole trajectories, never by windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// To learn from.
+    /// For the fit.
     Training,
-    /// To check what was learned, within the amplitudes of the training.
+    /// For validation, within the amplitudes of the training.
     Validation,
-    /// To check it beyond them.
+    /// For tests beyond them.
     OutOfRange,
 }
 
@@ -30,11 +30,11 @@ impl Role {
     }
 }
 
-/// What the curves of a plan are.
+/// Space of the curves of a plan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Space {
-    /// What tendons are told.
+    /// Tendon space: commanded strokes.
     #[default]
     Tendons,
     /// Where the tip shall go, in x and y; strokes that bring it there are found by a twin.
@@ -73,9 +73,9 @@ impl Tendons {
 pub struct Trajectory {
     /// Name, its own within the plan; letters, digits, `-` and `_`.
     pub name: String,
-    /// What it is for.
+    /// Its purpose.
     pub role: Role,
-    /// What the curve is.
+    /// Space of its curve.
     pub space: Space,
     /// The curve, its size and timing.
     pub motion: Motion,

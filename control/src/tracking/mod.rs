@@ -1,4 +1,4 @@
-//! How closely a tip followed a target: the metrics of the CoReAct paper, section V-B, and others beside them.
+//! How closely a tip followed a target: the metrics of the CoReAct paper, section V-B, and additional ones.
 //!
 //! Everything is measured in the plane (x, y), and only on the curve itself: neither rest nor the way to the curve
 //! count. A recording of several laps has one polygon for each.
@@ -54,7 +54,7 @@ pub enum Origin {
 pub struct Tracked {
     /// Times since the beginning (n) [s].
     pub time: Vec<f64>,
-    /// Where the tip was (n) [m]; what was not measured is left out.
+    /// Where the tip was (n) [m], without samples that were not measured.
     pub points: Vec<Point>,
     /// Samples of each lap.
     pub laps: Vec<RangeInclusive<usize>>,

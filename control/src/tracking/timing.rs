@@ -7,7 +7,7 @@ const LARGEST_LAG: f64 = 2.0;
 /// Part of the target's samples that a shifted path must still have.
 const FEWEST: f64 = 0.5;
 
-/// What was measured, over time.
+/// Measured points over time.
 #[derive(Debug, Clone, Copy)]
 pub struct Timed<'a> {
     /// Times (n) in increasing order [s].

@@ -134,7 +134,7 @@ fn backlash_is_taken_back_where_statics_cannot() {
     assert!((0.7 * half_mm..1.05 * half_mm).contains(&without_memory), "{without_memory} of {half_mm} mm");
     // Memory knows the side, but the tip rests while the strokes cross the gap. Of a half period with amplitude a
     // that takes acos(1 - w/a)/π, a fifth for the 4 mm here; a guess in the middle of the gap then misses w/√12. So
-    // without looking ahead √0.2 w/√12 = 0.13 w is left, beside √0.8 w/2 = 0.45 w.
+    // without looking ahead √0.2 w/√12 = 0.13 w is left, compared with √0.8 w/2 = 0.45 w.
     assert!(ours < 0.4 * without_memory, "{ours} of {without_memory} mm");
     // Streaming is the same arithmetic in another order: f32 rounding of a correction of about a millimetre.
     let streamed: Vec<f64> = data.validation.iter().map(|one| rmse_mm(&fitted.model, one)).collect();
