@@ -1,4 +1,5 @@
-//! Studies of learned inverse dynamics, cell by cell: what is done is found again, what is not goes on from its file.
+//! Studies of learned inverse dynamics, cell by cell: finished cells are read again, others resume from their
+//! files.
 
 pub mod estimation;
 pub mod force;
@@ -23,7 +24,7 @@ pub use simulated::{
     Parts, SimulatedRow, SimulatedStudy, Units, characters_study, simulated_study, simulated_test,
 };
 
-/// What a study reports.
+/// Progress of a study.
 #[derive(Debug, Clone, Copy)]
 pub struct StudyProgress<'a> {
     /// The cell at hand.

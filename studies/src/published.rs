@@ -1,4 +1,4 @@
-//! What is published of recorded sets, to stand beside what is measured here.
+//! Published results on recorded sets, for comparison with those measured here.
 
 use serde::Serialize;
 
@@ -36,8 +36,8 @@ const CIRCLE_XY: [PublishedRow; 5] = [
     row("DeLaN-FFNN", [0.20, 0.33, 0.15, 0.040, 5.7e-3, 5.2e-3, 7.4e-4], 0.997),
 ];
 
-/// Tables 3 and 4 on the set of this name; nothing where the paper has no such set. Its models of table 4 learned from a spiral file too,
-/// which is not public.
+/// Tables 3 and 4 on the set of this name; nothing where the paper has no such set. Its models of table 4
+/// have a spiral file in their training too, which is not public.
 ///
 /// # Reference
 /// Li, Wu, Chen, Sun (2025), Physics-informed neural networks for compliant robotic manipulators dynamic modeling.

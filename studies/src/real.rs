@@ -1,4 +1,5 @@
-//! Recorded arms: learned models beside simple ones, everything chosen on trajectories of the training data.
+//! Recorded arms: learned models compared with simple ones, everything chosen on trajectories of the training
+//! data.
 
 use std::ops::Range;
 use std::path::Path;
@@ -42,7 +43,7 @@ pub struct RealOptions {
 /// One model on one set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RealRow {
-    /// What the model is.
+    /// Name of the model.
     pub name: String,
     /// Mean squared error of every joint on the test [N² m²].
     pub mse: Vec<f64>,
@@ -52,9 +53,9 @@ pub struct RealRow {
     pub pooled_r2: f64,
     /// Mean over the joints of R² about their own means.
     pub mean_r2: f64,
-    /// What chose it: mean nMSE of a joint on trajectories left out.
+    /// Validation error that chose it: mean nMSE of a joint on validation trajectories [-].
     pub validation: f64,
-    /// What was chosen, in words.
+    /// The choice, in words.
     pub choice: String,
     /// Torques at [`shown_samples`] of the test, [sample][joint] [N m].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -143,7 +144,7 @@ pub fn real_study(
     ];
     let (responded, row) = responded(set, &prior);
     rows.push(row);
-    // A cell is the same whichever others stand beside it.
+    // A cell is the same whatever its neighbours.
     let identity = json!({ "options": RealOptions { variants: Vec::new(), ..options.clone() }, "set": set.name, "samples": set.training.len() });
     let zeros = [&set.training, &set.test].map(|samples| vec![0.0; samples.tau.len()]);
     let bodies = [("", "", &zeros), ("Rigid body + ", "rigid-", &prior)];

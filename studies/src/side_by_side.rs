@@ -18,7 +18,7 @@ const THREADS_OF_A_CELL: usize = 2;
 /// Computes a cell by its number, and reports its training; None where that was ended.
 pub type Compute<'a, R> = &'a (dyn Fn(usize, &mut dyn FnMut(&Progress) -> bool) -> Result<Option<R>> + Sync);
 
-/// What a thread tells of its cell.
+/// Message of a thread about its cell.
 enum Report<R> {
     Begun,
     Training(Progress),

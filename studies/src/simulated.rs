@@ -16,7 +16,7 @@ use hysteron_arm::lagrangian::{
     TrainingOptions, Variant, decompose, sinusoids, train,
 };
 
-/// What is compared.
+/// Options of the comparison: models, seeds, data, networks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SimulatedStudy {
     /// Rows of the table.
@@ -25,7 +25,7 @@ pub struct SimulatedStudy {
     pub seeds: u64,
     /// The first of them.
     pub first_seed: u64,
-    /// Trajectories that are learned from, validation among them.
+    /// Training trajectories, validation among them.
     pub trajectories: Vec<usize>,
     /// Speeds of the test, over that of training.
     pub speeds: Vec<f64>,
@@ -33,17 +33,18 @@ pub struct SimulatedStudy {
     pub hidden: Option<Vec<usize>>,
     /// Between layers.
     pub activation: Activation,
-    /// What networks see of the positions.
+    /// Form of the positions as inputs of networks.
     pub inputs: InputForm,
-    /// Dense columns of the factor of a mass matrix, beside its triangle; an inverse mass matrix has none, for it is no sum of squares of products.
+    /// Dense columns of the factor of a mass matrix, next to its triangle; an inverse mass matrix has none,
+    /// for it is no sum of squares of products.
     pub squares: usize,
-    /// Whether networks see SI units, as published, or spreads.
+    /// Whether networks get SI units, as published, or spreads.
     pub units: Units,
     /// How they are trained.
     pub training: TrainingOptions,
 }
 
-/// In which units networks see motions.
+/// Units of the motions that networks get.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Units {
@@ -85,7 +86,7 @@ pub struct SimulatedRow {
     pub variant: Variant,
     /// Of its initial parameters.
     pub seed: u64,
-    /// Trajectories that it learned from.
+    /// Training trajectories.
     pub trajectories: usize,
     /// For every speed of the test, in the order of [`SimulatedStudy::speeds`].
     pub parts: Vec<Parts>,
@@ -106,7 +107,7 @@ pub struct SimulatedRow {
 }
 
 impl SimulatedRow {
-    /// Name of its cell, and of the files beside it.
+    /// Name of its cell, and of the files next to it.
     pub fn name(&self) -> String {
         name(self.variant, self.trajectories, self.seed)
     }

@@ -34,7 +34,7 @@ pub struct DetectionRow {
     pub band: Assessment,
     /// Of the cumulated sums, likewise.
     pub cusum: Assessment,
-    /// Thresholds of the band learned from motion without contact, as learned.
+    /// Thresholds of the band fitted to motion without contact, as fitted.
     pub learned: Assessment,
     /// Receiver operating characteristic of the band test.
     pub roc: Vec<Assessment>,
@@ -43,7 +43,7 @@ pub struct DetectionRow {
 /// Collisions during motion: table 3 and the receiver operating characteristic.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CollisionCell {
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// Collisions.
     pub n_contacts: usize,
@@ -145,7 +145,7 @@ pub fn collision_cell(methods: &Methods, n_stretches: usize, seed: u64) -> Resul
 /// Samples at the beginning of a stretch in which observers settle.
 const WARM_UP: usize = 400;
 
-/// What an observer with a perfect model makes of the truth (rows of two joints).
+/// Estimate of a first-order observer with a perfect model (rows of two joints) [N m].
 fn first_order(truth: &[f64]) -> Vec<f64> {
     let mut state = [0.0; 2];
     let mut rows = Vec::with_capacity(truth.len());

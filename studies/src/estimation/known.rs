@@ -1,4 +1,4 @@
-//! What is known of an arm after its identification, as estimators take it.
+//! Identified model of an arm, as estimators take it.
 
 use hysteron_actuator::law::{Law, PiecewiseLinear};
 
@@ -6,7 +6,7 @@ use hysteron_arm::Model;
 use hysteron_arm::identify::{BodyFit, JointTerm};
 use hysteron_arm::observer::{FrictionModel, LowSpeed};
 
-/// The terms of a joint that are identified besides its body.
+/// The terms of a joint that are identified next to its body.
 pub const TERMS: [JointTerm; 4] =
     [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset];
 

@@ -22,7 +22,7 @@ pub struct TrueFriction {
     pub ripple: f64,
 }
 
-/// What limits the measurements.
+/// Imperfections of the measurements.
 #[derive(Debug, Clone, Copy)]
 pub struct Imperfections {
     /// Step of the encoders at the joint [rad].
@@ -36,7 +36,7 @@ pub struct Imperfections {
 /// A path of joints: coordinates, speeds, accelerations at a time.
 pub type Path<'a> = &'a (dyn Fn(f64) -> [Vec<f64>; 3] + Sync);
 
-/// What a controller adds to the feedforward torques of the model.
+/// Feedback gains of a controller, added to the feedforward torques of the model.
 #[derive(Debug, Clone)]
 pub struct Controller {
     /// [N m/rad].
@@ -48,14 +48,14 @@ pub struct Controller {
 /// Forces that act on the arm at a time.
 pub type Loading<'a> = &'a (dyn Fn(f64) -> Vec<ExternalForce<f64>> + Sync);
 
-/// What was measured and what was true, row by row (n_samples × n).
+/// Measured and true signals, row by row (n_samples × n).
 #[derive(Debug, Clone, Default)]
 pub struct Trial {
     /// [s].
     pub period: f64,
-    /// What the encoders say [rad].
+    /// Positions by the encoders [rad].
     pub position: Vec<f64>,
-    /// What the drives say [N m].
+    /// Torques reported by the drives [N m].
     pub torque: Vec<f64>,
     /// True coordinates [rad].
     pub true_position: Vec<f64>,
@@ -70,7 +70,7 @@ pub struct Plant<'m> {
     model: &'m Model,
     /// Friction joint by joint.
     pub friction: Vec<TrueFriction>,
-    /// What limits the measurements.
+    /// Imperfections of the measurements.
     pub imperfections: Imperfections,
     /// Time between samples [s].
     pub period: f64,
@@ -134,7 +134,7 @@ impl<'m> Plant<'m> {
         trial
     }
 
-    /// What the drive did since the last sample, and where the joints are.
+    /// Adds a sample: torques of the drive since the last one, positions of the joints now.
     fn measure(&self, trial: &mut Trial, [q, dq, command]: [&[f64]; 3], noise: &mut dyn FnMut() -> f64) {
         let Imperfections { encoder_step: step, torque_error, torque_noise } = self.imperfections;
         trial.position.extend(q.iter().map(|q| if step > 0.0 { step * (q / step).round() } else { *q }));

@@ -18,7 +18,7 @@ use crate::{Listener, StudyProgress, cell, make_folder};
 /// How much is simulated.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct ScaraOptions {
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// Trials of 12 s in which the hand leads the arm.
     pub trials: usize,

@@ -19,7 +19,7 @@ use hysteron_arm::{ExternalForce, Model};
 pub const PERIOD: f64 = 2.5e-3;
 /// K of the joints [1/s].
 pub const GAINS: [f64; 2] = [50.0, 30.0];
-/// Steps of encoders on the motors, seen at the joints [rad].
+/// Steps of encoders on the motors, converted to the joints [rad].
 const ENCODER_STEP: f64 = TAU / 500_000.0;
 /// Speed below which friction is a line through zero [rad/s].
 const LINE: f64 = 0.01;
@@ -53,7 +53,7 @@ pub struct ObserverRow {
 /// External torques while the arm is led by the hand: table 4.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct TeachingCell {
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// Standard deviation of the true torques [N m].
     pub truth_deviation_n_m: [f64; 2],
@@ -61,11 +61,11 @@ pub struct TeachingCell {
     pub rows: Vec<ObserverRow>,
     /// Times of the figures' rows [s].
     pub time_s: Vec<f64>,
-    /// What the force sensor says at those times [N m].
+    /// Torques by the force sensor at those times [N m].
     pub truth: [Vec<f64>; 2],
 }
 
-/// The observer with the friction that `method` found; estimators believe masses that are too large.
+/// The observer with the friction that `method` found; the masses in the estimators' models are too large.
 pub struct Methods {
     believed: Model,
     friction: Vec<(String, FrictionModel)>,

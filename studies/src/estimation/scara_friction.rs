@@ -25,7 +25,7 @@ pub const TRUE: [TrueStribeck; 2] = [
 pub const TRIAL_NOISE: f64 = 0.43;
 /// Trials at each speed.
 const TRIALS: usize = 200;
-/// Points that are learned from, of 200.
+/// Training points, of 200.
 const N_TRAINING: usize = 140;
 
 impl TrueStribeck {
@@ -62,7 +62,7 @@ pub struct FrictionRow {
 pub struct FrictionCell {
     /// Joint, from 0.
     pub joint: usize,
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// Measured points of single trials: speed [rad/s] and torque [N m].
     pub points: Vec<(f64, f64)>,

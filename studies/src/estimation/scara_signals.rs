@@ -38,7 +38,7 @@ pub struct Curves {
 /// Signals of the observer.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SignalCell {
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// A force from 1 to 2 s by observers of four gains, without friction: figure 5a.
     pub gains: Curves,

@@ -66,7 +66,7 @@ impl<D: Dynamics> Dynamics for OffsetDynamics<D> {
 pub struct Comparison {
     /// [s].
     pub time_s: Vec<f64>,
-    /// What is true; empty where nothing is.
+    /// True values; empty where there are none.
     pub truth: Vec<Vec<f64>>,
     /// By inverse dynamics.
     pub inverse_dynamics: Vec<Vec<f64>>,
@@ -121,7 +121,7 @@ impl Scenario<'_> {
         let shown = |rows: &[f64]| -> Vec<Vec<f64>> {
             (0..n).map(|j| rows.iter().skip(j).step_by(n * DECIMATION).copied().collect()).collect()
         };
-        // The first second is left out, as in the paper's table.
+        // Without the first second, as in the paper's table.
         let from = n * (1.0 / self.period) as usize;
         let rms = [&inverse, &observer].map(|rows| {
             let of = |j: usize| {

@@ -1,4 +1,4 @@
-//! Five ways to estimate interaction torques of a wrist exoskeleton, and their rivals, on a simulated one.
+//! Five ways to estimate interaction torques of a wrist exoskeleton, and their baselines, on a simulated one.
 //!
 //! The true robot is column C of the paper's table 3, made feasible; its friction are bristles that drift. The estimators start from
 //! column A (CAD) and identify themselves from a swept sine, as the paper does.
@@ -28,7 +28,7 @@ use hysteron_arm::{Data, ExternalForce, Model, inverse_dynamics, mass_matrix};
 const PERIOD: f64 = 1e-3;
 /// Duration of every trial [s].
 const DURATION: f64 = 12.0;
-/// Bandwidth of the observers, and of their rival [rad/s]. Chosen once: a lag of 20 ms.
+/// Bandwidth of the observers, and of their baseline [rad/s]. Chosen once: a lag of 20 ms.
 const BANDWIDTH: f64 = 50.0;
 /// Steps of the encoders: 2000 a turn of motors geared 15 : 1 [rad].
 const ENCODER_STEP: f64 = TAU / 30_000.0;
@@ -43,7 +43,7 @@ const WARM_UP: usize = 1000;
 /// Rows of figures: every so many samples.
 const DECIMATION: usize = 20;
 
-/// What loads the wrist.
+/// Load of the wrist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Load {
@@ -70,7 +70,7 @@ pub struct WristCell {
     pub load: Load,
     /// Change of the friction after identification [-].
     pub drift: f64,
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// Residual of the identification, joint by joint [N m].
     pub identified_rms_n_m: [f64; 2],
@@ -348,7 +348,8 @@ fn exact() -> Imperfections {
     Imperfections { encoder_step: 0.0, torque_error: 0.0, torque_noise: 0.0 }
 }
 
-/// What a payload exerts on the joints: the torques that the arm needs without it, less those with it.
+/// Torques of a payload on the joints (n_samples × n) [N m]: those that the arm needs without it, less those
+/// with it.
 fn payload_torques(with: &Model, without: &Model, trial: &Trial) -> Vec<f64> {
     let n = without.n_joints();
     let n_samples = trial.true_position.len() / n;

@@ -24,7 +24,7 @@ pub const TORQUES: [&str; 4] = ["recorded", "CAD", "identified bodies", "identif
 /// The sweep, joint by joint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SweepCell {
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// [s].
     pub time_s: Vec<f64>,

@@ -1,4 +1,4 @@
-//! How far estimated forces are from labels, and how often a contact is seen where there is none.
+//! Errors of estimated forces compared with labels, and false contacts.
 
 use serde::{Deserialize, Serialize};
 
@@ -52,7 +52,7 @@ pub struct Trace {
 
 /// Norm above which a force is a contact [N].
 const FLOOR: f64 = 0.5;
-/// Share of training rows that a learned threshold lets pass.
+/// Share of training rows that a fitted threshold lets pass.
 const QUANTILE: f64 = 0.99;
 
 fn norm(force: &[f64; 3]) -> f64 {

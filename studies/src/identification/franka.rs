@@ -2,7 +2,7 @@
 //!
 //! The torques have another offset in every recording (0.3 N m apart: the sensor's zero, and what the rest of the arm adds), which no
 //! model of this joint's motion can know. Every fitted model is therefore scored twice: as it stands, and with its offset from the first
-//! seconds of the recording, which are left out of the score, as one zeroes a sensor before a run.
+//! seconds of the recording, which are not in the score, as one zeroes a sensor before a run.
 //!
 //! # Reference
 //! Data and the predictions of eight models: github.com/longshike (NNFM); what they were trained on is not stated.
@@ -19,7 +19,7 @@ use hysteron_arm::{Columns, ImportOptions, Quantity, Recorded, import};
 
 /// The recordings.
 pub const SPEEDS: [&str; 3] = ["slow", "middle", "high"];
-/// Models whose predictions stand beside the data.
+/// Models whose predictions are compared with the data.
 pub const PUBLISHED: [&str; 8] =
     ["CV", "Dahl", "Stribeck", "LuGre", "SVM", "Light_Transformer", "PINN", "NNFM"];
 /// Beginning of a recording that gives an offset [s].
@@ -55,7 +55,7 @@ pub struct FrankaCell {
     pub measured: [Vec<f64>; 3],
     /// Predicted by the map with its offset zeroed [N m].
     pub predicted: [Vec<f64>; 3],
-    /// Weight of the ridge that was chosen, by recording left out [-].
+    /// Weight of the ridge that was chosen, by test recording [-].
     pub ridge: [f64; 3],
 }
 
@@ -171,7 +171,7 @@ fn tare(time: &[f64], measured: &[f64], predicted: &[f64]) -> f64 {
     mean(&measured[..n]) - mean(&predicted[..n])
 }
 
-/// A model that is fitted with each recording left out, and its predictions.
+/// A model that is fitted with each recording as test once, and its predictions.
 fn fitted(
     name: &str,
     runs: &[Run],

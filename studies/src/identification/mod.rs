@@ -1,5 +1,6 @@
-//! How friction and bodies are identified, method by method: recorded friction of a Franka arm beside eight published models, friction of
-//! the SCARA of Wan et al. (2026), bodies of the wrist of Saadatzi et al. (2019).
+//! How friction and bodies are identified, method by method: recorded friction of a Franka arm compared with
+//! eight published models, friction of the SCARA of Wan et al. (2026), bodies of the wrist of Saadatzi et al.
+//! (2019).
 
 mod franka;
 mod sweep;

@@ -1,4 +1,4 @@
-//! Bodies and friction of the wrist from a swept sine: differential evolution beside the convex fit.
+//! Bodies and friction of the wrist from a swept sine: differential evolution compared with the convex fit.
 
 use hysteron_base::BadInput;
 use hysteron_fit::{GlobalMethod, GlobalOptions};
@@ -30,7 +30,7 @@ pub struct SweepRow {
 /// Both methods on one sweep.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SweepCell {
-    /// What all draws come from.
+    /// Seed of all draws.
     pub seed: u64,
     /// The methods.
     pub rows: Vec<SweepRow>,

@@ -1,4 +1,4 @@
-//! What is trained in a cell, on what.
+//! Training tasks of the cells: networks, sizes, splits.
 
 use hysteron_learn::{Block, Form};
 use serde::{Deserialize, Serialize};
@@ -34,11 +34,11 @@ pub struct NetworkKind {
     pub file: &'static str,
     /// How its layers are put together.
     pub block: Block,
-    /// How it meets time.
+    /// Its form in time.
     pub form: Form,
-    /// Samples that it sees.
+    /// Context length [samples].
     pub tokens: usize,
-    /// What moves the motors beside it.
+    /// Motor model in addition to the network.
     pub prior: Prior,
 }
 
@@ -102,7 +102,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
     },
 ];
 
-/// Splits beside the published one: name, and what a task's name contains that is left out of training and tested on.
+/// Splits next to the published one: name, and the part of a task's name that makes it a test task.
 pub const LEFT_OUT: [(&str, &str); 2] = [("without-500g", "500g"), ("without-200g", "200g")];
 
 /// Forces above this are contacts: beyond the noise of the sensor that labels them [N].
@@ -161,14 +161,15 @@ impl NeuralSize {
 /// Subset of the data with faults that the published set does not have.
 pub const FAULTS: &str = "motor_faults";
 
-/// What a cell learns from and is asked.
+/// Split protocol of a cell: training and test tasks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Protocol {
     /// Tests of the same tasks.
     Published,
-    /// Tasks whose name contains this are not learned from, and all of their trajectories are tests.
+    /// Tasks whose name contains this are not in training, and all of their trajectories are tests.
     LeaveOut(&'static str),
-    /// Tests with faults that the published set does not have, learned from with all else; or, named by this, left out and all asked.
+    /// Tests with faults that the published set does not have, in training with all else; or, where a name is
+    /// given, tasks with this name are not in training and all are tests.
     Faults(Option<&'static str>),
 }
 

@@ -15,10 +15,11 @@ use hysteron_arm::servo_force::observed_arm;
 
 /// Kinds, as names of tasks end.
 pub const KINDS: [&str; 3] = ["band", "friction", "lost_tooth"];
-/// Cells: name, and what a task's name contains that is not learned from and asked for.
+/// Cells: name, and the part of a task's name that makes it a test task.
 pub const FAULT_SPLITS: [(&str, Option<&str>); 2] = [("faults", None), ("faults-without-200g", Some("200g"))];
 
-/// Trains the network of force, contact and condition, and compares it and its rivals on every kind of fault, and on all together.
+/// Trains the network of force, contact and condition, and compares it and its baselines on every kind of
+/// fault, and on all together.
 pub(super) fn fault_cell(
     (model, data): (&Model, &NeuralData),
     protocol: Protocol,

@@ -1,7 +1,8 @@
-//! Actuators learned from telemetry, beside what Dou et al. (NeuralActuator) print and beside simple rivals: `arm study neural`.
+//! Learned actuators from telemetry, compared with the results of Dou et al. (NeuralActuator) and with simple
+//! baselines: `arm study neural`.
 //!
-//! Cells: the published split and one without a payload, seed by seed; a condition at a payload that was not seen; networks in the loop;
-//! faults of a motor that the published data set does not have.
+//! Cells: the published split and one without a payload, seed by seed; a condition at a payload that is not
+//! in training; networks in the loop; faults of a motor that the published data set does not have.
 
 mod cells;
 mod faults;
@@ -20,14 +21,14 @@ pub use run::{NeuralStudy, neural_study};
 
 use hysteron_arm::neural::{Features, Trajectory};
 
-/// What a recording is for in a data set.
+/// Split of a data set that a recording belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Split {
-    /// To learn from.
+    /// For the fit.
     Training,
-    /// To keep what does best.
+    /// For early stopping and selection.
     Validation,
-    /// To compare with.
+    /// For the test.
     Test,
 }
 
@@ -36,7 +37,7 @@ pub enum Split {
 pub struct Sample {
     /// Folders of subset and task: `weight/pick_place_object_500g`.
     pub task: String,
-    /// What it is for.
+    /// Its split.
     pub split: Split,
     /// The trajectory.
     pub trajectory: Trajectory,
@@ -45,7 +46,7 @@ pub struct Sample {
 /// Trajectories of one arm, in the folders of NAD.
 #[derive(Debug, Clone)]
 pub struct NeuralData {
-    /// What a sample has.
+    /// Features of a sample.
     pub features: Features,
     /// Time from sample to sample [s].
     pub period: f64,

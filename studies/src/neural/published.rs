@@ -1,4 +1,5 @@
-//! What Dou et al. (NeuralActuator) print: tables II to V, VII and X. Table VI stands with the classical methods.
+//! Published results of Dou et al. (NeuralActuator): tables II to V, VII and X. Table VI stands with the
+//! classical methods.
 
 /// A row of the tables III to V: task, and at each of three horizons the errors of J1 to J4 [deg], of the gripper [mm] and, where forces are
 /// labelled, of the force [N].

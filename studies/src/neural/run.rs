@@ -192,7 +192,7 @@ fn compared(
             .filter(|one| one.task.starts_with("motor_condition") && plan.protocol.uses(one, Split::Training))
             .map(|one| one.trajectory.clone())
             .collect();
-        // Where one condition is missing, nothing is told apart.
+        // Where one condition is missing, no detector can be evaluated.
         row["detectors"] = json!(comparison.detectors("motor_condition", &conditions).ok());
     }
     if plan.protocol == Protocol::Published && plan.seed == 0 && plan.has_sensing {

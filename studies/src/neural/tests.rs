@@ -89,7 +89,7 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
             .collect()
     };
     assert_eq!(tasks(&whole.published[0]).len(), 6);
-    // Nothing of what is left out is learned from, and all of it is asked.
+    // No test task is in training, and all of them are evaluated.
     assert_eq!(tasks(&whole.left_out[0][0]), ["weight/lift_500g"]);
     assert_eq!(whole.left_out[0][0]["tasks"][0]["trajectories"], 4);
     for cell in whole.published.iter().chain(whole.left_out.iter().flatten()) {
@@ -97,7 +97,7 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
         assert!(cell["forces"]["force_gmo_drive"]["loaded_axis_n"].as_f64().unwrap() > 0.0);
     }
     assert_eq!(whole.published[0]["detectors"].as_array().unwrap().len(), 6);
-    // Faults that the published set does not have are learned from in their own cells alone.
+    // Faults that the published set does not have are in training in their own cells alone.
     let [all, left_out] = [0, 1].map(|k: usize| &whole.faults[k][0]);
     assert_eq!([&all["trained_on"], &left_out["trained_on"]], [28, 18].map(|n| json!(n)).each_ref());
     assert_eq!([&all["tests"], &left_out["tests"]], [8, 16].map(|n| json!(n)).each_ref());
@@ -109,7 +109,7 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
             assert!(of(EVIDENCE) > 0.95, "{kind}: {found:?}");
         }
     }
-    // Those without a network of force say it in the loop only where they learn it there: not beside a servo.
+    // Those without a network of force give it in the loop only where they fit it there: not next to a servo.
     assert!(whole.networks[0][0]["forces"]["force_gmo_drive"].is_null());
 
     let (again, trained) = run(folders[0].path(), &data, &identity, usize::MAX);
