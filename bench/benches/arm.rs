@@ -132,8 +132,9 @@ fn rollout(
     println!("    sum of all states {:.6e}", states.iter().sum::<f64>());
 }
 
-/// The torque of a structured Lagrangian (DeLaN) of seven joints and 2 × 128 units, one sample at a time; beside it what two passes
-/// over its weights take, forward and back, which it cannot do without, and the torque of rigid bodies (`rnea/panda/single`).
+/// The torque of a structured Lagrangian (DeLaN) of seven joints and 2 × 128 units, one sample at a time;
+/// next to it the time of two passes over its weights, forward and backward, which it cannot do without, and
+/// the torque of rigid bodies (`rnea/panda/single`).
 fn learned_torque(criterion: &mut Criterion) {
     let n = 7;
     for activation in [Activation::Relu, Activation::Softplus, Activation::Tanh] {

@@ -1,4 +1,4 @@
-//! Factorisations and solves: the own envelope beside faer, and faer's orderings.
+//! Factorisations and solves: the own envelope compared with faer, and faer's orderings.
 #![allow(missing_docs)] // criterion's macros make undocumented functions
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 

@@ -1,4 +1,4 @@
-//! Training and stepping an LSTM: fused layers beside candle's own cells; stepping a Transformer.
+//! Training and stepping an LSTM: fused layers compared with candle's own cells; stepping a Transformer.
 #![allow(missing_docs)] // criterion's macros make undocumented functions
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 

@@ -113,7 +113,7 @@ impl Circle {
         self.times(|k| Ok(Plant::step(&mut rollout, self.motion.strokes_at(k)).map(drop)?))
     }
 
-    /// The same with tensions and the force on the tip told beside it.
+    /// The same with estimates of the tensions and of the force on the tip.
     ///
     /// # Errors
     /// A step fails.
@@ -146,7 +146,7 @@ impl Circle {
         (N_WARM..self.motion.len()).map(timed).collect()
     }
 
-    /// A network of the usual size that has seen this circle a few times.
+    /// A network of the usual size that has been trained on this circle for a few epochs.
     ///
     /// # Errors
     /// A step or the training fails.

@@ -12,7 +12,7 @@ use crate::coreact::recorded;
 use crate::measure::processor_seconds;
 use crate::table::{Goal, Row};
 
-/// What is fitted: friction among it, which makes a step dear and a fit begin from several places.
+/// Parameters of the fit: friction among them, which makes a step dear and a fit begin from several places.
 const PARAMETERS: [&str; 4] = ["common_zero", "compliance", "sheath_exponent", "backlash"];
 /// Amplitudes of the recordings' strokes [m].
 const AMPLITUDES: [f64; 3] = [6.5e-3, 5e-3, 3.5e-3];

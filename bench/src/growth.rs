@@ -20,11 +20,11 @@ const MAX_EXPONENT: f64 = 1.3;
 /// Files of these multiples of the first size.
 const MULTIPLES: [usize; 3] = [1, 2, 4];
 
-/// What a reader does with the file.
+/// Outcome of reading the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Read,
-    /// The file is larger than what the reader takes, and says so.
+    /// The file is larger than the reader's limit, and the error says so.
     Refused,
 }
 

@@ -1,4 +1,4 @@
-//! Networks: a step of training beside candle's own cells, and a step of a rollout.
+//! Networks: a step of training compared with candle's own cells, and a step of a rollout.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -86,7 +86,7 @@ impl Training {
     }
 }
 
-/// What is stepped one sample at a time.
+/// Network that is stepped one sample at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stepped {
     /// A network of the size of the residual: 2 × 128 units, 7 inputs, 36 outputs.
@@ -209,7 +209,7 @@ impl TransformerPasses {
     }
 }
 
-/// Times of windows of NeuralActuator's Transformer beside candle's operations.
+/// Times of windows of NeuralActuator's Transformer compared with candle's operations.
 fn transformer_rows() -> Result<Vec<Row>> {
     const THEIRS: &str = "candle's own operations on the same window";
     let by_candle = |form| -> Result<f64> {

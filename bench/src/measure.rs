@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use hysteron_twin::{Stepper, Target, Twin};
 
-/// What a run of steps cost and how well it converged.
+/// Cost and convergence of a run of steps.
 #[derive(Debug, Clone, Default)]
 pub struct Run {
     /// Duration of every measured step [s].
@@ -15,7 +15,7 @@ pub struct Run {
     pub worst_stroke_error: f64,
     /// Corrections, factorisations and steps that needed Newton's method, all over the measured steps.
     pub iterations: usize,
-    /// Times the factor was renewed.
+    /// Number of refactorisations.
     pub refactorisations: usize,
     /// Steps that the fast iteration did not finish.
     pub newton_steps: usize,

@@ -15,7 +15,7 @@ pub const AMPLITUDE: f64 = 6.5e-3;
 /// Time of one circle [s].
 const CIRCLE: f64 = 10.0;
 
-/// A world whose servos are told to go round and round.
+/// A world whose servos go round and round.
 #[derive(Debug, Clone)]
 pub struct Circling {
     /// The world.
@@ -66,7 +66,7 @@ impl Circling {
     }
 }
 
-/// Speed of the virtual rig beside that of the same rig with plain Newton iterations, alternating.
+/// Speed of the virtual rig compared with that of the same rig with plain Newton iterations, alternating.
 ///
 /// # Errors
 /// The preset is bad, or a balance of the body failed.

@@ -37,7 +37,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// What the performance targets ask for: 1e-6 and 1e-6 mm.
+    /// Accuracy of the performance targets: 1e-6 and 1e-6 mm.
     pub const TARGETS: Self = Self {
         law: Law::Corotational,
         relative_residual: 1e-6,
@@ -46,7 +46,7 @@ impl Setting {
         compliance: 0.0,
         friction: None,
     };
-    /// The same with tendons that stretch and rub in their sheath and at three points of the body.
+    /// The same with tendons that stretch, with friction in their sheath and at three points of the body.
     pub const RUBBING: Self = Self {
         compliance: 2e-5,
         friction: Some(Friction {

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-/// What a figure must reach.
+/// Target of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {
@@ -26,19 +26,19 @@ impl Goal {
 /// One line of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What was measured.
+    /// Name of the figure.
     pub name: String,
     /// Its value; none where it could not be measured here.
     pub measured: Option<f64>,
     /// Unit of the value.
     pub unit: String,
-    /// What it is compared with, in the same unit.
+    /// Baseline, in the same unit.
     pub baseline: Option<f64>,
     /// Where that comes from.
     pub baseline_source: Option<String>,
     /// Measured over baseline.
     pub ratio: Option<f64>,
-    /// What it must reach.
+    /// Target of the value.
     pub target: Option<Goal>,
     /// Whether it does.
     pub met: Option<bool>,

@@ -1,10 +1,10 @@
-//! The performance targets: every figure beside its baseline, in one run.
+//! The performance targets: every figure next to its baseline, in one run.
 //!
 //! Speeds are the best of several repetitions, each from rest, so that other load on the machine costs
-//! repetitions and not truth; the median over the repetitions is written beside them. A percentile of steps is one
-//! of all steps of all repetitions, delayed ones included. The ramp at the beginning is not measured. The baseline
-//! of a speed is one numeric factorisation by faer of the same stiffness, timed in between: what any method pays
-//! that factorises once a step.
+//! repetitions and not truth; the median over the repetitions is written next to them. A percentile of steps
+//! is one of all steps of all repetitions, delayed ones included. The ramp at the beginning is not measured.
+//! The baseline of a speed is one numeric factorisation by faer of the same stiffness, timed in between: the
+//! cost of any method that factorises once a step.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -244,7 +244,7 @@ fn scaling(effort: Effort, worst: &mut (f64, f64)) -> Result<Vec<Row>> {
     // Up to the circle in few steps: only the steps on it are measured.
     let n_ramp = N_RAMP / 10;
     let ramp = (0..n_ramp).map(|k| 10 * k);
-    // After a jump of ten steps the factor is renewed; a few steps settle it.
+    // After a jump of ten steps there is a refactorisation; a few steps settle it.
     let n_settling = 10;
     let on_circle = N_RAMP..N_RAMP + n_settling + effort.n_scaling_steps;
     let targets: Vec<Vec<Target>> =

@@ -1,4 +1,4 @@
-//! The twin beside SOFA on the same mesh and cables (`tests/reference/sofa`).
+//! The twin compared with SOFA on the same mesh and cables (`tests/reference/sofa`).
 //!
 //! `TOL_SCALE` multiplies the tolerances; 0 prints every residual and fails.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
@@ -10,7 +10,7 @@ use hysteron_bench::scenes::{MAY_PUSH, N_PRIMARY, N_TENDONS, Setting, sofa_folde
 use hysteron_bench::study::sofa::{Curve, Difference, compare, solve};
 use hysteron_twin::{Stepper, Target};
 
-/// Residuals that must stay below tolerances, all judged at the end.
+/// Residuals that must stay below tolerances, all evaluated at the end.
 #[derive(Default)]
 struct Judge(Vec<String>);
 
@@ -86,7 +86,7 @@ fn delassus_at_rest_is_that_of_sofa() {
     }
 }
 
-/// p0 pulled and p2 paid out by the same length, p1 and p3 held.
+/// p0 pulled and p2 released by the same length, p1 and p3 held.
 fn antagonistic(stroke: f64) -> Vec<Target> {
     [stroke, 0.0, -stroke, 0.0].map(Target::Stroke).to_vec()
 }
@@ -123,7 +123,7 @@ fn cables_that_may_push_follow_sofa() {
     for k in 1..strokes.len() {
         let difference = curve.difference(5 * k, twin.tip_of(&states[k]), states[k].tensions[0]);
         assert!(states[k].tensions[2] < 0.0, "the paid-out cable pushes");
-        // As `large` beside the polar rotation.
+        // As `large` next to the polar rotation.
         let name = |what: &str| format!("{what} at {:.0} mm", 1e3 * strokes[k]);
         judge.check(&name("deflection"), difference.deflection, 0.015);
         // The rotations differ in tension by 0.5 % a millimetre.

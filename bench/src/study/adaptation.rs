@@ -3,9 +3,8 @@
 //!
 //! Targets are followed on each robot with the network of the robot as it was, and with what `adapt` kept after a
 //! minute of it.
-//! What the twin misses on the unchanged robot is the least that knowing the change exactly would leave, and stands
-//! beside it.
-//! The plan of that minute (`quick`) has other motion than what the network learned from.
+//! The error of the twin on the unchanged robot is the least that exact knowledge of the change would leave,
+//! and is the baseline. The plan of that minute (`quick`) has other motion than the training of the network.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -22,9 +21,9 @@ use super::population::write_recorded_plan;
 use super::write_metrics;
 use crate::table::print_cells;
 
-/// A change of the preset `typical`: lines of its file, and how far its first tendon is let go [m]. A rig finds its
-/// zeros before it records; a tendon that has gone slack since is one whose zero in the calibration is not where it
-/// was found.
+/// A change of the preset `typical`: lines of its file, and the length by which its first tendon is released
+/// [m]. A rig finds its zeros before it records; a tendon that has gone slack since is one whose zero in the
+/// calibration is not where it was found.
 struct Change {
     name: &'static str,
     lines: &'static [(&'static str, &'static str)],
@@ -73,7 +72,7 @@ struct Row {
     tips: [Option<Tip>; 2],
 }
 
-/// Runs the study; quick: a twin that has learned from the three minutes of `study population`, without the load.
+/// Runs the study; quick: a twin fitted to the three minutes of `study population`, without the load.
 ///
 /// # Errors
 /// A stage fails.
@@ -110,7 +109,7 @@ impl Study {
         Ok(Self { chain, scene: scene_path(FRICTION.1), old: old.display().to_string() })
     }
 
-    /// A minute of a changed robot, and what its twin learned of it.
+    /// A minute of a changed robot, and the adaptation of its twin.
     fn robot(&self, change: &Change) -> Result<Robot<'_>> {
         let stem = format!("adapted/{}", change.name.replace([' ', '.'], "-"));
         let rig = format!("virtual:{}", self.chain.changed_robot(change.lines, &stem)?);
@@ -128,7 +127,7 @@ impl Study {
     }
 }
 
-/// A calibration whose first tendon is let go by `slack` [m].
+/// A calibration whose first tendon is released by `slack` [m].
 fn let_go(path: &Path, slack: f64) -> Result<String> {
     let rig = RigConfig::from_toml(&rig_file(&VirtualRobot::preset("typical")?), Path::new(""))?;
     let mut calibration = Calibration::read(path, &rig)?;
@@ -146,7 +145,7 @@ struct Robot<'a> {
 }
 
 impl Robot<'_> {
-    /// What `adapt` kept, by its name in `metrics.json`.
+    /// Parts kept by `adapt`, by their name in `metrics.json`.
     fn kept(&self) -> Result<String> {
         let metrics: Value =
             json::from_text(&std::fs::read(Path::new(&self.new).with_extension("").join("metrics.json"))?)?;
@@ -175,7 +174,7 @@ impl Robot<'_> {
     }
 }
 
-/// What the twin misses on the unchanged robot along a target, at equal times [mm].
+/// Error of the twin on the unchanged robot along a target, at equal times [mm].
 fn unchanged(rows: &[Row], target: &str) -> Option<f64> {
     let row = rows.iter().find(|row| row.change == CHANGES[0].name && row.target == target)?;
     Some(row.tips[0]?.aligned_mm)

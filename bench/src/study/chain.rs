@@ -46,7 +46,8 @@ impl Chain {
         Ok(Self { program: program()?, folder: folder.to_owned() })
     }
 
-    /// The same, in the folder that the studies of `typical` beside this one's `folder` share: one calibration for all.
+    /// The same, in the folder that the studies of `typical` next to this one's `folder` share: one
+    /// calibration for all.
     ///
     /// # Errors
     /// It cannot be built.
@@ -196,7 +197,7 @@ impl Chain {
         self.train(name, &again, seeds, epochs)
     }
 
-    /// Lets a calibrated twin carry out a plan, into the folder `name`.
+    /// Runs a plan on a calibrated twin, into the folder `name`.
     ///
     /// # Errors
     /// The program fails, or refusals of the file system.

@@ -3,7 +3,7 @@
 //!
 //! Every stage is the program itself, and what it wrote is kept, so that the study goes on where it was stopped. Each
 //! table row is one twin: uncorrected, with friction, with the residual network, with both, and with the paper's
-//! network. `robots` climbs the same ladder on others.
+//! network. `robots` runs the same ablation on others.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::{Path, PathBuf};
@@ -136,7 +136,7 @@ pub(super) struct Study {
 }
 
 impl Study {
-    /// The twins of a robot, without and with networks that learned from `training`; with friction and network comes
+    /// The twins of a robot, without and with networks trained on `training`; with friction and network comes
     /// last.
     ///
     /// # Errors

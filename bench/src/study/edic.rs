@@ -1,9 +1,9 @@
 //! Open-loop tracking of ideal paths (CoReAct paper, tables II to IV): strokes found by one method or another, carried
 //! out on the virtual rig without a sensor, and measured.
 //!
-//! The ladder: the fitted twin without learning; an inverse network on recorded data; the paper's network, ours on
-//! recorded and synthetic data; and the calibrated twin, steered. One calibrated twin makes the data of all seeds of
-//! networks. No path is in any training.
+//! The ablation: the fitted twin without learning; an inverse network on recorded data; the paper's network,
+//! ours on recorded and synthetic data; and the calibrated twin, steered. One calibrated twin makes the data
+//! of all seeds of networks. No path is in any training.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;

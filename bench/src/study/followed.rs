@@ -4,7 +4,7 @@
 use hysteron_base::json;
 use serde_json::Value;
 
-/// What [`means`] tells, for the first cell of a table.
+/// Quantities of [`means`], for the first cell of a table.
 pub const HEADING: &str = "NRMSE [%], IoU, at equal times [mm], lag [ms]";
 
 /// How closely the tip of one repeat followed its target.

@@ -1,10 +1,11 @@
-//! What each part of the chain adds, on other robots: the presets, and members of the population around `typical`.
+//! Effect of each part of the chain on other robots: the presets, and members of the population around
+//! `typical`.
 //!
-//! Every robot is known from a minute of recordings alone (the plan `quick`). The rungs: strokes through the twin
-//! without learning; an inverse network on the minute; the paper's and ours on the minute and what the calibrated
-//! twin makes of it; the calibrated twin, steered; and that twin after it has learned from one path more while its
-//! tip was watched. The scene is that of `typical` for all: what a robot differs by is left to learning. No path is
-//! in any training.
+//! Every robot is known from a minute of recordings alone (the plan `quick`). The ablation levels: strokes
+//! through the twin without learning; an inverse network on the minute; the paper's and ours on the minute
+//! and on data of the calibrated twin; the calibrated twin, steered; and that twin after it has been adapted
+//! to one path more while its tip was measured. The scene is that of `typical` for all: the difference of a
+//! robot is left to learning. No path is in any training.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -23,7 +24,7 @@ const PRESETS: [&str; 3] = ["mild", "typical", "harsh"];
 /// Members of the population around `typical`.
 const MEMBERS: u64 = 10;
 const TARGETS: [&str; 3] = ["circle:50", "diamond:60", "lissajous:56"];
-/// The path that the last rung learns from.
+/// The path that the last ablation level is fitted to.
 const WATCHED: &str = "square:40";
 const RUNGS: [&str; 6] = [
     "twin, no learning",
@@ -38,7 +39,7 @@ const RUNGS: [&str; 6] = [
 /// them, as published, would be eight hours a robot.
 const PAPER: [&str; 6] = ["--design", "paper", "--stride", "100", "--batch", "16"];
 
-/// What the calibrated twin does besides the recorded minute: five minutes, twice as far.
+/// Plan of the calibrated twin in addition to the recorded minute: five minutes, twice as far.
 const SYNTHETIC: &str = r#"format = "hysteron-plan"
 version = 1
 name = "ladder"
@@ -55,7 +56,8 @@ stroke_rate_max_mm_s = 12
 const FAMILIES: [(&str, &str); 3] =
     [("circle", ""), ("rose", "swings = [0.4, 1.6]\n"), ("square", "orientation_deg = [45, 45]\n")];
 
-/// One robot: for every target what each rung came to; none where the rig would not carry the strokes out.
+/// One robot: for every target the result of each ablation level; none where the rig would not follow the
+/// strokes.
 struct Robot {
     name: String,
     found: Vec<[Option<Followed>; RUNGS.len()]>,
@@ -126,7 +128,7 @@ fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     Ok(Robot { name: name.to_owned(), found })
 }
 
-/// What the calibrated twin is to do.
+/// Plan of the calibrated twin.
 fn synthetic_plan() -> String {
     let mut text = SYNTHETIC.to_owned();
     for (family, own) in FAMILIES {

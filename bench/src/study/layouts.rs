@@ -1,7 +1,7 @@
-//! Layouts of auxiliary tendons: what the paper's 36 do that fewer, longer ones do not.
+//! Layouts of auxiliary tendons: the paper's 36 compared with fewer, longer ones.
 //!
 //! The singular values of ∂tip/∂s* say in which directions a layout moves the tip, and how evenly; the
-//! identification, and a network that learned from it on the tests of `coreact`, say what that is worth.
+//! identification, and a network trained on it on the tests of `coreact`, measure the benefit.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 use std::path::Path;
@@ -19,10 +19,10 @@ use crate::table::print_cells;
 
 /// Segments of two tendons each between the same ends, and their length [mm]: the paper's, and fewer.
 const LAYOUTS: [(usize, f64); 4] = [(18, 4.0), (6, 12.0), (4, 18.0), (2, 36.0)];
-/// Every third recording is learned from, in one pass.
+/// Every third recording is a training recording, in one pass.
 const OF_ALL: usize = 3;
 
-/// What the identification with a layout came to.
+/// Result of the identification with a layout.
 struct Reach {
     /// Singular values of ∂tip/∂s*, in the median of all samples [-].
     singular: [f64; 3],

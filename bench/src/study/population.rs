@@ -2,9 +2,9 @@
 //! recordings alone.
 //!
 //! One procedure for all, no hand on any: record a plan of minutes; fit the nominal scene; calibrate the twin in two
-//! passes; let it make data; train inverse networks; follow seven paths that nothing has learned. What was done for
-//! a robot stays in its folder:
-//! the same command goes on. A robot on which a stage fails is counted and named.
+//! passes; let it make data; train inverse networks; follow seven paths that are in no training. What was
+//! done for a robot stays in its folder: the same command goes on. A robot on which a stage fails is counted
+//! and named.
 #![allow(clippy::print_stdout, clippy::print_stderr)] // this program prints tables, and which robot it is at
 
 use std::path::Path;
@@ -42,7 +42,7 @@ const NOMINAL: (&str, [(&str, &str); 7]) = (
     ],
 );
 
-/// What is recorded: three minutes.
+/// Plan of the recordings: three minutes.
 const RECORDED: &str = r#"format = "hysteron-plan"
 version = 1
 name = "population"
@@ -77,7 +77,7 @@ const TRAJECTORIES: [(&str, &str, &str); 8] = [
 ];
 /// Those that a scene is fitted to.
 const FITTED: [&str; 3] = ["circle", "square", "rose"];
-/// What is fitted, and how: where the tip rests is not known to the scene.
+/// Options of the fit: the scene does not know where the tip rests.
 const FIT: [&str; 8] = [
     "--fit",
     "zero,compliance,sheath_exponent,backlash,gravity,tracker",
@@ -89,8 +89,8 @@ const FIT: [&str; 8] = [
     "0.4",
 ];
 
-/// What the calibrated twin does besides: its tip along curves drawn from ranges, as far out as the recordings go
-/// and back. Family, how many, and what else.
+/// Plan of the calibrated twin in addition: its tip along curves drawn from ranges, as far out as the
+/// recordings go and back. Family, how many, and what else.
 const SYNTHETIC: [(&str, u32, &str); 4] = [
     ("rose", 48, "swings = [0.4, 2.4]"),
     ("circle", 12, ""),

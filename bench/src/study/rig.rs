@@ -43,7 +43,7 @@ pub fn rows(seconds: f64) -> Result<Vec<Row>> {
     Ok(measure(folder.path(), seconds)?.rows())
 }
 
-/// What a recording says of itself.
+/// Statistics in a recording's metadata.
 struct Measured {
     n_rows: usize,
     n_filled: usize,
@@ -139,7 +139,7 @@ fn plan_text(seconds: f64) -> String {
     )
 }
 
-/// The program, built like this one and beside it.
+/// The program, built like this one and next to it.
 pub(super) fn program() -> Result<PathBuf> {
     let own = std::env::current_exe()?;
     // Of a test or benchmark: one folder further up.

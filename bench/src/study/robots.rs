@@ -1,6 +1,6 @@
-//! The ladder of `coreact` on robots other than `typical`: the twins of other presets, which learned from a third of
-//! the recordings; and the twins of `typical` on members of the population around it, of which they have seen
-//! nothing.
+//! The ablation of `coreact` on robots other than `typical`: the twins of other presets, trained on a third
+//! of the recordings; and the twins of `typical` on members of the population around it, which were not in
+//! their training.
 
 use std::path::Path;
 

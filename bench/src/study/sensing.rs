@@ -1,4 +1,5 @@
-//! Feeling without force sensors: tensions and pushes told from recordings of virtual robots, whose true forces are known.
+//! Force estimation without force sensors: tensions and pushes estimated from recordings of virtual robots,
+//! whose true forces are known.
 //!
 //! Each robot is calibrated from recordings of its own, as a user would; the scale of its servos' loads from one whose tensions are known;
 //! the sensor is fitted on further ones, and evaluated on others.

@@ -91,7 +91,7 @@ pub fn solve(
     Ok(states)
 }
 
-/// One-sided drive with `law` beside `curve`, rows 1 to `last`.
+/// One-sided drive with `law` compared with `curve`, rows 1 to `last`.
 ///
 /// # Errors
 /// The scene or a step fails.

@@ -1,4 +1,4 @@
-//! Five hundred static shapes of a loaded rod, beside the rod solver SoRoSim.
+//! Five hundred static shapes of a loaded rod, compared with the rod solver SoRoSim.
 //!
 //! The rod has a circular section and hangs from a clamp: gravity, a wrench at mid-length and one at the tip, all
 //! fixed in space. Its body here is a solid prism of quadratic tetrahedra whose polygonal section has the second

@@ -1,10 +1,11 @@
 //! A three-segment robot driven by nine strokes: tip error on patterns that were not fitted, in five folds.
 //!
-//! Beside each other: a reduced model, three arcs of constant curvature with fitted zeros, compliance and angles of
-//! the tendons (twelve numbers); a kernel ridge and a network with a memory on what it leaves; static regressions of
-//! the tip on the strokes and a network, without any model; and on fewer rows the finite-element twin with the
-//! reduced model's parameters, with its own, and with auxiliary tendons that bring its marker to where a regression
-//! of what it leaves says (CoReAct), or to where it was measured. A pattern and its holds are never divided.
+//! Compared with each other: a reduced model, three arcs of constant curvature with fitted zeros, compliance
+//! and angles of the tendons (twelve numbers); a kernel ridge and a network with a memory on its residual;
+//! static regressions of the tip on the strokes and a network, without any model; and on fewer rows the
+//! finite-element twin with the reduced model's parameters, with its own, and with auxiliary tendons that
+//! bring its marker to the prediction of a regression of its residual (CoReAct), or to the measured place. A
+//! pattern and its holds are never divided.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod fit;
@@ -36,13 +37,13 @@ pub const N_FOLDS: usize = 5;
 
 /// The reduced model is fitted to every third row, in a quick study to every twelfth.
 const FIT_EVERY: [usize; 2] = [3, 12];
-/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a held-out one;
-/// what it leaves is learned from every fourth.
+/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a test
+/// one; its residual is fitted to every fourth.
 const TWIN_EVERY: usize = 12;
 const LEARN_EVERY: usize = 4;
 
-/// What predicts the tip. The last five see the rows of the finite-element twin alone, the very last one the tip
-/// itself.
+/// Methods that predict the tip. The last five get the rows of the finite-element twin alone, the very last
+/// one the tip itself.
 const METHODS: [&str; 12] = [
     "constant curvature, 12 parameters",
     "constant curvature + kernel ridge on its residual",
@@ -97,13 +98,13 @@ pub fn folds(n_patterns: usize) -> Vec<usize> {
     fold_of
 }
 
-/// What the patterns of a fold, which were not fitted, gave.
+/// Results on the test patterns of a fold.
 struct Fold {
     patterns: Vec<String>,
     fitted: Fitted,
     /// The finite-element twin's own parameters.
     twin: Option<Fitted>,
-    /// Distance of the tip for every method and held-out row [mm].
+    /// Distance of the tip for every method and test row [mm].
     errors: Vec<Vec<f64>>,
     rows_without_equilibrium: usize,
 }

@@ -1,7 +1,7 @@
 //! Static regressions: a ridge on cubic monomials, and a ridge on Gaussian kernels.
 //!
 //! Features are brought to mean zero and variance one. Every number that is not fitted is chosen from a grid, by the
-//! error on a quarter of the training patterns that is left out for it.
+//! error on a quarter of the training patterns that is for validation.
 
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;

@@ -1,10 +1,11 @@
 //! The inverse network on robots that other people recorded: which strokes, or motor angles, made a given path of
 //! the tip?
 //!
-//! Beside it rivals without a network: a static regression, the same of the tip some time later, and a kernel on two
-//! tips, with the delay that does best on the trajectories to stop by; and the same network without looking ahead.
-//! On the trunk, blocks of the run take turns: most to learn from, some to stop by, some to test on; and the same
-//! blocks of a run with a load at the tip. On the three-segment robot whole patterns, in five folds.
+//! Compared with baselines without a network: a static regression, the same of the tip some time later, and a
+//! kernel on two tips, with the delay that does best on the validation trajectories; and the same network
+//! without looking ahead. On the trunk, blocks of the run take turns: most for training, some for validation,
+//! some for the test; and the same blocks of a run with a load at the tip. On the three-segment robot whole
+//! patterns, in five folds.
 #![allow(clippy::print_stdout)] // this program prints tables
 
 mod rivals;
@@ -122,7 +123,7 @@ fn without_looking_ahead(options: &RecurrentOptions) -> RecurrentOptions {
     }
 }
 
-/// Trains both networks on `known` and tests on `test`, beside rivals that know and are tested on the same.
+/// Trains both networks on `known` and tests on `test`, next to baselines with the same data.
 fn evaluate(
     known: &Dataset,
     test: &[&Demonstration],
@@ -171,7 +172,7 @@ fn study_trunk(folder: &Path, seeds: u64, quick: bool) -> Result<Value> {
     let turn = |wanted: usize, all: &'_ [Demonstration]| -> Vec<Demonstration> {
         all.iter().enumerate().filter(|(k, _)| k % TURNS == wanted).map(|(_, one)| one.clone()).collect()
     };
-    // The run under load has the same commands: only the same blocks of it are unseen.
+    // The run under load has the same commands: only the same blocks of it are test data.
     let (test, under_load) = (turn(TURNS - 1, &blocks), turn(TURNS - 1, &under_load));
     let stop = turn(TURNS - 2, &blocks);
     let names: Vec<String> = stop.iter().map(|one| one.name.clone()).collect();
@@ -339,7 +340,7 @@ mod tests {
         };
         let found = compare_paths(&circle(0.0), &circle(0.3));
         let number = |key: &str| found[key].as_f64().unwrap_or(f64::NAN);
-        // Lags are found on chords of 0.1 s: much closer than one of them.
+        // Lags are found on chords of 0.1 s: to much less than one of them.
         assert!((number("lag_s") - 0.3).abs() < 0.01, "{found}");
         // A chord's sagitta: 1 m (0.1 s τ / 8 s)² / 8 = 0.8 mm.
         assert!(number("chamfer_mm") < 0.8, "{found}");

@@ -1,5 +1,5 @@
-//! What a controller without a network can do once it knows the delay of the tip behind its strokes: a delay is the
-//! simplest memory. Delays, widths and ridges are chosen on the trajectories that a network would stop by.
+//! Baselines without a network that know the delay of the tip behind its strokes: a delay is the simplest
+//! memory. Delays, widths and ridges are chosen on the validation trajectories of a network.
 
 use anyhow::{Context, Result};
 use hysteron_control::inverse::{Axes, Dataset, Demonstration, PathPoint, StaticRegression, Tip, ahead};
@@ -19,7 +19,7 @@ const RIDGES: [f64; 3] = [0.01, 0.1, 1.0];
 const CHOOSE_ROWS: usize = 600;
 const FIT_ROWS: usize = 1800;
 
-/// A rival, its error on what was judged [mm], and the delay that it chose [s].
+/// A baseline, its error on the test [mm], and the delay that it chose [s].
 pub struct Rival {
     pub error: f64,
     pub delay_s: f64,
@@ -34,7 +34,7 @@ fn points(tips: &[Tip]) -> Vec<PathPoint> {
     tips.iter().map(|&position| PathPoint { position, rate: [0.0; 3] }).collect()
 }
 
-/// All rivals: the regression without delay and with the best, and the kernel.
+/// All baselines: the regression without delay and with the best, and the kernel.
 ///
 /// # Errors
 /// Tips that do not move.
@@ -77,7 +77,7 @@ fn regressions(known: &Dataset, judged: &[&Demonstration]) -> Result<[Rival; 2]>
     Ok([rival(0.0)?, rival(best.1)?])
 }
 
-/// What the kernel is told.
+/// Parameters of the kernel.
 #[derive(Clone, Copy)]
 struct Setting {
     delay: f64,

@@ -1,4 +1,4 @@
-//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold left out in turn,
+//! Parameters of the tentacle fitted to the eight holds of session B, each set with one hold as test in turn,
 //! those searches from the values found on all.
 #![allow(clippy::print_stdout)] // this program prints tables
 
@@ -17,7 +17,7 @@ use super::{Hold, Markers, N_MARKERS};
 use crate::study::rms;
 use crate::table::print_cells;
 
-/// Root mean square by which a parameter must move the markers to count as seen [m].
+/// Root mean square by which a parameter must move the markers to count as observable [m].
 const SEEN: f64 = 1e-4;
 
 /// Shapes that are kept: those of a Jacobian and more.

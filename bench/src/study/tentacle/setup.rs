@@ -1,4 +1,4 @@
-//! What can be fitted of the tentacle, and its twin for given values.
+//! Parameters of the tentacle that can be fitted, and its twin for given values.
 
 use anyhow::Result;
 use hysteron_base::{Bounds, Law, Material, Tendon};
@@ -19,7 +19,7 @@ const LINK: f64 = 0.305;
 /// Radius of the circle that carries a tendon point [m]: a point alone would sink into one element.
 const RING: f64 = 1.5e-3;
 
-/// What the shape of the body depends on.
+/// Parameters that the shape of the body depends on.
 pub type Key = ([f64; 3], [f64; 2]);
 
 /// The tentacle as it hangs in the room.
@@ -85,7 +85,7 @@ impl Set {
         }
     }
 
-    /// What is fitted.
+    /// Parameters of the fit.
     pub fn parameters(self) -> Vec<Parameter> {
         let parameter = |(name, start, [min, max], scale, _): Line| Parameter {
             name: name.into(),
@@ -115,7 +115,7 @@ impl Setup {
         twist: 0.0,
     };
 
-    /// What the shape of the body depends on; the rest only moves the markers.
+    /// Parameters that the shape of the body depends on; the rest only moves the markers.
     pub fn key(&self) -> Key {
         (self.material, self.across)
     }
