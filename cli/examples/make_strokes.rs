@@ -33,7 +33,7 @@ fn main() -> anyhow::Result<()> {
         csv.push_str(&format!("{t:.2}"));
         for k in 0..4 {
             let stroke = AMPLITUDE_MM * envelope(t) * (phase - FRAC_PI_2 * f64::from(k)).cos();
-            // The servo settles within half a tick of where it was told to go.
+            // The servo settles within half a tick of its commanded position.
             let unsteady: f64 = envelope(t).sqrt() * noise.random_range(-0.5..0.5);
             let ticks = (stroke / TICK_MM + unsteady).round();
             csv.push_str(&format!(",{:.4}", ticks * TICK_MM + 0.0));

@@ -133,7 +133,7 @@ pub enum Verb {
 }
 
 impl Program {
-    /// What was typed; or where it cannot be used, the exit code after the person was told.
+    /// The arguments as typed; or where they cannot be used, the exit code after the error was reported.
     pub fn typed() -> Result<Self, ExitCode> {
         Self::try_parse().map_err(|error| match out_of_range(&error) {
             Some(bad) => {

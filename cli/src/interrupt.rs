@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_millis(1200);
 /// An asked verb is looked after so often.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// What a first request does.
+/// Effect of a first request to end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Manner {
     /// Ends the program: the verb has not begun its work.

@@ -1,6 +1,6 @@
 //! The program `hysteron`: arguments, progress and errors; what verbs do is in `hysteron-workflow`.
 //!
-//! What fails comes back here as one error, which decides the exit code: 2 for input that a person can mend, 1 for
+//! Every failure comes back here as one error, which decides the exit code: 2 for a user error, 1 for
 //! everything else.
 
 mod arguments;

@@ -45,14 +45,14 @@ pub struct ManArguments {
     out: PathBuf,
 }
 
-/// What `man` wrote.
+/// Files that `man` wrote.
 #[derive(Debug, Serialize)]
 struct Pages {
     /// Files, in order of their names.
     pages: Vec<PathBuf>,
 }
 
-/// Carries out the verb `completions` for the command line `program`.
+/// Runs the verb `completions` for the command line `program`.
 pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut program, "hysteron", &mut script);

@@ -23,8 +23,8 @@ pub struct Bar {
     logged: AtomicU64,
 }
 
-/// A bar over `length` things, 0 where nobody knows how many, `done` of them before this run, with rate and remaining time. Not
-/// where only warnings are wanted.
+/// A bar over `length` things, 0 where nobody knows how many, `done` of them before this run, with rate and
+/// remaining time. None where the log shows warnings alone.
 pub fn bar(of: &str, length: usize, done: usize) -> Bar {
     let is_wanted = tracing::enabled!(tracing::Level::INFO);
     let is_drawn = is_wanted && std::io::stderr().is_terminal();

@@ -184,7 +184,7 @@ pub fn start_log(verbosity: Option<i8>) {
     tracing_subscriber::registry().with(lines.with_filter(filter)).init();
 }
 
-/// What is logged at a verbosity, where nothing was typed the usual.
+/// Log levels at a verbosity, where nothing was typed the usual.
 fn shown_at(verbosity: Option<i8>) -> Targets {
     let everywhere = |level: LevelFilter| Targets::new().with_default(level);
     match verbosity.unwrap_or(1) {

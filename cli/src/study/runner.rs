@@ -23,7 +23,8 @@ pub struct Runner<'a> {
     out: &'a Path,
     program: PathBuf,
     passed_on: &'a [String],
-    /// Held while the study runs, by the stage at work too: it is let go when the last of them ends, however it ends.
+    /// Held while the study runs, by the stage at work too: it is released when the last of them ends,
+    /// however it ends.
     lock: File,
     /// Guessed and measured time of the stages done in this run [s].
     pace: [f64; 2],
