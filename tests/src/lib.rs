@@ -39,7 +39,7 @@ pub fn program() -> &'static Path {
     })
 }
 
-/// What a run of the program left.
+/// Result of a run of the program: exit code and output.
 #[derive(Debug)]
 pub struct Outcome {
     /// Exit code; none if a signal ended it.

@@ -3,7 +3,7 @@
 //!
 //! A few hundred cases each are drawn in every run; `HYSTERON_FUZZ_CASES=1000000` draws a million each, and
 //! `HYSTERON_FUZZ_S=600` ends each after ten minutes and says how far it came. Rigs, calibrations, journals, buses and
-//! trackers have theirs in `rig/tests/it/fuzz`, studies beside their reader.
+//! trackers have theirs in `rig/tests/it/fuzz`, studies next to their reader.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
@@ -38,12 +38,12 @@ impl Case {
     }
 }
 
-/// What a reader refuses is bad input, in the form of all.
+/// Asserts that a reader's error is bad input, in the form of all.
 fn refused(bad: Option<&BadInput>, error: &dyn std::fmt::Display) {
     assert_in_house_form(bad, error);
 }
 
-/// What `base` refuses.
+/// Asserts that an error of `base` is bad input.
 fn refused_by_base(error: &hysteron_base::Error) {
     match error {
         hysteron_base::Error::BadInput(bad) => refused(Some(bad), bad),

@@ -1,7 +1,8 @@
-//! No circles between files: what a file of a crate names lies in files that do not lead back to it, parent and child apart.
+//! No circles between files: the files that a file of a crate names do not lead back to it, parent and child
+//! apart.
 //!
-//! Names are followed through re-exports to the file that holds what they stand for. Names within macros are not seen, nor is
-//! what is compiled for tests alone.
+//! Names are followed through re-exports to the file that holds the item. Names within macros are not read,
+//! nor is code that is compiled for tests alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use syn::{Attribute, Item, ItemUse, UseTree};
 /// Names of nested modules from the root of a crate, and of something in them.
 type Name = Vec<String>;
 
-/// What is written in a file.
+/// Imports and paths in a file.
 #[derive(Default)]
 struct Source {
     /// `use`: what a name stands for, as written.

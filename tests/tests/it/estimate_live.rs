@@ -88,7 +88,7 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
     assert!(!arms.is_under_torque());
 }
 
-/// What is refused before anything moves.
+/// Refuses a changed arm file before anything moves.
 fn refusals(folder: &Path, live: &[&str]) {
     let text = std::fs::read_to_string(folder.join("arms/patient.toml")).unwrap();
     let refused = |change: [&str; 2], expected: &str| {

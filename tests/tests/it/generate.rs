@@ -183,8 +183,8 @@ fn a_twin_learns_what_its_network_does_not_know() {
     place
         .run(&["identify", "scene-coreact.toml", "data", "--rounds", "1", "--out", "identified"])
         .succeeded();
-    // The robot that the network has learned, with its first tendon let go by 0.8 mm: it does with a stroke what it
-    // did with less.
+    // The robot of the network's training, with its first tendon released by 0.8 mm: it does with a stroke
+    // what it did with less.
     std::fs::create_dir(place.path().join("changed")).unwrap();
     for name in ["line", "wide-1", "wide-2"] {
         let recorded = Recording::read(place.path().join(format!("data/{name}.parquet"))).unwrap();
@@ -232,7 +232,7 @@ fn a_twin_learns_what_its_network_does_not_know() {
     let [nothing, kept] = [&hysteron_base::json!("nothing"), &metrics["kept"]].map(held_out);
     assert!(kept < 0.9 * nothing, "{kept} {nothing}");
     assert!(adapted.stdout.contains("kept: "), "{}", adapted.stdout);
-    // What was learned is in the checkpoint.
+    // The adapted parts are in the checkpoint.
     let simulate = |checkpoint: &str, out: &str| {
         let arguments = ["simulate", "scene-coreact.toml", "--strokes", "data/line.parquet"];
         place.run(&[&arguments[..], &["--residual", checkpoint, "--out", out]].concat()).succeeded();

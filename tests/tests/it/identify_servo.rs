@@ -17,7 +17,7 @@ fn record(folder: &Path, rig: &str, seed: &str, out: &str) {
     run(folder, &[&rig[..], &["--out", out]].concat()).succeeded();
 }
 
-/// The same recordings with every channel changed by `change`; those for which it gives nothing are left out.
+/// The same recordings with every channel changed by `change`, without those for which it gives nothing.
 fn changed(folder: &Path, from: &str, to: &str, change: &dyn Fn(&Channel) -> Option<Vec<f64>>) {
     std::fs::create_dir_all(folder.join(to)).unwrap();
     for name in QUICK {
@@ -109,7 +109,7 @@ fn slack_tendons_tell_friction_and_the_rest_is_named_with_what_to_record() {
     let value: Value = json::from_text(&told.stdout).unwrap();
     for servo in value["servos"].as_array().unwrap() {
         let [coulomb, error] = estimate(servo, "coulomb_n_m").map(Option::unwrap);
-        // What is slack is told from loads alone, with some tendons among it that are hardly taut.
+        // Slack is estimated from loads alone, with some tendons among it that are hardly taut.
         assert!((coulomb - 0.045).abs() < 0.003 && error < 0.004, "{servo}");
         assert_eq!(estimate(servo, "load_scale_n_m"), [Some(1.445), None]);
         assert_eq!(estimate(servo, "backlash_mm"), [None, None]);

@@ -22,7 +22,8 @@ fn processor_time(process: &Child) -> u64 {
     [11, 12].map(|k| fields.get(k).and_then(|field| field.parse::<u64>().ok()).unwrap_or(0)).iter().sum()
 }
 
-/// What `work` gives, and how late a thread that sleeps for 20 ms was woken meanwhile, at most: so busy is the machine.
+/// Result of `work`, and the largest lateness with which a thread that sleeps for 20 ms woke meanwhile: a
+/// measure of how busy the machine is.
 fn with_lateness<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let is_over = AtomicBool::new(false);
     std::thread::scope(|scope| {

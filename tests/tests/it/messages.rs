@@ -1,4 +1,4 @@
-//! What a person reads shows values, not the program's own structs.
+//! Messages for people show values, not the program's own structs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -66,7 +66,7 @@ fn declared(code: &str) -> Vec<(&str, &str)> {
     found
 }
 
-/// What a line prints as the program sees it: names in `{name:?}`.
+/// Names that a line prints by `Debug`: names in `{name:?}`.
 fn debugged(line: &str) -> Vec<&str> {
     let of = |end: usize| {
         line[..end].rsplit('{').next().filter(|name| !name.is_empty() && name.chars().all(is_word))

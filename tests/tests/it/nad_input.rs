@@ -10,7 +10,7 @@ use hysteron_tests::run;
 const NUMBERED: [&str; 7] = ["pos", "goal_pos", "current", "vel", "temp", "pwm", "volts"];
 const ALONE: [&str; 5] = ["aperture", "goal_aperture", "force_x", "force_y", "force_z"];
 
-/// What to write otherwise than a good file has it.
+/// Changes of a good file.
 #[derive(Clone, Copy)]
 struct Change<'a> {
     without: &'a str,

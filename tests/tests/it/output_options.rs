@@ -6,7 +6,7 @@ use std::path::Path;
 
 use hysteron_tests::{Workplace, names_in, root};
 
-/// What an option names.
+/// Kind of output that an option names.
 #[derive(Clone, Copy, PartialEq)]
 enum Names {
     /// A file with one of these endings.
@@ -151,7 +151,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// What cannot be an output, and why.
+/// Paths that cannot be an output, and why.
 fn wrong(names: Names) -> Vec<(String, &'static str)> {
     let long = "n".repeat(245);
     let mut all = vec![

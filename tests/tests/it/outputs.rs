@@ -1,4 +1,5 @@
-//! What a command writes over: nothing that it reads, nothing that was measured, nothing that another has made.
+//! Overwriting: a command writes over nothing that it reads, nothing that was measured, nothing that another
+//! has made.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! A recording is interrupted, killed, robbed of its disk, its bus, its tracker: the servos are let go, what was
-//! measured opens, and the same command goes on.
+//! A recording is interrupted, killed, robbed of its disk, its bus, its tracker: the torque is off, the
+//! measured rows can be read, and the same command goes on.
 
 #![cfg(unix)]
 
@@ -37,7 +37,8 @@ fn recording(rig: &EmulatedRig) -> Child {
     process
 }
 
-/// What was measured is a recording of this name, with its log, and there is no journal any more.
+/// Asserts that the measured rows are a recording of this name, with its log, and that there is no journal
+/// any more.
 fn is_kept(rig: &EmulatedRig, name: &str) {
     assert!(Recording::read(rig.file(&format!("{name}.parquet"))).unwrap().n_samples() > 10);
     assert!(!rig.file("out.journal").exists());
@@ -136,7 +137,7 @@ fn a_disk_that_is_full_ends_the_run_safely_and_what_was_written_opens() {
     let error = outcome.error(1);
     assert!(error.contains("writing the recording") && error.contains("make room"), "{error}");
     assert!(!rig.torques().last().unwrap().1);
-    // The recording may have had no room beside its journal, which then stays.
+    // The recording may have had no room next to its journal, which then stays.
     let out = if rig.file("out.journal").exists() {
         run(rig.path(), &["rig", "recover", "out.journal", "--out", "recovered.parquet"]).succeeded();
         "recovered.parquet"
@@ -220,7 +221,7 @@ fn time_of(log: &str, message: &str) -> Option<f64> {
     line.strip_prefix("{\"time_s\":")?.split(',').next()?.parse().ok()
 }
 
-/// What a killed run left.
+/// Files that a killed run left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Left {
     Nothing,
@@ -303,7 +304,7 @@ fn recorded(rig: &EmulatedRig, out: &str) -> Outcome {
 fn a_run_that_is_killed_at_any_moment_lets_go_and_loses_a_second_at_most() {
     use rand::RngExt;
     let mut rng = rng(7, "tests/kill");
-    // Starting takes some tenths of a second, slewing and settling 0.7 s, the plan 2.2 s, the way back 0.6 s.
+    // Starting takes some tenths of a second, slewing and settling 0.7 s, the plan 2.2 s, the return 0.6 s.
     let moments = (0..50).map(|number| (number, rng.random_range(0.0..4.2)));
     let queue = Mutex::new(moments.collect::<VecDeque<(usize, f64)>>());
     let left = Mutex::new(Vec::new());

@@ -1,4 +1,4 @@
-//! What stands in the repository works as typed.
+//! Scenes and commands of the repository work as typed.
 
 use hysteron_base::Recording;
 use hysteron_tests::{names_in, root, run};

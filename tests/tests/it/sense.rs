@@ -71,7 +71,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
         let row = rows.iter().find(|row| row["method"] == method).unwrap();
         row["all"].as_f64().unwrap()
     };
-    // Servos hide more than half of a tension in their friction; beside the twin they tell it to a tenth.
+    // Friction of servos hides more than half of a tension; with the twin the estimate is good to a tenth.
     assert!(tension("load alone") > 0.3, "{value}");
     assert!(tension("servos and twin") < 0.1, "{value}");
     assert!(tension("servos and twin") < tension("twin, forces scaled"), "{value}");
@@ -123,7 +123,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     assert!(!folder.join("a.parquet").exists() && !folder.join("b.json").exists());
 }
 
-/// Times at which a contact begins or ends, of the log beside a recording [s].
+/// Times at which a contact begins or ends, of the log next to a recording [s].
 fn contacts(log: &Path) -> Vec<f64> {
     let text = std::fs::read_to_string(log).unwrap();
     let events = text.lines().map(|line| json::from_text::<serde_json::Value>(line).unwrap());
@@ -135,7 +135,8 @@ fn contacts(log: &Path) -> Vec<f64> {
     told.collect()
 }
 
-/// What is told while recording is what is told of the recording (`told`), and ends it where that was asked for.
+/// Estimates while recording are those from the recording (`told`), and the recording ends where that was
+/// asked for.
 fn senses_while_recording(folder: &Path, scene: &str, told: &Recording) {
     let record = |out: &str, more: &[&str]| {
         let what =

@@ -1,4 +1,5 @@
-//! Health of servos in `hysteron record` and `hysteron track`: what a worn virtual rig truly has is what is told, and of a sound one nothing is.
+//! Health of servos in `hysteron record` and `hysteron track`: the faults of a worn virtual rig are reported,
+//! and of a sound one none.
 
 use hysteron_base::json;
 use std::path::Path;

@@ -166,7 +166,7 @@ fn a_change_redoes_only_what_depends_on_it() {
     place.run().succeeded();
     same(&first, &place.results());
 
-    // A file that is gone, and one that was changed.
+    // A file that is missing, and one that was changed.
     std::fs::remove_file(place.path().join("out/data/two.parquet")).unwrap();
     std::fs::write(place.path().join("out/tracked/small/network/metrics.json"), "{}").unwrap();
     let [done, _] = stages(&place.run().succeeded());

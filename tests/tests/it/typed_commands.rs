@@ -38,7 +38,7 @@ const NOT_RUN: [(&str, &str, &str); 26] = [
 /// A command of a document.
 struct Typed {
     document: String,
-    /// What follows `hysteron`, or `cargo run --release --`; of another command of cargo, what follows `cargo`.
+    /// Words after `hysteron`, or `cargo run --release --`; of another command of cargo, those after `cargo`.
     words: Vec<String>,
 }
 

@@ -66,7 +66,7 @@ fn a_parameter_on_its_bound_is_named() {
 
 #[test]
 fn friction_that_the_motion_does_not_show_is_named_with_what_follows() {
-    // Every speed is far above the one at which breakaway ends, of which nothing is seen.
+    // Every speed is far above the one at which breakaway ends, so that the data does not show it.
     let fast = |k: usize| {
         let s = (0.021 * k as f64 + 0.01).sin();
         20.0 * (s.signum() + s)

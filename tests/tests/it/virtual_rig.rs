@@ -39,7 +39,7 @@ fn one_command_makes_a_data_set_with_everything_beside_it() {
             c.iter().copied().fold(0.0, f64::max) > 0.01 && c.iter().copied().fold(0.0, f64::min) < -0.01
         );
     }
-    // What was done can be done again from the files beside the data.
+    // The same data can be made again from the files next to it.
     let again = ["record", "--rig", "virtual:data/robot.toml", "--plan", "data/plan.toml"];
     let rest = ["--calibration", "data/calibration.toml", "--only", "circle", "--out", "again.parquet"];
     run(place.path(), &[&again[..], &rest[..]].concat()).succeeded();
