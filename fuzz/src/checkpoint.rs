@@ -7,7 +7,7 @@ use proptest::sample::Index;
 
 /// Stands for the checksum while it is computed.
 const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
-/// What takes the place of weights.
+/// Replacements of weights.
 const WEIGHTS: [f64; 10] =
     [1e30, -1e30, 3e38, 1e7, 1e6, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 1e-40];
 

@@ -122,7 +122,7 @@ pub enum Damage {
     Insert(Index, u8),
     /// One less.
     Remove(Index),
-    /// A part that is gone.
+    /// A part that is missing.
     Cut(Index, Index),
     /// The end, too early.
     End(Index),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// The folder of recordings, `HYSTERON_DATA` or `../shared/data` beside the project.
+/// The folder of recordings, `HYSTERON_DATA` or `../shared/data` next to the project.
 pub fn data_folder() -> PathBuf {
     std::env::var_os("HYSTERON_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)

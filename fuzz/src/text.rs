@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-/// What takes the place of a number or a value.
+/// Replacements of a number or a value.
 const TOKENS: [&str; 30] = [
     "nan",
     "inf",
@@ -36,7 +36,7 @@ const TOKENS: [&str; 30] = [
     "true",
     "1979-05-27T07:32:00Z",
 ];
-/// What may appear anywhere.
+/// Text that may appear anywhere.
 const SNIPPETS: [&str; 12] = ["\u{feff}", "µ", "\u{0}", "\"", "=", "[", "]", "#", ",", "\n", "\r", "⊥"];
 
 /// One slip.
@@ -56,7 +56,7 @@ pub enum Slip {
     Key(Index, Index),
     /// Something put in.
     Insert(Index, usize),
-    /// A part that is gone.
+    /// A part that is missing.
     Cut(Index, Index),
     /// The end, too early.
     End(Index),
