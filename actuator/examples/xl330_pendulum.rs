@@ -1,4 +1,5 @@
-//! The drive of an XL330-M288 identified by rollout of a pendulum, beside the published models m1 to m6 in the same rollouts.
+//! The drive of an XL330-M288 identified by rollout of a pendulum, compared with the published models m1 to
+//! m6 in the same rollouts.
 //!
 //!     HYSTERON_DATA=../shared/data cargo run --release -p hysteron-actuator --example xl330_pendulum [-- metrics.json]
 //!

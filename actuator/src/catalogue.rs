@@ -206,7 +206,7 @@ impl From<CatalogueDrive> for String {
     }
 }
 
-/// What a file says of its numbers, as one line.
+/// Source of a file's numbers, as one line.
 fn source(typed: &str) -> Check<String> {
     let line = typed.split_whitespace().collect::<Vec<_>>().join(" ");
     match line.is_empty() {

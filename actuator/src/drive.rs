@@ -30,7 +30,7 @@ pub struct Gear {
 pub struct Drive {
     /// Its motor.
     pub motor: Motor,
-    /// What feeds it.
+    /// Its supply.
     pub supply: Supply,
     /// Its heat.
     pub winding: Winding,
@@ -40,7 +40,7 @@ pub struct Drive {
     pub position_loop: LoopSpec,
 }
 
-/// What moves with the output.
+/// Load that moves with the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// Inertia beyond the gear's own [kg m²].
@@ -56,7 +56,7 @@ impl Load {
     }
 }
 
-/// What a drive does.
+/// State of a drive.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DriveState {
     /// Angle of the output, where the encoder is [rad].
@@ -337,7 +337,7 @@ mod tests {
             drive.step(&mut state, bridge, FREE, 1e-3);
             (state.velocity, state.current)
         };
-        // I (ω - 5)/h = - f_c - f_v ω, and - k²/R ω besides.
+        // I (ω - 5)/h = - f_c - f_v ω, and also - k²/R ω.
         assert_eq!(after(Bridge::Open), ((10.0 - 0.02) / (2.0 + 0.005), 0.0));
         let (velocity, current) = after(Bridge::Driven(0.0));
         assert!((velocity - (10.0 - 0.02) / (2.0 + 0.005 + 0.16 / 3.0)).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! What a motor, a gearbox and a tendon do. Knows no robot: arms and tendon-driven bodies share it.
+//! Models of a motor, a gearbox and a tendon. Knows no robot: arms and tendon-driven bodies share it.
 
 mod backlash;
 mod catalogue;

@@ -15,7 +15,7 @@ const SLOWEST: f64 = 0.03;
 /// Fewest samples of motion that friction is identified from.
 const FEWEST: usize = 200;
 
-/// What the load of a servo says of the tension on its pulley.
+/// Tension on a pulley from the load of its servo: torque, radius and friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadModel {
     /// Torque of a load of 1 [N m].

@@ -1,9 +1,10 @@
-//! What drives a gear: a DC motor on a supply, its winding warm or cold, through a bridge that is driven or open.
+//! The motor of a gear: a DC motor on a supply, its winding warm or cold, through a bridge that is driven or
+//! open.
 
 use crate::number::Real;
 
-/// A DC motor, seen from the output of its gear, by what it does stalled at one voltage: so data sheets state it, and the rest is
-/// proportional.
+/// A DC motor, at the output of its gear, by its stall values at one voltage: so data sheets state it, and
+/// the rest is proportional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motor {
     /// Voltage that stall torque and stall current hold for [V].
@@ -107,7 +108,7 @@ impl Winding {
     }
 }
 
-/// What connects motor and supply.
+/// Connection of motor and supply.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bridge {
     /// A duty, -1 to 1, of the supply's voltage; at zero the motor is shorted, and brakes.
@@ -116,7 +117,7 @@ pub enum Bridge {
     Open,
 }
 
-/// What a motor gives over the speed of the output, in one step.
+/// Torque of a motor over the speed of the output, in one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorLine<T = f64> {
     /// Torque at standstill, before any limit [N m].

@@ -1,10 +1,11 @@
 //! Statuses of a tendon's guides where the simple active set cycles: nested policy iteration.
 //!
-//! With g⁺, g⁻ what guide j misses of sliding towards the pulley and of sliding back, the guides' law is
-//! max(g⁺, min(g⁻, c (u_j(before) - u_j))) = 0. Every choice in it (which side of max and min, which segment is taut) gives
-//! linear equations whose matrix is an M-matrix, once slack segments keep a trace of stiffness: pieces of tendon between
-//! two slack segments would float otherwise. So the inner iteration over the choices of the minimum and the outer one over
-//! those of the maximum are both monotone and end (Howard's algorithm, twice).
+//! With g⁺, g⁻ the residuals of guide j from sliding towards the pulley and from sliding back, the guides'
+//! law is max(g⁺, min(g⁻, c (u_j(before) - u_j))) = 0. Every choice in it (which side of max and min, which
+//! segment is taut) gives linear equations whose matrix is an M-matrix, once slack segments keep a trace of
+//! stiffness: parts of the tendon between two slack segments would float otherwise. So the inner iteration
+//! over the choices of the minimum and the outer one over those of the maximum are both monotone and end
+//! (Howard's algorithm, twice).
 
 use crate::policy::Policy;
 use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};

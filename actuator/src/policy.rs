@@ -1,4 +1,4 @@
-//! What the solver of a tendon chooses for each of its guides; see `policies.rs`.
+//! Choices of a tendon's solver for each of its guides; see `policies.rs`.
 
 /// Choices of one guide.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-/// What a servo is told.
+/// Command of a servo: goal, profile, gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoCommand {
     /// Whether it drives its motor at all.
     pub torque_on: bool,
-    /// Where to go [ticks].
+    /// Goal position [ticks].
     pub goal: i32,
-    /// Largest speed of the way there [rad/s]; 0: none, the reference jumps to the goal.
+    /// Largest speed of the profile [rad/s]; 0: none, the reference jumps to the goal.
     pub profile_velocity: f64,
-    /// Acceleration of the way there [rad/s²]; 0: none, the reference has its full speed at once.
+    /// Acceleration of the profile [rad/s²]; 0: none, the reference has its full speed at once.
     pub profile_acceleration: f64,
     /// Gains of the position loop, as the registers state them.
     pub gains: Gains,

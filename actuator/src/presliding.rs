@@ -24,12 +24,12 @@ pub enum FrictionLaw {
 /// Elements of [`FrictionLaw::Prandtl`].
 const ELEMENTS: usize = 4;
 
-/// What the elements of a guide have been strained to, each -1 to 1 [-]; the first one alone for Dahl's law.
+/// Strains of a guide's elements, each -1 to 1 [-]; the first one alone for Dahl's law.
 pub(crate) type Elements = [f64; ELEMENTS];
 
 impl FrictionLaw {
-    /// The share z of the bound that is held back after slip `by` from where the elements were `from`, and dz/du [1/m]: where
-    /// the two sides differ, that towards `ahead`.
+    /// The share z of the friction bound after slip `by` from where the elements were `from`, and dz/du
+    /// [1/m]: where the two sides differ, that towards `ahead`.
     pub(crate) fn engaged(self, from: &Elements, by: f64, ahead: f64) -> [f64; 2] {
         match self {
             Self::Coulomb => [0.0; 2],

@@ -1,4 +1,5 @@
-//! Creep and relaxation: a spring with Maxwell elements beside it (Prony series, generalised Maxwell solid).
+//! Creep and relaxation: a spring with Maxwell elements in parallel (Prony series, generalised Maxwell
+//! solid).
 //!
 //! With strain ε, relaxed modulus E∞ and weights g_k relative to it, σ = E∞ (ε + Σ g_k y_k), where the elastic part of a
 //! Maxwell element's strain y_k = ε - α_k decays: τ_k α_k' = ε - α_k. The step is exact for strain that is linear in
@@ -15,12 +16,12 @@ pub struct Prony {
     pub times: Vec<f64>,
 }
 
-/// What a step of one length does to each element.
+/// Coefficients of a step of one length, for each element.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PronyStep {
-    /// exp(-h/τ_k): what is left of the elastic strain at the beginning (n_terms) [-].
+    /// exp(-h/τ_k): remaining share of the elastic strain at the beginning (n_terms) [-].
     pub decay: Vec<f64>,
-    /// (1 - exp(-h/τ_k)) τ_k/h: what is left of the strain added during the step (n_terms) [-].
+    /// (1 - exp(-h/τ_k)) τ_k/h: remaining share of the strain added during the step (n_terms) [-].
     pub gain: Vec<f64>,
     /// g_k (n_terms) [-].
     pub weights: Vec<f64>,
@@ -151,7 +152,7 @@ mod tests {
         }
     }
 
-    /// Creep of one element beside the spring: ε(t) = σ/E∞ (1 - g/(1+g) exp(-t/(τ(1+g)))).
+    /// Creep of one element in parallel with the spring: ε(t) = σ/E∞ (1 - g/(1+g) exp(-t/(τ(1+g)))).
     #[test]
     fn creep_under_constant_stress_meets_the_closed_form() {
         let (g, tau) = (0.4, 2.0);

@@ -111,15 +111,15 @@ impl ServoSpec {
 /// A drive at work.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servo {
-    /// What it is.
+    /// Its drive.
     pub drive: Drive,
-    /// What it does.
+    /// State of the drive.
     pub state: DriveState,
-    /// Part of the supply voltage that the motor is given, -1 to 1 [-].
+    /// Part of the supply voltage on the motor, -1 to 1 [-].
     pub duty: f64,
     /// The memory of its position loop, with the reference on its way to the goal.
     pub position_loop: PositionLoop,
-    /// The duty as its load estimate sees it, smoothed [-].
+    /// Smoothed duty of its load estimate [-].
     smooth_duty: f64,
 }
 

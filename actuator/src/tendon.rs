@@ -12,7 +12,7 @@ use crate::policy::Policy;
 use crate::presliding::{Elements, FrictionLaw};
 use hysteron_base::BadInput;
 
-/// What a tendon and its guides are.
+/// Parameters of a tendon and its guides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TendonSpec {
     /// Length of each segment at rest, from the pulley to the distal end (n_segments) [m].
@@ -27,7 +27,7 @@ pub struct TendonSpec {
     pub law: FrictionLaw,
 }
 
-/// What a guide does.
+/// Status of a guide.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Guide {
     /// It holds the tendon.
@@ -42,7 +42,7 @@ pub enum Guide {
 /// A tendon and its memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tendon {
-    /// What it is.
+    /// Its parameters.
     pub spec: TendonSpec,
     /// Stiffness of each segment (n_segments) [N/m].
     pub(crate) stiffness: Vec<f64>,
@@ -51,11 +51,11 @@ pub struct Tendon {
     pub slips: Vec<f64>,
     /// Tension of each segment (n_segments) [N].
     pub tensions: Vec<f64>,
-    /// What each guide did last; the first and the last entry mean nothing (n_segments + 1).
+    /// Last status of each guide; the first and the last entry mean nothing (n_segments + 1).
     pub guides: Vec<Guide>,
     /// How far friction that gives way has been strained at each guide (n_segments + 1) [-].
     pub(crate) elements: Vec<Elements>,
-    /// Work done on the guides so far: heat, and what friction that gives way holds elastically [J].
+    /// Work done on the guides so far: heat, and the elastic energy of friction that gives way [J].
     pub dissipated: f64,
 }
 
@@ -182,8 +182,8 @@ impl Tendon {
     }
 
     /// Tensions and slips for segments of `lengths` (n_segments) [m], guides that turn the tendon by `wraps`
-    /// (n_segments + 1; first and last unused) [rad], and `wound` tendon at the pulley [m]. Starts from the statuses in
-    /// `trial` and measures slip from the present state.
+    /// (n_segments + 1; first and last unused) [rad], and `wound`, the tendon pulled at the pulley [m].
+    /// Starts from the statuses in `trial` and measures slip from the present state.
     pub fn solve(&self, lengths: &[f64], wraps: &[f64], wound: f64, trial: &mut TendonTrial) {
         let m = self.n_segments();
         for j in 1..m {
@@ -217,7 +217,7 @@ impl Tendon {
         lengths[i] - self.spec.rest_lengths[i] + slips[i] - slips[i + 1]
     }
 
-    /// What the row of guide j demands: a T_{j-1} - b T_j = f.
+    /// Coefficients of the row of guide j: a T_{j-1} - b T_j = f.
     pub(crate) fn demand(&self, guide: Guide, factor: f64) -> (f64, f64, f64) {
         match guide {
             Guide::Sticks => (0.0, 0.0, 0.0),
@@ -297,7 +297,7 @@ impl Tendon {
 }
 
 impl TendonTrial {
-    /// Writes ∂T/∂l for the present statuses, with the wound tendon and the wrap angles held.
+    /// Writes ∂T/∂l for the present statuses, with the pulled length and the wrap angles held.
     ///
     /// `tendon` must be the one that was solved last with this trial. Not symmetric where guides slip.
     pub fn tangent(&mut self, tendon: &Tendon) {

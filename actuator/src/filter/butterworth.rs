@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use hysteron_base::BadInput;
 
-/// What a low pass must do.
+/// Specification of a low pass: gains in the pass band and in the stop band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Specification {
     /// Up to here the gain is at least `pass_db` [Hz].

@@ -35,11 +35,11 @@ pub struct DahlMap {
     pub ridge: f64,
     /// Position that the others are relative to [rad].
     pub center: f64,
-    /// Wave number of the ripple, where a run tells it that the fit has not seen [1/rad].
+    /// Wave number of the ripple, where it lowers the validation error [1/rad].
     pub ripple: Option<f64>,
 }
 
-/// What the torque is a sum of.
+/// Terms whose sum is the torque.
 pub const TERMS: [&str; 10] = [
     "dahl_1_n_m",
     "dahl_2_n_m",
@@ -52,7 +52,7 @@ pub const TERMS: [&str; 10] = [
     "dahl_2_by_position_n_m_per_rad",
     "viscous_by_position_n_m_s_per_rad2",
 ];
-/// What a ripple adds, both ways.
+/// Additional terms of a ripple, both ways.
 pub const RIPPLE_TERMS: [&str; 4] = [
     "viscous_cosine_forward_n_m_s_per_rad",
     "viscous_sine_forward_n_m_s_per_rad",
@@ -72,14 +72,14 @@ const TURN: f64 = 0.02;
 const WAVES: [u16; 3] = [60, 500, 4];
 /// Time between the samples that choose a ripple [s].
 const COARSE: f64 = 0.01;
-/// Least relative fall of what is left of unseen runs that makes a ripple one [-].
+/// Least relative fall of the residual on validation runs that makes a ripple one [-].
 const LEAST_GAIN: f64 = 0.01;
 /// Weights of the ridge that are tried, where one is chosen.
 const RIDGES: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3];
 
 impl DahlMap {
-    /// Fits the map to `runs`, each with an offset of its own, which the sensor and the rest of the arm give it. The ridge is
-    /// the one that leaves least of a run which the fit has not seen, of these runs alone.
+    /// Fits the map to `runs`, each with an offset of its own, which the sensor and the rest of the arm give
+    /// it. The ridge is the one with the least validation error, each of these runs as validation once.
     ///
     /// # Errors
     /// `BadInput` for fewer than two runs, series of different lengths, numbers that are not finite, or a joint that stands.
@@ -175,7 +175,7 @@ fn best_ridge(parts: &[Part]) -> f64 {
     best.1
 }
 
-/// The wave number that leaves least of unseen runs, if that is less than without.
+/// The wave number with the least residual on validation runs, if that is less than without.
 fn best_ripple(ridge: f64, parts: impl Fn(Option<f64>) -> Vec<Part>) -> Option<f64> {
     let smooth = parts(None);
     let enough = left_unseen(&smooth, ridge) + smooth.len() as f64 * (1.0 - LEAST_GAIN).ln();
@@ -209,7 +209,7 @@ fn solve(parts: &[&Part], ridge: f64) -> DVector<f64> {
     scaled.cholesky().map_or_else(|| DVector::zeros(p), |c| c.solve(&side).component_div(&scale))
 }
 
-/// What the terms are made of along a path.
+/// Signals along a path from which the terms are made.
 struct Path<'a> {
     position: &'a [f64],
     period: f64,

@@ -10,9 +10,9 @@ use crate::law::{JointFriction, Law, LawParameter, ScalesWith, Sliding};
 pub struct FrictionFit {
     /// Values of the law's parameters.
     pub parameters: Vec<f64>,
-    /// What the torque reads beyond friction [N m].
+    /// Offset of the torque beyond friction [N m].
     pub offset: f64,
-    /// What the data says of each; the offset comes last, if the law leaves room for one.
+    /// Fit result of each; the offset comes last, if the law leaves room for one.
     pub fit: Fit,
 }
 
@@ -139,7 +139,7 @@ impl<'a> Regression<'a> {
         (0..self.velocity.len()).map(left).collect()
     }
 
-    /// The fit, from the best of several starts; `watch` is told evaluations and error.
+    /// The fit, from the best of several starts; `watch` is called with evaluations and error.
     pub fn least_squares(
         &self,
         huber: Option<f64>,

@@ -16,7 +16,7 @@ use crate::backlash::Play;
 const MOST_ROWS: usize = 1500;
 /// Fewest rows.
 const FEWEST_ROWS: usize = 200;
-/// Pulleys beyond which squares and products are left out.
+/// Most pulleys for which squares and products are terms.
 const MOST_SQUARED: usize = 8;
 /// Widest gap that is sought, as a share of a pulley's range.
 const WIDEST: f64 = 0.3;
@@ -25,7 +25,7 @@ const TRIED: usize = 12;
 /// Rounds over all pulleys, each over a range that is narrower by [`NARROWER`].
 const ROUNDS: usize = 4;
 const NARROWER: f64 = 0.35;
-/// Parts of the time, each of which is left out once for the standard errors.
+/// Parts of the time, each omitted once for the standard errors (jackknife).
 const PARTS: usize = 5;
 /// Part of the matrix's diagonal that is added to it, against pulleys that move as one.
 const RIDGE: f64 = 1e-9;
@@ -35,7 +35,7 @@ const RIDGE: f64 = 1e-9;
 pub struct LostMotion {
     /// Widths (n).
     pub width: Vec<f64>,
-    /// Their standard errors, as parts of the time are left out one by one (n).
+    /// Their standard errors, by omitting parts of the time one by one (n).
     pub standard_error: Vec<f64>,
     /// Root mean square of what is left of the outputs, with these widths and with none.
     pub left: [f64; 2],
@@ -91,7 +91,8 @@ pub fn lost_motion(travel: &[Vec<f64>], moved: &[Vec<f64>]) -> Result<LostMotion
 }
 
 impl Data<'_> {
-    /// What follows pulley `k` behind a gap of that width, at the rows that are fitted, over its range.
+    /// Travel behind pulley `k` with a gap of that width, at the rows that are fitted, over its range
+    /// (n_rows) [-].
     fn behind(&self, k: usize, width: f64) -> Vec<f64> {
         let series = &self.travel[k];
         let mut play = Play::new(width, series[0]);

@@ -31,7 +31,7 @@ pub enum FrictionMethod {
 pub struct MethodFit {
     /// Values of the law's parameters.
     pub parameters: Vec<f64>,
-    /// What the torque reads beyond friction [N m].
+    /// Offset of the torque beyond friction [N m].
     pub offset: f64,
     /// Root mean square error as the method goes on: by evaluation, generation or pass [N m].
     pub progress: Vec<f64>,

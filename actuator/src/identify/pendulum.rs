@@ -17,12 +17,12 @@ pub struct Pendulum {
     pub mass: f64,
     /// Distance from the axis [m].
     pub length: f64,
-    /// What the servo reads where the weight hangs straight down, with the sign reversed [rad].
+    /// Reading of the servo where the weight hangs straight down, with the sign reversed [rad].
     pub offset: f64,
 }
 
 impl Pendulum {
-    /// What the weight does to the output at `angle` [rad].
+    /// Inertia and torque of the weight on the output at `angle` [rad].
     pub fn load(&self, angle: f64) -> Load {
         let weight = self.mass * GRAVITY * self.length;
         Load { inertia: self.mass * self.length * self.length, torque: -weight * (angle + self.offset).sin() }
@@ -78,7 +78,7 @@ impl PendulumRun {
     }
 }
 
-/// What a drive would have done.
+/// Simulated motion of a drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rollout {
     /// Position at every recorded time [rad].

@@ -19,7 +19,7 @@ pub struct DriveQuantity {
     pub set: fn(&mut Drive, f64),
 }
 
-/// What can be fitted of motor, supply, winding and gear.
+/// Parameters of motor, supply, winding and gear that can be fitted.
 #[rustfmt::skip] // a table
 pub const QUANTITIES: [DriveQuantity; 7] = [
     DriveQuantity { name: "torque_constant_n_m_per_a", spread: 2.0, get: |d| d.motor.torque_constant(), set: |d, v| d.motor = d.motor.with_constants(v, d.motor.resistance()) },
@@ -41,7 +41,7 @@ pub struct DriveFitOptions<'a> {
     pub huber: f64,
     /// Other places to start the friction from, as shares of its bounds: of all, the best is followed.
     pub starts: &'a [f64],
-    /// Told evaluations and the best root mean square [rad]; false ends the fit.
+    /// Called with evaluations and the best root mean square [rad]; false ends the fit.
     pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
 }
 
@@ -52,7 +52,7 @@ pub struct DriveFit {
     pub drive: Drive,
     /// Offset of the zero [rad].
     pub offset: f64,
-    /// What the data says of each parameter.
+    /// Fit result of each parameter.
     pub fit: Fit,
 }
 

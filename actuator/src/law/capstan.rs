@@ -1,4 +1,5 @@
-//! Friction of a rope around a guide, or of any joint that rubs in proportion to the sum of what pulls at both its sides.
+//! Friction of a rope around a guide, or of any joint whose friction is proportional to the sum of the
+//! tensions at both its sides.
 
 use super::{Budget, JointFriction, LawParameter, Sliding, number, torque};
 use crate::number::Real;

@@ -1,4 +1,5 @@
-//! Laws of joint friction: what a joint in steady motion is held back with, and how that depends on named parameters.
+//! Laws of joint friction: the friction torque of a joint in steady motion, and its dependence on named
+//! parameters.
 //!
 //! Each law is one formula over [`Real`], so its derivatives by speed and by every parameter are those of the formula itself.
 //! A law splits friction into a dry part, a bound where the joint stands, and a viscous coefficient: a stepper needs both
@@ -80,11 +81,11 @@ pub struct LawParameter {
     pub name: Cow<'static, str>,
     /// Least and greatest value that makes sense for a joint whose friction is of the order of 1 N m [SI].
     pub bounds: [f64; 2],
-    /// What its bounds scale with.
+    /// Quantity that its bounds scale with.
     pub scales_with: ScalesWith,
 }
 
-/// What the bounds of a parameter are relative to.
+/// Quantity that the bounds of a parameter are relative to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScalesWith {
     /// The torques of the joint: 1 stands for the largest.
@@ -162,7 +163,7 @@ pub enum Law {
     LoadDependent(LoadDependent),
     /// A rope around a guide.
     Capstan(Capstan),
-    /// A map of speed and load, learned.
+    /// A map of speed and load, fitted to data.
     LearnedMap(LearnedMap),
 }
 
@@ -176,7 +177,8 @@ pub const LEARNED_MAP: &str = "learned-map";
 pub const RISING_MAP: &str = "rising-map";
 
 impl Law {
-    /// The law of that name, for motion at `velocity` [rad/s]: as [`Law::named`], or a learned map with knots there.
+    /// The law of that name, for motion at `velocity` [rad/s]: as [`Law::named`], or a fitted map with knots
+    /// there.
     ///
     /// # Errors
     /// `BadInput` with the names there are; speeds that do not differ.

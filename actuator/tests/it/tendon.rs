@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 const M: usize = 9;
 const LENGTH: f64 = 0.01;
-/// What slack segments keep of their stiffness where statuses cycle, times the largest stretch here [N].
+/// Stiffness that slack segments keep where statuses cycle, times the largest stretch here [N].
 const TRACE: f64 = 2e-6;
 
 fn tendon(friction: f64) -> Tendon {
@@ -257,8 +257,8 @@ proptest! {
     }
 }
 
-/// A random walk of wound tendon and lengths; after each step what guide j holds back must be within its bound, and the work done on
-/// the guides must not fall below what their elements can hold.
+/// A random walk of pulled length and tendon lengths; after each step the friction of guide j must be within
+/// its bound, and the work done on the guides must not fall below what their elements can hold.
 fn wander(law: FrictionLaw, friction: f64, seed: u64) -> (Tendon, usize) {
     let mut tendon = tendon_of(friction, law);
     let mut trial = tendon.trial();

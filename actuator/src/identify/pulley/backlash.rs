@@ -17,7 +17,7 @@ const BEFORE: usize = 20;
 const FOLLOWED: f64 = 0.7;
 /// Share of the largest tension that a tendon must have at a reversal.
 const TAUT: f64 = 0.1;
-/// Fewest and most samples of rest before a reversal that a drift is told from.
+/// Fewest and most samples of rest before a reversal from which a drift is estimated.
 const REST: [usize; 2] = [4, 10];
 /// Standard errors that a drift must be away from none.
 const SURE: f64 = 4.0;
@@ -25,7 +25,7 @@ const SURE: f64 = 4.0;
 const FEWEST: usize = 3;
 /// Places at which the corner is tried.
 const PLACES: usize = 400;
-/// Fewest reversals from which a width is told.
+/// Fewest reversals from which a width is estimated.
 pub const FEWEST_REVERSALS: usize = 4;
 
 /// A reversal of a pulley on a taut tendon.
@@ -50,7 +50,7 @@ pub struct Backlash {
     pub width: f64,
     /// Standard error: spread of the reversals about their median, and rounding to ticks [rad].
     pub standard_error: f64,
-    /// What it was told from.
+    /// Reversals that it was estimated from.
     pub reversals: Vec<Reversal>,
 }
 
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
     use crate::backlash::Play;
 
-    /// A pulley to and fro behind a play, on a spring, seen through an encoder.
+    /// A pulley to and fro behind a play, on a spring, measured by an encoder.
     fn record(play: f64, noise: f64) -> (Vec<f64>, Vec<f64>) {
         let tick = TAU / TICKS_PER_TURN;
         let mut gap = Play::new(play, 0.0);

@@ -8,7 +8,7 @@ use super::steady::SteadySamples;
 use crate::identify::friction::{Neighbours, Regression, best_start};
 use crate::law::{JointFriction, Law, Sliding};
 
-/// What is known of a servo and its pulley.
+/// Known parameters of a servo and its pulley.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PulleyServo {
     /// Torque of the stalled output at full load, by the data sheet [N m].
@@ -17,15 +17,15 @@ pub struct PulleyServo {
     pub radius: f64,
 }
 
-/// What was identified of a servo, and from what.
+/// Fit result of a servo with its pulley, and the samples it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PulleyFit {
     /// Torque of a load of 1 [N m]; by the data sheet where no tensions were measured.
     pub load_scale: f64,
     /// Values of the law's parameters.
     pub parameters: Vec<f64>,
-    /// Every estimate by name; standard errors hold what the law itself misses: `misfit`, and how far an estimate moves, beyond noise,
-    /// where the slowest samples are left out.
+    /// Every estimate by name; standard errors include the model error of the law: `misfit`, and the change
+    /// of an estimate, beyond noise, without the slowest samples.
     pub fit: Fit,
     /// By how much the law misses the mean of samples of like speed, in what their spread explains; standard errors have been
     /// multiplied by it where it is above 1 (Birge, 1932) [-].
@@ -53,7 +53,7 @@ const FASTER: f64 = 1.5;
 /// Smallest range of speeds, over the slowest, that tells dry from viscous friction.
 const RANGE: f64 = 1.5;
 
-/// Names of the terms beside the law's parameters.
+/// Names of the terms next to the law's parameters.
 const LOAD_SCALE: &str = "load_scale_n_m";
 const INERTIA: &str = "inertia_less_lag_kg_m2";
 const DELAY: &str = "tension_lag_s";

@@ -65,7 +65,7 @@ pub fn slack_friction(samples: &SteadySamples) -> Result<SlackFriction, BadInput
     };
     let found = matrix.lu().solve(&right).filter(|found| found.iter().all(|x| x.is_finite()));
     let found = found.ok_or_else(one_speed)?;
-    // What every pass moves the result by, as seen where it is left out.
+    // Change of the result by omitting each pass (jackknife).
     let mut covariance = Matrix4::zeros();
     for pass in &passes {
         let (mut rest, mut of_rest) = (matrix, right);

@@ -11,7 +11,7 @@ use crate::servo::TICKS_PER_TURN;
 /// Samples over which a mean is taken.
 const SPAN: usize = SteadyMotion::SPAN;
 
-/// What was recorded of one pulley and its servo, sample by sample; all positive where it pulls.
+/// Recording of one pulley and its servo, sample by sample; all positive where it pulls.
 #[derive(Debug, Clone, Copy)]
 pub struct PulleyRecord<'a> {
     /// Angle of the pulley [rad].
