@@ -26,7 +26,7 @@ const SMALLEST_LABEL: f64 = 1e-2;
 pub struct Axis {
     coordinate: RangedCoordf64,
     ticks: Vec<f64>,
-    /// What labels count from.
+    /// Value that labels count from.
     offset: f64,
     /// Power of ten that labels are divided by.
     exponent: i32,

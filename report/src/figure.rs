@@ -23,9 +23,9 @@ pub trait Figure {
     fn name(&self) -> String;
     /// A few words.
     fn title(&self) -> String;
-    /// What it shows, for a reader.
+    /// Caption: the content of the figure, for a reader.
     fn caption(&self) -> String;
-    /// What the colours of all tiles stand for.
+    /// Legend: names and colours of all tiles.
     fn legend(&self) -> Vec<Entry> {
         Vec::new()
     }
@@ -41,13 +41,13 @@ pub trait Figure {
 pub struct Drawn {
     /// A few words.
     pub title: String,
-    /// What the colours stand for.
+    /// Legend: names and colours.
     pub legend: Vec<Entry>,
     /// One SVG per tile.
     pub tiles: Vec<String>,
     /// Whether the tiles are too wide to be shrunk to a narrow window.
     pub is_wide: bool,
-    /// What it shows.
+    /// Caption: the content of the figure.
     pub caption: String,
 }
 

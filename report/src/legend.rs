@@ -1,8 +1,8 @@
-//! What the colours of a figure stand for.
+//! Legends: names and colours of a figure.
 
 use plotters::style::RGBColor;
 
-/// A name and the colour of what it stands for.
+/// A name and its colour.
 pub type Entry = (String, RGBColor);
 
 /// Room for an entry of a legend [px].

@@ -15,17 +15,17 @@ pub struct TimeChart {
     pub name: String,
     /// Title.
     pub title: String,
-    /// What it shows.
+    /// Caption: the content of the figure.
     pub caption: String,
     /// Name of the horizontal axis, as `time [s]`.
     pub x_name: &'static str,
     /// Times (n_samples), in increasing order.
     pub x: Vec<f64>,
-    /// From the top down; a panel without values is left out.
+    /// From the top down; a panel without values is not drawn.
     pub panels: Vec<TimePanel>,
     /// Spans of time that are shaded in all panels.
     pub shaded: Vec<Shaded>,
-    /// What panels have in common.
+    /// Vertical scale of the panels: common or their own.
     pub scale: Scale,
 }
 
@@ -176,7 +176,7 @@ impl TimeChart {
                 .draw_series(shaded.spans.iter().map(|span| Rectangle::new(corners(span), color.filled())))?;
         }
         for curve in &panel.curves {
-            // Compared in parts of the axes; a fifth of a pixel is not seen.
+            // Compared in parts of the axes; a fifth of a pixel is not visible.
             let scaled: Vec<(f64, f64)> = self
                 .x
                 .iter()

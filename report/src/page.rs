@@ -126,7 +126,7 @@ impl Page {
         self.0.push_str("</table></div>\n");
     }
 
-    /// Names and values that are shown when asked for: how it was computed, not what came of it.
+    /// Names and values that are shown on request: details of the computation, not results.
     pub fn details_list<'a>(&mut self, summary: &str, rows: impl IntoIterator<Item = (&'a str, String)>) {
         self.0.push_str(&format!("<details>\n<summary>{}</summary>\n", escaped(summary)));
         self.list(rows);

@@ -12,9 +12,9 @@ pub struct ScatterChart {
     pub name: String,
     /// Title.
     pub title: String,
-    /// What it shows.
+    /// Caption: the content of the figure.
     pub caption: String,
-    /// From left to right, then below; one without a finite point is left out.
+    /// From left to right, then below; one without a finite point is not drawn.
     pub tiles: Vec<Scatter>,
 }
 
@@ -24,11 +24,11 @@ pub struct Scatter {
     pub x_name: String,
     /// Name of the vertical axis, with its unit.
     pub y_name: String,
-    /// What is drawn, the last on top.
+    /// Marks to draw, the last on top.
     pub marks: Vec<Marks>,
 }
 
-/// What stands for points.
+/// Shape of the marks.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Shape {
     /// A dot for each.
@@ -45,7 +45,7 @@ pub struct Marks {
     pub name: String,
     /// Colour.
     pub color: RGBColor,
-    /// What stands for them.
+    /// Shape of the marks.
     pub shape: Shape,
     /// Abscissa, ordinate and, for [`Shape::Bars`], half the length of the bar.
     pub points: Vec<[f64; 3]>,

@@ -8,7 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use crate::axis::Axis;
 use crate::legend::{Entry, legend_width};
 
-/// Colours that are told apart without red and green (Okabe and Ito, 2008).
+/// Colours that can be distinguished without red and green (Okabe and Ito, 2008).
 pub const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

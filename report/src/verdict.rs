@@ -76,7 +76,7 @@ pub enum Criterion {
 /// From where on a criterion speaks against a result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rule {
-    /// What is measured.
+    /// Criterion of the rule.
     pub criterion: Criterion,
     /// Above this a result is usable with care.
     pub care_above: f64,
@@ -202,9 +202,9 @@ impl Criterion {
 /// A number that was held against its limits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reason {
-    /// What was measured.
+    /// Criterion of the number.
     pub criterion: Criterion,
-    /// What it says, as part of a sentence.
+    /// Statement of the number, as part of a sentence.
     pub statement: String,
     /// The number; none where it is not finite.
     pub value: Option<f64>,
@@ -212,7 +212,7 @@ pub struct Reason {
     pub care_above: f64,
     /// Above this it is not usable.
     pub not_usable_above: Option<f64>,
-    /// What this number alone comes to.
+    /// Usability by this number alone.
     pub usability: Usability,
 }
 
@@ -237,7 +237,7 @@ pub struct Verdict {
     pub usability: Usability,
     /// The verdict in one sentence.
     pub sentence: String,
-    /// What was measured, the worst first.
+    /// Reasons, the worst first.
     pub reasons: Vec<Reason>,
 }
 
