@@ -304,7 +304,7 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
             .chain(more)
             .collect::<Vec<_>>()
     };
-    // Rivals know no seed.
+    // Baselines have no seed.
     let once = study.published.get(..1).unwrap_or_default();
     let rivals = [2, 3, 4].map(|method: usize| {
         let cell = joints_and_aperture(once, METHODS[method], "500");

@@ -21,13 +21,13 @@ use hysteron_report::verdict::{Criterion, Verdict};
 
 use crate::verdict::{compared, repeated};
 
-/// What a study came to.
+/// Result of a study.
 #[derive(Serialize)]
 #[serde(untagged)]
 pub enum Study {
     /// Of a simulated arm, where all parts of the torques are known.
     Simulated {
-        /// What was compared.
+        /// Models, seeds and data that were compared.
         study: SimulatedStudy,
         /// One for each training.
         rows: Vec<SimulatedRow>,
@@ -58,8 +58,8 @@ pub struct RealTable {
     rows: Vec<RealRow>,
     /// The same models as published, where they are.
     published: &'static [PublishedRow],
-    /// What figures show of the torques, [sample][joint]: numbers of the samples, measured torques, and those of every row where its
-    /// cell has them.
+    /// Torques in figures, [sample][joint]: numbers of the samples, measured torques, and those of every row
+    /// where its cell has them.
     #[serde(skip)]
     shown: (Vec<f64>, Vec<f64>, Vec<Vec<f32>>),
 }
@@ -214,7 +214,7 @@ fn simulated(
         let [parameters, seconds] = [m.parameters.to_string(), number(m.seconds)];
         vec![m.variant.label().to_owned(), torque, spread, inertial, coriolis, gravity, parameters, seconds]
     });
-    // The published arm is not described: its figures stand beside those of the built-in one.
+    // The published arm is not described: its figures are compared with those of the built-in one.
     let theirs = means.iter().filter(|_| study.speeds.len() > 1).map(|m| {
         let [torque, inertial, coriolis, gravity] = published_parts(m.variant).map(|v| format!("{v:.2e}"));
         let name = format!("{}, as published", m.variant.label());

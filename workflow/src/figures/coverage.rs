@@ -1,4 +1,4 @@
-//! The card of a synthetic data set: where its tips go, beside those of the robot.
+//! The card of a synthetic data set: its tip positions compared with those of the robot.
 
 use std::collections::BTreeMap;
 use std::path::Path;

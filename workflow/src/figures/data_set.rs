@@ -27,7 +27,7 @@ pub struct DataSet<'a> {
     pub rows: &'a [Row],
     /// The same, with their names.
     pub recordings: &'a [(String, Recording)],
-    /// What they tell of the servos.
+    /// Health of the servos, from these recordings.
     pub health: Option<&'a Health>,
 }
 

@@ -1,4 +1,4 @@
-//! The report of a designed motion: joints, the torques it takes beside their limits, and the arm at several times.
+//! The report of a designed motion: joints, torques next to their limits, and the arm at several times.
 
 use std::path::Path;
 

@@ -32,7 +32,7 @@ struct Metrics<'a> {
     gravity_m_s2: [f64; 3],
     /// Largest tension of every tendon with the fitted scene [N].
     largest_tensions_n: &'a [f64],
-    /// What speaks against the outcome, and what else would explain the errors that are left.
+    /// Doubts about the result, and other explanations of the errors that are left.
     doubts: &'a [String],
     recordings: usize,
     recordings_of_another_role: usize,

@@ -26,7 +26,7 @@ struct Metrics<'a> {
     /// Whether a network can learn from the strokes.
     verdict: Verdict,
     recordings: &'a [Row],
-    /// Why others were left out.
+    /// Recordings that were not used, and why.
     left_out: &'a [String],
     scene_sha256: &'a str,
     command: &'a str,

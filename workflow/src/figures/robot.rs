@@ -46,7 +46,7 @@ const VIEWS: [View; 2] = [
     View { title: "from the right", axes: [1, 2], depth: 0, near: 1.0 },
 ];
 
-/// Size of a view, and of the tensions beside them [px].
+/// Size of a view, and of the tensions next to it [px].
 const VIEW: [f64; 2] = [400.0, 500.0];
 const SIDE: [f64; 2] = [140.0, 470.0];
 

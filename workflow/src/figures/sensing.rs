@@ -1,4 +1,4 @@
-//! The report of forces that were told without a sensor.
+//! The report of forces that were estimated without a sensor.
 
 use std::path::Path;
 
@@ -20,11 +20,11 @@ pub struct Shown<'a> {
     pub title: &'a str,
     /// The estimates.
     pub recording: &'a Recording,
-    /// What they were made from.
+    /// Recording that they were estimated from.
     pub input: &'a Input,
     /// How good they are, where the truth is known.
     pub scores: &'a Scores,
-    /// What made them.
+    /// Sensor that made the estimates.
     pub sensor: &'a ForceSensor,
 }
 

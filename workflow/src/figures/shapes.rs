@@ -1,4 +1,4 @@
-//! What was commanded, and what the tip made of it: one pair of axes per recording, all to one scale.
+//! Command and tip: one pair of axes per recording, all to one scale.
 
 use hysteron_base::{BadInput, Recording};
 use hysteron_control::shape::{Shape, ShapeNumbers};
@@ -68,7 +68,7 @@ impl CommandAndTip {
         Ok(Self { shapes: recordings.iter().map(shape).collect::<Result<_, BadInput>>()? })
     }
 
-    /// What it shows, in numbers.
+    /// Figures of the shapes, by name.
     pub fn numbers(&self) -> Vec<NamedShape> {
         self.shapes
             .iter()
@@ -128,9 +128,9 @@ impl Figure for CommandAndTip {
         for (path, color, width) in
             paths(shape).iter().zip([(COMMAND, 3.0), (TIP, 1.2)]).map(|(p, (c, w))| (p, c, w))
         {
-            // A tenth of its width is not seen.
+            // A tenth of its width is not visible.
             let fewer = simplified(path, 0.1 * width * 2.0 * half / SIDE);
-            // In short pieces: where a line runs over itself, bitmaps would leave it out.
+            // In short parts: where a line runs over itself, bitmaps would omit it.
             let lines = between_sharp_turns(&fewer).flat_map(|line| {
                 (0..line.len()).step_by(PIECE).map(|from| &line[from..line.len().min(from + PIECE + 1)])
             });

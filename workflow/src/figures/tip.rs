@@ -9,7 +9,7 @@ use hysteron_report::series::millimetres;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
 
-/// Pieces of the path that have a colour of their own.
+/// Parts of the path that have a colour of their own.
 const PIECES: usize = 80;
 const GOALS: RGBColor = COLORS[5];
 const MEASURED: RGBColor = RGBColor(190, 194, 200);

@@ -32,7 +32,7 @@ const BAR: f64 = 90.0;
 const MOST_PANELS: usize = 12;
 /// Recordings in a chart over time at most.
 const MOST_CURVES: usize = 5;
-/// Colours that are told apart along a path.
+/// Colours that can be distinguished along a path.
 const SHADES: f64 = 24.0;
 
 #[derive(Serialize)]
@@ -257,7 +257,7 @@ struct Overlay {
     /// The target's curve [mm].
     target: Vec<(f64, f64)>,
     panels: Vec<Panel>,
-    /// How many were left out.
+    /// Number of recordings that are not drawn.
     n_left_out: usize,
 }
 
@@ -358,7 +358,7 @@ impl Figure for Overlay {
     }
 }
 
-/// Pieces of a path of one shade each, 0 to 1 for errors from 0 to `largest`.
+/// Parts of a path of one shade each, 0 to 1 for errors from 0 to `largest`.
 fn shades(panel: &Panel, largest: f64) -> Vec<(f64, Vec<(f64, f64)>)> {
     let level = |i: usize| (0.5 * (panel.errors[i] + panel.errors[i + 1]) / largest * SHADES).floor();
     let mut pieces: Vec<(f64, Vec<(f64, f64)>)> = Vec::new();
@@ -375,7 +375,7 @@ fn shades(panel: &Panel, largest: f64) -> Vec<(f64, Vec<(f64, f64)>)> {
     pieces
 }
 
-/// Every other piece of this length of a line.
+/// Every other part of this length of a line.
 pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<Vec<(f64, f64)>> {
     let mut dashes = vec![vec![line[0]]];
     let (mut is_drawn, mut left) = (true, length);

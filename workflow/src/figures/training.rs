@@ -1,4 +1,4 @@
-//! The report of a training: learning curve, errors beside baselines, which trajectories were learned from.
+//! The report of a training: learning curve, errors next to baselines, training trajectories.
 
 use std::path::Path;
 
@@ -17,15 +17,15 @@ use hysteron_report::verdict::{Criterion, Verdict};
 pub struct Told<'a> {
     /// Title of the page.
     pub title: &'a str,
-    /// What was trained on what, in a sentence.
+    /// Data and model of the training, in a sentence.
     pub about: String,
     /// One for each network.
     pub reports: &'a [FitReport],
-    /// What the checkpoint says of its training.
+    /// Training data in the checkpoint.
     pub training: &'a Value,
     /// Further lines: name and value.
     pub facts: Vec<(&'static str, String)>,
-    /// What does not do as it should.
+    /// Warnings about the result.
     pub warnings: &'a [String],
 }
 
@@ -57,8 +57,8 @@ pub fn losses(reports: &[FitReport]) -> Vec<String> {
     reports.iter().enumerate().flat_map(of).collect()
 }
 
-/// Whether networks do better than the best of their baselines on what they did not learn from, and no worse than on what they
-/// learned from. Of several, whose mean is used, the worst decides.
+/// Whether networks do better in validation than the best of their baselines, and no worse than in training.
+/// Of several, whose mean is used, the worst decides.
 fn judged(reports: &[FitReport]) -> Verdict {
     let unit = reports.first().map_or("", |report| report.unit);
     // Network, and the best of its baselines with its name.

@@ -15,7 +15,7 @@ use hysteron_report::verdict::Verdict;
 use super::beside;
 use crate::verdict::{compared, repeated};
 
-/// What a table shows of a row.
+/// Value of a row that a table shows.
 type Shown = fn(&LoadedRow) -> f64;
 
 /// Errors: key in `metrics.json`, heading.

@@ -25,9 +25,9 @@ pub struct Shown<'a> {
     pub rows: &'a [Row],
     /// Root mean square errors of the fit, joint by joint [N m].
     pub rms: &'a [f64],
-    /// The same on what was not fitted.
+    /// The same on test recordings.
     pub tested: Option<&'a [f64]>,
-    /// Terms that can hardly be told apart.
+    /// Terms that can hardly be distinguished.
     pub warnings: &'a [String],
     /// Everything, for `metrics.json`.
     pub summary: &'a Value,

@@ -104,7 +104,7 @@ pub fn measured_over_predicted(joints: &[JointSeries]) -> ScatterChart {
     }
 }
 
-/// What is left over speed.
+/// Residuals over speed.
 pub fn errors_over_speed(joints: &[JointSeries]) -> ScatterChart {
     let tile = |joint: &JointSeries| Scatter {
         x_name: format!("{}: speed [rad/s]", joint.name),

@@ -11,7 +11,7 @@ use super::{metrics, relative_errors};
 use crate::arm_identify::Row;
 use crate::{COMMIT, Caller};
 
-/// What the report shows.
+/// Content of the report.
 pub struct Shown<'a> {
     /// The robot.
     pub model: &'a Model,

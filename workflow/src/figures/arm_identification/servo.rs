@@ -15,7 +15,7 @@ use super::{metrics, relative_errors};
 use crate::arm_identify::Row;
 use crate::{COMMIT, Caller};
 
-/// What the report shows.
+/// Content of the report.
 pub struct Shown<'a> {
     /// Name of the drive.
     pub name: &'a str,
@@ -88,7 +88,7 @@ fn motion(k: usize, run: &PendulumRun, simulated: &Rollout) -> TimeChart {
     TimeChart::over_time(format!("motion-{}", k + 1), title, caption, &run.time, panels)
 }
 
-/// What is left over the measured speed.
+/// Residuals over the measured speed.
 fn over_speed(shown: &Shown) -> ScatterChart {
     let (mut speeds, mut errors) = (Vec::new(), Vec::new());
     for (run, simulated) in shown.runs.iter().zip(shown.simulated) {

@@ -86,7 +86,7 @@ impl Figure for Hysteresis {
         let part = sheet.part(0.0, ABOVE, LEFT + WIDTH, HEIGHT + BELOW);
         let mut chart = part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
         for (path, color, width) in [(&self.robot, ROBOT, 4.0), (&self.twin[tile], TWIN[tile], 1.3)] {
-            // Compared where both axes have one scale; a sixth of a pixel is not seen.
+            // Compared where both axes have one scale; a sixth of a pixel is not visible.
             let even: Path = path.iter().map(|(x, y)| (*x, aspect * y)).collect();
             let fewer = simplified(&even, 0.15 * (x.end - x.start) / WIDTH);
             for run in between_sharp_turns(&fewer) {

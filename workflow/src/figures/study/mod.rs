@@ -1,4 +1,4 @@
-//! The report of a study: what was done, what came of it, in words for somebody who sees it for the first time.
+//! The report of a study: stages and results, in words for somebody who reads it for the first time.
 //!
 //! Everything in it comes from the files of the stages, and nothing from the clock: a study that was interrupted ends
 //! with the same bytes.
@@ -32,7 +32,7 @@ use crate::verdict::compared;
 struct Metrics<'a> {
     format: &'static str,
     version: u32,
-    /// Whether the robot can be led along paths with what was learned.
+    /// Whether the trained controllers bring the robot along paths.
     verdict: Verdict,
     study: &'a str,
     robot: &'a str,
@@ -52,7 +52,7 @@ struct StageLine<'a> {
     commands: Vec<String>,
 }
 
-/// A trajectory that the twin has not learned from.
+/// A trajectory that was not in the twin's training.
 #[derive(Serialize)]
 struct Predicted {
     trajectory: String,
@@ -226,7 +226,7 @@ fn tracked<'a>(out: &Path, track: &'a Track) -> anyhow::Result<Vec<Tracked<'a>>>
     Ok(all)
 }
 
-/// What one method came to on one target.
+/// Results of one method on one target.
 fn tracked_in<'a>(
     out: &Path,
     target: &'a Target,

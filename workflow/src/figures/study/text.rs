@@ -1,4 +1,4 @@
-//! What the report of a study says in words, and its tables.
+//! Text of a study's report, and its tables.
 
 use std::path::Path;
 
@@ -32,7 +32,7 @@ pub fn rig(study: &Study) -> String {
     }
 }
 
-/// What a method is called in the report.
+/// Name of a method in the report, with its explanation.
 fn explained(method: Method) -> &'static str {
     match method {
         Method::Nominal => "nominal: the twin without zeros, compliance and friction of its tendons",
@@ -67,7 +67,7 @@ fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [Strin
     ]
 }
 
-/// What came of it, in a table of one line per method: the mean over the paths that all methods carried out.
+/// Results, in a table of one line per method: the mean over the paths that the rig ran with all methods.
 pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
     let common: Vec<&[Tracked]> = tracked
         .chunks(track.methods.len())
@@ -111,7 +111,7 @@ pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
     }
 }
 
-/// What the columns mean.
+/// Glossary of the columns.
 pub fn glossary(page: &mut Page) {
     let rows = [
         ("RMSE", "root mean square distance from points of the path to the tip's nearest, mean of x and y"),
