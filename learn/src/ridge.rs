@@ -5,7 +5,8 @@ use faer::{Mat, Side};
 
 use crate::product::{multiply, multiply_add, rows};
 
-/// XᵀX, XᵀY and the number of rows: all that a fit needs of its samples, which can be added and left out in parts.
+/// XᵀX, XᵀY and the number of rows: all that a fit needs of its samples, which can be added and subtracted in
+/// parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     n_features: usize,

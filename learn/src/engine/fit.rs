@@ -92,8 +92,8 @@ pub struct FitResult<M> {
     pub is_finished: bool,
 }
 
-/// Trains `model`, or goes on from the session's file. `identity` says what is trained on what: a file with another one is
-/// refused.
+/// Trains `model`, or resumes from the session's file. `identity` describes training and data: a file with
+/// another one is refused.
 ///
 /// # Errors
 /// Those of the task; a file that is damaged, or of another training; [`Error::NothingTrained`].

@@ -28,7 +28,7 @@ struct Minibatches<'a, T> {
     gradient: [Vec<T>; 1],
 }
 
-/// Trains `parameters` in minibatches of `batch` samples, or goes on from the session's file; see [`fit`].
+/// Trains `parameters` in minibatches of `batch` samples, or resumes from the session's file; see [`fit`].
 ///
 /// # Errors
 /// As [`fit`].
@@ -52,7 +52,7 @@ impl<T: Real> Task<ParameterVector<T>> for Minibatches<'_, T> {
         self.schedule.clone()
     }
 
-    /// All samples once, in the order that seed and epoch say.
+    /// All samples once, in the order drawn from seed and epoch.
     fn epoch(
         &mut self,
         training: &mut Training<ParameterVector<T>>,

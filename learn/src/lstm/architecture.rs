@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::TensorShape;
 use crate::engine::MOST_LAYERS;
 
-/// Largest number of channels that is believed, so that products of sizes cannot overflow.
+/// Largest number of channels that is accepted, so that products of sizes cannot overflow.
 const LARGEST: usize = 1 << 20;
 
 /// Activation of the head, after its linear map.

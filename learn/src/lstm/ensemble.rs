@@ -54,7 +54,7 @@ impl Network {
             for (layer, joined) in parameters[..one.layers].iter_mut().enumerate() {
                 let inputs = one.layer_inputs(layer);
                 let own = LayerWeights::new(&member.parameters[layer], inputs, h);
-                // The first layers see the same inputs, the others those of their own member.
+                // The first layers get the same inputs, the others those of their own member.
                 let all_inputs = architecture.layer_inputs(layer);
                 let shift = if layer == 0 { 0 } else { m * h };
                 let (ih, rest) = joined.split_at_mut(4 * n * h * all_inputs);

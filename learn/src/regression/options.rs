@@ -15,7 +15,7 @@ pub struct SequenceOptions {
     pub layers: usize,
     /// Most epochs.
     pub epochs: usize,
-    /// Epochs without a better held-out error after which it ends.
+    /// Epochs without a better validation error after which it ends.
     pub patience: usize,
     /// Truncation length: samples between two updates, and of back-propagation through time.
     pub truncation: usize,

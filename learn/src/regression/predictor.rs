@@ -23,7 +23,7 @@ pub struct Predictor<'a> {
 }
 
 impl<'a> Predictor<'a> {
-    /// One that remembers in its cells, before the first sample.
+    /// A recurrent predictor, before the first sample.
     pub fn recurrent(
         network: &Network,
         [inputs, outputs]: [&'a Normaliser; 2],
@@ -39,7 +39,8 @@ impl<'a> Predictor<'a> {
         }
     }
 
-    /// One that sees the last so many samples anew in each, before the first sample: zeros stand before it, as in training.
+    /// A sliding-window predictor, before the first sample: each step computes the last so many samples anew;
+    /// zeros stand before the first one, as in training.
     pub fn windowed(network: &Network, ranges: [&'a Normaliser; 2], window: usize) -> Self {
         let predictor = Self::recurrent(network, ranges, WeightFormat::Float32);
         let before = std::iter::repeat_n(predictor.normalised.clone(), window).collect();
@@ -107,7 +108,7 @@ mod tests {
         let (network, ranges) = (network(), [range("u", 2.0), range("y", 5.0)]);
         let ranges = [&ranges[0], &ranges[1]];
         let mut cells = Predictor::recurrent(&network, ranges, WeightFormat::Float32);
-        // Zeros before the beginning are samples too: the cells see them here.
+        // Zeros before the beginning are samples too: the cells get them here.
         let mut seen = Predictor::windowed(&network, ranges, 4);
         for _ in 0..3 {
             cells.step(&[0.0], &mut [0.0]);

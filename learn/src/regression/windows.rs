@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(windows(ends.iter().copied(), 3, 2), expected);
     }
 
-    /// Play of half the range between input and output, which one sample cannot tell and a window can.
+    /// Play of half the range between input and output, which one sample cannot determine and a window can.
     fn play(n: usize, phase: f32) -> WindowedSequence {
         let inputs: Vec<f32> = (0..n).map(|i| (0.3 * i as f32 + phase).sin()).collect();
         let mut output = 0.0f32;
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn a_network_learns_from_windows_what_a_sample_does_not_tell() {
         let paths = [vec![play(120, 0.0), play(120, 1.0)], vec![play(120, 2.0)]];
-        // The best that can be said of one sample alone is the input itself, in the middle of both branches.
+        // The best estimate from one sample alone is the input itself, in the middle of both branches.
         let [held] = &paths[1][..] else { unreachable!() };
         let errors = held.ends.iter().map(|&i| f64::from(held.inputs[i] - held.targets[i]).powi(2));
         let alone = 500.0 * (errors.sum::<f64>() / held.ends.len() as f64).sqrt();

@@ -1,4 +1,4 @@
-//! Layers that remember by themselves in place of attention: GRU and LSTM, forward and backward, step by step.
+//! Recurrent layers in place of attention: GRU and LSTM, forward and backward, step by step.
 //!
 //! Both have a projection of the token and one of the hidden state before, A = x W + b and B = h' U + c:
 //! ```text
@@ -83,7 +83,7 @@ impl<T: Real> CellTape<T> {
     }
 }
 
-/// A recurrent layer's parameters with what says how to use them.
+/// A recurrent layer's parameters with their layout.
 #[derive(Clone, Copy)]
 pub(super) struct Cell<'a, T> {
     pub shape: &'a TransformerShape,

@@ -200,7 +200,7 @@ impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
         [by_states, by_outputs]
     }
 
-    /// Adds what tokens say to the gradients by the states that they were made from.
+    /// Adds the contribution of tokens to the gradients by the states that they were made from.
     fn observe_back(&self, steps: Range<isize>, by_tokens: &[T], by_states: &mut [f64]) {
         let (rows, inputs, width) = (self.plant.rows(), self.network.shape().inputs, self.plant.state_len());
         for (k, step) in steps.enumerate().filter(|(_, step)| *step >= 0) {

@@ -12,7 +12,7 @@ const HORIZON: usize = 7;
 const A: [[f64; 2]; 2] = [[0.9, 0.2], [-0.3, 0.8]];
 const B: [f64; 2] = [0.5, 1.5];
 
-/// x⁺ = A x + B y; the network sees x and, from a recording, the number of the step.
+/// x⁺ = A x + B y; the network's inputs are x and, from a recording, the number of the step.
 struct Linear;
 
 impl Plant<f64> for Linear {

@@ -36,14 +36,14 @@ pub(super) struct LayerTape<T> {
     d_attended: Vec<T>,
     d_hidden: Vec<T>,
     d_added: Vec<T>,
-    /// Of a layer that remembers by itself.
+    /// Of a recurrent layer.
     cell: CellTape<T>,
     /// Scratch of the backward pass.
     d_weights: Vec<T>,
     d_token: [Vec<T>; 2],
 }
 
-/// A layer's parameters with what says how to use them.
+/// A layer's parameters with their layout.
 #[derive(Clone, Copy)]
 pub(super) struct Layer<'a, T> {
     pub shape: &'a TransformerShape,
@@ -301,7 +301,7 @@ impl<'a, T: Real> Layer<'a, T> {
 impl<T: Real> LayerTape<T> {
     pub fn new(shape: &TransformerShape, n_rows: usize) -> Self {
         let cell = CellTape::new(shape.block, shape.width, n_rows);
-        // One that remembers by itself needs nothing else.
+        // A recurrent layer needs nothing else.
         let n_rows = if shape.block.gates().is_some() { 0 } else { n_rows };
         let zeros = |width: usize| vec![T::default(); n_rows * width];
         let (d, f, p) = (shape.width, shape.feed_forward, shape.projected());

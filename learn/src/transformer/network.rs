@@ -59,7 +59,7 @@ impl<T: Real> Transformer<T> {
         &self.shape
     }
 
-    /// The same with a head that says zero, until it is trained.
+    /// The same with a head whose output is zero, until it is trained.
     ///
     /// # Panics
     /// If there is no such head.

@@ -48,7 +48,7 @@ struct RunnerLayer {
     parameters: Vec<f32>,
     /// Queries, gates, keys and values of the tokens that are kept.
     projections: Vec<f32>,
-    /// Hidden state and cell of a layer that remembers by itself.
+    /// Hidden state and cell of a recurrent layer.
     memory: [Vec<f32>; 2],
 }
 

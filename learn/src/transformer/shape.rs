@@ -26,7 +26,7 @@ pub enum Block {
 }
 
 impl Block {
-    /// Gates of a unit, of a layer that remembers by itself.
+    /// Gates of a unit, of a recurrent layer.
     pub(super) fn gates(self) -> Option<usize> {
         match self {
             Self::GatedPreNorm | Self::ScaledPostNorm => None,

@@ -94,7 +94,7 @@ impl<T: Real> TransformerTape<T> {
         }
     }
 
-    /// Steps whose mean an output of step `s` sees.
+    /// Steps whose mean is the input of the head for step `s`.
     fn pool(&self, s: usize) -> Range<usize> {
         match self.shape.form {
             Form::Window => 0..self.shape.tokens,
