@@ -170,7 +170,7 @@ mod tests {
                 network.fit(&pairs);
                 network.at(1.7 * x_unit) / y_unit
             });
-            // Powers of two: only the cut of singular values may see another rounding.
+            // Powers of two: only the cut of singular values may have another rounding.
             assert!((plain - scaled).abs() < 1e-9 * plain.abs(), "{consequents:?}: {plain} {scaled}");
         }
     }

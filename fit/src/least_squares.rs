@@ -1,4 +1,4 @@
-//! Bounded least squares: what the data says of each parameter, by searches of `search`.
+//! Bounded least squares: estimates of all parameters with their identifiability, by searches of `search`.
 //!
 //! A parameter may come with a prior: where it is believed to be, and how well. It counts as one residual more, weighed
 //! against the spread of the residuals found, which neighbours share where they err alike. What the data does not see is
@@ -40,7 +40,7 @@ fn fitted(parameters: &[Parameter], options: &Options, residuals: Erased<Series>
     let spread_of = |series: &[Vec<f64>], n: usize| Spread::new(series, n + options.n_nuisance);
     problem.noise = spread_of(&first, parameters.len()).variance.sqrt();
 
-    // What the data does not see is held, one parameter at a time, until the rest is determined.
+    // Parameters that are not observable are held, one at a time, until the rest is determined.
     let mut free: Vec<usize> = (0..parameters.len()).collect();
     let (mut held, mut kept) = (Vec::new(), Vec::new());
     let mut places = start.clone();

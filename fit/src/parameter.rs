@@ -59,7 +59,7 @@ impl Parameter {
         Ok(())
     }
 
-    /// Where it goes back to if the data says nothing.
+    /// Place to which it returns if the data does not determine it.
     pub fn home(&self) -> f64 {
         self.prior.map_or(self.start, |prior| prior.center)
     }

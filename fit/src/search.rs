@@ -31,7 +31,7 @@ const NEAR_BOUND: f64 = 2.0 * OFF_BOUND;
 const WORTH_A_SEARCH: f64 = 1e-4;
 /// Evaluations allowed per parameter.
 const PATIENCE: usize = 20;
-/// The same for a search that only tells one valley from another.
+/// The same for a search that only distinguishes one valley from another.
 const QUICK_TOLERANCE: f64 = 1e-2;
 const QUICK_JACOBIANS: usize = 2;
 /// Parts of a correction that are tried.
@@ -267,7 +267,7 @@ impl<'a, E: Failure> Problem<'a, E> {
 /// Parameters, and the residuals there by recording.
 type Evaluated = (Vec<f64>, Series);
 
-/// The problem as `levenberg-marquardt` sees it: in angles, for the free parameters alone.
+/// The problem in the form of `levenberg-marquardt`: in angles, for the free parameters alone.
 struct Search<'a, E> {
     problem: &'a Problem<'a, E>,
     start: &'a [f64],
@@ -301,7 +301,7 @@ impl<E: Failure> Search<'_, E> {
         }
     }
 
-    /// Tells who watches; false if the search is to end.
+    /// Reports progress to the callback; false if the search is to end.
     fn goes_on(&self, rms: f64) -> bool {
         let Ok(mut best) = self.problem.best.lock() else { return false };
         *best = best.min(rms);
@@ -444,7 +444,7 @@ fn corrected(
             }
         }
     }
-    // What came to a bound has no standard error, and takes no part in those of the others.
+    // A parameter on its bound has no standard error, and takes no part in those of the others.
     let inside = uncertainty::inside(&free, &best.0);
     let of_inside = |k: &usize| free.iter().position(|f| f == k).map(|at| columns[at].clone());
     let columns: Vec<Vec<f64>> = inside.iter().filter_map(of_inside).collect();

@@ -57,7 +57,7 @@ pub struct Spread {
 impl Spread {
     /// Of residuals after a fit of `n_parameters`. Each series counts as its length over its correlation time
     /// 1 + 2 Σ ρ_k, summed until the correlation ρ_k first falls to zero. One of zeros alone, as of limits that are kept,
-    /// says nothing of the spread.
+    /// carries no information on the spread.
     pub fn new(series: &[Vec<f64>], n_parameters: usize) -> Self {
         let series = || series.iter().filter(|series| series.iter().any(|r| *r != 0.0));
         let n: usize = series().map(Vec::len).sum();

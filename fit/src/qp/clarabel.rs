@@ -8,7 +8,7 @@ use clarabel::solver::{
 use super::QpStatus;
 
 /// min ½ xᵀH x + gᵀx subject to bounds on x and on the rows A x; equal bounds are equalities, infinite
-/// ones are left out. Everything dimensionless, of order one.
+/// ones are dropped. Everything dimensionless, of order one.
 #[derive(Debug, Clone)]
 pub struct RowQp {
     /// H, row-major n × n, symmetric positive semidefinite.
@@ -55,7 +55,7 @@ fn size(qp: &RowQp) -> f64 {
     if size > 0.0 { size } else { 1.0 }
 }
 
-/// True when `x` meets all bounds that the relaxed problem may have left out.
+/// True when `x` meets all bounds that the relaxed problem may have dropped.
 fn is_within(qp: &RowQp, x: &[f64]) -> bool {
     let within = |value: f64, [lo, hi]: [f64; 2]| {
         let slack = DEFAULT * (1.0 + value.abs());
@@ -133,7 +133,7 @@ fn upper_triangle(matrix: &[f64], n: usize) -> CscMatrix<f64> {
     CscMatrix::new(n, n, starts, indices, values)
 }
 
-/// Dense rows as a column-compressed matrix, zeros left out.
+/// Dense rows as a column-compressed matrix, without zeros.
 fn columns(rows: &[Vec<f64>], n: usize) -> CscMatrix<f64> {
     let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for j in 0..n {

@@ -1,4 +1,4 @@
-//! Quadratic programs, made dimensionless before any solver sees them.
+//! Quadratic programs, made dimensionless before any solver gets them.
 //!
 //! That of a step of the twin (CoReAct paper, eq. 4) has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
 //! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to
