@@ -181,7 +181,7 @@ impl FemModel {
     }
 
     /// Sparsity of the stiffness, with room for blocks between all nodes of each of the `cliques`
-    /// (model nodes; clamped ones are left out).
+    /// (model nodes; without clamped ones).
     pub fn stiffness_pattern(&self, cliques: &[Vec<u32>]) -> StiffnessPattern {
         match &self.elements {
             ElementSet::Linear(elements) => StiffnessPattern::new(self.n_free, elements, cliques),

@@ -267,7 +267,7 @@ impl Pvd {
         Ok(series)
     }
 
-    /// Adds a file at a time \[s\]; `part` tells apart files of the same time (0 the body, 1 the tendons).
+    /// Adds a file at a time \[s\]; `part` distinguishes files of the same time (0 the body, 1 the tendons).
     ///
     /// # Errors
     /// `BadInput` for a time that is not finite or a file name unfit for XML; `File` where the file system

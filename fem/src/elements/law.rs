@@ -61,7 +61,7 @@ pub(crate) struct PointTangent<S: Simd> {
     pub couple: Option<(Lanes<S>, Mat3<S>)>,
 }
 
-/// A law as the kernels see it.
+/// A law in the form of the kernels.
 pub(crate) trait PointLaw: Copy {
     /// Energy density ψ \[J/m³\].
     fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S>;

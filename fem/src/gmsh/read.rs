@@ -20,7 +20,7 @@ use crate::{Cells, Mesh, Result};
 /// Nodes keep the order of the file; those of no tetrahedron are dropped, and the others move up.
 /// Physical groups of any dimension become node sets under their names. A group without a name is called
 /// by its tag, `"1"` (`"surface 1"` and `"volume 1"` where both exist); one without a node of the
-/// tetrahedra is left out. Ten-node tetrahedra get the node order of [`Cells::Tet10`].
+/// tetrahedra is dropped. Ten-node tetrahedra get the node order of [`Cells::Tet10`].
 ///
 /// # Errors
 /// `BadInput` naming the file and the line (text) or byte (binary) for a file that is missing, empty, cut

@@ -1,6 +1,6 @@
 //! Reads numbers one after the other from the bytes of an MSH file, text or binary.
 //!
-//! Main decision: nothing is believed. Every number is checked to be there before it is read, and counts
+//! Main decision: nothing is assumed. Every number is checked to be there before it is read, and counts
 //! never reserve more memory than the rest of the file could fill.
 
 use hysteron_base::BadInput;
@@ -158,7 +158,7 @@ impl<'a> Scan<'a> {
         Ok(*bytes)
     }
 
-    /// The four bytes that tell the byte order of a binary file.
+    /// The four bytes that give the byte order of a binary file.
     pub(super) fn byte_order(&mut self) -> Result<bool, BadInput> {
         let bytes = self.take::<4>("the number 1 that tells the byte order")?;
         match bytes {

@@ -10,7 +10,7 @@ const FAR: i64 = 64 << 22;
 
 type Point = [i64; 2];
 
-/// Triangulates points of the unit circle; triangles turn left. Coinciding points are left out.
+/// Triangulates points of the unit circle; triangles turn left. Coinciding points are dropped.
 pub(super) fn triangulate(points: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let n = points.len() as u32;
     let mut at: Vec<Point> =

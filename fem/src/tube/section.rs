@@ -39,7 +39,7 @@ pub(super) struct Section {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// A wall as the points between see it, in units of the outer radius.
+/// A wall as seen from the points between, in units of the outer radius.
 struct Circle {
     center: [f64; 2],
     radius: f64,
