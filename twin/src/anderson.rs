@@ -21,7 +21,7 @@ pub(crate) struct Pair {
     pub moved: Vec<f64>,
     /// Change of K⁻¹ r [m].
     pub free_displacement: Vec<f64>,
-    /// Change of the stroke that each cable misses when only the free displacement is made [m].
+    /// Change of the stroke residual of each cable when only the free displacement is made [m].
     pub stroke_residual: Vec<f64>,
     /// Change of the proposed step, with each cable between its bounds or at one as it is now.
     pub change: Vec<f64>,
@@ -127,7 +127,7 @@ impl Anderson {
         }
     }
 
-    /// Tells which move was made after all.
+    /// Records the move that was made.
     pub fn moved(&mut self, step: &[f64]) {
         self.last.moved.copy_from_slice(step);
         self.has_last = true;

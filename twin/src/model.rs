@@ -28,7 +28,7 @@ pub enum Target {
 pub struct TendonSpec {
     /// Name from the scene.
     pub name: String,
-    /// How it is driven unless a command says otherwise.
+    /// Its drive unless a command sets another.
     pub drive: Drive,
     /// Tension bounds [N].
     pub tension: Bounds,
@@ -38,7 +38,7 @@ pub struct TendonSpec {
     pub outside: f64,
     /// How much it stretches per tension [m/N].
     pub compliance: f64,
-    /// How far it is pulled when the target says stroke zero [m].
+    /// Length by which it is pulled at a target stroke of zero [m].
     pub zero: f64,
 }
 
@@ -123,7 +123,7 @@ pub struct Twin {
     pub tendons: Vec<TendonSpec>,
     /// Their geometry, in the same order, then one cable per friction point: its tendon from there on.
     pub cables: Cables,
-    /// Where the real tendons rub.
+    /// Where friction acts on the real tendons.
     pub friction: Vec<FrictionPoint>,
     /// How far a servo moves on reversal until its tendon follows [m].
     pub backlash: f64,

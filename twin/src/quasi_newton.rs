@@ -313,7 +313,7 @@ impl QuasiNewton {
         self.projection.delassus[j * (self.active_set.len() + 1)]
     }
 
-    /// Remembers the equilibrium and decides whether the factor is worth keeping.
+    /// Commits the equilibrium and decides whether the factor is worth keeping.
     fn finish(&mut self, twin: &Twin, shape: &CableShape, state: &TwinState, iterations: usize) {
         let n_free = self.free_displacement.len() / 3;
         self.predictor.push(|to_strokes, to_point| {

@@ -43,7 +43,7 @@ pub(crate) struct Conditions<'a> {
     pub state: &'a TwinState,
     /// With the lagged factor: approximate.
     pub projection: &'a Projection,
-    /// Stroke that each cable misses [m]; zero where its tension is prescribed.
+    /// Stroke residual of each cable [m]; zero where its tension is prescribed.
     pub stroke_residual: &'a [f64],
     /// Bounds of the tensions [N].
     pub lowest: &'a [f64],

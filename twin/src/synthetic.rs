@@ -131,7 +131,7 @@ pub fn synthesise(
         }
         let jumps =
             |jacobian: &[Vec<f64>; 3]| jump((&before.0, &now), (before.1, step.tip), jacobian, length);
-        // A Jacobian from before the tendons slid says that their strokes move nothing.
+        // A Jacobian from before the tendons slid gives their strokes no effect.
         if jumps(&jacobian).is_some() {
             jacobian = plant
                 .tip_response(FrictionPoints::AsTheyAre)

@@ -29,7 +29,8 @@ impl TensionStep {
         }
     }
 
-    /// Sets the data: tensions now, and the stroke each cable misses when only the free displacement is made.
+    /// Sets the data: tensions now, and the stroke residual of each cable when only the free displacement is
+    /// made.
     pub fn pose(&mut self, control: &Control, tensions: &[f64], stroke_residual: impl Fn(usize) -> f64) {
         for (j, tension) in tensions.iter().enumerate() {
             self.stroke_residual[j] = if control.is_tension(j) { 0.0 } else { stroke_residual(j) };
@@ -38,7 +39,7 @@ impl TensionStep {
         }
     }
 
-    /// Solves what was posed; says which solver did, or what became of it.
+    /// Solves the QP that was posed; returns the solver that succeeded, or the status.
     pub fn solve(&mut self) -> Result<QpSolver, QpStatus> {
         let (status, solver) =
             self.qp.solve(&self.stroke_residual, &self.lowest, &self.highest, &mut self.increments);

@@ -22,7 +22,8 @@ pub struct IdentifyOptions {
     /// Weight of a radian between twin and robot, compared with a metre [m]; `None` leaves orientations
     /// alone.
     pub orientation: Option<f64>,
-    /// Rounds of a sample at most: one, and more where the tip is then elsewhere than the linearised twin said.
+    /// Rounds of a sample at most: one, and more where the tip is then elsewhere than the linearised twin
+    /// predicted.
     pub rounds: usize,
     /// Distance of the two that needs no further round [m].
     pub tolerance: f64,
@@ -57,7 +58,7 @@ pub struct Step {
 }
 
 /// A twin that chooses the strokes of its auxiliary tendons sample by sample: to follow measurements, or as a
-/// network says.
+/// network predicts.
 pub trait AuxiliaryPolicy {
     /// Goes on by one sample of `duration` [s]: primary tendons to their strokes (n_primary) [m], auxiliary ones as
     /// chosen. Without a goal nothing was measured.

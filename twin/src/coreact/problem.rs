@@ -164,7 +164,7 @@ pub(super) struct Problem {
     contact: BoxQp,
     /// The QP of the strokes that was solved last.
     pub last: Option<BoxedRows>,
-    /// Stroke that each of the other cables misses [m], and bounds of its tension increment [N].
+    /// Stroke residual of each of the other cables [m], and bounds of its tension increment [N].
     stroke_residual: Vec<f64>,
     lowest: Vec<f64>,
     highest: Vec<f64>,

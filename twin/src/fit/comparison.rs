@@ -111,8 +111,8 @@ impl<'a> Comparison<'a> {
         Ok(answer)
     }
 
-    /// The tips of `answer` where the tracker of `scene` sees them, and with [`Frame::Fitted`] in the frame that suits
-    /// best; with that frame.
+    /// The tips of `answer` in the frame of the tracker of `scene`, and with [`Frame::Fitted`] in the frame
+    /// that suits best; with that frame.
     pub fn placed(&self, scene: &Scene, answer: &Answer) -> (Vec<Vec<[f64; 3]>>, Registration) {
         let tracker = Registration::new(&scene.tracker);
         let mut tips = answer.tips.clone();

@@ -1,8 +1,8 @@
 //! Which samples of a motion a fit steps through, and which it compares.
 //!
-//! Friction remembers, so a motion is passed from its beginning. What counts is the way that the strokes go, not how
-//! many samples that took: a rest costs nothing, a straight way little, and where strokes turn back, a sample is
-//! kept, however long the steps are.
+//! Friction has memory, so a motion is passed from its beginning. What counts is the path of the strokes, not
+//! how many samples that took: a rest costs nothing, a straight way little, and where strokes turn back, a
+//! sample is kept, however long the steps are.
 
 use hysteron_base::BadInput;
 

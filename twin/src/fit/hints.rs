@@ -41,7 +41,7 @@ struct Minimum<'a> {
     on: &'a Comparison<'a>,
     scene: &'a Scene,
     series: Vec<Vec<f64>>,
-    /// Derivatives by the places of what was fitted, with the rows of what is believed.
+    /// Derivatives by the places of the fitted parameters, with the rows of the priors.
     columns: Vec<Vec<f64>>,
     noise: f64,
     /// How many independent residuals there are.
@@ -119,7 +119,8 @@ impl<'a> Minimum<'a> {
         Ok(minimum)
     }
 
-    /// Derivatives by the places of these quantities, with the rows of what is believed, and what these miss now.
+    /// Derivatives by the places of these quantities, with the rows of the priors, and the residuals of these
+    /// now.
     fn derivatives(&self, of: &[Selected]) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
         let at = |s: &Selected| Parameter {
             start: s.parameter.bounds.clamp(s.value_of(self.scene).unwrap_or(s.parameter.start)),
@@ -155,7 +156,7 @@ impl<'a> Minimum<'a> {
     fn followed(&self, series: &[Vec<f64>]) -> f64 {
         let n = self.columns.first().map_or(0, Vec::len);
         let mut residuals = series.concat();
-        // What is believed of the fitted ones is counted from where they are: the minimum balances both.
+        // The priors of the fitted ones are counted from where they are: the minimum balances both.
         let data = residuals.len();
         residuals.resize(n.max(data), 0.0);
         if let Some(change) = correction(&self.columns, &residuals) {
@@ -176,7 +177,7 @@ impl<'a> Minimum<'a> {
         let (columns, off) = self.derivatives(more)?;
         let (n_before, n_more) = (self.columns.len(), columns.len());
         let n_data: usize = self.series.iter().map(Vec::len).sum();
-        // Rows: data, what is believed of the fitted ones, then of these.
+        // Rows: data, priors of the fitted ones, then of these.
         let zeros = |n: usize| std::iter::repeat_n(0.0, n);
         let rows_before = self.columns.first().map_or(0, |column| column.len() - n_data);
         let mut all: Vec<Vec<f64>> =

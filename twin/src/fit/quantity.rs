@@ -68,7 +68,7 @@ fn mean(scene: &Scene, of: fn(&Tendon) -> f64) -> f64 {
     scene.tendons.iter().map(of).sum::<f64>() / scene.tendons.len().max(1) as f64
 }
 
-/// Friction in the body, which takes places where tendons rub.
+/// Friction in the body, which takes places of friction along the tendons.
 fn in_body(scene: &Scene) -> Option<Friction> {
     scene.friction.filter(|friction| friction.points > 0)
 }
@@ -195,8 +195,8 @@ pub struct Wanted {
     pub name: String,
     /// Bounds in the unit of the key, in place of its own.
     pub bounds: Option<Bounds>,
-    /// Standard deviation with which the scene's value is believed, in the unit of the key (a factor on a logarithmic
-    /// scale), in place of its own.
+    /// Standard deviation of the prior around the scene's value, in the unit of the key (a factor on a
+    /// logarithmic scale), in place of its own.
     pub width: Option<f64>,
 }
 

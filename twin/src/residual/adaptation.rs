@@ -46,7 +46,7 @@ pub struct AdaptOptions {
     pub play_m: f64,
     /// Prior deviation of the factor on friction [-].
     pub friction_ratio: f64,
-    /// Part of the error on motion held out by which more numbers must do better than fewer to be kept [-].
+    /// Part of the error on test blocks by which more numbers must do better than fewer to be kept [-].
     pub least_gain: f64,
 }
 
@@ -279,7 +279,7 @@ mod tests {
         follow(&mut filter, 1000, &|_| [1e-3, 0.0, 0.0]);
         let learned = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
         assert!((learned / 1e-3 - 1.0).abs() < 0.1, "{learned}");
-        // Samples that tell nothing: no terms at all.
+        // Samples without information: no terms at all.
         for _ in 0..1000 {
             filter.update(&[0.0; 5], [0.0; 3]);
         }

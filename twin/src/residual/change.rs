@@ -14,7 +14,7 @@ use crate::model::Twin;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotChange {
-    /// How far each primary tendon is pulled beyond what its stroke says [m]; negative is slack.
+    /// Length by which each primary tendon is pulled beyond its stroke [m]; negative is slack.
     pub zeros_m: Vec<f64>,
     /// Play of the servos beyond that of the training, from flank to flank [m].
     pub play_m: f64,

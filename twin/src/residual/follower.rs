@@ -59,7 +59,7 @@ pub struct PathFollower<'a> {
     strokes: Vec<f64>,
 }
 
-/// κ: part of what was missed that a sample makes up for [-].
+/// κ: part of the error of a sample that the next one makes up for [-].
 const FEEDBACK: f64 = 0.25;
 /// Part of the largest command at which its effect on the tip is measured: past slack, before large bends.
 const PROBED: f64 = 0.5;

@@ -51,7 +51,7 @@ pub struct ResidualModel {
     pub step_s: f64,
     /// Hash of the scene that it was trained for.
     pub scene_hash: String,
-    /// How the robot has changed since, as far as a few physical numbers say it.
+    /// Change of the robot since, as far as a few physical numbers describe it.
     pub change: Option<RobotChange>,
     /// Linear correction fitted to the robot since.
     pub adaptation: Option<Adaptation>,
@@ -61,7 +61,7 @@ pub struct ResidualModel {
 
 const KIND: &str = "residual";
 
-/// Most tendons or samples of a window that are believed, so that products of sizes cannot overflow.
+/// Most tendons or samples of a window that are accepted, so that products of sizes cannot overflow.
 const MOST: usize = 1 << 16;
 
 /// Largest difference of a sample's duration from that of the training.

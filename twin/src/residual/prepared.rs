@@ -1,4 +1,5 @@
-//! Trajectories as the recurrent design sees them: in the coordinates of the decoder, then as arrays of the network.
+//! Trajectories as inputs of the recurrent design: in the coordinates of the decoder, then as arrays of the
+//! network.
 
 use std::ops::Range;
 
@@ -9,7 +10,7 @@ use super::decoder::Decoding;
 use super::linear::Equation;
 use super::{Decoder, FeatureSpec, Features, LinearPart, Sequence};
 
-/// Ranges of the tip displacement that is missing and that the linear part does not say.
+/// Ranges of the missing tip displacement that the linear part does not predict.
 pub(super) fn output_ranges(
     trajectories: &[&Linearised],
     linear: &LinearPart,
@@ -109,7 +110,7 @@ impl Linearised {
     }
 }
 
-/// Samples of which least squares see one: neighbours say the same.
+/// Samples of which least squares use one: neighbours are alike.
 const FITTED_EVERY: usize = 5;
 
 fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {
@@ -121,7 +122,7 @@ fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {
 pub(super) struct Prepared {
     /// Normalised features of the strokes (n × n_of_strokes).
     features: Vec<f32>,
-    /// Tip where the network says nothing, y* - G s*, less the measured one (n) [mm].
+    /// Tip where the network's output is zero, y* - G s*, less the measured one (n) [mm].
     offset: Vec<[f32; 3]>,
     /// Response of that to the network's outputs: G D over the outputs' ranges (n, 3 × 3) [mm].
     gain: Vec<[[f32; 3]; 3]>,

@@ -1,4 +1,4 @@
-//! An identified recording as training sees it.
+//! An identified recording as training data.
 
 use hysteron_base::{BadInput, Recording, file, json};
 
@@ -91,7 +91,7 @@ impl Sequence {
         })
     }
 
-    /// SHA-256 of all that training sees of it.
+    /// SHA-256 of all training data in it.
     pub fn hash(&self) -> String {
         let tips = self.measured.iter().chain(&self.twin).flatten();
         let series = self.auxiliary.iter().chain(self.sensitivities.iter().flatten()).flatten();

@@ -33,7 +33,7 @@ pub struct KnownForce {
 const LAGS: [f64; 7] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
 /// Path of the tendons below which they rest [m].
 const AT_REST: f64 = 2e-5;
-/// Samples on either side in which a tendon must be slack, to be believed to be.
+/// Samples on either side in which a tendon must be slack to count as slack.
 const SLACK: usize = 15;
 /// Fewest pairs of samples, and known changes of force, that a parameter is fitted to.
 const FEWEST_PAIRS: usize = 200;
@@ -42,7 +42,7 @@ const FEWEST_JUMPS: usize = 5;
 const JUMP: f64 = 0.03;
 const AFTER_JUMP: [f64; 2] = [0.08, 0.18];
 const BEFORE_JUMP: f64 = 0.08;
-/// Smallest error of a tip that is believed [m].
+/// Smallest error of a tip that is accepted [m].
 const FINEST: f64 = 5e-6;
 /// Standard error of the response where no push of known force was recorded [-]: creep and sticking friction stiffen the tip.
 const UNKNOWN_RESPONSE: f64 = 0.4;
@@ -98,7 +98,7 @@ fn friction(free: &[Observed], stall_torque: f64, radius: f64) -> Check<LoadMode
     LoadModel::identify(stall_torque, radius, &velocity, &load)
 }
 
-/// Scale of the twin's forces, and errors of its tensions and of what loads say.
+/// Scale of the twin's forces, and errors of its tensions and of the loads.
 fn tension_errors(free: &[Observed], load: Option<&LoadModel>, period: f64) -> TensionErrors {
     // Without loads nothing is known but that twins err.
     let unknown = TensionErrors { force_scale: 1.0, walk_sqrt_n: 0.5, model_n: 5.0, load_n: 1.0 };

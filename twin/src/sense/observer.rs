@@ -95,7 +95,7 @@ impl<'a> Observer<'a> {
         let step = self.plant.step(sample.strokes)?;
         let n = self.motions.len();
         let path = sample.strokes.iter().zip(&self.strokes).map(|(now, before)| (now - before).powi(2));
-        // One of a pair of antagonists says it: both do the same way.
+        // One of a pair of antagonists is enough: both do the same.
         let path = (0.5 * path.sum::<f64>()).sqrt();
         self.strokes.copy_from_slice(sample.strokes);
         self.take_response(path);

@@ -10,13 +10,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TensionErrors {
-    /// Tension of the robot over the twin's [-]: what a tip cannot tell, for strokes and shape are the same with all forces doubled.
+    /// Tension of the robot over the twin's [-]: not observable from a tip, for strokes and shape are the
+    /// same with all forces doubled.
     pub force_scale: f64,
     /// Random walk of the twin's error over a change of tension [√N].
     pub walk_sqrt_n: f64,
     /// Largest standard deviation of that error [N].
     pub model_n: f64,
-    /// Standard deviation of what a load says [N]; neighbours err alike, so it counts as often as it is new.
+    /// Standard deviation of a tension from a load [N]; neighbours err alike, so it counts as often as it is
+    /// new.
     pub load_n: f64,
 }
 
@@ -78,7 +80,7 @@ mod tests {
         }
         assert_eq!(rest.0, tension);
         assert!(rest.1 > moving && rest.1 < 0.3, "{rest:?}");
-        // The twin's changes are believed, and its slack.
+        // The filter follows the twin's changes, and its slack.
         assert!((filter.step(15.0, None).0 - 20.0).abs() < 0.05);
         assert_eq!(filter.step(-5.0, None).0, 0.0);
     }

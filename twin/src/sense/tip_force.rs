@@ -120,7 +120,7 @@ impl TipErrors {
     }
 }
 
-/// One sample of the past, and what was believed after it.
+/// One sample of the past, and the estimate after it.
 #[derive(Debug, Clone, PartialEq)]
 struct Past {
     sample: TipSample,
@@ -309,7 +309,7 @@ impl TipForceFilter {
         }
     }
 
-    /// Takes up again what was believed of b before a change, and lets F have this covariance.
+    /// Restores the estimate of b before a change, and lets F have this covariance.
     fn take_back(&mut self, change: &Change, force: &Matrix3<f64>) {
         self.quiet = QUIET;
         let index = self.samples(BEFORE).min(self.past.len() - 1);
@@ -435,7 +435,8 @@ mod tests {
         TipSample { gap, response: response(), free_tip: Vector3::zeros(), path }
     }
 
-    /// A world that is as the filter believes: gaps and forces of `n` samples, with pushes of 2 s every 5 s, moving every other 4 s.
+    /// A world that agrees with the filter's model: gaps and forces of `n` samples, with pushes of 2 s every
+    /// 5 s, moving every other 4 s.
     fn world(n: usize, pushed: bool, seed: u64) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>, Vec<f64>) {
         let mut rng = hysteron_base::rng(seed, "tip-force");
         let mut gaussian = move || hysteron_base::normal(&mut rng);
@@ -492,7 +493,7 @@ mod tests {
                 late += 1;
             }
             if i % 500 > 330 {
-                // The axis that hardly moves the tip is what the prior says: x and y are measured.
+                // The axis that hardly moves the tip keeps the prior: x and y are measured.
                 let error = (found.force - forces[i]).fixed_rows::<2>(0).into_owned();
                 let covariance = found.covariance.fixed_view::<2, 2>(0, 0).into_owned();
                 normalised +=

@@ -23,7 +23,7 @@ fn twin() -> Twin {
     Twin::new(&scene, &mesh).expect("a good scene")
 }
 
-/// A network that says nothing: all its outputs are zero.
+/// A network whose outputs are all zero.
 fn silent(twin: &Twin, auxiliary: &Auxiliary) -> ResidualModel {
     let architecture = Architecture {
         inputs: twin.n_primary + 3,

@@ -37,7 +37,7 @@ fn strokes(i: usize) -> [f64; 4] {
     [cos * ramp, sin * ramp, -cos * ramp, -sin * ramp]
 }
 
-/// A recording of a twin whose auxiliary tendons do what `secret` says: strokes (n_aux) [m] in a sample.
+/// A recording of a twin whose auxiliary tendons follow `secret`: strokes (n_aux) [m] in a sample.
 fn recording(twin: &Twin, auxiliary: &Auxiliary, n: usize, secret: impl Fn(usize) -> Vec<f64>) -> Recording {
     let (mut stepper, mut targets) = (Stepper::new(twin), Vec::new());
     let mut columns = vec![Vec::new(); 7];
@@ -189,7 +189,7 @@ fn sensitivity_knows_the_friction_points_that_stick() {
 
 #[test]
 fn secret_strokes_are_found_through_friction_and_backlash() {
-    // Two auxiliary tendons: the tip tells their strokes.
+    // Two auxiliary tendons: their strokes are observable from the tip.
     let twin = rough_twin(1, |friction| Friction { backlash: 1e-4, ..friction });
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let secret = |i: usize| lagging(auxiliary.len(), i);

@@ -279,7 +279,7 @@ fn friction_and_backlash_come_back() {
     let options = MaterialOptions { stepping, ..OPTIONS };
     let found = fit_material(&scene, &mesh, &motions, &select(&scene, &names).unwrap(), &options).unwrap();
     for (estimate, expected) in found.fit.estimates.iter().zip([0.2, 0.1e-3]) {
-        // Four standard errors; a tenth of the value or less says that the recording does tell both.
+        // Four standard errors; a tenth of the value or less shows that the recording determines both.
         let error = estimate.standard_error.unwrap();
         assert!(error < 0.1 * expected, "{estimate:?}");
         assert_close(&estimate.name, estimate.value, expected, 4.0 * error);
@@ -317,7 +317,7 @@ fn heavy(scene: &Scene, gravity: [f64; 3]) -> Scene {
 #[test]
 fn gravity_that_points_the_wrong_way_is_named_and_found() {
     let (robot, mesh) = scenes::robot();
-    // It hangs from a wall, a little off its axes; the scene says that it stands.
+    // It hangs from a wall, a little off its axes; in the scene it stands.
     let direction = [9.2, 2.0, -2.7];
     let size = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
     let truth = heavy(&robot, direction.map(|c: f64| 9.81 * c / size));
@@ -325,7 +325,7 @@ fn gravity_that_points_the_wrong_way_is_named_and_found() {
     let scene = heavy(&robot, [0.0, 0.0, -9.81]);
     let fit = |names: &[&str]| fitted(&scene, &mesh, &recording, names, Frame::Trusted).unwrap();
 
-    // Without it the fit says what is missing, and does not run away with the modulus.
+    // Without it the fit reports what is missing, and does not run away with the modulus.
     let blind = fit(&["youngs_modulus", "zero"]);
     let hint = blind.hints.iter().find(|hint| hint.fit == "gravity");
     let hint = hint.unwrap_or_else(|| panic!("{:?}", (&blind.hints, &blind.fit, blind.errors)));
@@ -370,7 +370,7 @@ fn tension_beyond_what_drives_can_make_counts_against_a_fit() {
     truth.tendons.iter_mut().for_each(|tendon| tendon.compliance = 0.05e-3);
     let recording = recording(&truth, &mesh, &figure_of_eight(60), 0.02e-3, "fit/limit");
     let motions = [motion(&truth, &mesh, &recording).unwrap()];
-    // Strokes alone do not tell E from 1/C, so the scene may be ten times too stiff in both.
+    // Strokes alone do not separate E from 1/C, so the scene may be ten times too stiff in both.
     let mut scene = truth.clone();
     scene.material.youngs_modulus *= 4.0;
     scene.tendons.iter_mut().for_each(|tendon| tendon.compliance /= 4.0);

@@ -44,7 +44,7 @@ fn limits_hold_and_the_way_home_ends_without_strokes() {
         PathFollower::new(&twin, Box::new(Uncorrected::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
     // Ten times the length of the robot cannot be reached.
     let steps: Vec<_> = (0..100).map(|_| follower.step([1.0, 0.0]).unwrap()).collect();
-    // The first sample says where the path begins, and leaves the strokes at rest.
+    // The first sample gives the beginning of the path, and leaves the strokes at rest.
     assert!(!steps[0].is_limited && steps[1..].iter().all(|step| step.is_limited));
     let reached = follower.strokes()[0].hypot(follower.strokes()[1]);
     assert!((reached - LIMITS.stroke).abs() < 1e-12, "{reached}");

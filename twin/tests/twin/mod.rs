@@ -31,7 +31,7 @@ use hysteron_fem::Mesh;
 use hysteron_twin::{ReachReport, Result, StepReport, Stepper, Target, TipGoal, Twin, TwinState};
 use rand_chacha::ChaCha8Rng;
 
-/// A tolerance, or zero when `TOL_SCALE=0` asks to see the residuals.
+/// A tolerance, or zero when `TOL_SCALE=0` asks for the residuals.
 pub fn tolerance(value: f64) -> f64 {
     let scale = std::env::var("TOL_SCALE").ok().and_then(|text| text.parse().ok()).unwrap_or(1.0);
     scale * value
@@ -79,7 +79,7 @@ impl Robot {
         Self { twin, stepper, state }
     }
 
-    /// A step that must succeed and be as accurate as it says.
+    /// A step that must succeed and be as accurate as it reports.
     #[track_caller]
     pub fn go(&mut self, targets: &[Target]) -> StepReport {
         let report = self.try_step(targets).expect("an equilibrium");

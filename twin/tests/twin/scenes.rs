@@ -55,7 +55,7 @@ pub fn actuated(segments: usize) -> (Scene, Mesh) {
     (scene, mesh)
 }
 
-/// Tendons that stretch by `compliance` [m/N] and rub everywhere, without backlash.
+/// Tendons that stretch by `compliance` [m/N], with friction everywhere, without backlash.
 pub fn roughen(scene: &mut Scene, compliance: f64) {
     for tendon in &mut scene.tendons {
         tendon.compliance = compliance;

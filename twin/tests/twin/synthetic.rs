@@ -126,8 +126,8 @@ fn what_the_twin_cannot_do_is_no_data() {
     }
 }
 
-/// A robot whose first tendon is already pulled where a recording says zero: its tip rests 2 % of its length and
-/// more aside.
+/// A robot whose first tendon is already pulled at zero stroke of a recording: its tip rests 2 % of its
+/// length and more aside.
 fn pretensioned() -> Twin {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;
@@ -200,7 +200,7 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     }
 }
 
-/// A twin whose tendons stick in its first sample: their strokes move nothing, its Jacobian says.
+/// A twin whose tendons stick in its first sample: by its Jacobian their strokes have no effect.
 struct Sticking<'a> {
     uncorrected: Uncorrected<'a>,
     n_asked: usize,

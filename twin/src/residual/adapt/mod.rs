@@ -125,8 +125,8 @@ pub fn adapt(
 pub fn n_samples(twin: &Twin, motions: &[Motion]) -> usize {
     let all: usize = motions.iter().map(Motion::len).sum();
     let parameters = twin.n_primary + 1 + usize::from(!twin.friction.is_empty());
-    // The model as it is, a difference for each parameter, the blocks held out (each motion up to its end at most),
-    // the rounds of the fit to all.
+    // The model as it is, a difference for each parameter, the test blocks (each motion up to its end at
+    // most), the rounds of the fit to all.
     let held_out: usize = blocks(motions).iter().map(|block| block.samples.end).sum();
     all * (1 + parameters + ROUNDS) + held_out
 }
@@ -146,7 +146,7 @@ struct Search<'a> {
 /// Every motion with the model as it was, and what each parameter does to it.
 struct Seen {
     motions: Vec<Rolled>,
-    /// By motion, by parameter: ∂(missed)/∂p, by axis [m over the parameter's unit].
+    /// By motion, by parameter: ∂(error)/∂p, by axis [m over the parameter's unit].
     columns: Vec<Vec<[Vec<f64>; 3]>>,
     /// By block: normal equations of the whitened errors.
     normals: Vec<Normal>,
@@ -440,8 +440,8 @@ struct Squares {
 }
 
 impl Squares {
-    /// Of a block, less what a correction says, and less a mean along each axis of up to `drift` [m]: a tracker that
-    /// stands aside by that much for the whole of a block says nothing of the robot.
+    /// Of a block, less a correction, and less a mean along each axis of up to `drift` [m]: a tracker that is
+    /// off by that much for the whole of a block carries no information on the robot.
     fn of(rolled: &Rolled, block: &Block, correction: Option<&Adaptation>, drift: f64) -> Self {
         let left = |i: usize| -> [f64; 3] {
             let said = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));
