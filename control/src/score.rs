@@ -61,7 +61,7 @@ mod tests {
         let z = vec![0.5; n];
         let shifted: Vec<f64> = x.iter().map(|x| x + 0.03).collect();
         let mut gap = vec![false; n];
-        // What was not measured may say anything.
+        // A tip that was not measured may have any value.
         gap[7] = true;
         let mut wrong = y.clone();
         wrong[7] = 100.0;

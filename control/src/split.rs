@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use rand::Rng;
 use rand::seq::IndexedRandom;
 
-/// Kind of motion, as far as its strokes tell.
+/// Kind of motion, as far as its strokes show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionKind {
     /// No stroke changes.

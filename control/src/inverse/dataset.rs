@@ -29,9 +29,9 @@ pub struct Demonstration {
     pub hash: String,
     /// From a rig or from a twin.
     pub origin: Origin,
-    /// The rig or the scene that it is of, as hashes; empty where the recording does not say.
+    /// Hashes of the rig or the scene that it is of; empty where they are not in the recording.
     pub robot: String,
-    /// Family of its plan; empty where the recording does not say.
+    /// Family of its plan; empty where it is not in the recording.
     pub family: String,
     /// Duration of a sample [s].
     pub step: f64,
@@ -110,7 +110,7 @@ impl Demonstration {
         self.tip.is_empty()
     }
 
-    /// Kind of its motion: the family of its plan, or where it has none what its strokes tell.
+    /// Kind of its motion: the family of its plan, or where it has none the class of its strokes.
     pub fn kind(&self) -> String {
         match &self.family[..] {
             "" => MotionKind::of(&self.strokes, self.n_tendons).name().to_owned(),

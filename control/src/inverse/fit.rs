@@ -33,7 +33,7 @@ pub(super) trait Strokes: Task<Network> {
 /// The best weights, the epochs after which they were found, and whether the training came to its end.
 pub(super) struct Outcome {
     pub result: FitResult<Network>,
-    /// Root mean square error of each stroke held out [mm].
+    /// Root mean square error of each stroke in validation [mm].
     pub held_out_mm: Vec<f64>,
 }
 
@@ -138,7 +138,7 @@ fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Re
     Ok([(square / f64::max(count, 1.0)).sqrt(), largest])
 }
 
-/// Trains `network`, or goes on from the session's file; see [`fit`].
+/// Trains `network`, or resumes from the session's file; see [`fit`].
 pub(super) fn run<L: Strokes>(
     task: &mut L,
     network: Network,

@@ -24,7 +24,7 @@ pub struct LossWeights {
 pub(super) struct Row {
     /// Normalised features (n × inputs).
     pub features: Vec<f32>,
-    /// Stroke where the network says nothing, less the commanded one (n × n_tendons) [mm].
+    /// Stroke where the network's output is zero, less the commanded one (n × n_tendons) [mm].
     pub offset: Vec<f32>,
     /// Mean of the commanded strokes (n) [mm].
     pub pull: Vec<f32>,
@@ -192,8 +192,8 @@ mod tests {
             let value = |outputs: &[f32]| {
                 loss.evaluate(&rows, 1, outputs, &mut vec![0.0; outputs.len()]).loss / sums.count
             };
-            // A quadratic between its kinks: central differences are exact but for rounding of f32, about 1e-7 of a
-            // loss of up to 100 over a step of 0.02.
+            // A quadratic between its breakpoints: central differences are exact but for rounding of f32,
+            // about 1e-7 of a loss of up to 100 over a step of 0.02.
             for k in 0..outputs.len() {
                 let at = |by: f32| {
                     let mut moved = outputs.clone();

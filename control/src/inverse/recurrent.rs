@@ -207,7 +207,7 @@ fn input_ranges(training: &[Raw], spec: &FeatureSpec) -> Check<Normaliser> {
     Normaliser::from_samples(&names, training.iter().flat_map(|raw| raw.features.chunks_exact(names.len())))
 }
 
-/// Ranges of what the static regression misses.
+/// Ranges of the residuals of the static regression.
 fn output_ranges(all: &[Demonstration], raw: &[Raw]) -> Check<Normaliser> {
     let n = all[0].n_tendons;
     let names: Vec<String> = (1..=n).map(|k| format!("correction_{k}_m")).collect();

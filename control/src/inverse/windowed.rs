@@ -105,7 +105,7 @@ fn normalised(one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) ->
     WindowedSequence { inputs: normalised_path(&one.tip, inputs), targets, ends }
 }
 
-/// A path as the network sees it (n × axes).
+/// A path as input of the network (n × axes).
 pub(super) fn normalised_path(path: &[Tip], inputs: &Normaliser) -> Vec<f32> {
     let n = inputs.channels.len();
     let mut values = vec![0.0; n * path.len()];
