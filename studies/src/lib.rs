@@ -41,7 +41,7 @@ pub type Listener<'a> = &'a mut dyn FnMut(&StudyProgress<'_>) -> bool;
 /// The cell of this name from its file, or computed and written there. None where it was ended before its time.
 ///
 /// # Errors
-/// A file of another study, or what the computation says.
+/// A file of another study, or the error of the computation.
 fn cell<R: Serialize + DeserializeOwned>(
     folder: &Path,
     name: &str,

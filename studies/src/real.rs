@@ -99,7 +99,7 @@ const FEASIBLE_STEPS: usize = 4000;
 /// Every so many trajectories one validates.
 const VALIDATION: usize = 4;
 
-/// Simple models, learned ones, and learned ones on what an identified arm leaves.
+/// Simple models, learned ones, and learned ones on the residuals of an identified arm.
 ///
 /// # Errors
 /// Constant joints, fewer than two trajectories, files of another study.

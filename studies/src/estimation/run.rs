@@ -55,7 +55,7 @@ pub struct WristStudy {
 /// Changes of friction after identification.
 pub const DRIFTS: [f64; 3] = [-0.15, 0.0, 0.15];
 
-/// Tells `listener`, and goes on as long as it wants.
+/// Reports to `listener`, and goes on as long as it wants.
 struct Steps<'a, 'b> {
     listener: &'a mut Listener<'b>,
     done: [usize; 2],

@@ -105,7 +105,7 @@ fn stepped(model: &Model, torque_noise: f64, seed: u64) -> Result<Trial, BadInpu
     Ok(plant.run(&lead, &controller(), &loading, 3.0, &mut normal(seed, "scara/step")))
 }
 
-/// Led by the hand: what the observer with ANFIS's friction says, raw, and through median and zero-phase low pass.
+/// Led by the hand: the observer with ANFIS's friction, raw, and through median and zero-phase low pass.
 fn filtered(model: &Model, methods: &Methods, seed: u64) -> Result<Curves, BadInput> {
     let tip = model.frame("tip")?;
     let loading = |t: f64| tip_force(tip, t, 20.0 * (TAU * 0.3 * t).sin());

@@ -130,7 +130,7 @@ pub fn published(load: Load) -> [[[f64; 2]; 2]; 5] {
     }
 }
 
-/// The wrist that is simulated, and what its builders believe.
+/// The simulated wrist, and the model of its builders.
 #[derive(Debug, Clone)]
 pub struct Wrists {
     /// Column C, made feasible.
@@ -225,7 +225,7 @@ pub fn sweep_wrist(wrists: &Wrists, seed: u64) -> Result<(Trial, JointMotion), B
 /// How a wrist is identified from its sweep.
 pub const SWEEP_OPTIONS: BodyOptions<'static> = BodyOptions { terms: &TERMS, width: 0.1, prior: 1.0 };
 
-/// Sweeps a wrist of nominal friction and identifies it from what its encoders and drives say.
+/// Sweeps a wrist of nominal friction and identifies it from its encoders and drives.
 ///
 /// # Errors
 /// Of the identification; none for the sweep here.

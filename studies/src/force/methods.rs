@@ -1,6 +1,6 @@
 //! The estimators of table VI.
 
-/// Rows of the tables. The first says that there is no force.
+/// Rows of the tables. The first is the estimate of no force.
 pub const METHODS: [&str; 5] = ["no force", "ID-Linear", "ID-Friction", "GMO-linear", "GMO-drive"];
 /// Tasks of table VI.
 pub const TASKS: [&str; 7] = [

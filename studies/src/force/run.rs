@@ -41,8 +41,8 @@ const N_JOINTS: usize = 4;
 /// Tasks that figures show.
 const SHOWN: [&str; 2] = ["go_up_and_stay_still_400g", "pick_place_object_500g"];
 
-/// Estimates forces on the arms of `seeds`; `data` gives their recordings, of which `identity` says what they are. `None` where
-/// the listener ended it; what is done is found again below `folder`.
+/// Estimates forces on the arms of `seeds`; `data` gives their recordings, which `identity` describes. `None`
+/// where the listener ended it; what is done is found again below `folder`.
 ///
 /// # Errors
 /// Cells of another study; files that cannot be written; recordings without what is needed.
@@ -72,7 +72,7 @@ pub fn force_study(
 fn force_cell(seed: u64, data: &ForceData) -> Result<ForceCell> {
     let model = observed_arm(&Model::builtin("open-manipulator-x")?, N_JOINTS)?;
     let [linear, friction, momentum, drive] = estimators(&model, &data.training)?;
-    // The first says that there is no force.
+    // The first is the estimate of no force.
     let methods = [None, Some(linear), Some(friction), Some(momentum), Some(drive)];
     let mut found = ForceCell {
         seed,

@@ -1,4 +1,4 @@
-//! Studies of arms: quick forms of them, and what published recordings say.
+//! Studies of arms: quick forms of them, and results on published recordings.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
