@@ -89,7 +89,7 @@ const READERS: [Reader; 9] = [
 /// Measures all readers, prints the table and writes FOLDER/growth/metrics.json.
 ///
 /// # Errors
-/// A file that cannot be written; a reader that does not do what its row says, or whose time grows too fast.
+/// A file that cannot be written; a reader that does not do as its row says, or whose time grows too fast.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let scratch = tempfile::tempdir()?;
     let mut rows = Vec::new();

@@ -95,7 +95,7 @@ pub fn shortest(repetitions: usize, mut call: impl FnMut()) -> f64 {
     std::iter::repeat_n((), repetitions).map(once).fold(f64::INFINITY, f64::min)
 }
 
-/// Largest resident memory of this process so far [MB], where the system tells.
+/// Largest resident memory of this process so far [MB], where the system reports it.
 pub fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -103,7 +103,7 @@ pub fn peak_memory_mb() -> Option<f64> {
     Some(kib * 1024e-6)
 }
 
-/// Processor time of this process so far, in ticks of 10 ms [s], where the system tells.
+/// Processor time of this process so far, in ticks of 10 ms [s], where the system reports it.
 pub fn processor_seconds() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The name of the program, in brackets, may hold spaces.

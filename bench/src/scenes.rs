@@ -32,7 +32,7 @@ pub struct Setting {
     pub ring: f64,
     /// Compliance of each tendon [m/N].
     pub compliance: f64,
-    /// How the tendons rub.
+    /// Friction of the tendons.
     pub friction: Option<Friction>,
 }
 

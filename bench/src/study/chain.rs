@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::followed::Followed;
 use super::rig::{call, program};
 
-/// Held-out trajectories of the plan `paper`.
+/// Test trajectories of the plan `paper`.
 pub const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
 
 /// The twin with friction: the name of what it learns, in the folder of a robot, and its scene.

@@ -61,7 +61,7 @@ struct Method {
     model: Option<&'static str>,
 }
 
-/// The plans that the twin with friction carries out.
+/// The plans that the twin with friction runs.
 const PLANS: [&str; 2] = ["synthetic", "roses"];
 /// Seeds of networks, and repeats of each path with each of them.
 const SEEDS: u64 = 5;
@@ -86,7 +86,7 @@ const METHODS: [Method; 5] = [
 
 /// One method on one path.
 struct Cell {
-    /// For every seed whose strokes the rig carried out, and repeat.
+    /// For every seed whose strokes the rig ran, and repeat.
     followed: Vec<Followed>,
     /// Seeds whose strokes it did not.
     refused: u64,
@@ -146,7 +146,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     write_metrics(folder, "edic", json!({ "paths": json_rows }))
 }
 
-/// The calibrated twin carries out a plan.
+/// Runs a plan on the calibrated twin.
 fn generate(chain: &Chain, plan: &str) -> Result<String> {
     let (model, scene) = FRICTION;
     let (out, scene) = (chain.path(plan)?, scene_path(scene));
@@ -175,7 +175,7 @@ fn train_inverse(
     chain.once(&out, &arguments)
 }
 
-/// Strokes by this method for every seed, each carried out several times, and measured.
+/// Strokes by this method for every seed, each run several times, and measured.
 fn track(chain: &Chain, method: &Method, target: &str, quick: bool) -> Result<Cell> {
     let stem = format!(
         "tracked/{}-{}",

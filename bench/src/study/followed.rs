@@ -51,7 +51,7 @@ pub fn to_json(key: &str, name: &str, cell: Option<&Followed>) -> Value {
     })
 }
 
-/// Means over what was carried out, and how many were not.
+/// Means over the runs, and how many targets were not run.
 pub fn means(cells: &[Option<Followed>]) -> String {
     let all: Vec<Followed> = cells.iter().flatten().copied().collect();
     if all.is_empty() {

@@ -87,7 +87,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     write_metrics(folder, "ladder", json!({ "robots": robots.iter().map(of_robot).collect::<Vec<_>>() }))
 }
 
-/// All rungs on one robot.
+/// All ablation levels on one robot.
 fn climb(folder: &Path, name: &str, targets: &[&str]) -> Result<Robot> {
     let (chain, rig) = (Chain::new(folder)?, format!("virtual:{name}"));
     let scene = &scene_path(FRICTION.1);
@@ -140,7 +140,7 @@ fn synthetic_plan() -> String {
     text
 }
 
-/// A row for each robot and one for their mean, over the targets that were carried out.
+/// A row for each robot and one for their mean, over the targets that the rig ran.
 fn print(robots: &[Robot], targets: &[&str]) {
     println!("mean of {}", targets.join(", "));
     let mut cells = vec![vec![HEADING.to_owned()]];

@@ -138,7 +138,7 @@ pub fn run(folder: &Path, quick: bool, (first, robots): (u64, Option<u64>)) -> R
         eprintln!("{name}");
         let found = known_from_recordings(&folder.join(name.replace('/', "-")), &name, &effort);
         all.push(Robot { found: found.map_err(|error| format!("{error:#}")), name });
-        // After every robot: a study that is stopped has said what it found.
+        // After every robot, so that a study that is stopped has reported its results.
         print(&all, effort.targets);
         write_metrics(
             folder,

@@ -206,7 +206,7 @@ mod tests {
         assert!((with.delay_s - 0.15).abs() < 1e-12, "{}", with.delay_s);
         assert!(with.error < 0.2 * without.error, "{} {}", with.error, without.error);
         let kernel = kernel(&known, &[&judged]).unwrap();
-        // Two tips tell a direction, so that it can do with another delay.
+        // Two tips determine a direction, so that it can do with another delay.
         assert!(kernel.error < 0.3 * without.error, "{} {}", kernel.error, without.error);
     }
 }
