@@ -3,9 +3,9 @@
 /// A command that this program had started did not come to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandFailed {
-    /// It ended with this exit code, and has said why.
+    /// It ended with this exit code, and has reported why.
     Ended(i32),
-    /// It was interrupted, as this program was, and has said so.
+    /// It was interrupted, as this program was, and has reported it.
     Interrupted,
     /// A signal ended it.
     Killed,

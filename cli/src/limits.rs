@@ -30,7 +30,8 @@ pub fn outlive_file_sizes() -> anyhow::Result<()> {
 const MIN_ADDRESS_SPACE: u64 = 64 << 20;
 
 /// Refuses to begin where the address space is limited (`ulimit -v`) so far that memory would be refused in the middle of
-/// the work, which ends a program on the spot. Where more is asked for than is left, each verb says so itself.
+/// the work, which ends a program on the spot. Where more is asked for than is left, each verb reports it
+/// itself.
 ///
 /// # Errors
 /// `BadInput` naming what is left.

@@ -59,7 +59,7 @@ pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) 
     terminal::print(String::from_utf8_lossy(&script).trim_end());
 }
 
-/// Carries out the verb `man` for the command line `program`.
+/// Runs the verb `man` for the command line `program`.
 pub fn man(arguments: &ManArguments, mut program: clap::Command, caller: &Caller) -> anyhow::Result<Value> {
     program.build();
     let mut written = Vec::new();
@@ -83,7 +83,7 @@ fn render_pages(
     pages: &mut Vec<(PathBuf, Vec<u8>)>,
 ) -> anyhow::Result<()> {
     let manual = clap_mangen::Man::new(command.clone());
-    // A comment of the page: it says whose it is, so that the next one may replace it.
+    // A comment of the page: it names the program, so that the next one may replace it.
     let mut page = format!(".\\\" {SIGNATURE}\n").into_bytes();
     manual.render(&mut page).context("a manual page")?;
     pages.push((folder.join(manual.get_filename()), page));

@@ -26,7 +26,7 @@ enum Verb {
     Recover(rig::recover::Options),
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.verb {
         Verb::Check(options) => rig::check::run(options, caller),

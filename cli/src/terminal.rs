@@ -121,7 +121,7 @@ pub fn exit_code_of_printing() -> ExitCode {
     }
 }
 
-/// 128 + SIGPIPE, as shells say it.
+/// 128 + SIGPIPE, as shells do.
 const CLOSED_PIPE: u8 = 141;
 
 /// Prints why the program failed.

@@ -19,7 +19,7 @@ enum What {
     Neural(Box<neural::Options>),
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.what {
         What::Delan(options) => delan::run(options, caller),

@@ -23,7 +23,7 @@ enum What {
     Payload(payload::Options),
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.what {
         What::Inertia(options) => inertia::run(options, caller),

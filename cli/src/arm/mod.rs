@@ -65,7 +65,7 @@ enum Verb {
     Study(arm_study::Options),
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
     match &arguments.verb {
         Verb::Adapt(options) => arm_fit::adapt::run(options, caller),

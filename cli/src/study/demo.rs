@@ -25,7 +25,7 @@ pub struct Arguments {
     pub out: PathBuf,
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 pub fn run(arguments: &Arguments, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
     outputs::check_report("--out", &arguments.out)?;
     for (name, bytes) in FILES {

@@ -23,13 +23,13 @@ enum Verb {
     Run(Options),
 }
 
-/// Carries out the verb; `passed_on` are options of all verbs.
+/// Runs the verb; `passed_on` are options of all verbs.
 pub fn verb(arguments: &Arguments, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
     let Verb::Run(options) = &arguments.verb;
     run(options, passed_on, caller)
 }
 
-/// Carries out the verb; `passed_on` are options of all verbs.
+/// Runs the verb; `passed_on` are options of all verbs.
 pub fn run(options: &Options, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
     study::run(options, |out, study, stages| Runner::new(out, &study.name, passed_on)?.run(stages), caller)
 }

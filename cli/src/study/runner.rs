@@ -1,4 +1,4 @@
-//! Carries out the stages of a study, one after the other, each as a process of its own.
+//! Runs the stages of a study, one after the other, each as a process of its own.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Runs all commands of a stage; its stamp then says what they wrote.
+    /// Runs all commands of a stage; its stamp then lists their outputs.
     fn carry_out(&self, stage: &Stage, mut stamp: Stamp) -> anyhow::Result<Stamp> {
         let start = Instant::now();
         for step in &stage.steps {
