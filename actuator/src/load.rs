@@ -1,8 +1,8 @@
 //! Tension of a tendon from the load of the servo that pulls it.
 //!
 //! While the pulley turns steadily one way, T = (τ - τ_f(ω))/r, with the torque τ that the servo gives its motor and τ_f all that
-//! works against motion, the motor's own back EMF included. At rest the servo's friction holds back up to its breakaway either way:
-//! a load then says next to nothing of a tension.
+//! works against motion, the motor's own back EMF included. At rest the servo's friction acts up to its
+//! breakaway either way: a load then carries next to no information on a tension.
 
 use hysteron_base::BadInput;
 

@@ -11,7 +11,7 @@ pub struct OperatorBank {
     parts: Vec<f64>,
     /// For each signal, its plays; none before the first sample.
     plays: Vec<Play>,
-    /// For each signal, what its filters say.
+    /// For each signal, the outputs of its filters.
     filtered: Vec<f64>,
 }
 

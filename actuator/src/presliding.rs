@@ -1,4 +1,5 @@
-//! Friction that gives way before it slides: what a guide holds back, from -1 to 1 of its bound, as an operator of slip.
+//! Friction that gives way before it slides: the friction of a guide, from -1 to 1 of its bound, as an
+//! operator of slip.
 //!
 //! Coulomb's law is rigid until it slides. Dahl's gives way from the first micrometre, exponentially; Prandtl's elements give
 //! way one after the other, piecewise linearly. Both remember reversals, as contacts of asperities and of strands do.

@@ -1,6 +1,6 @@
 //! Slips of a tendon whose friction gives way before it slides: a semismooth Newton method.
 //!
-//! With z_j(u_j) the share of the bound that guide j holds back, all its slips solve
+//! With z_j(u_j) the share of the friction bound of guide j, all its slips solve
 //!
 //!   f_j = (1 - h_j z_j) T_{j-1} - (1 + h_j z_j) T_j - F z_j = 0,     h_j = tanh(μθ_j/2).
 //!

@@ -1,4 +1,4 @@
-//! An elastic tendon through guides that rub: every guide remembers how far the tendon has slid through it.
+//! An elastic tendon through guides with friction: every guide has a memory of the tendon slid through it.
 //!
 //! Segment i lies between guides i and i+1 (guide 0 is the pulley, guide m the fixed distal end). With u_j the tendon that
 //! has slid through guide j towards the pulley, its tension is T_i = k_i max(0, l_i - l0_i + u_i - u_{i+1}). A guide
@@ -208,7 +208,7 @@ impl Tendon {
                 self.solve_by_policies(lengths, trial);
             }
         }
-        // States that rounding cannot tell apart: those of the policies stand.
+        // States equal to rounding: those of the policies stand.
         self.solve_by_policies(lengths, trial);
     }
 

@@ -81,7 +81,7 @@ fn local_polynomials_and_medians_are_those_of_scipy() {
     assert_equal(&SavitzkyGolay::new(4, 2, 0, 100.0).unwrap().apply(&signal()), &AT, &SMOOTH);
     let at = [2, 7, 20, 37];
     assert_equal(&median_of(&signal(), 2), &at, &MEDIAN);
-    // The causal one says the same, half a window later.
+    // The causal one gives the same, half a window later.
     let mut median = Median::new(5, signal()[0]);
     let found: Vec<f64> = signal().iter().map(|x| median.next(*x)).collect();
     assert_equal(&found[2..], &at[..3], &MEDIAN[..3]);

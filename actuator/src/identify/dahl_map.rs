@@ -1,4 +1,4 @@
-//! Friction that remembers where it came from and depends on where the joint is: Dahl elements in parallel, by regression.
+//! Friction that depends on the path and place of the joint: Dahl elements in parallel, by regression.
 //!
 //! A static curve of speed leaves half of the measured friction of a harmonic drive unexplained: after a reversal the torque
 //! comes back over a hundredth of a radian, and it is larger where the gear carries more. The map is linear in its coefficients:

@@ -65,7 +65,7 @@ pub fn identify_friction_through(
 pub(super) enum Neighbours {
     /// As those of a recording.
     ErrAlike,
-    /// As those of a curve without noise, where nothing can be said of them.
+    /// As those of a curve without noise, where they cannot be estimated.
     AreIndependent,
 }
 

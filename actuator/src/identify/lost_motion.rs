@@ -1,4 +1,5 @@
-//! Lost motion between pulleys and what they move, from both alone: play, and what friction in the guides holds back.
+//! Lost motion between pulleys and their outputs, from both alone: play, and motion lost to friction in the
+//! guides.
 //!
 //! Pulley k travels s_k; behind a gap of width w_k goes x_k (the operator of [`Play`]). What is moved, as the tip, is taken for a smooth
 //! function of all x:

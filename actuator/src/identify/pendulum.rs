@@ -51,7 +51,7 @@ pub struct PendulumRun {
 }
 
 impl PendulumRun {
-    /// The same, if it can be simulated and says something.
+    /// The same, if it can be simulated and carries information.
     ///
     /// # Errors
     /// `BadInput` naming what is missing: lengths that differ, time out of order, positions that never change.

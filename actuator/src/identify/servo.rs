@@ -61,7 +61,7 @@ const MOST_OFFSET: f64 = 0.1;
 /// How friction falls at low speed, v_s [rad/s] and α [-]: middle of the nine models m4 to m6 that bam publishes for MX-64, MX-106 and
 /// XL-320. These scatter by factors of 1.45 and 1.28.
 const SHAPES: [(&str, f64); 2] = [("dtheta_stribeck", 1.7), ("alpha", 1.3)];
-/// How well that is believed of another servo, a factor.
+/// Standard deviation of that prior for another servo, a factor.
 const SHAPE_WIDTH: f64 = 2.0;
 /// Scale of the bounds of friction torques, as a part of the largest weight that was moved [-].
 const OF_WEIGHT: f64 = 0.25;

@@ -5,7 +5,7 @@
 
 use super::{JointFriction, Sliding};
 
-/// Bristles over a law that says how much they can hold in steady motion.
+/// Bristles over a law that gives their largest friction in steady motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bristles<L> {
     /// Steady friction: its dry part is g(v), its viscous part f_v. Constant g with `damping` 0 is Dahl's model.

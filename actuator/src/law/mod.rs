@@ -25,7 +25,7 @@ pub use learned::{LearnedMap, Rising};
 pub use load::LoadDependent;
 pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};
 
-/// A joint in motion, as a law of friction sees it.
+/// A joint in motion, input of a law of friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sliding<T = f64> {
     /// Speed [rad/s].

@@ -82,7 +82,7 @@ fn models_of_bam_contain_each_other() {
     let m3 = torque("m3", &[0.1, 0.2, 0.3]);
     assert!((m3 - m1 - 0.3 * 1.3).abs() < 1e-15);
     assert_eq!(torque("m4", &[0.1, 0.2, 0.0, 0.3, 0.0, 1.0, 2.0]), m3);
-    // With equal parts the directional models see the torque through the gear.
+    // With equal parts the directional models get the torque through the gear.
     assert!((torque("m5", &[0.1, 0.2, 0.0, 0.3, 0.3, 0.0, 0.0, 1.0, 2.0]) - m3).abs() < 1e-15);
     assert!((torque("m6", &[0.1, 0.2, 0.0, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0]) - m3).abs() < 1e-15);
 }

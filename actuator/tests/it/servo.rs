@@ -67,7 +67,7 @@ fn profile_is_a_trapezoid() {
     }
     assert!((fastest - 2.0).abs() < 1e-9, "{fastest}");
     assert!((arrival - duration).abs() < 0.02, "{arrival} {duration}");
-    // Settled within what the friction holds back.
+    // Settled within the friction.
     let most = 0.08 / servo.drive.stiffness(Gains::XL430.p) + TAU / TICKS_PER_TURN;
     assert!((servo.state.angle - std::f64::consts::PI).abs() < most);
 }

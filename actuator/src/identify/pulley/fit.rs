@@ -50,7 +50,7 @@ const LARGEST_LOAD: f64 = 1.5;
 const GROUPS: usize = 16;
 /// How much faster than the slowest samples are that a fit is repeated with.
 const FASTER: f64 = 1.5;
-/// Smallest range of speeds, over the slowest, that tells dry from viscous friction.
+/// Smallest range of speeds, over the slowest, that separates dry from viscous friction.
 const RANGE: f64 = 1.5;
 
 /// Names of the terms next to the law's parameters.
