@@ -36,7 +36,7 @@ fn plan(sustain: f64) -> String {
     )
 }
 
-/// Starts an emulator in a folder, and waits for the first line that it says.
+/// Starts an emulator in a folder, and waits for its first line.
 fn spawn(folder: &Path, arguments: &[&str]) -> (Child, String) {
     let mut process = Command::new(program())
         .args(arguments)

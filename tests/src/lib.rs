@@ -55,7 +55,7 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Outcome {
     Outcome::of(command(folder, arguments).output().unwrap())
 }
 
-/// The same, and the most memory that it had [MB]; 0 where the system does not tell.
+/// The same, and the most memory that it had [MB]; 0 where the system does not report it.
 pub fn measured(folder: &Path, arguments: &[&str]) -> (Outcome, u64) {
     let mut command = command(folder, arguments);
     let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

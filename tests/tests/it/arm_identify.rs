@@ -1,4 +1,5 @@
-//! `hysteron arm identify` through the built program: numbers that come back, and recordings that say nothing.
+//! `hysteron arm identify` through the built program: numbers that come back, and recordings without
+//! information.
 
 use hysteron_base::json;
 use std::fmt::Write;

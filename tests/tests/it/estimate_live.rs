@@ -8,7 +8,7 @@ use hysteron_base::{Recording, json};
 use hysteron_tests::emulated::{EmulatedArms, signal, wait_until};
 use hysteron_tests::run;
 
-/// Fits an actuator for seconds: what it says is rough, that it says it is what is tested.
+/// Fits an actuator for seconds: its estimates are rough, the test is that there are estimates.
 fn fit(folder: &Path) {
     let generate = ["arm", "generate", "--subsets", "force_unlabeled,weight", "--out", "nad"];
     let tasks = ["--tasks", "pick_place_empty,pick_place_object_300g", "--trajectories", "2"];
@@ -51,7 +51,8 @@ fn an_arm_is_estimated_while_it_follows_and_any_end_is_clean() {
     for name in ["contact_ratio", "healthy_ratio"] {
         assert!(recording.require(name).unwrap().iter().all(|p| (0.0..=1.0).contains(p)), "{name}");
     }
-    // The recording has all that estimating it afterwards needs; the same estimator, at evenly spaced times, says much the same.
+    // The recording has all that estimating it afterwards needs; the same estimator, at evenly spaced times,
+    // gives much the same.
     run(folder, &["arm", "estimate", "a.safetensors", "out.parquet", "--out", "after.csv"]).succeeded();
     let after = Recording::read(folder.join("after.csv")).unwrap();
     for name in ["force_z_n", "healthy_ratio"] {

@@ -26,7 +26,7 @@ fn zeros_come_back_and_comments_stay() {
 
     let (old, new) = (place.read("scene.toml"), place.read("out/new.toml"));
     let comments = |text: &[u8]| String::from_utf8_lossy(text).lines().filter(|l| l.contains('#')).count();
-    // One line more says what made it.
+    // One line more names what made it.
     assert_eq!(comments(&old) + 1, comments(&new));
     let scene = Scene::read(place.path().join("out/new.toml")).unwrap();
     assert!(scene.mesh_path.canonicalize().unwrap().ends_with("tpu80.msh"));

@@ -223,7 +223,7 @@ fn a_twin_learns_what_its_network_does_not_know() {
         squares.iter_mut().zip(&numbers).for_each(|(sum, rms)| *sum += rms * rms);
     }
     assert!(squares[1] < squares[0], "{lines:?}");
-    // It is kept because motion that it was not fitted to says so.
+    // It is kept because test motion confirms it.
     let metrics: serde_json::Value = json::from_text(place.read("new/metrics.json")).unwrap();
     let held_out = |kept: &serde_json::Value| {
         let all = metrics["held_out"].as_array().unwrap();

@@ -1,4 +1,5 @@
-//! `hysteron identify-servo`: what the virtual rig's servos are comes back from recordings of it, and bad recordings say why not.
+//! `hysteron identify-servo`: the parameters of the virtual rig's servos come back from recordings of it, and
+//! errors of bad recordings name the reason.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Ctrl-C and SIGTERM: every verb that works for long ends within two seconds, says so, and leaves nothing half written.
+//! Ctrl-C and SIGTERM: every verb that works for long ends within two seconds, reports it, and leaves nothing
+//! half written.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};

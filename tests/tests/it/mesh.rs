@@ -1,4 +1,4 @@
-//! The mesher, and what the checker says about it.
+//! The mesher, and the checker's report on its meshes.
 
 use hysteron_tests::{Workplace, root, run};
 

@@ -1,4 +1,4 @@
-//! Files in the layout of NAD through the program: what is read of a good one, and what is said of bad ones.
+//! Files in the layout of NAD through the program: readings of a good one, and errors of bad ones.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -101,7 +101,8 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     assert!(bad.error(2).contains("current_3_a"), "{}", bad.stderr);
     let bad = import(Change { scaled: (&["pos", "goal_pos"], 57.3), ..GOOD });
     assert!(bad.error(2).contains("--accept-units"), "{}", bad.stderr);
-    // Currents in amperes and in microamperes; without PWM the motion tells. An arm that hardly moves needs next to none.
+    // Currents in amperes and in microamperes; without PWM the motion decides. An arm that hardly moves needs
+    // next to none.
     for (factor, zero, found, believed) in [
         (1e-3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is believed"),
         (1e3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is believed"),

@@ -144,7 +144,7 @@ fn every_figure_of_the_table_in_the_readme_has_a_source() {
     let mut open = Vec::new();
     for row in table.lines().filter(|row| row.starts_with("| ") && !row.starts_with("|---")) {
         let measured = row.split('|').nth(2).unwrap();
-        // Phrases with a source are taken out; what is left says no number.
+        // Phrases with a source are removed; the rest has no number.
         let mut left = format!("|{measured}|");
         for entry in entries.iter().filter(|entry| entry.text("document") == "README.md") {
             left = left.replace(entry.text("shown"), "");

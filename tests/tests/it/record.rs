@@ -86,7 +86,7 @@ fn a_run_that_is_asked_twice_ends_at_once_and_its_watchman_lets_go() {
     assert!(Recording::read(rig.file("recovered.parquet")).unwrap().n_samples() > 10);
 }
 
-/// A rig whose file says hold.
+/// A rig whose file has `hold`.
 fn holding() -> EmulatedRig {
     let rig = EmulatedRig::start("", 20.0);
     rig.replace("at_end = \"release\"", "at_end = \"hold\"");

@@ -90,7 +90,7 @@ fn no_arm_is_led_whose_registers_were_touched() {
         run(arms.path(), &[&check[..], &["--restore", "--yes"]].concat()).succeeded();
     }
     run(arms.path(), &check).succeeded();
-    // What the file says of a servo is expected of it.
+    // The values of a servo in the file are expected of it.
     let text = std::fs::read_to_string(&file).unwrap();
     let mounted = "follower = { id = 12, model = \"XM430-W350\", zero_ticks = 2048, turns = \"positive\" }";
     assert!(text.contains(mounted));

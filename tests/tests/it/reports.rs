@@ -22,7 +22,7 @@ fn report(folder: &Path) -> String {
         named("meta")
             .any(|meta| meta.attribute("content").is_some_and(|it| it.contains("width=device-width")))
     );
-    // Wide tables scroll in a box of their own, and every figure says what it shows.
+    // Wide tables scroll in a box of their own, and every figure has a caption.
     assert!(named("table").all(|table| table.parent().unwrap().attribute("class") == Some("scroll")));
     assert!(named("figure").all(|figure| figure.children().any(|it| it.has_tag_name("figcaption"))));
     assert!(!html.contains("NaN") && !html.contains(">inf"), "{folder:?}");

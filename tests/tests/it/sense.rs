@@ -116,7 +116,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
         run(folder, &["sense", scene, "pushed.parquet", "--sensor", "damaged.json", "--out", "a.parquet"]);
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     assert!(refused.stderr.contains("tip.length_m: expected a finite number > 0"), "{}", refused.stderr);
-    // Pushes alone say nothing of motion without contact.
+    // Pushes alone carry no information on motion without contact.
     let refused = run(folder, &["fit-sensor", scene, "known.parquet", "--out", "b.json"]);
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     assert!(refused.stderr.contains("at least one without contact"), "{}", refused.stderr);

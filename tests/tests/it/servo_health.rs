@@ -83,7 +83,8 @@ fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
         }
     }
 
-    // Gaps wider by 0.3 mm each. The tip tells their mean; tendons that are opposite share their lag, so that one alone may have half of it.
+    // Gaps wider by 0.3 mm each. Their mean is observable from the tip; tendons that are opposite share their
+    // lag, so that one alone may have half of it.
     let worn = rig(folder, "plays", 0.045, 0.40);
     let before: Value = json::from_text(std::fs::read(folder.join("before/metrics.json")).unwrap()).unwrap();
     let servos = record(folder, &worn, "2", "plays", &baseline);

@@ -51,7 +51,7 @@ stroke_max_mm = 8
 stroke_rate_max_mm_s = 8
 "#;
 
-/// Two motions of each of three kinds, recorded, and written as plain tables that say nothing of a plan.
+/// Two motions of each of three kinds, recorded, and written as plain tables without a plan.
 fn plain_tables(place: &Path) {
     let family = |k: usize, family: &str, own: &str| {
         format!(
@@ -96,7 +96,8 @@ fn tables_without_a_plan_are_validated_on_every_kind_of_motion_and_the_report_sa
     let network = &metrics["networks"][0];
     let n = |key: &str| network[key].as_array().unwrap().len();
     assert_eq!([n("validation"), n("training"), n("curve"), n("channels")], [3, 3, 2, 4]);
-    // After two epochs a network of eight units does not beat the regression everywhere, and says where.
+    // After two epochs a network of eight units does not beat the regression everywhere, and the report says
+    // where.
     let methods = network["methods"].as_array().unwrap();
     let loses = |channel: &serde_json::Value| {
         let errors: Vec<f64> =

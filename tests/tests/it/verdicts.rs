@@ -57,7 +57,7 @@ fn friction_that_is_seen_is_usable_and_one_that_is_not_there_is_not() {
 
 #[test]
 fn a_parameter_on_its_bound_is_named() {
-    // Friction that falls with the speed is not viscous: the law can only say zero.
+    // Friction that falls with the speed is not viscous: the law can only give zero.
     let (usability, sentence) =
         of_friction("coulomb-viscous", up_and_down, |v, k| 0.6 * v.signum() - 0.1 * v + ripple(k));
     assert_eq!(usability, "usable_with_care", "{sentence}");

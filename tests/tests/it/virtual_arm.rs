@@ -146,7 +146,7 @@ fn forces_are_estimated_as_in_table_six() {
     for key in ["mean_n", "z_n"] {
         assert!(mean(4, key) < mean(3, key) && mean(4, key) < mean(1, key), "{metrics}");
     }
-    // What feels something is better than what says that there is nothing.
+    // An estimate of a force is better than the estimate of none.
     assert!(mean(4, "z_n") < 0.5 * mean(0, "z_n"), "{metrics}");
     let report = std::fs::read_to_string(place.path().join("out/report.html")).unwrap();
     // What is done is found again.
