@@ -8,7 +8,8 @@ pub fn data_folder() -> PathBuf {
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
 }
 
-/// `what` in the folder of recordings. Where it is absent there is none, and the test says by its name that it is skipped.
+/// `what` in the folder of recordings. Where it is absent there is none, and the test reports by its name
+/// that it is skipped.
 #[allow(clippy::print_stderr, reason = "a person should see what is skipped")]
 pub fn recorded(test: &str, what: &str) -> Option<PathBuf> {
     let folder = data_folder();
