@@ -136,20 +136,23 @@ fn figures_of_the_documents_are_those_of_archived_runs() {
 }
 
 #[test]
-fn every_figure_of_the_table_in_the_readme_has_a_source() {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let (_, table) = readme.split_once("| what | measured | run |").unwrap();
-    let table = table.split("\n\n").next().unwrap();
+fn every_figure_of_the_tables_of_measurements_has_a_source() {
     let entries = entries();
     let mut open = Vec::new();
-    for row in table.lines().filter(|row| row.starts_with("| ") && !row.starts_with("|---")) {
-        let measured = row.split('|').nth(2).unwrap();
-        // Phrases with a source are removed; the rest has no number.
-        let mut left = format!("|{measured}|");
-        for entry in entries.iter().filter(|entry| entry.text("document") == "README.md") {
-            left = left.replace(entry.text("shown"), "");
+    for document in ["README.md", "docs/measured.md"] {
+        let text = std::fs::read_to_string(root().join(document)).unwrap();
+        let (_, table) = text.split_once("| what | measured | run |").unwrap();
+        let table = table.split("\n\n").next().unwrap();
+        for row in table.lines().filter(|row| row.starts_with("| ")) {
+            let measured = row.split('|').nth(2).unwrap();
+            // Phrases with a source are removed; the rest has no number.
+            let mut left = format!("|{measured}|");
+            for entry in entries.iter().filter(|entry| entry.text("document") == document) {
+                left = left.replace(entry.text("shown"), "");
+            }
+            let found = numbers(&left).into_iter();
+            open.extend(found.map(|(written, _)| format!("{document}: {written} in `{measured}`")));
         }
-        open.extend(numbers(&left).into_iter().map(|(written, _)| format!("{written} in `{measured}`")));
     }
     assert!(open.is_empty(), "without a source in docs/numbers.toml: {open:#?}");
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use hysteron_tests::{names_in, root, run};
 
 /// Commands that are not executed: document, how they begin (without the program's name), and why.
-const NOT_RUN: [(&str, &str, &str); 26] = [
+const NOT_RUN: [(&str, &str, &str); 30] = [
     ("README.md", "test --release", "these are the tests"),
     ("README.md", "demo", "five minutes; its stages are those of a study: study.rs"),
     ("docs/actuator.md", "arm identify servo", "recordings that are not part of the repository"),
@@ -33,6 +33,14 @@ const NOT_RUN: [(&str, &str, &str); 26] = [
     ("docs/sensing.md", "fit-sensor", "recordings of one's own: sense.rs"),
     ("docs/sensing.md", "sense SCENE", "recordings of one's own: sense.rs"),
     ("docs/sensing.md", "record --rig RIG", "a rig: record.rs"),
+    (
+        "docs/your-robot.md",
+        "check out/my-robot/scene.toml out/my-robot/recordings",
+        "recordings of one's own",
+    ),
+    ("docs/your-robot.md", "check out/my-robot", "a scene that the page shows, to be saved by hand"),
+    ("docs/your-robot.md", "simulate", "a scene that the page shows, to be saved by hand"),
+    ("docs/your-robot.md", "fit-material", "recordings of one's own"),
 ];
 
 /// A command of a document.
