@@ -12,8 +12,8 @@ const FILES: [(&str, &[u8]); 5] = [
     (STUDY, include_bytes!("../../studies/demo/study.toml")),
     ("plan.toml", include_bytes!("../../studies/demo/plan.toml")),
     ("more.toml", include_bytes!("../../studies/demo/more.toml")),
-    ("robot/scene.toml", include_bytes!("../../../meshes/tpu80/scene-typical-friction.toml")),
-    ("robot/tpu80.msh", include_bytes!("../../../meshes/tpu80/tpu80.msh")),
+    ("robot/scene.toml", include_bytes!("../../studies/demo/scene.toml")),
+    ("robot/tpu80.msh", include_bytes!("../../studies/demo/tpu80.msh")),
 ];
 const STUDY: &str = "study.toml";
 
