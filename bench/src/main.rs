@@ -11,7 +11,7 @@ use hysteron_bench::study::{
 };
 use hysteron_bench::targets::{self, Effort};
 
-/// Performance targets beside their baselines; studies beside other programs and real robots
+/// Performance targets next to their baselines; studies that compare with other programs and real robots
 ///
 /// Without a study: measures every performance target and writes FOLDER/targets.json. HYSTERON_DATA names the folder of
 /// recordings for sorosim, tentacle, ftdcr and inverse [default: ../shared/data].
@@ -31,7 +31,7 @@ struct Program {
 enum Verb {
     /// Time every reader on larger and larger files; writes FOLDER/growth/metrics.json, fails where time grows faster than the file
     Growth,
-    /// Carry out a study; writes FOLDER/NAME/metrics.json
+    /// Run a study; writes FOLDER/NAME/metrics.json
     Study {
         /// Which
         name: Name,
@@ -46,11 +46,11 @@ enum Verb {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Name {
-    /// Beside SOFA's results on the same meshes
+    /// Comparison with SOFA's results on the same meshes
     Sofa,
     /// Orders of convergence
     Convergence,
-    /// A recorded soft finger beside SoRoSim
+    /// A recorded soft finger compared with SoRoSim
     Sorosim,
     /// A recorded silicone tentacle
     Tentacle,
@@ -60,9 +60,9 @@ enum Name {
     Inverse,
     /// Recording from the emulated rig
     Rig,
-    /// The calibrated twin on paths that nothing learned from
+    /// The calibrated twin on paths that are in no training
     Coreact,
-    /// What each part of the calibrated twin is worth
+    /// Ablation: the effect of each part of the chain on other robots
     Ladder,
     /// Virtual robots that nobody tuned to
     Robots,
@@ -70,7 +70,7 @@ enum Name {
     Population,
     /// Layouts of auxiliary tendons
     Layouts,
-    /// Tensions and pushes told without force sensors
+    /// Tensions and pushes estimated without force sensors
     Sensing,
     /// Open-loop tracking by the inverse network
     Edic,
