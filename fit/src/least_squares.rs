@@ -1,9 +1,9 @@
 //! Bounded least squares: estimates of all parameters with their identifiability, by searches of `search`.
 //!
-//! A parameter may come with a prior: where it is believed to be, and how well. It counts as one residual more, weighed
-//! against the spread of the residuals found, which neighbours share where they err alike. What the data does not see is
-//! held at once; what it sees badly is brought back to where it came from, and held there unless that fits worse than
-//! noise allows.
+//! A parameter may come with a prior, a normal distribution. It counts as one residual more, weighed against
+//! the spread of the residuals found, which neighbours share where they err alike. A parameter that is not
+//! observable is held at once; a vague one is brought back to where it came from, and held there unless that
+//! fits worse than noise allows.
 
 use crate::Failure;
 use crate::aside::{Erased, Halt, aside};

@@ -2,8 +2,9 @@
 //!
 //! Everything is computed in places between the bounds, 0 to 1, where parameters of different units compare. A
 //! direction in them is undetermined if moving along it from bound to bound does not move the residuals. A parameter is
-//! vague if its standard error is more than half of what was believed before, or that of a number drawn evenly between the
-//! bounds; whether it is then held is for the search to say, which knows what the return costs.
+//! vague if its standard error is more than half of its prior's standard deviation, or of that of a number
+//! drawn evenly between the bounds; the search decides whether it is then held, for it knows what the return
+//! costs.
 
 use nalgebra::DMatrix;
 

@@ -66,8 +66,8 @@ const SHAPE_WIDTH: f64 = 2.0;
 /// Scale of the bounds of friction torques, as a part of the largest weight that was moved [-].
 const OF_WEIGHT: f64 = 0.25;
 
-/// Fits drive, friction and zero to `runs`, starting from `drive`, whose numbers (of a data sheet, say) are believed within
-/// the spread of each quantity.
+/// Fits drive, friction and zero to `runs`, starting from `drive`, whose numbers (of a data sheet, say) have
+/// priors with the spread of each quantity.
 ///
 /// # Errors
 /// No run; a name that is none; those of the fit.

@@ -60,7 +60,7 @@ struct ParameterRow<'a> {
     standard_error: Option<f64>,
     lower_bound: f64,
     upper_bound: f64,
-    /// Standard deviation of what is believed beforehand; a factor on a logarithmic scale.
+    /// Standard deviation of the prior; a factor on a logarithmic scale.
     prior_width: Option<f64>,
     is_at_bound: bool,
     standing: String,
