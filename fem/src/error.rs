@@ -18,7 +18,7 @@ pub enum Error {
         unknown: usize,
         /// Number of unknowns.
         n_unknowns: usize,
-        /// Hint for the user.
+        /// Remedy.
         hint: &'static str,
     },
     /// A computed value is not a number.

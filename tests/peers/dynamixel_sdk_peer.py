@@ -168,6 +168,31 @@ def touched(host):
     assert host.read(3, LED, 1) == 1
 
 
+def answers(host, servo):
+    """How many answers a question has, in what the line carries until it is silent."""
+    assert host.handler.readTx(host.port, servo, PRESENT, 4) == COMM_SUCCESS
+    time.sleep(0.3)
+    heard = bytes(host.port.readPort(1000))
+    host.port.is_using = False
+    return heard.count(bytes([0xFF, 0xFF, 0xFD, 0x00]))
+
+
+def one_id(host):
+    """Two servos with one id. Where they wait for different times before they answer, their answers follow one another, and
+    the SDK takes the first; where they wait alike, they lie on top of each other, and none comes through whole."""
+    assert answers(host, 1) == 1
+    for servo, delay, offset in [(1, 0, 0), (2, 250, 1365)]:
+        host.write(servo, RETURN_DELAY, 1, delay)
+        host.write(servo, HOMING_OFFSET, 4, offset)
+    host.write(2, ID, 1, 1)
+    # An answer takes 0.15 ms of the 0.5 ms by which one waits longer.
+    assert answers(host, 1) == 2
+    assert host.handler.write1ByteTxOnly(host.port, 1, RETURN_DELAY, 0) == COMM_SUCCESS
+    time.sleep(0.3)
+    results = [host.handler.read4ByteTxRx(host.port, 1, PRESENT)[1] for _ in range(3)]
+    assert all(result != COMM_SUCCESS for result in results), results
+
+
 def refusals(host):
     host.write(1, OPERATING_MODE, 1, 99, expected=RANGE)
     host.write(1, GOAL, 4, 5000, expected=LIMIT)
@@ -243,6 +268,8 @@ def main(program, folder):
             print(f"  {check.__name__}", flush=True)
         alert(host, started)
         print("  alert", flush=True)
+        one_id(host)
+        print("  one_id", flush=True)
         host.port.closePort()
 
 

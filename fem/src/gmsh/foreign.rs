@@ -10,6 +10,8 @@ use hysteron_base::BadInput;
 enum Route {
     /// Gmsh meshes the solid.
     Solid,
+    /// Gmsh meshes the solid that faces make which are sewn together: the format has faces alone.
+    Faces,
     /// Gmsh meshes what the closed surface encloses.
     Surface,
     /// Gmsh reads the volume mesh, and writes its own format.
@@ -27,8 +29,8 @@ const FORMATS: [(&str, &str, Route); 24] = [
     ("step", "a STEP file", Route::Solid),
     ("stp", "a STEP file", Route::Solid),
     ("brep", "a BREP file", Route::Solid),
-    ("iges", "an IGES file", Route::Surface),
-    ("igs", "an IGES file", Route::Surface),
+    ("iges", "an IGES file", Route::Faces),
+    ("igs", "an IGES file", Route::Faces),
     ("stl", "an STL surface", Route::Surface),
     ("obj", "an OBJ surface", Route::Surface),
     ("off", "an OFF surface", Route::Surface),
@@ -93,6 +95,10 @@ fn commands(path: &Path, ending: &str, route: Route) -> String {
     };
     let make = match route {
         Route::Solid => format!("`gmsh '{file}' -3 -format msh41 -o '{stem}.msh'`"),
+        Route::Faces => format!(
+            "`gmsh '{file}' -setnumber Geometry.Tolerance 1e-5 -setnumber Geometry.OCCSewFaces 1 -setnumber \
+             Geometry.OCCMakeSolids 1 -3 -format msh41 -o '{stem}.msh'` (better: export STEP, which has solids)"
+        ),
         Route::Surface => enclosed(&file),
         Route::Volume => format!("`gmsh '{file}' -save -format msh41 -o '{stem}.msh'`"),
         Route::Meshio => format!(

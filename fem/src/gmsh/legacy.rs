@@ -18,11 +18,27 @@ fn count(scan: &mut Scan<'_>, what: &str) -> Result<u64, BadInput> {
     Ok(count)
 }
 
-/// `$NOD`, `$Nodes`.
+/// `$Nodes`.
 pub(super) fn parse_nodes(scan: &mut Scan<'_>, out: &mut Sections) -> Result<(), BadInput> {
     for _ in 0..count(scan, "the number of nodes")? {
         let tag = scan.positive("a node number")?;
         let x = scan.coordinates(tag)?;
+        out.add_node(scan, tag, x)?;
+    }
+    Ok(())
+}
+
+/// `$NOD` of MSH 1, which is always text: a node a line, with or without its entity and parameters.
+pub(super) fn parse_nodes_1(scan: &mut Scan<'_>, out: &mut Sections) -> Result<(), BadInput> {
+    for _ in 0..count(scan, "the number of nodes")? {
+        let tag = scan.positive("a node number")?;
+        let x = scan.coordinates(tag)?;
+        if !scan.is_line_read() {
+            skip_parameters(scan)?;
+            if !scan.is_line_read() {
+                return Err(scan.bad(format!("the end of the line of node {tag}"), "more numbers"));
+            }
+        }
         out.add_node(scan, tag, x)?;
     }
     Ok(())
@@ -33,12 +49,18 @@ pub(super) fn parse_parametric_nodes(scan: &mut Scan<'_>, out: &mut Sections) ->
     for _ in 0..count(scan, "the number of nodes")? {
         let tag = scan.positive("a node number")?;
         let x = scan.coordinates(tag)?;
-        let dimension = scan.int("the dimension of an entity")?;
-        scan.int("the tag of an entity")?;
-        for _ in 0..if (1..=2).contains(&dimension) { dimension } else { 0 } {
-            scan.float("a parameter of a node")?;
-        }
+        skip_parameters(scan)?;
         out.add_node(scan, tag, x)?;
+    }
+    Ok(())
+}
+
+/// The entity of a node, and as many parameters as a curve or surface has.
+fn skip_parameters(scan: &mut Scan<'_>) -> Result<(), BadInput> {
+    let dimension = scan.int("the dimension of an entity")?;
+    scan.int("the tag of an entity")?;
+    for _ in 0..if (1..=2).contains(&dimension) { dimension } else { 0 } {
+        scan.float("a parameter of a node")?;
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ mod legacy;
 mod read;
 mod scan;
 mod sections;
+mod split;
 mod write;
 
 pub use read::read_mesh;

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use hysteron_base::BadInput;
 
-use super::sections::{Block, Sections, parse};
+use super::sections::{Block, Sections};
+use super::split::parse;
 use super::{TET4, TET10, foreign, groups, swap_last_two};
 use crate::{Cells, Mesh, Result};
 

@@ -108,6 +108,12 @@ impl<'a> Scan<'a> {
         line.strip_suffix(b"\r").unwrap_or(line)
     }
 
+    /// True where nothing but blanks stands before the end of the line.
+    pub(super) fn is_line_read(&self) -> bool {
+        let blanks = self.rest().iter().find(|b| **b == b'\n' || !b.is_ascii_whitespace());
+        blanks.is_none_or(|b| *b == b'\n')
+    }
+
     /// Moves behind the next occurrence of `mark` at the start of a line.
     pub(super) fn skip_behind(&mut self, mark: &str) -> Result<(), BadInput> {
         let found = self.rest().windows(mark.len()).position(|w| w == mark.as_bytes());

@@ -97,6 +97,27 @@ fn every_version_and_byte_order_is_read() {
 }
 
 #[test]
+fn version_1_has_the_parameters_of_a_node_on_its_line() {
+    // As Gmsh 4.15 writes them, under the name of a section without.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.msh");
+    let text = String::from_utf8(write(&Msh::example(), "1", None).unwrap()).unwrap();
+    let with = |tails: [&str; 8]| {
+        let tail = |k: usize| if (2..10).contains(&k) { tails[k - 2] } else { "" };
+        let lines = text.lines().enumerate().map(|(k, line)| format!("{line}{}\n", tail(k)));
+        std::fs::write(&path, lines.collect::<String>()).unwrap();
+        read_mesh(&path, MM)
+    };
+    let plain = with([""; 8]).unwrap();
+    assert_eq!(plain.nodes.len(), 8);
+    let parameters = ["0 1", "1 7 0.5", "2 3 -1.2e-15 0.25", "3 1", "", "2 1 1 2", "1 1 1e3", "0 9 "];
+    assert_eq!(with(parameters).unwrap(), plain);
+    for wrong in ["0", "1 7", "0 1 2", "x 1"] {
+        assert!(with(["", wrong, "", "", "", "", "", ""]).is_err(), "{wrong}");
+    }
+}
+
+#[test]
 fn a_node_that_two_partitions_list_is_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.msh");

@@ -14,7 +14,7 @@ try:
     import gmsh
     import meshio
 except ImportError as missing:
-    print(f"skipped: gmsh_meshes: {missing}")
+    print(f"skipped: gmsh_peer: {missing}")
     sys.exit(0)
 
 SCENE = """format = "hysteron-scene"
