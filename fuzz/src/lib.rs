@@ -2,7 +2,9 @@
 //!
 //! A test draws as many cases as it says. `HYSTERON_FUZZ=100` draws a hundred times as many,
 //! `HYSTERON_FUZZ_CASES=1000000` so many for each test; `HYSTERON_FUZZ_S=600` ends a test after so many seconds and
-//! says how far it came.
+//! says how far it came. Whoever asks for so many gets a line of CSV for each reader: its name, cases, the slowest of them
+//! [ms of processor time], the most memory of the process meanwhile [MB]. Then no process may have more than 256 MB, so
+//! that one test at a time is asked for; no case may ever take longer than a second.
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
@@ -18,6 +20,11 @@ use proptest::sample::Index;
 use proptest::test_runner::{RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::time::{Duration, Instant};
 
+/// Most time of a processor that a case may take, and most time by the clock, of a machine with other work to do.
+const TIME_MAX: Duration = Duration::from_secs(1);
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Most memory of a process that does nothing but read [bytes].
+const MEMORY_MAX: u64 = 256 << 20;
 /// Cases of a batch, which has a seed of its own.
 const BATCH: u32 = 1000;
 
@@ -39,7 +46,7 @@ pub fn cases(usual: u32) -> ProptestConfig {
 
 /// Tries `usual` cases, or as many as the environment asks for, on `reader`, which panics where something is wrong.
 /// The same cases on every machine; the smallest that fails is shown. The process never has more than `memory_max`
-/// bytes.
+/// bytes, nor more than 256 MB where cases were asked for; no case takes longer than a second.
 ///
 /// # Panics
 /// Where a case fails.
@@ -51,6 +58,12 @@ pub fn drive<S: Strategy>(
     reader: impl Fn(S::Value) + std::panic::RefUnwindSafe,
 ) {
     let (n, start) = (n_cases(usual), Instant::now());
+    let is_asked = number("HYSTERON_FUZZ_CASES").is_some() || number("HYSTERON_FUZZ").is_some();
+    let memory_max = if is_asked { memory_max.min(MEMORY_MAX) } else { memory_max };
+    if is_asked {
+        forget_peak_memory();
+    }
+    let slowest = std::cell::Cell::new(Duration::ZERO);
     let patience = number("HYSTERON_FUZZ_S").map(Duration::from_secs);
     let mut done = 0;
     while done < n && patience.is_none_or(|patience| start.elapsed() < patience) {
@@ -60,7 +73,11 @@ pub fn drive<S: Strategy>(
         let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(batch) };
         let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &seed));
         let outcome = runner.run(&strategy, |case| {
+            let (begin, by_clock) = (processor_time(), Instant::now());
             reader(case);
+            let took = processor_time().saturating_sub(begin);
+            slowest.set(slowest.get().max(took));
+            assert!(took < TIME_MAX && by_clock.elapsed() < PATIENCE, "{took:?}, {:?}", by_clock.elapsed());
             Ok::<(), TestCaseError>(())
         });
         match outcome {
@@ -71,11 +88,30 @@ pub fn drive<S: Strategy>(
         done += u64::from(batch);
         assert_memory_is_below(memory_max);
     }
-    if number("HYSTERON_FUZZ_CASES").is_some() || number("HYSTERON_FUZZ").is_some() {
-        let peak = peak_memory().map_or("unknown".to_owned(), |bytes| format!("{} MB", bytes >> 20));
-        let seconds = start.elapsed().as_secs_f64();
-        tell(&format!("{name}: {done} of {n} cases in {seconds:.0} s, most memory so far {peak}"));
+    if is_asked {
+        let peak = peak_memory().map_or("unknown".to_owned(), |bytes| (bytes >> 20).to_string());
+        tell(&format!("fuzz,\"{name}\",{done},{:.1},{peak}", 1e3 * slowest.get().as_secs_f64()));
     }
+}
+
+/// Time that this thread had a processor; by the clock, where the system does not tell.
+fn processor_time() -> Duration {
+    #[cfg(target_os = "linux")]
+    {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        let part = |part: i64| u64::try_from(part).unwrap_or(0);
+        Duration::from_secs(part(time.tv_sec)) + Duration::from_nanos(part(time.tv_nsec))
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
+        START.elapsed()
+    }
+}
+
+/// From here on [`peak_memory`] is that of what follows, where the system can forget.
+fn forget_peak_memory() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
 #[expect(clippy::print_stderr, reason = "whoever asks for a million cases wants to know how it went")]

@@ -3,7 +3,8 @@
 //!
 //! A few hundred cases each are drawn in every run; `HYSTERON_FUZZ_CASES=1000000` draws a million each, and
 //! `HYSTERON_FUZZ_S=600` ends each after ten minutes and says how far it came. Rigs, calibrations, journals, buses and
-//! trackers have theirs in `rig/tests/it/fuzz`, studies next to their reader.
+//! trackers have theirs in `rig/tests/it/fuzz`, tables and scenes in `base/tests/fuzz`, drives in `actuator/tests/it`, studies next to
+//! their reader.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
@@ -41,12 +42,4 @@ impl Case {
 /// Asserts that a reader's error is bad input, in the form of all.
 fn refused(bad: Option<&BadInput>, error: &dyn std::fmt::Display) {
     assert_in_house_form(bad, error);
-}
-
-/// Asserts that an error of `base` is bad input.
-fn refused_by_base(error: &hysteron_base::Error) {
-    match error {
-        hysteron_base::Error::BadInput(bad) => refused(Some(bad), bad),
-        other => panic!("not bad input but: {other}"),
-    }
 }

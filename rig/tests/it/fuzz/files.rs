@@ -1,15 +1,15 @@
 //! Files that people type: rigs, calibrations, virtual robots, faults, plans.
 
 use super::text::{slipped, slips};
-use super::{assert_in_house_form, assert_memory_is_bounded, cases, corpus};
+use super::{MEMORY_MAX, assert_in_house_form, assert_memory_is_bounded, corpus, drive};
 use hysteron_base::{BadInput, Metadata};
 use hysteron_control::Plan;
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::emulator::Faults;
+use hysteron_rig::teleoperation::{ARMS_FILE, ArmsConfig};
 use hysteron_rig::virtual_arm::{VirtualArm, data_set};
 use hysteron_rig::virtual_rig::{VirtualRobot, World};
-use proptest::prelude::*;
 use std::path::Path;
 
 const RIG: &str = include_str!("../../../presets/rig.toml");
@@ -30,6 +30,11 @@ fn rig(text: &str) -> Result<(), BadInput> {
     assert_eq!(rig.ids().len(), rig.tendons.len());
     assert!(rig.servos.reply_timeout <= 1.0);
     Ok(())
+}
+
+/// The text as a file of two arms.
+fn arms(text: &str) -> Result<(), BadInput> {
+    ArmsConfig::from_toml(text, Path::new("folder")).map(drop)
 }
 
 /// The text as a calibration; what is accepted maps any position and any stroke, and can be written.
@@ -125,44 +130,42 @@ fn corpus_of_typed_files_is_refused_in_the_house_form() {
     read_corpus("plan", plan);
 }
 
-proptest! {
-    #![proptest_config(cases(2000))]
-
-    #[test]
-    fn no_slip_in_a_rig_file_does_harm(slips in slips()) {
-        refused(rig(&slipped(RIG, &slips)));
-    }
-
-    #[test]
-    fn no_slip_in_a_calibration_does_harm(slips in slips()) {
-        refused(calibration(&slipped(CALIBRATION, &slips)));
-    }
-
-    #[test]
-    fn no_slip_in_a_fault_file_does_harm(slips in slips()) {
-        refused(faults(&slipped(FAULTS, &slips)));
-    }
+/// Tries a reader on slips of a text.
+fn tried(name: &str, usual: u32, text: &str, read: fn(&str) -> Result<(), BadInput>) {
+    drive(name, usual, MEMORY_MAX, slips(), |slips| refused(read(&slipped(text, &slips))));
 }
 
-proptest! {
-    #![proptest_config(cases(500))]
-
-    #[test]
-    fn no_slip_in_a_plan_does_harm(slips in slips()) {
-        refused(plan(&slipped(Plan::text("quick").unwrap(), &slips)));
-    }
-
-    #[test]
-    fn no_slip_in_a_virtual_robot_does_harm(slips in slips()) {
-        refused(robot(&slipped(VirtualRobot::preset_text("typical").unwrap(), &slips)));
-    }
+#[test]
+fn no_slip_in_a_rig_file_does_harm() {
+    tried("rig file", 2000, RIG, rig);
 }
 
-proptest! {
-    #![proptest_config(cases(200))]
+#[test]
+fn no_slip_in_a_file_of_arms_does_harm() {
+    tried("file of arms", 2000, ARMS_FILE, arms);
+}
 
-    #[test]
-    fn no_slip_in_a_virtual_arm_does_harm(slips in slips()) {
-        refused(arm(&slipped(VirtualArm::preset_text("open-manipulator-x").unwrap(), &slips)));
-    }
+#[test]
+fn no_slip_in_a_calibration_does_harm() {
+    tried("calibration", 2000, CALIBRATION, calibration);
+}
+
+#[test]
+fn no_slip_in_a_fault_file_does_harm() {
+    tried("faults", 2000, FAULTS, faults);
+}
+
+#[test]
+fn no_slip_in_a_plan_does_harm() {
+    tried("plan, drawn up", 500, Plan::text("quick").unwrap(), plan);
+}
+
+#[test]
+fn no_slip_in_a_virtual_robot_does_harm() {
+    tried("virtual robot", 500, VirtualRobot::preset_text("typical").unwrap(), robot);
+}
+
+#[test]
+fn no_slip_in_a_virtual_arm_does_harm() {
+    tried("virtual arm", 200, VirtualArm::preset_text("open-manipulator-x").unwrap(), arm);
 }

@@ -11,7 +11,7 @@ mod files;
 mod recordings;
 mod tracker;
 
-pub use hysteron_fuzz::{assert_in_house_form, cases, text};
+pub use hysteron_fuzz::{assert_in_house_form, cases, drive, text};
 use std::path::PathBuf;
 
 /// What this process may have had in memory at any time, the other tests in it included [bytes].
