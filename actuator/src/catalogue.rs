@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_base::schema::{finite, not_negative, positive};
+use hysteron_base::schema::{between, within};
 use hysteron_base::{BadInput, schema};
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +38,27 @@ const FILES: [(&str, &str); 7] = [
 
 /// Header of the files.
 const FORMAT: (&str, i64) = ("hysteron-drive", 1);
+
+/// Numbers that a motor on a bench can have, from a hearing aid's to a crane's, in the unit of the key. An ideal supply has no
+/// resistance, and a winding or a magnet may not feel the heat.
+const VOLTAGE_V: [f64; 2] = [0.1, 1e3];
+const SUPPLY_OHM: [f64; 2] = [0.0, 1e3];
+const TORQUE_CONSTANT: [f64; 2] = [1e-5, 1e4];
+const RESISTANCE_OHM: [f64; 2] = [1e-4, 1e5];
+const CURRENT_A: [f64; 2] = [1e-4, 1e4];
+const HEAT_CAPACITY: [f64; 2] = [1e-3, 1e9];
+const HEAT_RESISTANCE: [f64; 2] = [1e-4, 1e5];
+const SLOPE_PER_K: [f64; 2] = [0.0, 0.1];
+const TEMPERATURE_DEGC: f64 = 200.0;
+const ARMATURE_KG_M2: [f64; 2] = [1e-10, 1e4];
+const BACKLASH_DEG: [f64; 2] = [0.0, 45.0];
+/// Of a law: torques [N m], their slopes by speed and angle, shares, speeds and exponents.
+const FRICTION: [f64; 2] = [0.0, 1e7];
+const TICKS: [f64; 2] = [4.0, 1e9];
+const DEAD_BAND_TICKS: [f64; 2] = [0.0, 1e6];
+const PWM: [f64; 2] = [1.0, 1e9];
+const GAIN_UNIT: [f64; 2] = [1e-9, 1e12];
+const PERIOD_MS: [f64; 2] = [1e-3, 1e3];
 
 type Check<T> = Result<T, BadInput>;
 
@@ -136,8 +157,8 @@ impl CatalogueDrive {
         let typed: DriveFile = schema::parse(text)?;
         schema::check_header((&typed.format, typed.version), FORMAT)?;
         let supply = Supply {
-            voltage: positive("supply.voltage_v", typed.supply.voltage_v)?,
-            resistance: not_negative("supply.resistance_ohm", typed.supply.resistance_ohm)?,
+            voltage: between("supply.voltage_v", typed.supply.voltage_v, VOLTAGE_V)?,
+            resistance: between("supply.resistance_ohm", typed.supply.resistance_ohm, SUPPLY_OHM)?,
         };
         Ok(Self {
             name: schema::text("name", typed.name)?,
@@ -216,29 +237,38 @@ fn source(typed: &str) -> Check<String> {
 }
 
 fn motor(typed: &MotorTable, rated_voltage: f64) -> Check<Motor> {
-    let torque_constant = positive("motor.torque_constant_n_m_per_a", typed.torque_constant_n_m_per_a)?;
-    let resistance = positive("motor.resistance_ohm", typed.resistance_ohm)?;
+    let torque_constant =
+        between("motor.torque_constant_n_m_per_a", typed.torque_constant_n_m_per_a, TORQUE_CONSTANT)?;
+    let resistance = between("motor.resistance_ohm", typed.resistance_ohm, RESISTANCE_OHM)?;
     let current_limit = (typed.current_limit_a)
-        .map_or(Ok(f64::INFINITY), |limit| positive("motor.current_limit_a", limit))?;
+        .map_or(Ok(f64::INFINITY), |limit| between("motor.current_limit_a", limit, CURRENT_A))?;
     Ok(Motor { current_limit, ..Motor::new(torque_constant, resistance, rated_voltage) })
 }
 
 fn winding(typed: &WindingTable) -> Check<Winding> {
     Ok(Winding {
-        heat_capacity: positive("winding.heat_capacity_j_per_k", typed.heat_capacity_j_per_k)?,
-        to_case: positive("winding.to_case_k_per_w", typed.to_case_k_per_w)?,
-        case_heat_capacity: positive("winding.case_heat_capacity_j_per_k", typed.case_heat_capacity_j_per_k)?,
-        to_air: positive("winding.to_air_k_per_w", typed.to_air_k_per_w)?,
-        resistance_slope: not_negative("winding.resistance_slope_per_k", typed.resistance_slope_per_k)?,
-        magnet_slope: not_negative("winding.magnet_slope_per_k", typed.magnet_slope_per_k)?,
-        reference: finite("winding.reference_degc", typed.reference_degc)?,
-        air: finite("winding.air_degc", typed.air_degc)?,
+        heat_capacity: between("winding.heat_capacity_j_per_k", typed.heat_capacity_j_per_k, HEAT_CAPACITY)?,
+        to_case: between("winding.to_case_k_per_w", typed.to_case_k_per_w, HEAT_RESISTANCE)?,
+        case_heat_capacity: between(
+            "winding.case_heat_capacity_j_per_k",
+            typed.case_heat_capacity_j_per_k,
+            HEAT_CAPACITY,
+        )?,
+        to_air: between("winding.to_air_k_per_w", typed.to_air_k_per_w, HEAT_RESISTANCE)?,
+        resistance_slope: between(
+            "winding.resistance_slope_per_k",
+            typed.resistance_slope_per_k,
+            SLOPE_PER_K,
+        )?,
+        magnet_slope: between("winding.magnet_slope_per_k", typed.magnet_slope_per_k, SLOPE_PER_K)?,
+        reference: within("winding.reference_degc", typed.reference_degc, TEMPERATURE_DEGC)?,
+        air: within("winding.air_degc", typed.air_degc, TEMPERATURE_DEGC)?,
     })
 }
 
 fn gear(typed: GearTable) -> Check<Gear> {
-    let armature = positive("gear.armature_kg_m2", typed.armature_kg_m2)?;
-    let backlash = not_negative("gear.backlash_deg", typed.backlash_deg.unwrap_or(0.0))?;
+    let armature = between("gear.armature_kg_m2", typed.armature_kg_m2, ARMATURE_KG_M2)?;
+    let backlash = between("gear.backlash_deg", typed.backlash_deg.unwrap_or(0.0), BACKLASH_DEG)?;
     let law = Law::named(&typed.law).map_err(|bad| BadInput { place: "gear.law".to_owned(), ..bad })?;
     let parameters = law.parameters();
     let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
@@ -250,7 +280,7 @@ fn gear(typed: GearTable) -> Check<Gear> {
     let value = |name: &str| {
         let place = format!("gear.friction.{name}");
         match typed.friction.get(name) {
-            Some(value) => not_negative(&place, *value),
+            Some(value) => between(&place, *value, FRICTION),
             None => Err(BadInput::new(place, "this key, of the law", "nothing")),
         }
     };
@@ -260,14 +290,14 @@ fn gear(typed: GearTable) -> Check<Gear> {
 
 fn position_loop(typed: &LoopTable) -> Check<LoopSpec> {
     for (k, unit) in typed.gain_units.iter().enumerate() {
-        positive(&format!("loop.gain_units[{k}]"), *unit)?;
+        between(&format!("loop.gain_units[{k}]"), *unit, GAIN_UNIT)?;
     }
     Ok(LoopSpec {
-        ticks_per_turn: positive("loop.ticks_per_turn", typed.ticks_per_turn)?,
-        pwm_full_scale: positive("loop.pwm_full_scale", typed.pwm_full_scale)?,
+        ticks_per_turn: between("loop.ticks_per_turn", typed.ticks_per_turn, TICKS)?,
+        pwm_full_scale: between("loop.pwm_full_scale", typed.pwm_full_scale, PWM)?,
         gains: typed.gain_units,
-        period: positive("loop.period_ms", typed.period_ms)?,
-        dead_band: not_negative("loop.dead_band_ticks", typed.dead_band_ticks.unwrap_or(0.0))?,
+        period: between("loop.period_ms", typed.period_ms, PERIOD_MS)?,
+        dead_band: between("loop.dead_band_ticks", typed.dead_band_ticks.unwrap_or(0.0), DEAD_BAND_TICKS)?,
     })
 }
 
@@ -358,5 +388,49 @@ mod tests {
         assert_eq!(place("law = \"m4\"", "backlash_deg = -0.1\nlaw = \"m4\""), "gear.backlash_deg");
         assert_eq!(place("period_ms = ", "dead_band_ticks = -1.0\nperiod_ms = "), "loop.dead_band_ticks");
         assert_eq!(CatalogueDrive::named("xl999").unwrap_err().place, "drive");
+    }
+
+    /// Keys of numbers that no drive may have as zero.
+    const NOT_ZERO: [&str; 12] = [
+        "torque_constant_n_m_per_a",
+        "resistance_ohm", // of the motor, which comes first
+        "voltage_v",
+        "heat_capacity_j_per_k",
+        "to_case_k_per_w",
+        "case_heat_capacity_j_per_k",
+        "to_air_k_per_w",
+        "armature_kg_m2",
+        "ticks_per_turn",
+        "pwm_full_scale",
+        "gain_units",
+        "period_ms",
+    ];
+
+    #[test]
+    fn numbers_that_no_drive_has_are_refused_with_the_range() {
+        let text = FILES[4].1;
+        let (mut n_far, mut n_zero) = (0, 0);
+        for (line, typed) in text.lines().filter_map(|line| Some((line, line.split_once(" = ")?))) {
+            let (key, value) = (typed.0, typed.1.split('#').next().unwrap_or_default().trim());
+            let is_number = value.parse::<f64>().is_ok() && key != "version";
+            if !is_number && key != "gain_units" {
+                continue;
+            }
+            let with = |number: &str| {
+                let value = if is_number { number.to_owned() } else { format!("[{number}, 1.0, 1.0]") };
+                CatalogueDrive::parse(&text.replacen(line, &format!("{key} = {value}"), 1))
+            };
+            for far in ["1e300", "-1e300"] {
+                let bad = with(far).unwrap_err();
+                assert!(bad.place.contains(key) && bad.expected.contains(" to "), "{bad}");
+                n_far += 1;
+            }
+            if NOT_ZERO.contains(&key) {
+                n_zero += usize::from(with("0.0").is_err());
+            }
+        }
+        // The supply's resistance may be zero; it has the motor's name.
+        assert_eq!(n_zero, NOT_ZERO.len());
+        assert!(n_far > 40, "{n_far}");
     }
 }

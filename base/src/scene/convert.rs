@@ -8,7 +8,7 @@ use super::{
 };
 use crate::BadInput;
 use crate::schema::{
-    between, check_header, count, finite, not_negative, require, text, vector, vector_within, within,
+    between, check_header, count, not_negative, require, text, vector, vector_within, within,
 };
 use crate::size::check_at_most;
 use std::path::Path;
@@ -37,6 +37,8 @@ const LARGEST_ACCELERATION: f64 = 1e4;
 const DENSEST: f64 = 1e5;
 /// Softest and stiffest material [Pa]: below any gel, above diamond.
 const MODULI: [f64; 2] = [1.0, 1e13];
+/// Largest angle, ten turns [deg].
+const LARGEST_ANGLE: f64 = 3600.0;
 /// Largest friction coefficient and exponent [-].
 const LARGEST_FRICTION: f64 = 100.0;
 
@@ -91,8 +93,10 @@ fn clamp(typed: schema::Clamp) -> Check<Region> {
     match (typed.group, typed.box_min_mm, typed.box_max_mm) {
         (Some(group), None, None) => Ok(Region::Group(text("clamp.group", group)?)),
         (None, Some(low), Some(high)) => {
-            let region =
-                Region::Box { min: vector("clamp.box_min_mm", low)?, max: vector("clamp.box_max_mm", high)? };
+            let region = Region::Box {
+                min: vector_within("clamp.box_min_mm", low, LONGEST)?,
+                max: vector_within("clamp.box_max_mm", high, LONGEST)?,
+            };
             match (0..3).find(|&axis| low[axis] > high[axis]) {
                 Some(axis) => Err(BadInput::new(
                     format!("clamp.box_min_mm[{axis}]"),
@@ -125,7 +129,10 @@ fn tracker(typed: &schema::Tracker) -> Check<TrackerFrame> {
         let expected = "a rotation vector of at most 180 deg";
         return Err(BadInput::new("tracker.turn_deg", expected, format!("{:.1} deg", angle.to_degrees())));
     }
-    Ok(TrackerFrame { turn, shift: vector("tracker.shift_mm", typed.shift_mm.unwrap_or_default())? })
+    Ok(TrackerFrame {
+        turn,
+        shift: vector_within("tracker.shift_mm", typed.shift_mm.unwrap_or_default(), LONGEST)?,
+    })
 }
 
 fn material(typed: &schema::Material) -> Check<Material> {
@@ -259,8 +266,8 @@ fn auxiliary(typed: &schema::Auxiliary) -> Check<AuxiliaryLayout> {
         start: within("auxiliary.start_mm", typed.start_mm, LONGEST)?,
         radius: length("radius_mm", typed.radius_mm)?,
         cables_per_segment,
-        first_plane: finite("auxiliary.first_plane_deg", typed.first_plane_deg)?,
-        plane_step: finite("auxiliary.plane_step_deg", typed.plane_step_deg)?,
+        first_plane: within("auxiliary.first_plane_deg", typed.first_plane_deg, LARGEST_ANGLE)?,
+        plane_step: within("auxiliary.plane_step_deg", typed.plane_step_deg, LARGEST_ANGLE)?,
         drive: typed.drive,
         tension: bounds(
             ["auxiliary.tension_min_n", "auxiliary.tension_max_n"],

@@ -281,6 +281,7 @@ fn scene_rejects_numbers_out_of_bounds() {
     rejects("radius_mm = 6.0", "radius_mm = -6.0", "auxiliary.radius_mm", "-6.0");
     rejects("first_plane_deg = 0.0", "first_plane_deg = nan", "auxiliary.first_plane_deg", "NaN");
     rejects("plane_step_deg = 90.0", "plane_step_deg = -inf", "auxiliary.plane_step_deg", "-inf");
+    rejects("plane_step_deg = 90.0", "plane_step_deg = 1e300", "auxiliary.plane_step_deg", "1e300");
     rejects("attach_within_mm = 0.2\n", "attach_within_mm = -0.2\n", "auxiliary.attach_within_mm", "-0.2");
     rejects("attach_within_mm = 0.02", "attach_within_mm = -1", "tendon.p1.attach_within_mm", "-1.0");
     rejects("attach_within_mm = 0.02", "attach_within_mm = 0\nring_mm = -1", "tendon.p1.ring_mm", "-1.0");
@@ -437,6 +438,7 @@ fn frame_of_the_tracker_is_read_and_checked() {
     let half = with("turn_deg = [0, 150, 150]");
     rejects("[[point_force]]", &half, "tracker.turn_deg", "212.1 deg");
     rejects("[[point_force]]", &with("shift_mm = [nan, 0, 0]"), "tracker.shift_mm[0]", "NaN");
+    rejects("[[point_force]]", &with("shift_mm = [0, 1e300, 0]"), "tracker.shift_mm[1]", "1e300");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A virtual arm exactly as typed: one field per key, units still in the names; and every bound.
 
 use hysteron_base::BadInput;
-use hysteron_base::schema::{between, check_header, not_negative, positive, text, vector_within, within};
+use hysteron_base::schema::{between, check_header, text, vector_within, within};
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::Deserialize;
 
@@ -327,12 +327,18 @@ fn supply(typed: &SupplyTable) -> Check<Supply> {
     })
 }
 
+/// Coarsest step, and most noise, of a current [mA] and of a voltage [mV].
+const COARSEST: f64 = 1e5;
+
 fn telemetry(typed: &TelemetryTable) -> Check<Telemetry> {
     let pair = |first: &str, a: f64, second: &str, b: f64| -> Check<[f64; 2]> {
-        Ok([positive(&format!("telemetry.{first}"), a)?, not_negative(&format!("telemetry.{second}"), b)?])
+        Ok([
+            between(&format!("telemetry.{first}"), a, [1e-6, COARSEST])?,
+            between(&format!("telemetry.{second}"), b, [0.0, COARSEST])?,
+        ])
     };
     let period = between("telemetry.period_ms", typed.period_ms, [2.0, 1000.0])?;
-    let jitter = not_negative("telemetry.jitter_ms", typed.jitter_ms)?;
+    let jitter = between("telemetry.jitter_ms", typed.jitter_ms, [0.0, 1000.0])?;
     // Rows must come in order.
     if jitter > 0.1 * period {
         let expected = format!("at most a tenth of period_ms, {}", 0.1 * typed.period_ms);
@@ -347,7 +353,7 @@ fn telemetry(typed: &TelemetryTable) -> Check<Telemetry> {
         ],
         speed_filter: between("telemetry.speed_filter_ms", typed.speed_filter_ms, [0.0, 1000.0])?,
         current: pair("current_step_ma", typed.current_step_ma, "current_noise_ma", typed.current_noise_ma)?,
-        speed_step: positive("telemetry.speed_step_rad_s", typed.speed_step_rad_s)?,
+        speed_step: between("telemetry.speed_step_rad_s", typed.speed_step_rad_s, [1e-9, 100.0])?,
         voltage: pair("voltage_step_mv", typed.voltage_step_mv, "voltage_noise_mv", typed.voltage_noise_mv)?,
     })
 }
