@@ -3,7 +3,7 @@
 use super::model::ServoModel;
 use super::registers::{RegisterImage, RegisterSpec, Role, StoredRegisters, TABLE, stored};
 use super::wire::{instruction, range};
-use super::{Error, Result, ServoBus, at, xl430};
+use super::{Error, Patience, Result, ServoBus, at, xl430};
 use crate::EventKind;
 use std::collections::BTreeMap;
 
@@ -114,7 +114,7 @@ impl ServoBus {
         for first in (0..RegisterImage::LEN).step_by(usize::from(READ_BYTES)) {
             let count = READ_BYTES.min(RegisterImage::LEN - first);
             let parameters = range(first, count);
-            let read = self.persist(id, |wire| {
+            let read = self.persist((id, Patience::Register), |wire| {
                 let read = wire
                     .ask(id, instruction::READ, &parameters, usize::from(count))
                     .map(|answer| answer.parameters.to_vec());

@@ -5,7 +5,7 @@ use super::duplicates::Presence;
 use super::model::ServoModel;
 use super::registers::StoredRegisters;
 use super::wire::{BROADCAST, Failure, STATUS_BYTES, instruction, range};
-use super::{ServoBus, xl430};
+use super::{Patience, ServoBounds, ServoBus, xl430};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -32,36 +32,6 @@ pub struct ServoReport {
     pub position: i32,
     /// Registers that a calibration stores; empty for servos that have none.
     pub registers: StoredRegisters,
-}
-
-/// Bounds within which servos are used.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoBounds {
-    /// Smallest supply voltage [V].
-    pub voltage_min: f64,
-    /// Largest supply voltage [V].
-    pub voltage_max: f64,
-    /// Largest temperature [°C].
-    pub temperature_max: f64,
-}
-
-impl ServoBounds {
-    /// As such a servo has them from the factory.
-    pub fn of(model: &ServoModel) -> Self {
-        let [voltage_min, voltage_max] = model.voltage.map(|units| xl430::VOLTAGE_UNIT * f64::from(units));
-        Self { voltage_min, voltage_max, temperature_max: f64::from(model.temperature) }
-    }
-
-    /// What is out of bounds, as expected and found.
-    pub fn violation(&self, voltage: f64, temperature: f64) -> Option<String> {
-        if temperature > self.temperature_max {
-            let most = self.temperature_max;
-            return Some(format!("temperature: expected at most {most} degrees C, got {temperature}"));
-        }
-        let is_supplied = (self.voltage_min..=self.voltage_max).contains(&voltage);
-        let (least, most) = (self.voltage_min, self.voltage_max);
-        (!is_supplied).then(|| format!("supply: expected {least} to {most} V, got {voltage:.1} V"))
-    }
 }
 
 /// Status return level at which a servo answers everything.
@@ -104,7 +74,8 @@ impl ServoBus {
     /// # Errors
     /// `Bus` if it does not confirm.
     pub fn reboot(&mut self, id: u8) -> Result<()> {
-        let done = self.persist(id, |wire| wire.ask(id, instruction::REBOOT, &[], 0).map(|_| ()));
+        let done = self
+            .persist((id, Patience::Retries), |wire| wire.ask(id, instruction::REBOOT, &[], 0).map(|_| ()));
         done.map_err(|failure| Error::Bus(format!("servo {id}: reboot: {failure}")))
     }
 

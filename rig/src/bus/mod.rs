@@ -6,6 +6,7 @@
 
 mod arm;
 mod baseline;
+mod bounds;
 mod check;
 mod counts;
 mod duplicates;
@@ -14,6 +15,7 @@ pub(crate) mod packet;
 mod ports;
 pub mod registers;
 mod torque;
+mod torque_state;
 mod wire;
 pub mod xl430;
 
@@ -22,13 +24,14 @@ use crate::{Error, Event, EventKind, Result, ServoSample, SlowSample};
 pub use arm::{ArmServoSample, ServoStatus};
 use baseline::Examined;
 pub use baseline::{RegisterBaseline, RegisterDifference, differences};
-pub use check::{ServoBounds, ServoReport};
+pub use bounds::ServoBounds;
+pub use check::ServoReport;
 pub use counts::BusCounts;
 pub use ports::{PortInfo, find_port, list_ports};
 use registers::TABLE;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-pub use torque::{ServoTorque, TorqueState, describe_torques};
+pub use torque_state::{ServoTorque, TorqueState, describe_torques};
 use wire::{BROADCAST, Failure, INSTRUCTION_BYTES, STATUS_BYTES, Wire, instruction, range};
 use xl430::Register;
 
@@ -43,6 +46,20 @@ const BLOCK: [Register; 5] = [
 const BLOCK_BYTES: usize = 12;
 /// Voltage and temperature stand side by side.
 const SLOW_BYTES: usize = 3;
+
+/// Longest that a register of a servo is asked for while no torque depends on it, all questions together, where the rig
+/// file's timeout and retries are not longer.
+pub const REGISTER_PATIENCE: Duration = Duration::from_secs(2);
+
+/// How often a servo that does not answer is asked again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Patience {
+    /// As often as the rig file says: a cycle goes on, or others are under torque.
+    Retries,
+    /// So often, and until [`REGISTER_PATIENCE`] is over, each time for twice as long: a computer with other work to do
+    /// hears an answer late, and nothing moves meanwhile.
+    Register,
+}
 
 /// How long to wait for a port that another program has.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -203,7 +220,7 @@ impl ServoBus {
             .ids
             .clone()
             .into_iter()
-            .filter_map(|id| self.write(id, xl430::BUS_WATCHDOG, 0).err())
+            .filter_map(|id| self.write_with((id, Patience::Retries), xl430::BUS_WATCHDOG, 0).err())
             .map(Error::reason)
             .collect();
         all_done(&failed)
@@ -214,15 +231,19 @@ impl ServoBus {
         events.append(&mut self.events);
     }
 
-    /// Writes a register and waits for the servo to confirm.
+    /// Writes a register and waits for the servo to confirm, for [`REGISTER_PATIENCE`] at most.
     ///
     /// # Errors
     /// `Bus` naming the servo and the address.
     pub fn write(&mut self, id: u8, register: Register, value: u32) -> Result<()> {
+        self.write_with((id, Patience::Register), register, value)
+    }
+
+    fn write_with(&mut self, (id, patience): (u8, Patience), register: Register, value: u32) -> Result<()> {
         let mut parameters = Vec::with_capacity(6);
         parameters.extend(register.address.to_le_bytes());
         parameters.extend(&value.to_le_bytes()[..usize::from(register.size)]);
-        let done = self.persist(id, |wire| {
+        let done = self.persist((id, patience), |wire| {
             let done = wire.ask(id, instruction::WRITE, &parameters, 0).map(|_| ());
             wire.settle_after(&done);
             done
@@ -230,14 +251,18 @@ impl ServoBus {
         done.map_err(|failure| at(id, register, &failure))
     }
 
-    /// Reads a register, as an unsigned number.
+    /// Reads a register, as an unsigned number, waiting for [`REGISTER_PATIENCE`] at most.
     ///
     /// # Errors
     /// `Bus` naming the servo and the address.
     pub fn read(&mut self, id: u8, register: Register) -> Result<u32> {
+        self.read_with((id, Patience::Register), register)
+    }
+
+    fn read_with(&mut self, (id, patience): (u8, Patience), register: Register) -> Result<u32> {
         let size = usize::from(register.size);
         let parameters = range(register.address, u16::from(register.size));
-        let read = self.persist(id, |wire| {
+        let read = self.persist((id, patience), |wire| {
             let read = wire.ask(id, instruction::READ, &parameters, size).map(|answer| {
                 let mut bytes = [0; 4];
                 bytes[..size].copy_from_slice(answer.parameters);
@@ -297,7 +322,7 @@ impl ServoBus {
             }
             let parameters = range(address, count);
             self.counts.retries += 1;
-            let again = self.persist(id, |wire| {
+            let again = self.persist((id, Patience::Retries), |wire| {
                 wire.ask(id, instruction::READ, &parameters, length).map(|answer| parse(answer.parameters))
             });
             match again {
@@ -310,15 +335,16 @@ impl ServoBus {
         outcome
     }
 
-    /// Tries a transfer with one servo until it succeeds or has failed once more than the rig file's `retries`.
+    /// Tries a transfer with one servo until it succeeds, or has failed as often and as long as it may.
     fn persist<T>(
         &mut self,
-        id: u8,
+        (id, patience): (u8, Patience),
         mut transfer: impl FnMut(&mut Wire) -> std::result::Result<T, Failure>,
     ) -> std::result::Result<T, Failure> {
-        let mut attempt = 0;
+        let (start, usual) = (Instant::now(), Duration::from_secs_f64(self.config.reply_timeout));
+        let (mut attempt, mut timeout) = (0, usual);
         loop {
-            match self.with_wire(&mut transfer) {
+            match self.with_wire(|wire| wire.waiting(timeout, &mut transfer)) {
                 Ok(done) => return Ok(done),
                 Err(failure) => {
                     // The loss of the port is noted once, where it is seen.
@@ -326,7 +352,12 @@ impl ServoBus {
                         self.note(Some(id), &failure);
                     }
                     let is_final = matches!(failure, Failure::Refused(_) | Failure::Port(_));
-                    if is_final || attempt == self.config.retries {
+                    let mut left = Duration::ZERO;
+                    if patience == Patience::Register && failure == Failure::Timeout {
+                        left = REGISTER_PATIENCE.saturating_sub(start.elapsed());
+                        timeout = (2 * timeout).min(left.max(usual));
+                    }
+                    if is_final || attempt >= self.config.retries && left < usual {
                         return Err(failure);
                     }
                     attempt += 1;

@@ -317,7 +317,6 @@ mod tests {
         const MEMORY_MAX: u64 = 256 << 20;
         let case = (proptest::collection::vec(piece(), 0..12), 1usize..300);
         hysteron_fuzz::drive("dynamixel/stream", 500, MEMORY_MAX, case, |(pieces, cut)| {
-            let begin = std::time::Instant::now();
             let mut bytes = Vec::new();
             for piece in &pieces {
                 match piece {
@@ -336,7 +335,6 @@ mod tests {
                 let Piece::Whole(id, body) = piece else { break };
                 assert!(is_packet(found, *id, body));
             }
-            assert!(begin.elapsed().as_secs_f64() < 1.0);
         });
     }
 

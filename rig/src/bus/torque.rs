@@ -1,52 +1,14 @@
 //! Torque of all servos: on one by one, each confirmed; off by one instruction to all, and only then confirmed, each
 //! servo with a state of its own.
 
+use super::torque_state::{ServoTorque, TorqueState};
 use super::wire::{BROADCAST, Failure, instruction, range};
 use super::xl430::{self, Register};
-use super::{Error, Result, ServoBus, all_done};
+use super::{Error, Patience, Result, ServoBus, all_done};
 
 /// Values of the torque register.
 const OFF: u8 = 0;
 const ON: u8 = 1;
-
-/// What is known of a servo's torque after it was told to be off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TorqueState {
-    /// The servo has confirmed that it is off.
-    Off,
-    /// The servo says that it is on.
-    On,
-    /// The servo does not answer: it may be off, on or without power.
-    Silent,
-}
-
-/// One servo and what is known of its torque.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ServoTorque {
-    /// Its id.
-    pub servo: u8,
-    /// What is known.
-    pub state: TorqueState,
-}
-
-/// The state of every servo, for people: `servo 2 is silent (on, off or without power), servos 1, 3, 4 are off`.
-pub fn describe_torques(servos: &[ServoTorque]) -> String {
-    let of = |state| -> Vec<String> {
-        servos.iter().filter(|one| one.state == state).map(|one| one.servo.to_string()).collect()
-    };
-    let said = |ids: Vec<String>, one: &str, several: &str| match ids.len() {
-        0 => None,
-        1 => Some(format!("servo {} {one}", ids[0])),
-        _ => Some(format!("servos {} {several}", ids.join(", "))),
-    };
-    let silent = "silent (off, on or without power)";
-    let parts = [
-        said(of(TorqueState::On), "is still on", "are still on"),
-        said(of(TorqueState::Silent), &format!("is {silent}"), &format!("are {silent}")),
-        said(of(TorqueState::Off), "is off", "are off"),
-    ];
-    parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
-}
 
 impl ServoBus {
     /// Switches the torque of all servos on, reads it back, and starts their watchdogs.
@@ -58,14 +20,15 @@ impl ServoBus {
         self.check_accepted()?;
         let mut failed = Vec::new();
         for id in self.ids.clone() {
-            let switched = self.write(id, xl430::BUS_WATCHDOG, 0).and_then(|()| self.switch(id, ON));
+            let one = (id, Patience::Retries);
+            let switched = self.write_with(one, xl430::BUS_WATCHDOG, 0).and_then(|()| self.switch(id, ON));
             failed.extend(switched.err().map(Error::reason));
         }
         all_done(&failed)?;
         let watchdog = (self.config.bus_watchdog / xl430::WATCHDOG_UNIT).round() as u32;
         if watchdog > 0 {
             for id in self.ids.clone() {
-                self.write(id, xl430::BUS_WATCHDOG, watchdog)?;
+                self.write_with((id, Patience::Retries), xl430::BUS_WATCHDOG, watchdog)?;
             }
         }
         Ok(())
@@ -121,8 +84,9 @@ impl ServoBus {
 
     /// Switches one servo and reads it back, with retries.
     fn switch(&mut self, id: u8, wanted: u8) -> Result<()> {
-        self.write(id, xl430::TORQUE_ENABLE, u32::from(wanted))?;
-        if self.read(id, xl430::TORQUE_ENABLE)? == u32::from(wanted) {
+        let one = (id, Patience::Retries);
+        self.write_with(one, xl430::TORQUE_ENABLE, u32::from(wanted))?;
+        if self.read_with(one, xl430::TORQUE_ENABLE)? == u32::from(wanted) {
             return Ok(());
         }
         Err(Error::Bus(format!("servo {id} did not switch")))

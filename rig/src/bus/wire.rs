@@ -147,6 +147,14 @@ impl Wire {
         Instant::now() + self.wire_time(sent + answered) + self.reply_timeout
     }
 
+    /// Carries out a transfer whose answers may come this much beyond their time on the wire.
+    pub fn waiting<T>(&mut self, reply_timeout: Duration, transfer: impl FnOnce(&mut Self) -> T) -> T {
+        let usual = std::mem::replace(&mut self.reply_timeout, reply_timeout);
+        let done = transfer(self);
+        self.reply_timeout = usual;
+        done
+    }
+
     /// Waits for the next answer, of `length` parameters.
     pub fn receive(&mut self, length: usize, deadline: Instant) -> Result<Answer<'_>, Failure> {
         let failure = match self.read_answer(deadline) {

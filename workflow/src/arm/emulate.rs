@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use super::generate::read_arm;
 use crate::Caller;
+use crate::rig::emulate::PATIENT;
 
 /// Longest run, and longest wait of the hand: a year [s].
 const LONGEST: f64 = 31_536_000.0;
@@ -84,7 +85,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.listen();
     let leader = Emulator::start(leader, leads)?;
     let follower = Emulator::start(follower, follows)?;
-    file::write_bytes(&path, ARMS_FILE)?;
+    file::write_bytes(&path, patient_arms_file())?;
     for (name, emulator) in [("leader", leader.servo_port()), ("follower", follower.servo_port())] {
         caller.say(format_args!("{name} at {}, 1000000 baud", emulator.display()));
     }
@@ -142,10 +143,15 @@ fn emulator_options(options: &Options) -> anyhow::Result<[EmulatorOptions; 2]> {
     ])
 }
 
+/// The file of both arms, with an emulator's waits in place of those of hardware.
+fn patient_arms_file() -> String {
+    PATIENT.iter().fold(ARMS_FILE.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
 /// Where the file of both arms goes; refuses a folder with another one.
 fn arms_file(folder: &Path) -> anyhow::Result<PathBuf> {
     let path = folder.join(ARMS);
-    if path.exists() && file::read_text(&path)? != ARMS_FILE {
+    if path.exists() && file::read_text(&path)? != patient_arms_file() {
         return Err(BadInput::new(
             path.display().to_string(),
             "the file of the virtual arms, or none",

@@ -157,7 +157,7 @@ fn serve_poses(options: &Options, emulator: &Emulator) -> anyhow::Result<(PoseDe
 const RIG_FILE: &str = "rig.toml";
 /// What the preset's rig file says for hardware, and what an emulator's says instead: it shares a computer with whoever
 /// asks it, and what keeps that busy is no fault of the servos.
-const PATIENT: [(&str, &str); 3] = [
+pub(crate) const PATIENT: [(&str, &str); 3] = [
     ("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0"),
     ("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2540.0"),
     ("stale_ms = 300.0", "stale_ms = 2000.0"),

@@ -3,11 +3,12 @@
 use super::probe::Rig;
 use super::{Stand, circle, small_circle};
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_rig::bus::xl430;
+use hysteron_rig::bus::{REGISTER_PATIENCE, xl430};
 use hysteron_rig::config::{TrackerConfig, TrackerSource};
 use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::session::{RecordOptions, Recorder, Session};
 use hysteron_rig::{EventKind, Hardware, LiveRig};
+use std::time::{Duration, Instant};
 
 #[test]
 fn every_cycle_becomes_a_row_and_the_torque_is_off_in_the_end() {
@@ -117,6 +118,51 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_question() {
         assert_eq!((mode, error), (3, 0));
     }
     assert!(hardware.counts().timeouts > 0);
+}
+
+/// A servo that answers everything so much too late [s].
+fn late(by: f64) -> Fault {
+    Fault { delay_ms: Some(1e3 * by), ..Fault::new(0.0, FaultKind::DelayPacket).of_servo(1).times(10_000) }
+}
+
+#[test]
+fn registers_are_waited_for_while_no_torque_depends_on_it_and_only_then() {
+    for by in [0.03, 0.1] {
+        let mut stand = Stand::new();
+        stand.rig.servos.reply_timeout = 4e-3;
+        let mut hardware = LiveRig::open(&stand.rig).unwrap();
+        stand.emulator.inject(late(by)).unwrap();
+        std::thread::sleep(Duration::from_millis(50));
+        assert_eq!(hardware.bus().read(1, xl430::OPERATING_MODE).unwrap(), 3);
+        hardware.bus().write(1, xl430::LED, 1).unwrap();
+        assert_eq!(hardware.bus().read(1, xl430::LED).unwrap(), 1);
+        // In a cycle nobody waits longer: one question to all, and three more to each that stands behind the late one.
+        let before = hardware.counts().timeouts;
+        let mut samples = [None; 4];
+        hardware.bus().read_servos(&mut samples).unwrap();
+        assert!(hardware.counts().timeouts - before <= 1 + 4 * 3, "{samples:?}");
+    }
+}
+
+#[test]
+fn a_servo_that_never_answers_is_given_up_after_the_stated_time() {
+    let mut stand = Stand::new();
+    stand.rig.servos.reply_timeout = 4e-3;
+    let mut hardware = LiveRig::open(&stand.rig).unwrap();
+    hardware.prepare().unwrap();
+    stand.emulator.inject(Fault::new(0.0, FaultKind::UnplugServo).of_servo(1)).unwrap();
+    std::thread::sleep(Duration::from_millis(50));
+    let (before, start) = (hardware.counts().timeouts, Instant::now());
+    let error = hardware.bus().read(1, xl430::LED).unwrap_err().to_string();
+    assert!(error.contains("servo 1, register 65: no answer in time"), "{error}");
+    assert!(start.elapsed() >= REGISTER_PATIENCE / 2, "{:?}", start.elapsed());
+    // 4, 8, 16 … ms: ten of them are 4 s.
+    let n = hardware.counts().timeouts - before;
+    assert!((4..=10).contains(&n), "{n} questions");
+    // Under torque, or on the way there, the rig file alone counts.
+    let before = hardware.counts().timeouts;
+    assert!(hardware.enable_torque().is_err());
+    assert!(hardware.counts().timeouts - before <= u64::from(1 + stand.rig.servos.retries), "torque waits");
 }
 
 #[test]
