@@ -10,7 +10,8 @@ use clap::{ArgAction, Parser, Subcommand};
 use hysteron_base::BadInput;
 use hysteron_workflow::number;
 
-use crate::terminal::{self, WATCHDOG};
+use crate::caller::WATCHDOG;
+use crate::terminal;
 
 const HELP: &str = "\
 Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod arm;
+mod caller;
 mod failure;
 mod interrupt;
 mod limits;
@@ -31,7 +32,7 @@ fn main() -> ExitCode {
     if program.is_json() {
         terminal::use_json();
     }
-    let caller = terminal::caller(program.may_overwrite());
+    let caller = caller::by_terminal(program.may_overwrite());
     match prepare(&program).and_then(|()| carry_out(&program, &caller)) {
         Ok(summary) => {
             terminal::conclude(&summary);

@@ -9,16 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use hysteron_base::json;
-use hysteron_workflow::{Caller, Monitor, Progress};
 use serde_json::Value;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
-
-use crate::{interrupt, progress};
-
-/// The hidden verb of the watchdog process.
-pub const WATCHDOG: &str = "watchdog";
 
 static IS_JSON: AtomicBool = AtomicBool::new(false);
 
@@ -37,49 +31,6 @@ pub fn say(line: impl std::fmt::Display) {
     if !is_json() {
         print(escaped(&line.to_string()));
     }
-}
-
-/// The terminal as whoever runs a verb.
-struct Terminal;
-
-impl Monitor for Terminal {
-    fn progress(&self, of: &str, length: usize, done: usize) -> Box<dyn Progress> {
-        Box::new(progress::bar(of, length, done))
-    }
-
-    fn is_cancelled(&self) -> bool {
-        interrupt::is_asked()
-    }
-
-    fn listen(&self) {
-        interrupt::listen();
-    }
-
-    fn listen_on_rig(&self) {
-        interrupt::listen_on_rig();
-    }
-
-    fn say(&self, line: &str) {
-        say(line);
-    }
-
-    fn confirm(&self, question: &str) -> Option<bool> {
-        if is_json() || !std::io::stdin().is_terminal() {
-            return None;
-        }
-        let mut stderr = std::io::stderr();
-        write!(stderr, "{} [y/N] ", escaped(question)).and_then(|()| stderr.flush()).ok()?;
-        let mut answer = String::new();
-        std::io::stdin().read_line(&mut answer).ok()?;
-        Some(["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
-    }
-}
-
-/// Whoever typed the command, for the verbs.
-pub fn caller(may_overwrite: bool) -> Caller<'static> {
-    let watchdog = std::env::current_exe()
-        .map(|program| vec![program.into_os_string(), "--quiet".into(), WATCHDOG.into()]);
-    Caller { monitor: &Terminal, command: command_line(), may_overwrite, watchdog: watchdog.ok() }
 }
 
 /// Prints what a verb came to. For whoever typed `--json`: the same that stands in `metrics.json`, where it writes one; for
@@ -127,7 +78,7 @@ const CLOSED_PIPE: u8 = 141;
 /// Prints why the program failed.
 pub fn complain(error: &anyhow::Error) {
     // Where nobody can read it, the exit code says it.
-    let _ = writeln!(io::stderr(), "error: {}", escaped(&format!("{error:#}")));
+    let _ = writeln!(io::stderr(), "error: {}", escaped_list(&format!("{error:#}")));
 }
 
 /// A text on one line: characters that would move the cursor, colour the terminal, ring its bell or turn the
@@ -144,6 +95,15 @@ pub fn escaped(text: &str) -> String {
     shown
 }
 
+/// What begins each line of a list below its head.
+const BELOW: &str = "\n  ";
+
+/// As [`escaped`], but of a head with a list below, as all that is wrong with a bus: its lines stay lines. They are indented,
+/// so that none looks as if the program had begun to say something else.
+fn escaped_list(text: &str) -> String {
+    text.split(BELOW).map(escaped).collect::<Vec<_>>().join(BELOW)
+}
+
 /// Lines of the log on stderr, each escaped.
 struct LogLine {
     /// Whether the log colours its own words.
@@ -157,8 +117,8 @@ impl Write for LogLine {
         let text = text.trim_end_matches('\n');
         // Colours begin with this character; the log itself escapes it in what it is given.
         let shown = match self.is_coloured {
-            true => text.split('\u{1b}').map(escaped).collect::<Vec<_>>().join("\u{1b}"),
-            false => escaped(text),
+            true => text.split('\u{1b}').map(escaped_list).collect::<Vec<_>>().join("\u{1b}"),
+            false => escaped_list(text),
         };
         writeln!(std::io::stderr(), "{shown}")?;
         Ok(line.len())
@@ -202,13 +162,6 @@ fn has_colours(no_color: Option<std::ffi::OsString>) -> bool {
     no_color.is_none_or(|value| value.is_empty())
 }
 
-/// The command line as typed, without the options that cannot change a result.
-pub fn command_line() -> String {
-    hysteron_workflow::command_line::shown(
-        std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use tracing::Level;
@@ -238,5 +191,14 @@ mod tests {
             escaped("a\nerror: b\u{1b}[31m\r\u{7}\u{202e}é"),
             "a\\nerror: b\\u{1b}[31m\\r\\u{7}\\u{202e}é"
         );
+    }
+
+    #[test]
+    fn a_list_below_its_head_stays_a_list_and_a_forged_line_is_none() {
+        assert_eq!(
+            escaped_list("wrong:\n  servo 1: \r\n  servo 2: b"),
+            "wrong:\n  servo 1: \\r\n  servo 2: b"
+        );
+        assert_eq!(escaped_list("a\nerror: b\n c\n  \u{1b}"), "a\\nerror: b\\n c\n  \\u{1b}");
     }
 }

@@ -1,4 +1,4 @@
-//! Errors of the twin.
+//! What can go wrong in the twin.
 
 use hysteron_base::BadInput;
 
@@ -29,9 +29,9 @@ pub enum Error {
         reached: f64,
         /// Where the last attempt stopped.
         relative_residual: f64,
-        /// Cause that stopped it.
+        /// What stopped it.
         cause: Cause,
-        /// Hint for the user.
+        /// What to try.
         hint: String,
     },
 }

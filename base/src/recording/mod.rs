@@ -15,6 +15,7 @@ mod names;
 mod pages;
 pub(crate) mod parquet;
 pub(crate) mod parquet_column;
+mod parquet_damage;
 
 use crate::{BadInput, Result, file};
 pub use journal::{Journal, JournalFile, JournalWriter};

@@ -7,9 +7,9 @@
 use super::arrow_schema::Durations;
 use super::names::Column;
 use super::parquet_column::{self, Values};
+use super::parquet_damage::damaged;
 use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite, pages};
 use crate::BadInput;
-use crate::panics::caught;
 use crate::units::Unit;
 use ::parquet::basic::{Compression, Repetition, Type as PhysicalType};
 use ::parquet::data_type::{BoolType, DoubleType};
@@ -199,16 +199,4 @@ fn flags(values: &Values, name: &str) -> Check<Vec<bool>> {
         _ => Err(BadInput::new(format!("row {}: {name}", row + 1), "0 or 1", value.to_string())),
     };
     values.numbers.iter().enumerate().map(flag).collect()
-}
-
-/// What `pages` reads of the column `name`; `parquet` asserts what the pages of a damaged file do not keep.
-pub(crate) fn guarded<T>(name: &str, pages: impl FnOnce() -> Check<T>) -> Check<T> {
-    caught(pages).unwrap_or_else(|| {
-        Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))
-    })
-}
-
-pub(crate) fn damaged(error: &ParquetError) -> BadInput {
-    BadInput::new("contents", "a whole parquet file", error.to_string())
-        .hint("was it copied or downloaded to the end?")
 }

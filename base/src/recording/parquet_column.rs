@@ -4,7 +4,7 @@
 //! since 1970 is good to a quarter of a microsecond only); decimals, halves and unsigned numbers what they are.
 
 use super::arrow_schema::Durations;
-use super::parquet::{damaged, guarded};
+use super::parquet_damage::{damaged, guarded};
 use super::{Check, check_size};
 use crate::BadInput;
 use crate::table::TextColumn;

@@ -1,4 +1,4 @@
-//! Sensitivity of the tip to auxiliary strokes.
+//! What auxiliary strokes do to the tip.
 
 use super::Auxiliary;
 use super::problem::others;

@@ -1,4 +1,4 @@
-//! Summary of an identification.
+//! What an identification came to.
 
 use serde::{Deserialize, Serialize};
 
