@@ -4,7 +4,7 @@
 use hysteron_base::json;
 use std::io::{BufRead, Write};
 
-use hysteron_control::tracking::{Point, chamfer, frechet, hausdorff, iou};
+use hysteron_control::tracking::{Point, chamfer, frechet, frechet_closed, hausdorff, iou};
 
 #[derive(serde::Deserialize)]
 struct Pair {
@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let Pair { a, b } = json::from_text(&line?)?;
         let metrics = hysteron_base::json!({
             "iou": iou(&a, &b), "hausdorff": hausdorff(&a, &b), "chamfer": chamfer(&a, &b), "frechet": frechet(&a, &b),
+            "frechet_closed": frechet_closed(&a, &b),
         });
         writeln!(out, "{metrics}")?;
     }

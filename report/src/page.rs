@@ -27,26 +27,6 @@ pub fn write_page(folder: &Path, html: String) -> anyhow::Result<()> {
     replace(&folder.join("report.html"), html)
 }
 
-/// Adds a heading and a table to the end of the `report.html` in `folder`, if there is one.
-pub fn add_section(
-    folder: &Path,
-    heading: &str,
-    headings: &[&str],
-    rows: impl IntoIterator<Item = Vec<String>>,
-) -> anyhow::Result<()> {
-    const END: &str = "</body>";
-    let path = folder.join("report.html");
-    if !path.exists() {
-        return Ok(());
-    }
-    let html = std::fs::read_to_string(&path)?;
-    let mut section = Page(String::new());
-    section.heading(heading);
-    section.table(headings, rows);
-    let at = html.rfind(END).unwrap_or(html.len());
-    replace(&path, format!("{}{}{}", &html[..at], section.0, &html[at..]))
-}
-
 /// A report as it grows: one file with everything in it.
 pub struct Page(String);
 

@@ -11,8 +11,9 @@ use serde_json::Value;
 
 use crate::network::Network;
 use crate::outputs::Outputs;
+use crate::recording_checks::{self, Findings};
 use crate::{COMMIT, Caller, verdict};
-use crate::{inputs, paths, recording_checks};
+use crate::{inputs, paths};
 use hysteron_report::page::write_metrics;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -58,7 +59,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let folder = paths::beside(&options.out, options.figures.as_deref());
     let outputs = outputs.scene(&options.scene, &scene).file("--out", &options.out);
     let _claim = outputs.report("--figures", Some(&folder)).check(caller)?;
-    let found = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
     caller.listen();
     let bar = caller.progress("samples", n_samples(&twin, &motions), 0);
     let on_sample = || {
@@ -74,8 +75,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     adapted.model.training["adapted_kept"] = json!(adapted.kept);
     caller.sign(&mut adapted.model.training);
     adapted.model.write(&options.out)?;
-    let value = write_metrics(&folder, &Metrics::new(&adapted, &settings, caller))?;
-    let value = found.in_report(value, Some(&folder))?;
+    let value = write_metrics(&folder, &Metrics::new(&adapted, &settings, &findings, caller))?;
     print(&adapted, caller);
     caller.wrote(&options.out);
     Ok(value)
@@ -95,6 +95,8 @@ struct Metrics<'a> {
     found: Found<'a>,
     recordings: &'a [hysteron_twin::residual::MotionErrors],
     options: &'a AdaptOptions,
+    /// What its recordings leave in doubt.
+    recording_warnings: &'a Findings,
     command: String,
     commit: &'static str,
 }
@@ -120,7 +122,7 @@ struct Found<'a> {
 }
 
 impl<'a> Metrics<'a> {
-    fn new(adapted: &'a Adapted, options: &'a AdaptOptions, caller: &Caller) -> Self {
+    fn new(adapted: &'a Adapted, options: &'a AdaptOptions, findings: &'a Findings, caller: &Caller) -> Self {
         let held_out = adapted.held_out_m.iter().map(|&(kept, rms_m)| HeldOut { kept, rms_m });
         let blocks = adapted.blocks.iter().map(|(name, time)| Block { recording: name, time_s: *time });
         Self {
@@ -138,6 +140,7 @@ impl<'a> Metrics<'a> {
             },
             recordings: &adapted.motions,
             options,
+            recording_warnings: findings,
             command: caller.command.clone(),
             commit: COMMIT,
         }

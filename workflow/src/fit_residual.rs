@@ -18,7 +18,7 @@ use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::paper_design::{DesignName, PaperDesign};
 use crate::paths;
-use crate::recording_checks;
+use crate::recording_checks::{self, Findings};
 use crate::resume::Unfinished;
 
 /// More networks than any mean gains from.
@@ -73,7 +73,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let figures = paths::beside(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _claim = outputs.check(caller)?;
-    let found = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
+    let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
     let usable: Vec<&Input> = inputs
         .iter()
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
@@ -104,8 +104,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let Fitted { mut model, reports, is_finished } = fitted?;
     caller.sign(&mut model.training);
     model.write(&options.out)?;
-    let value = report(options, &model, &reports, caller)?;
-    let value = found.in_report(value, Some(&paths::beside(&options.out, options.figures.as_deref())))?;
+    let value = report(options, &model, &reports, &findings, caller)?;
     unfinished.end(is_finished, caller)?;
     Ok(value)
 }
@@ -115,6 +114,7 @@ fn report(
     options: &Options,
     model: &ResidualModel,
     reports: &[FitReport],
+    findings: &Findings,
     caller: &Caller,
 ) -> anyhow::Result<Value> {
     for (k, report) in reports.iter().enumerate() {
@@ -139,6 +139,7 @@ fn report(
         training: &model.training,
         facts: floor.into_iter().collect(),
         warnings: &warnings,
+        findings,
     };
     training::write(&paths::beside(&options.out, options.figures.as_deref()), &told, caller)
 }

@@ -65,6 +65,16 @@ impl Comparison {
     }
 }
 
+/// Warns of what linear tetrahedra lose on the body of a scene, before something is fitted to it.
+///
+/// # Errors
+/// Those of reading the mesh, and of the twin.
+pub(crate) fn warn_before_fit(scene: &Scene) -> anyhow::Result<()> {
+    let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    Estimator::new(scene, &mesh)?.warn();
+    Ok(())
+}
+
 /// The two discretisations of a scene, where they can be compared.
 pub struct Estimator {
     locking: Option<Locking>,

@@ -2,20 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use hysteron_arm::Model;
 use hysteron_base::checks::{CheckContext, Finding, Purpose, Severity, Warning, check_recordings};
-use hysteron_base::{BadInput, Recording, file, json};
-use hysteron_report::page::{add_section, write_metrics};
+use hysteron_base::{BadInput, Recording};
+use hysteron_report::page::Page;
 use hysteron_twin::Twin;
-use serde_json::Value;
+use serde::Serialize;
 
 use crate::inputs::Input;
 
 /// Most findings that are printed one by one; the rest stands in `metrics.json`.
 const MAX_PRINTED: usize = 12;
 
-/// What was found in the recordings of a verb, none of it an error.
+/// What was found in the recordings of a verb, none of it an error: `recording_warnings` of its result, and a section of its page.
+#[derive(Debug, Serialize)]
+#[serde(transparent)]
 pub(crate) struct Findings(Vec<Warning>);
 
 /// Checks recordings that were read.
@@ -86,32 +87,12 @@ fn line(first: &Warning, others: usize) -> String {
 }
 
 impl Findings {
-    /// The result of a verb with what was found in its recordings.
-    pub fn in_value(&self, mut value: Value) -> Value {
-        if let Value::Object(fields) = &mut value {
-            fields.insert("recording_warnings".to_owned(), json!(self.0));
-        }
-        value
-    }
-
-    /// The same, which goes into the `metrics.json` and onto the page that the verb has written to `folder`, if it has.
-    ///
-    /// # Errors
-    /// Those of writing.
-    pub fn in_report(&self, value: Value, folder: Option<&Path>) -> anyhow::Result<Value> {
-        let value = self.in_value(value);
-        let Some(folder) = folder else { return Ok(value) };
-        let metrics = folder.join("metrics.json");
-        if metrics.exists() {
-            let written: Value = json::from_text(file::read_bytes(&metrics)?)
-                .with_context(|| metrics.display().to_string())?;
-            write_metrics(folder, &self.in_value(written))?;
-        }
+    /// Adds them to a page, if there are any.
+    pub fn show(&self, page: &mut Page) {
         if !self.0.is_empty() {
-            let rows = self.0.iter().map(|one| cells(one).to_vec());
-            add_section(folder, "What the recordings leave in doubt", &HEADINGS, rows)?;
+            page.heading("What the recordings leave in doubt");
+            page.table(&HEADINGS, self.0.iter().map(|one| cells(one).to_vec()));
         }
-        Ok(value)
     }
 }
 

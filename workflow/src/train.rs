@@ -17,7 +17,7 @@ use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::paper_design::{DesignName, PaperDesign};
 use crate::paths;
-use crate::recording_checks;
+use crate::recording_checks::{self, Findings};
 use crate::resume::Unfinished;
 
 /// Train the inverse controller on recordings (EDIC)
@@ -89,7 +89,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let figures = paths::beside(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _claim = outputs.check(caller)?;
-    let found = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
+    let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
     let data = dataset(options, &inputs, caller)?;
     caller.listen();
     let unfinished = Unfinished::new(&options.out, vec![options.out.with_extension("training")]);
@@ -108,8 +108,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let mut fitted = fitted?;
     caller.sign(&mut fitted.model.training);
     fitted.model.write(&options.out)?;
-    let value = report(options, &data, &fitted, caller)?;
-    let value = found.in_report(value, Some(&paths::beside(&options.out, options.figures.as_deref())))?;
+    let value = report(options, &data, &fitted, &findings, caller)?;
     unfinished.end(fitted.is_finished, caller)?;
     Ok(value)
 }
@@ -185,7 +184,13 @@ impl Display<'_> {
 }
 
 /// Prints how well it does, and writes its report.
-fn report(options: &Options, data: &Dataset, fitted: &Fitted, caller: &Caller) -> anyhow::Result<Value> {
+fn report(
+    options: &Options,
+    data: &Dataset,
+    fitted: &Fitted,
+    findings: &Findings,
+    caller: &Caller,
+) -> anyhow::Result<Value> {
     let report = &fitted.report;
     let line = |what: &str, errors: &[f64]| {
         let Some((network, baselines)) = errors.split_last() else { return };
@@ -229,6 +234,7 @@ fn report(options: &Options, data: &Dataset, fitted: &Fitted, caller: &Caller) -
         training: said,
         facts,
         warnings: &warnings,
+        findings,
     };
     training::write(&paths::beside(&options.out, options.figures.as_deref()), &told, caller)
 }

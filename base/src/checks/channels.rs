@@ -4,11 +4,9 @@ use std::f64::consts::TAU;
 
 use super::series::{Measured, Series};
 use super::statistics::{extremes, quantile, range, robust_deviation};
-use super::{Finding, MIN_ROWS, Warning};
+use super::{Finding, LONGEST_STILL_S, MIN_ROWS, Warning};
 use crate::units::Unit;
 
-/// A stretch without any change is told from this on [s]; a robot's time constants are shorter.
-const LONGEST_STILL_S: f64 = 0.5;
 /// Part of its range that a command moves over while nothing answers [-]: wider than backlash and friction of a tendon hold on.
 const COMMAND_MOVES: f64 = 0.1;
 /// From this part of the rows on that repeat the one before, rows are held, not repeated by accident [-].
@@ -22,6 +20,13 @@ const MIN_DUPLICATES: usize = 3;
 const SPIKE_DEVIATIONS: f64 = 12.0;
 /// And in parts of the channel's own range from the 1st to the 99th percentile [-].
 const SPIKE_PART: f64 = 0.1;
+/// And in what the channel moves at its speed of nearby [-]: motion that turns between two rows leaves them by at most once that.
+const SPIKE_SPEED: f64 = 3.0;
+/// Steps to either side from which that speed is taken, the second largest of them: another spike may stand on one side.
+const NEARBY: usize = 2;
+/// Part of the root mean square change from row to row above which a channel moves beyond doubt [-]; less may be the slow end of a
+/// motion, by single steps of an encoder.
+const FAST_PART: f64 = 0.5;
 /// A jump within this part of a turn is a wrap [-]: what a joint moves between two rows is less.
 const WRAP_PART: f64 = 0.1;
 /// Fewest values of its own in which a channel has a shape that can be cut off.
@@ -112,7 +117,7 @@ fn held(channels: &[&Measured], series: &Series) -> Vec<Warning> {
         if changes.len() < MIN_ROWS || changes.len() as f64 > (1.0 - HELD) * n as f64 {
             continue;
         }
-        let quantum = changes.iter().copied().fold(f64::INFINITY, f64::min);
+        let quantum = quantum(&channel.values);
         let single = changes.iter().filter(|change| **change < 1.5 * quantum).count();
         if single as f64 > SINGLE_QUANTA * changes.len() as f64 {
             continue;
@@ -159,7 +164,18 @@ fn duplicated(series: &Series) -> Option<Warning> {
     series.measured().next()?;
     let same: Vec<bool> = (0..n).map(|i| i > 0 && is_same(i)).collect();
     let is_single = |i: &usize| same[*i] && !same[*i - 1] && !same.get(*i + 1).copied().unwrap_or(false);
-    let single: Vec<usize> = (1..n).filter(is_single).collect();
+    // What stands still or creeps between two values of its rounding repeats itself; what moves on to both sides does not.
+    let positions = series.measured().filter(|channel| channel.is_position());
+    let positions: Vec<(&[f64], f64)> =
+        positions.map(|channel| (&channel.values[..], fast_change(&channel.values))).collect();
+    let is_moving = |i: &usize| {
+        let moves = |k: usize| {
+            let is_fast = |(values, fast): &(&[f64], f64)| (values[k] - values[k - 1]).abs() > *fast;
+            k > 0 && k < n && positions.iter().any(is_fast)
+        };
+        moves(*i - 1) && moves(*i + 1)
+    };
+    let single: Vec<usize> = (1..n).filter(is_single).filter(is_moving).collect();
     let part = same.iter().filter(|same| **same).count() as f64 / n as f64;
     if single.len() < MIN_DUPLICATES || part > HELD {
         return None;
@@ -179,6 +195,9 @@ fn duplicated(series: &Series) -> Option<Warning> {
 
 /// A value or two that leave their neighbours and are back.
 fn spike(channel: &Measured, series: &Series) -> Option<Warning> {
+    if !series.resolves_motion() {
+        return None;
+    }
     let values = &channel.values;
     let n = values.len();
     let departure = |i: usize| {
@@ -190,14 +209,17 @@ fn spike(channel: &Measured, series: &Series) -> Option<Warning> {
     let width = quantile(&mut sorted, 0.99) - quantile(&mut sorted, 0.01);
     let limit = (SPIKE_DEVIATIONS * robust_deviation(departures.iter().copied())).max(SPIKE_PART * width);
     // The first and the last two rows have neighbours on one side alone.
-    let is_back = |i: usize| {
+    let is_back = |i: usize, limit: f64| {
         let side = |k: usize| (values[i] - values[k]).abs() > 0.5 * limit;
         i >= 2 && i + 2 < n && side(i - 2) && side(i + 2)
     };
-    let spikes: Vec<usize> = (0..n).filter(|&i| departures[i].abs() > limit && is_back(i)).collect();
+    let limit_at = |i: usize| limit.max(SPIKE_SPEED * moved_nearby(channel, &series.time, i));
+    let is_spike =
+        |i: &usize| departures[*i].abs() > limit && is_back(*i, limit) && departures[*i].abs() > limit_at(*i);
+    let spikes: Vec<usize> = (0..n).filter(is_spike).collect();
     let at = spikes.iter().copied().max_by(|a, b| departures[*a].abs().total_cmp(&departures[*b].abs()))?;
     let (unit, factor) = shown(channel);
-    let (size, limit) = (factor * departures[at].abs(), factor * limit);
+    let (size, limit) = (factor * departures[at].abs(), factor * limit_at(at));
     let finding = format!(
         "{} rows leave their neighbours and are back within two rows; the largest by {size:.4} {unit} (at most {limit:.4})",
         spikes.len(),
@@ -208,6 +230,32 @@ fn spike(channel: &Measured, series: &Series) -> Option<Warning> {
             .at_rows(series.rows[at], series.rows[at])
             .hint("no body moves so: mark these rows as gaps"),
     )
+}
+
+/// How far a channel moves from row `i` to the further of its neighbours, at the speed that it has around [unit of the channel].
+fn moved_nearby(channel: &Measured, time: &[f64], i: usize) -> f64 {
+    let (values, last) = (&channel.values, time.len() - 1);
+    let speed = |k: usize| ((values[k + 1] - values[k]) / (time[k + 1] - time[k])).abs();
+    // Steps that the two rows of a spike have no part in.
+    let before = i.saturating_sub(2 + NEARBY)..i.saturating_sub(2);
+    let after = (i + 2).min(last)..(i + 2 + NEARBY).min(last);
+    let mut speeds: Vec<f64> = before.chain(after).map(speed).collect();
+    speeds.sort_by(|a, b| b.total_cmp(a));
+    let speed = speeds.get(1).copied().unwrap_or(0.0);
+    let step = |k: usize| if k < last { time[k + 1] - time[k] } else { 0.0 };
+    speed * step(i.saturating_sub(1)).max(step(i))
+}
+
+/// A change from row to row of a channel that moves beyond doubt.
+fn fast_change(values: &[f64]) -> f64 {
+    let squares = values.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>();
+    FAST_PART * (squares / values.len() as f64).sqrt()
+}
+
+/// The smallest change of a channel: a step of its rounding, or less.
+fn quantum(values: &[f64]) -> f64 {
+    let changes = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    changes.filter(|change| *change > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 /// Unit and factor in which values of a channel are shown.
@@ -262,13 +310,12 @@ fn wrap(channel: &Measured, series: &Series) -> Option<Warning> {
 /// Plateaus at the largest or smallest value that a channel runs into with speed.
 fn saturated(channel: &Measured, series: &Series) -> Option<Warning> {
     let values = &channel.values;
-    let mut changes: Vec<f64> =
-        values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0).collect();
+    let changes = values.windows(2).filter(|pair| pair[1] != pair[0]).count();
     // As many changes as levels at least; a channel in coarse steps has plateaus by rounding.
-    if changes.len() < MIN_LEVELS || changes.len() as f64 <= (1.0 - HELD) * values.len() as f64 * 0.5 {
+    if changes < MIN_LEVELS || changes as f64 <= (1.0 - HELD) * values.len() as f64 * 0.5 {
         return None;
     }
-    let typical = quantile(&mut changes, 0.5);
+    let fast = fast_change(values);
     for extreme in extremes(values.iter().copied()) {
         let (mut plateaus, mut rows, mut first, mut i) = (0, 0, None, 0);
         while i < values.len() {
@@ -278,7 +325,7 @@ fn saturated(channel: &Measured, series: &Series) -> Option<Warning> {
             }
             let length = values[i..].iter().take_while(|value| **value == extreme).count();
             // Motion that turns or comes to rest slows down before; what is cut off does not.
-            let is_fast = i > 1 && (values[i - 1] - values[i - 2]).abs() > 0.5 * typical;
+            let is_fast = i > 1 && (values[i - 1] - values[i - 2]).abs() > fast;
             if length >= MIN_PLATEAU && is_fast {
                 plateaus += 1;
                 rows += length;
@@ -311,7 +358,7 @@ fn coarse(channel: &Measured) -> Option<Warning> {
     if changes.len() < MIN_ROWS {
         return None;
     }
-    let quantum = changes.iter().copied().fold(f64::INFINITY, f64::min);
+    let quantum = quantum(&channel.values);
     let levels = range(channel.values.iter().copied()) / quantum;
     if levels >= MIN_STEPS_OF_RANGE {
         return None;

@@ -1,6 +1,6 @@
 //! Whether recordings that are used together move the robot enough for a fit.
 
-use super::series::is_command;
+use super::series::{is_command, resolves_motion};
 use super::statistics::{extremes, noise, range};
 use super::{Finding, MIN_ROWS, Warning};
 use crate::Recording;
@@ -129,7 +129,10 @@ fn noisy_tip(recordings: &[(&str, &Recording)]) -> Option<Warning> {
         let axes = ["tip_x_m", "tip_y_m", "tip_z_m"].into_iter().filter_map(|axis| recording.channel(axis));
         axes.map(|axis| (range(axis.iter().copied()), noise(axis))).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let long = recordings.iter().filter(|(_, recording)| recording.n_samples() >= MIN_ROWS);
+    // Of rows slower than the motion, what differs between neighbours is motion.
+    let is_judged =
+        |recording: &Recording| recording.n_samples() >= MIN_ROWS && resolves_motion(recording.time());
+    let long = recordings.iter().filter(|(_, recording)| is_judged(recording));
     let measured: Vec<(f64, f64)> = long.filter_map(|(_, recording)| of(recording)).collect();
     let (width, deviation) = measured.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let ratio = width / deviation;

@@ -21,6 +21,9 @@ use series::Series;
 
 /// Fewest measured rows from which anything is concluded.
 const MIN_ROWS: usize = 10;
+/// A robot's time constants are shorter [s]: a longer stretch without any change is no motion, and rows further apart are each a rest
+/// of its own.
+const LONGEST_STILL_S: f64 = 0.5;
 
 /// How sure a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

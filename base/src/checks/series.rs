@@ -1,5 +1,7 @@
 //! What the checks read of a recording: the measured rows, by what they are.
 
+use super::LONGEST_STILL_S;
+use super::statistics::quantile;
 use crate::Recording;
 use crate::units::Unit;
 
@@ -13,6 +15,12 @@ pub fn is_command(name: &str) -> bool {
     FLAGS.contains(&name)
         || name.ends_with("labelled_ratio")
         || COMMANDS.iter().any(|begin| name.starts_with(begin))
+}
+
+/// Whether rows at these times [s] are closer than a robot's time constants.
+pub fn resolves_motion(time: &[f64]) -> bool {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    quantile(&mut steps, 0.5) < LONGEST_STILL_S
 }
 
 /// A channel without the rows that were filled in.
@@ -74,6 +82,12 @@ impl<'a> Series<'a> {
             orientation: if orientation.len() == 4 { orientation } else { Vec::new() },
             others: others.map(|channel| of(&channel.name, &channel.values)).collect(),
         }
+    }
+
+    /// False where rows are further apart than a robot's time constants, each a rest of its own: neighbours then have nothing in
+    /// common.
+    pub fn resolves_motion(&self) -> bool {
+        resolves_motion(&self.time)
     }
 
     /// The tip's axes and everything else that is measured.

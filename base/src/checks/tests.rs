@@ -230,6 +230,48 @@ fn spikes_wraps_and_clipping_are_found_at_their_rows() {
 }
 
 #[test]
+fn motion_that_turns_between_two_rows_is_no_spike() {
+    // Rows 0.4 s apart, a peak of four rows every dozen: at each turn a row leaves its neighbours by as much as it does in a ramp.
+    let slow = |robot: &mut Robot| {
+        robot.time.iter_mut().for_each(|t| *t *= 40.0);
+        let pull = |i: usize| 10e-3 * [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0][i % 12];
+        for (i, x) in robot.tip[0].iter_mut().enumerate() {
+            *x = pull(i) + 1e-5 * (i as f64).sin();
+        }
+    };
+    let spikes = |robot: &Robot| {
+        robot.found().into_iter().filter(|one| one.kind == Finding::Spike).collect::<Vec<_>>()
+    };
+    let mut robot = Robot::new(1);
+    slow(&mut robot);
+    assert_eq!(spikes(&robot), []);
+    // Beyond three times the speed nearby no motion explains it.
+    robot.tip[0][777] += 0.05;
+    assert_eq!(spikes(&robot).len(), 1);
+    // Holds in any order, each a rest of its own: neighbours have nothing in common, and their differences are no noise either.
+    let mut stream = rng(3, "holds");
+    let mut robot = Robot::new(1);
+    robot.time.iter_mut().for_each(|t| *t *= 60.0);
+    robot.tip.iter_mut().flatten().for_each(|x| *x = 0.05 * normal(&mut stream));
+    let found = robot.found();
+    let is_wrong = |one: &&Warning| one.kind == Finding::Spike || one.channel == "tip";
+    assert_eq!(found.iter().filter(is_wrong).count(), 0, "{found:?}");
+}
+
+#[test]
+fn a_servo_that_creeps_in_steps_of_its_encoder_repeats_no_rows_and_stops_at_no_end() {
+    // A swing that comes to rest slowly at both ends, in steps of an encoder of 4096: rows that agree, and plateaus at the largest
+    // value, into which single steps lead.
+    let step = std::f64::consts::TAU / 4096.0;
+    let mut robot = arm(1.0, 1.0);
+    let swing = |t: f64| 0.02 * (0.6 * t).sin().clamp(-0.99, 0.99);
+    let q: Vec<f64> = robot.time.iter().map(|t| (swing(*t) / step).round() * step).collect();
+    robot.others = vec![Channel::new("q_1_rad", q)];
+    let kinds: Vec<Finding> = robot.found().iter().map(|one| one.kind).collect();
+    assert!(!kinds.contains(&Finding::DuplicatedRow) && !kinds.contains(&Finding::Saturation), "{kinds:?}");
+}
+
+#[test]
 fn delays_are_estimated_to_a_few_milliseconds() {
     for by in [15, 23, 60] {
         let mut robot = Robot::new(2);

@@ -160,6 +160,7 @@ fn learning_of_tendon_robots_ends_when_asked() {
             "train data --hidden 256 --epochs 1000 --out d.safetensors",
             "fit-residual identified --out a.safetensors --epochs 1000",
             "adapt r.safetensors data --scene scene-coreact.toml --out b.safetensors",
+            "fit-sensor scene.toml data --out c.json",
         ],
     );
 }

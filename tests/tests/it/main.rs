@@ -16,6 +16,7 @@ mod generate;
 mod identify_servo;
 #[cfg(target_os = "linux")]
 mod interrupt;
+mod json_output;
 mod limits;
 mod mesh;
 mod messages;
@@ -25,6 +26,7 @@ mod output_options;
 mod outputs;
 mod reach;
 mod record;
+mod recorded_checks;
 mod recording_checks;
 mod registers;
 mod reports;
@@ -33,6 +35,8 @@ mod sense;
 mod servo_health;
 mod simulate;
 mod study;
+#[cfg(target_os = "linux")]
+mod system_limits;
 mod target;
 mod teleoperation;
 #[cfg(unix)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hysteron_arm::{
     ExcitationOptions, Law, LimitOptions, Motion, MotionLimits, PointToPoint, exciting_trajectory, states_of,
 };
-use hysteron_base::{BadInput, Metadata, json};
+use hysteron_base::{BadInput, Metadata};
 
 use serde_json::Value;
 
@@ -122,15 +122,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         }
     };
     states.write(&options.out)?;
-    if let Some(folder) = &options.figures {
-        excitation_figures::write(folder, &model, &states, options.png)?;
-    }
+    let value = match &options.figures {
+        Some(folder) => excitation_figures::write(folder, &model, &states, options.png)?,
+        None => excitation_figures::summarise(&model, &states)?,
+    };
     caller.say(format_args!("{} rows: {}", states.n_samples(), options.out.display()));
-    let number = |key: &str| states.meta().extra.get(key).and_then(|text| text.parse::<f64>().ok());
-    Ok(json!({
-        "duration_s": states.time()[states.n_samples() - 1], "samples": states.n_samples(),
-        "condition_number": number("condition_number"), "condition_number_before": number("condition_number_before"),
-    }))
+    Ok(value)
 }
 
 fn law(shape: Shape) -> Option<Law> {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_arm::{Model, Quantity, joint_rows, motion_under_torques};
-use hysteron_base::{BadInput, Recording, json};
+use hysteron_base::{BadInput, Recording};
 use serde_json::Value;
 
 use crate::{Caller, arm_figures};
@@ -62,11 +62,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     )
     .map_err(|bad| bad.within(options.torques.display()))?;
     motion.write(&options.out)?;
-    if let Some(folder) = &options.figures {
-        arm_figures::write(folder, &model, &motion, options.png)?;
-    }
+    let value = match &options.figures {
+        Some(folder) => arm_figures::write(folder, &model, &motion, options.png)?,
+        None => arm_figures::summarise(&model, &motion)?,
+    };
     caller.say(format_args!("{} rows: {}", motion.n_samples(), options.out.display()));
-    Ok(json!({ "rows": motion.n_samples(), "out": options.out }))
+    Ok(value)
 }
 
 /// Coordinates of the first row; zero where there are none.

@@ -54,7 +54,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.listen();
     let ranges = recording_checks::joint_ranges(&model);
     let context = CheckContext { joint_ranges: &ranges, ..CheckContext::new(Purpose::Fit) };
-    let doubts = recording_checks::of_files(&options.recordings, &context)?;
+    let findings = recording_checks::of_files(&options.recordings, &context)?;
     let read = |path: &PathBuf| -> anyhow::Result<Trajectory> {
         let recording = Recording::read(path)?;
         let period = actuator.simulation.period;
@@ -92,9 +92,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         format!("joints are off by {after:.3}° adapted, {before:.3}° as the actuator was, on the recordings that it was adapted to"),
     );
     let verdict = verdict::repeated(judged, trajectories.len(), "recording").verdict();
-    Ok(doubts.in_value(
-        json!({ "before_deg": before, "after_deg": after, "actuator": options.out, "verdict": verdict }),
-    ))
+    Ok(json!({
+        "before_deg": before, "after_deg": after, "actuator": options.out, "verdict": verdict,
+        "recording_warnings": findings,
+    }))
 }
 
 /// Mean absolute error of the joints in pure simulation [deg].

@@ -71,7 +71,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         return Err(bad.hint("recordings have no momenta").into());
     }
     caller.listen();
-    let doubts = recording_checks::of_files(&options.recordings, &CheckContext::new(Purpose::Fit))?;
+    let findings = recording_checks::of_files(&options.recordings, &CheckContext::new(Purpose::Fit))?;
     let samples = read(&options.recordings, options.cutoff)?;
     let n = samples.trajectories.len();
     let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);
@@ -118,10 +118,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         found.validation, found.steps[0], found.steps[1]
     ));
     let verdict = judged(found.validation, validation.trajectories.len());
-    Ok(doubts.in_value(json!({
+    Ok(json!({
         "validation": found.validation, "epochs": found.steps[0], "steps": found.steps[1], "model": options.out,
-        "verdict": verdict,
-    })))
+        "verdict": verdict, "recording_warnings": findings,
+    }))
 }
 
 /// Whether the model gives torques: error over their deviation on as many trajectories that were not trained on.

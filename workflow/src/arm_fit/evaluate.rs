@@ -84,7 +84,7 @@ fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value>
     let model = LearnedDynamics::read(&options.model)?;
     let recording = Recording::read(path)?;
     let name = recording_checks::name_of(path);
-    let doubts = recording_checks::of_named(&[(&name, &recording)], &CheckContext::new(Purpose::Score))?;
+    let findings = recording_checks::of_named(&[(&name, &recording)], &CheckContext::new(Purpose::Score))?;
     let within = |bad: BadInput| bad.within(path.display());
     let samples = samples_of(&recording, options.cutoff).map_err(within)?;
     let parts = model.decompose(&samples).map_err(within)?;
@@ -104,9 +104,10 @@ fn inverse_dynamics(options: &Options, caller: &Caller) -> anyhow::Result<Value>
         ));
     }
     caller.say(format_args!("R² pooled {:.4}, mean of the joints {:.4}", scores.pooled_r2, scores.mean_r2()));
-    let summary = doubts.in_value(json!({
+    let summary = json!({
         "mse_n2_m2": scores.mse, "nmse": scores.nmse, "pooled_r2": scores.pooled_r2, "mean_r2": scores.mean_r2(),
-    }));
+        "recording_warnings": findings,
+    });
     let Some(out) = &options.out else { return Ok(summary) };
     let recorded = Recorded::of(&recording).map_err(within)?;
     let kept: Vec<bool> = recorded.gap.iter().map(|gap| !gap).collect();

@@ -196,7 +196,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     caller.listen();
     let named = read(&files)?;
-    let doubts = checked(&named, &model, Purpose::Fit)?;
+    let findings = checked(&named, &model, Purpose::Fit)?;
     let features = features_of(&named)?;
     let wanted = (&features, options.period_s, &options.free[..]);
     let [training, validation] =
@@ -257,11 +257,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         caller.say(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
     }
     unfinished.end(found.is_finished, caller)?;
-    Ok(doubts.in_value(json!({
+    Ok(json!({
         "validation_deg": found.validation, "epochs": found.epochs, "parameters": n_parameters, "steps_per_second": rate,
         "sensing_validation": found.sensing_validation, "actuator": options.out,
-        "verdict": judged(found.validation, &validation, &features),
-    })))
+        "verdict": judged(found.validation, &validation, &features), "recording_warnings": findings,
+    }))
 }
 
 /// Whether the actuator moves the arm as measured: error of the joints in rollouts on what was not trained on [deg].

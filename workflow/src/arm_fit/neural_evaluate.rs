@@ -40,7 +40,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     caller.listen();
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();
     let named = read(&files)?;
-    let doubts = checked(&named, &model, Purpose::Score)?;
+    let findings = checked(&named, &model, Purpose::Score)?;
     for one in named {
         // What a data set calls training or validation is no test.
         if one.role == Role::Test || !one.is_split {
@@ -74,6 +74,7 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
         let training = trajectories(&known, Role::Training, wanted)?;
         summary["detectors"] = json!(comparison.detectors("", &training)?);
     }
+    summary["recording_warnings"] = json!(findings);
     summary["command"] = json!(caller.command);
     summary["commit"] = json!(COMMIT);
     say(&summary, caller);
@@ -82,10 +83,12 @@ pub(super) fn run(actuator: &NeuralActuator, places: &Places<'_>, caller: &Calle
     }
     if let Some(folder) = places.figures {
         write_metrics(folder, &summary)?;
-        write_page(folder, page(&summary, &caller.command).finish(COMMIT))?;
+        let mut page = page(&summary, &caller.command);
+        findings.show(&mut page);
+        write_page(folder, page.finish(COMMIT))?;
         caller.reported(folder);
     }
-    doubts.in_report(summary, places.figures)
+    Ok(summary)
 }
 
 fn number(value: &Value, digits: usize) -> String {

@@ -10,7 +10,7 @@ use hysteron_fit::{Standing, folds};
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{Results, Row, deviation, judged, positive, read, rows_json, say_rows};
+use super::{Results, Row, Summary, deviation, judged, positive, read, rows_json, say_rows};
 use crate::Caller;
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
@@ -62,7 +62,7 @@ struct Series {
 pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let method = checked(options)?;
     let _claim = options.results.claim(Outputs::reading(&options.recordings), caller)?;
-    let doubts = super::checked(&options.recordings, None)?;
+    let findings = super::checked(&options.recordings, None)?;
     let series = options
         .recordings
         .iter()
@@ -94,13 +94,14 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let warnings = warnings(&velocity, &torque, &rows);
     warnings.iter().for_each(|warning| caller.say(warning));
-    let summary = json!({
+    let numbers = json!({
         "law": options.law, "method": options.method, "joint": options.joint, "estimates": rows_json(&rows),
         "correlation": condition.as_ref().map(|(_, correlation)| correlation),
         "condition": condition.as_ref().map(|(condition, _)| condition), "rms_n_m": rms, "folds_rms_n_m": left_out,
         "samples": velocity.len(), "seed": options.seed, "warnings": warnings,
         "verdict": verdict(&rows, (rms, deviation(&torque)), condition.as_ref().map(|it| it.0), left_out.as_deref()),
     });
+    let summary = Summary::new(numbers, findings, caller);
     if let Some(folder) = &options.results.figures {
         let predicted = velocity.iter().map(|v| curve(*v)).collect();
         let joint = figures::JointSeries::new(
@@ -110,7 +111,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         );
         figures::friction::write(folder, &options.law, &joint, &rows, &summary, options.results.png, caller)?;
     }
-    options.results.write(summary, &doubts, caller)
+    options.results.write(summary, caller)
 }
 
 /// Whether the law can be used: error and deviation of the torques [N m], condition number, errors of the folds [N m].

@@ -7,7 +7,9 @@ use hysteron_base::{BadInput, json};
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{MotionOptions, Results, Row, TERMS, joined, positive, rows_json, say_rows, worst_joint};
+use super::{
+    MotionOptions, Results, Row, Summary, TERMS, joined, positive, rows_json, say_rows, worst_joint,
+};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
 use crate::{Caller, arm};
@@ -73,7 +75,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if options.test.is_some() && options.hold_out > 0.0 {
         return Err(BadInput::new("--hold-out", "this or --test", "both").into());
     }
-    let doubts = super::checked(&options.recordings, Some(model))?;
+    let findings = super::checked(&options.recordings, Some(model))?;
     let recorded = options.motion.read_each(&options.recordings, model)?;
     let (fitted, mut held) = split(recorded, options.hold_out);
     if let Some(path) = &options.test {
@@ -93,13 +95,14 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.say(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
     fit.warnings.iter().for_each(|warning| caller.say(warning));
     let responds = if options.response { Some(responds(&fit, [&fitted, &held], caller)?) } else { None };
-    let found = json!({
+    let numbers = json!({
         "robot": model.name(), "estimates": rows_json(&rows), "rms_n_m": fit.rms, "test_rms_n_m": tested,
         "n_determined": fit.n_determined, "condition": fit.condition, "warnings": fit.warnings,
         "least_pseudo_inertias": fit.least_pseudo_inertias(), "samples": motion.n_samples(),
         "cutoff_hz": options.motion.cutoff, "response": responds,
         "verdict": verdict(&fit, &motion, test.as_ref().zip(tested.as_deref())),
     });
+    let summary = Summary::new(numbers, findings, caller);
     if let Some(folder) = &options.results.figures {
         let shown = test.as_ref().unwrap_or(&motion);
         let page = figures::bodies::Shown {
@@ -109,7 +112,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             rms: &fit.rms,
             tested: tested.as_deref(),
             warnings: &fit.warnings,
-            summary: &found,
+            summary: &summary,
         };
         figures::bodies::write(folder, &page, options.results.png, caller)?;
     }
@@ -117,7 +120,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         robot_file::write(&fit.model, path, Part::Whole, caller)?;
         caller.wrote(path);
     }
-    options.results.write(found, &doubts, caller)
+    options.results.write(summary, caller)
 }
 
 /// Whether the bodies give the torques: of the fitted motion, and of one that was not fitted with its errors by joint [N m].

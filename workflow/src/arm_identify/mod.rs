@@ -46,18 +46,35 @@ impl Results {
         outputs.file("--out", &self.out).report("--figures", self.figures.as_deref()).check(caller)
     }
 
-    /// Writes what was found, signed, with what its recordings leave in doubt, and gives it back.
-    pub(crate) fn write(&self, found: Value, doubts: &Findings, caller: &Caller) -> anyhow::Result<Value> {
-        let mut found = doubts.in_value(found);
+    /// Writes the file of what was found, and gives the result of the verb back.
+    pub(crate) fn write(&self, summary: Summary, caller: &Caller) -> anyhow::Result<Value> {
+        let mut found = summary.value.clone();
         found["format"] = json!(IDENTIFICATION);
-        found["version"] = json!(1);
-        found["command"] = json!(caller.command);
-        found["commit"] = json!(COMMIT);
         file::write_bytes(&self.out, json::to_text(&found)?)?;
         if let Some(folder) = &self.figures {
             caller.reported(folder);
         }
-        doubts.in_report(found, self.figures.as_deref())
+        Ok(summary.value)
+    }
+}
+
+/// What was found, and what its recordings leave in doubt.
+pub(crate) struct Summary {
+    /// Every number, the doubts among them: `metrics.json`.
+    pub value: Value,
+    /// The doubts.
+    pub findings: Findings,
+}
+
+impl Summary {
+    /// Of these numbers, signed.
+    pub fn new(mut value: Value, findings: Findings, caller: &Caller) -> Self {
+        value["recording_warnings"] = json!(findings);
+        value["format"] = json!("hysteron-metrics");
+        value["version"] = json!(1);
+        value["command"] = json!(caller.command);
+        value["commit"] = json!(COMMIT);
+        Self { value, findings }
     }
 }
 

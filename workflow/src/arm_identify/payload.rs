@@ -7,7 +7,7 @@ use hysteron_base::json;
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{MotionOptions, Results, Row, TERMS, rows_json, say_rows};
+use super::{MotionOptions, Results, Row, Summary, TERMS, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::robot_file::{self, Part};
 use crate::verdict::ratio;
@@ -58,7 +58,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let last = model.frames().last().map_or("", |frame| frame.name.as_str());
     let frame = options.frame.as_deref().unwrap_or(last);
     model.frame(frame)?;
-    let doubts = super::checked(&[&options.bare[..], &options.recordings].concat(), Some(model))?;
+    let findings = super::checked(&[&options.bare[..], &options.recordings].concat(), Some(model))?;
     let bare = options.motion.read_all(&options.bare, model)?;
     let loaded = options.motion.read_all(&options.recordings, model)?;
     let known = identify_bodies(
@@ -73,11 +73,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     caller.say(format_args!("error of the torques without it, RMS by joint [N m]: {:.4?}", found.rms[0]));
     caller.say(format_args!("with it: {:.4?}", found.rms[1]));
     caller.say(format_args!("of the bare arm: {:.4?}", known.rms));
-    let summary = json!({
+    let numbers = json!({
         "robot": model.name(), "frame": frame, "estimates": rows_json(&rows), "rms_without_n_m": found.rms[0],
         "rms_with_n_m": found.rms[1], "rms_bare_n_m": known.rms, "samples": loaded.n_samples(),
         "cutoff_hz": options.motion.cutoff, "verdict": verdict(&rows, &found.rms),
     });
+    let summary = Summary::new(numbers, findings, caller);
     if let Some(folder) = &options.results.figures {
         let page = figures::payload::Shown {
             model,
@@ -91,7 +92,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         robot_file::write(&found.model, path, Part::Whole, caller)?;
         caller.wrote(path);
     }
-    options.results.write(summary, &doubts, caller)
+    options.results.write(summary, caller)
 }
 
 /// Whether the payload can be used: errors of the torques without and with it, by joint [N m].

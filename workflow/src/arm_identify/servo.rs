@@ -13,7 +13,7 @@ use hysteron_report::maker::MADE_BY;
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
-use super::{Results, Row, deviation, judged as judged_rows, positive, read, rows_json, say_rows};
+use super::{Results, Row, Summary, deviation, judged as judged_rows, positive, read, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
 use crate::outputs::Outputs;
 use crate::verdict::parameters;
@@ -83,7 +83,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         let friction = vec![0.0; law.parameters().len()];
         (entry.drive.gear.law, entry.drive.gear.friction) = (law, friction);
     }
-    let doubts = super::checked(&[&options.recordings[..], &options.test].concat(), None)?;
+    let findings = super::checked(&[&options.recordings[..], &options.test].concat(), None)?;
     let runs =
         options.recordings.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
     let test = options.test.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
@@ -124,13 +124,14 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if !found.fit.is_converged {
         caller.say(format_args!("the search ended before a minimum: {}", found.fit.ended));
     }
-    let summary = json!({
+    let numbers = json!({
         "drive": entry.name, "law": found.drive.gear.law.name(), "estimates": rows_json(&rows),
         "correlation": found.fit.correlation, "condition": found.fit.condition, "error_rad": fitted,
         "test_error_rad": tested, "supply_v": entry.drive.supply.voltage, "evaluations": found.fit.evaluations,
         "converged": found.fit.is_converged,
         "verdict": verdict(&rows, &found.fit, (if test.is_empty() { &runs } else { &test }, tested.unwrap_or(fitted)), tested.map(|tested| tested / fitted)),
     });
+    let summary = Summary::new(numbers, findings, caller);
     if let Some(path) = &options.drive_out {
         let source = format!("{}, from that of: {}", caller.command, entry.source);
         let drive = CatalogueDrive { drive: found.drive.clone(), source, ..entry.clone() };
@@ -150,7 +151,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         };
         figures::servo::write(folder, &page, &summary, options.results.png, caller)?;
     }
-    options.results.write(summary, &doubts, caller)
+    options.results.write(summary, caller)
 }
 
 /// Whether the drive can stand in for the servo: mean error of the angle over these runs [rad], and how many times that of the

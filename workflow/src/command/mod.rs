@@ -11,6 +11,7 @@ use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file,
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::{PathSpan, is_recording};
 use hysteron_control::{Limits, TargetPath};
+use hysteron_report::page::write_metrics;
 use serde_json::Value;
 
 use crate::figures;
@@ -112,15 +113,18 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let part = |flag: &str| {
         recording.channel(flag).map_or(0.0, |flags| flags[first..first + n].iter().sum::<f64>() / n as f64)
     };
+    let value = json!({
+        "format": "hysteron-metrics", "version": 1, "out": options.out, "samples": n, "approach_samples": first,
+        "return_samples": recording.n_samples() - first - n, "source": recording.meta().source,
+        "held_back": part("limited"), "extrapolating": part("extrapolating"),
+        "command": caller.command, "commit": COMMIT,
+    });
     if let Some(folder) = &options.figures {
+        write_metrics(folder, &value)?;
         figures::commands::write(folder, &recording)?;
     }
     caller.wrote(&options.out);
-    Ok(json!({
-        "out": options.out, "samples": n, "approach_samples": first,
-        "return_samples": recording.n_samples() - first - n, "source": recording.meta().source,
-        "held_back": part("limited"), "extrapolating": part("extrapolating"),
-    }))
+    Ok(value)
 }
 
 /// Strokes begin and end at none, which the limits must allow.

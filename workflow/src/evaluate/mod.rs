@@ -13,7 +13,7 @@ use hysteron_control::tracking::{Origin, Part, Tracked, score};
 use serde_json::Value;
 
 use crate::Caller;
-use crate::figures;
+use crate::figures::{self, tracking::Shown};
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::recording_checks;
@@ -78,17 +78,18 @@ pub fn run_commanded(
     let _claim = outputs.report("--out", options.out.as_deref()).check(caller)?;
     let all = results.iter().flat_map(|(_, inputs)| inputs);
     let named = all.map(|input| (input.name.as_str(), &input.recording)).collect::<Vec<_>>();
-    let doubts = recording_checks::of_named(&named, &CheckContext::new(Purpose::Score))?;
+    let findings = recording_checks::of_named(&named, &CheckContext::new(Purpose::Score))?;
     let mut rows = Vec::new();
     for (name, inputs) in results {
         rows.extend(result(name, self::rows(&target, inputs, part, origin)?));
     }
-    let value = figures::tracking::summarise(&target, &rows, commanded, caller)?;
-    if let Some(folder) = &options.out {
-        figures::tracking::write(folder, &target, &rows, commanded, options.png, caller)?;
-    }
+    let shown = Shown { target: &target, rows: &rows, commanded, findings: &findings };
+    let value = match &options.out {
+        Some(folder) => figures::tracking::write(folder, &shown, options.png, caller)?,
+        None => figures::tracking::summarise(&shown, caller)?,
+    };
     print(&rows, caller);
-    doubts.in_report(value, options.out.as_deref())
+    Ok(value)
 }
 
 /// The name of a result, and the recordings that are its repeats.

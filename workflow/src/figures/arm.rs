@@ -12,43 +12,76 @@ use hysteron_report::figure::{Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::{BELOW, LEFT, Sheet, number, padded, ramp};
+use serde_json::Value;
 
 /// Times at which the arm is drawn.
 const POSES: usize = 7;
 
 /// Writes the figures, `report.html` and `metrics.json` of `motion` to `folder`.
-pub fn write(folder: &Path, model: &Model, motion: &Recording, with_png: bool) -> anyhow::Result<()> {
+pub fn write(folder: &Path, model: &Model, motion: &Recording, with_png: bool) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let meta = motion.meta();
-    let time = motion.time();
-    let ends = ends(model, motion)?;
-    let [kinetic, potential] = ["kinetic_energy_j", "potential_energy_j"].map(|name| motion.require(name));
-    let total: Vec<f64> = kinetic?.iter().zip(potential?).map(|(a, b)| a + b).collect();
-    let duration = time[time.len() - 1] - time[0];
-    write_metrics(
-        folder,
-        &json!({
-            "format": "hysteron-metrics", "version": 1, "robot": model.name(), "samples": time.len(),
-            "duration_s": duration, "joints": ends, "energy_j": [total[0], total[total.len() - 1]],
-            "command": meta.command, "commit": meta.commit,
-        }),
-    )?;
+    let metrics = metrics(model, motion)?;
+    let value = write_metrics(folder, &metrics)?;
+    let Metrics { samples, duration_s, joints: ends, energy_j, .. } = metrics;
     let mut page = Page::new(&format!("Motion of {}", model.name()), &meta.source, &meta.command);
     page.heading("Results");
     page.list([
-        ("Duration [s]", format!("{duration:.3}")),
-        ("Samples", time.len().to_string()),
-        ("Energy at the start and at the end [J]", format!("{:.4}, {:.4}", total[0], total[total.len() - 1])),
+        ("Duration [s]", format!("{duration_s:.3}")),
+        ("Samples", samples.to_string()),
+        ("Energy at the start and at the end [J]", format!("{:.4}, {:.4}", energy_j[0], energy_j[1])),
     ]);
     let cells = |row: &End| [row.name.clone(), number(row.least), number(row.most), number(row.fastest)];
     let head = ["Joint", "Least [rad or m]", "Most", "Fastest [1/s]"];
     page.table(&head, ends.iter().map(|row| cells(row).to_vec()));
     page.heading("Figures");
     page.figure(&save(folder, &ArmPicture::new(model, motion)?, with_png)?);
-    for chart in [joints(model, motion)?, torques(model, motion)?, energies(motion, total)?] {
+    for chart in [joints(model, motion)?, torques(model, motion)?, energies(motion, total_energy(motion)?)?] {
         page.figure(&save(folder, &chart, with_png)?);
     }
-    write_page(folder, page.finish(&meta.commit))
+    write_page(folder, page.finish(&meta.commit))?;
+    Ok(value)
+}
+
+/// The summary, where no report is asked for.
+pub fn summarise(model: &Model, motion: &Recording) -> anyhow::Result<Value> {
+    Ok(json::to_value(metrics(model, motion)?)?)
+}
+
+/// Every number of the report.
+#[derive(serde::Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    robot: &'a str,
+    samples: usize,
+    duration_s: f64,
+    joints: Vec<End>,
+    /// At the start and at the end [J].
+    energy_j: [f64; 2],
+    command: &'a str,
+    commit: &'a str,
+}
+
+fn metrics<'a>(model: &'a Model, motion: &'a Recording) -> anyhow::Result<Metrics<'a>> {
+    let (meta, time, total) = (motion.meta(), motion.time(), total_energy(motion)?);
+    Ok(Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        robot: model.name(),
+        samples: time.len(),
+        duration_s: time[time.len() - 1] - time[0],
+        joints: ends(model, motion)?,
+        energy_j: [total[0], total[total.len() - 1]],
+        command: &meta.command,
+        commit: &meta.commit,
+    })
+}
+
+/// Kinetic and potential energy together [J].
+fn total_energy(motion: &Recording) -> anyhow::Result<Vec<f64>> {
+    let [kinetic, potential] = ["kinetic_energy_j", "potential_energy_j"].map(|name| motion.require(name));
+    Ok(kinetic?.iter().zip(potential?).map(|(a, b)| a + b).collect())
 }
 
 /// How far and how fast a joint went, in its unit.

@@ -9,27 +9,22 @@ use super::arm::{ArmPicture, of_kind};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use serde_json::Value;
 
 /// Writes the figures, `report.html` and `metrics.json` of the motion `states` to `folder`.
-pub fn write(folder: &Path, model: &Model, states: &Recording, with_png: bool) -> anyhow::Result<()> {
+pub fn write(folder: &Path, model: &Model, states: &Recording, with_png: bool) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let (meta, time) = (states.meta(), states.time());
-    let duration = time[time.len() - 1] - time[0];
-    let number = |key: &str| meta.extra.get(key).and_then(|text| text.parse::<f64>().ok());
-    let keys = ["base_parameters", "condition_number", "condition_number_before"];
-    let [parameters, condition, before] = keys.map(number);
-    write_metrics(
-        folder,
-        &json!({
-            "format": "hysteron-metrics", "version": 1, "robot": model.name(), "samples": time.len(),
-            "duration_s": duration, "base_parameters": parameters, "condition_number": condition,
-            "condition_number_before": before, "seed": meta.seed, "command": meta.command, "commit": meta.commit,
-        }),
-    )?;
+    let meta = states.meta();
+    let metrics = metrics(model, states);
+    let value = write_metrics(folder, &metrics)?;
+    let Metrics { samples, duration_s, base_parameters, condition_number, condition_number_before, .. } =
+        metrics;
     let mut page = Page::new(&format!("Designed motion of {}", model.name()), &meta.source, &meta.command);
     page.heading("Results");
-    let mut rows = vec![("Duration [s]", format!("{duration:.3}")), ("Samples", time.len().to_string())];
-    if let (Some(parameters), Some(condition), Some(before)) = (parameters, condition, before) {
+    let mut rows = vec![("Duration [s]", format!("{duration_s:.3}")), ("Samples", samples.to_string())];
+    if let (Some(parameters), Some(condition), Some(before)) =
+        (base_parameters, condition_number, condition_number_before)
+    {
         rows.push(("Parameters that torques can tell apart", format!("{parameters}")));
         rows.push(("Condition number of their regressor", format!("{condition:.1}")));
         rows.push(("The same of a drawn series within the limits", format!("{before:.1}")));
@@ -40,7 +35,47 @@ pub fn write(folder: &Path, model: &Model, states: &Recording, with_png: bool) -
     for chart in [joints(model, states)?, torques(model, states)?] {
         page.figure(&save(folder, &chart, with_png)?);
     }
-    write_page(folder, page.finish(&meta.commit))
+    write_page(folder, page.finish(&meta.commit))?;
+    Ok(value)
+}
+
+/// The summary, where no report is asked for.
+pub fn summarise(model: &Model, states: &Recording) -> anyhow::Result<Value> {
+    Ok(json::to_value(metrics(model, states))?)
+}
+
+/// Every number of the report; those of a search only where there was one.
+#[derive(serde::Serialize)]
+struct Metrics<'a> {
+    format: &'static str,
+    version: u32,
+    robot: &'a str,
+    samples: usize,
+    duration_s: f64,
+    base_parameters: Option<f64>,
+    condition_number: Option<f64>,
+    condition_number_before: Option<f64>,
+    seed: Option<u64>,
+    command: &'a str,
+    commit: &'a str,
+}
+
+fn metrics<'a>(model: &'a Model, states: &'a Recording) -> Metrics<'a> {
+    let (meta, time) = (states.meta(), states.time());
+    let number = |key: &str| meta.extra.get(key).and_then(|text| text.parse::<f64>().ok());
+    Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        robot: model.name(),
+        samples: time.len(),
+        duration_s: time[time.len() - 1] - time[0],
+        base_parameters: number("base_parameters"),
+        condition_number: number("condition_number"),
+        condition_number_before: number("condition_number_before"),
+        seed: meta.seed,
+        command: &meta.command,
+        commit: &meta.commit,
+    }
 }
 
 fn joints(model: &Model, states: &Recording) -> anyhow::Result<TimeChart> {

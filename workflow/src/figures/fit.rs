@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::fit_material::{Outcome, digits, standing};
+use crate::recording_checks::Findings;
 use crate::{COMMIT, Caller};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
@@ -34,6 +35,8 @@ struct Metrics<'a> {
     largest_tensions_n: &'a [f64],
     /// Doubts about the result, and other explanations of the errors that are left.
     doubts: &'a [String],
+    /// What its recordings leave in doubt.
+    recording_warnings: &'a Findings,
     recordings: usize,
     recordings_of_another_role: usize,
     rows: usize,
@@ -73,7 +76,12 @@ struct Errors {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, outcome: &Outcome, with_png: bool, caller: &Caller) -> anyhow::Result<()> {
+pub(crate) fn write(
+    folder: &Path,
+    outcome: &Outcome,
+    with_png: bool,
+    caller: &Caller,
+) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let figures = [chart(outcome, Shown::Tips), chart(outcome, Shown::Errors)];
     let drawn: Vec<_> =
@@ -81,7 +89,7 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool, caller: &Caller) 
     let command = caller.command.clone();
     let doubts = outcome.doubts();
     let metrics = metrics(outcome, &command, &doubts);
-    write_metrics(folder, &metrics)?;
+    let value = write_metrics(folder, &metrics)?;
 
     let about = format!(
         "Tip of {} in {} recordings, {} rows. Standard errors count {} residuals as {:.0} independent ones, for \
@@ -115,13 +123,14 @@ pub fn write(folder: &Path, outcome: &Outcome, with_png: bool, caller: &Caller) 
         ("Recordings of another role left out", metrics.recordings_of_another_role.to_string()),
     ]);
     drawn.iter().for_each(|figure| page.figure(figure));
+    outcome.findings.show(&mut page);
     page.small(&format!("Scene {}.", metrics.scene_sha256));
     write_page(folder, page.finish(metrics.commit))?;
-    Ok(())
+    Ok(value)
 }
 
 /// The summary, where no report is asked for.
-pub fn summarise(outcome: &Outcome, caller: &Caller) -> anyhow::Result<Value> {
+pub(crate) fn summarise(outcome: &Outcome, caller: &Caller) -> anyhow::Result<Value> {
     Ok(json::to_value(metrics(outcome, &caller.command, &outcome.doubts()))?)
 }
 
@@ -158,6 +167,7 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> 
         gravity_m_s2: outcome.found.scene.gravity,
         largest_tensions_n: &outcome.found.tensions,
         doubts,
+        recording_warnings: outcome.findings,
         recordings: motions.len(),
         recordings_of_another_role: outcome.n_other_role,
         rows: courses.iter().flat_map(|course| &course.tips).flatten().count(),

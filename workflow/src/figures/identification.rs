@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::auxiliary_strokes;
 use crate::identify::summary::Row;
+use crate::recording_checks::Findings;
 use crate::verdict::ratio;
 use crate::{COMMIT, Caller};
 use hysteron_report::figure::{register_embedded_font, save};
@@ -28,6 +29,8 @@ struct Metrics<'a> {
     recordings: &'a [Row],
     /// Recordings that were not used, and why.
     left_out: &'a [String],
+    /// What its recordings leave in doubt.
+    recording_warnings: &'a Findings,
     scene_sha256: &'a str,
     command: &'a str,
     commit: &'a str,
@@ -42,17 +45,27 @@ pub enum Chosen {
     ByNetwork,
 }
 
+/// What the report shows.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown<'a> {
+    /// Title of the page.
+    pub title: &'a str,
+    /// How the auxiliary strokes were chosen.
+    pub chosen: Chosen,
+    /// Hash of the scene.
+    pub scene_sha256: &'a str,
+    /// The recordings that were identified.
+    pub rows: &'a [Row],
+    /// Why others were left out.
+    pub left_out: &'a [String],
+    /// What the recordings leave in doubt.
+    pub findings: &'a Findings,
+}
+
 /// Writes the figures of the recordings in `folder`, `report.html` and `metrics.json` to it.
-pub fn write(
-    folder: &Path,
-    title: &str,
-    chosen: Chosen,
-    scene_sha256: &str,
-    rows: &[Row],
-    left_out: &[String],
-    caller: &Caller,
-) -> anyhow::Result<Value> {
+pub(crate) fn write(folder: &Path, shown: &Shown, caller: &Caller) -> anyhow::Result<Value> {
     register_embedded_font()?;
+    let Shown { title, chosen, scene_sha256, rows, left_out, findings } = *shown;
     let (command, commit) = (caller.command.clone(), COMMIT);
     let metrics = Metrics {
         format: "hysteron-metrics",
@@ -60,6 +73,7 @@ pub fn write(
         verdict: verdict(rows, left_out),
         recordings: rows,
         left_out,
+        recording_warnings: findings,
         scene_sha256,
         command: &command,
         commit,
@@ -96,6 +110,7 @@ pub fn write(
             page.figure(&save(folder, &chart, false)?);
         }
     }
+    findings.show(&mut page);
     page.small(&format!("Scene {scene_sha256}."));
     write_page(folder, page.finish(commit))?;
     caller.reported(folder);

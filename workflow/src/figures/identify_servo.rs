@@ -2,33 +2,30 @@
 
 use std::path::Path;
 
-use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::write_page;
+use hysteron_report::figure::save;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
-use serde_json::Value;
 
 use super::arm_identification::{
-    JointSeries, errors_over_speed, errors_over_time, friction_curves, metrics, page,
+    JointSeries, errors_over_speed, errors_over_time, finish, friction_curves, page,
 };
+use crate::Caller;
+use crate::arm_identify::Summary;
 use crate::identify_servo::Found;
-use crate::{COMMIT, Caller};
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub(crate) fn write(
     folder: &Path,
     law: &str,
     found: &[Found],
-    summary: &Value,
+    summary: &Summary,
     png: bool,
     caller: &Caller,
 ) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    metrics(folder, summary, caller)?;
     let about = format!(
         "Load scale, friction by the law {law} at speeds that were recorded, and backlash of {} servos.",
         found.len()
     );
-    let mut page = page("Identified servos", summary, &about, caller)?;
+    let mut page = page(folder, "Identified servos", summary, &about, caller)?;
     for servo in found {
         page.heading(&format!("Servo {}", servo.number));
         match &servo.pulley {
@@ -60,7 +57,7 @@ pub(crate) fn write(
         };
         page.figure(&save(folder, &chart, png)?);
     }
-    write_page(folder, page.finish(COMMIT))
+    finish(folder, page, summary)
 }
 
 fn series(servo: &Found) -> Option<JointSeries> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_base::Recording;
+use hysteron_base::{Recording, json};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Shaded, TimeChart, TimePanel, spans};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -11,11 +11,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::inputs::Input;
+use crate::recording_checks::Findings;
 use crate::sense::Scores;
 use crate::{COMMIT, Caller};
 
 /// Everything the report may show.
-pub struct Shown<'a> {
+pub(crate) struct Shown<'a> {
     /// Of what, for the title.
     pub title: &'a str,
     /// The estimates.
@@ -26,6 +27,8 @@ pub struct Shown<'a> {
     pub scores: &'a Scores,
     /// Sensor that made the estimates.
     pub sensor: &'a ForceSensor,
+    /// What the recording leaves in doubt.
+    pub findings: &'a Findings,
 }
 
 #[derive(Serialize)]
@@ -34,6 +37,8 @@ struct Metrics<'a> {
     version: u32,
     scores: &'a Scores,
     sensor: &'a ForceSensor,
+    /// What its recordings leave in doubt.
+    recording_warnings: &'a Findings,
     recording: &'a str,
     recording_sha256: &'a str,
     command: &'a str,
@@ -41,19 +46,9 @@ struct Metrics<'a> {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, shown: &Shown, caller: &Caller, with_png: bool) -> anyhow::Result<Value> {
+pub(crate) fn write(folder: &Path, shown: &Shown, caller: &Caller, with_png: bool) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let metrics = Metrics {
-        format: "hysteron-metrics",
-        version: 1,
-        scores: shown.scores,
-        sensor: shown.sensor,
-        recording: &shown.input.name,
-        recording_sha256: &shown.input.hash,
-        command: &caller.command,
-        commit: COMMIT,
-    };
-    let value = write_metrics(folder, &metrics)?;
+    let value = write_metrics(folder, &metrics(shown, caller))?;
     let about = "Tensions at the pulleys and the force on the tip, told from strokes, loads, tip and twin.";
     let mut page =
         Page::new(&format!("{}: forces of {}", shown.title, shown.input.name), about, &caller.command);
@@ -61,8 +56,28 @@ pub fn write(folder: &Path, shown: &Shown, caller: &Caller, with_png: bool) -> a
     page.heading("Figures");
     page.figure(&save(folder, &force(shown), with_png)?);
     page.figure(&save(folder, &tensions(shown), with_png)?);
+    shown.findings.show(&mut page);
     write_page(folder, page.finish(COMMIT))?;
     Ok(value)
+}
+
+/// The summary, where no report is asked for.
+pub(crate) fn summarise(shown: &Shown, caller: &Caller) -> anyhow::Result<Value> {
+    Ok(json::to_value(metrics(shown, caller))?)
+}
+
+fn metrics<'a>(shown: &Shown<'a>, caller: &'a Caller) -> Metrics<'a> {
+    Metrics {
+        format: "hysteron-metrics",
+        version: 1,
+        scores: shown.scores,
+        sensor: shown.sensor,
+        recording_warnings: shown.findings,
+        recording: &shown.input.name,
+        recording_sha256: &shown.input.hash,
+        command: &caller.command,
+        commit: COMMIT,
+    }
 }
 
 fn results(page: &mut Page, scores: &Scores) {

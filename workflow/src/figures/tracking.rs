@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use crate::evaluate::{Commanded, METRICS, Row, cells, headings, results};
 use crate::health::Health;
+use crate::recording_checks::Findings;
 use crate::{COMMIT, Caller};
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
@@ -43,6 +44,8 @@ struct Metrics<'a> {
     verdict: Verdict,
     target: Target<'a>,
     recordings: &'a [Row],
+    /// What the recordings leave in doubt.
+    recording_warnings: &'a Findings,
     /// What the strokes say of themselves, where these are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     commanded: Option<&'a Commanded>,
@@ -57,6 +60,19 @@ struct Metrics<'a> {
     results: Vec<Compared<'a>>,
     command: &'a str,
     commit: &'a str,
+}
+
+/// What the report shows.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown<'a> {
+    /// What was to be followed.
+    pub target: &'a TargetPath,
+    /// How closely each recording did.
+    pub rows: &'a [Row],
+    /// What is said of commanded strokes, if they were.
+    pub commanded: Option<&'a Commanded>,
+    /// What the recordings leave in doubt.
+    pub findings: &'a Findings,
 }
 
 /// One of several results.
@@ -79,21 +95,12 @@ struct Target<'a> {
 }
 
 /// The summary, where no report is asked for.
-pub fn summarise(
-    target: &TargetPath,
-    rows: &[Row],
-    commanded: Option<&Commanded>,
-    caller: &Caller,
-) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(target, rows, commanded, &caller.command))?)
+pub(crate) fn summarise(shown: &Shown, caller: &Caller) -> anyhow::Result<Value> {
+    Ok(json::to_value(metrics(shown, &caller.command))?)
 }
 
-fn metrics<'a>(
-    target: &'a TargetPath,
-    rows: &'a [Row],
-    commanded: Option<&'a Commanded>,
-    command: &'a str,
-) -> Metrics<'a> {
+fn metrics<'a>(shown: &Shown<'a>, command: &'a str) -> Metrics<'a> {
+    let Shown { target, rows, commanded, findings } = *shown;
     let of = |rows: &[Row]| -> BTreeMap<&'static str, Repeatability> {
         METRICS.iter().filter_map(|metric| Some((metric.key, metric.repeatability(rows)?))).collect()
     };
@@ -114,6 +121,7 @@ fn metrics<'a>(
             laps: target.laps().count(),
         },
         recordings: rows,
+        recording_warnings: findings,
         commanded,
         health: commanded.and_then(|commanded| commanded.health.as_ref()),
         repeatability: if results.is_empty() { of(rows) } else { BTreeMap::new() },
@@ -157,18 +165,12 @@ fn judged(rows: &[Row], commanded: Option<&Commanded>) -> Verdict {
 }
 
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub fn write(
-    folder: &Path,
-    target: &TargetPath,
-    rows: &[Row],
-    commanded: Option<&Commanded>,
-    with_png: bool,
-    caller: &Caller,
-) -> anyhow::Result<()> {
+pub(crate) fn write(folder: &Path, shown: &Shown, with_png: bool, caller: &Caller) -> anyhow::Result<Value> {
     register_embedded_font()?;
+    let Shown { target, rows, commanded, findings } = *shown;
     let command = caller.command.clone();
-    let metrics = metrics(target, rows, commanded, &command);
-    write_metrics(folder, &metrics)?;
+    let metrics = metrics(shown, &command);
+    let value = write_metrics(folder, &metrics)?;
     let figure = save(folder, &Overlay::new(target, rows), with_png)?;
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in the CoReAct paper, section V-B; definitions in docs/control.md.";
@@ -199,9 +201,10 @@ pub fn write(
     page.heading("Recordings");
     let source = |row: &Row| vec![row.name.clone(), row.source.clone(), row.sha256.clone()];
     page.table(&["Recording", "Source", "SHA-256"], rows.iter().map(source));
+    findings.show(&mut page);
     page.small(&format!("Target {}.", target.hash));
     write_page(folder, page.finish(COMMIT))?;
-    Ok(())
+    Ok(value)
 }
 
 /// Target and tips at the same times, and their distance; `None` where the times do not compare.

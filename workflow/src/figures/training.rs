@@ -7,6 +7,7 @@ use hysteron_learn::FitReport;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::recording_checks::Findings;
 use crate::{COMMIT, Caller, verdict};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
@@ -14,7 +15,7 @@ use hysteron_report::page::{Page, write_metrics};
 use hysteron_report::verdict::{Criterion, Verdict};
 
 /// What is told of a training.
-pub struct Told<'a> {
+pub(crate) struct Told<'a> {
     /// Title of the page.
     pub title: &'a str,
     /// Data and model of the training, in a sentence.
@@ -27,6 +28,8 @@ pub struct Told<'a> {
     pub facts: Vec<(&'static str, String)>,
     /// Warnings about the result.
     pub warnings: &'a [String],
+    /// What the recordings leave in doubt.
+    pub findings: &'a Findings,
 }
 
 #[derive(Serialize)]
@@ -37,6 +40,8 @@ struct Metrics<'a> {
     verdict: Verdict,
     networks: &'a [FitReport],
     warnings: &'a [String],
+    /// What its recordings leave in doubt.
+    recording_warnings: &'a Findings,
     training: &'a Value,
     command: &'a str,
     commit: &'a str,
@@ -101,7 +106,7 @@ fn judged(reports: &[FitReport]) -> Verdict {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Value> {
+pub(crate) fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let (command, commit) = (caller.command.clone(), COMMIT);
     let metrics = Metrics {
@@ -110,6 +115,7 @@ pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Valu
         verdict: judged(told.reports),
         networks: told.reports,
         warnings: told.warnings,
+        recording_warnings: told.findings,
         training: told.training,
         command: &command,
         commit,
@@ -142,6 +148,7 @@ pub fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Valu
         ]);
     }
     page.list(told.facts.iter().map(|(name, value)| (*name, value.clone())));
+    told.findings.show(&mut page);
     page.details("Options and data", &json::to_text(told.training)?);
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
     caller.reported(folder);

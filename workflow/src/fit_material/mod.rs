@@ -17,8 +17,9 @@ use serde_json::Value;
 
 use crate::figures::fit as report;
 use crate::outputs::Outputs;
-use crate::{Caller, inputs, recording_checks};
-pub use outcome::{Outcome, digits, standing};
+use crate::{Caller, inputs, locking, recording_checks};
+pub(crate) use outcome::Outcome;
+pub use outcome::{digits, standing};
 
 /// More than any set of recordings has.
 pub const MOST_STEPS: usize = 10_000_000;
@@ -117,7 +118,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let _claim = outputs.check(caller)?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
-    let doubts = recording_checks::of_files(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let findings = recording_checks::of_files(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    locking::warn_before_fit(&scene)?;
     let motions = motions(&files, options.role.as_deref(), &twin)?;
     let n_other_role = files.len() - motions.len();
     tracing::info!(
@@ -156,6 +158,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         motions: &motions,
         selected: &selected,
         found: &found,
+        findings: &findings,
         wall_s: start.elapsed().as_secs_f64(),
         n_other_role,
         tension_max: scene
@@ -165,14 +168,16 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             .collect(),
     };
     tell(&outcome, caller);
-    let value = report::summarise(&outcome, caller)?;
     scene_file::write(&options.scene, &scene, &found.scene, &options.out, caller)?;
-    if let Some(folder) = &options.figures {
-        report::write(folder, &outcome, options.png, caller)
-            .with_context(|| format!("writing figures to {}", folder.display()))?;
-        caller.reported(folder);
-    }
-    let value = doubts.in_report(value, options.figures.as_deref())?;
+    let value = match &options.figures {
+        Some(folder) => {
+            let value = report::write(folder, &outcome, options.png, caller)
+                .with_context(|| format!("writing figures to {}", folder.display()))?;
+            caller.reported(folder);
+            value
+        }
+        None => report::summarise(&outcome, caller)?,
+    };
     caller.wrote(&options.out);
     Ok(value)
 }

@@ -5,10 +5,11 @@ use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::Motion;
 use hysteron_twin::fit::{MaterialFit, Scale, Selected, Standing};
 
+use crate::recording_checks::Findings;
 use crate::verdict::{Judged, Kind, parameters};
 
 /// Everything a report may show.
-pub struct Outcome<'a> {
+pub(crate) struct Outcome<'a> {
     /// The scene as given.
     pub scene: &'a Scene,
     /// What was compared.
@@ -17,6 +18,8 @@ pub struct Outcome<'a> {
     pub selected: &'a [Selected],
     /// The outcome.
     pub found: &'a MaterialFit,
+    /// What the recordings leave in doubt.
+    pub findings: &'a Findings,
     /// Time it took [s].
     pub wall_s: f64,
     /// Recordings left out for their role.

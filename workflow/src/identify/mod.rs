@@ -13,11 +13,11 @@ use hysteron_twin::{Motion, Twin};
 use serde_json::Value;
 
 use crate::figures;
-use crate::figures::identification::Chosen;
+use crate::figures::identification::{Chosen, Shown};
 use crate::inputs::{self, Input};
 use crate::network::Network;
 use crate::outputs::Outputs;
-use crate::{COMMIT, Caller, recording_checks};
+use crate::{COMMIT, Caller, locking, recording_checks};
 
 /// More than any sample needs.
 pub const MOST_ROUNDS: usize = 100;
@@ -71,7 +71,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let auxiliary = Auxiliary::new(&twin)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let inputs = inputs::read(&options.recordings)?;
-    let doubts = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    locking::warn_before_fit(&scene)?;
     let (jobs, excluded) = jobs(options, &scene, &twin, (network.as_ref(), inputs), caller)?;
     let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
     let _claim = outputs(options, &scene, [&there, &missing]).check(caller)?;
@@ -97,13 +98,20 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     summary::print(&rows, caller);
     let title = format!("Auxiliary strokes of {}", scene.name);
     let chosen = if network.is_some() { Chosen::ByNetwork } else { Chosen::ByQps };
-    let value =
-        figures::identification::write(&options.out, &title, chosen, &scene.hash, &rows, &excluded, caller)?;
+    let shown = Shown {
+        title: &title,
+        chosen,
+        scene_sha256: &scene.hash,
+        rows: &rows,
+        left_out: &excluded,
+        findings: &findings,
+    };
+    let value = figures::identification::write(&options.out, &shown, caller)?;
     if caller.is_cancelled() {
         let n_done = rows.len();
         anyhow::bail!("interrupted; {n_done} of {n_jobs} recordings are done; run it again to go on");
     }
-    doubts.in_report(value, Some(&options.out))
+    Ok(value)
 }
 
 /// What is read, and what will be written: not what is there already.

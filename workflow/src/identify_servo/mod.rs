@@ -17,7 +17,7 @@ use hysteron_fit::Standing;
 use serde_json::Value;
 
 use crate::Caller;
-use crate::arm_identify::{LOAD_SCALE, Results, Row, positive, say_rows};
+use crate::arm_identify::{LOAD_SCALE, Results, Row, Summary, positive, say_rows};
 use crate::figures::identify_servo as figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
@@ -84,7 +84,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let files = inputs::read(&options.recordings)?;
     let _claim = options.results.claim(Outputs::reading(files.iter().map(|input| &input.path)), caller)?;
-    let doubts = recording_checks::of_inputs(&files, &CheckContext::new(Purpose::Fit))?;
+    let findings = recording_checks::of_inputs(&files, &CheckContext::new(Purpose::Fit))?;
     let period = common_period(&files)?;
     let servos = servos(&files, &options.servos)?;
     caller.listen();
@@ -101,15 +101,16 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         return Err(anyhow::Error::from(bad[0].clone().within(format!("servo {}", found[0].number))));
     }
     found.iter().for_each(|found| say(found, caller));
-    let summary = json!({
+    let numbers = json!({
         "law": options.law, "slowest_rad_s": slowest(period), "period_s": period,
         "recordings": files.iter().map(|input| json!([input.name, input.hash])).collect::<Value>(),
         "servos": found.iter().map(Found::json).collect::<Value>(), "verdict": found::verdict(&found),
     });
+    let summary = Summary::new(numbers, findings, caller);
     if let Some(folder) = &options.results.figures {
         figures::write(folder, &options.law, &found, &summary, options.results.png, caller)?;
     }
-    let value = options.results.write(summary, &doubts, caller)?;
+    let value = options.results.write(summary, caller)?;
     caller.wrote(&options.results.out);
     Ok(value)
 }

@@ -14,7 +14,7 @@ use super::input::Input;
 use crate::arm_identify::{IDENTIFICATION, LOAD_SCALE};
 use crate::network::Network;
 use crate::outputs::Outputs;
-use crate::{Caller, inputs, recording_checks};
+use crate::{Caller, inputs, locking, recording_checks};
 
 /// Learn from recordings without contact what the force sensor needs
 #[derive(Debug, Clone)]
@@ -55,7 +55,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let outputs =
         Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual).and(&options.servos);
     let _claim = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(caller)?;
-    let doubts = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    locking::warn_before_fit(&scene)?;
     let recordings = files
         .iter()
         .map(|input| Input::new(&twin, &input.recording, &input.path.display().to_string()))
@@ -96,10 +97,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let hashes = files.iter().map(|input| json!([input.name, input.hash])).collect();
     let mut value = value(&sensor, &robot, hashes, caller);
     value["verdict"] = json!(judged(&sensor, known.len()));
+    value["recording_warnings"] = json!(findings);
     file::write_bytes(&options.out, json::to_text(&value)?)?;
     print(&sensor, caller);
     caller.wrote(&options.out);
-    Ok(doubts.in_value(value))
+    Ok(value)
 }
 
 /// Whether forces can be estimated with this sensor.

@@ -9,7 +9,7 @@ mod scores;
 use std::path::PathBuf;
 
 use hysteron_base::checks::Purpose;
-use hysteron_base::{Channel, Metadata, Recording, Scene, json};
+use hysteron_base::{Channel, Metadata, Recording, Scene};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{Sensed, Sensing};
 use serde_json::Value;
@@ -65,7 +65,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         Outputs::reading([&read.path, &options.sensor]).and(&options.residual).scene(&options.scene, &scene);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
     let _claim = outputs.check(caller)?;
-    let doubts = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
+    let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
     let input = Input::new(&twin, &read.recording, &read.path.display().to_string())?;
     if (input.period() / sensor.period_s - 1.0).abs() > 0.01 {
         let expected = format!("samples of {} s, as the sensor was fitted with", sensor.period_s);
@@ -94,18 +94,24 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     recording.write(&options.out)?;
     let scores = scores::score(&input, &observed, &sensed, &sensor)?;
     print(&scores, caller);
-    let shown =
-        Shown { title: &scene.name, recording: &recording, input: read, scores: &scores, sensor: &sensor };
+    let shown = Shown {
+        title: &scene.name,
+        recording: &recording,
+        input: read,
+        scores: &scores,
+        sensor: &sensor,
+        findings: &findings,
+    };
     let value = match &options.figures {
         Some(folder) => {
             let value = sensing::write(folder, &shown, caller, options.png)?;
             caller.reported(folder);
             value
         }
-        None => json::to_value(&scores)?,
+        None => sensing::summarise(&shown, caller)?,
     };
     caller.wrote(&options.out);
-    doubts.in_report(value, options.figures.as_deref())
+    Ok(value)
 }
 
 /// What is written: strokes, tensions and force with their standard errors, whether there is a contact, and the tip without one.

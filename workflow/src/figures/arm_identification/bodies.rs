@@ -4,19 +4,15 @@ use std::path::Path;
 
 use hysteron_arm::Model;
 use hysteron_arm::identify::JointTerm;
-use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::write_page;
+use hysteron_report::figure::save;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
-use serde_json::Value;
 
-use super::{
-    JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted, metrics,
-};
-use crate::arm_identify::{Row, TERMS};
-use crate::{COMMIT, Caller};
+use super::{JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted};
+use crate::Caller;
+use crate::arm_identify::{Row, Summary, TERMS};
 
 /// What the report shows.
-pub struct Shown<'a> {
+pub(crate) struct Shown<'a> {
     /// The robot.
     pub model: &'a Model,
     /// Its joints, on the recording that was not fitted where there is one.
@@ -30,17 +26,20 @@ pub struct Shown<'a> {
     /// Terms that can hardly be distinguished.
     pub warnings: &'a [String],
     /// Everything, for `metrics.json`.
-    pub summary: &'a Value,
+    pub summary: &'a Summary,
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, shown: &Shown, png: bool, caller: &Caller) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    metrics(folder, shown.summary, caller)?;
+pub(crate) fn write(folder: &Path, shown: &Shown, png: bool, caller: &Caller) -> anyhow::Result<()> {
     let about = "Ten numbers of every body, feasible together, and armature, friction, offset and spring of every joint, by linear \
                  regression of measured torques. Figures show what was not fitted, where a test is there.";
-    let mut page =
-        super::page(&format!("Identified bodies of {}", shown.model.name()), shown.summary, about, caller)?;
+    let mut page = super::page(
+        folder,
+        &format!("Identified bodies of {}", shown.model.name()),
+        shown.summary,
+        about,
+        caller,
+    )?;
     page.heading("Error of the torques, root mean square [N m]");
     let head: Vec<&str> =
         std::iter::once("").chain(shown.joints.iter().map(|joint| joint.name.as_str())).collect();
@@ -68,7 +67,7 @@ pub fn write(folder: &Path, shown: &Shown, png: bool, caller: &Caller) -> anyhow
     }
     page.heading("Parameters");
     page.table(&["Number", "Value", "Standard error", ""], shown.rows.iter().map(Row::cells));
-    write_page(folder, page.finish(COMMIT))
+    super::finish(folder, page, shown.summary)
 }
 
 fn deviation(x: &[f64]) -> f64 {

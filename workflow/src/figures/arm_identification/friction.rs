@@ -2,35 +2,32 @@
 
 use std::path::Path;
 
-use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::write_page;
+use hysteron_report::figure::save;
 use serde_json::Value;
 
 use super::{
-    JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted, metrics,
+    JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted,
     relative_errors,
 };
-use crate::arm_identify::Row;
-use crate::{COMMIT, Caller};
+use crate::Caller;
+use crate::arm_identify::{Row, Summary};
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub fn write(
+pub(crate) fn write(
     folder: &Path,
     law: &str,
     joint: &JointSeries,
     rows: &[Row],
-    summary: &Value,
+    summary: &Summary,
     png: bool,
     caller: &Caller,
 ) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    metrics(folder, summary, caller)?;
     let about = format!("The law {law} fitted to torques over speeds of {}.", joint.name);
-    let mut page = super::page("Identified friction", summary, &about, caller)?;
-    let rms = summary["rms_n_m"].as_f64().unwrap_or(f64::NAN);
+    let mut page = super::page(folder, "Identified friction", summary, &about, caller)?;
+    let rms = summary.value["rms_n_m"].as_f64().unwrap_or(f64::NAN);
     page.list([("Error, root mean square [N m]", format!("{rms:.4}"))]);
     page.table(&["Number", "Value", "Standard error", ""], rows.iter().map(Row::cells));
-    let warnings = summary["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let warnings = summary.value["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
     warnings.for_each(|warning| page.paragraph(warning));
     page.heading("Figures");
     let joints = std::slice::from_ref(joint);
@@ -45,5 +42,5 @@ pub fn write(
     for chart in errors_over_time(joints) {
         page.figure(&save(folder, &chart, png)?);
     }
-    write_page(folder, page.finish(COMMIT))
+    super::finish(folder, page, summary)
 }

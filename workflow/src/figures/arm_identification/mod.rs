@@ -9,12 +9,12 @@ pub mod study;
 use std::path::Path;
 
 use hysteron_base::json;
+use hysteron_report::figure::register_embedded_font;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
-use hysteron_report::page::{Page, write_metrics};
+use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
-use serde_json::Value;
 
-use crate::arm_identify::Row;
+use crate::arm_identify::{Row, Summary};
 use crate::{COMMIT, Caller};
 
 /// Most joints whose curves over time are drawn.
@@ -176,17 +176,21 @@ pub fn relative_errors(rows: &[Row]) -> ScatterChart {
     }
 }
 
-/// A page that begins with the verdict of a summary.
-pub(super) fn page(title: &str, summary: &Value, about: &str, caller: &Caller) -> anyhow::Result<Page> {
-    Ok(Page::judged(title, &json::from_value(&summary["verdict"])?, about, &caller.command))
+/// Writes `metrics.json`, and begins a page with the verdict of a summary.
+pub(super) fn page(
+    folder: &Path,
+    title: &str,
+    summary: &Summary,
+    about: &str,
+    caller: &Caller,
+) -> anyhow::Result<Page> {
+    register_embedded_font()?;
+    write_metrics(folder, &summary.value)?;
+    Ok(Page::judged(title, &json::from_value(&summary.value["verdict"])?, about, &caller.command))
 }
 
-/// Writes `metrics.json`: the summary, signed.
-pub(super) fn metrics(folder: &Path, summary: &Value, caller: &Caller) -> anyhow::Result<()> {
-    let mut signed = summary.clone();
-    signed["format"] = json!("hysteron-metrics");
-    signed["version"] = json!(1);
-    signed["command"] = json!(caller.command);
-    signed["commit"] = json!(COMMIT);
-    write_metrics(folder, &signed).map(|_| ())
+/// Ends a page with what the recordings leave in doubt, and writes it.
+pub(super) fn finish(folder: &Path, mut page: Page, summary: &Summary) -> anyhow::Result<()> {
+    summary.findings.show(&mut page);
+    write_page(folder, page.finish(COMMIT))
 }

@@ -3,13 +3,11 @@
 use std::path::Path;
 
 use hysteron_arm::Model;
-use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::page::write_page;
-use serde_json::Value;
+use hysteron_report::figure::save;
 
-use super::{metrics, relative_errors};
-use crate::arm_identify::Row;
-use crate::{COMMIT, Caller};
+use super::relative_errors;
+use crate::Caller;
+use crate::arm_identify::{Row, Summary};
 
 /// Content of the report.
 pub struct Shown<'a> {
@@ -24,21 +22,19 @@ pub struct Shown<'a> {
 }
 
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub fn write(
+pub(crate) fn write(
     folder: &Path,
     shown: &Shown,
-    summary: &Value,
+    summary: &Summary,
     png: bool,
     caller: &Caller,
 ) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    metrics(folder, summary, caller)?;
     let about = format!(
         "A body at {} of {} from what the torques are beyond those of the bare arm, which was identified first.",
         shown.frame,
         shown.model.name()
     );
-    let mut page = super::page("Identified payload", summary, &about, caller)?;
+    let mut page = super::page(folder, "Identified payload", summary, &about, caller)?;
     page.table(&["Number", "Value", "Standard error", ""], shown.rows.iter().map(Row::cells));
     page.heading("Error of the torques, root mean square [N m]");
     let names = shown.model.joints().iter().map(|joint| joint.name.as_str());
@@ -52,5 +48,5 @@ pub fn write(
     );
     page.heading("Figures");
     page.figure(&save(folder, &relative_errors(shown.rows), png)?);
-    write_page(folder, page.finish(COMMIT))
+    super::finish(folder, page, summary)
 }

@@ -5,15 +5,13 @@ use std::path::Path;
 use hysteron_actuator::Drive;
 use hysteron_actuator::identify::{PendulumRun, Rollout};
 use hysteron_actuator::law::{JointFriction, Sliding, holding_range};
-use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::figure::save;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
-use hysteron_report::page::write_page;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
-use serde_json::Value;
 
-use super::{metrics, relative_errors};
-use crate::arm_identify::Row;
-use crate::{COMMIT, Caller};
+use super::relative_errors;
+use crate::Caller;
+use crate::arm_identify::{Row, Summary};
 
 /// Content of the report.
 pub struct Shown<'a> {
@@ -35,22 +33,21 @@ const MOST: usize = 8;
 const LOADS: usize = 41;
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub fn write(
+pub(crate) fn write(
     folder: &Path,
     shown: &Shown,
-    summary: &Value,
+    summary: &Summary,
     png: bool,
     caller: &Caller,
 ) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    metrics(folder, summary, caller)?;
     let about = format!(
         "Motor, supply, heat and friction of a {} that swings a weight, so that the simulation, which is given the goals alone, \
          comes nearest to the measured motion.",
         shown.name
     );
-    let mut page = super::page("Identified servo", summary, &about, caller)?;
-    let number = |key: &str| summary[key].as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
+    let mut page = super::page(folder, "Identified servo", summary, &about, caller)?;
+    let number =
+        |key: &str| summary.value[key].as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
     page.list([
         ("Mean error of the angle, open loop [rad]", number("error_rad")),
         ("On recordings that were not fitted [rad]", number("test_error_rad")),
@@ -64,7 +61,7 @@ pub fn write(
     for chart in [speeds, friction(shown), holding(shown), relative_errors(shown.rows)] {
         page.figure(&save(folder, &chart, png)?);
     }
-    write_page(folder, page.finish(COMMIT))
+    super::finish(folder, page, summary)
 }
 
 fn motion(k: usize, run: &PendulumRun, simulated: &Rollout) -> TimeChart {
