@@ -87,6 +87,12 @@ fn line(first: &Warning, others: usize) -> String {
 }
 
 impl Findings {
+    /// None, of recordings without a doubt.
+    #[cfg(test)]
+    pub fn none() -> Self {
+        Self(Vec::new())
+    }
+
     /// Adds them to a page, if there are any.
     pub fn show(&self, page: &mut Page) {
         if !self.0.is_empty() {

@@ -210,6 +210,7 @@ mod tests {
             training: &Value::Null,
             facts: Vec::new(),
             warnings: &warnings,
+            findings: &Findings::none(),
         };
         write(folder.path(), &told, &Caller::silent("hysteron train"))?;
         let page = std::fs::read_to_string(folder.path().join("report.html"))?;
