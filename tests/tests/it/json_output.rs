@@ -5,7 +5,7 @@ use hysteron_tests::{Workplace, root};
 use serde_json::Value;
 
 /// Two short motions within the limits of the virtual rig.
-const PLAN: &str = "format = \"hysteron-plan\"\nversion = 1\nname = \"short\"\nseed = 1\nrate_hz = 50\n\
+const PLAN: &str = "format = \"hysteron-plan\"\nversion = 1\nname = \"short\"\nseed = 1\nrate_hz = 100\n\
     tendon_angles_deg = [0, 90, 180, 270]\nrelease = 1\nrest_before_s = 0.5\nrest_after_s = 0.5\nstroke_max_mm = 20\n\
     stroke_rate_max_mm_s = 50\n\
     [[trajectory]]\nname = \"a\"\nrole = \"training\"\nfamily = \"circle\"\namplitude_mm = 2.5\nperiod_s = 3\nattack_s = 3\n\
@@ -39,7 +39,7 @@ fn verbs_of_tendon_robots_print_their_metrics() {
         ("simulate scene.toml --strokes strokes.csv --out sim/tip.csv --figures sim", "sim"),
         ("reach scene.toml --goals sim/tip.csv --out reach.csv --figures reach", "reach"),
         (
-            "fit-material scene.toml sim/tip.csv --fit-file fit.toml --every-mm 1 --out fitted.toml --figures fit",
+            "fit-material scene.toml sim/tip.csv --fit-file fit.toml --every-mm 2 --out fitted.toml --figures fit",
             "fit",
         ),
         ("identify scene-coreact.toml sim/tip.csv --rounds 1 --out identified", "identified"),
