@@ -18,7 +18,7 @@ pub enum Error {
         unknown: usize,
         /// Number of unknowns.
         n_unknowns: usize,
-        /// Remedy.
+        /// Hint for the user.
         hint: &'static str,
     },
     /// A computed value is not a number.

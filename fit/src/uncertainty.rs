@@ -41,7 +41,7 @@ pub struct Estimate {
 
 /// Standard deviation of a number drawn evenly from 0 to 1.
 const EVEN: f64 = 0.2887;
-/// Share of the prior's standard deviation to which the data must reduce it [-].
+/// Share of the prior's standard deviation below which the data must bring the standard error [-].
 const TOLD: f64 = 0.5;
 /// Share of a direction, or correlation, from which on a parameter is named with another.
 const NAMED: f64 = 0.3;

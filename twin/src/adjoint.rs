@@ -27,7 +27,7 @@ const MOST: [usize; 2] = [24, 80];
 /// Largest displacement of a difference, over the length of the body: truncation of 1e-9, round-off of 1e-10.
 const DIFFERENCE: f64 = 1e-6;
 
-/// What everything does to one coordinate of the tip.
+/// Derivatives of one coordinate of the tip by all forces and strokes.
 #[derive(Debug, Clone)]
 pub(crate) struct TipAdjoint {
     /// Force on each free unknown (n_unknowns) [m/N].

@@ -1,5 +1,5 @@
-//! Anderson acceleration: makes a fixed-point iteration with a stale factor converge like one with a
-//! fresh one, by minimising over the last few steps.
+//! Anderson acceleration: makes a fixed-point iteration with a lagged factor converge like one with a fresh
+//! one, by minimising over the last few steps.
 //!
 //! # Reference
 //! Walker, Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, eq. 2.2.
@@ -12,8 +12,9 @@ const WINDOW: usize = 6;
 /// Relative size below which a pivot of the normal equations counts as dependent.
 const INDEPENDENT: f64 = 1e-10;
 
-/// What a move of the point did to all that a step is made from. Strokes, tensions and forces know no kinks: where a
-/// cable goes slack or a friction point begins to slip, the same pair gives another change of the step.
+/// A move of the point, and the changes that it caused in all inputs of a step. Strokes, tensions and forces
+/// are smooth: where a cable goes slack or a friction point begins to slip, the same pair gives another
+/// change of the step.
 #[derive(Debug, Clone)]
 pub(crate) struct Pair {
     /// The move: free unknowns, then tensions times their mean compliance [m].
@@ -62,7 +63,7 @@ impl Anderson {
         }
     }
 
-    /// Forgets all pairs: the map has changed.
+    /// Drops all pairs: the map has changed.
     pub fn clear(&mut self) {
         self.n_pairs = 0;
         self.next = 0;
@@ -93,7 +94,7 @@ impl Anderson {
         }
     }
 
-    /// A kink: `change_of` writes the changes of the step anew.
+    /// After a change of the active set: `change_of` writes the changes of the step anew.
     pub fn revise(&mut self, change_of: impl FnMut(&mut Pair)) {
         self.pairs[..self.n_pairs].iter_mut().for_each(change_of);
         (0..self.n_pairs).for_each(|slot| self.multiply(slot, slot + 1));

@@ -1,12 +1,12 @@
-//! The equations of a step: how far a configuration is from balance, and what a command asks for.
+//! The equations of a step: the residual of a configuration, and the targets of a command.
 
 use hysteron_base::{Law, Material};
 
 use crate::cable::{CableShape, Cables};
 use crate::model::{Target, Twin};
 
-/// What a step must reach: for every cable a stroke, and the bounds its tension keeps to. A prescribed
-/// tension is a pair of equal bounds.
+/// Targets of a step: for every cable a stroke, and the bounds of its tension. A prescribed tension is a pair
+/// of equal bounds.
 #[derive(Debug, Clone)]
 pub(crate) struct Control {
     pub strokes: Vec<f64>,
@@ -169,9 +169,9 @@ impl Balance {
     }
 
     /// Potential energy of body, loads and cables at nodes `x`, for which strokes were evaluated [J], each
-    /// cable as a clutch that slips at its bounds: sup T (u - s) - ½ c T² over the tensions it can have, at most
-    /// `strongest`. Its minimisers are the stable equilibria. `None` where forces have no potential, and with friction,
-    /// where the cables of a tendon stretch together.
+    /// cable as a stroke penalty that slips at its bounds: sup T (u - s) - ½ c T² over the tensions it can
+    /// have, at most `strongest`. Its minimisers are the stable equilibria. `None` where forces have no
+    /// potential, and with friction, where the cables of a tendon stretch together.
     pub fn potential(&self, twin: &Twin, control: &Control, x: &[[f64; 4]], strongest: f64) -> Option<f64> {
         let has_no_potential = twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty();
         if has_no_potential || !twin.friction.is_empty() {

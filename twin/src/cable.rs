@@ -3,7 +3,7 @@
 //! A cable is a frictionless polyline; its tension T is the same along it. Its *stroke* is how much it
 //! has been shortened, s(x) = L(rest) - L(x), so that a tension does the work T ds on the body, the rows
 //! J = ∂s/∂x map tensions to nodal forces Jᵀ T, and T ∂²L/∂x² adds to the stiffness. A cable may stretch
-//! besides: what has been pulled at its end is s + C T.
+//! as well: the length pulled at its end is s + C T.
 
 use hysteron_fem::{Embedding, FemModel, Stiffness, StiffnessPattern};
 

@@ -1,4 +1,4 @@
-//! What can go wrong in the twin.
+//! Errors of the twin.
 
 use hysteron_base::BadInput;
 
@@ -29,9 +29,9 @@ pub enum Error {
         reached: f64,
         /// Where the last attempt stopped.
         relative_residual: f64,
-        /// What stopped it.
+        /// Cause that stopped it.
         cause: Cause,
-        /// What to try.
+        /// Hint for the user.
         hint: String,
     },
 }

@@ -2,9 +2,10 @@
 //!
 //! Where friction acts on a tendon, its tension jumps by q, at most a bound b. Such a point is one more cable: the tendon's rest
 //! from there to its end, whose tension is the jump, whose stroke is how much of the tendon has slid past the point,
-//! and whose commanded stroke is its memory. So it is the clutch that every tendon is: between its bounds the point
-//! sticks and the slide stays, at a bound it slips, and after the step the memory moves to where the tendon has slid.
-//! The bounds are those of the equilibrium before: in every step the friction is known, and the QP stays symmetric.
+//! and whose commanded stroke is its memory. Like every tendon it is a stroke penalty: between its bounds the
+//! point sticks and the slide stays, at a bound it slips, and after the step the memory moves to where the
+//! tendon has slid. The bounds are those of the equilibrium before: in every step the friction is known, and
+//! the QP stays symmetric.
 //!
 //! # Reference
 //! Euler (1762), Remarques sur l'effet du frottement dans l'equilibre (capstan equation).

@@ -16,7 +16,7 @@ pub struct FrictionPoint {
     pub first: usize,
     /// Points of the tendon whose wrap angles count here.
     pub points: Range<usize>,
-    /// Wrap angle besides, whatever the shape [rad].
+    /// Additional wrap angle, independent of the shape [rad].
     pub wrap_angle: f64,
     /// Coefficient of friction μ [-].
     pub coefficient: f64,
@@ -24,7 +24,7 @@ pub struct FrictionPoint {
     pub constant: f64,
 }
 
-/// What friction points do when a sensitivity is asked for.
+/// Behaviour of friction points in a sensitivity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionPoints {
     /// Those that stick go on sticking: the derivative, for changes that make none of them slip.

@@ -15,7 +15,7 @@ use crate::step::{Stepper, check_targets};
 use crate::{Cause, Error, Result, TwinState};
 use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
 
-/// What the tip should reach, and how exactly.
+/// Goal of the tip, and its tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TipGoal {
     /// Position [m]; a coordinate that is `None` may be anything.

@@ -1,10 +1,11 @@
-//! What linear tetrahedra lose on a body: its response at rest to its own tendons and loads, compared with that of
-//! ten-node tetrahedra of the same mesh.
+//! Locking of linear tetrahedra on a body: its response at rest to its own tendons and loads, compared with
+//! that of ten-node tetrahedra of the same mesh.
 //!
 //! Linear tetrahedra are too stiff in bending where few lie across a wall, and near ν = 1/2 in every deformation but
-//! pure shear. How much depends on body, mesh, material and load together, and no count of elements says it. So both
-//! discretisations are asked: the same tetrahedra with a node at the middle of every edge represent bending exactly and
-//! hardly lock, and at rest all laws are linear, so that one factorisation each tells. What large bends add is left out.
+//! pure shear. How much depends on body, mesh, material and load together, and no count of elements gives it.
+//! So both discretisations are computed: the same tetrahedra with a node at the middle of every edge
+//! represent bending exactly and hardly lock, and at rest all laws are linear, so that one factorisation each
+//! is enough. The effect of large bends is neglected.
 
 use std::sync::Arc;
 
@@ -73,8 +74,8 @@ impl Locking {
         Ok(Some(Self { linear, quadratic }))
     }
 
-    /// What the targets (one per primary tendon) and the part `load` of weight and forces do to both, to first order.
-    /// `None` where tensions cannot be found.
+    /// Response of both discretisations to the targets (one per primary tendon) and the part `load` of weight
+    /// and forces, to first order. `None` where tensions cannot be found.
     pub fn moved(&self, targets: &[Target], load: f64) -> Option<LockedMove> {
         let (tip, tension) = self.linear.moved(targets, load)?;
         let (tip_quadratic, tension_quadratic) = self.quadratic.moved(targets, load)?;

@@ -133,7 +133,7 @@ pub struct Twin {
     pub auxiliary_rate: f64,
     /// Constant loads on the nodes [N], model order.
     pub loads: Vec<[f64; 4]>,
-    /// Moments on the body, beside the loads; a scene has none.
+    /// Moments on the body, in addition to the loads; a scene has none.
     pub couples: Vec<Couple>,
     /// The tip, as weighted nodes.
     pub tip: Embedding,
@@ -283,7 +283,7 @@ impl Twin {
         along
     }
 
-    /// What every tendon has been pulled at its end, s + C T [m].
+    /// Length by which every tendon has been pulled at its end, s + C T (n_tendons) [m].
     pub(crate) fn pulled(&self, state: &TwinState) -> Vec<f64> {
         let mut pulled = self.strokes_of(state);
         for (j, stroke) in pulled.iter_mut().enumerate() {

@@ -46,13 +46,13 @@ pub struct Motion {
     /// Measured tensions of the primary tendons (n_samples × n_primary, row-major), where all of them were recorded
     /// [N].
     measured_tensions: Option<Vec<f64>>,
-    /// What each primary tendon is driven by.
+    /// Drive of each primary tendon.
     drives: Vec<Drive>,
 }
 
 impl Motion {
-    /// Takes commands and tip out of `recording`, called `name` in messages. Recorded strokes of auxiliary tendons are
-    /// left aside: they belong to the twin that they were found with.
+    /// Takes commands and tip out of `recording`, called `name` in messages. Recorded strokes of auxiliary
+    /// tendons are not read: they belong to the twin that they were found with.
     ///
     /// # Errors
     /// Commands of another robot, too large for it, or that never change; no tip; a tip farther off than the robot
@@ -64,7 +64,7 @@ impl Motion {
     /// As [`Self::new`], of a recording that is to be identified sample by sample.
     ///
     /// # Errors
-    /// Besides, tendons that are not driven by strokes; too few samples, or too many filled in; no fixed rate; a
+    /// Also tendons that are not driven by strokes; too few samples, or too many filled in; no fixed rate; a
     /// coordinate of the tip that never changes; a tip at rest away from the twin's.
     pub fn for_identification(twin: &Twin, recording: &Recording, name: &str) -> Result<Self> {
         let motion = Self::new(twin, recording, name)?;
@@ -131,7 +131,7 @@ impl Motion {
         rows.iter().copied().reduce(f64::max).filter(|largest| *largest > 0.0)
     }
 
-    /// What the primary tendons are told in a sample, each as the scene drives it.
+    /// Targets of the primary tendons in a sample, each as the scene drives it.
     pub fn targets_at(&self, sample: usize) -> Vec<Target> {
         let tensions = row(&self.tensions, sample, self.drives.len());
         let commands = self.strokes_at(sample).iter().zip(tensions);

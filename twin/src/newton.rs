@@ -387,7 +387,7 @@ impl Newton {
         balance: &Balance,
         strongest: f64,
     ) -> f64 {
-        // The residual contains the cables' forces, which the clutch terms account for.
+        // The residual contains the cables' forces, which the terms of the stroke penalty account for.
         let work: f64 = balance.residual.iter().zip(&self.displacement).map(|(r, d)| r * d).sum();
         let cables: f64 = (0..state.tensions.len())
             .map(|j| {

@@ -1,5 +1,5 @@
-//! What goes on by one sample when its primary strokes are given: the twin by itself, or with its residual network;
-//! and where it rests.
+//! A system that goes on by one sample when its primary strokes are given: the twin by itself, or with its
+//! residual network; and its rest state.
 
 use nalgebra::Vector3;
 
@@ -17,7 +17,7 @@ pub struct PlantStep {
     pub tip: [f64; 3],
     /// True where an input of the network was outside its training range.
     pub is_extrapolating: bool,
-    /// What the twin's step cost.
+    /// Cost and convergence of the twin's step.
     pub report: StepReport,
 }
 

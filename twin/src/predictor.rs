@@ -31,12 +31,12 @@ struct Entry {
     point: Vec<f64>,
 }
 
-/// What a cable prescribes of the next state.
+/// Prescribed value of a cable in the next state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Prescribed {
     /// Its stroke [m].
     Stroke(f64),
-    /// Its tension [N], and what a newton counts [m/N].
+    /// Its tension [N], and the weight of a newton [m/N].
     Tension(f64, f64),
 }
 
@@ -58,7 +58,7 @@ impl Predictor {
         Self { isa, n_unknowns: n, entries: vec![blank; CAPACITY], n_entries: 0, newest: 0 }
     }
 
-    /// Forgets all states.
+    /// Drops all states.
     pub fn clear(&mut self) {
         self.n_entries = 0;
     }

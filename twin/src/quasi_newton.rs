@@ -44,7 +44,7 @@ pub(crate) struct QuasiNewton {
     predictor: Predictor,
     /// No factor yet, or one that did not serve.
     is_unusable: bool,
-    /// What a refactorisation costs, in iterations.
+    /// Cost of a refactorisation, in iterations [-].
     refactorisation_cost: f64,
     /// Iterations and steps since the last refactorisation.
     spent: usize,
@@ -266,7 +266,7 @@ impl QuasiNewton {
         combine_into(twin.body.isa, &self.tensions.increments, &self.columns, &mut self.step[..n]);
     }
 
-    /// What the pairs' moves do to the step with each cable where the last QP has put it.
+    /// Revises the effect of the pairs' moves on the step, with each cable in the active set of the last QP.
     fn revise_pairs(&mut self, twin: &Twin) {
         let Self { anderson, tensions, projection, columns, .. } = self;
         let (n, m) = (self.free_displacement.len(), self.active_set.len());

@@ -1,6 +1,6 @@
-//! What a step cost and how well it converged.
+//! Cost and convergence of a step.
 
-/// What a step cost and how well it converged.
+/// Cost and convergence of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepReport {
     /// Corrections with the lagged factor.

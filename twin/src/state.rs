@@ -13,6 +13,6 @@ pub struct TwinState {
     pub load: f64,
     /// Length of tendon that has slid past each friction point towards the pulled end, where it stuck last [m].
     pub slip: Vec<f64>,
-    /// What came through the backlash of each real tendon [m]; none without backlash.
+    /// Stroke behind the backlash of each real tendon [m]; empty without backlash.
     pub plays: Vec<f64>,
 }

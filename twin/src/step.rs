@@ -36,7 +36,7 @@ pub(crate) struct FrictionMemory {
     bounds: Vec<f64>,
 }
 
-/// What a step has still to do, linearised at a state.
+/// Residual of a step, linearised at a state.
 #[derive(Debug)]
 pub(crate) struct Conditions<'a> {
     /// The state.
@@ -68,7 +68,7 @@ pub struct Stepper {
     state: TwinState,
     /// Its friction bounds [N].
     bounds: Vec<f64>,
-    /// What comes through the backlash in this step [m].
+    /// Strokes behind the backlash in this step [m].
     plays: Vec<f64>,
 }
 
@@ -149,7 +149,7 @@ impl Stepper {
         self.step(twin, targets)
     }
 
-    /// What a step from `memory` has still to do where it stands; `None` without a stiffness.
+    /// Linearised residual of a step from `memory` at the present state; `None` without a stiffness.
     pub(crate) fn conditions(
         &mut self,
         twin: &Twin,
@@ -279,8 +279,8 @@ impl Stepper {
         Ok(self.newton.as_ref().map_or_else(Vec::new, |newton| newton.projection.columns.clone()))
     }
 
-    /// What small changes do to the tip where the last step ended; auxiliary tendons keep their tensions. Of the exact tangent,
-    /// to a tenth of a per cent.
+    /// Response of the tip to small changes where the last step ended; auxiliary tendons keep their tensions.
+    /// Of the exact tangent, to a tenth of a per cent.
     ///
     /// `None` where the body has no stiffness or two tendons pull the same way.
     pub fn tip_response(&mut self, twin: &Twin, friction: FrictionPoints) -> Option<TipResponse> {
@@ -302,7 +302,8 @@ impl Stepper {
         Some(TipResponse { per_stroke, per_force })
     }
 
-    /// What everything does to the tip where the last step ended, the cables `held` keeping their strokes.
+    /// Derivatives of the tip by all forces and strokes where the last step ended, the cables `held` keeping
+    /// their strokes.
     pub(crate) fn tip_adjoints(&mut self, twin: &Twin, held: &[usize]) -> Option<[TipAdjoint; 3]> {
         tip_adjoints(twin, &self.control, &self.state, held, &mut self.quasi_newton)
     }

@@ -13,7 +13,7 @@ use crate::{Error, Result, TwinState};
 
 /// Samples between two Jacobians, which change with the shape, slowly; each stands until the next.
 const JACOBIAN_EVERY: usize = 10;
-/// How much farther a tip may go in a sample than its Jacobian says [-], and how far besides, over the robot's length.
+/// Largest move of the tip in a sample: factor on its Jacobian's [-], plus a part of the robot's length [-].
 const JUMP: [f64; 2] = [4.0, 0.01];
 
 /// Why a rollout is no data.
@@ -37,7 +37,7 @@ impl std::fmt::Display for Unphysical {
     }
 }
 
-/// What became of a rollout.
+/// Outcome of a rollout.
 #[derive(Debug, Clone)]
 pub enum Outcome {
     /// Strokes as they came, the tip `tip_x_m`.., tensions `tension_k_n`, ∂tip/∂stroke `tip_x_per_stroke_k_ratio`.. [-]
@@ -174,7 +174,7 @@ fn jump(
     (moved > JUMP[0] * asked + JUMP[1] * length).then_some(Unphysical::Jump(moved))
 }
 
-/// What a rollout writes.
+/// Columns of a rollout's recording.
 struct Columns {
     time: Vec<f64>,
     strokes: Vec<Vec<f64>>,

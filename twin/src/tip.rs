@@ -8,7 +8,7 @@ use crate::model::Twin;
 use crate::projection::Projection;
 use crate::state::TwinState;
 
-/// What small changes do to the tip where the twin stands.
+/// Response of the tip to small changes at the twin's state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TipResponse {
     /// Of each primary stroke, ∂y/∂s (3 × n_primary) [-]: zero for a slack tendon or one driven by tension.
@@ -18,8 +18,8 @@ pub struct TipResponse {
 }
 
 impl TipResponse {
-    /// What a force on the tip does to the tension of each primary tendon, ∂T/∂F (n_primary × 3) [-]: by Betti's theorem
-    /// -(∂y/∂s)ᵀ.
+    /// Response of the tension of each primary tendon to a force on the tip, ∂T/∂F (n_primary × 3) [-]: by
+    /// Betti's theorem -(∂y/∂s)ᵀ.
     pub fn tensions_per_force(&self) -> Vec<[f64; 3]> {
         (0..self.per_stroke[0].len()).map(|j| [0, 1, 2].map(|c| -self.per_stroke[c][j])).collect()
     }
@@ -45,8 +45,8 @@ impl Twin {
         self.tip.nodes.iter().map(|&node| self.tracker.turn * (at(positions, node) - center)).collect()
     }
 
-    /// What the unit tension of each cable does to the tip: three rows of displacement [m/N], one column per
-    /// cable.
+    /// Displacement of the tip by the unit tension of each cable: three rows [m/N], one column per cable (3 ×
+    /// n_cables).
     pub(crate) fn tip_displacement_rows(&self, projection: &Projection) -> [Vec<f64>; 3] {
         let of = |column: &Vec<f64>| -> Vector3<f64> {
             let carriers = self.tip.nodes.iter().zip(&self.tip.weights);
@@ -57,7 +57,8 @@ impl Twin {
         std::array::from_fn(|c| displacements.iter().map(|displacement| displacement[c]).collect())
     }
 
-    /// What the displacement of each free unknown does to coordinate `c` of the recorded tip (n_unknowns) [-].
+    /// Derivative of coordinate `c` of the recorded tip by the displacement of each free unknown (n_unknowns)
+    /// [-].
     pub(crate) fn tip_weights(&self, c: usize) -> Vec<f64> {
         let mut weights = vec![0.0; self.body.n_unknowns()];
         for (&node, weight) in self.tip.nodes.iter().zip(&self.tip.weights) {
@@ -78,8 +79,8 @@ impl Twin {
         })
     }
 
-    /// What the unit tension of each cable does to the tip's orientation: three rows of the rotation vector, in
-    /// space [rad/N]. The derivative of [`Self::tip_rotation_of`] for a tip that keeps its form.
+    /// Rotation of the tip by the unit tension of each cable: three rows of the rotation vector, in space
+    /// [rad/N]. The derivative of [`Self::tip_rotation_of`] for a tip that keeps its form.
     pub(crate) fn tip_rotation_rows(&self, projection: &Projection, state: &TwinState) -> [Vec<f64>; 3] {
         let arms = self.tip_arms(&state.positions);
         let square: Matrix3<f64> =

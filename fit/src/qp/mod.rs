@@ -13,7 +13,7 @@ pub use active_set::{Activity, BoxQp};
 pub use clarabel::{RowQp, solve_rows};
 pub use dual_newton::BoxedRows;
 
-/// Status of a solved QP. Only `Solved` may enter a dataset.
+/// Status of a QP after its solve. Only `Solved` may enter a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QpStatus {
     /// The optimality conditions hold.

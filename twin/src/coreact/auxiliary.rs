@@ -6,7 +6,7 @@ use crate::model::{Target, Twin};
 use crate::step::Stepper;
 use crate::{Result, TendonSpec};
 
-/// What the auxiliary tendons of a twin may do, in strokes.
+/// Limits of the auxiliary tendons of a twin, in strokes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Auxiliary {
     /// Stroke that one newton makes on the straight body, other tensions unchanged (n_aux) [m/N].
@@ -53,7 +53,8 @@ impl Auxiliary {
         self.compliances.is_empty()
     }
 
-    /// Writes what every tendon is told: the primary strokes, and the tensions of auxiliary strokes (n_aux) [m].
+    /// Writes the target of every tendon: the primary strokes, and the tensions of auxiliary strokes (n_aux)
+    /// [m].
     pub fn targets_into(&self, primary: &[f64], strokes: &[f64], targets: &mut Vec<Target>) {
         targets.clear();
         targets.extend(primary.iter().map(|&stroke| Target::Stroke(stroke)));

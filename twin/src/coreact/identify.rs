@@ -19,7 +19,8 @@ use hysteron_fit::qp::{BoxedRows, QpStatus, RowQp};
 pub struct IdentifyOptions {
     /// γ of eq. 8 over the mean squared sensitivity of the tip to a stroke [-].
     pub regularisation: f64,
-    /// What a radian between twin and robot counts against a metre [m]; `None` leaves orientations alone.
+    /// Weight of a radian between twin and robot, compared with a metre [m]; `None` leaves orientations
+    /// alone.
     pub orientation: Option<f64>,
     /// Rounds of a sample at most: one, and more where the tip is then elsewhere than the linearised twin
     /// predicted.
@@ -43,14 +44,14 @@ pub struct Goal {
     pub orientation: Option<UnitQuaternion<f64>>,
 }
 
-/// What a sample came to.
+/// Result of a sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Tip of the body [m].
     pub tip: [f64; 3],
     /// Distance from the goal of the tip that the twin reports [m]; zero without one.
     pub distance: f64,
-    /// What became of each QP.
+    /// Status of each QP.
     pub statuses: Vec<QpStatus>,
     /// The bound that each auxiliary stroke stands at, if any (n_aux).
     pub bounds: Vec<Option<Bound>>,
@@ -158,7 +159,7 @@ impl<'a> Identifier<'a> {
         error
     }
 
-    /// What a radian counts, where the orientation does.
+    /// Weight of a radian [m], where the orientation counts.
     fn weight(&self, goal: &Goal) -> Option<f64> {
         self.options.orientation.filter(|_| goal.orientation.is_some())
     }

@@ -32,7 +32,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 
 /// Times a problem is posed again because tendons or friction points have changed the active set.
 const MOST_CONTACTS: usize = 8;
-/// Smallest part of the way to an answer that is gone where the whole way leads no nearer.
+/// Smallest step length towards a solution, where longer steps lead no nearer [-].
 const SMALLEST_PART: f64 = 1.0 / 16.0;
 
 /// The tip and the cables at an equilibrium, linearised.
@@ -56,13 +56,13 @@ pub(super) struct Response {
     pub gain: DMatrix<f64>,
 }
 
-/// What a change of the auxiliary strokes leads to.
+/// Effect of a change of the auxiliary strokes.
 struct Follow {
     /// The change (n_aux) [m].
     change: DVector<f64>,
     /// Where the other cables stand then (n_others).
     active_set: Vec<Activity>,
-    /// How far the tip has gone (rows) [m].
+    /// Displacement of the tip (rows) [m].
     tip: DVector<f64>,
 }
 
@@ -110,8 +110,8 @@ impl Linearised {
         }
     }
 
-    /// What strokes do to the tip while the cables `held` keep theirs, up to what they still miss, and the tensions
-    /// of the others change by `increments`. `None` where held cables pull the same way.
+    /// Response of the tip to strokes while the cables `held` keep theirs, up to their stroke residual, and
+    /// the tensions of the others change by `increments`. `None` where held cables pull the same way.
     pub fn response(
         &self,
         held: &[usize],
@@ -134,7 +134,7 @@ pub(super) fn others(twin: &Twin) -> impl Iterator<Item = usize> {
     (0..twin.n_primary).chain(twin.tendons.len()..twin.cables.len())
 }
 
-/// What a sample asks for, beside the linearised twin.
+/// Goal, strokes and weights of a sample, next to the linearised twin.
 pub(super) struct Sample<'a> {
     /// From the tip to its goal, as the tip rows [m].
     pub error: &'a [f64],
@@ -148,7 +148,7 @@ pub(super) struct Sample<'a> {
     pub length: f64,
 }
 
-/// What came of a sample.
+/// Solution of a sample.
 pub(super) struct Answer {
     /// Auxiliary strokes, within what is allowed (n_aux) [m].
     pub strokes: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What auxiliary strokes do to the tip.
+//! Sensitivity of the tip to auxiliary strokes.
 
 use super::Auxiliary;
 use super::problem::others;

@@ -1,4 +1,4 @@
-//! What an identification came to.
+//! Summary of an identification.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! A scene's twin beside what was recorded: the residuals of a fit.
+//! A scene's twin compared with a recording: the residuals of a fit.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -35,12 +35,11 @@ pub struct AxisErrors {
 const KEPT: usize = 24;
 /// Part of the largest tension allowed from which on a simulated one counts as too large [-].
 const STRAINED: f64 = 0.8;
-/// What a tension at its largest counts as, and one that differs from the recorded one by a tenth of the largest
-/// recorded:
-/// an error of the tip of this part of its motion [-].
+/// Residual of a tension at its largest, and of one that differs from the recorded one by a tenth of the
+/// largest recorded, as an error of the tip: this part of its motion [-].
 const TENSION_WEIGHT: f64 = 0.02;
 
-/// What a scene's twin does, by motion.
+/// Tips and tensions of a scene's twin, by motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Answer {
     /// Tip in the frame of the scene, by step [m].
@@ -80,7 +79,7 @@ impl<'a> Comparison<'a> {
         Self::new(self.mesh, self.motions, courses, frame, tension_max, self.steps)
     }
 
-    /// What the twin of `scene` does; how the tracker stands makes no difference to that and costs nothing.
+    /// Tips and tensions of the twin of `scene`; the tracker's frame has no effect on them and costs nothing.
     ///
     /// # Errors
     /// Those of [`Twin::new`] and of a rollout.

@@ -36,7 +36,7 @@ pub struct Course {
 const FEWEST: usize = 8;
 /// Part of a step by which a stroke must go back to count as one that turns [-].
 const TURNED: f64 = 0.2;
-/// Part of a step that a stroke must have gone before it turned back: less is noise [-].
+/// Part of a step by which a stroke must have moved before it turned back: less is noise [-].
 const GONE: f64 = 0.02;
 
 impl Course {
@@ -128,7 +128,7 @@ fn next(motion: &Motion, from: usize, step: f64) -> Option<usize> {
     (size > TURNED * step).then_some(last)
 }
 
-/// What tells how far a motion has gone: strokes, and where tensions drive, the tip [m].
+/// Coordinates that measure the progress of a motion: strokes, and where tensions drive, the tip [m].
 fn coordinates(motion: &Motion, sample: usize) -> impl Iterator<Item = f64> {
     let tip = if motion.has_tensions() { &motion.tips[sample][..] } else { &[] };
     motion.strokes_at(sample).iter().chain(tip).copied()

@@ -1,7 +1,7 @@
-//! What else would explain the errors that a fit leaves: assumptions that were not fitted, tried one by one.
+//! Other explanations of the errors that a fit leaves: assumptions that were not fitted, tried one by one.
 //!
-//! Each is tried at the minimum that was found. What was fitted may follow it to first order: the least squares of
-//! r + J δ, with what is believed of the parameters as rows of their own.
+//! Each is tried at the minimum that was found. The fitted parameters may follow it to first order: the least
+//! squares of r + J δ, with the priors of the parameters as rows of their own.
 
 use hysteron_base::{Friction, Scene};
 use hysteron_fit::{Fit, Options, Parameter, Problem, Spread, Standing, TOLERANCE, correction, prior_rows};
@@ -13,9 +13,9 @@ use crate::Result;
 /// An assumption that would explain errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hint {
-    /// What to assume instead, in words.
+    /// The assumption to make instead, in words.
     pub instead: String,
-    /// What to fit for that, as on the command line; empty where the scene has to be changed.
+    /// Parameter to fit for that, as on the command line; empty where the scene has to be changed.
     pub fit: String,
     /// Root mean square of the residuals as fitted, and as it would be [m].
     pub rms: [f64; 2],

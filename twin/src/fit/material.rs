@@ -38,7 +38,7 @@ pub struct MaterialOptions<'a> {
     pub huber: Option<f64>,
     /// Largest tension that the drives of the robot can make, where that is less than the scene allows [N].
     pub tension_max: Option<f64>,
-    /// Told how far the fit has come; false ends it.
+    /// Called with the progress of the fit; false ends it.
     pub watch: &'a (dyn Fn(Progress) -> bool + Sync),
 }
 
@@ -51,7 +51,7 @@ pub struct MaterialFit {
     pub scene: Scene,
     /// Errors with the scene as given, and with the fitted one.
     pub errors: [AxisErrors; 2],
-    /// What was stepped through, by motion.
+    /// Steps of the fit, by motion.
     pub courses: Vec<Course>,
     /// Tips of both, in the frame of the measurement: by motion, by step [m].
     pub tips: [Vec<Vec<[f64; 3]>>; 2],
@@ -61,11 +61,12 @@ pub struct MaterialFit {
     pub measured_spread: f64,
     /// Largest tension of every primary tendon with the fitted scene [N].
     pub tensions: Vec<f64>,
-    /// What else would explain the errors that are left, the best first.
+    /// Other explanations of the errors that are left, the best first.
     pub hints: Vec<Hint>,
 }
 
-/// Part of the measured motion that a parameter must move the tip by, between its bounds, to count as seen [-].
+/// Part of the measured motion that a parameter must move the tip by, between its bounds, to count as
+/// observable [-].
 const SEEN: f64 = 2e-3;
 /// Degrees of freedom of a rigid frame.
 const OF_FRAME: usize = 6;
@@ -76,16 +77,16 @@ const BEGINNING: usize = 30;
 const ON_THE_WAY: usize = 100;
 /// Tolerance of a search that others follow [-].
 const ROUGH: f64 = 1e-3;
-/// Places of friction, between its bounds, from which a fit begins besides the scene's [-].
+/// Places of friction, between its bounds, from which a fit also begins, next to the scene's [-].
 const OTHER_STARTS: [f64; 2] = [0.05, 0.5];
 /// Quantities of friction.
 const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
 /// Times that gravity may turn to another axis of the scene.
 const MOST_TURNS: usize = 3;
 
-/// Fits `selected` so that the twin's tip follows the measured one through `motions`. Auxiliary tendons are left out:
-/// what they stand in for is what a fit is to explain. Where the direction of gravity is selected, all axes of the
-/// scene are tried.
+/// Fits `selected` so that the twin's tip follows the measured one through `motions`, without auxiliary
+/// tendons: their effect is what a fit is to explain. Where the direction of gravity is selected, all axes of
+/// the scene are tried.
 ///
 /// # Errors
 /// Those of [`courses`], [`Twin::new`] and the first pass through the motions; with [`Frame::Checked`], a tip that

@@ -1,4 +1,4 @@
-//! What can be fitted of a scene: one line for each.
+//! Quantities of a scene that can be fitted: one line for each.
 
 use hysteron_base::{BadInput, Bounds, Friction, Scene, Tendon};
 
@@ -15,8 +15,7 @@ pub struct Quantity {
     pub scale: Scale,
     /// Bounds unless others are given [SI].
     pub bounds: fn(&Scene) -> Bounds,
-    /// Standard deviation with which the scene's value is believed before a recording is seen [SI; a factor on a
-    /// logarithmic scale].
+    /// Standard deviation of the prior, around the scene's value [SI; a factor on a logarithmic scale].
     pub width: f64,
     /// How many values it has.
     pub of: Of,
@@ -295,7 +294,7 @@ fn values(scene: &Scene, name: &str, wanted: &Wanted, before: &[Selected]) -> Re
     (0..n).map(value).collect()
 }
 
-/// What two quantities must not share.
+/// Name that two selected quantities must not share.
 pub(super) fn stem(quantity: &Quantity) -> &str {
     quantity.name.trim_start_matches("common_")
 }

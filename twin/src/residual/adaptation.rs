@@ -1,9 +1,10 @@
-//! A correction of the residual network, linear in what hysteresis is made of, found recursively from the measured tip.
+//! A correction of the residual network, linear in the operators of hysteresis, estimated recursively from
+//! the measured tip.
 //!
-//! The network stays, and the displacement of the tip that it says is missing gets a correction Θ φ: φ holds one,
-//! the stroke of every primary tendon and its plays. Θ is a slow random process around zero (Ornstein-Uhlenbeck), so
-//! that what is not seen again is forgotten, and neither Θ nor its covariance P can grow beyond their prior; a
-//! Kalman filter follows it:
+//! The network stays, and the missing displacement of the tip that it predicts gets a correction Θ φ: φ holds
+//! one, the stroke of every primary tendon and its plays. Θ is a slow random process around zero
+//! (Ornstein-Uhlenbeck), so that data that does not recur loses its weight, and neither Θ nor its covariance
+//! P can grow beyond their prior; a Kalman filter estimates it:
 //!
 //! ```text
 //!     Θ ← a Θ,  P ← a² P + (1 - a²) P₀          a = exp(-Δt/τ)
@@ -23,11 +24,11 @@ use super::FeatureSpec;
 /// How fast and how far the correction goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AdaptOptions {
-    /// Time τ after which what was seen counts 1/e [s].
+    /// Time constant τ of the data's weight, which falls to 1/e [s].
     pub memory_s: f64,
-    /// Error of the tip that says nothing, noise and hysteresis that no correction has [m].
+    /// Noise of the tip, and hysteresis that no correction models [m].
     pub noise_m: f64,
-    /// Time over which that error stays what it is [s].
+    /// Correlation time of that error [s].
     pub noise_time_s: f64,
     /// Prior deviation of the constant term [m].
     pub offset_m: f64,
@@ -184,7 +185,7 @@ impl Filter {
         }
     }
 
-    /// What was found, without the drift.
+    /// The correction found, without the drift.
     pub fn correction(&self) -> Adaptation {
         let mut found = self.theta.clone();
         found.rows.iter_mut().for_each(|row| row.truncate(self.kept.len() - 1));

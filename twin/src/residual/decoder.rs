@@ -133,8 +133,8 @@ impl Decoder {
         }
     }
 
-    /// What a unit displacement does to the tip where the sensitivity is `sensitivity` (3 × n_aux), row by row: its
-    /// strokes G D in x and y, and in z itself.
+    /// Response of the tip to a unit displacement where the sensitivity is `sensitivity` (3 × n_aux), row by
+    /// row (3 × 3) [-]: its strokes G D in x and y, and in z itself.
     pub(super) fn seen_by(
         &self,
         sensitivity: &[Vec<f64>; 3],

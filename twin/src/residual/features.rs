@@ -1,4 +1,4 @@
-//! What the recurrent network sees of the commands.
+//! Features of the commands, inputs of the recurrent network.
 //!
 //! Friction and backlash make play operators (Prandtl-Ishlinskii), viscous material makes first-order filters (Maxwell
 //! elements). A network that gets these has the memory it needs in front of it, over times that back-propagation does

@@ -1,5 +1,5 @@
-//! From a path to strokes through the calibrated twin: the twin's tip is steered along the path in closed loop, and the
-//! strokes that did it are what a robot without a tip sensor is told.
+//! From a path to strokes through the calibrated twin: the twin's tip is steered along the path in closed
+//! loop, and the resulting strokes are the commands of a robot without a tip sensor.
 //!
 //! Sample by sample u ← u + M (Δy* + κ (y* - y)): how far the goal goes in this sample, and a part of what was
 //! missed in the one before; M is the inverse of what a command does to the tip. M is wrong where the robot is bent,
@@ -17,7 +17,7 @@ use crate::plant::{Plant, Uncorrected, settle};
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
 
-/// What a command must keep to.
+/// Limits of a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FollowLimits {
     /// Largest |(a, b)| [m].
@@ -195,7 +195,7 @@ impl<'a> PathFollower<'a> {
     }
 }
 
-/// What (a, b) does to x and y of the tip [-]: secants of the bare twin, from -`amplitude` to `amplitude`.
+/// Response of x and y of the tip to (a, b) [-]: secants of the bare twin, from -`amplitude` to `amplitude`.
 fn effect_of(twin: &Twin, coordinates: Coordinates, amplitude: f64) -> Result<Matrix2<f64>> {
     let mut effect = Matrix2::zeros();
     let mut strokes = vec![0.0; twin.n_primary];

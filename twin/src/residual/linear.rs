@@ -1,4 +1,4 @@
-//! What least squares alone say of the missing displacement, before any network learns.
+//! Linear least squares of the missing displacement, before the training of a network.
 //!
 //! Plays and first-order filters are what hysteresis and creep are made of, and much of both is linear in them (Prandtl-Ishlinskii,
 //! Maxwell). Along the axis a body that bends to one side moves as one that bends to the other: there it is also
@@ -122,7 +122,7 @@ impl LinearPart {
     }
 }
 
-/// What several parts say in the mean [m]; `terms` is scratch.
+/// Mean displacement of several linear parts [m]; `terms` is scratch.
 pub(super) fn mean_displacement(parts: &[LinearPart], features: &[f32], terms: &mut Vec<f64>) -> [f64; 3] {
     let sum = parts.iter().fold([0.0; 3], |sum, part| {
         let said = part.displacement(features, terms);

@@ -23,11 +23,12 @@ pub enum Design {
     /// One cell update a sample.
     #[serde(alias = "stateful")]
     Recurrent {
-        /// What the network sees.
+        /// Inputs of the network.
         features: FeatureSpec,
-        /// What its outputs mean.
+        /// Decoder of its outputs.
         decoder: Decoder,
-        /// What is added to its outputs: the mean of these, one for each network that the mean of networks is made of.
+        /// Linear part of the outputs: the mean of these, one for each network that the mean of networks is
+        /// made of.
         #[serde(deserialize_with = "one_or_more")]
         linear: Vec<LinearPart>,
     },
@@ -52,7 +53,7 @@ pub struct ResidualModel {
     pub scene_hash: String,
     /// Change of the robot since, as far as a few physical numbers describe it.
     pub change: Option<RobotChange>,
-    /// What else was learned of the robot since.
+    /// Linear correction fitted to the robot since.
     pub adaptation: Option<Adaptation>,
     /// Data, seed, scores.
     pub training: Value,
@@ -196,7 +197,7 @@ mod tests {
 
     use super::*;
 
-    /// What reading says of a checkpoint with this many inputs and details changed so; nothing where it is accepted.
+    /// Error of a checkpoint with this many inputs and details changed so; empty where it is accepted.
     fn refusal(n_inputs: usize, change: impl FnOnce(&mut Value)) -> String {
         let range = |k: usize| ChannelRange { name: format!("channel {k}"), min: 0.0, max: 1.0 };
         let channels = |n: usize| Normaliser::new((0..n).map(range).collect()).unwrap();

@@ -25,8 +25,8 @@ pub(super) fn output_ranges(
     }
     let names = ["residual_x_m", "residual_y_m", "residual_z_m"];
     let ranges = Normaliser::from_samples(&names, samples.chunks_exact(3))?;
-    // A millimetre is as much along every axis: in a range of its own, an axis of small displacements would be
-    // learned later, and the training might end before. What never changed still needs a range to be learned in.
+    // A millimetre is as much along every axis: in a range of its own, an axis of small displacements would
+    // be fitted later, and the training might end before. A constant channel still needs a range for the fit.
     let widest = ranges.channels.iter().map(|channel| channel.max - channel.min).fold(1e-6, f64::max);
     ranges.widened(widest)
 }
@@ -36,9 +36,9 @@ pub(super) struct Linearised {
     /// Normalised features of the strokes (n × n_of_strokes).
     features: Vec<f32>,
     n_features: usize,
-    /// Measured tip, normalised (n); zeros where the network does not see it.
+    /// Measured tip, normalised (n); zeros where it is no input of the network.
     measured: Vec<[f32; 3]>,
-    /// What a displacement does to the tip, G D (n, 3 × 3) [-].
+    /// Response of the tip to a displacement, G D (n, 3 × 3) [-].
     gain: Vec<[[f64; 3]; 3]>,
     /// Tip without auxiliary strokes, y* - G s*, less the measured one (n) [m].
     undone: Vec<[f64; 3]>,
@@ -124,7 +124,7 @@ pub(super) struct Prepared {
     features: Vec<f32>,
     /// Tip where the network's output is zero, y* - G s*, less the measured one (n) [mm].
     offset: Vec<[f32; 3]>,
-    /// What the network's outputs add to that: G D over the outputs' ranges (n, 3 × 3) [mm].
+    /// Response of that to the network's outputs: G D over the outputs' ranges (n, 3 × 3) [mm].
     gain: Vec<[[f32; 3]; 3]>,
     /// 0 where the tip was filled in.
     weight: Vec<f32>,
@@ -132,7 +132,7 @@ pub(super) struct Prepared {
     measured: Vec<[f32; 3]>,
     /// Normalised tip per millimetre, by axis.
     tip_scale: [f32; 3],
-    /// What the network sees as the tip (n), normalised; of the sample before.
+    /// Tip that enters the network (n), normalised; of the sample before.
     feedback: Vec<[f32; 3]>,
 }
 

@@ -1,8 +1,8 @@
 //! Fits the recurrent design: truncated back-propagation through whole trajectories, the loss at the tip.
 //!
 //! With the identified strokes s* the twin's tip was y*, so near them it is y* + G (s - s*) (G = ∂y/∂s). The loss is
-//! the squared distance of that from the measured tip: what the network gets wrong counts by what it does, and no two
-//! strokes that do the same are told apart. All trajectories run side by side; see [`SequenceTask`].
+//! the squared distance of that from the measured tip: errors of the network count by their effect at the
+//! tip, and strokes of equal effect count as equal. All trajectories run side by side; see [`SequenceTask`].
 
 use hysteron_base::{BadInput, json, parallel, rng};
 use hysteron_learn::{
@@ -19,16 +19,16 @@ use crate::Result;
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecurrentOptions {
-    /// What it has in common with other trainings on whole trajectories.
+    /// Options common to trainings on whole trajectories.
     #[serde(flatten)]
     pub learning: SequenceOptions,
     /// Plays as parts of the largest stroke.
     pub plays: Vec<f64>,
     /// Time constants of first-order filters [s].
     pub filters_s: Vec<f64>,
-    /// Whether the network sees the twin's tip.
+    /// Whether the twin's tip is an input of the network.
     pub feedback: bool,
-    /// Standard deviation of what is added to that tip while training [m], so that the loop forgets errors.
+    /// Standard deviation of the noise on that tip while training [m], so that errors of the loop decay.
     pub feedback_noise_m: f64,
     /// Seed of weights and noise.
     pub seed: u64,
@@ -134,7 +134,7 @@ fn shared(sequences: &[Sequence], held_out: &[Vec<usize>]) -> Vec<Sequence> {
     if shared.is_empty() { sequences.to_vec() } else { shared }
 }
 
-/// What all networks have in common.
+/// Inputs common to all networks.
 struct Setting<'a> {
     sequences: &'a [Sequence],
     scene_hash: &'a str,

@@ -82,8 +82,8 @@ pub fn fit_windowed(
     Ok(Fitted { model, reports: vec![report], is_finished: result.is_finished })
 }
 
-/// Errors of the auxiliary strokes beside strokes of zero, the twin alone. `squares` are the network's mean squares
-/// [mm²].
+/// Errors of the auxiliary strokes compared with strokes of zero, the twin alone. `squares` are the network's
+/// mean squares [mm²].
 fn report(
     training: &[Sequence],
     held_out: &[Sequence],
@@ -136,7 +136,7 @@ fn ranges(
     Ok((Normaliser::new(inputs)?, Normaliser::new(outputs.collect())?))
 }
 
-/// The tip beside a stroke is that of the sample before (eq. 11).
+/// The tip next to a stroke is that of the sample before (eq. 11).
 fn normalised(sequence: &Sequence, inputs: &Normaliser, outputs: &Normaliser) -> WindowedSequence {
     let (n_in, n_out) = (inputs.channels.len(), outputs.channels.len());
     let n = sequence.len();

@@ -11,7 +11,7 @@ use super::tip_force::{TipErrors, TipForceFilter, TipSample};
 
 type Check<T> = std::result::Result<T, BadInput>;
 
-/// A recording, observed beside the twin.
+/// Observations of a recording: robot compared with twin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
     /// For messages.
@@ -23,19 +23,19 @@ pub struct Observed {
 /// A recording in which the force on the tip was known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownForce {
-    /// What was observed.
+    /// Observations.
     pub observed: Observed,
     /// Force on the tip, sample by sample [N].
     pub force: Vec<Vector3<f64>>,
 }
 
-/// Lags at which changes of the gap are compared [s].
+/// Time differences at which changes of the gap are compared [s].
 const LAGS: [f64; 7] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
 /// Path of the tendons below which they rest [m].
 const AT_REST: f64 = 2e-5;
 /// Samples on either side in which a tendon must be slack to count as slack.
 const SLACK: usize = 15;
-/// Fewest pairs of samples, and known changes of force, that a number is learned from.
+/// Fewest pairs of samples, and known changes of force, that a parameter is fitted to.
 const FEWEST_PAIRS: usize = 200;
 const FEWEST_JUMPS: usize = 5;
 /// Change of a known force that counts as a jump [N]; its effect is a mean over this time after it less one over a time before [s].
@@ -252,7 +252,7 @@ fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
             "hardly any motion",
         ));
     }
-    // 2 m² (1 - e^(-path/length)) beside what noise does.
+    // 2 m² (1 - e^(-path/length)) plus the effect of noise.
     let fit = |length: f64| {
         let grown = |path: f64| 2.0 * (1.0 - (-path / length).exp());
         let mut error = 0.0;
@@ -348,7 +348,7 @@ fn thresholds(free: &[Observed], errors: &TipErrors, stiffness_scale: f64, perio
         let excess = tail.iter().map(|x| x - first).sum::<f64>() / n_tail as f64;
         Some(last.max(first + excess * (n_tail as f64 / alarms).ln()))
     };
-    // A class that the robot was hardly in is like the one beside it.
+    // A class that the robot was hardly in is like its neighbour.
     let mut found = largest.map(|mut largest| once(&mut largest));
     for k in (0..3).rev() {
         found[k] = found[k].or(found[k + 1]);

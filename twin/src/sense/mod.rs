@@ -1,8 +1,10 @@
-//! Feeling without force sensors: tensions at the pulleys and the force on the tip, from strokes, loads, tip and twin.
+//! Force estimation without force sensors: tensions at the pulleys and the force on the tip, from strokes,
+//! loads, tip and twin.
 //!
-//! The twin says where the tip would be without contact, what the tensions are, and how both answer a force; the loads of the
-//! servos correct the tensions, the tracked tip tells the force. What none of them can know, how far twin and robot differ, is learned from
-//! motion without contact, so every estimate comes with its standard error.
+//! The twin gives the tip without contact, the tensions, and the response of both to a force; the loads of
+//! the servos correct the tensions, the tracked tip gives the force. The difference of twin and robot, which
+//! none of them measures, is fitted to motion without contact, so every estimate comes with its standard
+//! error.
 
 mod fit;
 mod observer;

@@ -1,4 +1,4 @@
-//! What a sample of a robot says beside its twin, before any of it is believed.
+//! Observation of a sample: robot compared with twin, before any estimate.
 
 use hysteron_actuator::{SteadyLoad, SteadyMotion};
 use nalgebra::{Matrix3, Vector3};
@@ -8,7 +8,7 @@ use crate::model::Twin;
 use crate::plant::{Plant, settle};
 use crate::{Result, TipResponse};
 
-/// What was commanded and measured in one sample.
+/// Commands and measurements of one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct SenseSample<'a> {
     /// Strokes as the twin takes them (n_primary) [m].
@@ -32,14 +32,14 @@ pub struct Steady {
     pub twin: f64,
 }
 
-/// One sample beside the twin.
+/// One sample of the robot compared with the twin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// Where the tip would be without contact [m].
     pub free_tip: Vector3<f64>,
     /// How far it is from there [m]; none where it was not measured.
     pub gap: Option<Vector3<f64>>,
-    /// What a force does to the twin's tip, all friction points slipping [m/N].
+    /// Response of the twin's tip to a force, all friction points slipping (3 × 3) [m/N].
     pub response: Matrix3<f64>,
     /// How far the tendons have been pulled since the sample before [m].
     pub path: f64,
@@ -52,7 +52,7 @@ pub struct Observation {
 /// Path of the tendons, and time, after which the response is taken anew [m], [s].
 const RESPONSE_PATH: f64 = 2e-4;
 const RESPONSE_TIME: f64 = 0.5;
-/// By how much a load lags behind what the servo feels, with the speed that belongs to it [s].
+/// Delay of a load after the servo's torque, with the speed that belongs to it [s].
 const LOAD_DELAY: f64 = 0.02;
 
 /// Goes through samples with the twin.

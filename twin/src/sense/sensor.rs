@@ -1,4 +1,4 @@
-//! The sensor: what was learned of a robot's errors, and its estimates sample by sample.
+//! The force sensor: fitted errors of a robot and its twin, and estimates sample by sample.
 
 use hysteron_actuator::{LoadModel, Stribeck};
 use hysteron_base::BadInput;
@@ -10,7 +10,7 @@ use super::tension::{TensionErrors, TensionFilter};
 use super::tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};
 use crate::Result;
 
-/// What the load of the servos says of tensions.
+/// Tensions from the load of the servos: torque, radius and friction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ServoLoad {
@@ -56,7 +56,7 @@ impl ServoLoad {
     }
 }
 
-/// What was learned of a robot and its twin, so that forces can be told.
+/// Fitted errors of a robot and its twin, from which forces are estimated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceSensor {
@@ -90,7 +90,7 @@ pub struct Sensing {
 }
 
 impl TipSample {
-    /// What was observed, of a robot so many times as stiff as its twin.
+    /// The observation, of a robot so many times as stiff as its twin.
     pub(super) fn of(seen: &Observation, stiffness_scale: f64) -> Self {
         let response = seen.response / stiffness_scale;
         Self { gap: seen.gap, response, free_tip: seen.free_tip, path: seen.path }
@@ -166,7 +166,7 @@ impl Sensing {
         Sensed { tensions, tip: self.tip.step(&TipSample::of(seen, self.sensor.stiffness_scale)) }
     }
 
-    /// Observes a sample beside the twin, and goes on by it. Returns too where the tip would be without contact [m].
+    /// Compares a sample with the twin, and goes on by it. Also returns the tip without contact [m].
     ///
     /// # Errors
     /// The twin has no equilibrium under its strokes.

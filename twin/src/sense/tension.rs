@@ -1,4 +1,4 @@
-//! Tensions at the pulleys: the twin's, led by what the servos' loads say while they move.
+//! Tensions at the pulleys: the twin's, corrected by the servos' loads while they move.
 //!
 //! The twin knows how a tension changes with the strokes, not what it is to the newton: zeros, stiffness and friction are known to a
 //! few per cent. Its error changes where its tension does, so a random walk over the changes of tension describes it; a load corrects it
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn loads_take_the_twins_error_away_and_rest_keeps_what_they_said() {
         let mut filter = TensionFilter::new(ERRORS, 0.01);
-        // The robot has 1.2 times the twin's tension and 2 N besides.
+        // The robot has 1.2 times the twin's tension and 2 N more.
         for _ in 0..400 {
             filter.step(10.0, Some((14.0, 10.0)));
         }

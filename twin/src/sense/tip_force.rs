@@ -4,13 +4,15 @@
 //!
 //! y - y₀ = C F + b + noise.
 //!
-//! b is what twin, tracker and robot differ by: it changes with the path that the tendons are pulled, along the tip's motion more than
-//! across it (the twin is early or late there), over a length ℓ, and creeps at rest. Without contact F is zero. A change of y - y₀ within
-//! a tenth of a second that neither b nor noise explains begins a contact. What was believed before it is taken up again, and F is what
-//! the change says; from then on a Kalman filter divides y - y₀ between F and b. Further changes are explained by the likeliest of three: the
-//! force is gone, it is another, or b has changed more than usual (Student's distribution).
+//! b is the difference of twin, tracker and robot: it changes with the path that the tendons are pulled,
+//! along the tip's motion more than across it (the twin is early or late there), over a length ℓ, and creeps
+//! at rest. Without contact F is zero. A change of y - y₀ within a tenth of a second that neither b nor noise
+//! explains begins a contact. The estimate before it is restored, and the change determines F; from then on a
+//! Kalman filter divides y - y₀ between F and b. Further changes are explained by the likeliest of three: the
+//! force has ended, it is another, or b has changed more than usual (Student's distribution).
 //!
-//! A force along the body hardly moves the tip (a thousandth of what one across it does): it is not estimated, and its variance says so.
+//! A force along the body hardly moves the tip (a thousandth of what one across it does): it is not
+//! estimated, and its variance says so.
 
 use std::collections::VecDeque;
 
@@ -57,7 +59,7 @@ pub struct TipSample {
     pub path: f64,
 }
 
-/// What is believed of the tip's contact in a sample.
+/// Estimate of the tip's contact in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TipForceEstimate {
     /// Force of the surroundings on the tip, across the body [N]; zero without contact.
@@ -79,7 +81,7 @@ const HELD_FORCE: f64 = 0.02;
 /// within them.
 const MEAN: f64 = 0.03;
 const LAGS: [f64; 2] = [0.06, 0.10];
-/// What was believed so long before a change was not yet touched by it [s].
+/// An estimate so long before a change does not contain it yet [s].
 const BEFORE: f64 = 0.12;
 /// After a change the next one is looked for so much later, when all means lie behind it [s].
 const QUIET: f64 = 0.14;

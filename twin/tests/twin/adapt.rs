@@ -59,7 +59,7 @@ fn strokes(motion: usize, i: usize) -> [f64; 4] {
     [a * ramp, b * ramp, -a * ramp, -b * ramp]
 }
 
-/// What a tracker sees of a robot that is the twin with a change.
+/// Recordings of a tracker, of a robot that is the twin with a change.
 fn motions(twin: &Twin, auxiliary: &Auxiliary, change: &RobotChange) -> Vec<Motion> {
     let robot = ResidualModel { change: Some(change.clone()), ..silent(twin, auxiliary) };
     let motion = |m: usize| {

@@ -114,7 +114,7 @@ fn error_names_the_part_reached() {
     );
 }
 
-/// What building the twin of a changed scene says.
+/// Error of building the twin of a changed scene.
 #[track_caller]
 fn complaint(change: impl FnOnce(&mut Scene)) -> BadInput {
     let (mut scene, mesh) = scenes::robot();

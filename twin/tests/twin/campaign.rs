@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Robot, check_report, rng, scenes};
 
-/// What a campaign met.
+/// Counts of a campaign's steps, by how they were solved.
 #[derive(Debug, Default)]
 struct Shares {
     fast: usize,

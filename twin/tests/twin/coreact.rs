@@ -30,7 +30,7 @@ fn rough_twin(segments: usize, friction: impl Fn(Friction) -> Friction) -> Twin 
     Twin::new(&scene, &mesh).expect("a good scene")
 }
 
-/// Strokes of a small circle, with antagonists paid out.
+/// Strokes of a small circle, with antagonists released.
 fn strokes(i: usize) -> [f64; 4] {
     let (sin, cos) = (0.05 * i as f64).sin_cos();
     let ramp = 1e-3 * (i as f64 / 60.0).min(1.0);
@@ -134,7 +134,8 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
         let size = (0..3).map(|c| ((ahead[c] - behind[c]) / (2.0 * h)).abs()).fold(0.0, f64::max);
         for c in 0..3 {
             let difference = (ahead[c] - behind[c]) / (2.0 * h);
-            // The adjoint solves leave a tenth of a per cent of the largest; strokes small beside it ten times as much.
+            // The adjoint solves leave a tenth of a per cent of the largest; small strokes ten times as much
+            // of it.
             let missed = (sensitivity[c][k] - difference).abs();
             assert!(missed < 0.01 * size, "{} {difference} of {size}", sensitivity[c][k]);
         }
@@ -292,7 +293,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let options = learning(|of| {
         *of = SequenceOptions { hidden: 16, epochs: 400, patience: 400, truncation: 100, ..*of }
     });
-    // The same recording twice: only that it can be learned and rolled out is asked here.
+    // The same recording twice: the test is only that it can be fitted and rolled out.
     let sequences = [sequence.clone(), sequence];
     let model = fit(&sequences, &options, Vec::new(), &|_, _| true).model;
 
@@ -315,7 +316,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
         assert!(!step.is_extrapolating, "row {i}");
     }
     assert!(with < 0.05 * bare, "{with} of {bare}");
-    // Twice the stroke is outside what it has seen.
+    // Twice the stroke is outside the training range.
     assert!(Plant::step(&mut rollout, &[2.5e-3, 0.0, -2.5e-3, 0.0]).unwrap().is_extrapolating);
     // Another rate or robot is refused.
     assert!(Rollout::new(&twin, &auxiliary, &model, 0.02).unwrap_err().to_string().contains("time_s"));
@@ -328,7 +329,8 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let twin = twin();
     let auxiliary = Auxiliary::new(&twin).unwrap();
     let (motion, _, sequence) = identified(&twin, &auxiliary, 400);
-    // A first network that has hardly learned: the second one needs its strokes and tips, not that they are good.
+    // A first network with hardly any training: the second one needs its strokes and tips, not that they are
+    // good.
     let learn = |sequence: &Sequence, epochs: usize| {
         let options = learning(|of| *of = SequenceOptions { hidden: 16, epochs, truncation: 100, ..*of });
         fit(&[sequence.clone(), sequence.clone()], &options, Vec::new(), &|_, _| true).model

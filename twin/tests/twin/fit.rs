@@ -274,7 +274,7 @@ fn friction_and_backlash_come_back() {
     scene.friction = Some(Friction { coefficient: 0.05, backlash: 0.02e-3, ..friction });
     let motions = [motion(&scene, &mesh, &recording).unwrap()];
     let names = ["coefficient", "backlash"].map(Wanted::named);
-    // Every sample is a step: friction knows only what it has seen.
+    // Every sample is a step: friction depends on all samples before.
     let stepping = Stepping { step: 0.0, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
     let found = fit_material(&scene, &mesh, &motions, &select(&scene, &names).unwrap(), &options).unwrap();

@@ -30,7 +30,7 @@ fn rubbing(friction: Friction, compliance: f64) -> (Scene, Mesh) {
     (scene, mesh)
 }
 
-/// Tendon 1 pulled, the others paid out as far as it bends the body, and slack.
+/// Tendon 1 pulled, the others released as far as it bends the body, and slack.
 fn bend(stroke: f64) -> Vec<Target> {
     strokes(&[stroke, -6e-3, -9e-3, -6e-3])
 }
@@ -118,7 +118,7 @@ fn reversals_within_the_band_of_the_sheath_do_not_move_the_tip() {
         robot.go(&bend(1e-4 * f64::from(k)));
     }
     let (tip, top) = (robot.tip(), robot.state.tensions[0]);
-    // Both ways the sheath lets go at 0.8 N, and the tendon before it stretches by 0.6 of its compliance.
+    // Both ways the sheath slips at 0.8 N, and the tendon before it stretches by 0.6 of its compliance.
     let band = 2.0 * 0.8 * 0.6 * COMPLIANCE;
     for part in [0.3, 0.9, 0.1, 0.95, 0.0] {
         robot.go(&bend(2e-3 - part * band));

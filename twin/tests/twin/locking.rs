@@ -1,4 +1,4 @@
-//! What linear tetrahedra lose, estimated at rest and found by running both.
+//! Locking of linear tetrahedra, estimated at rest and found by running both.
 
 use hysteron_base::{Drive, Law, LengthUnit, Scene};
 use hysteron_fem::{Mesh, Order, read_mesh};
@@ -35,7 +35,8 @@ fn the_estimate_is_what_both_meshes_do() {
             println!("{layers} layers, ν = {ratio}, {stroke} m: {foreseen:?}, found {found:?}");
             let errors =
                 [foreseen.tip / found[0] - 1.0, foreseen.tip_quadratic / found[1] - 1.0].map(f64::abs);
-            // First order: what is left out is at most the bend s/r of the motion, and goes to zero with it.
+            // First order: the neglected part is at most the bend s/r of the motion, and goes to zero with
+            // it.
             assert!(errors.iter().all(|error| *error < stroke / scenes::TENDON_RADIUS), "{errors:?}");
             errors
         });

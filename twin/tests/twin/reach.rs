@@ -80,7 +80,7 @@ fn bounds_are_kept_and_far_goals_approached() {
 
 #[test]
 fn held_tendons_keep_their_targets() {
-    // Taut at the goal, and gone slack on the way there: the free ones have to pass that kink.
+    // Taut at the goal, and gone slack on the path: the free ones have to pass that change of the active set.
     for (pull, stays_taut) in [(-1.5e-3, true), (1.5e-3, false)] {
         let mut robot = Robot::new(&scenes::robot());
         let targets = [Target::Free, Target::Stroke(4e-4), Target::Free, Target::Tension(0.7)];

@@ -63,7 +63,7 @@ pub fn roughen(scene: &mut Scene, compliance: f64) {
     scene.friction = Some(ROUGH);
 }
 
-/// Rubs everywhere.
+/// Friction everywhere.
 pub const ROUGH: Friction = Friction {
     coefficient: 0.3,
     coulomb: 0.05,

@@ -102,7 +102,7 @@ fn released_tendon_has_no_effect() {
 
 #[test]
 fn tendon_tightens_at_the_stroke_where_it_went_slack() {
-    // Slacken tendon 1 beside a bent body, step by step, and pull it again: its tension is the same
+    // Slacken tendon 1 of a bent body, step by step, and pull it again: its tension is the same
     // function of its stroke both ways, and zero below the body's own stroke.
     let mut robot = Robot::new(&scenes::robot());
     let at = |k: i32| strokes(&[1e-4 * f64::from(k), 1.5e-3, -5e-3, -5e-3]);

@@ -38,7 +38,7 @@ fn state_survives_file_bit_for_bit() {
     }
 }
 
-/// What reading says about a file changed by `change`.
+/// Error of reading a file changed by `change`.
 #[track_caller]
 fn complaint(change: impl FnOnce(&mut Vec<u8>)) -> BadInput {
     let robot = bent();

@@ -1,4 +1,4 @@
-//! Synthetic data: the Jacobian beside the tip, and which rollouts are no data.
+//! Synthetic data: the Jacobian next to the tip, and which rollouts are no data.
 
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_twin::residual::{FollowLimits, Steering};
@@ -65,7 +65,7 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
     let smooth = (scene.clone(), mesh.clone());
     scene.friction = Some(scenes::STUCK);
     let (mut rough, mut smooth) = (Robot::new(&(scene, mesh)), Robot::new(&smooth));
-    // Pulled, and all let go by so little that every point sticks.
+    // Pulled, and all released by so little that every point sticks.
     let back = [2.97e-3, 0.97e-3, -2e-3, 0.97e-3];
     for robot in [&mut rough, &mut smooth] {
         robot.go(&strokes(&[3e-3, 1e-3, -2e-3, 1e-3]));

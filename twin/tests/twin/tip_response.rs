@@ -1,4 +1,4 @@
-//! What a force does to the tip and to tensions, against equilibria under that force.
+//! Response of the tip and of tensions to a force, against equilibria under that force.
 
 use hysteron_twin::{FrictionPoints, Stepper, Target, Twin};
 

@@ -14,7 +14,7 @@ fn work_and_energy(steps: usize, stroke: f64) -> (f64, f64) {
         .point_forces
         .push(PointForce { at: [0.0, scenes::TENDON_RADIUS, scenes::LENGTH], force: [0.0, -0.3, 0.2] });
     let mut robot = Robot::new(&(scene, mesh));
-    // Tendon 1 pulls; 2 keeps its tension; 3 lets go with the bending; 4 holds its length.
+    // Tendon 1 pulls; 2 keeps its tension; 3 follows the bending without tension; 4 holds its length.
     let targets =
         |s: f64| [Target::Stroke(s), Target::Tension(0.8), Target::Tension(0.0), Target::Stroke(3e-5)];
     robot.go(&targets(1e-4));

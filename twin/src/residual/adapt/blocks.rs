@@ -1,4 +1,4 @@
-//! Motion in blocks: each is held out in turn.
+//! Motion in blocks: each is the test block in turn.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use crate::motion::Motion;
 
 /// Fewest motions that are blocks as they are; fewer are cut.
 const FEWEST_WHOLE: usize = 3;
-/// Into how many pieces all motions together are cut, and how long a piece is at the least [s].
+/// Number of blocks into which all motions together are cut, and the shortest duration of a block [s].
 const PIECES: usize = 6;
 const SHORTEST_S: f64 = 4.0;
 
@@ -19,7 +19,7 @@ pub(super) struct Block {
     pub samples: Range<usize>,
 }
 
-/// Whole motions, or pieces of them where there are few.
+/// Whole motions, or blocks of them where there are few.
 pub(super) fn blocks(motions: &[Motion]) -> Vec<Block> {
     let pieces = |(motion, of): (usize, &Motion)| {
         let n = of.len();

@@ -1,12 +1,12 @@
-//! A twin learns from a little motion how its robot has changed, and keeps only what motion held out confirms.
+//! Adapts a twin to a little motion of its robot, and keeps only the changes that test blocks confirm.
 //!
-//! Two kinds of change are sought. The physical one ([`RobotChange`]: zeros of the tendons, play, friction) is a
-//! least-squares fit on the rollout with a prior around no change; what is left, a correction linear in strokes and
-//! plays ([`Adaptation`]) may follow. A minute of motion errs alike from beginning to end: its tracker drifts, and
-//! the twin has errors of its own in it that are no change of the robot. So the errors are whitened before they are
-//! fitted, and blocks of the motion take turns:
-//! a change is fitted to the others and evaluated on this one. How strong the prior is, and whether either kind is kept,
-//! is decided by what was missed in all blocks held out, beyond what a tracker that drifts may stand aside in each.
+//! Two kinds of change are sought. The physical one ([`RobotChange`]: zeros of the tendons, play, friction)
+//! is a least-squares fit on the rollout with a prior around no change; what is left, a correction linear in
+//! strokes and plays ([`Adaptation`]) may follow. A minute of motion errs alike from beginning to end: its
+//! tracker drifts, and the twin has errors of its own in it that are no change of the robot. So the errors
+//! are whitened before they are fitted, and blocks of the motion take turns: a change is fitted to the
+//! training blocks and evaluated on the test block. How strong the prior is, and whether either kind is kept,
+//! is decided by the errors in all test blocks, beyond the drift of the tracker in each.
 
 mod blocks;
 mod ridge;
@@ -27,7 +27,7 @@ use ridge::Normal;
 use rolled::{Rig, Rolled, Task};
 use whitening::Whitening;
 
-/// What is kept of what was sought.
+/// Parts of the adaptation that are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kept {
@@ -61,27 +61,28 @@ pub struct MotionErrors {
     pub name: String,
     /// With the model as it was.
     pub before_m: f64,
-    /// With the model that came out, which has learned from this motion too; as before where nothing was kept.
+    /// With the adapted model, this motion in its training; as before where nothing was kept.
     pub after_m: f64,
-    /// Part of the samples in which the network was outside its training range, from which nothing is learned [-].
+    /// Part of the samples in which the network was outside its training range; the fit does not use them
+    /// [-].
     pub extrapolating: f64,
 }
 
-/// What came of it.
+/// Result of an adaptation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adapted {
-    /// The model, with what was kept.
+    /// The model, with the parts that are kept.
     pub model: ResidualModel,
-    /// What was kept.
+    /// Parts that are kept.
     pub kept: Kept,
-    /// Root mean square distance of the tip over all blocks while each was held out [m], by what would be kept;
-    /// without a mean of each block that the tracker's drift explains.
+    /// Root mean square distance of the tip over all blocks, each as test block [m], by the parts that would
+    /// be kept; without a mean of each block that the tracker's drift explains.
     pub held_out_m: Vec<(Kept, f64)>,
     /// Blocks, by the name of their motion and their first and last time [s].
     pub blocks: Vec<(String, [f64; 2])>,
     /// The change that was found, kept or not, beyond what the model had.
     pub found: RobotChange,
-    /// Weight of the prior, chosen on the blocks held out.
+    /// Weight of the prior, chosen on the test blocks.
     pub prior_weight: f64,
     /// Errors of every motion.
     pub motions: Vec<MotionErrors>,
@@ -97,11 +98,12 @@ const FRICTION_STEP: f64 = 0.2;
 const ZEROS: Bounds = Bounds { min: -3e-3, max: 3e-3 };
 const MOST_PLAY: f64 = 2e-3;
 const FRICTION: Bounds = Bounds { min: 0.2, max: 5.0 };
-/// Times that the fit to all motion looks at its own rollout: a tendon that has gone slack is not linear in its zero.
+/// Times that the fit to all motion repeats its own rollout: a tendon that has gone slack is not linear in
+/// its zero.
 const ROUNDS: usize = 2;
 
-/// Fits what has changed and keeps what blocks held out confirm. `on_sample` is told of every sample of a rollout,
-/// and of how many there will be at most by [`n_samples`]; where it returns false, nothing comes out.
+/// Fits a change and keeps the parts that test blocks confirm. `on_sample` is called after every sample of a
+/// rollout, at most [`n_samples`] times; where it returns false, there is no result.
 ///
 /// # Errors
 /// Less than two blocks of motion; a model of another robot or rate; those of [`crate::Stepper::step`].
@@ -150,7 +152,7 @@ struct Seen {
     normals: Vec<Normal>,
 }
 
-/// What blocks held out said.
+/// Errors on the test blocks, and the decision.
 struct Evaluated {
     kept: Kept,
     held_out_m: Vec<(Kept, f64)>,
@@ -266,7 +268,7 @@ impl<'a> Search<'a> {
         sum.solve(weight, &self.deviations, &self.bounds)
     }
 
-    /// The weight of the prior with which blocks held out are missed by the least, whitened and to first order.
+    /// The weight of the prior with the least error on test blocks, whitened and to first order.
     fn choose_weight(&self, normals: &[Normal]) -> f64 {
         let left = |weight: f64| -> f64 {
             let of_block = |(k, normal): (usize, &Normal)| {
@@ -313,7 +315,7 @@ impl<'a> Search<'a> {
         let drift = self.options.drift_m;
         let of_block = |k: usize| -> Vec<(Kept, Option<Squares>)> {
             let (block, p) = (&self.blocks[k], &fits[k]);
-            // What the training blocks are missed by under the change, to first order.
+            // Errors on the training blocks under the change, to first order.
             let left: Vec<Rolled> =
                 seen.motions.iter().zip(&seen.columns).map(|(m, c)| moved(m, c, p)).collect();
             let corrections =
@@ -340,7 +342,7 @@ impl<'a> Search<'a> {
         Ok(Some(Evaluated { kept: self.decide(&held_out_m), held_out_m, weight }))
     }
 
-    /// What does better on blocks held out than all that has fewer numbers, by enough.
+    /// Parts with a smaller error on test blocks than all with fewer numbers, by enough.
     fn decide(&self, held_out_m: &[(Kept, f64)]) -> Kept {
         let mut best = held_out_m[0];
         for candidate in &held_out_m[1..] {
@@ -415,7 +417,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// What a motion is missed by when the parameters move by `p`, to first order.
+/// Errors of a motion when the parameters move by `p`, to first order.
 fn moved(motion: &Rolled, columns: &[[Vec<f64>; 3]], p: &[f64]) -> Rolled {
     let mut moved = motion.clone();
     for (column, p) in columns.iter().zip(p) {

@@ -1,4 +1,4 @@
-//! Motions along which a twin was rolled out, as arrays of what it missed.
+//! Motions along which a twin was rolled out, as arrays of its errors.
 
 use hysteron_base::parallel;
 
@@ -36,7 +36,7 @@ pub(super) struct Rig<'a> {
     pub auxiliary: &'a Auxiliary,
     pub model: &'a ResidualModel,
     pub motions: &'a [Motion],
-    /// Told of every sample; ends the rollouts where it returns false.
+    /// Called after every sample; ends the rollouts where it returns false.
     pub on_sample: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -72,7 +72,7 @@ impl Rig<'_> {
 }
 
 impl Rolled {
-    /// Samples that say something of a change: measured, where the network was within its training.
+    /// Samples that count in a fit: measured, with the network within its training range.
     pub fn is_used(&self) -> Vec<bool> {
         self.is_measured
             .iter()
@@ -81,7 +81,7 @@ impl Rolled {
             .collect()
     }
 
-    /// What was missed in a sample [m].
+    /// Error of a sample, by axis [m].
     pub fn missed_at(&self, sample: usize) -> [f64; 3] {
         self.missed.each_ref().map(|series| series[sample])
     }

@@ -1,27 +1,26 @@
-//! What a tracker that wanders leaves to be believed of an error.
+//! Whitening of errors that contain a tracker's drift.
 //!
-//! A tracker's error that stays for minutes looks like a robot that has moved by as much. So errors are taken as a
-//! drift d, an Ornstein-Uhlenbeck process, and what says nothing from sample to sample; what a Kalman filter did not
-//! foresee of them, over its deviation, is white, and least squares of it are the best linear estimate (Kailath,
-//! Sayed, Hassibi 2000, section 9).
-//! The filter is linear in the errors and its gains depend on none: what a parameter does to them goes through the
-//! same.
+//! A tracker's error that stays for minutes looks like a robot that has moved by as much. So errors are
+//! modelled as a drift d, an Ornstein-Uhlenbeck process, plus noise without memory from sample to sample; the
+//! innovations of a Kalman filter of them, over their deviation, are white, and least squares of these are
+//! the best linear estimate (Kailath, Sayed, Hassibi 2000, section 9). The filter is linear in the errors and
+//! its gains depend on none: the columns of a Jacobian pass through the same filter.
 
-/// What errors are made of besides what is sought.
+/// Model of the errors without the change sought: drift and noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Whitening {
     /// Deviation of the drift [m].
     pub drift: f64,
-    /// Time over which it stays what it is [s].
+    /// Correlation time of the drift [s].
     pub drift_time: f64,
-    /// Variance of what says nothing in one sample [m²].
+    /// Variance of the noise in one sample [m²].
     pub noise: f64,
     /// Duration of a sample [s].
     pub step: f64,
 }
 
 impl Whitening {
-    /// What was not foreseen of `errors`, over its deviation; zero where `is_used` is false.
+    /// Innovations of `errors` over their deviation [-]; zero where `is_used` is false.
     pub fn apply(&self, errors: impl Iterator<Item = f64>, is_used: &[bool]) -> Vec<f64> {
         let kept = (-self.step / self.drift_time).exp();
         let stationary = self.drift * self.drift;
