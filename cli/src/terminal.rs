@@ -95,7 +95,7 @@ pub fn escaped(text: &str) -> String {
     shown
 }
 
-/// What begins each line of a list below its head.
+/// Beginning of each line of a list below its head.
 const BELOW: &str = "\n  ";
 
 /// As [`escaped`], but of a head with a list below, as all that is wrong with a bus: its lines stay lines. They are indented,

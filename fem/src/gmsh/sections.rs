@@ -1,4 +1,4 @@
-//! What stands in the sections of an MSH file of any version, as plain lists, before anything is made of them.
+//! Sections of an MSH file of any version, as plain lists, before they become a mesh.
 
 use std::collections::{BTreeMap, HashMap};
 

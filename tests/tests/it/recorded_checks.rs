@@ -1,5 +1,5 @@
-//! What the checks find in recordings of real robots, set by set, against what is true of each; and that clean recordings of the
-//! virtual rig leave nothing in doubt.
+//! Findings of the checks in recordings of real robots, set by set, against the known faults of each; clean
+//! recordings of the virtual rig have none.
 
 use std::path::Path;
 
