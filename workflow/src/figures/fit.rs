@@ -33,9 +33,9 @@ struct Metrics<'a> {
     gravity_m_s2: [f64; 3],
     /// Largest tension of every tendon with the fitted scene [N].
     largest_tensions_n: &'a [f64],
-    /// Doubts about the result, and other explanations of the errors that are left.
+    /// Warnings about the result, and other explanations of the errors that are left.
     doubts: &'a [String],
-    /// What its recordings leave in doubt.
+    /// Warnings about its recordings.
     recording_warnings: &'a Findings,
     recordings: usize,
     recordings_of_another_role: usize,

@@ -29,7 +29,7 @@ struct Metrics<'a> {
     recordings: &'a [Row],
     /// Recordings that were not used, and why.
     left_out: &'a [String],
-    /// What its recordings leave in doubt.
+    /// Warnings about its recordings.
     recording_warnings: &'a Findings,
     scene_sha256: &'a str,
     command: &'a str,
@@ -45,7 +45,7 @@ pub enum Chosen {
     ByNetwork,
 }
 
-/// What the report shows.
+/// Content of the report.
 #[derive(Clone, Copy)]
 pub(crate) struct Shown<'a> {
     /// Title of the page.
@@ -56,9 +56,9 @@ pub(crate) struct Shown<'a> {
     pub scene_sha256: &'a str,
     /// The recordings that were identified.
     pub rows: &'a [Row],
-    /// Why others were left out.
+    /// Recordings that were not used, and why.
     pub left_out: &'a [String],
-    /// What the recordings leave in doubt.
+    /// Warnings about the recordings.
     pub findings: &'a Findings,
 }
 

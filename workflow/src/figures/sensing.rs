@@ -27,7 +27,7 @@ pub(crate) struct Shown<'a> {
     pub scores: &'a Scores,
     /// Sensor that made the estimates.
     pub sensor: &'a ForceSensor,
-    /// What the recording leaves in doubt.
+    /// Warnings about the recording.
     pub findings: &'a Findings,
 }
 
@@ -37,7 +37,7 @@ struct Metrics<'a> {
     version: u32,
     scores: &'a Scores,
     sensor: &'a ForceSensor,
-    /// What its recordings leave in doubt.
+    /// Warnings about its recordings.
     recording_warnings: &'a Findings,
     recording: &'a str,
     recording_sha256: &'a str,

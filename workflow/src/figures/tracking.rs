@@ -44,9 +44,9 @@ struct Metrics<'a> {
     verdict: Verdict,
     target: Target<'a>,
     recordings: &'a [Row],
-    /// What the recordings leave in doubt.
+    /// Warnings about the recordings.
     recording_warnings: &'a Findings,
-    /// What the strokes say of themselves, where these are known.
+    /// Metadata of the strokes, where these are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     commanded: Option<&'a Commanded>,
     /// Of the rig's servos, where the recordings were made here.
@@ -62,16 +62,16 @@ struct Metrics<'a> {
     commit: &'a str,
 }
 
-/// What the report shows.
+/// Content of the report.
 #[derive(Clone, Copy)]
 pub(crate) struct Shown<'a> {
-    /// What was to be followed.
+    /// Target path.
     pub target: &'a TargetPath,
-    /// How closely each recording did.
+    /// Metrics of each recording.
     pub rows: &'a [Row],
-    /// What is said of commanded strokes, if they were.
+    /// Metadata of commanded strokes, if they were.
     pub commanded: Option<&'a Commanded>,
-    /// What the recordings leave in doubt.
+    /// Warnings about the recordings.
     pub findings: &'a Findings,
 }
 

@@ -14,7 +14,7 @@ use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics};
 use hysteron_report::verdict::{Criterion, Verdict};
 
-/// What is told of a training.
+/// Content of a training's report.
 pub(crate) struct Told<'a> {
     /// Title of the page.
     pub title: &'a str,
@@ -28,7 +28,7 @@ pub(crate) struct Told<'a> {
     pub facts: Vec<(&'static str, String)>,
     /// Warnings about the result.
     pub warnings: &'a [String],
-    /// What the recordings leave in doubt.
+    /// Warnings about the recordings.
     pub findings: &'a Findings,
 }
 
@@ -40,7 +40,7 @@ struct Metrics<'a> {
     verdict: Verdict,
     networks: &'a [FitReport],
     warnings: &'a [String],
-    /// What its recordings leave in doubt.
+    /// Warnings about its recordings.
     recording_warnings: &'a Findings,
     training: &'a Value,
     command: &'a str,

@@ -11,11 +11,11 @@ use super::{JointSeries, errors_over_speed, errors_over_time, friction_curves, m
 use crate::Caller;
 use crate::arm_identify::{Row, Summary, TERMS};
 
-/// What the report shows.
+/// Content of the report.
 pub(crate) struct Shown<'a> {
     /// The robot.
     pub model: &'a Model,
-    /// Its joints, on the recording that was not fitted where there is one.
+    /// Its joints, on the test recording where there is one.
     pub joints: Vec<JointSeries>,
     /// The numbers that were found.
     pub rows: &'a [Row],

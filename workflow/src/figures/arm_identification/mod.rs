@@ -189,7 +189,7 @@ pub(super) fn page(
     Ok(Page::judged(title, &json::from_value(&summary.value["verdict"])?, about, &caller.command))
 }
 
-/// Ends a page with what the recordings leave in doubt, and writes it.
+/// Ends a page with the warnings about the recordings, and writes it.
 pub(super) fn finish(folder: &Path, mut page: Page, summary: &Summary) -> anyhow::Result<()> {
     summary.findings.show(&mut page);
     write_page(folder, page.finish(COMMIT))
