@@ -1,8 +1,6 @@
 //! Robot files that are drawn: trees, loops and chains of links with numbers of all sizes, deep nests, xacro that multiplies
 //! itself. Each is read or refused in the one form of an error, soon and in little memory.
 
-use std::time::Instant;
-
 use hysteron_arm::*;
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{assert_in_house_form, drive};
@@ -10,9 +8,7 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 
 /// Most memory of this process, other tests included [bytes].
-const MEMORY_MAX: u64 = 1_000_000_000;
-/// Longest time of one robot [s], on a busy machine.
-const SECONDS_MAX: f64 = 5.0;
+pub const MEMORY_MAX: u64 = 1_000_000_000;
 
 const NUMBERS: [&str; 14] = [
     "0",
@@ -111,7 +107,6 @@ impl Drawn {
 }
 
 fn read(text: &str) {
-    let start = Instant::now();
     let options = ReadOptions { base: Base::Fixed, masses: Masses::Definite, arguments: Arguments::new() };
     match Model::from_text_with(text, "r.urdf", None, &options) {
         Ok(model) => {
@@ -125,7 +120,6 @@ fn read(text: &str) {
         }
         Err(bad) => assert_in_house_form(Some(&bad), &bad),
     }
-    assert!(start.elapsed().as_secs_f64() < SECONDS_MAX, "{:?}", start.elapsed());
 }
 
 #[test]

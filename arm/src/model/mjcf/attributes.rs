@@ -75,8 +75,8 @@ pub(super) const EQUALITY: &str = "equality";
 fn kind(entry: &Entry) -> &'static str {
     match entry.id.split_once('/') {
         Some(("actuator", _)) => "actuator",
-        Some((_, "tendon")) | Some(("tendon", _)) => "tendon",
         Some((_, "equality")) | Some(("equality", _)) => EQUALITY,
+        Some((_, "tendon")) | Some(("tendon", _)) => "tendon",
         _ => entry.tag,
     }
 }

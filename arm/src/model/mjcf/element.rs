@@ -45,6 +45,11 @@ impl Element {
         self.children.iter().filter(move |child| *child.tag == *tag)
     }
 
+    /// The file that it stands in.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
     /// `file: line 12: joint[elbow]`.
     pub fn place(&self) -> String {
         let Self { file, line, tag, .. } = self;

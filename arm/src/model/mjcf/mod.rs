@@ -17,7 +17,7 @@ mod schema;
 mod settings;
 mod tree;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use nalgebra::DMatrix;
@@ -62,6 +62,7 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
     weigh(&sources, &mut tree);
     let Source { root, settings, .. } = &sources[0];
     equality::read(&sources, &mut tree)?;
+    let renamed = tell_sites_from_bodies(&mut tree);
     let Tree { links, joints, sites, free, responses, references, .. } = tree;
     let mut model = super::build::build(Description {
         file: file.to_owned(),
@@ -73,8 +74,21 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
         faults: Vec::new(),
         gravity: settings.gravity,
     })?;
+    model.notes.warnings.extend(renamed);
     respond(&mut model, &responses, &references, settings);
     Ok(model)
+}
+
+/// Gives sites that are called as a body another name, because here both are frames; says which.
+fn tell_sites_from_bodies(tree: &mut Tree) -> Vec<String> {
+    let bodies: BTreeSet<&str> = tree.links.iter().map(|link| &*link.name).collect();
+    let mut renamed = Vec::new();
+    for (name, ..) in tree.sites.iter_mut().filter(|(name, ..)| bodies.contains(&**name)) {
+        let own = format!("{name}/site");
+        renamed.push(format!("a body and a site are called \"{name}\": the frame of the site is \"{own}\""));
+        *name = own;
+    }
+    renamed
 }
 
 /// The document of `text` and those that it attaches, in this order.

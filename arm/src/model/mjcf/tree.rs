@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use hysteron_base::BadInput;
+
 use super::super::build::check_second;
 use super::super::description::{Drive, FreeJoint, JointDescription, Link};
 use super::super::xml::Check;
@@ -77,9 +79,24 @@ pub(super) struct Response {
     pub ratio: f64,
 }
 
+/// A document that is part of the robot, and what is added to its names there.
+pub(super) struct Placement {
+    pub source: usize,
+    prefix: Rc<str>,
+    suffix: Rc<str>,
+}
+
+impl Placement {
+    pub fn named(&self, name: &str) -> String {
+        format!("{}{name}{}", self.prefix, self.suffix)
+    }
+}
+
 /// What the bodies of a robot come to.
 #[derive(Default)]
 pub(super) struct Tree {
+    /// The first document, and every attached one as often as it is.
+    pub placements: Vec<Placement>,
     pub links: Vec<Link>,
     pub joints: Vec<JointDescription>,
     pub sites: Vec<(String, usize, Pose<f64>)>,
@@ -117,6 +134,8 @@ impl<'a, 's> Walker<'a, 's> {
             compensation: 0.0,
         });
         let (entry, none) = (entry_of(schema::root(), "worldbody"), Rc::<str>::from(""));
+        let (prefix, suffix) = (none.clone(), none.clone());
+        walker.tree.placements.push(Placement { source: 0, prefix, suffix });
         let mut contents = Contents::default();
         for world in worlds {
             let (prefix, suffix) = (none.clone(), none.clone());
@@ -277,7 +296,7 @@ impl<'a, 's> Walker<'a, 's> {
     fn count(&mut self, element: &Element) -> Check<()> {
         self.placed += 1;
         match self.placed > MAX_PLACED {
-            true => Err(element.error(&format!("at most {MAX_PLACED} elements, replicas counted"), "more")),
+            true => Err(too_many(element)),
             false => Ok(()),
         }
     }
@@ -293,6 +312,10 @@ impl<'a, 's> Walker<'a, 's> {
         let text = at.required("count")?;
         let count = text.trim().parse::<usize>().ok().filter(|count| *count > 0);
         let count = count.ok_or_else(|| element.error("a count > 0", format!("\"{}\"", brief(text))))?;
+        // Each is an element at least.
+        if count > MAX_PLACED - self.placed {
+            return Err(too_many(element));
+        }
         let settings = self.settings(around);
         let step = Pose {
             rotation: euler(at.array("euler")?.unwrap_or_default(), settings),
@@ -329,10 +352,16 @@ impl<'a, 's> Walker<'a, 's> {
             return Err(element.error("a body of the model", found).hint("put the frame into a body"));
         }
         let own = at.text("prefix").unwrap_or_default();
-        let prefix = Rc::from(format!("{}{own}", around.prefix));
+        let prefix: Rc<str> = Rc::from(format!("{}{own}", around.prefix));
+        let suffix = around.suffix.clone();
+        self.tree.placements.push(Placement { source, prefix: prefix.clone(), suffix });
         let inner = Around { class: MAIN, prefix, source, ..around.clone() };
         let world_entry = entry_of(schema::root(), "worldbody");
         let root = self.sources[source].root;
+        // Its equality comes with it.
+        for equality in root.children_of("equality").flat_map(|section| &section.children) {
+            self.count(equality)?;
+        }
         let Some(name) = at.text("body") else {
             for world in root.children_of("worldbody") {
                 self.collect(world, world_entry, &inner, contents)?;
@@ -438,6 +467,10 @@ impl<'a, 's> Walker<'a, 's> {
             Carriers { .. } => Ok(compensation),
         }
     }
+}
+
+fn too_many(element: &Element) -> BadInput {
+    element.error(&format!("at most {MAX_PLACED} elements, replicas counted"), "more")
 }
 
 /// A free joint, which is taken as fixed where the file places its body.
