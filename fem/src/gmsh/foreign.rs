@@ -67,7 +67,8 @@ const STARTS: [(&[u8], &str); 8] = [
 /// The refusal of a file that is known not to be Gmsh's mesh; nothing for one that is, or that nobody knows.
 pub(super) fn refusal(path: &Path, bytes: &[u8]) -> Option<BadInput> {
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    if start.starts_with(b"$") || start.is_empty() {
+    // A comment of Nastran begins with the same sign, and a blank.
+    if start.is_empty() || matches!(start, [b'$', name, ..] if name.is_ascii_alphabetic()) {
         return None;
     }
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
@@ -144,5 +145,6 @@ mod tests {
         assert!(hint("part.msh", b"ISO-10303-21;\n").contains("ending .step"));
         assert_eq!(refusal(Path::new("part.stl"), b"\xef\xbb\xbf$MeshFormat\n"), None);
         assert_eq!(refusal(Path::new("part.msh"), b"hello"), None);
+        assert!(hint("part.bdf", b"$ Created by Gmsh\nGRID").contains("'part.bdf' -save"));
     }
 }
