@@ -25,6 +25,8 @@ pub(crate) const STATUS_BYTES: usize = 11;
 const BUFFER: usize = 1024;
 /// Silence after which no answer is to be expected any more: a U2D2 as it comes keeps bytes back for 16 ms.
 const QUIET: Duration = Duration::from_millis(25);
+/// The same behind answers that were late, at most.
+const MAX_QUIET: Duration = Duration::from_millis(500);
 /// Silence behind an answer after which no second one follows: servos wait 508 µs at most.
 const NO_SECOND: Duration = Duration::from_millis(4);
 /// Set in the error byte of a servo with a hardware error.
@@ -104,8 +106,8 @@ pub struct Wire {
     reply_timeout: Duration,
     /// Parameters of the last answer.
     answer: Vec<u8>,
-    /// A question was given up whose answer may still come.
-    is_answer_owed: bool,
+    /// When the first of the questions was given up whose answers may still come.
+    owed_since: Option<Instant>,
     pub counts: BusCounts,
 }
 
@@ -120,7 +122,7 @@ impl Wire {
         let port = bus.serial_port().try_clone()?;
         let reply_timeout = Duration::from_secs_f64(reply_timeout);
         let (decoder, answer, counts) = (Decoder::default(), Vec::new(), BusCounts::default());
-        Ok(Self { bus, port, decoder, reply_timeout, answer, is_answer_owed: false, counts })
+        Ok(Self { bus, port, decoder, reply_timeout, answer, owed_since: None, counts })
     }
 
     /// Time that this many bytes take on the wire.
@@ -222,19 +224,28 @@ impl Wire {
     pub fn settle_after<T>(&mut self, done: &Result<T, Failure>) {
         match done {
             Err(Failure::Timeout | Failure::Corrupt(_)) => {
+                self.owed_since.get_or_insert_with(Instant::now);
                 self.settle();
-                self.is_answer_owed = true;
             }
-            Ok(_) if std::mem::take(&mut self.is_answer_owed) => self.settle(),
-            _ => {}
+            // Answers to the questions before are late by no more than has passed, and no further apart.
+            Ok(_) => {
+                if let Some(since) = self.owed_since.take() {
+                    self.settle_for(since.elapsed().clamp(QUIET, MAX_QUIET));
+                }
+            }
+            Err(_) => {}
         }
     }
 
     /// Waits until the line has been silent for a while, and forgets what came.
     pub fn settle(&mut self) {
+        self.settle_for(QUIET);
+    }
+
+    fn settle_for(&mut self, silence: Duration) {
         // A line that is never silent is somebody else's trouble.
-        let end = Instant::now() + 10 * QUIET;
-        while Instant::now() < end && self.read_bytes(Instant::now() + QUIET).is_ok() {}
+        let end = Instant::now() + 10 * silence;
+        while Instant::now() < end && self.read_bytes(Instant::now() + silence).is_ok() {}
         self.decoder.clear();
     }
 
