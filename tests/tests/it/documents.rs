@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use hysteron_tests::root;
+use hysteron_tests::{names_in, root};
 
 fn text(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -36,6 +36,37 @@ fn first_commands_of_the_readme_run_the_program_and_the_tests() {
     let block = readme.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     assert!(block.contains("-- simulate meshes/tpu80/scene.toml"), "{block}");
     assert!(block.contains("cargo test --release --workspace"), "{block}");
+}
+
+/// Pages of the book, by their names in `docs/`.
+fn pages() -> impl Iterator<Item = String> {
+    names_in(&root().join("docs")).into_iter().filter(|name| name.ends_with(".md"))
+}
+
+#[test]
+fn every_page_is_a_chapter_of_the_book() {
+    let summary = text("docs/SUMMARY.md");
+    for page in pages().filter(|page| page != "SUMMARY.md") {
+        assert!(summary.contains(&format!("]({page})")), "docs/SUMMARY.md has no chapter {page}");
+    }
+}
+
+#[test]
+fn links_of_the_documents_lead_to_files() {
+    let mut n_checked = 0;
+    for document in pages().map(|page| format!("docs/{page}")).chain(["README.md".to_owned()]) {
+        let place = root().join(&document);
+        for link in text(&document).split("](").skip(1) {
+            let path = link.split([')', '#']).next().unwrap();
+            // What has a scheme leads out; what is empty leads to a heading of the same page.
+            if path.is_empty() || path.contains(':') {
+                continue;
+            }
+            assert!(place.parent().unwrap().join(path).exists(), "{document} links to {path}");
+            n_checked += 1;
+        }
+    }
+    assert!(n_checked > 80, "only {n_checked} links");
 }
 
 #[test]

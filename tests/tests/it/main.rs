@@ -45,3 +45,4 @@ mod typed_commands;
 mod verdicts;
 mod virtual_arm;
 mod virtual_rig;
+mod your_robot;

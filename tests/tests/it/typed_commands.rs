@@ -38,8 +38,8 @@ const NOT_RUN: [(&str, &str, &str); 30] = [
         "check out/my-robot/scene.toml out/my-robot/recordings",
         "recordings of one's own",
     ),
-    ("docs/your-robot.md", "check out/my-robot", "a scene that the page shows, to be saved by hand"),
-    ("docs/your-robot.md", "simulate", "a scene that the page shows, to be saved by hand"),
+    ("docs/your-robot.md", "check out/my-robot", "a scene that the page shows: your_robot.rs"),
+    ("docs/your-robot.md", "simulate", "a scene that the page shows: your_robot.rs"),
     ("docs/your-robot.md", "fit-material", "recordings of one's own"),
 ];
 
