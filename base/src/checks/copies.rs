@@ -17,6 +17,8 @@ const MIN_CHANGES: u32 = 8;
 const KEPT: u64 = 8;
 /// Fewest kept stretches that agree: some hundred rows.
 const MIN_MATCHES: usize = 4;
+/// And the least part of the shorter recording [-]: simulations that all begin at rest have that in common.
+const MIN_PART: f64 = 0.01;
 /// Odd multiplier of the hash of a stretch.
 const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -59,7 +61,10 @@ pub fn check(recordings: &[(&str, &Recording)]) -> Vec<Warning> {
     }
     shared
         .into_iter()
-        .filter(|(_, what)| what.matches >= MIN_MATCHES)
+        .filter(|((other, k), what)| {
+            let shorter = kept[*k].min(kept[*other]);
+            what.matches >= MIN_MATCHES && what.matches as f64 >= MIN_PART * shorter as f64
+        })
         .map(|((other, k), what)| warning(recordings, (other, k), what, kept[k]))
         .collect()
 }

@@ -14,6 +14,7 @@ const FLAGS: [&str; 3] = ["extrapolating", "limited", "contact"];
 pub fn is_command(name: &str) -> bool {
     FLAGS.contains(&name)
         || name.ends_with("labelled_ratio")
+        || name.contains("_per_stroke_")
         || COMMANDS.iter().any(|begin| name.starts_with(begin))
 }
 
