@@ -95,8 +95,8 @@ const ROUNDS: usize = 3;
 /// width, is believed as the nearest one that can.
 ///
 /// # Errors
-/// `BadInput` for a motion of another number of joints, fewer samples than parameters, a prior that is not above 0, or a body
-/// whose numbers are not finite.
+/// `BadInput` for a motion of another number of joints, fewer samples than parameters, a prior that is not above 0, a body
+/// whose numbers are not finite, or a model with springs or gravity compensation.
 pub fn identify_bodies(
     model: &Model,
     motion: &JointMotion,
@@ -104,6 +104,7 @@ pub fn identify_bodies(
 ) -> Result<BodyFit, BadInput> {
     let n = model.n_joints();
     let columns = Columns { model, terms: options.terms, width: options.width };
+    columns.check()?;
     if motion.n_joints != n {
         return Err(BadInput::new("motion", format!("{n} joints"), motion.n_joints.to_string()));
     }

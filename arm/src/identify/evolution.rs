@@ -59,6 +59,7 @@ pub fn evolve_bodies(
         return Err(BadInput::new("weights", expected, format!("{:?}", weights)));
     }
     let columns = Columns { model, terms: options.terms, width: options.width };
+    columns.check()?;
     let normals = columns.normals(motion);
     let rows = motion.n_samples() as f64;
     let variances: Vec<f64> = weights.iter().map(|w| rows / w).collect();

@@ -1,6 +1,6 @@
 //! The normal equations of the regression, joint by joint: made once, weighed later.
 
-use hysteron_base::parallel;
+use hysteron_base::{BadInput, parallel};
 use nalgebra::{DMatrix, DVector};
 
 use super::motion::JointMotion;
@@ -73,6 +73,31 @@ impl Columns<'_> {
     /// Number of columns.
     pub fn n(&self) -> usize {
         (10 + self.terms.len()) * self.model.n_joints()
+    }
+
+    /// Refuses robots whose torques have parts that are no column: springs, and bodies whose weight is carried.
+    ///
+    /// # Errors
+    /// `BadInput` naming the joint.
+    pub fn check(&self) -> Result<(), BadInput> {
+        for joint in self.model.joints() {
+            let place = format!("joint[{}]", joint.name);
+            if joint.drive.stiffness != 0.0 {
+                let found = format!("stiffness {}", joint.drive.stiffness);
+                return Err(BadInput::new(place, "a joint without spring, where bodies are identified", found)
+                    .hint("remove stiffness and springdamper in a copy of the robot file; the identification has a spring term of its own"));
+            }
+            if joint.weightless.mass != 0.0 {
+                let found = format!("{} kg without weight (gravcomp)", joint.weightless.mass);
+                return Err(BadInput::new(
+                    place,
+                    "bodies with their whole weight, where bodies are identified",
+                    found,
+                )
+                .hint("remove gravcomp in a copy of the robot file"));
+            }
+        }
+        Ok(())
     }
 
     /// Where the term number `term` of a joint stands.

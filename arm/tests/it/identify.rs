@@ -189,6 +189,27 @@ fn recordings_that_say_nothing_are_refused() {
 }
 
 #[test]
+fn springs_and_carried_weight_are_refused_where_bodies_are_identified() {
+    let read = |joint: &str, body: &str| {
+        let text = format!(
+            "<mujoco><worldbody><body {body}><joint name=\"elbow\" axis=\"0 1 0\" {joint}/><geom size=\".1\" pos=\".2 0 0\"/></body>\
+             </worldbody></mujoco>"
+        );
+        Model::from_mjcf(&text, "r.xml").unwrap()
+    };
+    let plain = read("", "");
+    let motion = motion(&plain, 200, 0.1, 1);
+    identify_bodies(&plain, &motion, &OPTIONS).unwrap();
+    for (model, named) in
+        [(read("stiffness=\"2\"", ""), "stiffness"), (read("", "gravcomp=\".5\""), "gravcomp")]
+    {
+        let error = identify_bodies(&model, &motion, &OPTIONS).unwrap_err();
+        assert!(error.place == "joint[elbow]" && error.found.contains(named), "{error}");
+        assert!(error.hint.contains("robot file"), "{error}");
+    }
+}
+
+#[test]
 fn wrong_options_are_refused() {
     let model = Model::builtin("three-link").unwrap();
     let motion = motion(&model, 200, 0.1, 1);
