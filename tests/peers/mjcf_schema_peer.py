@@ -216,7 +216,7 @@ def inverse(model, rows):
 # Values that MuJoCo took for an attribute of some element, the last one first: it is likely to take them elsewhere.
 TAKEN = collections.defaultdict(list)
 # Values that are tried of an attribute: of one that the table reads, and of others.
-N_READ, N_OTHER = 4, 2
+N_READ, N_OTHER = 4, 1
 # Time for the attributes of one element; MuJoCo hangs on some files.
 SECONDS = 60
 

@@ -7,6 +7,8 @@
 //! xacro 2.1.1 (github.com/ros/xacro), whose results the tests compare.
 
 mod expression;
+mod lexer;
+mod operations;
 mod scopes;
 mod value;
 

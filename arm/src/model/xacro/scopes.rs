@@ -5,7 +5,8 @@ use std::rc::Rc;
 
 use super::super::Arguments;
 use super::super::xml::Element;
-use super::expression::{MAX_BYTES, Names, evaluate};
+use super::expression::{Names, evaluate};
+use super::operations::MAX_BYTES;
 use super::value::Value;
 
 /// Properties that are looked up while another is.

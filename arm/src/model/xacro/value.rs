@@ -3,6 +3,9 @@
 use std::fmt;
 use std::rc::Rc;
 
+/// What an evaluation comes to, or what could not be evaluated, in words that follow "got".
+pub(super) type Evaluated<T> = Result<T, String>;
+
 /// A number, a word or a list of values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
