@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_base::schema::{between, within};
+use hysteron_base::schema::{Array, between, within};
 use hysteron_base::{BadInput, schema};
 use serde::{Deserialize, Serialize};
 
@@ -122,7 +122,7 @@ struct GearTable {
 struct LoopTable {
     ticks_per_turn: f64,
     pwm_full_scale: f64,
-    gain_units: [f64; 3],
+    gain_units: Array<f64, 3>,
     period_ms: f64,
     /// None where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -218,7 +218,7 @@ impl From<CatalogueDrive> for String {
             position_loop: LoopTable {
                 ticks_per_turn: position_loop.ticks_per_turn,
                 pwm_full_scale: position_loop.pwm_full_scale,
-                gain_units: position_loop.gains,
+                gain_units: Array(position_loop.gains),
                 period_ms: 1e3 * position_loop.period,
                 dead_band_ticks: some(position_loop.dead_band),
             },
@@ -295,7 +295,7 @@ fn position_loop(typed: &LoopTable) -> Check<LoopSpec> {
     Ok(LoopSpec {
         ticks_per_turn: between("loop.ticks_per_turn", typed.ticks_per_turn, TICKS)?,
         pwm_full_scale: between("loop.pwm_full_scale", typed.pwm_full_scale, PWM)?,
-        gains: typed.gain_units,
+        gains: typed.gain_units.0,
         period: between("loop.period_ms", typed.period_ms, PERIOD_MS)?,
         dead_band: between("loop.dead_band_ticks", typed.dead_band_ticks.unwrap_or(0.0), DEAD_BAND_TICKS)?,
     })

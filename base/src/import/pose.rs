@@ -1,5 +1,6 @@
 //! The rigid transform from a tracker's frame to the robot's, on positions and orientations.
 
+use crate::schema::Array;
 use crate::{BadInput, Channel};
 use serde::Deserialize;
 
@@ -15,12 +16,12 @@ const UNIT_LENGTH: f64 = 1e-3;
 #[serde(deny_unknown_fields)]
 pub(super) struct Tracker {
     /// Quaternion w, x, y, z.
-    rotation: Option<[f64; 4]>,
+    rotation: Option<Array<f64, 4>>,
     /// Turns about the fixed axes x, then y, then z [deg].
-    rotation_deg: Option<[f64; 3]>,
+    rotation_deg: Option<Array<f64, 3>>,
     /// t [mm].
     #[serde(default)]
-    translation_mm: [f64; 3],
+    translation_mm: Array<f64, 3>,
     /// Points that are transformed: the stems of their channels.
     #[serde(default = "tip")]
     points: Vec<String>,
@@ -85,7 +86,7 @@ impl Tracker {
             q[1 + axis] = sin;
             q
         };
-        let [x, y, z] = self.rotation_deg.unwrap_or_default();
+        let [x, y, z] = self.rotation_deg.unwrap_or_default().0;
         product(about(2, z), product(about(1, y), about(0, x)))
     }
 

@@ -3,6 +3,7 @@
 //! Only `convert.rs` reads these. A key that may be left out, or that comes in several units, is an `Option`.
 
 use super::{Drive, Law};
+use crate::schema::Array;
 use crate::units::LengthUnit;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -41,8 +42,8 @@ pub(super) struct Mesh {
 #[serde(deny_unknown_fields)]
 pub(super) struct Clamp {
     pub group: Option<String>,
-    pub box_min_mm: Option<[f64; 3]>,
-    pub box_max_mm: Option<[f64; 3]>,
+    pub box_min_mm: Option<Array<f64, 3>>,
+    pub box_max_mm: Option<Array<f64, 3>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -60,28 +61,28 @@ pub(super) struct Material {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Gravity {
-    pub acceleration_m_s2: [f64; 3],
+    pub acceleration_m_s2: Array<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointForce {
-    pub at_mm: [f64; 3],
-    pub force_n: [f64; 3],
+    pub at_mm: Array<f64, 3>,
+    pub force_n: Array<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tip {
     pub group: Option<String>,
-    pub point_mm: Option<[f64; 3]>,
+    pub point_mm: Option<Array<f64, 3>>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tracker {
-    pub turn_deg: Option<[f64; 3]>,
-    pub shift_mm: Option<[f64; 3]>,
+    pub turn_deg: Option<Array<f64, 3>>,
+    pub shift_mm: Option<Array<f64, 3>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -103,7 +104,7 @@ pub(super) struct Tendon {
 /// A point as an array, or as a table that says more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TendonPoint {
-    Carried([f64; 3]),
+    Carried(Array<f64, 3>),
     Table(PointTable),
 }
 
@@ -135,7 +136,7 @@ impl<'de> Deserialize<'de> for TendonPoint {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointTable {
-    pub at_mm: [f64; 3],
+    pub at_mm: Array<f64, 3>,
     #[serde(default)]
     pub fixed: bool,
 }
@@ -143,7 +144,7 @@ pub(super) struct PointTable {
 impl TendonPoint {
     pub(super) fn at_mm(self) -> [f64; 3] {
         match self {
-            Self::Carried(at_mm) | Self::Table(PointTable { at_mm, .. }) => at_mm,
+            Self::Carried(at_mm) | Self::Table(PointTable { at_mm, .. }) => at_mm.0,
         }
     }
 

@@ -4,13 +4,12 @@
 //! written inline gets the right line and a shorter key. `serde_path_to_error` would give the key without the line, and
 //! counts tables from 0 where a person counts them from 1; both are wanted here.
 
-use super::reader;
 use crate::BadInput;
 
 /// The error as place, expected, found, hint; the place has no file yet.
-pub(super) fn bad_toml(error: &reader::Error, text: &str) -> BadInput {
-    let message = error.message.lines().next().unwrap_or_default();
-    let at = error.span.as_ref().map_or(0, |span| span.start.min(text.len()));
+pub(super) fn bad_toml(error: &toml::de::Error, text: &str) -> BadInput {
+    let message = error.message().lines().next().unwrap_or_default();
+    let at = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
     let (table, key) = key_at(text, line);
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
@@ -30,6 +29,11 @@ pub(super) fn bad_toml(error: &reader::Error, text: &str) -> BadInput {
         };
     }
     let place = format!("line {line}: {}", joined(&table, &key));
+    let typed = error
+        .span()
+        .and_then(|span| text.get(span))
+        .and_then(|typed| typed.lines().next())
+        .unwrap_or_default();
     if let (Some(_), [name, known @ ..]) = (message.strip_prefix("unknown variant"), &quoted[..]) {
         return BadInput::new(place, format!("one of {}", known.join(", ")), format!("\"{name}\""));
     }
@@ -42,8 +46,13 @@ pub(super) fn bad_toml(error: &reader::Error, text: &str) -> BadInput {
                 "i64" => "a whole number",
                 other => other,
             };
-            return BadInput::new(place, expected, found.replace('`', ""));
+            // A date is a map to that reader.
+            let found = if found == "map" { typed.to_owned() } else { found.replace('`', "") };
+            return BadInput::new(place, expected, found);
         }
+    }
+    if let Some(expected) = message.strip_prefix("wanted ") {
+        return BadInput::new(place, format!("a {expected}"), typed);
     }
     // Syntax.
     BadInput::new(format!("line {line}"), "valid TOML", message)

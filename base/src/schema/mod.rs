@@ -3,11 +3,14 @@
 //! A checker takes the key and the typed number and returns the number in SI; the unit is the end of the key. What
 //! is refused comes back as [`BadInput`] with line, key, what was expected and what stood there.
 
+mod array;
 mod message;
-mod reader;
+#[cfg(test)]
+mod tests;
 
 use crate::BadInput;
 use crate::units::Unit;
+pub use array::Array;
 use serde::de::DeserializeOwned;
 
 type Check<T> = std::result::Result<T, BadInput>;
@@ -17,7 +20,7 @@ type Check<T> = std::result::Result<T, BadInput>;
 /// # Errors
 /// `BadInput` naming line and key; prefix the file with [`BadInput::within`].
 pub fn parse<T: DeserializeOwned>(text: &str) -> Check<T> {
-    reader::read(text).map_err(|error| message::bad_toml(&error, text))
+    toml::from_str(text).map_err(|error| message::bad_toml(&error, text))
 }
 
 /// Accepts a file whose format and version (as typed) are those that are read here.
@@ -74,18 +77,18 @@ pub fn between(key: &str, typed: f64, [least, most]: [f64; 2]) -> Check<f64> {
 }
 
 /// Three numbers whose size is at most `most`; a message says which.
-pub fn vector_within(key: &str, typed: [f64; 3], most: f64) -> Check<[f64; 3]> {
+pub fn vector_within(key: &str, typed: impl Into<[f64; 3]>, most: f64) -> Check<[f64; 3]> {
     let mut si = [0.0; 3];
-    for (axis, x) in typed.into_iter().enumerate() {
+    for (axis, x) in typed.into().into_iter().enumerate() {
         si[axis] = within(key, x, most).map_err(|bad| BadInput { place: format!("{key}[{axis}]"), ..bad })?;
     }
     Ok(si)
 }
 
 /// Three finite numbers; a message says which.
-pub fn vector(key: &str, typed: [f64; 3]) -> Check<[f64; 3]> {
+pub fn vector(key: &str, typed: impl Into<[f64; 3]>) -> Check<[f64; 3]> {
     let mut si = [0.0; 3];
-    for (axis, x) in typed.into_iter().enumerate() {
+    for (axis, x) in typed.into().into_iter().enumerate() {
         si[axis] = finite(key, x).map_err(|bad| BadInput { place: format!("{key}[{axis}]"), ..bad })?;
     }
     Ok(si)

@@ -247,7 +247,7 @@ fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
         Family::Lissajous => {
             let width = between("curve.width_mm", typed.width_mm.unwrap_or_default(), [SHORTEST, LONGEST])?;
             let phase = finite("curve.phase_deg", typed.phase_deg.unwrap_or_default())?;
-            let cycles = cycles(typed.cycles.unwrap_or_default())?;
+            let cycles = cycles(typed.cycles.unwrap_or_default().0)?;
             drawn(family::lissajous(width, size, cycles, phase), true, true)
         }
         Family::Polyline => {

@@ -1,6 +1,7 @@
 //! A target exactly as typed: one field per key, units still in the names. Only `convert.rs` reads these.
 
 use crate::plan::Direction;
+use hysteron_base::schema::Array;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -27,7 +28,7 @@ pub(super) struct Curve {
     pub family: Family,
     pub size_mm: Option<f64>,
     pub width_mm: Option<f64>,
-    pub cycles: Option<[u32; 2]>,
+    pub cycles: Option<Array<u32, 2>>,
     pub phase_deg: Option<f64>,
     pub turns: Option<f64>,
     pub aspect: Option<f64>,

@@ -6,7 +6,7 @@
 
 use super::Direction;
 use super::schema::{Draw, Family, Trajectory};
-use hysteron_base::schema::count;
+use hysteron_base::schema::{Array, count};
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
@@ -25,7 +25,7 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
         ("swings", draw.swings),
     ];
     for (name, range) in ranges {
-        if let Some([min, max]) = range {
+        if let Some(Array([min, max])) = range {
             // False for NaN too.
             let is_range = min > 0.0 && min <= max && max.is_finite();
             if !is_range {
@@ -36,10 +36,10 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
     }
     match (draw.orientation_deg, draw.family) {
         (Some(range), Family::Circle) => {
-            let found = format!("{range:?}");
+            let found = format!("{:?}", range.0);
             return Err(BadInput::new(key("orientation_deg"), "no such key for a circle", found));
         }
-        (Some([min, max]), _) if !(min <= max && min.is_finite() && max.is_finite()) => {
+        (Some(Array([min, max])), _) if !(min <= max && min.is_finite() && max.is_finite()) => {
             let found = format!("[{min:?}, {max:?}]");
             return Err(BadInput::new(key("orientation_deg"), "[smallest, largest]", found));
         }
@@ -53,12 +53,12 @@ fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
     let name = format!("{}-{}", draw.name, k + 1);
     let mut stream = rng(seed, &format!("plan/draw/{name}"));
     let mut part = || stream.random_range(0.0..1.0);
-    let within = |[min, max]: [f64; 2], part: f64| min + part * (max - min);
+    let within = |Array([min, max]): Array<f64, 2>, part: f64| min + part * (max - min);
     let amplitude_mm = within(draw.amplitude_mm, (k as f64 + part()) / n as f64);
     let period_s = within(draw.period_s, part());
     let aspect = draw.aspect.map(|range| within(range, part()));
     let phase_deg = 360.0 * part();
-    let orientation_deg = within(draw.orientation_deg.unwrap_or([0.0, 360.0]), part());
+    let orientation_deg = within(draw.orientation_deg.unwrap_or(Array([0.0, 360.0])), part());
     let is_clockwise = part() < 0.5;
     let swings = draw.swings.map(|range| within(range, part()));
     let has_direction = draw.family != Family::Sinusoid;

@@ -1,6 +1,7 @@
 //! A plan exactly as typed: one field per key, units still in the names. Only `convert.rs` reads these.
 
 use super::{Direction, Role, Space};
+use hysteron_base::schema::Array;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -65,11 +66,11 @@ pub(super) struct Draw {
     pub role: Role,
     pub family: Family,
     pub count: i64,
-    pub amplitude_mm: [f64; 2],
-    pub period_s: [f64; 2],
-    pub orientation_deg: Option<[f64; 2]>,
-    pub aspect: Option<[f64; 2]>,
-    pub swings: Option<[f64; 2]>,
+    pub amplitude_mm: Array<f64, 2>,
+    pub period_s: Array<f64, 2>,
+    pub orientation_deg: Option<Array<f64, 2>>,
+    pub aspect: Option<Array<f64, 2>>,
+    pub swings: Option<Array<f64, 2>>,
     pub attack_s: f64,
     pub sustain_s: f64,
     pub decay_s: f64,

@@ -1,7 +1,7 @@
 //! A virtual arm exactly as typed: one field per key, units still in the names; and every bound.
 
 use hysteron_base::BadInput;
-use hysteron_base::schema::{between, check_header, text, vector_within, within};
+use hysteron_base::schema::{Array, between, check_header, text, vector_within, within};
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::Deserialize;
 
@@ -19,8 +19,8 @@ pub(super) struct ArmFile {
     version: i64,
     name: String,
     step_ms: f64,
-    gravity_m_s2: [f64; 3],
-    tip_mm: [f64; 3],
+    gravity_m_s2: Array<f64, 3>,
+    tip_mm: Array<f64, 3>,
     links: Vec<LinkTable>,
     servo: ServoTable,
     gripper: GripperTable,
@@ -33,13 +33,13 @@ pub(super) struct ArmFile {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LinkTable {
-    origin_mm: [f64; 3],
-    axis: [f64; 3],
-    range_deg: [f64; 2],
+    origin_mm: Array<f64, 3>,
+    axis: Array<f64, 3>,
+    range_deg: Array<f64, 2>,
     mass_kg: f64,
-    centre_mm: [f64; 3],
+    centre_mm: Array<f64, 3>,
     /// About the centre: xx, yy, zz, xy, xz, yz.
-    inertia_kg_m2: [f64; 6],
+    inertia_kg_m2: Array<f64, 6>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -212,7 +212,7 @@ fn link(place: &str, typed: &LinkTable) -> Check<Link> {
         return Err(BadInput::new(key("axis"), "a direction", format!("{:?}", typed.axis)));
     };
     let mut range = [0.0; 2];
-    for (end, typed) in range.iter_mut().zip(typed.range_deg) {
+    for (end, typed) in range.iter_mut().zip(typed.range_deg.0) {
         *end = within(&key("range_deg"), typed, 360.0)?;
     }
     if range[0] >= range[1] {
@@ -220,7 +220,7 @@ fn link(place: &str, typed: &LinkTable) -> Check<Link> {
     }
     let mass = between(&key("mass_kg"), typed.mass_kg, [1e-6, 1e3])?;
     let mut moments = [0.0; 6];
-    for (moment, typed) in moments.iter_mut().zip(typed.inertia_kg_m2) {
+    for (moment, typed) in moments.iter_mut().zip(typed.inertia_kg_m2.0) {
         *moment = within(&key("inertia_kg_m2"), typed, 1e3)?;
     }
     let [xx, yy, zz, xy, xz, yz] = moments;

@@ -3,6 +3,7 @@
 use super::bounds::{Check, not_negative, require};
 use super::population::{Population, Ranges, Spread};
 use hysteron_base::BadInput;
+use hysteron_base::schema::Array;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -23,22 +24,22 @@ pub(super) struct SpreadFile {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RangesFile {
-    stiffness_factor: [f64; 2],
-    bending_ratio: [f64; 2],
-    section_factor: [f64; 2],
-    natural_curvature_1_m: [f64; 2],
-    creep_factor: [f64; 2],
-    guide_offset_mm: [f64; 2],
-    guide_angle_deg: [f64; 2],
-    tendon_stiffness_factor: [f64; 2],
-    friction_factor: [f64; 2],
-    presliding_mm: [f64; 2],
-    play_mm: [f64; 2],
-    zero_error_mm: [f64; 2],
-    slack_tendon_mm: [f64; 2],
-    pulley_factor: [f64; 2],
-    servo_friction_factor: [f64; 2],
-    tracker_position_mm: [f64; 2],
+    stiffness_factor: Array<f64, 2>,
+    bending_ratio: Array<f64, 2>,
+    section_factor: Array<f64, 2>,
+    natural_curvature_1_m: Array<f64, 2>,
+    creep_factor: Array<f64, 2>,
+    guide_offset_mm: Array<f64, 2>,
+    guide_angle_deg: Array<f64, 2>,
+    tendon_stiffness_factor: Array<f64, 2>,
+    friction_factor: Array<f64, 2>,
+    presliding_mm: Array<f64, 2>,
+    play_mm: Array<f64, 2>,
+    zero_error_mm: Array<f64, 2>,
+    slack_tendon_mm: Array<f64, 2>,
+    pulley_factor: Array<f64, 2>,
+    servo_friction_factor: Array<f64, 2>,
+    tracker_position_mm: Array<f64, 2>,
 }
 
 /// One of the two.
@@ -70,9 +71,10 @@ fn spread(typed: &SpreadFile) -> Check<Spread> {
 }
 
 fn ranges(typed: &RangesFile) -> Check<Ranges> {
-    let any = |key: &str, ends: [f64; 2]| range(key, ends, "smallest <= largest", |_| true);
-    let positive = |key: &str, ends: [f64; 2]| range(key, ends, "0 < smallest <= largest", |x| x > 0.0);
-    let not_negative = |key: &str, ends: [f64; 2]| range(key, ends, "0 <= smallest <= largest", |x| x >= 0.0);
+    let any = |key: &str, ends: Array<f64, 2>| range(key, ends, "smallest <= largest", |_| true);
+    let positive = |key: &str, ends: Array<f64, 2>| range(key, ends, "0 < smallest <= largest", |x| x > 0.0);
+    let not_negative =
+        |key: &str, ends: Array<f64, 2>| range(key, ends, "0 <= smallest <= largest", |x| x >= 0.0);
     Ok(Ranges {
         stiffness: positive("stiffness_factor", typed.stiffness_factor)?,
         bending_ratio: positive("bending_ratio", typed.bending_ratio)?,
@@ -94,7 +96,12 @@ fn ranges(typed: &RangesFile) -> Check<Ranges> {
 }
 
 /// Two ends in order, in SI, each of which `holds`.
-fn range(key: &str, [min, max]: [f64; 2], expected: &str, holds: fn(f64) -> bool) -> Check<[f64; 2]> {
+fn range(
+    key: &str,
+    Array([min, max]): Array<f64, 2>,
+    expected: &str,
+    holds: fn(f64) -> bool,
+) -> Check<[f64; 2]> {
     let place = format!("ranges.{key}");
     let end = |x: f64| require(&place, expected, x, x.is_finite() && holds(x) && min <= max);
     Ok([end(min)?, end(max)?])
