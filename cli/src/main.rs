@@ -18,8 +18,8 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
+use hysteron_workflow::outcome::Printed;
 use hysteron_workflow::{self as workflow, Caller, watchdog};
-use serde_json::Value;
 
 use arguments::{Program, Verb};
 
@@ -33,14 +33,14 @@ fn main() -> ExitCode {
         terminal::use_json();
     }
     let caller = caller::by_terminal(program.may_overwrite());
-    match prepare(&program).and_then(|()| carry_out(&program, &caller)) {
-        Ok(summary) => {
-            terminal::conclude(&summary);
+    match prepare(&program).and_then(|()| run(&program, &caller)) {
+        Ok(outcome) => {
+            terminal::print_outcome(&outcome);
             terminal::exit_code_of_printing()
         }
         Err(error) => {
             if let Some(refused) = error.downcast_ref::<workflow::check::Refused>() {
-                terminal::conclude(&refused.outcome);
+                terminal::print_outcome(&refused.outcome);
             }
             if failure::is_told(&error) {
                 tracing::warn!("{error:#}");
@@ -63,39 +63,40 @@ fn prepare(program: &Program) -> anyhow::Result<()> {
     program.use_threads()
 }
 
-/// Carries out the verb; what it came to is the value that `--json` prints.
-fn carry_out(program: &Program, caller: &Caller) -> anyhow::Result<Value> {
-    let nothing = |()| Value::Object(serde_json::Map::new());
+/// Runs the verb.
+fn run(program: &Program, caller: &Caller) -> anyhow::Result<Printed> {
     match &program.verb {
-        Verb::Simulate(options) => workflow::simulate::run(options, caller),
-        Verb::Reach(options) => workflow::reach::run(options, caller),
-        Verb::Mesh(options) => workflow::mesh::run(options, caller),
-        Verb::Check(options) => workflow::check::run(options, caller),
-        Verb::Record(options) => workflow::record::run(options, caller),
-        Verb::Import(options) => workflow::import::run(options, caller),
-        Verb::FitMaterial(options) => workflow::fit_material::run(options, caller),
-        Verb::Identify(options) => workflow::identify::run(options, caller),
-        Verb::FitResidual(options) => workflow::fit_residual::run(options, caller),
-        Verb::Adapt(options) => workflow::adapt::run(options, caller),
-        Verb::Generate(options) => workflow::generate::run(options, caller),
-        Verb::Target(options) => workflow::target::run(options, caller),
-        Verb::Evaluate(options) => workflow::evaluate::run(options, caller),
-        Verb::Train(options) => workflow::train::run(options, caller),
-        Verb::Command(options) => workflow::command::run(options, caller),
-        Verb::Track(options) => workflow::track::run(options, caller),
-        Verb::FitSensor(options) => workflow::sense::fit::run(options, caller),
-        Verb::Sense(options) => workflow::sense::run(options, caller),
-        Verb::IdentifyServo(options) => workflow::identify_servo::run(options, caller),
-        Verb::Study(arguments) => study::verb(arguments, &program.passed_on(), caller),
-        Verb::Run(options) => study::run(options, &program.passed_on(), caller),
-        Verb::Demo(arguments) => study::demo::run(arguments, &program.passed_on(), caller),
-        Verb::Rig(arguments) => rig::run(arguments, caller),
-        Verb::Arm(arguments) => arm::run(arguments, caller),
+        Verb::Simulate(options) => Printed::new(&workflow::simulate::run(options, caller)?),
+        Verb::Reach(options) => Printed::new(&workflow::reach::run(options, caller)?),
+        Verb::Mesh(options) => Printed::new(&workflow::mesh::run(options, caller)?),
+        Verb::Check(options) => Printed::new(&workflow::check::run(options, caller)?),
+        Verb::Record(options) => Printed::untyped(&workflow::record::run(options, caller)?),
+        Verb::Import(options) => Printed::untyped(&workflow::import::run(options, caller)?),
+        Verb::FitMaterial(options) => Printed::untyped(&workflow::fit_material::run(options, caller)?),
+        Verb::Identify(options) => Printed::untyped(&workflow::identify::run(options, caller)?),
+        Verb::FitResidual(options) => Printed::untyped(&workflow::fit_residual::run(options, caller)?),
+        Verb::Adapt(options) => Printed::untyped(&workflow::adapt::run(options, caller)?),
+        Verb::Generate(options) => Printed::untyped(&workflow::generate::run(options, caller)?),
+        Verb::Target(options) => Printed::new(&workflow::target::run(options, caller)?),
+        Verb::Evaluate(options) => Printed::untyped(&workflow::evaluate::run(options, caller)?),
+        Verb::Train(options) => Printed::untyped(&workflow::train::run(options, caller)?),
+        Verb::Command(options) => Printed::untyped(&workflow::command::run(options, caller)?),
+        Verb::Track(options) => Printed::untyped(&workflow::track::run(options, caller)?),
+        Verb::FitSensor(options) => Printed::untyped(&workflow::sense::fit::run(options, caller)?),
+        Verb::Sense(options) => Printed::untyped(&workflow::sense::run(options, caller)?),
+        Verb::IdentifyServo(options) => Printed::untyped(&workflow::identify_servo::run(options, caller)?),
+        Verb::Study(arguments) => Printed::untyped(&study::verb(arguments, &program.passed_on(), caller)?),
+        Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), caller)?),
+        Verb::Demo(arguments) => {
+            Printed::untyped(&study::demo::run(arguments, &program.passed_on(), caller)?)
+        }
+        Verb::Rig(arguments) => Printed::untyped(&rig::run(arguments, caller)?),
+        Verb::Arm(arguments) => Printed::untyped(&arm::run(arguments, caller)?),
         Verb::Completions(arguments) => {
             manual::completions(arguments, Program::command());
-            Ok(nothing(()))
+            Ok(Printed::nothing())
         }
-        Verb::Man(arguments) => manual::man(arguments, Program::command(), caller),
-        Verb::Watchdog { rig } => watchdog::watch(rig).map(nothing),
+        Verb::Man(arguments) => Printed::untyped(&manual::man(arguments, Program::command(), caller)?),
+        Verb::Watchdog { rig } => watchdog::watch(rig).map(|()| Printed::nothing()),
     }
 }

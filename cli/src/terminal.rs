@@ -8,15 +8,15 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use hysteron_base::json;
-use serde_json::Value;
+use hysteron_workflow::outcome::Printed;
+use hysteron_workflow::verdict;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
 static IS_JSON: AtomicBool = AtomicBool::new(false);
 
-/// From here on stdout holds nothing but what [`conclude`] prints.
+/// From here on stdout holds nothing but what [`print_outcome`] prints.
 pub fn use_json() {
     IS_JSON.store(true, Ordering::Relaxed);
 }
@@ -33,13 +33,12 @@ pub fn say(line: impl std::fmt::Display) {
     }
 }
 
-/// Prints what a verb came to. For whoever typed `--json`: the same that stands in `metrics.json`, where it writes one; for
-/// everyone else the verdict, where there is one.
-pub fn conclude(summary: &Value) {
-    hysteron_workflow::verdict::lines(summary).iter().for_each(say);
+/// Prints the outcome of a verb: with `--json` the same object that stands in `metrics.json`, where the verb writes one; without
+/// it the verdict, where there is one.
+pub fn print_outcome(outcome: &Printed) {
+    outcome.verdict.iter().flat_map(verdict::lines).for_each(say);
     if is_json() {
-        let nothing = json!({});
-        print(format_args!("{:#}", if summary.is_null() { &nothing } else { summary }));
+        print(outcome.json.trim_end());
     }
 }
 

@@ -1,9 +1,10 @@
 //! How close a predicted tip comes to the measured one, sample by sample.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Errors along one axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AxisScore {
     /// Root mean square error [m].
     pub rmse_m: f64,
@@ -12,7 +13,7 @@ pub struct AxisScore {
 }
 
 /// Errors of a path.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PathScore {
     /// Along x, y and z.
     pub axes: [AxisScore; 3],

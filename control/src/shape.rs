@@ -5,7 +5,8 @@
 //! (CoReAct paper, Fig. 2), and friction keeps it from returning to where it rested.
 
 use hysteron_base::{BadInput, Recording};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Rest is at most so long at both ends of a recording [s] …
@@ -29,7 +30,7 @@ pub struct Shape {
 }
 
 /// Numbers of a shape.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShapeNumbers {
     /// Largest distance of the tip from rest, in x and y [m].
     pub excursion_m: f64,

@@ -3,10 +3,11 @@
 //! All limits stand in one table, [`RULES`], each with its reason: a verb measures and says what it measured, the table
 //! decides. The worst of its reasons decides a verdict.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Whether a result can be used, from best to worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Usability {
     /// No number speaks against it.
@@ -38,7 +39,7 @@ impl Usability {
 }
 
 /// What is measured of a result to judge it. Larger is worse for all of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {
     /// Root mean square error over the standard deviation of what was measured [-].
@@ -200,7 +201,7 @@ impl Criterion {
 }
 
 /// A number that was held against its limits.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Reason {
     /// Criterion of the number.
     pub criterion: Criterion,
@@ -231,7 +232,7 @@ impl Reason {
 }
 
 /// Whether a result can be used.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// That of the worst reason.
     pub usability: Usability,

@@ -9,14 +9,16 @@ use hysteron_base::{BadInput, Drive, Scene, json};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::Twin;
 
-use serde::Serialize;
-
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::Caller;
 use crate::locking::{Estimator, LockingEstimate};
-use crate::mesh::{self, print_quality};
+use crate::mesh::{MeshSummary, print_quality};
+use crate::outcome::Printed;
 use crate::recording_checks::body_length;
+pub use recordings::{Described, RecordingFindings};
 
 /// Check a scene with its mesh, or recordings
 ///
@@ -35,8 +37,8 @@ pub struct Options {
 /// Recordings of which something cannot be right; all findings have been printed.
 #[derive(Debug)]
 pub struct Refused {
-    /// What `--json` prints all the same.
-    pub outcome: Value,
+    /// The outcome, which `--json` prints all the same.
+    pub outcome: Printed,
     n_errors: usize,
     first: BadInput,
 }
@@ -57,18 +59,16 @@ impl std::error::Error for Refused {
 ///
 /// # Errors
 /// Bad input; [`Refused`].
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let (scenes, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
         options.files.iter().partition(|path| is_scene(path));
     match (&scenes[..], &others[..]) {
-        ([scene], []) => Ok(self::scene(scene, caller)?.0),
-        ([], _) => recordings::check(&others, None, caller),
+        ([scene], []) => Ok(Outcome::Scene(self::scene(scene, caller)?.0)),
+        ([], _) => recordings::check(&others, (None, None), caller),
         ([scene], _) => {
             let (outcome, length) = self::scene(scene, caller)?;
             caller.say("");
-            let mut value = recordings::check(&others, Some(length), caller)?;
-            value["scene"] = outcome;
-            Ok(value)
+            recordings::check(&others, (Some(outcome), Some(length)), caller)
         }
         _ => {
             let found = scenes.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
@@ -86,7 +86,7 @@ fn is_scene(path: &Path) -> bool {
 }
 
 /// Checks a scene and its mesh; gives the length of the body too [m].
-fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(Value, f64)> {
+fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(SceneSummary, f64)> {
     let scene = Scene::read(path)?;
     let (body, quality) = hysteron_twin::read_body(&scene)?;
     let twin = Twin::new(&scene, &body)?;
@@ -111,36 +111,71 @@ fn scene(path: &Path, caller: &Caller) -> anyhow::Result<(Value, f64)> {
     quality.warnings().iter().for_each(|warning| tracing::warn!("{warning}"));
     let estimator = Estimator::new(&scene, &body)?;
     estimator.warn();
-    let outcome = json::to_value(Summary {
-        robot: &scene.name,
-        scene_sha256: &scene.hash,
-        mesh: mesh::Summary::new(&body, &quality),
+    let outcome = SceneSummary {
+        robot: scene.name.clone(),
+        scene_sha256: scene.hash.clone(),
+        mesh: MeshSummary::new(&body, &quality),
         mass_kg: mass,
         tip_m: twin.tip_of(&twin.rest()),
         tendons: twin.n_primary,
         auxiliary_tendons: twin.tendons.len() - twin.n_primary,
         unknowns: twin.body.n_unknowns(),
         factor_bytes: factor,
-        locking: estimator.estimate(),
+        locking: estimator.estimate().clone(),
         warnings: quality.warnings(),
-    })?;
+    };
     Ok((outcome, body_length(&twin)))
 }
 
-/// What the verb came to.
-#[derive(Serialize)]
-struct Summary<'a> {
-    robot: &'a str,
-    scene_sha256: &'a str,
-    mesh: mesh::Summary<'a>,
-    mass_kg: f64,
-    tip_m: [f64; 3],
-    tendons: usize,
-    auxiliary_tendons: usize,
-    unknowns: usize,
-    factor_bytes: usize,
-    locking: &'a LockingEstimate,
-    warnings: Vec<String>,
+/// The outcome of `check`: of a scene alone, or of recordings, with the scene that they are compared with.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Outcome {
+    /// Of recordings.
+    Recordings(RecordingFindings),
+    /// Of a scene.
+    Scene(SceneSummary),
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
+/// By hand: what serde holds back to choose a variant has lost the numbers that are not finite.
+impl<'de> Deserialize<'de> for Outcome {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let object = json::Value::deserialize(deserializer)?;
+        match object.get("findings") {
+            Some(_) => json::from_value(&object).map(Self::Recordings),
+            None => json::from_value(&object).map(Self::Scene),
+        }
+        .map_err(D::Error::custom)
+    }
+}
+
+/// A scene in numbers.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct SceneSummary {
+    /// Name of the robot.
+    pub robot: String,
+    /// SHA-256 of the scene.
+    pub scene_sha256: String,
+    /// The mesh.
+    pub mesh: MeshSummary,
+    /// Mass of the body [kg].
+    pub mass_kg: f64,
+    /// Tip of the unloaded body [m].
+    pub tip_m: [f64; 3],
+    /// Tendons of the robot.
+    pub tendons: usize,
+    /// Auxiliary tendons, which correct the twin.
+    pub auxiliary_tendons: usize,
+    /// Degrees of freedom.
+    pub unknowns: usize,
+    /// Memory that the factor of the stiffness takes [byte].
+    pub factor_bytes: usize,
+    /// Share of the motion that linear tetrahedra lose.
+    pub locking: LockingEstimate,
+    /// Doubts about the mesh, as sentences.
+    pub warnings: Vec<String>,
 }
 
 fn print_friction(twin: &Twin, caller: &Caller) {

@@ -1,7 +1,7 @@
-//! What the verbs of hysteron do, one function each: plain options in, what came of it out.
+//! The verbs of hysteron, one function each: plain options in, an outcome out.
 //!
-//! [`Caller`] says who runs a verb; its [`Monitor`] hears how far it is and may stop it. What a verb comes to is a
-//! value of JSON, the same that stands in `metrics.json` where it writes one. Every verb writes whole files and
+//! [`Caller`] says who runs a verb; its [`Monitor`] hears how far it is and may stop it. An [`outcome::Outcome`] is a struct of
+//! every number that is shown, the same that stands in `metrics.json` where a verb writes one. Every verb writes whole files and
 //! replaces nothing that it would not itself have made from the same options.
 //!
 //! ```
@@ -18,7 +18,7 @@
 //!     png: false,
 //! };
 //! let result = target::run(&circle, &Caller::silent("my program"))?;
-//! println!("{result:#}");
+//! println!("a lap is {} m long", result.length_m);
 //! assert!(circle.out.exists());
 //! # Ok(())
 //! # }
@@ -36,6 +36,7 @@ mod learned_dynamics;
 mod locking;
 mod network;
 pub mod number;
+pub mod outcome;
 pub mod outputs;
 mod paper_design;
 mod paths;

@@ -3,7 +3,8 @@
 use hysteron_base::{Drive, Scene};
 use hysteron_fem::{Cells, Mesh};
 use hysteron_twin::{LockedMove, Locking, Target, Twin};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Share of stiffness, or of the tip's motion, above which a person is told [-]: below, friction and material are known
 /// no better.
@@ -17,7 +18,7 @@ const TO_TEN_NODES: &str = "`hysteron mesh --quadratic`; or `printf 'Merge \"par
 const TINY: f64 = 1e-9;
 
 /// What linear tetrahedra lose on a robot.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LockingEstimate {
     /// The mesh has ten-node tetrahedra.
@@ -32,7 +33,7 @@ pub enum LockingEstimate {
 }
 
 /// The same command for linear and ten-node tetrahedra.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
     /// What moves the tip.
     pub command: String,
@@ -196,7 +197,7 @@ fn digits(value: f64) -> String {
 }
 
 /// What a run that moved the tip `reached` \[m\] at most would have reached with ten-node tetrahedra.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RunLocking {
     /// Farthest that the tip was from rest [m].
     pub tip_m: f64,

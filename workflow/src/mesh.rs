@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use hysteron_base::{BadInput, LengthUnit, file, json};
+use hysteron_base::{BadInput, LengthUnit, file};
 use hysteron_fem::{
     Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, read_mesh,
     write_mesh, write_vtu,
 };
 
-use serde::Serialize;
-
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 use crate::outputs::Outputs;
@@ -91,7 +90,7 @@ pub struct Options {
 }
 
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     check_ending(&options.out, "--out", "msh")?;
     if let Some(vtu) = &options.vtu {
         check_ending(vtu, "--vtu", "vtu")?;
@@ -109,44 +108,60 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     caller.wrote(&options.out);
     print_quality(&mesh, &quality, caller);
-    Ok(json::to_value(Meshed { out: &options.out, mesh: Summary::new(&mesh, &quality) })?)
+    Ok(Outcome { out: options.out.clone(), mesh: MeshSummary::new(&mesh, &quality) })
 }
 
-/// What the verb came to.
-#[derive(Serialize)]
-struct Meshed<'a> {
-    out: &'a std::path::Path,
+/// The outcome of `mesh`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// The file.
+    pub out: PathBuf,
+    /// The mesh in it.
     #[serde(flatten)]
-    mesh: Summary<'a>,
+    pub mesh: MeshSummary,
 }
 
-/// A mesh in numbers.
-#[derive(Serialize)]
-pub struct Summary<'a> {
-    nodes: usize,
-    tetrahedra: usize,
-    volume_m3: f64,
-    /// Nodes of each group.
-    groups: BTreeMap<&'a str, usize>,
-    radius_ratio: Spread,
-    smallest_angle_rad: Spread,
+impl crate::outcome::Outcome for Outcome {}
+
+/// Size and quality of a mesh.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct MeshSummary {
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of tetrahedra.
+    pub tetrahedra: usize,
+    /// Volume of the body [m³].
+    pub volume_m3: f64,
+    /// Number of nodes in each group, by its name.
+    pub groups: BTreeMap<String, usize>,
+    /// Three times the radius of the inscribed over that of the circumscribed sphere [-]: 1 for a regular tetrahedron.
+    pub radius_ratio: Spread,
+    /// Smallest angle between two faces [rad].
+    pub smallest_angle_rad: Spread,
 }
 
-/// How a figure is spread over the tetrahedra.
-#[derive(Serialize)]
-struct Spread {
-    min: f64,
-    min_tetrahedron: usize,
-    percentile_1: f64,
-    percentile_5: f64,
-    median: f64,
-    mean: f64,
-    max: f64,
+/// The distribution of a measure of quality over the tetrahedra.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+pub struct Spread {
+    /// Smallest value.
+    pub min: f64,
+    /// The tetrahedron that has it, by its number in the file.
+    pub min_tetrahedron: usize,
+    /// A hundredth of the tetrahedra are below this.
+    pub percentile_1: f64,
+    /// A twentieth of the tetrahedra are below this.
+    pub percentile_5: f64,
+    /// Half of the tetrahedra are below this.
+    pub median: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Largest value.
+    pub max: f64,
 }
 
-impl<'a> Summary<'a> {
+impl MeshSummary {
     /// Of a mesh that was checked.
-    pub fn new(mesh: &'a Mesh, quality: &MeshQuality) -> Self {
+    pub fn new(mesh: &Mesh, quality: &MeshQuality) -> Self {
         let spread = |of: &Distribution| Spread {
             min: of.min,
             min_tetrahedron: of.min_cell,
@@ -160,7 +175,7 @@ impl<'a> Summary<'a> {
             nodes: quality.n_nodes,
             tetrahedra: quality.n_cells,
             volume_m3: quality.volume.sum,
-            groups: mesh.groups.iter().map(|(name, nodes)| (name.as_str(), nodes.len())).collect(),
+            groups: mesh.groups.iter().map(|(name, nodes)| (name.clone(), nodes.len())).collect(),
             radius_ratio: spread(&quality.radius_ratio),
             smallest_angle_rad: spread(&quality.smallest_angle),
         }

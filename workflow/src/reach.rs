@@ -2,10 +2,8 @@
 
 use std::path::PathBuf;
 
-use serde_json::Value;
-
 use crate::Caller;
-use crate::run::{RunOptions, Task, carry_out};
+use crate::run::{Outcome, RunOptions, Task, carry_out};
 
 /// Find the strokes that bring the tip to recorded goals
 ///
@@ -26,7 +24,7 @@ pub struct Options {
 }
 
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let tolerance = 1e-3 * options.tolerance_mm;
     carry_out(Task::Reach(tolerance), &options.goals, &options.run, None, caller)
 }

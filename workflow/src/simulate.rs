@@ -2,10 +2,8 @@
 
 use std::path::PathBuf;
 
-use serde_json::Value;
-
 use crate::Caller;
-use crate::run::{RunOptions, Task, carry_out};
+use crate::run::{Outcome, RunOptions, Task, carry_out};
 
 /// Simulate a robot that follows recorded strokes
 ///
@@ -27,6 +25,6 @@ pub struct Options {
 }
 
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     carry_out(Task::Simulate, &options.strokes, &options.run, options.residual.as_deref(), caller)
 }

@@ -1,6 +1,5 @@
 //! What the estimates of a fit say for or against its use; the limits stand in `hysteron_report::verdict`.
 
-use hysteron_base::json;
 use hysteron_fit::{Estimate, Standing};
 use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};
 
@@ -134,9 +133,8 @@ pub fn digits(value: f64) -> String {
     }
 }
 
-/// The verdict in a summary, as lines for people: its sentence, then its reasons with their limits.
-pub fn lines(summary: &json::Value) -> Vec<String> {
-    let Ok(verdict) = json::from_value::<Verdict>(&summary["verdict"]) else { return Vec::new() };
+/// A verdict as lines for people: its sentence, then its reasons with their limits.
+pub fn lines(verdict: &Verdict) -> Vec<String> {
     let reason = |reason: &Reason| {
         let [mark, statement, value, care, not_usable] = reason.cells();
         let limits = match reason.not_usable_above {
@@ -201,13 +199,12 @@ mod tests {
     #[test]
     fn lines_are_the_sentence_then_the_reasons_with_their_limits() {
         let verdict = repeated(Verdict::on("it holds"), 1, "seed").verdict();
-        let lines = lines(&json!({ "verdict": verdict }));
+        let lines = lines(&verdict);
         assert_eq!(lines.len(), 2);
         assert!(lines[0].starts_with("verdict: Usable with care: it holds, but"), "{lines:?}");
         assert!(
             lines[1].starts_with("  care    100 %  ") && lines[1].ends_with("(care above 50 %)"),
             "{lines:?}"
         );
-        assert!(super::lines(&json!({})).is_empty());
     }
 }

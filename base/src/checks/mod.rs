@@ -14,7 +14,10 @@ mod statistics;
 mod tendons;
 mod time;
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::{BadInput, Recording};
 use series::Series;
@@ -26,7 +29,7 @@ const MIN_ROWS: usize = 10;
 const LONGEST_STILL_S: f64 = 0.5;
 
 /// How sure a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// It may be right.
@@ -36,7 +39,7 @@ pub enum Severity {
 }
 
 /// What was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Finding {
     /// Times in another unit than seconds.
@@ -82,7 +85,7 @@ pub enum Finding {
 }
 
 /// A finding with its number.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Warning {
     /// How sure it is.
     pub severity: Severity,
@@ -101,7 +104,7 @@ pub struct Warning {
     /// The limit that it broke [`Warning::unit`].
     pub limit: f64,
     /// Unit of both.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// What to try.
     pub hint: String,
 }
@@ -117,13 +120,13 @@ impl Warning {
             finding: finding.into(),
             value: 0.0,
             limit: 0.0,
-            unit: "-",
+            unit: Cow::Borrowed("-"),
             hint: String::new(),
         }
     }
 
     fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
-        (self.value, self.limit, self.unit) = (value, limit, unit);
+        (self.value, self.limit, self.unit) = (value, limit, Cow::Borrowed(unit));
         self
     }
 

@@ -3,39 +3,56 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::checks::{CheckContext, Purpose, Severity, Warning, check_recordings};
-use hysteron_base::{BadInput, Recording, json};
-use serde::Serialize;
-use serde_json::Value;
+use hysteron_base::{BadInput, Recording};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use super::Refused;
+use super::{Outcome, Refused, SceneSummary};
+use crate::outcome::Printed;
 use crate::recording_checks::{name_of, refused};
 use crate::{Caller, inputs};
 
-/// What the verb came to.
-#[derive(Serialize)]
-struct Outcome<'a> {
-    recordings: Vec<Described>,
+/// Recordings, and what was found in them.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct RecordingFindings {
+    /// One for each recording.
+    pub recordings: Vec<Described>,
     /// Files that could not be read, and why.
-    unreadable: Vec<[String; 2]>,
-    warnings: usize,
-    errors: usize,
-    findings: &'a [Warning],
+    pub unreadable: Vec<[String; 2]>,
+    /// Number of warnings.
+    pub warnings: usize,
+    /// Number of findings that cannot be right, unreadable files included.
+    pub errors: usize,
+    /// All findings.
+    pub findings: Vec<Warning>,
+    /// The scene that the recordings were compared with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneSummary>,
 }
 
-/// A recording in a line.
-#[derive(Serialize)]
-struct Described {
-    name: String,
-    path: PathBuf,
-    samples: usize,
-    duration_s: f64,
-    /// None where steps are uneven.
-    rate_hz: Option<f64>,
-    channels: usize,
+/// Size of a recording.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Described {
+    /// Name of the file without its ending.
+    pub name: String,
+    /// The file.
+    pub path: PathBuf,
+    /// Number of samples.
+    pub samples: usize,
+    /// Time from the first to the last sample [s].
+    pub duration_s: f64,
+    /// Rate [Hz]; none where steps are uneven.
+    pub rate_hz: Option<f64>,
+    /// Number of channels.
+    pub channels: usize,
 }
 
-/// Checks the recordings in `paths`; `body_length` is the scene's [m].
-pub(super) fn check(paths: &[&PathBuf], body_length: Option<f64>, caller: &Caller) -> anyhow::Result<Value> {
+/// Checks the recordings in `paths`, against a scene and the length of its body [m] where there is one.
+pub(super) fn check(
+    paths: &[&PathBuf],
+    (scene, body_length): (Option<SceneSummary>, Option<f64>),
+    caller: &Caller,
+) -> anyhow::Result<Outcome> {
     let named: Vec<PathBuf> = paths.iter().map(|path| (*path).clone()).collect();
     let files = inputs::files(&named)?;
     let (mut read, mut unreadable) = (Vec::new(), Vec::new());
@@ -56,7 +73,7 @@ pub(super) fn check(paths: &[&PathBuf], body_length: Option<f64>, caller: &Calle
     print(&found, &unreadable, caller);
     let of_severity = |severity| found.iter().filter(|one| one.severity == severity).count();
     let n_errors = of_severity(Severity::Error) + unreadable.len();
-    let outcome = json::to_value(Outcome {
+    let outcome = Outcome::Recordings(RecordingFindings {
         recordings: described,
         unreadable: unreadable
             .iter()
@@ -64,12 +81,13 @@ pub(super) fn check(paths: &[&PathBuf], body_length: Option<f64>, caller: &Calle
             .collect(),
         warnings: of_severity(Severity::Warning),
         errors: n_errors,
-        findings: &found,
-    })?;
+        findings: found.clone(),
+        scene,
+    });
     let first = unreadable.into_iter().map(|(_, bad)| bad);
     let errors = found.iter().filter(|one| one.severity == Severity::Error).map(refused);
     match first.chain(errors).next() {
-        Some(first) => Err(Refused { outcome, n_errors, first }.into()),
+        Some(first) => Err(Refused { outcome: Printed::new(&outcome)?, n_errors, first }.into()),
         None => Ok(outcome),
     }
 }

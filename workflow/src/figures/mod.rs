@@ -30,9 +30,8 @@ pub mod training;
 use std::path::Path;
 
 use anyhow::Context;
-use serde_json::Value;
 
-use crate::run::{Run, Task};
+use crate::run::{Outcome, Run, Task};
 use hysteron_report::figure::{Drawn, register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::series::{
@@ -40,10 +39,11 @@ use hysteron_report::series::{
 };
 use robot::RobotPicture;
 use shapes::CommandAndTip;
+pub use shapes::NamedShape;
 use tip::TipPath;
 
 /// Writes all figures of a run, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, run: &Run, with_png: bool) -> anyhow::Result<()> {
+pub fn write(folder: &Path, run: &Run, outcome: &Outcome, with_png: bool) -> anyhow::Result<()> {
     register_embedded_font()?;
     let shape = command_and_tip(run);
     let charts = tip_and_error(run)?;
@@ -57,12 +57,12 @@ pub fn write(folder: &Path, run: &Run, with_png: bool) -> anyhow::Result<()> {
         drawn.push(save(folder, figure, with_png)?);
     }
     drawn.push(save(folder, &RobotPicture::new(run), with_png)?);
-    run_page::write(folder, run, &shape.map_or(vec![], |figure| figure.numbers()), &drawn)
+    run_page::write(folder, run.task.title(), outcome, &drawn)
 }
 
-/// The summary of a run, where no report is asked for.
-pub fn summarise(run: &Run) -> anyhow::Result<Value> {
-    run_page::summarise(run, &command_and_tip(run).map_or(vec![], |figure| figure.numbers()))
+/// Command and tip of a run over each other, in numbers.
+pub fn shapes_of(run: &Run) -> Vec<NamedShape> {
+    command_and_tip(run).map_or(vec![], |figure| figure.numbers())
 }
 
 /// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.

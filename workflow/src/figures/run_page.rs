@@ -1,111 +1,48 @@
 //! The report of a run.
 
-use hysteron_base::json;
 use std::path::Path;
 
 use hysteron_control::score::AxisScore;
-use serde::Serialize;
 
 use super::shapes::NamedShape;
-use crate::run::{Run, Summary};
+use crate::run::Outcome;
 use hysteron_report::figure::Drawn;
 use hysteron_report::page::{Page, write_metrics, write_page};
-use serde_json::Value;
 
-#[derive(Serialize)]
-struct Metrics<'a> {
-    format: &'static str,
-    version: u32,
-    robot: Robot<'a>,
-    run: &'a Summary,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    shapes: &'a [NamedShape],
-    steps_per_s: f64,
-    iterations_per_step: f64,
-    source: &'a str,
-    command: &'a str,
-    commit: &'a str,
-}
-
-#[derive(Serialize)]
-struct Robot<'a> {
-    name: &'a str,
-    scene_sha256: &'a str,
-    nodes: usize,
-    tetrahedra: usize,
-    unknowns: usize,
-    tendons: usize,
-    auxiliary_tendons: usize,
-}
-
-pub(super) fn write(
-    folder: &Path,
-    run: &Run,
-    shapes: &[NamedShape],
-    figures: &[Drawn],
-) -> anyhow::Result<()> {
-    let metrics = metrics(run, shapes);
-    write_metrics(folder, &metrics)?;
-    write_page(folder, html(&metrics, run.task.title(), figures))
-}
-
-/// The summary, where no report is asked for.
-pub(super) fn summarise(run: &Run, shapes: &[NamedShape]) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(run, shapes))?)
-}
-
-fn metrics<'a>(run: &'a Run, shapes: &'a [NamedShape]) -> Metrics<'a> {
-    let meta = run.recording.meta();
-    Metrics {
-        format: "hysteron-metrics",
-        version: 1,
-        robot: Robot {
-            name: &run.scene.name,
-            scene_sha256: &run.scene.hash,
-            nodes: run.twin.body.n_nodes(),
-            tetrahedra: run.twin.body.cells.len(),
-            unknowns: run.twin.body.n_unknowns(),
-            tendons: run.twin.n_primary,
-            auxiliary_tendons: run.twin.tendons.len() - run.twin.n_primary,
-        },
-        run: run.summary,
-        shapes,
-        steps_per_s: run.summary.rate(),
-        iterations_per_step: run.summary.iterations as f64 / run.summary.steps.max(1) as f64,
-        source: &meta.source,
-        command: &meta.command,
-        commit: &meta.commit,
-    }
+/// Writes the figures' page and `outcome.json`.
+pub(super) fn write(folder: &Path, title: &str, outcome: &Outcome, figures: &[Drawn]) -> anyhow::Result<()> {
+    write_metrics(folder, outcome)?;
+    write_page(folder, html(outcome, title, figures))
 }
 
 fn mm(value: f64) -> String {
     format!("{:.2}", 1e3 * value)
 }
 
-fn html(metrics: &Metrics, title: &str, figures: &[Drawn]) -> String {
-    let run = metrics.run;
-    let mut page = Page::new(&format!("{}: {title}", metrics.robot.name), metrics.source, metrics.command);
-    results(&mut page, metrics);
-    if !metrics.shapes.is_empty() {
-        page.table(&NamedShape::HEADINGS, metrics.shapes.iter().map(NamedShape::cells));
+fn html(outcome: &Outcome, title: &str, figures: &[Drawn]) -> String {
+    let run = &outcome.run;
+    let mut page = Page::new(&format!("{}: {title}", outcome.robot.name), &outcome.source, &outcome.command);
+    results(&mut page, outcome);
+    if !outcome.shapes.is_empty() {
+        page.table(&NamedShape::HEADINGS, outcome.shapes.iter().map(NamedShape::cells));
     }
     page.heading("Figures");
     figures.iter().for_each(|figure| page.figure(figure));
     page.heading("Model and solver");
     page.list([
-        ("Mesh", format!("{} nodes, {} tetrahedra", metrics.robot.nodes, metrics.robot.tetrahedra)),
-        ("Degrees of freedom", metrics.robot.unknowns.to_string()),
-        ("Auxiliary tendons", metrics.robot.auxiliary_tendons.to_string()),
+        ("Mesh", format!("{} nodes, {} tetrahedra", outcome.robot.nodes, outcome.robot.tetrahedra)),
+        ("Degrees of freedom", outcome.robot.unknowns.to_string()),
+        ("Auxiliary tendons", outcome.robot.auxiliary_tendons.to_string()),
         ("Computing time [s]", format!("{:.2}", run.wall_s)),
     ]);
-    page.details_list("Solver details", solver(metrics));
-    page.small(&format!("Scene {}.", metrics.robot.scene_sha256));
-    page.finish(metrics.commit)
+    page.details_list("Solver details", solver(outcome));
+    page.small(&format!("Scene {}.", outcome.robot.scene_sha256));
+    page.finish(&outcome.commit)
 }
 
 /// What came of a run.
-fn results(page: &mut Page, metrics: &Metrics) {
-    let run = metrics.run;
+fn results(page: &mut Page, outcome: &Outcome) {
+    let run = &outcome.run;
     page.heading("Results");
     if let Some(score) = &run.against_measured {
         let percent =
@@ -151,12 +88,12 @@ fn results(page: &mut Page, metrics: &Metrics) {
 }
 
 /// How a run was computed.
-fn solver(metrics: &Metrics) -> Vec<(&'static str, String)> {
-    let run = metrics.run;
+fn solver(outcome: &Outcome) -> Vec<(&'static str, String)> {
+    let run = &outcome.run;
     let mut rows = vec![
         ("Steps", run.steps.to_string()),
-        ("Steps per second", format!("{:.0}", metrics.steps_per_s)),
-        ("Iterations per step", format!("{:.2}", metrics.iterations_per_step)),
+        ("Steps per second", format!("{:.0}", outcome.steps_per_s)),
+        ("Iterations per step", format!("{:.2}", outcome.iterations_per_step)),
         ("Refactorisations of the stiffness", run.refactorisations.to_string()),
         ("Newton iterations", run.newton_iterations.to_string()),
         ("Substeps", run.sub_steps.to_string()),

@@ -3,7 +3,8 @@
 use hysteron_base::{BadInput, Recording};
 use hysteron_control::shape::{Shape, ShapeNumbers};
 use plotters::prelude::*;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use hysteron_report::figure::{Entry, Figure};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet};
@@ -27,16 +28,26 @@ pub struct CommandAndTip {
 }
 
 /// Numbers of one recording, for `metrics.json`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NamedShape {
     /// Name of the recording.
     pub name: String,
-    /// Its numbers.
-    #[serde(flatten)]
-    pub numbers: ShapeNumbers,
+    /// See [`ShapeNumbers::excursion_m`].
+    pub excursion_m: f64,
+    /// See [`ShapeNumbers::tip_per_stroke`].
+    pub tip_per_stroke: f64,
+    /// See [`ShapeNumbers::diamond_ratio`].
+    pub diamond_ratio: Option<f64>,
+    /// See [`ShapeNumbers::return_error`].
+    pub return_error: f64,
 }
 
 impl NamedShape {
+    fn new(name: &str, numbers: &ShapeNumbers) -> Self {
+        let ShapeNumbers { excursion_m, tip_per_stroke, diamond_ratio, return_error } = *numbers;
+        Self { name: name.to_owned(), excursion_m, tip_per_stroke, diamond_ratio, return_error }
+    }
+
     /// Headings of [`NamedShape::cells`].
     pub const HEADINGS: [&'static str; 5] = [
         "Shape",
@@ -48,9 +59,9 @@ impl NamedShape {
 
     /// The numbers as text.
     pub fn cells(&self) -> Vec<String> {
-        let ShapeNumbers { excursion_m, tip_per_stroke, diamond_ratio, return_error } = self.numbers;
+        let Self { ref name, excursion_m, tip_per_stroke, diamond_ratio, return_error } = *self;
         vec![
-            self.name.clone(),
+            name.clone(),
             format!("{:.2}", 1e3 * excursion_m),
             format!("{tip_per_stroke:.2}"),
             diamond_ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.3}")),
@@ -70,10 +81,7 @@ impl CommandAndTip {
 
     /// Figures of the shapes, by name.
     pub fn numbers(&self) -> Vec<NamedShape> {
-        self.shapes
-            .iter()
-            .map(|(name, shape)| NamedShape { name: name.clone(), numbers: shape.numbers })
-            .collect()
+        self.shapes.iter().map(|(name, shape)| NamedShape::new(name, &shape.numbers)).collect()
     }
 
     /// Half the side of every pair of axes [mm].

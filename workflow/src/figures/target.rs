@@ -1,16 +1,13 @@
 //! The figure and report of a target: its curve, the way to it, and where a robot does not reach it.
 
-use hysteron_base::json;
 use std::path::Path;
 
 use hysteron_control::TargetPath;
 use plotters::prelude::*;
-use serde::Serialize;
-use serde_json::Value;
 
 use super::tracking::{TARGET, dashes, square_around};
+use crate::target::Outcome;
 use crate::target::reach::Reach;
-use crate::{COMMIT, Caller};
 use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet};
@@ -21,73 +18,26 @@ const MISSED: RGBColor = COLORS[1];
 const REACHED: RGBColor = COLORS[2];
 const SIDE: f64 = 440.0;
 
-#[derive(Serialize)]
-struct Metrics<'a> {
-    format: &'static str,
-    version: u32,
-    name: &'a str,
-    family: &'a str,
-    target_sha256: &'a str,
-    rate_hz: f64,
-    samples: usize,
-    duration_s: f64,
-    length_m: f64,
-    laps: usize,
-    /// When the curve begins and ends [s].
-    curve_s: [f64; 2],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reach: Option<&'a Reach>,
-    command: &'a str,
-    commit: &'a str,
-}
-
-/// The summary, where no report is asked for.
-pub fn summarise(target: &TargetPath, reach: Option<&Reach>, caller: &Caller) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(target, reach, &caller.command))?)
-}
-
-fn metrics<'a>(target: &'a TargetPath, reach: Option<&'a Reach>, command: &'a str) -> Metrics<'a> {
-    let n = target.points().len();
-    Metrics {
-        format: "hysteron-metrics",
-        version: 1,
-        name: &target.name,
-        family: &target.family,
-        target_sha256: &target.hash,
-        rate_hz: target.rate_hz,
-        samples: n,
-        duration_s: target.time(n - 1),
-        length_m: target.outline.length(),
-        laps: target.laps().count(),
-        curve_s: [target.time(*target.curve().start()), target.time(*target.curve().end())],
-        reach,
-        command,
-        commit: COMMIT,
-    }
-}
-
-/// Writes the figure, `report.html` and `metrics.json` to `folder`.
+/// Writes the figure, `report.html` and `outcome.json` to `folder`.
 pub fn write(
     folder: &Path,
     target: &TargetPath,
     reach: Option<&Reach>,
+    outcome: &Outcome,
     with_png: bool,
-    caller: &Caller,
 ) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let command = caller.command.clone();
-    let metrics = metrics(target, reach, &command);
-    write_metrics(folder, &metrics)?;
+    write_metrics(folder, outcome)?;
     let figure = save(folder, &Picture { target, reach }, with_png)?;
     let about = "Where the tip should go, from where it rests.";
-    let mut page = Page::new(&format!("Target {}", target.name), about, &command);
+    let mut page = Page::new(&format!("Target {}", target.name), about, &outcome.command);
     page.list([
         ("Family", target.family.clone()),
-        ("Length of a lap [mm]", format!("{:.2}", 1e3 * metrics.length_m)),
-        ("Laps", metrics.laps.to_string()),
-        ("Curve [s]", format!("{:.2} to {:.2}", metrics.curve_s[0], metrics.curve_s[1])),
-        ("Duration [s]", format!("{:.2}", metrics.duration_s)),
-        ("Samples", format!("{}, {} a second", metrics.samples, target.rate_hz)),
+        ("Length of a lap [mm]", format!("{:.2}", 1e3 * outcome.length_m)),
+        ("Laps", outcome.laps.to_string()),
+        ("Curve [s]", format!("{:.2} to {:.2}", outcome.curve_s[0], outcome.curve_s[1])),
+        ("Duration [s]", format!("{:.2}", outcome.duration_s)),
+        ("Samples", format!("{}, {} a second", outcome.samples, target.rate_hz)),
     ]);
     if let Some(reach) = reach {
         page.list([
@@ -101,7 +51,7 @@ pub fn write(
     }
     page.figure(&figure);
     page.small(&format!("Target {}.", target.hash));
-    write_page(folder, page.finish(metrics.commit))?;
+    write_page(folder, page.finish(&outcome.commit))?;
     Ok(())
 }
 

@@ -21,7 +21,6 @@ use anyhow::Context;
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::score::score;
 use hysteron_twin::{Stepper, Twin, TwinState};
-use serde_json::Value;
 
 use crate::figures;
 use crate::locking::{Estimator, RunLocking, tip_distance};
@@ -32,7 +31,7 @@ use crate::{COMMIT, Caller};
 use command::Command;
 pub use command::resting;
 pub use goals::Goals;
-pub use outcome::{Run, Task};
+pub use outcome::{Outcome, Run, Task};
 use residual::Residual;
 use series::Series;
 pub use summary::Summary;
@@ -90,7 +89,7 @@ pub fn carry_out(
     options: &RunOptions,
     checkpoint: Option<&Path>,
     caller: &Caller,
-) -> anyhow::Result<Value> {
+) -> anyhow::Result<Outcome> {
     let (partial, state_file) = check_out(&options.out)?;
     let scene = Scene::read(&options.scene)?;
     let samples = Recording::read(input)?;
@@ -225,9 +224,9 @@ pub fn carry_out(
         farthest: (farthest.0, &farthest.1),
         summary: &summary,
     };
-    let value = figures::summarise(&run)?;
+    let outcome = Outcome::new(&run);
     if let Some(folder) = &options.figures {
-        figures::write(folder, &run, options.png)
+        figures::write(folder, &run, &outcome, options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
         caller.reported(folder);
     }
@@ -239,7 +238,7 @@ pub fn carry_out(
     }
     summary.log();
     caller.wrote(&options.out);
-    Ok(value)
+    Ok(outcome)
 }
 
 /// Steps through the samples that `trace` does not have yet.

@@ -3,13 +3,14 @@
 use hysteron_base::Recording;
 use hysteron_control::score::{AxisScore, PathScore};
 use hysteron_twin::{StepReport, Twin};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::goals::Goals;
 use crate::locking::RunLocking;
 
 /// Numbers of a run; written as they are into `metrics.json`.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Summary {
     /// Samples simulated by this run; an earlier one may have done others.
     pub steps: usize,
@@ -56,7 +57,7 @@ pub struct Summary {
 }
 
 /// How the goals of a run were met.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct GoalSummary {
     /// Distance that counts as reached [m].
     pub tolerance_m: f64,
@@ -69,7 +70,7 @@ pub struct GoalSummary {
 }
 
 /// Numbers of one tendon over a run.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct TendonSummary {
     /// Name in the scene.
     pub name: String,

@@ -7,10 +7,11 @@ use std::path::PathBuf;
 use anyhow::Context;
 use hysteron_base::{Metadata, Recording, Scene};
 use hysteron_control::TargetPath;
-
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::figures;
+use crate::outcome::MetricsFormat;
 use crate::outputs::Outputs;
 use crate::paths;
 use crate::{COMMIT, Caller};
@@ -40,8 +41,66 @@ pub struct Options {
     pub png: bool,
 }
 
+/// The outcome of `target`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
+    /// Name of the target.
+    pub name: String,
+    /// Family of its curve.
+    pub family: String,
+    /// SHA-256 of what it was made from.
+    pub target_sha256: String,
+    /// Rate [Hz].
+    pub rate_hz: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// Time from the first to the last sample [s].
+    pub duration_s: f64,
+    /// Length of a lap [m].
+    pub length_m: f64,
+    /// Laps.
+    pub laps: usize,
+    /// Times at which the curve begins and ends [s].
+    pub curve_s: [f64; 2],
+    /// Whether a robot reaches it, where a scene was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reach: Option<Reach>,
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
+impl Outcome {
+    fn new(target: &TargetPath, reach: Option<Reach>, caller: &Caller) -> Self {
+        let n = target.points().len();
+        Self {
+            format: MetricsFormat,
+            version: 1,
+            name: target.name.clone(),
+            family: target.family.clone(),
+            target_sha256: target.hash.clone(),
+            rate_hz: target.rate_hz,
+            samples: n,
+            duration_s: target.time(n - 1),
+            length_m: target.outline.length(),
+            laps: target.laps().count(),
+            curve_s: [target.time(*target.curve().start()), target.time(*target.curve().end())],
+            reach,
+            command: caller.command.clone(),
+            commit: COMMIT.to_owned(),
+        }
+    }
+}
+
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     paths::check_recording(&options.out)?;
     let target = TargetPath::open(&options.target)?;
     let scene = options.scene.as_deref().map(Scene::read).transpose()?;
@@ -55,9 +114,9 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         Some(scene) => Some(Reach::of(&target, scene, 1e-3 * options.tolerance_mm, caller)?),
         None => None,
     };
-    let value = figures::target::summarise(&target, reach.as_ref(), caller)?;
+    let outcome = Outcome::new(&target, reach.clone(), caller);
     if let Some(folder) = &options.figures {
-        figures::target::write(folder, &target, reach.as_ref(), options.png, caller)
+        figures::target::write(folder, &target, reach.as_ref(), &outcome, options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
     }
     if let Some(reach) = &reach {
@@ -85,5 +144,5 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let recording = Recording::new(recording.time().to_vec(), recording.channels().to_vec(), vec![], meta)?;
     recording.write(&options.out)?;
     caller.wrote(&options.out);
-    Ok(value)
+    Ok(outcome)
 }

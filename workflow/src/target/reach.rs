@@ -3,7 +3,8 @@
 use hysteron_base::{BadInput, Scene};
 use hysteron_control::TargetPath;
 use hysteron_twin::{Error, Stepper, Target, TipGoal, Twin};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 use crate::run::resting;
@@ -21,7 +22,7 @@ const LEAST_GAIN: f64 = 0.05;
 const REGULARISATION: f64 = 1e-6;
 
 /// What a robot's twin made of a target.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Reach {
     /// Name of the robot.
     pub scene: String,
