@@ -1,9 +1,10 @@
 //! What the bus went through: nothing is retried in silence.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Counts since the bus was opened.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct BusCounts {
     /// Instructions sent, those sent again included.
     pub instructions: u64,

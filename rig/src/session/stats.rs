@@ -2,7 +2,8 @@
 
 use crate::SlowSample;
 use crate::bus::BusCounts;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Width of the bins in which times are counted [s].
 const BIN: f64 = 10e-6;
@@ -137,7 +138,7 @@ pub struct RunStats {
 }
 
 /// The same for a file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StatsSummary {
     /// Cycles.
     pub n_cycles: u64,
@@ -162,7 +163,7 @@ pub struct StatsSummary {
     /// 99 % of them are no older [ms].
     pub pose_age_p99_ms: f64,
     /// Time since the first row [s], then the temperature of every servo [°C].
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub temperature_degc: Vec<Vec<f64>>,
     /// Part of one core that the process used, in real time [%].
     #[serde(skip_serializing_if = "Option::is_none")]

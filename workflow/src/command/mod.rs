@@ -7,14 +7,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file, json};
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::{PathSpan, is_recording};
 use hysteron_control::{Limits, TargetPath};
 use hysteron_report::page::write_metrics;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::figures;
+use crate::outcome::MetricsFormat;
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller};
 
@@ -95,8 +97,37 @@ struct Answer {
     extrapolating: Vec<f64>,
 }
 
+/// The outcome of `command`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
+    /// The recording of the strokes.
+    pub out: PathBuf,
+    /// Samples of the path itself.
+    pub samples: usize,
+    /// Samples of the approach before it.
+    pub approach_samples: usize,
+    /// Samples of the return after it.
+    pub return_samples: usize,
+    /// Provenance of the strokes.
+    pub source: String,
+    /// Share of the path's samples with a stroke that a limit reduced [-].
+    pub held_back: f64,
+    /// Share of the path's samples outside the range of the training [-].
+    pub extrapolating: f64,
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     check_strokes(options)?;
     let metres = |mm: Option<f64>| mm.map(|mm| 1e-3 * mm);
     let given = Given {
@@ -113,18 +144,25 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let part = |flag: &str| {
         recording.channel(flag).map_or(0.0, |flags| flags[first..first + n].iter().sum::<f64>() / n as f64)
     };
-    let value = json!({
-        "format": "hysteron-metrics", "version": 1, "out": options.out, "samples": n, "approach_samples": first,
-        "return_samples": recording.n_samples() - first - n, "source": recording.meta().source,
-        "held_back": part("limited"), "extrapolating": part("extrapolating"),
-        "command": caller.command, "commit": COMMIT,
-    });
+    let outcome = Outcome {
+        format: MetricsFormat,
+        version: 1,
+        out: options.out.clone(),
+        samples: n,
+        approach_samples: first,
+        return_samples: recording.n_samples() - first - n,
+        source: recording.meta().source.clone(),
+        held_back: part("limited"),
+        extrapolating: part("extrapolating"),
+        command: caller.command.clone(),
+        commit: COMMIT.to_owned(),
+    };
     if let Some(folder) = &options.figures {
-        write_metrics(folder, &value)?;
+        write_metrics(folder, &outcome)?;
         figures::commands::write(folder, &recording)?;
     }
     caller.wrote(&options.out);
-    Ok(value)
+    Ok(outcome)
 }
 
 /// Strokes begin and end at none, which the limits must allow.

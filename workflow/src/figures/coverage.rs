@@ -5,13 +5,10 @@ use std::path::Path;
 
 use hysteron_control::inverse::{Axes, Workspace};
 use plotters::prelude::*;
-use serde::Serialize;
-use serde_json::Value;
 
 use super::tracking::square_around;
-use crate::generate::{Card, Row, tip_of};
+use crate::generate::{Outcome, Row, tip_of};
 use crate::inputs::Input;
-use crate::{COMMIT, Caller};
 use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
@@ -25,33 +22,13 @@ const BAR: f64 = 90.0;
 const CELLS: usize = 60;
 const SHADES: usize = 16;
 
-#[derive(Serialize)]
-struct Metrics<'a> {
-    format: &'static str,
-    version: u32,
-    #[serde(flatten)]
-    card: &'a Card,
-    command: &'a str,
-    commit: &'a str,
-}
-
 /// Writes the figure, `report.html` and `metrics.json` to `folder`; an empty set has no figure.
-pub fn write(
-    folder: &Path,
-    card: &Card,
-    real: &[Input],
-    with_png: bool,
-    caller: &Caller,
-) -> anyhow::Result<Value> {
+pub fn write(folder: &Path, card: &Outcome, real: &[Input], with_png: bool) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let (command, commit) = (caller.command.clone(), COMMIT);
-    let value = write_metrics(
-        folder,
-        &Metrics { format: "hysteron-metrics", version: 1, card, command: &command, commit },
-    )?;
+    write_metrics(folder, card)?;
     let about = "Synthetic data: trajectories of a plan, simulated by the twin. They are training data and were not measured \
                  on a robot.";
-    let mut page = Page::new(&format!("Synthetic data, plan {}", card.plan), about, &command);
+    let mut page = Page::new(&format!("Synthetic data, plan {}", card.plan), about, &card.command);
     let area = |k: usize| format!("{:.1}", 1e4 * card.areas_m2[k]);
     let percent = |part: f64| format!("{:.1}", 100.0 * part);
     page.heading("Results");
@@ -77,8 +54,8 @@ pub fn write(
     page.heading("Trajectories");
     page.table(&Row::HEADINGS, card.rows.iter().map(Row::cells));
     page.small(&format!("Scene {}.", card.scene_sha256));
-    write_page(folder, page.finish(commit))?;
-    Ok(value)
+    write_page(folder, page.finish(&card.commit))?;
+    Ok(())
 }
 
 /// Positions from above [mm].
@@ -104,12 +81,12 @@ struct Group {
 }
 
 impl Coverage {
-    fn new(card: &Card, real: &[Input]) -> Self {
+    fn new(card: &Outcome, real: &[Input]) -> Self {
         let mm =
             |tip: &[[f64; 2]]| -> Vec<(f64, f64)> { tip.iter().map(|[x, y]| (1e3 * x, 1e3 * y)).collect() };
         let mut tips: BTreeMap<&str, (usize, Points)> = BTreeMap::new();
         for row in card.rows.iter().filter(|row| !row.tip.is_empty()) {
-            let (n, points) = tips.entry(row.family).or_default();
+            let (n, points) = tips.entry(&row.family).or_default();
             *n += 1;
             points.extend(mm(&row.tip));
         }

@@ -2,13 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_base::Recording;
-use serde::Serialize;
-use serde_json::Value;
+use hysteron_base::{Metadata, Recording};
 
 use super::shapes::{CommandAndTip, NamedShape};
 use crate::health::Health;
-use crate::record::Row;
+use crate::record::{Outcome, Row};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Shaded, TimeChart, spans, without_gaps};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -27,66 +25,43 @@ pub struct DataSet<'a> {
     pub rows: &'a [Row],
     /// The same, with their names.
     pub recordings: &'a [(String, Recording)],
-    /// Health of the servos, from these recordings.
+    /// Provenance of the first.
+    pub meta: &'a Metadata,
+    /// Condition of the servos, from these recordings.
     pub health: Option<&'a Health>,
 }
 
-#[derive(Serialize)]
-struct Metrics<'a> {
-    format: &'static str,
-    version: u32,
-    samples: usize,
-    /// Smallest and largest x, y and z of the tip over all recordings [m].
-    tip_range_m: [[f64; 2]; 3],
-    trajectories: &'a [Row],
-    shapes: &'a [NamedShape],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    health: Option<&'a Health>,
-    source: &'a str,
-    command: &'a str,
-    commit: &'a str,
-}
-
-/// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Value> {
+/// Writes the figures, `report.html` and `metrics.json` to `folder`; the outcome with the shapes that the figures show.
+pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Outcome> {
     register_embedded_font()?;
     let (shown, n_more) = representatives(data.recordings);
     let moving: Vec<(&str, &Recording)> =
         shown.iter().copied().filter(|it| has_shape(data.angles, it)).collect();
     let figure = if moving.is_empty() { None } else { CommandAndTip::new(data.angles, &moving).ok() };
     let drawn = figure.as_ref().map(|figure| save(folder, figure, with_png)).transpose()?;
-    let shapes = figure.map_or(vec![], |figure| figure.numbers());
-    let Some((_, first)) = data.recordings.first() else { return Ok(Value::Null) };
-    let meta = first.meta();
-    let metrics = Metrics {
-        format: "hysteron-metrics",
-        version: 1,
-        samples: data.recordings.iter().map(|(_, recording)| recording.n_samples()).sum(),
-        tip_range_m: tip_range(data.recordings),
-        trajectories: data.rows,
-        shapes: &shapes,
-        health: data.health,
-        source: &meta.source,
-        command: &meta.command,
-        commit: &meta.commit,
+    let outcome = Outcome {
+        tip_range_m: Some(tip_range(data.recordings)),
+        shapes: figure.map_or(vec![], |figure| figure.numbers()),
+        health: data.health.cloned(),
+        ..Outcome::new(data.rows, data.meta)
     };
-    let value = write_metrics(folder, &metrics)?;
+    write_metrics(folder, &outcome)?;
 
     let about = "Commanded strokes, loads and measured tip of every trajectory, on one clock.";
-    let mut page = Page::new(data.title, about, &meta.command);
+    let mut page = Page::new(data.title, about, &outcome.command);
     let mm = |[low, high]: [f64; 2]| format!("{:.2} to {:.2}", 1e3 * low, 1e3 * high);
-    let [x, y, z] = metrics.tip_range_m.map(mm);
+    let [x, y, z] = tip_range(data.recordings).map(mm);
     page.heading("Results");
     page.list([
-        ("Samples", metrics.samples.to_string()),
+        ("Samples", outcome.samples.to_string()),
         ("Samples filled in", filled_in(data.recordings).to_string()),
         ("Tip x [mm]", x),
         ("Tip y [mm]", y),
         ("Tip z [mm]", z),
     ]);
     page.table(&Row::HEADINGS, data.rows.iter().map(Row::cells));
-    if !shapes.is_empty() {
-        page.table(&NamedShape::HEADINGS, shapes.iter().map(NamedShape::cells));
+    if !outcome.shapes.is_empty() {
+        page.table(&NamedShape::HEADINGS, outcome.shapes.iter().map(NamedShape::cells));
     }
     if let Some(health) = data.health {
         super::health::section(&mut page, folder, health, with_png)?;
@@ -105,8 +80,8 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Va
     for (name, recording) in shown {
         page.figure(&save(folder, &over_time(name, recording), with_png)?);
     }
-    write_page(folder, page.finish(&meta.commit))?;
-    Ok(value)
+    write_page(folder, page.finish(&outcome.commit))?;
+    Ok(outcome)
 }
 
 fn filled_in(recordings: &[(String, Recording)]) -> usize {

@@ -1,38 +1,42 @@
-//! What a synthetic data set consists of.
+//! The outcome of `generate`: the card of a synthetic data set.
 
 use std::collections::BTreeMap;
 
 use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_control::Trajectory;
 use hysteron_control::inverse::{Axes, Tip, Workspace};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::CalibratedRange;
-use crate::Caller;
 use crate::inputs::Input;
+use crate::outcome::MetricsFormat;
+use crate::{COMMIT, Caller};
 
 /// Part of the samples in which a network may guess before a user is warned [-].
 const GUESSED: f64 = 0.2;
 
 /// One trajectory.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
     /// Its name.
     pub name: String,
     /// Family of its motion.
-    pub family: &'static str,
-    amplitude_m: f64,
-    frequency_hz: f64,
-    /// None where it was left out.
-    samples: usize,
+    pub family: String,
+    /// Amplitude of the strokes [m].
+    pub amplitude_m: f64,
+    /// Frequency [Hz].
+    pub frequency_hz: f64,
+    /// Number of samples; none where it was left out.
+    pub samples: usize,
     /// Why it was left out; empty where it was not.
-    left_out: String,
+    pub left_out: String,
     /// Part of the samples in which the network left its training range [-].
-    extrapolating: f64,
+    pub extrapolating: f64,
     /// Largest distance of the tip from the axis [m].
-    reach_m: f64,
+    pub reach_m: f64,
     /// Largest tension of a tendon [N].
-    tension_max_n: f64,
+    pub tension_max_n: f64,
     /// Tip, x and y [m].
     #[serde(skip)]
     pub tip: Vec<[f64; 2]>,
@@ -42,7 +46,7 @@ impl Row {
     fn new(trajectory: &Trajectory) -> Self {
         Self {
             name: trajectory.name.clone(),
-            family: trajectory.motion.family.name(),
+            family: trajectory.motion.family.name().to_owned(),
             amplitude_m: trajectory.motion.amplitude,
             frequency_hz: trajectory.motion.frequency,
             samples: 0,
@@ -90,7 +94,7 @@ impl Row {
     pub fn cells(&self) -> Vec<String> {
         let mut cells = vec![
             self.name.clone(),
-            self.family.to_owned(),
+            self.family.clone(),
             format!("{:.2}", 1e3 * self.amplitude_m),
             format!("{:.1}", self.frequency_hz.recip()),
         ];
@@ -107,7 +111,7 @@ impl Row {
 }
 
 /// How a plan that nobody named was brought within the range that the twin was calibrated on.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scaled {
     /// Its size over that of the built-in plan [-].
     pub scale: f64,
@@ -115,10 +119,15 @@ pub struct Scaled {
     pub range: CalibratedRange,
 }
 
-/// The card of a data set.
-#[derive(Debug, Serialize)]
-pub struct Card {
-    robot: String,
+/// The outcome of `generate`: the card of a data set.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
+    /// Name of the robot.
+    pub robot: String,
     /// Hash of the scene and its mesh.
     pub scene_sha256: String,
     /// Name of the plan.
@@ -141,14 +150,26 @@ pub struct Card {
     /// Part of the samples in which the network left its training range [-].
     pub extrapolating: f64,
     /// Samples by family.
-    families: BTreeMap<&'static str, usize>,
+    pub families: BTreeMap<String, usize>,
     /// One of each trajectory.
     pub rows: Vec<Row>,
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
 }
 
-impl Card {
-    /// Of the trajectories of a plan, beside recordings of the robot.
-    pub fn new(scene: &Scene, plan: &str, rows: Vec<Row>, real: &[Input]) -> Self {
+impl crate::outcome::Outcome for Outcome {}
+
+impl Outcome {
+    /// Of the trajectories of a plan, with recordings of the robot to compare with.
+    pub fn new(
+        scene: &Scene,
+        (plan, scaled): (&str, Option<Scaled>),
+        rows: Vec<Row>,
+        real: &[Input],
+        caller: &Caller,
+    ) -> Self {
         let samples = rows.iter().map(|row| row.samples).sum::<usize>();
         let all = || rows.iter().flat_map(|row| row.tip.iter().copied());
         let of_real: Vec<[f64; 2]> =
@@ -162,15 +183,17 @@ impl Card {
         let flagged: f64 = rows.iter().map(|row| row.extrapolating * row.samples as f64).sum();
         let mut families = BTreeMap::new();
         for row in &rows {
-            *families.entry(row.family).or_insert(0) += row.samples;
+            *families.entry(row.family.clone()).or_insert(0) += row.samples;
         }
         let dropped = rows.iter().filter(|row| !row.left_out.is_empty()).count();
         let part = |count: f64| count / samples.max(1) as f64;
         Self {
+            format: MetricsFormat,
+            version: 1,
             robot: scene.name.clone(),
             scene_sha256: scene.hash.clone(),
             plan: plan.to_owned(),
-            scaled: None,
+            scaled,
             made: rows.len() - dropped,
             dropped,
             samples,
@@ -180,6 +203,8 @@ impl Card {
             extrapolating: part(flagged),
             families,
             rows,
+            command: caller.command.clone(),
+            commit: COMMIT.to_owned(),
         }
     }
 

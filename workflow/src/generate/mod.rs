@@ -12,14 +12,12 @@ use hysteron_control::plan::Space;
 use hysteron_control::{Plan, Trajectory};
 use hysteron_twin::Error;
 use hysteron_twin::Twin;
-use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
+use hysteron_twin::synthetic::{self, Drive, Recorded, Unphysical, synthesise};
 
-pub use card::{Card, Row, Scaled, tip_of};
+pub use card::{Outcome, Row, Scaled, tip_of};
 pub use range::CalibratedRange;
 use shard::Shard;
 use steer::Steered;
-
-use serde_json::Value;
 
 use crate::network::{Network, plant};
 use crate::outputs::Outputs;
@@ -66,7 +64,7 @@ struct Job<'a> {
 }
 
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let scene = Scene::read(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
@@ -110,21 +108,21 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
             |drive: &mut dyn Drive| synthesise(&twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
         let coordinates =
             |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
-        let outcome = match job.trajectory.space {
+        let simulated = match job.trajectory.space {
             Space::Tendons => carry_out(&mut Recorded::new(&twin, &job.trajectory.commands()?)?)?,
             Space::Tip => match Steered::new(&twin, job.trajectory, &coordinates, plan.limits) {
                 Ok(mut steered) => carry_out(&mut steered)?,
-                Err(Error::NoEquilibrium { .. }) => Outcome::Dropped(0, Unphysical::NoEquilibrium),
+                Err(Error::NoEquilibrium { .. }) => synthetic::Outcome::Dropped(0, Unphysical::NoEquilibrium),
                 Err(other) => return Err(other.into()),
             },
         };
-        Ok(match outcome {
-            Outcome::Ended => None,
-            Outcome::Made(recording) => {
+        Ok(match simulated {
+            synthetic::Outcome::Ended => None,
+            synthetic::Outcome::Made(recording) => {
                 recording.write(&job.out)?;
                 Some(made(job, recording)?)
             }
-            Outcome::Dropped(sample, why) => {
+            synthetic::Outcome::Dropped(sample, why) => {
                 let why = format!("{why} at {:.2} s", sample as f64 / rate);
                 tracing::warn!("{}: left out: {why}", job.trajectory.name);
                 Some(Row::dropped(job.trajectory, why))
@@ -197,23 +195,22 @@ fn finish(
     real: &[inputs::Input],
     n_jobs: usize,
     caller: &Caller,
-) -> anyhow::Result<Value> {
+) -> anyhow::Result<Outcome> {
     if caller.is_cancelled() {
         anyhow::bail!("interrupted; {} of {n_jobs} trajectories are done; run it again to go on", rows.len());
     }
-    let mut card = Card::new(scene, plan, rows, real);
-    card.scaled = scaled;
+    let outcome = Outcome::new(scene, (plan, scaled), rows, real, caller);
     let copy = options.out.join(PLAN);
     if !copy.exists() || file::read_text(&copy)? != text {
         file::write_bytes(&copy, text)?;
     }
-    let value = figures::coverage::write(&options.out, &card, real, options.png, caller)?;
-    card.print(caller);
-    if let Some(why) = card.why_empty() {
+    figures::coverage::write(&options.out, &outcome, real, options.png)?;
+    outcome.print(caller);
+    if let Some(why) = outcome.why_empty() {
         anyhow::bail!("{why}");
     }
     caller.reported(&options.out);
-    Ok(value)
+    Ok(outcome)
 }
 
 fn job<'a>(

@@ -2,13 +2,14 @@
 
 use hysteron_base::{Bounds, Recording};
 use hysteron_control::Limits;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::inputs::Input;
 use crate::network::Network;
 
 /// Strokes and rates of every tendon, and where they are from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CalibratedRange {
     /// What carried them.
     pub source: String,

@@ -10,7 +10,8 @@ mod window;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Recording};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 pub use baseline::Baseline;
@@ -28,7 +29,7 @@ const UNLIKE: f64 = 0.03;
 const ALARM: f64 = 0.05;
 
 /// A number with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Estimate {
     /// The number.
     pub value: f64,
@@ -71,7 +72,7 @@ impl Quantity {
 }
 
 /// Everything of one servo.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ServoHealth {
     /// Number, from 1.
     pub servo: usize,
@@ -92,7 +93,7 @@ pub struct ServoHealth {
 }
 
 /// The quantities at one time.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Numbers {
     /// Dry friction pulling, of full load [%].
@@ -129,7 +130,7 @@ impl Numbers {
 }
 
 /// Health of all servos.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Health {
     /// Middle of every window, in time of recording, one recording after the other [s].
     pub time_s: Vec<f64>,

@@ -2,6 +2,7 @@
 
 pub mod jobs;
 mod live;
+mod outcome;
 pub mod partial_files;
 mod simulated;
 pub mod source;
@@ -13,14 +14,13 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, Lock, Metadata, Recording};
 use hysteron_rig::calibration::Calibration;
 
-use serde_json::Value;
-
 use crate::figures::data_set::{self, DataSet};
 use crate::health::{self, Baseline, Health};
 use crate::outputs::check_report;
 use crate::sense::live::{LiveOptions, LiveSensing};
 use crate::{COMMIT, Caller};
 use jobs::{Job, is_folder, split_done};
+pub use outcome::Outcome;
 use simulated::Simulation;
 use source::Source;
 pub use summary::Row;
@@ -98,7 +98,7 @@ impl Options {
 }
 
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let source = Source::read(&options.rig)?;
     let tip_force = tip_force(options, &source)?;
     let n_tendons = source.rig().tendons.len();
@@ -173,23 +173,48 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
         source::write_description(folder, &description)?;
     }
-    let mut value = Value::Null;
     summary.sort();
     summary.print(caller);
-    if let Some(figures) = figures.filter(|_| summary.n_rows() > 0) {
-        let recordings = summary.recordings()?;
-        let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
-        let title = format!("{}: {}", source.description(), work.name);
-        let all: Vec<&Recording> = recordings.iter().map(|(_, recording)| recording).collect();
-        let health = Health::of(&all, baseline.as_ref())?;
-        health.iter().for_each(|health| health::print(health, caller));
-        let health = health.as_ref();
-        let data =
-            DataSet { title: &title, angles: &angles, rows: summary.rows(), recordings: &recordings, health };
-        value = data_set::write(figures, &data, options.png)?;
-        caller.reported(figures);
+    // A session that ended before its first sample has nothing to report.
+    if summary.n_rows() == 0 {
+        return ended.map(|()| Outcome::new(summary.rows(), &Metadata::default()));
     }
-    ended.map(|()| value)
+    let outcome = match figures {
+        Some(figures) => {
+            let outcome = report(figures, options, &source, &work.name, &summary, baseline.as_ref(), caller)?;
+            caller.reported(figures);
+            outcome
+        }
+        None => Outcome::new(summary.rows(), &summary.first_meta()?),
+    };
+    ended.map(|()| outcome)
+}
+
+/// Writes the report of a session that has recordings.
+fn report(
+    folder: &Path,
+    options: &Options,
+    source: &Source,
+    plan: &str,
+    summary: &Summary,
+    baseline: Option<&Baseline>,
+    caller: &Caller,
+) -> anyhow::Result<Outcome> {
+    let recordings = summary.recordings()?;
+    let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
+    let title = format!("{}: {plan}", source.description());
+    let all: Vec<&Recording> = recordings.iter().map(|(_, recording)| recording).collect();
+    let health = Health::of(&all, baseline)?;
+    health.iter().for_each(|health| health::print(health, caller));
+    let data = DataSet {
+        title: &title,
+        angles: &angles,
+        rows: summary.rows(),
+        recordings: &recordings,
+        meta: all[0].meta(),
+        health: health.as_ref(),
+    };
+    data_set::write(folder, &data, options.png)
 }
 
 /// The force that is asked for; only a simulated tip can be pushed.

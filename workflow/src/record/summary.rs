@@ -2,24 +2,31 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{Recording, json};
+use hysteron_base::{Metadata, Recording, json};
 use hysteron_rig::session::{Outcome, StatsSummary, events_path};
 use hysteron_rig::{Event, EventKind};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::Job;
 use crate::Caller;
 
 /// One trajectory.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
-    name: String,
-    role: String,
-    rows: usize,
-    filled_in: usize,
-    events: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    timing: Option<StatsSummary>,
+    /// Name of the trajectory.
+    pub name: String,
+    /// Role of the recording: training, validation or test.
+    pub role: String,
+    /// Number of samples.
+    pub rows: usize,
+    /// Samples that were not measured and are filled in.
+    pub filled_in: usize,
+    /// Events beyond the course of the run.
+    pub events: usize,
+    /// Timing of the cycles, on a rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<StatsSummary>,
     #[serde(skip)]
     out: PathBuf,
     #[serde(skip)]
@@ -129,6 +136,14 @@ impl Summary {
     /// Names and recordings.
     pub fn recordings(&self) -> anyhow::Result<Vec<(String, Recording)>> {
         self.rows.iter().map(|row| Ok((row.name.clone(), Recording::read(&row.out)?))).collect()
+    }
+
+    /// Provenance of the first recording.
+    pub fn first_meta(&self) -> anyhow::Result<Metadata> {
+        match self.rows.first() {
+            Some(row) => Ok(Recording::read(&row.out)?.meta().clone()),
+            None => Ok(Metadata::default()),
+        }
     }
 
     /// The rows, for a file.

@@ -1,8 +1,11 @@
 //! The outcome of a verb: one struct with every number that is shown or stored. `metrics.json`, `--json`, the page and the
 //! console are all made from it.
 
+mod document;
+
 use std::borrow::Cow;
 
+pub use document::document;
 use hysteron_base::json;
 use hysteron_report::verdict::Verdict;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -95,6 +98,15 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
+
+    #[test]
+    fn the_document_is_that_of_the_types() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/outcomes.md");
+        let text = std::fs::read_to_string(path).unwrap();
+        let made = document();
+        let differs = text.lines().zip(made.lines()).find(|(there, here)| there != here);
+        assert!(text == made, "docs/outcomes.md is out of date, its head says how to make it: {differs:?}");
+    }
 
     #[test]
     fn only_metrics_are_read_as_metrics() {
